@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # CppHttplib::CppHttplib: the compiled cpp-httplib of the distribution, found by pkg-config, with the definitions it was built with: they
 # decide what its classes look like.
 find_package(PkgConfig QUIET)

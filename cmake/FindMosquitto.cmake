@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Mosquitto::Mosquitto: libmosquitto, found by pkg-config.
 find_package(PkgConfig QUIET)
 if(PkgConfig_FOUND)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # PCRE2::8BIT: the 8-bit library of PCRE2, found by pkg-config. (PCRE2's own CMake config is not in every distribution's package.)
 find_package(PkgConfig QUIET)
 if(PkgConfig_FOUND)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Redland::rdf: Raptor, Redland's library of RDF parsers and serialisers, found by pkg-config, for RDF/XML. librdf itself is not
 # needed: see src/rdf/redland/redland.cpp. Not looked for when LRT_REDLAND is OFF.
 find_package(PkgConfig QUIET)

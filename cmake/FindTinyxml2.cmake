@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Tinyxml2::Tinyxml2: the shared library of tinyxml2, found by pkg-config.
 find_package(PkgConfig QUIET)
 if(PkgConfig_FOUND)

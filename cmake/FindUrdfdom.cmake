@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Urdfdom::Urdfdom: liburdfdom with the console_bridge that it logs by, found by pkg-config. (Its own CMake config asks for all of its
 # libraries and says where those of the distribution were built.)
 find_package(PkgConfig QUIET)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # `cmake --install`: the library, its headers, and the package that find_package(lrt) reads.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)

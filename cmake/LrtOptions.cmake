@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # What a host can choose. A guest (add_subdirectory) builds the library and nothing else.
 option(LRT_BUILD_TESTS "Build the tests" ${PROJECT_IS_TOP_LEVEL})
 option(LRT_BUILD_EXAMPLES "Build the examples" ${PROJECT_IS_TOP_LEVEL})
@@ -19,6 +20,11 @@ set(LRT_SANITIZE "" CACHE STRING "Sanitizers for lrt's own targets: address, und
 function(lrt_target_defaults target)
   target_compile_features(${target} PUBLIC cxx_std_17)
   set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF)
+  get_target_property(type ${target} TYPE)
+  if(type MATCHES "LIBRARY")  # only LRT_API is exported (lrt/base/abi.hpp)
+    set_target_properties(${target} PROPERTIES CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON
+                                               VERSION ${PROJECT_VERSION} SOVERSION ${LRT_ABI})
+  endif()
   if(PROJECT_IS_TOP_LEVEL)
     target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion)
   endif()

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 // Common code of the lessons, so that a lesson shows only lrt. Your program does not need it.
@@ -129,9 +130,7 @@ class Client {
   /// Each sends one request and prints it and the response. `fields` are further header fields, "Prefer: wait=1\r\n". The path may be a URI of
   /// the server, for example from Location.
   Response get(const std::string& path, const std::string& fields = {}) { return shown("GET", path, {}, fields); }
-  Response put(const std::string& path, const std::string& turtle, const std::string& fields = {}) {
-    return shown("PUT", path, turtle, fields);
-  }
+  Response put(const std::string& path, const std::string& turtle, const std::string& fields = {}) { return shown("PUT", path, turtle, fields); }
   Response post(const std::string& path, const std::string& turtle = {}, const std::string& fields = {}) {
     return shown("POST", path, turtle, fields);
   }
@@ -175,11 +174,11 @@ class Client {
                       "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n");
     arrived_.clear();
     std::size_t end = 0;
-    while ((end = arrived_.find("\r\n\r\n")) == std::string::npos && receive(socket_, arrived_)) {
-    }
+    while ((end = arrived_.find("\r\n\r\n")) == std::string::npos && receive(socket_, arrived_)) {}
     const Response response = parse(arrived_);
     std::printf("%s", steady("WebSocket " + path + "\n" + response.header.substr(9, response.header.find("\r\n") - 9) +
-                             "\nLocation: " + response.field("Location") + "\n\n").c_str());
+                             "\nLocation: " + response.field("Location") + "\n\n")
+                          .c_str());
     arrived_.erase(0, end == std::string::npos ? arrived_.size() : end + 4);
     watched();
   }
@@ -188,8 +187,7 @@ class Client {
   void watched() {
     const auto byte = [this](std::size_t at) { return static_cast<std::size_t>(static_cast<unsigned char>(arrived_[at])); };
     const auto have = [this](std::size_t bytes) {
-      while (arrived_.size() < bytes && receive(socket_, arrived_)) {
-      }
+      while (arrived_.size() < bytes && receive(socket_, arrived_)) {}
       return arrived_.size() >= bytes;
     };
     if (!have(2)) return;
@@ -250,8 +248,7 @@ class Client {
  private:
   Response exchanged(const std::string& method, const std::string& path, const std::string& body, const std::string& fields) const {
     const std::string host = "127.0.0.1:" + std::to_string(port_);
-    std::string request =
-        method + " " + without_base(path) + " HTTP/1.1\r\nHost: " + host + "\r\nConnection: close\r\n" + fields;
+    std::string request = method + " " + without_base(path) + " HTTP/1.1\r\nHost: " + host + "\r\nConnection: close\r\n" + fields;
     if (!body.empty() || method == "POST") request += "Content-Length: " + std::to_string(body.size()) + "\r\n";
     return parse(exchange(request + "\r\n" + body));
   }
@@ -262,16 +259,13 @@ class Client {
     return response;
   }
 
-  void print(const std::string& method, const std::string& path, const std::string& turtle, const std::string& fields,
-             const Response& response) {
+  void print(const std::string& method, const std::string& path, const std::string& turtle, const std::string& fields, const Response& response) {
     std::string text = method + " " + without_base(path) + "\n" + fields;
-    if (const std::size_t tag = text.find('"'); tag != std::string::npos)
-      text.replace(tag, text.find('"', tag + 1) - tag + 1, "<tag>");
+    if (const std::size_t tag = text.find('"'); tag != std::string::npos) text.replace(tag, text.find('"', tag + 1) - tag + 1, "<tag>");
     if (!turtle.empty()) text += "  " + turtle + "\n";
     text += response.header.substr(9, response.header.find("\r\n") - 9) + "\n";  // without "HTTP/1.1 "
     for (const std::string name : {"Content-Type", "Allow", "Location"})
-      if (const std::string value = response.field(name);
-          !value.empty() && (name != "Allow" || method == "OPTIONS" || response.status == 405))
+      if (const std::string value = response.field(name); !value.empty() && (name != "Allow" || method == "OPTIONS" || response.status == 405))
         text += name + ": " + value + "\n";
     if (std::string value = response.field(more_); !more_.empty() && !value.empty()) {
       for (std::size_t at = 0; (at = value.find(", ", at)) != std::string::npos;) value.replace(at, 2, "\n    ");
@@ -296,8 +290,7 @@ class Client {
     for (std::size_t at = 0, end = 0; at < body.size(); at = end + 1) {
       end = std::min(body.find('\n', at), body.size());
       const std::string line = body.substr(at, end - at);
-      if (std::any_of(only_.begin(), only_.end(), [&](const std::string& w) { return line.find(w) != std::string::npos; }))
-        lines += line + "\n";
+      if (std::any_of(only_.begin(), only_.end(), [&](const std::string& w) { return line.find(w) != std::string::npos; })) lines += line + "\n";
     }
     return lines;
   }
@@ -306,7 +299,8 @@ class Client {
   std::string steady(std::string text) {
     for (const auto& [real, shown] : {std::pair(port_, "8080"), std::pair(receiver_, "9000")}) {
       const std::string mine = "127.0.0.1:" + std::to_string(real);
-      for (std::size_t at = 0; (at = text.find(mine, at)) != std::string::npos; ++at) text.replace(at, mine.size(), std::string("127.0.0.1:") + shown);
+      for (std::size_t at = 0; (at = text.find(mine, at)) != std::string::npos; ++at)
+        text.replace(at, mine.size(), std::string("127.0.0.1:") + shown);
     }
     const auto replace = [&text](std::string_view pattern, bool (*fits)(char), auto with) {  // 'x' in a pattern: any character that fits
       for (std::size_t at = 0; at + pattern.size() <= text.size(); ++at) {
@@ -319,14 +313,11 @@ class Client {
         "xxxxxxxx-xxxx-xxxx-xxxx-xxxxxxxxxxxx", [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); },
         [this](const std::string& id) { return ids_.emplace(id, "id-" + std::to_string(ids_.size() + 1)).first->second; });
     replace(
-        "xxxx-xx-xxTxx:xx:xx.xxxxxxZ", [](char c) { return c >= '0' && c <= '9'; },
-        [](const std::string&) { return "<time>"; });
+        "xxxx-xx-xxTxx:xx:xx.xxxxxxZ", [](char c) { return c >= '0' && c <= '9'; }, [](const std::string&) { return "<time>"; });
     return text;
   }
 
-  static std::string without_base(const std::string& uri) {
-    return uri.compare(0, 7, "http://") == 0 ? uri.substr(uri.find('/', 7)) : uri;
-  }
+  static std::string without_base(const std::string& uri) { return uri.compare(0, 7, "http://") == 0 ? uri.substr(uri.find('/', 7)) : uri; }
 
   static std::string prefixes() {
     std::string text;
@@ -356,8 +347,7 @@ class Client {
     const int fd = connect();
     std::string response;
     if (send(fd, request))
-      while (receive(fd, response)) {
-      }
+      while (receive(fd, response)) {}
     ::close(fd);
     return response;
   }

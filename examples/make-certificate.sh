@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Makes a development CA and a server certificate for localhost, 127.0.0.1 and ::1.
 #
 #   examples/make-certificate.sh DIR

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Installs what is missing, builds, and serves Baxter's right arm at http://127.0.0.1:8080/ until Ctrl-C.
 #
 #   examples/run.sh [--tls] [arguments of the example: --port N, --bind ADDRESS, --public-base URL, --allowed-host HOST,

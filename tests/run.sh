@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Installs what is missing, builds everything in build/dev, and runs all tests.
 #
 #   tests/run.sh [arguments of ctest: -R NAME, --rerun-failed, ...]

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Installs what lrt needs and this machine lacks, from the distribution's own packages. Does nothing when all is there.
 #
 #   vendor/install.sh          what the library, the lessons and most tests need

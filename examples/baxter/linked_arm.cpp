@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "examples/baxter/linked_arm.hpp"
 
 #include <cstdio>
@@ -17,8 +18,7 @@ constexpr lrt::Unit newton_metre_second_per_radian{lrt::Iri{"http://qudt.org/voc
 lrt::Result<std::array<JointParameters, joint_count>> LinkedArm::parameters(const lrt::urdf::Model& description) {
   std::array<JointParameters, joint_count> all;
   const auto wrong = [](const std::string& sentence) { return lrt::unexpected(lrt::Errc::expected_value, sentence); };
-  if (description.variables.size() != joint_count)
-    return wrong("expected 7 joints that move, found " + std::to_string(description.variables.size()));
+  if (description.variables.size() != joint_count) return wrong("expected 7 joints that move, found " + std::to_string(description.variables.size()));
   for (std::size_t i = 0; i < joint_count; ++i) {
     const lrt::urdf::Joint& joint = description.joints[description.variables[i]];
     if (joint.name != RightArm::name(i)) return wrong(std::string("expected joint ") + RightArm::name(i) + ", found " + joint.name);
@@ -33,7 +33,8 @@ lrt::Result<std::array<JointParameters, joint_count>> LinkedArm::parameters(cons
 
 LinkedArm::LinkedArm(RightArm& arm, lrt::urdf::Robot description) : arm_(arm), robot_(std::move(description)) {
   robot_.thing().title("Baxter's right arm");
-  lrt::Action move_all = robot_.thing().action("moveTo", [this](const JointAngles& target, lrt::Responder done) { move_to(target, done); })
+  lrt::Action move_all = robot_.thing()
+                             .action("moveTo", [this](const JointAngles& target, lrt::Responder done) { move_to(target, done); })
                              .title("Move all joints")
                              .policy(lrt::ActionPolicy::preempt());
   for (std::size_t i = 0; i < joint_count; ++i) {
@@ -44,7 +45,9 @@ LinkedArm::LinkedArm(RightArm& arm, lrt::urdf::Robot description) : arm_(arm), r
       arm_.move_to(i, target_rad);
     });
     lrt::Thing& joint = robot_.joint(index);
-    joint.property("friction", [this, i] { return arm_.friction(i); }, newton_metre_second_per_radian)
+    joint
+        .property(
+            "friction", [this, i] { return arm_.friction(i); }, newton_metre_second_per_radian)
         .predicate(vocab::ros::friction)
         .between(0, arm_.greatest_friction(i))
         .on_write([this, i](double coefficient) { arm_.set_friction(i, coefficient); });
@@ -70,8 +73,8 @@ std::optional<double> LinkedArm::reachable_rad(std::size_t index, double target_
 lrt::Error LinkedArm::outside_limits(std::size_t index, double target_deg) const {
   const JointParameters& joint = arm_.parameters(index);
   char text[160];
-  std::snprintf(text, sizeof text, "%g degrees is outside the limits of %s: %.1f to %.1f degrees, modulo 360", target_deg,
-                RightArm::name(index), joint.lower_rad * 180 / pi, joint.upper_rad * 180 / pi);
+  std::snprintf(text, sizeof text, "%g degrees is outside the limits of %s: %.1f to %.1f degrees, modulo 360", target_deg, RightArm::name(index),
+                joint.lower_rad * 180 / pi, joint.upper_rad * 180 / pi);
   return {lrt::Errc::refused, text};
 }
 
@@ -122,8 +125,9 @@ void LinkedArm::publish() noexcept {
 
 void lrt::rdf::traits<baxter::JointAngles>::describe(Record& r) {
   for (std::size_t i = 0; i < baxter::joint_count; ++i)
-    r.field(baxter::RightArm::name(i), [i](const baxter::JointAngles& a) { return a.degrees[i]; },
-            [i](baxter::JointAngles& a, float degrees) { a.degrees[i] = degrees; })
+    r.field(
+         baxter::RightArm::name(i), [i](const baxter::JointAngles& a) { return a.degrees[i]; },
+         [i](baxter::JointAngles& a, float degrees) { a.degrees[i] = degrees; })
         .unit(lrt::unit::degree)
         .at_least(0)
         .below(360);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Baxter's right arm as Linked Robotic Things: a 1 kHz control loop that also polls the server. right_arm.urdf describes the arm.
 // /world has what it sees, a table and two boxes, and a list of tasks that clients may change.
 //
@@ -104,7 +105,9 @@ int main(int argc, char** argv) {
     } else if (arg == "--subscriptions" && i + 1 < argc) {
       options.callbacks.file = argv[++i];
     } else if (arg == "--transport" && i + 1 < argc) {
-      options.listen.transport = [name = std::string(argv[++i])](lrt::transport::TransportOptions t) { return lrt::transport::make_named(name, std::move(t)); };
+      options.listen.transport = [name = std::string(argv[++i])](lrt::transport::TransportOptions t) {
+        return lrt::transport::make_named(name, std::move(t));
+      };
     } else if (arg == "--tls" && i + 1 < argc) {
       const std::string folder = argv[++i];
       options.security.tls.emplace();
@@ -131,10 +134,11 @@ int main(int argc, char** argv) {
       mqtt->prefix = argv[++i];
 #endif
     } else {
-      std::fprintf(stderr, "usage: baxter [--port N] [--bind ADDRESS] [--public-base URL] [--allowed-host HOST]...\n"
-                           "              [--cors ORIGIN]... [--allowed-origin ORIGIN]... [--demo] [--allow-callback HOST]... [--subscriptions FILE]\n"
-                           "              [--transport http|libwebsockets] [--tls DIR] [--tokens FILE] [--policy FILE]\n"
-                           "              [--audit FILE] [--metrics] [--mqtt HOST:PORT [--mqtt-prefix LEVELS]]\n");
+      std::fprintf(stderr,
+                   "usage: baxter [--port N] [--bind ADDRESS] [--public-base URL] [--allowed-host HOST]...\n"
+                   "              [--cors ORIGIN]... [--allowed-origin ORIGIN]... [--demo] [--allow-callback HOST]... [--subscriptions FILE]\n"
+                   "              [--transport http|libwebsockets] [--tls DIR] [--tokens FILE] [--policy FILE]\n"
+                   "              [--audit FILE] [--metrics] [--mqtt HOST:PORT [--mqtt-prefix LEVELS]]\n");
       return arg == "--help" ? 0 : 2;
     }
   }

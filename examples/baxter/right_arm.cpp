@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "examples/baxter/right_arm.hpp"
 
 #include <algorithm>
@@ -29,9 +30,7 @@ double RightArm::acceleration(std::size_t joint) const noexcept {
   return (p.effort_nm - joints_[joint].friction * p.velocity_rad_s) / inertias[joint];
 }
 
-double RightArm::deceleration(std::size_t joint) const noexcept {
-  return parameters_[joint].effort_nm / inertias[joint];
-}
+double RightArm::deceleration(std::size_t joint) const noexcept { return parameters_[joint].effort_nm / inertias[joint]; }
 
 double RightArm::set_friction(std::size_t joint, double friction_nms_rad) noexcept {
   double& friction = joints_[joint].friction;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 // The right arm of a Rethink Robotics Baxter: seven revolute joints, each with its own drive.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A robot of one joint, for the conductor: it has a position, and an action that changes it.
 //
 //   ex_conductor_arm NAME [--port N]

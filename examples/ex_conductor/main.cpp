@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Robots that work together without knowing each other. A conductor watches them and acts by rules in a Turtle file: "when this property crosses that
 // value, invoke an action that changes this property". It is given URLs only; Things are found by type, actions by effect. A robot that joins later
 // takes part without a change. The conductor is a robot itself: its members are a collection, and it has one loop for its server and its client.
@@ -106,7 +107,7 @@ class Conductor {
 
   const std::vector<Rule> rules_;
   lrt::Client client_;
-  std::map<std::string, lrt::client::Robot> robots_;                // by the name of the member
+  std::map<std::string, lrt::client::Robot> robots_;  // by the name of the member
   std::map<std::string, std::vector<lrt::client::Watch>> watches_;
   int fired_ = 0;
 };

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A fleet: N simulated robots in one program, each with its own server and its own connection to one MQTT broker.
 //
 //   ex_fleet --mqtt HOST:PORT [--robots N] [--properties N] [--rate HZ] [--first-port PORT] [--seconds N]
@@ -105,8 +106,7 @@ std::optional<Settings> settings_of(int argc, char** argv) {
   for (int i = 1; i + 1 < argc; i += 2) {
     const std::string_view name = argv[i], value = argv[i + 1];
     const std::size_t colon = value.rfind(':');
-    if (name == "--mqtt" && colon != std::string_view::npos && read(value.substr(colon + 1), settings.port))
-      settings.host = value.substr(0, colon);
+    if (name == "--mqtt" && colon != std::string_view::npos && read(value.substr(colon + 1), settings.port)) settings.host = value.substr(0, colon);
     else if (name == "--robots" && read(value, settings.robots)) continue;
     else if (name == "--properties" && read(value, settings.properties)) continue;
     else if (name == "--rate" && read(value, settings.rate_hz) && settings.rate_hz > 0) continue;
@@ -122,9 +122,7 @@ std::optional<Settings> settings_of(int argc, char** argv) {
 int main(int argc, char** argv) {
   const std::optional<Settings> settings = settings_of(argc, argv);
   if (!settings) {
-    std::fprintf(
-        stderr,
-        "usage: ex_fleet --mqtt HOST:PORT [--robots N] [--properties N] [--rate HZ] [--first-port PORT] [--seconds N]\n");
+    std::fprintf(stderr, "usage: ex_fleet --mqtt HOST:PORT [--robots N] [--properties N] [--rate HZ] [--first-port PORT] [--seconds N]\n");
     return 2;
   }
   std::vector<std::unique_ptr<Robot>> robots;
@@ -141,8 +139,7 @@ int main(int argc, char** argv) {
   const auto begin = std::chrono::steady_clock::now();
   const auto period = std::chrono::microseconds(1'000'000 / settings->rate_hz);
   auto next = begin;
-  while (!interrupted &&
-         (settings->seconds == 0 || std::chrono::steady_clock::now() - begin < std::chrono::seconds(settings->seconds))) {
+  while (!interrupted && (settings->seconds == 0 || std::chrono::steady_clock::now() - begin < std::chrono::seconds(settings->seconds))) {
     for (auto& robot : robots) robot->step(1.0 / settings->rate_hz);
     next += period;
     do {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A program that has an httplib::Server already serves its robot there, below /robot: on the same port, with the same threads, beside its own
 // routes.
 //
@@ -41,8 +42,7 @@ int main(int argc, char** argv) {
   if (!server || !server->add(std::move(arm))) return 1;
 
   httplib::Server host;
-  host.Get("/health",
-           [](const httplib::Request&, httplib::Response& response) { response.set_content("fine\n", "text/plain"); });
+  host.Get("/health", [](const httplib::Request&, httplib::Response& response) { response.set_content("fine\n", "text/plain"); });
   lrt::mount(host, *server, "/robot");
   const int bound = port != 0 ? (host.bind_to_port("127.0.0.1", port) ? port : -1) : host.bind_to_any_port("127.0.0.1");
   if (bound < 0) return 1;

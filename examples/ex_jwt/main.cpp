@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bearer tokens of an identity provider: JSON Web Tokens (RFC 7519), judged by libjwt in Security::authenticate. "sub" is the name of the principal, the
 // words of "scope" are its roles. A browser logs in with such a token as with any other.
 //
@@ -35,8 +36,7 @@ class TokenJudge {
     if (!field || request.count("Authorization") != 1 || field->substr(0, scheme.size()) != scheme) return std::nullopt;
     const std::string token(field->substr(scheme.size()));
     jwt_t* decoded = nullptr;
-    if (jwt_decode(&decoded, token.c_str(), reinterpret_cast<const unsigned char*>(key_.data()),
-                   static_cast<int>(key_.size())) != 0)
+    if (jwt_decode(&decoded, token.c_str(), reinterpret_cast<const unsigned char*>(key_.data()), static_cast<int>(key_.size())) != 0)
       return std::nullopt;
     const std::unique_ptr<jwt_t, void (*)(jwt_t*)> jwt(decoded, jwt_free);
     // The token names the algorithm that libjwt has used. "none" is no signature, and of HS256 the public key would be the secret.
@@ -68,8 +68,7 @@ int main(int argc, char** argv) {
   lrt::Options options;
   options.listen.port = static_cast<std::uint16_t>(argc > 4 ? std::atoi(argv[4]) : 8080);
   options.security.authenticate = TokenJudge(std::move(key), argv[2], argv[3]);
-  options.security.roles = {{"read", lrt::security::Right::read | lrt::security::Right::subscribe},
-                            {"move", lrt::security::Rights::all()}};
+  options.security.roles = {{"read", lrt::security::Right::read | lrt::security::Right::subscribe}, {"move", lrt::security::Rights::all()}};
   auto server = lrt::Server::create(std::move(options));
   if (!server) return std::fprintf(stderr, "ex_jwt: %s\n", server.error().message.c_str()), 1;
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A program that has an lws_context already serves its robot there: on a port of its own, beside what the context does otherwise.
 //
 //   ex_lws_host [--port N] &  curl http://127.0.0.1:8080/arm/angle

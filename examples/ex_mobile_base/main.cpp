@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A mobile base that exists already (mobile_base.hpp) as a Linked Robotic Thing, without a change to its classes. Their getters are fields of
 // records, their callbacks answer commands, lrt logs to their logger, and the emergency stop works while everything else is busy.
 //
@@ -66,7 +67,8 @@ int main(int argc, char** argv) {
   lrt::Thing thing{"base"};
   thing.title("Mobile base").dispatch(lrt::Dispatch::io_thread);  // the class has a mutex: its functions may run on lrt's thread
   thing.property("pose", [&] { return base.pose(); });
-  thing.property("speed", [&] { return base.speed(); }, lrt::unit::metre_per_second);
+  thing.property(
+      "speed", [&] { return base.speed(); }, lrt::unit::metre_per_second);
   thing.property("battery", [&] { return base.battery(); });
   thing.property("bumper", [&] { return base.bumperPressed(); });
   thing.property("scan", [&] { return base.scan(); });
@@ -75,13 +77,16 @@ int main(int argc, char** argv) {
     return lrt::Unexpected{refused()};
   });
   thing.property("stopped", [&] { return base.isStopped(); });
-  thing.action("driveTo", [&](const Target& to, lrt::Responder done) {
-    const double distance = std::hypot(to.x - base.pose().x(), to.y - base.pose().y());
-    const auto progress = [done, distance](double left) { done.progress(distance > 0 ? 1 - left / distance : 1); };
-    const auto finished = [done](bool arrived, const std::string& why) { arrived ? done.succeed() : done.fail(why); };
-    if (!base.driveTo(to.x, to.y, progress, finished)) return done.fail(refused());
-    done.on_cancel([&] { base.cancelDrive(); });
-  }).policy(lrt::ActionPolicy::preempt());
+  thing
+      .action("driveTo",
+              [&](const Target& to, lrt::Responder done) {
+                const double distance = std::hypot(to.x - base.pose().x(), to.y - base.pose().y());
+                const auto progress = [done, distance](double left) { done.progress(distance > 0 ? 1 - left / distance : 1); };
+                const auto finished = [done](bool arrived, const std::string& why) { arrived ? done.succeed() : done.fail(why); };
+                if (!base.driveTo(to.x, to.y, progress, finished)) return done.fail(refused());
+                done.on_cancel([&] { base.cancelDrive(); });
+              })
+      .policy(lrt::ActionPolicy::preempt());
   thing.action("emergencyStop", [&] { base.emergencyStop(); }).stop();
   thing.action("release", [&] { base.release(); });
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "examples/ex_mobile_base/mobile_base.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 // A small mobile base with two driven wheels, as a company may have it for years: classes with getters, a mutex of its own, a 200 Hz loop of

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "examples/ex_own_transport/epoll_transport.hpp"
 
 #include <netdb.h>
@@ -41,10 +42,10 @@ struct EventWaker final : Waker {  // shared: it outlives the transport, and so 
 struct Client {
   Client(transport::SessionContext& context, std::string peer) : session(context, std::move(peer)) {}
   Descriptor socket;
-  Session session;                   // all that HTTP is; here are the socket and the clock
-  std::uint32_t epoch = 0;           // of `due`
-  Time due = never;                  // when the session's phase has lasted too long
-  std::uint32_t awaited = EPOLLIN;   // of epoll
+  Session session;                  // all that HTTP is; here are the socket and the clock
+  std::uint32_t epoch = 0;          // of `due`
+  Time due = never;                 // when the session's phase has lasted too long
+  std::uint32_t awaited = EPOLLIN;  // of epoll
   std::optional<engine::Ticket> ticket;
   bool ended = false, half_closed = false, closed = false;
 };
@@ -60,7 +61,8 @@ class EpollTransport final : public transport::Transport {
   int descriptor() noexcept override { return epoll_.number; }  // an epoll set is readable when it has something to say
 
   Result<void> start(engine::Handler& handler) override {
-    if (context_.handler || options_.tls) return unexpected(Errc::invalid_option, context_.handler ? "it was started already" : "there is no TLS here");
+    if (context_.handler || options_.tls)
+      return unexpected(Errc::invalid_option, context_.handler ? "it was started already" : "there is no TLS here");
     const std::string port = std::to_string(options_.port), where = options_.address + ", port " + port + ": ";
     addrinfo hints{}, *found = nullptr;
     hints.ai_flags = AI_NUMERICHOST | AI_NUMERICSERV, hints.ai_socktype = SOCK_STREAM;
@@ -148,7 +150,8 @@ class EpollTransport final : public transport::Transport {
   void go_on(std::uint64_t id, Client& c, TimePoint now) {
     bool blocked = false;
     if (const auto [first, second, third] = c.session.output(); !first.empty() && !c.closed) {
-      iovec parts[] = {{const_cast<char*>(first.data()), first.size()}, {const_cast<char*>(second.data()), second.size()},
+      iovec parts[] = {{const_cast<char*>(first.data()), first.size()},
+                       {const_cast<char*>(second.data()), second.size()},
                        {const_cast<char*>(third.data()), third.size()}};
       msghdr message{};
       message.msg_iov = parts, message.msg_iovlen = 3;

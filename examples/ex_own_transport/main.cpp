@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A joint on a custom transport: epoll_transport.cpp implements the HTTP server for lrt on an epoll loop.
 //
 //   ex_own_transport [--port N]
@@ -37,7 +38,8 @@ int main(int argc, char** argv) {
 
   double angle = 0.5, target = 0.5;  // [rad], owned by this thread
   lrt::Thing joint{"baxter/right_s1"};
-  joint.property("rotation", [&] { return angle; }, lrt::unit::radian);
+  joint.property(
+      "rotation", [&] { return angle; }, lrt::unit::radian);
   joint.action("rotate", [&](double to) { target = to; });
 
   auto server = lrt::Server::create(std::move(options));

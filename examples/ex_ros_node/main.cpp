@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A node of ROS 1 that makes joints web resources: each joint that a topic names becomes a Thing with its position, velocity and effort, and an
 // action that sends a target to another topic.
 //
@@ -83,7 +84,8 @@ class LinkedJoints {
     for (const Part& part : parts)
       if (const auto& values = state.*part.values; i < values.size()) {
         auto property = thing.property<double>(part.path);
-        property.facets(lrt::Facets{linear ? part.sliding : part.turning}.allow_non_finite());  // drivers send NaN for values that they do not measure
+        property.facets(
+            lrt::Facets{linear ? part.sliding : part.turning}.allow_non_finite());  // drivers send NaN for values that they do not measure
         property.publish(values[i]);
         joint.emplace_back(&part, property);
       }
@@ -91,15 +93,18 @@ class LinkedJoints {
     if (const auto limits = description_.limits.find(name); limits != description_.limits.end())
       target.between(limits->second.first, limits->second.second);
     // Called on the server's thread. A ros::Publisher may be used on any thread.
-    thing.action("command", [name, commands = commands_](double position) -> lrt::Result<void> {
-      if (commands.getNumSubscribers() == 0) return lrt::unexpected(lrt::Errc::refused, "nobody listens to " + commands.getTopic());
-      JointState command;
-      command.header.stamp = ros::Time::now();
-      command.name = {name};
-      command.position = {position};
-      commands.publish(command);
-      return {};
-    }).consumes(target);
+    thing
+        .action("command",
+                [name, commands = commands_](double position) -> lrt::Result<void> {
+                  if (commands.getNumSubscribers() == 0) return lrt::unexpected(lrt::Errc::refused, "nobody listens to " + commands.getTopic());
+                  JointState command;
+                  command.header.stamp = ros::Time::now();
+                  command.name = {name};
+                  command.position = {position};
+                  commands.publish(command);
+                  return {};
+                })
+        .consumes(target);
     if (const auto added = server_.add(std::move(thing)); !added) ROS_WARN("joint %s is left out: %s", name.c_str(), added.error().message.c_str());
     return joint;
   }
@@ -113,7 +118,9 @@ class LinkedJoints {
 };
 
 int usage() {
-  std::fprintf(stderr, "usage: ex_ros_node [--port N] [--public-base URL] [--allowed-host HOST]... [--cors ORIGIN]... [--linear JOINT]... [--limits JOINT LOWER UPPER]... [NAME:=VALUE]...\n");
+  std::fprintf(stderr,
+               "usage: ex_ros_node [--port N] [--public-base URL] [--allowed-host HOST]... [--cors ORIGIN]... [--linear JOINT]... [--limits JOINT "
+               "LOWER UPPER]... [NAME:=VALUE]...\n");
   return 2;
 }
 
@@ -154,7 +161,7 @@ int main(int argc, char** argv) {
   auto server = lrt::Server::create(options);
   if (!server) return std::fprintf(stderr, "ex_ros_node: %s\n", server.error().message.c_str()), 1;
   server->add(lrt::Thing{"robot"}).value();
-  server->start();  // on a thread of its own, because ROS uses the main thread
+  server->start();                                            // on a thread of its own, because ROS uses the main thread
   std::signal(SIGTERM, [](int) { ros::requestShutdown(); });  // as ROS itself does at SIGINT
   std::printf("joints appear at %srobot (Ctrl-C ends)\n", server->url().c_str());
   std::fflush(stdout);

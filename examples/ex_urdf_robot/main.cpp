@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Any robot with a URDF as Linked Robotic Things, moved by a recording of its joints or by clients.
 //
 //   ex_urdf_robot [URDF] [CSV] [--port N] [--bind ADDRESS] [--public-base URL] [--allowed-host HOST]... [--cors ORIGIN]... [--argument NAME=VALUE]...
@@ -55,8 +56,9 @@ int main(int argc, char** argv) {
       const auto [read_to, error] = std::from_chars(text.data(), end, options.listen.port);
       if (error != std::errc() || read_to != end) return std::fprintf(stderr, "ex_urdf_robot: --port wants 0 to 65535\n"), 2;
     } else {
-      std::fprintf(stderr, "usage: ex_urdf_robot [URDF] [CSV] [--port N] [--bind ADDRESS] [--public-base URL] [--allowed-host HOST]...\n"
-                           "                     [--cors ORIGIN]... [--argument NAME=VALUE]... [--package NAME=DIR]...\n");
+      std::fprintf(stderr,
+                   "usage: ex_urdf_robot [URDF] [CSV] [--port N] [--bind ADDRESS] [--public-base URL] [--allowed-host HOST]...\n"
+                   "                     [--cors ORIGIN]... [--argument NAME=VALUE]... [--package NAME=DIR]...\n");
       return arg == "--help" ? 0 : 2;
     }
   }
@@ -65,8 +67,7 @@ int main(int argc, char** argv) {
   if (!robot) return failed(robot.error());
   for (const std::string& warning : robot->model().warnings) std::fprintf(stderr, "ex_urdf_robot: %s\n", warning.c_str());
   if (!packages.folders.empty())
-    for (const std::string& warning : robot->serve_meshes(packages))
-      std::fprintf(stderr, "ex_urdf_robot: %s\n", warning.c_str());
+    for (const std::string& warning : robot->serve_meshes(packages)) std::fprintf(stderr, "ex_urdf_robot: %s\n", warning.c_str());
   std::optional<ex_urdf_robot::Trajectory> trajectory;
   if (!files[1].empty()) {
     auto loaded = ex_urdf_robot::Trajectory::load(files[1], robot->model());

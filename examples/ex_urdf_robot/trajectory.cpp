@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "examples/ex_urdf_robot/trajectory.hpp"
 
 #include <algorithm>
@@ -53,12 +54,10 @@ lrt::Result<Trajectory::Column> Trajectory::column(std::string_view name, const 
     return std::nullopt;
   };
   if (const auto found = of_joint(name, Kind::position)) return *found;
-  for (const auto& [prefix, kind] :
-       {std::pair<std::string_view, Kind>{"q", Kind::position}, {"dq", Kind::velocity}, {"tau", Kind::effort}}) {
+  for (const auto& [prefix, kind] : {std::pair<std::string_view, Kind>{"q", Kind::position}, {"dq", Kind::velocity}, {"tau", Kind::effort}}) {
     if (name.substr(0, prefix.size()) != prefix) continue;
     const std::string_view rest = name.substr(prefix.size());
-    if (const auto index = number<std::size_t>(rest); index && *index >= 1 && *index <= model.variables.size())
-      return Column{kind, *index - 1};
+    if (const auto index = number<std::size_t>(rest); index && *index >= 1 && *index <= model.variables.size()) return Column{kind, *index - 1};
     if (rest.substr(0, 1) == "_")
       if (const auto found = of_joint(rest.substr(1), kind)) return *found;
   }
@@ -78,8 +77,7 @@ lrt::Result<Trajectory> Trajectory::parse(std::string_view text, const lrt::urdf
     if (line.empty()) continue;
     const std::vector<std::string_view> here = cells(line);
     if (names.empty()) {
-      if (here[0] != "t" && here[0] != "time")
-        return wrong(line_number, "expected the names of columns, t or time first, found " + quoted(here[0]));
+      if (here[0] != "t" && here[0] != "time") return wrong(line_number, "expected the names of columns, t or time first, found " + quoted(here[0]));
       for (std::size_t i = 1; i < here.size(); ++i) {
         const auto found = column(here[i], model);
         if (!found) return wrong(line_number, found.error().message);
@@ -120,8 +118,7 @@ lrt::Result<Trajectory> Trajectory::load(const std::string& file, const lrt::urd
   return trajectory;
 }
 
-void Trajectory::at(double seconds, std::vector<double>& positions, std::vector<double>& velocities,
-                    std::vector<double>& efforts) const noexcept {
+void Trajectory::at(double seconds, std::vector<double>& positions, std::vector<double>& velocities, std::vector<double>& efforts) const noexcept {
   const double time = times_.front() + (duration() > 0 ? std::fmod(seconds, duration()) : 0);
   const std::size_t after = static_cast<std::size_t>(std::upper_bound(times_.begin(), times_.end(), time) - times_.begin());
   const std::size_t to = std::min(after, times_.size() - 1), from = after == 0 ? 0 : after - 1;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Validates an RDF file against the shapes of another. Needs no server.
 //
 //   lrt-shacl [--format turtle|n-triples|rdf-xml|text] DATA SHAPES [BASE-IRI]
@@ -36,8 +37,7 @@ lrt::Result<lrt::rdf::Graph> read_file(const std::string& name, const std::strin
   auto syntax = lrt::rdf::Syntax::turtle;
   if (ends_with(name, ".nt")) syntax = lrt::rdf::Syntax::n_triples;
   else if (ends_with(name, ".rdf") || ends_with(name, ".xml")) syntax = lrt::rdf::Syntax::rdf_xml;
-  else if (name != "-" && !ends_with(name, ".ttl"))
-    return lrt::unexpected(lrt::Errc::unsupported_syntax, "expected .ttl, .nt, .rdf or .xml");
+  else if (name != "-" && !ends_with(name, ".ttl")) return lrt::unexpected(lrt::Errc::unsupported_syntax, "expected .ttl, .nt, .rdf or .xml");
   lrt::rdf::ReadOptions options;
   options.base = base;
   options.max_triples = 10'000'000;
@@ -62,8 +62,7 @@ int run(const std::vector<std::string>& arguments) {
     else names.push_back(arguments[i]);
   }
   if (names.size() < 2 || names.size() > 3) return fail(std::string("expected DATA and SHAPES\n") + usage);
-  if (format != "turtle" && format != "n-triples" && format != "rdf-xml" && format != "text")
-    return fail("unknown format " + format + "\n" + usage);
+  if (format != "turtle" && format != "n-triples" && format != "rdf-xml" && format != "text") return fail("unknown format " + format + "\n" + usage);
   const std::string base = names.size() == 3 ? names[2] : "http://localhost/";
 
   const auto data = read_file(names[0], base);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One joint of a robot on the web: a property with its angle and an action that moves it.
 #include <lrt/lrt.hpp>
 
@@ -7,14 +8,15 @@ int main() {
   double angle = 0.5;  // [rad], owned by this thread
 
   lrt::Thing joint{"baxter/right_s1"};
-  joint.property("rotation", [&] { return angle; }, lrt::unit::radian);
+  joint.property(
+      "rotation", [&] { return angle; }, lrt::unit::radian);
   joint.action("rotate", [&](double target, lrt::Responder done) {
     angle = target;
     done.succeed();
   });
 
   lrt::Options options;                                       // http://127.0.0.1:8080/, for this machine only
-  options.listen.port = lesson::port();                              // with --serve: 8080
+  options.listen.port = lesson::port();                       // with --serve: 8080
   lrt::Server server = lrt::Server::create(options).value();  // value() throws what a Result has instead of a value
   server.add(std::move(joint)).value();
 
@@ -23,7 +25,7 @@ int main() {
     client.post("/baxter/right_s1/actions/rotate", "<> vom:numericalValue 0.75 .");  // lesson
     client.get_until("/baxter/right_s1/rotation", "0.75");                           // lesson
   });                                                                                // lesson
-  server.run();  // or, in a control loop: server.poll(), which never waits
+  server.run();                                                                      // or, in a control loop: server.poll(), which never waits
 }
 
 // Output:

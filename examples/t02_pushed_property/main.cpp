@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A control loop of 1 kHz publishes its position. publish() does not lock or allocate. lrt's own thread answers requests with the last value,
 // so the loop does not handle requests and does not call poll().
 #include <chrono>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A property that clients may write: on_write. The unit and the bounds are checked before the lambda is called. The lambda may refuse a value
 // for reasons that only the robot knows.
 #include <lrt/lrt.hpp>
@@ -9,7 +10,8 @@ int main() {
   bool emergency_stop = false;
 
   lrt::Thing arm{"arm"};
-  arm.property("speed", [&] { return speed; }, lrt::unit::metre_per_second)
+  arm.property(
+         "speed", [&] { return speed; }, lrt::unit::metre_per_second)
       .between(0, 1.5)
       .on_write([&](double wanted) -> lrt::Result<void> {  // or void, if the robot accepts every value within the bounds
         if (emergency_stop) return lrt::unexpected(lrt::Errc::refused, "the emergency stop is pressed");

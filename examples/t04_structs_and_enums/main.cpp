@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Your own structs and enums: list the fields of a struct, name the values of an enum. Clients that know a vocabulary understand a field with
 // a term of it. A field with a name of your own is documented by the Blueprint.
 #include <optional>
@@ -22,9 +23,7 @@ struct Grip {
 
 template <>
 struct lrt::rdf::traits<Mode> : lrt::rdf::Enumeration<Mode> {
-  static void describe(Enumeration<Mode>& e) {
-    e.name(Mode::idle, "idle").name(Mode::holding, "holding").name(Mode::fault, "fault");
-  }
+  static void describe(Enumeration<Mode>& e) { e.name(Mode::idle, "idle").name(Mode::holding, "holding").name(Mode::fault, "fault"); }
 };
 
 template <>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Actions that end when their lambda returns: without input or output, with both, and one that the robot refuses. Each POST creates an
 // invocation. Location is its URI, and clients can read it afterwards.
 #include <cmath>
@@ -17,8 +18,7 @@ int main() {
   });
   lift.action("moveTo",
               [&](double target) -> lrt::Result<void> {
-                if (!homed)
-                  return lrt::unexpected(lrt::Errc::refused, "the lift does not know its height yet: invoke home first");
+                if (!homed) return lrt::unexpected(lrt::Errc::refused, "the lift does not know its height yet: invoke home first");
                 height = target;
                 return {};
               })

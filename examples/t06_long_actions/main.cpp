@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Actions that take longer: keep the Responder, set the progress, and call succeed() at the end. A client watches the invocation, waits for it
 // or cancels it with DELETE. A policy defines what happens to a second command. The gripper shows an existing API with a completion callback: the
 // callback holds the Responder.

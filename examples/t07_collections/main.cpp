@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A collection: a container. Clients create members by POST and remove them by DELETE. lrt stores and shows the members. It calls a lambda
 // before each change, and the lambda may refuse.
 #include <map>
@@ -43,9 +44,7 @@ int main() {
   server.add(std::move(rover)).value();
 
   lesson::Visitor visitor(server, [](lesson::Client& client) {
-    const auto at = [](const std::string& x, const std::string& y) {
-      return "<> maths:x " + x + " ; maths:y " + y + " ; qudt:hasUnit unit:M .";
-    };
+    const auto at = [](const std::string& x, const std::string& y) { return "<> maths:x " + x + " ; maths:y " + y + " ; qudt:hasUnit unit:M ."; };
     client.options("/rover/waypoints");
     const std::string first = client.post("/rover/waypoints", at("1.5", "2")).field("Location");
     const std::string second = client.post("/rover/waypoints", at("3", "2")).field("Location");

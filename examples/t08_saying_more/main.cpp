@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Describing more: types and predicates of your domain, a title, any triple in C++ or in Turtle, and a thing within a thing. This is optional.
 // It lets clients find out what the thing is.
 #include <lrt/lrt.hpp>
@@ -20,7 +21,8 @@ int main() {
 
   lrt::Thing battery{"rover/battery"};  // a thing below a thing, by its path
   battery
-      .property("charge", [&] { return level; }, lrt::unit::one)
+      .property(
+          "charge", [&] { return level; }, lrt::unit::one)
       .predicate(Iri{"http://example.org/rover#charge"})
       .type(Iri{"http://www.w3.org/ns/sosa/ObservableProperty"})
       .add(lrt::vocab::rdfs::comment, "Measured at rest; drops by a tenth under load.");

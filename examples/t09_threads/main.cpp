@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which thread runs my lambda? Dispatch defines it, for a server or for one thing. Io defines whether lrt has a thread of its own.
 #include <condition_variable>
 #include <deque>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Testing your robot's things without a port, threads or waiting: with the transport Loopback, a clock that the test sets, and ids that the
 // test chooses. Everything runs in poll(), so every run has the same result.
 #include <chrono>
@@ -11,7 +12,8 @@
 
 lrt::Thing make_joint(double& angle) {  // the thing under test
   lrt::Thing joint{"joint"};
-  joint.property("rotation", [&] { return angle; }, lrt::unit::radian);
+  joint.property(
+      "rotation", [&] { return angle; }, lrt::unit::radian);
   joint.action("rotate", [&](double target) { angle = target; });
   return joint;
 }
@@ -37,8 +39,8 @@ class Numbers final : public lrt::IdSource {
 };
 
 void show(const lrt::http::Response& r) {
-  std::printf("%d %.*s\n%.*s\n", r.status, int(r.fields.find("Location").value_or("").size()),
-              r.fields.find("Location").value_or("").data(), int(r.content().size()), r.content().data());
+  std::printf("%d %.*s\n%.*s\n", r.status, int(r.fields.find("Location").value_or("").size()), r.fields.find("Location").value_or("").data(),
+              int(r.content().size()), r.content().data());
 }
 
 int main() {
@@ -76,7 +78,7 @@ int main() {
 
   ask("GET", "/joint/rotation");
   clock.advance(options.limits.host_timeout);  // the host hangs ...
-  server.poll();                            // ... and the waiting request gets 503
+  server.poll();                               // ... and the waiting request gets 503
 }
 
 // Output:

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Your own SHACL shapes. They become part of the thing's Blueprint and validate what clients send, before any lambda is called.
 #include <lrt/lrt.hpp>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The SHACL engine alone: no server, no robot.
 #include <lrt/rdf/codec.hpp>
 #include <lrt/shacl/validator.hpp>

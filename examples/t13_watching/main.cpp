@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A client opens a WebSocket on the URI of a resource and is notified of each change. The robot's code needs nothing for it.
 #include <lrt/lrt.hpp>
 
@@ -9,7 +10,8 @@ int main() {
   angle.publish(0);
 
   double temperature = 36.5;  // pulled: read ten times a second while it is observed, or at your own period ...
-  auto motor = joint.property("temperature", [&] { return temperature; }, lrt::unit::degree_celsius);
+  auto motor = joint.property(
+      "temperature", [&] { return temperature; }, lrt::unit::degree_celsius);
   motor.sample(std::chrono::milliseconds(0));  // ... here only when we call changed()
 
   joint.action("turn", [&](double to, lrt::Responder done) {

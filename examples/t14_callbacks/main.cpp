@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A client that cannot keep a connection open gives a URL, and lrt posts notifications to it. The integrator defines the allowed receivers.
 #include <lrt/lrt.hpp>
 
@@ -29,8 +30,8 @@ int main() {
     client.notified(receiver);
 
     // The same by POST to the container of subscriptions. With a secret each notification is signed.
-    client.post("/arm/joint/subscriptions", "<> hybrit:onResource <../joint/angle> ; hybrit:callbackURL \"" + receiver.url() +
-                                                "\"^^xsd:anyURI ; lrt:secret \"between us\" .");
+    client.post("/arm/joint/subscriptions",
+                "<> hybrit:onResource <../joint/angle> ; hybrit:callbackURL \"" + receiver.url() + "\"^^xsd:anyURI ; lrt:secret \"between us\" .");
     client.notified(receiver);
     client.get("/arm/joint/angle", "Upgrade: callback\r\nCallback: http://stranger.example/\r\n");
   });

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One thread that waits in its own poll() for its devices and for the server. lrt has no thread and uses no CPU time without requests.
 #include <poll.h>
 #include <sys/timerfd.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A robot on Boost.Asio gives its io_context to the server: it does not call poll(), and lambdas run among its own handlers.
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/steady_timer.hpp>

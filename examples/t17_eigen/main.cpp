@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Values of Eigen's types: include lrt/eigen.hpp. Vectors, rotations and poses are represented in the terms of the paper's Figure 3, other
 // vectors and matrices as lists. An invalid rotation is refused.
 #include <cstdio>
@@ -20,12 +21,14 @@ int main() {
   auto tool = arm.property<Eigen::Isometry3d>("tool", lrt::unit::metre);
   arm.property("joints", [&] { return joints; });
   arm.property("orientation", [&] { return orientation; }).on_write([&](const Eigen::Quaterniond& wanted) { orientation = wanted; });
-  arm.action("reach", [&](const Eigen::Vector3d& point) {
-    target = point;
-    Eigen::Isometry3d pose(orientation);
-    pose.translation() = target;
-    tool.publish(pose);  // fixed sizes: no lock, no allocation, suitable for a control loop
-  }).unit(lrt::unit::metre);
+  arm.action("reach",
+             [&](const Eigen::Vector3d& point) {
+               target = point;
+               Eigen::Isometry3d pose(orientation);
+               pose.translation() = target;
+               tool.publish(pose);  // fixed sizes: no lock, no allocation, suitable for a control loop
+             })
+      .unit(lrt::unit::metre);
 
   lrt::Server server = lrt::Server::create(lesson::options()).value();
   server.add(std::move(arm)).value();

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Further formats of a value: JSON, text and CBOR are built in. Pictures, tables or raw numbers need encoders of your own. The RDF lists each
 // format with its size, so that a client finds the bytes and their meaning.
 #include <array>
@@ -32,7 +33,8 @@ int main() {
   image.frame(lrt::Object::resource("head/optical_frame"));
 
   std::array<double, 2> angles{0.25, -1};
-  head.property("angles", [&] { return angles; }, lrt::unit::radian)
+  head.property(
+          "angles", [&] { return angles; }, lrt::unit::radian)
       .octets()  // also application/octet-stream, for GET and PUT
       .on_write([&](const std::array<double, 2>& a) { angles = a; });
 

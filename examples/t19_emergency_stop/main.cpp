@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An emergency stop that works while everything else is busy: a long action runs, and the host computes and does not poll. The lambda of the
 // stop runs on the thread of lrt (Action::stop) and only sets an atomic flag, which the control loop obeys in its next period. It is also served when
 // connections and waiting requests are at their limits, and the page for people has a button for it.

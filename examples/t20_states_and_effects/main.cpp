@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What can be done now, and what it leads to. A gripper offers `grip` while it is open and `release` while it holds something: a client that follows
 // links finds only what is possible. Each action states its effect, so a client that wants the gripper open finds the action that opens it.
 #include <string>

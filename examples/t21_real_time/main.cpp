@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A control loop with SCHED_FIFO, as on PREEMPT_RT. lrt's threads inherit neither its policy nor its CPU, so nothing that clients do delays the loop.
 #include <sched.h>
 #include <sys/mman.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The other side: a program that uses a robot. It is given one URL, finds the rest by links and types, reads and writes C++ values, and invokes an
 // action by what it changes. Inputs are judged by the robot's own shapes before they are sent.
 #include <atomic>
@@ -15,10 +16,12 @@ void run_robot(std::atomic<bool>& ends, std::atomic<int>& port) {
   double width = 0.04, force = 10;  // [m], [N]
   lrt::Thing gripper{"gripper"};
   auto opening = gripper.property<double>("width", lrt::unit::metre);
-  gripper.property("force", [&] { return force; }, lrt::unit::newton).on_write([&](double f) { force = f; }).between(0, 40);
-  gripper.action("move", [&](double to) { width = to; })
-      .consumes(lrt::Facets(lrt::unit::metre).between(0, 0.08))
-      .effect(opening, lrt::from_input);
+  gripper
+      .property(
+          "force", [&] { return force; }, lrt::unit::newton)
+      .on_write([&](double f) { force = f; })
+      .between(0, 40);
+  gripper.action("move", [&](double to) { width = to; }).consumes(lrt::Facets(lrt::unit::metre).between(0, 0.08)).effect(opening, lrt::from_input);
   lrt::Options options;
   options.listen.port = 0;
   lrt::Server server = lrt::Server::create(options).value();
@@ -31,7 +34,9 @@ void run_robot(std::atomic<bool>& ends, std::atomic<int>& port) {
   }
 }
 
-void say(const std::string& what, const lrt::Result<void>& done) { std::printf("%s: %s\n", what.c_str(), done ? "done" : done.error().message.c_str()); }
+void say(const std::string& what, const lrt::Result<void>& done) {
+  std::printf("%s: %s\n", what.c_str(), done ? "done" : done.error().message.c_str());
+}
 
 }  // namespace
 
@@ -46,7 +51,8 @@ int main() {
     const auto robot = client.open("http://127.0.0.1:" + std::to_string(port) + "/").value();
     for (const lrt::client::Thing& thing : robot.things()) {
       std::printf("%s has\n", thing.name().c_str());
-      for (const auto& property : thing.properties()) std::printf("  %s%s\n", property.name().c_str(), property.is_writable().value() ? ", which can be written" : "");
+      for (const auto& property : thing.properties())
+        std::printf("  %s%s\n", property.name().c_str(), property.is_writable().value() ? ", which can be written" : "");
       for (const auto& action : thing.actions()) std::printf("  an action %s\n", action.name().c_str());
     }
 

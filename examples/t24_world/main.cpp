@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the robot knows of its surroundings: a World holds named graphs, each a resource that clients read and watch. Code changes a graph in one step,
 // clients may write where the robot lets them, and SHACL judges both. The control loop publishes where things are without waiting for anybody.
 #include <cstdio>
@@ -36,15 +37,18 @@ int main() {
   server.add(std::move(world)).value();
 
   // A camera sees a cup. Readers see both triples or none.
-  objects.update([](lrt::GraphUpdate& u) {
-    u.add("#cup", lrt::vocab::rdf_::type, lrt::Iri("http://schema.org/Product"));
-    u.add("#cup", lrt::vocab::rdfs::label, "the red cup");
-  }).value();
+  objects
+      .update([](lrt::GraphUpdate& u) {
+        u.add("#cup", lrt::vocab::rdf_::type, lrt::Iri("http://schema.org/Product"));
+        u.add("#cup", lrt::vocab::rdfs::label, "the red cup");
+      })
+      .value();
   // The loop says where it is: no lock, no allocation.
   auto cup = objects.published<Position>("cup", position, lrt::unit::metre);
   cup.publish({0.5, -0.25});
 
-  const lrt::Result<void> refused = tasks.update([](lrt::GraphUpdate& u) { u.add("#1", lrt::vocab::rdf_::type, lrt::Iri("http://schema.org/Action")); });
+  const lrt::Result<void> refused =
+      tasks.update([](lrt::GraphUpdate& u) { u.add("#1", lrt::vocab::rdf_::type, lrt::Iri("http://schema.org/Action")); });
 
   lesson::Visitor visitor(server, [&refused](lesson::Client& client) {
     std::printf("%.*s\n\n", static_cast<int>(refused.error().message.find(": <")), refused.error().message.c_str());

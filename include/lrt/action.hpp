@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cassert>
@@ -9,6 +10,7 @@
 #include <type_traits>
 #include <utility>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/model/detail/spec.hpp>
 #include <lrt/model/resource_handle.hpp>
 #include <lrt/property.hpp>
@@ -16,6 +18,7 @@
 #include <lrt/responder.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 /// In Action::effect(): the value that the invocation was given.
 struct FromInput {};
@@ -25,7 +28,7 @@ inline constexpr FromInput from_input{};
 /// the thing is removed.
 ///
 /// @par Threads  Set-up: one at a time, before Server::add(). available: any.
-class Action : public model::ResourceHandle<Action, model::ActionSpec> {
+class LRT_API Action : public model::ResourceHandle<Action, model::ActionSpec> {
  public:
   /// An empty handle, to be assigned later.
   Action() noexcept = default;
@@ -152,7 +155,11 @@ class Action : public model::ResourceHandle<Action, model::ActionSpec> {
   Action& add_effect(std::string_view property, bool input);
 };
 
-namespace model {
+}  // namespace v0
+}  // namespace lrt
+
+namespace lrt::model {
+inline namespace v0 {
 
 /// The parameters and the result of a callable. `known` is false for generic lambdas, std::bind and what is no callable.
 template <class F, class = void>
@@ -237,8 +244,9 @@ constexpr bool check_action() {
     } else if constexpr (Shape::asynchronous && !std::is_void_v<typename Shape::Return>) {
       static_assert(always_false<F>, "lrt: an action with a Responder must return void; end it by succeed() or fail() of the Responder");
     } else if constexpr (Shape::asynchronous && Shape::takes_view) {
-      static_assert(always_false<F>,
-                    "lrt: the text of a std::string_view or const char* ends with the call, but an action with a Responder goes on; take a std::string");
+      static_assert(
+          always_false<F>,
+          "lrt: the text of a std::string_view or const char* ends with the call, but an action with a Responder goes on; take a std::string");
     } else if constexpr (std::is_same_v<typename Shape::Parameter, char*> || !is_callable_with<F>(static_cast<typename Shape::Args*>(nullptr))) {
       static_assert(always_false<F>, "lrt: an action takes its input by value or by const reference; drop the `&` or write `const`");
     } else {
@@ -287,5 +295,5 @@ auto erase_action(F f) {
   };
 }
 
-}  // namespace model
-}  // namespace lrt
+}  // namespace v0
+}  // namespace lrt::model

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -7,6 +8,7 @@
 #include <type_traits>
 #include <utility>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/base/unique_function.hpp>
 #include <lrt/client/http.hpp>
@@ -16,6 +18,7 @@
 #include <lrt/client/typed.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 /// Uses robots that are Linked Robotic Things, of lrt or of others. It is given one URL and finds the rest by links and shapes, never by known paths.
 ///
@@ -31,7 +34,7 @@ namespace lrt {
 ///
 /// @par Threads  poll, wait: one thread at a time. All else: any.
 /// @par Implements  R1.6
-class Client {
+class LRT_API Client {
  public:
   /// @par Errors  invalid_option, io_error
   static Result<Client> create(client::Options options = {});
@@ -96,4 +99,5 @@ class Client {
   std::shared_ptr<client::Session> session_;
 };
 
+}  // namespace v0
 }  // namespace lrt

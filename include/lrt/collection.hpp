@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <memory>
@@ -10,6 +11,7 @@
 #include <lrt/rdf/traits.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 /// Handle to a collection of a Thing: a container of values (way-points, tasks, saved poses). Clients create members by POST and remove
 /// them by DELETE. The server stores the members. It calls your lambda before each change, and the lambda may refuse it.
@@ -26,8 +28,9 @@ class Collection : public model::ResourceHandle<Collection<T>, model::Collection
   Collection& on_create(F create) {
     constexpr bool with_id = std::is_invocable_v<F&, const std::string&, T>, alone = std::is_invocable_v<F&, T>;
     if constexpr (!with_id && !alone) {
-      static_assert(rdf::detail::always_false<F>,
-                    "lrt: on_create expects a callable (T) or (const std::string& id, T), where T is the collection's type; write [](T value) { ... }");
+      static_assert(
+          rdf::detail::always_false<F>,
+          "lrt: on_create expects a callable (T) or (const std::string& id, T), where T is the collection's type; write [](T value) { ... }");
       return *this;
     } else if constexpr (with_id && alone) {
       static_assert(rdf::detail::always_false<F>,
@@ -87,4 +90,5 @@ class Collection : public model::ResourceHandle<Collection<T>, model::Collection
   explicit Collection(std::shared_ptr<model::CollectionSpec> spec) noexcept : Base(std::move(spec)) {}
 };
 
+}  // namespace v0
 }  // namespace lrt

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cmath>
@@ -58,6 +59,7 @@
 ///   the RDF. If the number of columns or rows is fixed (Matrix<double, Dynamic, 3>, one point for each row), PUT accepts octets too.
 
 namespace lrt::rdf {
+inline namespace v0 {
 
 namespace detail::eigen {
 
@@ -74,9 +76,7 @@ inline constexpr Iri coordinate_terms[] = {vocab::maths::x, vocab::maths::y, voc
 
 inline std::string local_name(Iri term) { return std::string(term.text.substr(term.text.find_last_of("#/") + 1)); }
 
-inline FieldType field(Iri term, const Type& type, const Facets& facets = {}) {
-  return {local_name(term), std::string(term.text), &type, facets};
-}
+inline FieldType field(Iri term, const Type& type, const Facets& facets = {}) { return {local_name(term), std::string(term.text), &type, facets}; }
 inline Type record(std::initializer_list<Iri> classes, std::vector<FieldType> fields) {
   Type t;
   t.kind = Type::Kind::record;
@@ -115,8 +115,7 @@ template <class S>
 Result<S> decode_number(const Value& value) {
   Result<S> number = traits<S>::decode(value);
   if constexpr (std::is_floating_point_v<S>)
-    if (number && !std::isfinite(*number))
-      return unexpected(Errc::expected_value, "expected a finite number, found " + lexical::format(*number));
+    if (number && !std::isfinite(*number)) return unexpected(Errc::expected_value, "expected a finite number, found " + lexical::format(*number));
   return number;
 }
 
@@ -166,9 +165,9 @@ struct Coordinates {
   using S = typename V::Scalar;
   static const Type& type() {
     static const Immortal<Type> t(coordinates<S>({V::SizeAtCompileTime == 2   ? vocab::maths::Vector2D
-                                          : V::SizeAtCompileTime == 3 ? vocab::maths::Vector3D
-                                                                      : vocab::maths::Vector4D},
-                                         V::SizeAtCompileTime));
+                                                  : V::SizeAtCompileTime == 3 ? vocab::maths::Vector3D
+                                                                              : vocab::maths::Vector4D},
+                                                 V::SizeAtCompileTime));
     return *t;
   }
   static Value encode(const V& v) { return encode_coordinates(v.data(), v.size()); }
@@ -256,8 +255,7 @@ struct Rows {
 
 template <class M>
 using MatrixTraits = std::conditional_t<!M::IsVectorAtCompileTime, Rows<M>,
-                                        std::conditional_t<(M::SizeAtCompileTime >= 2 && M::SizeAtCompileTime <= 4), Coordinates<M>,
-                                                           List<M>>>;
+                                        std::conditional_t<(M::SizeAtCompileTime >= 2 && M::SizeAtCompileTime <= 4), Coordinates<M>, List<M>>>;
 
 /// The reason why it is not a rotation; nullopt: it is one.
 template <class S>
@@ -290,7 +288,8 @@ template <class S, int Options>
 struct traits<Eigen::Quaternion<S, Options>> {
   using T = Eigen::Quaternion<S, Options>;
   static const Type& type() {
-    static const Immortal<Type> t(detail::eigen::quantity<S>(vocab::spatial::Rotation3D, vocab::vom::Angle, {vocab::maths::Quaternion, vocab::maths::Vector4D}, 4));
+    static const Immortal<Type> t(
+        detail::eigen::quantity<S>(vocab::spatial::Rotation3D, vocab::vom::Angle, {vocab::maths::Quaternion, vocab::maths::Vector4D}, 4));
     return *t;
   }
   static Value encode(const T& q) { return detail::eigen::encode_coordinates(q.coeffs().data(), 4); }
@@ -313,9 +312,9 @@ struct traits<Eigen::AngleAxis<S>> {
   using Axis = Eigen::Matrix<S, 3, 1>;
   static const Type& type() {
     using detail::eigen::field;
-    static const Immortal<Type> t(detail::eigen::record({vocab::spatial::AxisAngle, vocab::spatial::Rotation3D},
-                                                {field(vocab::spatial::rotationAngle, traits<S>::type(), Facets{unit::radian}),
-                                                 field(vocab::spatial::rotationAxis, traits<Axis>::type())}));
+    static const Immortal<Type> t(detail::eigen::record(
+        {vocab::spatial::AxisAngle, vocab::spatial::Rotation3D},
+        {field(vocab::spatial::rotationAngle, traits<S>::type(), Facets{unit::radian}), field(vocab::spatial::rotationAxis, traits<Axis>::type())}));
     return *t;
   }
   static Value encode(const T& a) { return Value(Value::Sequence{traits<S>::encode(a.angle()), traits<Axis>::encode(a.axis())}); }
@@ -333,9 +332,7 @@ struct traits<Eigen::AngleAxis<S>> {
     return T(*angle, *axis);
   }
   static bool runs_user_code() noexcept { return false; }
-  static bool same(const T& a, const T& b) noexcept {
-    return traits<S>::same(a.angle(), b.angle()) && traits<Axis>::same(a.axis(), b.axis());
-  }
+  static bool same(const T& a, const T& b) noexcept { return traits<S>::same(a.angle(), b.angle()) && traits<Axis>::same(a.axis(), b.axis()); }
 };
 
 /// 3 numbers by name.
@@ -364,13 +361,13 @@ template <class S, int Options>
 struct traits<Eigen::Transform<S, 3, Eigen::Isometry, Options>> {
   using T = Eigen::Transform<S, 3, Eigen::Isometry, Options>;
   using Shift = Eigen::Translation<S, 3>;
-  using Turn = Eigen::Quaternion<S, Options & int(Eigen::DontAlign)>;  // not aligned to more than the transform itself
+  using Turn = Eigen::Quaternion<S, Options& int(Eigen::DontAlign)>;  // not aligned to more than the transform itself
   using Linear = Eigen::Matrix<S, 3, 3>;
   static const Type& type() {
     static const Immortal<Type> t(detail::eigen::record({vocab::spatial::SpatialRelationship},
-                                                {detail::eigen::field_with_unit(vocab::spatial::translation, traits<Shift>::type()),
-                                                 detail::eigen::field(vocab::spatial::rotation, traits<Turn>::type()),
-                                                 detail::eigen::field(vocab::lrt_::matrix, traits<std::optional<Linear>>::type())}));
+                                                        {detail::eigen::field_with_unit(vocab::spatial::translation, traits<Shift>::type()),
+                                                         detail::eigen::field(vocab::spatial::rotation, traits<Turn>::type()),
+                                                         detail::eigen::field(vocab::lrt_::matrix, traits<std::optional<Linear>>::type())}));
     return *t;
   }
   static Value encode(const T& pose) {
@@ -407,15 +404,14 @@ struct traits<Eigen::Transform<S, 3, Eigen::Isometry, Options>> {
 
 /// A translation and an arbitrary linear part: rotation, scale, shear.
 template <class S, int Mode, int Options>
-struct traits<Eigen::Transform<S, 3, Mode, Options>,
-              std::enable_if_t<Mode == int(Eigen::Affine) || Mode == int(Eigen::AffineCompact)>> {
+struct traits<Eigen::Transform<S, 3, Mode, Options>, std::enable_if_t<Mode == int(Eigen::Affine) || Mode == int(Eigen::AffineCompact)>> {
   using T = Eigen::Transform<S, 3, Mode, Options>;
   using Shift = Eigen::Translation<S, 3>;
   using Linear = Eigen::Matrix<S, 3, 3>;
   static const Type& type() {
     static const Immortal<Type> t(detail::eigen::record({vocab::spatial::SpatialRelationship},
-                                                {detail::eigen::field_with_unit(vocab::spatial::translation, traits<Shift>::type()),
-                                                 detail::eigen::field(vocab::lrt_::matrix, traits<Linear>::type())}));
+                                                        {detail::eigen::field_with_unit(vocab::spatial::translation, traits<Shift>::type()),
+                                                         detail::eigen::field(vocab::lrt_::matrix, traits<Linear>::type())}));
     return *t;
   }
   static Value encode(const T& transform) {
@@ -437,4 +433,5 @@ struct traits<Eigen::Transform<S, 3, Mode, Options>,
   static bool same(const T& a, const T& b) noexcept { return detail::eigen::same_transform(a, b); }
 };
 
+}  // namespace v0
 }  // namespace lrt::rdf

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -7,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/base/waker.hpp>
 #include <lrt/engine/feed.hpp>
@@ -14,6 +16,7 @@
 #include <lrt/security.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 class Server;
 
@@ -26,7 +29,7 @@ class Server;
 /// It must not outlive its server. After Server::stop() it has nothing more.
 ///
 /// @par Threads  One at a time, any; not a lambda of the server. wake() of waker(): any.
-class Feed {
+class LRT_API Feed {
  public:
   using Channel = subscription::Channel;
 
@@ -43,14 +46,12 @@ class Feed {
   };
   /// What take() has found.
   struct Batch {
-    std::vector<engine::ObservableResource>
-        resources;  ///< with the first call all that can be observed, then those that came, or have another path
+    std::vector<engine::ObservableResource> resources;  ///< with the first call all that can be observed, then those that came, or have another path
     std::vector<engine::FeedMessage> messages;
     std::vector<Response> responses;
-    std::uint64_t structure =
-        0;  ///< moves whenever a Thing comes or goes, or what one promises changes, such as the availability of an action
-    bool more = false;    ///< there may be more at once
-    bool closed = false;  ///< the server has stopped
+    std::uint64_t structure = 0;  ///< moves whenever a Thing comes or goes, or what one promises changes, such as the availability of an action
+    bool more = false;            ///< there may be more at once
+    bool closed = false;          ///< the server has stopped
   };
 
   /// Who sends a request.
@@ -98,4 +99,5 @@ class Feed {
   std::shared_ptr<State> state_;
 };
 
+}  // namespace v0
 }  // namespace lrt

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <httplib.h>
@@ -21,6 +22,7 @@
 #include <lrt/transport/transport.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 /// Bounds of what a mounted server uses of its host. The host's own settings (connections, times, payload length) hold as well.
 struct MountOptions {
@@ -30,12 +32,15 @@ struct MountOptions {
   std::chrono::milliseconds ping_interval{15'000};  ///< an event stream without an event for so long gets a comment
 };
 
-namespace detail {
+}  // namespace v0
+}  // namespace lrt
+
+namespace lrt::detail {
+inline namespace v0 {
 
 class Mount {
  public:
-  Mount(Server& server, std::string prefix, MountOptions options)
-      : server_(server), prefix_(std::move(prefix)), options_(options) {}
+  Mount(Server& server, std::string prefix, MountOptions options) : server_(server), prefix_(std::move(prefix)), options_(options) {}
 
   /// A regular expression for the decoded path of cpp-httplib. The target may be in absolute-form.
   std::string pattern() const {
@@ -74,8 +79,7 @@ class Mount {
     const bool unread = has_content && !may_have_content(from.method);  // some releases leave it on the connection
     request.fields.erase(std::remove_if(request.fields.begin(), request.fields.end(),
                                         [](const http::Field& field) {
-                                          return http::iequals(field.name, "Content-Length") ||
-                                                 http::iequals(field.name, "Transfer-Encoding");
+                                          return http::iequals(field.name, "Content-Length") || http::iequals(field.name, "Transfer-Encoding");
                                         }),
                          request.fields.end());
     std::string body;
@@ -99,8 +103,7 @@ class Mount {
 
   /// An open event stream.
   struct Stream {
-    Stream(std::shared_ptr<std::atomic<std::size_t>> open, EventSource source)
-        : count(std::move(open)), events(std::move(source)) {}
+    Stream(std::shared_ptr<std::atomic<std::size_t>> open, EventSource source) : count(std::move(open)), events(std::move(source)) {}
     ~Stream() { --*count; }
     Stream(const Stream&) = delete;
     Stream& operator=(const Stream&) = delete;
@@ -114,9 +117,7 @@ class Mount {
   static bool is_added_by_httplib(std::string_view name) {
     return name == "REMOTE_ADDR" || name == "REMOTE_PORT" || name == "LOCAL_ADDR" || name == "LOCAL_PORT";
   }
-  static bool may_have_content(std::string_view method) {
-    return method == "POST" || method == "PUT" || method == "PATCH" || method == "DELETE";
-  }
+  static bool may_have_content(std::string_view method) { return method == "POST" || method == "PUT" || method == "PATCH" || method == "DELETE"; }
 
   /// The target as it was received, but for the prefix. The prefix may contain percent escapes (RFC 3986 6.2.2.2).
   std::optional<std::string> without_prefix(const std::string& target) const {
@@ -124,8 +125,7 @@ class Mount {
     std::size_t begin = 0;
     if (target[0] != '/') {
       const std::size_t authority = target.find("://");
-      begin =
-          authority == std::string::npos ? target.size() : std::min(target.find_first_of("/?", authority + 3), target.size());
+      begin = authority == std::string::npos ? target.size() : std::min(target.find_first_of("/?", authority + 3), target.size());
     }
     std::size_t at = begin;
     for (const char expected : prefix_) {
@@ -143,22 +143,18 @@ class Mount {
     if (!ends && target[at] != '/') return std::nullopt;
     return target.substr(0, begin) + (ends ? "/" : "") + target.substr(at);
   }
-  static int hex(char c) {
-    return c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10 : c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
-  }
+  static int hex(char c) { return c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10 : c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1; }
 
   static std::optional<http::Refusal> check(const http::Request& request, http::Framing& framing) {
     // Some releases of cpp-httplib decode percent escapes in values, which may contain any byte then.
     for (const http::Field& field : request.fields)
       for (const char c : field.value)
-        if ((static_cast<unsigned char>(c) < 0x20 && c != '\t') || c == 0x7f)
-          return http::Refusal{400, "a field value has a control character"};
+        if ((static_cast<unsigned char>(c) < 0x20 && c != '\t') || c == 0x7f) return http::Refusal{400, "a field value has a control character"};
     return http::check_request(request, framing);
   }
 
-  std::optional<http::Response> read(const httplib::Request& from, const httplib::Response& to, http::Request& request,
-                                     const http::Framing& framing, const httplib::ContentReader* reader,
-                                     std::string& body) const {
+  std::optional<http::Response> read(const httplib::Request& from, const httplib::Response& to, http::Request& request, const http::Framing& framing,
+                                     const httplib::ContentReader* reader, std::string& body) const {
     // cpp-httplib would decode these, the one into its own files, the other into what the fields do not describe.
     if (from.is_multipart_form_data()) return problem(415, "Content-Type: multipart/form-data is not supported");
     if (const auto coding = request.find("Content-Encoding"); coding && !http::iequals(*coding, "identity")) {
@@ -206,10 +202,9 @@ class Mount {
     const std::shared_ptr<const std::string> body = std::move(response.body);
     if (body && !body->empty() && http::may_have_body(response.status)) {
       // Not `to.body`: cpp-httplib may compress that, under the entity tag of what it was.
-      to.set_content_provider(
-          body->size(), content_type, [body, close](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
-            return sink.write(body->data() + offset, length) && !close;  // false: cpp-httplib closes the connection
-          });
+      to.set_content_provider(body->size(), content_type, [body, close](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
+        return sink.write(body->data() + offset, length) && !close;  // false: cpp-httplib closes the connection
+      });
     } else if (close && from.method != "HEAD") {
       to.set_content_provider(content_type, [](std::size_t, httplib::DataSink&) { return false; });
     } else if (!content_type.empty()) {
@@ -257,8 +252,7 @@ class Mount {
       if (http::iequals(field.name, "Content-Type")) content_type = field.value;
       else if (!http::iequals(field.name, "Content-Length")) to.set_header(std::string(field.name), std::string(field.value));
     }
-    if (to.headers.find("Date") == to.headers.end())
-      to.set_header("Date", http::to_http_date(std::chrono::system_clock::now()));
+    if (to.headers.find("Date") == to.headers.end()) to.set_header("Date", http::to_http_date(std::chrono::system_clock::now()));
     // RFC 9110 7.8: a response with Upgrade names it in Connection.
     if (to.headers.find("Upgrade") != to.headers.end()) to.set_header("Connection", response.close ? "close, Upgrade" : "Upgrade");
     if (response.close && to.headers.find("Connection") == to.headers.end()) to.set_header("Connection", "close");
@@ -271,7 +265,11 @@ class Mount {
   const std::shared_ptr<std::atomic<std::size_t>> streams_ = std::make_shared<std::atomic<std::size_t>>(0);
 };
 
-}  // namespace detail
+}  // namespace v0
+}  // namespace lrt::detail
+
+namespace lrt {
+inline namespace v0 {
 
 /// Mounts a server's Things into a host's cpp-httplib server (0.11.4 or later), below a prefix: `/robot` is the server's root, and its
 /// representations have the base `http://HOST/robot`. The host's threads, TLS and other routes stay. Its default fields, error handler and
@@ -299,22 +297,19 @@ inline void mount(httplib::Server& http_server, Server& server, std::string pref
   const bool is_root = prefix.empty();
   const auto mounted = std::make_shared<detail::Mount>(server, std::move(prefix), options);
   const std::string pattern = mounted->pattern();
-  const auto without_reader = [mounted](const httplib::Request& from, httplib::Response& to) {
-    mounted->serve(from, to, nullptr);
+  const auto without_reader = [mounted](const httplib::Request& from, httplib::Response& to) { mounted->serve(from, to, nullptr); };
+  const auto with_reader = [mounted](const httplib::Request& from, httplib::Response& to, const httplib::ContentReader& reader) {
+    mounted->serve(from, to, &reader);
   };
-  const auto with_reader = [mounted](const httplib::Request& from, httplib::Response& to,
-                                     const httplib::ContentReader& reader) { mounted->serve(from, to, &reader); };
   http_server.Get(pattern, without_reader);
   http_server.Options(pattern, without_reader);
   if (is_root) {
     // cpp-httplib prefers all handlers with a reader to those without, the host's.
-    http_server.Post(pattern, without_reader)
-        .Put(pattern, without_reader)
-        .Patch(pattern, without_reader)
-        .Delete(pattern, without_reader);
+    http_server.Post(pattern, without_reader).Put(pattern, without_reader).Patch(pattern, without_reader).Delete(pattern, without_reader);
   } else {
     http_server.Post(pattern, with_reader).Put(pattern, with_reader).Patch(pattern, with_reader).Delete(pattern, with_reader);
   }
 }
 
+}  // namespace v0
 }  // namespace lrt

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 // Everything but what needs further packages: eigen.hpp and urdf.hpp are included by those who use them.

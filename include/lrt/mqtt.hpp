@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -9,17 +10,21 @@
 #include <string_view>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/log.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/base/thread_options.hpp>
 #include <lrt/security.hpp>
 
 namespace lrt {
+inline namespace v0 {
 class Server;
-}
+}  // namespace v0
+}  // namespace lrt
 
 /// Robots on an MQTT broker, by libmosquitto. A library of its own: lrt::mqtt. docs/mqtt.md is the guide.
 namespace lrt::mqtt {
+inline namespace v0 {
 
 /// What a resource is, for Publication::kinds.
 enum class Kind : std::uint8_t {
@@ -35,12 +40,11 @@ enum class Kind : std::uint8_t {
 struct Publication {
   /// Pattern of paths: `*` stands for any characters but '/', `**` for any characters. "/baxter/**", "/*/state"
   std::string paths = "/**";
-  std::vector<Kind> kinds{};  ///< empty: all
-  bool publish = true;        ///< false: what fits is not published
-  std::string media_type =
-      "application/json";  ///< one that the resource has, such as application/cbor, text/turtle, application/ld+json
-  int qos = 0;             ///< 0, 1 or 2; less if the broker has less
-  bool retain = false;     ///< the broker gives the newest message to those who subscribe later
+  std::vector<Kind> kinds{};                    ///< empty: all
+  bool publish = true;                          ///< false: what fits is not published
+  std::string media_type = "application/json";  ///< one that the resource has, such as application/cbor, text/turtle, application/ld+json
+  int qos = 0;                                  ///< 0, 1 or 2; less if the broker has less
+  bool retain = false;                          ///< the broker gives the newest message to those who subscribe later
   /// nullopt: only the newest representation is sent, but for actions and invocations, of which each change is (the server's default_queue_length).
   std::optional<std::size_t> queue_length{};
   std::chrono::milliseconds minimum_interval{0};  ///< between two messages of one resource
@@ -49,7 +53,7 @@ struct Publication {
 
 /// Properties and states with QoS 0, newest value, retained; invocations with QoS 1, each change, not retained. All in JSON. Actions, Things and others are
 /// not published: Description has them.
-std::vector<Publication> default_publications();
+LRT_API std::vector<Publication> default_publications();
 
 /// TLS to the broker. Files are PEM.
 struct Tls {
@@ -67,7 +71,7 @@ struct Broker {
   std::string client_id;       ///< empty: "lrt-" and a random text. Two clients with one id end each other's connections
   /// What clients are told in RDF (lrt:mqttBroker): "mqtts://broker.example:8883". Empty: made of host and port.
   std::string public_url;
-  std::chrono::seconds keep_alive{15};  ///< 5 s to 18 h; a broker that does not respond to a ping for as long counts as gone
+  std::chrono::seconds keep_alive{15};             ///< 5 s to 18 h; a broker that does not respond to a ping for as long counts as gone
   std::chrono::milliseconds connect_time{10'000};  ///< from the beginning of a connection to CONNACK
   // Pauses between attempts: first_pause, then twice that, and so on up to max_pause; each multiplied by a random factor of 0.5 to 1.5, so that the
   // robots of a fleet do not return at the same time.
@@ -80,8 +84,7 @@ struct Broker {
 struct Description {
   bool publish = true;
   std::string media_type = "text/turtle";
-  std::chrono::milliseconds minimum_interval{
-      1'000};  ///< between two, so that many Things that are added one by one cause one message
+  std::chrono::milliseconds minimum_interval{1'000};  ///< between two, so that many Things that are added one by one cause one message
 };
 
 /// Commands from the broker, off by default. A message to PREFIX/ns/put/PATH writes a Property, one to PREFIX/ns/post/PATH invokes an Action, one to
@@ -98,8 +101,7 @@ struct Commands {
   std::string token;
   /// Allows commands although the server has no Security that could refuse them: who may publish to the broker can move the robot.
   bool allow_unprotected = false;
-  int qos =
-      1;  ///< at most, of the broker's messages to the robot. With 1 a sender's repetition may be carried out twice, with 0 and 2 it is not
+  int qos = 1;  ///< at most, of the broker's messages to the robot. With 1 a sender's repetition may be carried out twice, with 0 and 2 it is not
   std::string default_content_type = "application/json";  ///< of messages with a payload and without a content type
   std::size_t max_waiting = 64;                           ///< commands whose responses are to come; more get 503
   std::size_t max_payload_bytes = 1024 * 1024;            ///< more get 413, as with what the server allows for the resource
@@ -116,8 +118,7 @@ struct Limits {
   std::size_t max_unacknowledged_bytes = 4 * 1024 * 1024;
   std::size_t batch_messages = 64;  ///< that are taken from the server at once
   std::size_t batch_bytes = 256 * 1024;
-  std::uint16_t max_topic_aliases =
-      200;  ///< of messages with QoS 0, which then do not carry their topic; at most what the broker allows
+  std::uint16_t max_topic_aliases = 200;  ///< of messages with QoS 0, which then do not carry their topic; at most what the broker allows
 };
 
 /// Options of a bridge.
@@ -164,7 +165,7 @@ struct Counters {
 /// It must not outlive its server. The robot's program never waits for it.
 ///
 /// @par Threads  After start(): any. Before: one at a time. Not a lambda of the server.
-class Bridge {
+class LRT_API Bridge {
  public:
   /// Connects with the first turn, not here.
   /// @par Errors  invalid_option; insecure_address: commands that nothing restricts (Commands::allow_unprotected); closed; io_error
@@ -196,4 +197,5 @@ class Bridge {
   std::unique_ptr<Impl> impl_;
 };
 
+}  // namespace v0
 }  // namespace lrt::mqtt

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -22,6 +23,7 @@
 #include <lrt/transport/transport.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 /// Which thread does the I/O (SPEC 3.10).
 enum class Io : std::uint8_t {
@@ -34,7 +36,7 @@ struct Listen {
   /// An address, or a host name ("localhost", "robot.local"), which is resolved when the server is created. Its IPv4 addresses precede the others,
   /// and the first that this machine has is taken. Requests may name that host, and Server::url() does.
   std::string address = "127.0.0.1";
-  std::uint16_t port = 8080;          ///< 0: any free one, see Server::port
+  std::uint16_t port = 8080;  ///< 0: any free one, see Server::port
   /// Absolute IRI that representations use as base, "https://robot.example/cell7". Empty: from each request's Host (SPEC 3.7). A reverse proxy
   /// may keep its path in the target of a request or remove it. It must remove it if a Thing's path begins with it ("cell7/arm").
   std::string public_base;
@@ -144,17 +146,18 @@ struct Options {
   subscription::SubscriptionOptions subscriptions;
   Callbacks callbacks;
   Threads threads;
-  const Clock* clock = nullptr;                         ///< nullptr: system_clock()
-  LogCallback log;                                      ///< empty: messages are dropped
-  std::shared_ptr<IdSource> ids;                        ///< of invocations, members and subscriptions; nullptr: RandomIds
-  rdf::Prefixes prefixes = rdf::default_prefixes();     ///< of Turtle and other syntaxes
+  const Clock* clock = nullptr;                      ///< nullptr: system_clock()
+  LogCallback log;                                   ///< empty: messages are dropped
+  std::shared_ptr<IdSource> ids;                     ///< of invocations, members and subscriptions; nullptr: RandomIds
+  rdf::Prefixes prefixes = rdf::default_prefixes();  ///< of Turtle and other syntaxes
   /// The namespace of the terms that lrt makes of C++ types: `<vocabulary>Type/field`. An absolute IRI that ends with '#' or '/'. Empty:
   /// "<base>/ns/vocabulary#", a document of this server. The robots of a fleet that give the same namespace have the same terms, so that
   /// one query finds the values of all. Each then still serves its terms at /ns/vocabulary; at the namespace itself the integrator does.
   std::string vocabulary;
   /// Answers queries: lrt::query::endpoint() of query.hpp. nullptr: there is no endpoint.
   std::shared_ptr<const engine::QueryService> query;
-  std::shared_ptr<const engine::PageSource> page;       ///< HTML for people; nullptr: the page of lrt
+  std::shared_ptr<const engine::PageSource> page;  ///< HTML for people; nullptr: the page of lrt
 };
 
+}  // namespace v0
 }  // namespace lrt

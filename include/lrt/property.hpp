@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cassert>
@@ -14,8 +15,8 @@
 #include <lrt/model/resource_handle.hpp>
 #include <lrt/rdf/traits.hpp>
 
-namespace lrt {
-namespace model {
+namespace lrt::model {
+inline namespace v0 {
 
 /// What PushedProperty and PulledProperty have in common.
 template <class Self, class T>
@@ -139,7 +140,11 @@ class PropertyHandle : public ResourceHandle<Self, PropertySpec> {
   explicit PropertyHandle(std::shared_ptr<PropertySpec> spec) noexcept : Base(std::move(spec)) {}
 };
 
-}  // namespace model
+}  // namespace v0
+}  // namespace lrt::model
+
+namespace lrt {
+inline namespace v0 {
 
 /// Handle to a pushed Property: the robot's code publishes its values, and GET does not need the host. publish() works before and after
 /// Server::add(), and has no effect once the thing is removed.
@@ -218,4 +223,5 @@ class PulledProperty : public model::PropertyHandle<PulledProperty<T>, T> {
   explicit PulledProperty(std::shared_ptr<model::PropertySpec> spec) noexcept : Base(std::move(spec)) {}
 };
 
+}  // namespace v0
 }  // namespace lrt

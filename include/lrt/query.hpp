@@ -1,9 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/engine/query_service.hpp>
 
 /// SPARQL 1.1 on a robot: a library of its own, lrt::query.
@@ -17,14 +19,15 @@
 /// The same GET with `Upgrade: websocket`, `Upgrade: callback` or `Accept: text/event-stream` leaves the query standing: the subscriber gets the answer,
 /// and again whenever it has changed, at most each `minimumInterval` seconds; with `changes=true` the rows that are new and those that are gone.
 namespace lrt::query {
+inline namespace v0 {
 
 /// Limits of an endpoint. What reaches one of them is refused with the limit and what was reached.
 struct EndpointOptions : engine::QueryService::Limits {
-  std::uint64_t max_steps = 20'000'000;           ///< of one evaluation: triples matched, rows made, expressions evaluated
-  std::size_t max_rows = 100'000;                 ///< of an answer; of CONSTRUCT and DESCRIBE: triples
+  std::uint64_t max_steps = 20'000'000;               ///< of one evaluation: triples matched, rows made, expressions evaluated
+  std::size_t max_rows = 100'000;                     ///< of an answer; of CONSTRUCT and DESCRIBE: triples
   std::size_t max_solution_bytes = 64 * 1024 * 1024;  ///< of the solutions that one evaluation keeps at once
-  std::size_t max_depth = 64;                     ///< of groups, parentheses, paths and queries in each other
-  std::size_t max_triples = 2'000'000;            ///< of the robot; more: its queries get 503
+  std::size_t max_depth = 64;                         ///< of groups, parentheses, paths and queries in each other
+  std::size_t max_triples = 2'000'000;                ///< of the robot; more: its queries get 503
 };
 
 /// Answers queries for a server: for Options::query. One endpoint may be used by several servers.
@@ -34,6 +37,7 @@ struct EndpointOptions : engine::QueryService::Limits {
 ///
 /// @par Time        100 us for a query over 50 joints, 1 us for each triple that has changed.
 /// @par Implements  SPARQL 1.1 Query, SPARQL 1.1 Protocol 2.1
-std::shared_ptr<const engine::QueryService> endpoint(EndpointOptions options = {});
+LRT_API std::shared_ptr<const engine::QueryService> endpoint(EndpointOptions options = {});
 
+}  // namespace v0
 }  // namespace lrt::query

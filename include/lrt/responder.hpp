@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <atomic>
@@ -7,18 +8,18 @@
 #include <utility>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/error.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/base/unique_function.hpp>
 #include <lrt/rdf/traits.hpp>
 #include <lrt/rdf/value.hpp>
 
-namespace lrt {
-
-namespace model {
+namespace lrt::model {
+inline namespace v0 {
 /// One invocation, for the robot's code. Implemented by the engine. After the first finish() or a cancellation, calls have no effect.
 /// @par Threads  Any.
-class InvocationLink {
+class LRT_API InvocationLink {
  public:
   virtual ~InvocationLink() = default;
   virtual void finish(Result<rdf::Value> result) noexcept = 0;
@@ -28,7 +29,7 @@ class InvocationLink {
 };
 
 /// What the copies of a Responder share. Ends the invocation as failed when the last copy is destroyed without a result.
-class SharedInvocation {
+class LRT_API SharedInvocation {
  public:
   explicit SharedInvocation(std::shared_ptr<InvocationLink> link) : link_(std::move(link)) {}
   ~SharedInvocation();
@@ -79,7 +80,11 @@ class ResponderBase {
  private:
   std::shared_ptr<SharedInvocation> invocation_;
 };
-}  // namespace model
+}  // namespace v0
+}  // namespace lrt::model
+
+namespace lrt {
+inline namespace v0 {
 
 /// Ends an invocation of an asynchronous action without output: call succeed() or fail(). Copies refer to the same invocation, so a
 /// std::function can hold one. The first call of succeed() or fail() on any copy counts, later ones have no effect. When the last copy is
@@ -87,7 +92,7 @@ class ResponderBase {
 ///
 /// @par Threads  Any. Several copies may be used at the same time, one copy by one thread at a time.
 /// @par Implements  R0.8, paper 5.4
-class Responder : public model::ResponderBase {
+class LRT_API Responder : public model::ResponderBase {
  public:
   using ResponderBase::ResponderBase;
   void succeed() const { finish(rdf::Value()); }
@@ -115,4 +120,5 @@ class ResponderOf : public model::ResponderBase {
   void succeed(const T& output) const { finish(rdf::traits<T>::encode(output)); }
 };
 
+}  // namespace v0
 }  // namespace lrt

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>
@@ -12,12 +13,14 @@
 #include <string_view>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/language.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/http/message.hpp>
 
 /// Who sends a request, and what they may do: the values of lrt::Security.
 namespace lrt::security {
+inline namespace v0 {
 
 /// What a request does to a resource.
 enum class Right : std::uint8_t {
@@ -57,7 +60,7 @@ struct Principal {
 using Roles = std::map<std::string, Rights, std::less<>>;
 
 /// `reader`: read and subscribe. `operator`: all rights but manage. `administrator`: all rights.
-Roles default_roles();
+LRT_API Roles default_roles();
 
 /// Which part of the tree a Rule is for.
 enum class Scope : std::uint8_t {
@@ -96,10 +99,10 @@ class View;
 /// acl:agent (`<#anna>`, the principal of that name; any other IRI is a name as a whole), acl:agentGroup (`<#operator>`, the role) or
 /// acl:agentClass (foaf:Agent, acl:AuthenticatedAgent), and acl:mode: acl:Read, acl:Write, acl:Control (Right::manage), lrt:Invoke, lrt:Subscribe.
 /// @par Errors  expected_rdf; invalid_option: names the authorization and what is wrong with it
-Result<std::vector<Rule>> parse_rules(std::string_view turtle);
+LRT_API Result<std::vector<Rule>> parse_rules(std::string_view turtle);
 /// The same from a file of at most 1 MiB.
 /// @par Errors  io_error, and those above
-Result<std::vector<Rule>> load_rules(const std::string& file);
+LRT_API Result<std::vector<Rule>> load_rules(const std::string& file);
 
 /// Finds out who sends a request from its header section; nullopt: nobody that this function knows. Called on the thread that serves the request,
 /// without a lock of lrt. The body has not been received.
@@ -121,7 +124,7 @@ struct SessionOptions {
 /// Bearer tokens (RFC 6750) of principals. Kept as SHA-256 digests: neither memory nor a core file shows a token.
 ///
 /// @par Threads  find(): any, concurrently.
-class Tokens {
+class LRT_API Tokens {
  public:
   /// Reads lines `NAME ROLE[,ROLE]... TOKEN [EXPIRES]`, separated by spaces or tabs. `#` begins a comment, and empty lines are skipped. TOKEN is the
   /// token, of 16 to 512 characters of RFC 6750 (letters, digits, `-._~+/` and `=` at the end), or `sha256:` and the 64 hexadecimal digits of its
@@ -169,8 +172,8 @@ struct ClientLimits {
   std::uint64_t body_bytes_per_second = 8 * 1024 * 1024;
   /// A client that has been quiet may use what these rates give in this time at once; 1 ms to 1 h.
   std::chrono::milliseconds burst{2'000};
-  std::size_t max_invocations = 64;    ///< at a time, those that wait in the queue of an action included; 0: not limited
-  std::size_t max_subscriptions = 256; ///< WebSockets, event streams and web callbacks at a time; 0: not limited
+  std::size_t max_invocations = 64;     ///< at a time, those that wait in the queue of an action included; 0: not limited
+  std::size_t max_subscriptions = 256;  ///< WebSockets, event streams and web callbacks at a time; 0: not limited
   /// Principals, and as many addresses, whose rates are remembered; 16 to 1,000,000, about 64 bytes each. For a further one, the server forgets of 16
   /// clients the one that is nearest to having used nothing. So no client is refused because of others, and a client could shed what it has used
   /// only with 16 further addresses that have used more.
@@ -197,4 +200,5 @@ struct Audit {
   std::size_t max_waiting_lines = 4'096;
 };
 
+}  // namespace v0
 }  // namespace lrt::security

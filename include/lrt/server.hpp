@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -9,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/engine/handler.hpp>
 #include <lrt/http/message.hpp>
@@ -16,6 +18,7 @@
 #include <lrt/thing.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 class EventSource;
 class Feed;
@@ -32,7 +35,7 @@ struct ServerCounters;
 /// return closed, serve and judge_header respond with 503. The destructor does nothing there; the descriptors are closed by exec and at the end.
 ///
 /// @par Threads  add, remove, stop, wake: any thread. poll, run: one thread at a time, the host's.
-class Server {
+class LRT_API Server {
  public:
   /// Starts to listen.
   /// @par Errors  address_in_use, insecure_address, invalid_option (also of Threads::own), io_error
@@ -119,7 +122,7 @@ class Server {
 /// The events of one event stream that Server::serve() has opened. Destroying it ends the subscription. It must not outlive the server.
 ///
 /// @par Threads  One at a time.
-class EventSource {
+class LRT_API EventSource {
  public:
   struct Event {
     std::shared_ptr<const std::string> bytes;  ///< to be sent as they are; nullptr: there was none in that time
@@ -144,4 +147,5 @@ struct Served {
   std::optional<EventSource> events;  ///< the response is an event stream: its header section is to be sent, and then these
 };
 
+}  // namespace v0
 }  // namespace lrt

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>
@@ -7,19 +8,19 @@
 #include <string>
 #include <string_view>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/http/message.hpp>
 #include <lrt/server.hpp>
 #include <lrt/thing.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 /// How long something takes, of all times since the server was created. [s]
 struct TimeCounts {
   /// Upper bounds of the first counts.
-  static constexpr std::array<double, 11> bounds = {0.00001, 0.00005, 0.0001, 0.0002, 0.0005, 0.001,
-                                                    0.002,   0.005,   0.01,   0.1,    1};
-  std::array<std::uint64_t, bounds.size() + 1>
-      counts{};  ///< up to each bound and above the one before; the last: more than all of them
+  static constexpr std::array<double, 11> bounds = {0.00001, 0.00005, 0.0001, 0.0002, 0.0005, 0.001, 0.002, 0.005, 0.01, 0.1, 1};
+  std::array<std::uint64_t, bounds.size() + 1> counts{};  ///< up to each bound and above the one before; the last: more than all of them
   double sum = 0;
   double newest = 0;
   double maximum = 0;
@@ -28,24 +29,24 @@ struct TimeCounts {
 /// What a server has done since it was created, and what it has now. Requests that the transport refuses without asking the server are not in it.
 struct ServerCounters {
   std::uint64_t requests = 0;
-  std::array<std::uint64_t, 5> responses{};                  ///< 1xx, 2xx, 3xx, 4xx, 5xx
-  std::array<std::uint64_t, http::denial_count> refusals{};  ///< by http::Denial
-  std::optional<std::size_t> connections;  ///< open, WebSockets included; nullopt: the transport does not count them
+  std::array<std::uint64_t, 5> responses{};                      ///< 1xx, 2xx, 3xx, 4xx, 5xx
+  std::array<std::uint64_t, http::denial_count> refusals{};      ///< by http::Denial
+  std::optional<std::size_t> connections;                        ///< open, WebSockets included; nullopt: the transport does not count them
   std::size_t websockets = 0, event_streams = 0, callbacks = 0;  ///< subscriptions
-  std::uint64_t messages_sent = 0;     ///< taken by transports, or confirmed by receivers of web callbacks
-  std::uint64_t messages_dropped = 0;  ///< changes that a subscriber did not get one by one
-  std::size_t queued_bytes = 0;        ///< of messages for subscribers
-  std::size_t waiting_requests = 0;    ///< deferred
-  std::size_t waiting_calls = 0;       ///< calls of lambdas that the host has not run
-  TimeCounts poll;                     ///< of Server::poll()
-  TimeCounts poll_interval;            ///< from the beginning of one Server::poll() to that of the next
-  std::uint64_t audit_dropped = 0;     ///< lines
-  std::size_t audit_waiting = 0;       ///< lines
-  std::size_t feeds = 0;               ///< subscriptions of lrt::Feed, as of a bridge to an MQTT broker
+  std::uint64_t messages_sent = 0;                               ///< taken by transports, or confirmed by receivers of web callbacks
+  std::uint64_t messages_dropped = 0;                            ///< changes that a subscriber did not get one by one
+  std::size_t queued_bytes = 0;                                  ///< of messages for subscribers
+  std::size_t waiting_requests = 0;                              ///< deferred
+  std::size_t waiting_calls = 0;                                 ///< calls of lambdas that the host has not run
+  TimeCounts poll;                                               ///< of Server::poll()
+  TimeCounts poll_interval;                                      ///< from the beginning of one Server::poll() to that of the next
+  std::uint64_t audit_dropped = 0;                               ///< lines
+  std::size_t audit_waiting = 0;                                 ///< lines
+  std::size_t feeds = 0;                                         ///< subscriptions of lrt::Feed, as of a bridge to an MQTT broker
 };
 
 /// The counters in the text format 0.0.4 of Prometheus, `text/plain;version=0.0.4;charset=utf-8`. The names begin with `lrt_`.
-std::string prometheus_text(const ServerCounters& counters);
+LRT_API std::string prometheus_text(const ServerCounters& counters);
 
 /// A Thing with the counters of a server, to be added to it: who may read it, sees them. Its property `metrics` is the text of prometheus_text():
 ///
@@ -54,6 +55,7 @@ std::string prometheus_text(const ServerCounters& counters);
 /// Its lambdas run on the thread that does I/O and do not wait for the host.
 ///
 /// @param server  must exist as long as the Thing is served
-Thing server_thing(const Server& server, std::string_view path = "server");
+LRT_API Thing server_thing(const Server& server, std::string_view path = "server");
 
+}  // namespace v0
 }  // namespace lrt

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -8,11 +9,13 @@
 #include <utility>
 
 #include <lrt/action.hpp>
+#include <lrt/base/abi.hpp>
 #include <lrt/collection.hpp>
 #include <lrt/model/detail/spec.hpp>
 #include <lrt/property.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 /// The description of a Linked Robotic Thing: its types, properties, actions and collections. Pass it to Server::add when it is complete.
 /// The thing stores the first error of any of its calls, and add() returns it.
@@ -24,7 +27,7 @@ namespace lrt {
 ///               "blueprints". Three paths are reserved: "ns/lrt", "ns/vocabulary" and "ns/context.jsonld".
 /// @par Threads  Set-up only, one thread at a time.
 /// @par Implements  R0.3, R1.1, R1.3
-class Thing {
+class LRT_API Thing {
  public:
   /// @param path  its path below the server's root: "baxter/right_s1" or "/baxter/right_s1". A Thing at a prefix of the path is its parent.
   ///              Names are percent-encoded.
@@ -171,4 +174,5 @@ class Thing {
   std::unique_ptr<model::ThingSpec> spec_;
 };
 
+}  // namespace v0
 }  // namespace lrt

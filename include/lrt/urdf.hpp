@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 // A robot with a URDF description as Linked Robotic Things. Needs the target lrt::urdf; not part of lrt.hpp.
@@ -19,11 +20,13 @@
 #include <utility>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/property.hpp>
 #include <lrt/thing.hpp>
 
 namespace lrt::urdf {
+inline namespace v0 {
 
 /// Position [m] and orientation of one frame in another. The orientation is a unit quaternion in the order x y z w. The type has no Eigen
 /// members, because their alignment depends on compiler flags; `Eigen::Map<const Eigen::Quaterniond>(p.orientation.data())` is a view.
@@ -34,7 +37,7 @@ struct Pose {
 
 enum class JointType : std::uint8_t { revolute, continuous, prismatic, fixed, floating, planar };
 /// "revolute"
-std::string_view to_string(JointType type) noexcept;
+LRT_API std::string_view to_string(JointType type) noexcept;
 
 /// The limits of a joint: rad, rad/s and N m for revolute and continuous joints, m, m/s and N for others. A limit that is missing or infinite
 /// in the document has no value.
@@ -141,7 +144,7 @@ struct ParseOptions {
 ///               or attribute; a duplicate name; an unknown type; xacro that was not expanded. limit_exceeded.
 /// @par Threads  Any. liburdfdom logs to a process-wide handler. During the call its messages on this thread are captured; the handler is
 ///               restored afterwards.
-Result<Model> parse(std::string_view text, const ParseOptions& options = {});
+LRT_API Result<Model> parse(std::string_view text, const ParseOptions& options = {});
 
 namespace detail {
 /// Whether the members are contiguous. Only some types of Eigen are not.
@@ -196,7 +199,7 @@ struct PackageOptions {
 ///
 /// @par Threads     Set-up: one at a time. publish, move, pose: one at a time, for example the control loop's.
 /// @par Implements  R0.3, R1.3, R1.9, paper Figures 2b and 3
-class Robot {
+class LRT_API Robot {
  public:
   /// Every joint starts at 0, or at the nearest limit.
   /// @param path  the path of its Thing; empty: the model's name, or "robot" if that is empty
@@ -259,6 +262,7 @@ class Robot {
 
 /// Reads a file with parse() and makes a Robot.
 /// @par Errors  io_error, and those of parse() with the file's name before the message
-Result<Robot> load(const std::string& file, const ParseOptions& options = {});
+LRT_API Result<Robot> load(const std::string& file, const ParseOptions& options = {});
 
+}  // namespace v0
 }  // namespace lrt::urdf

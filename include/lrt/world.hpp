@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cassert>
@@ -11,6 +12,7 @@
 #include <type_traits>
 #include <utility>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/model/detail/slot.hpp>
 #include <lrt/model/detail/spec.hpp>
@@ -19,33 +21,36 @@
 #include <lrt/rdf/traits.hpp>
 #include <lrt/thing.hpp>
 
-namespace lrt {
-
-namespace model {
+namespace lrt::model {
+inline namespace v0 {
 class GraphEdit;
 class GraphState;
-}  // namespace model
+}  // namespace v0
+}  // namespace lrt::model
+
+namespace lrt {
+inline namespace v0 {
 
 /// What one graph of a World is like.
 struct GraphOptions {
-  std::string title;                          ///< dcterms:title; empty: the last name of its path
+  std::string title;  ///< dcterms:title; empty: the last name of its path
   /// SHACL shapes in Turtle. The whole graph that a write would leave must conform to those that have targets, whether code or a client
   /// writes. What is published() is not judged. Their base is the World's own Blueprint, where clients read them.
   std::string shapes;
-  bool clients_may_write = false;             ///< PUT, POST, PATCH and DELETE; the right to write is needed as well
-  std::size_t max_triples = 100'000;          ///< a write that would leave more is refused (413)
-  std::size_t max_bytes = 32 * 1024 * 1024;   ///< the same of its IRIs and literals, written out each time they occur; also of a request body
+  bool clients_may_write = false;            ///< PUT, POST, PATCH and DELETE; the right to write is needed as well
+  std::size_t max_triples = 100'000;         ///< a write that would leave more is refused (413)
+  std::size_t max_bytes = 32 * 1024 * 1024;  ///< the same of its IRIs and literals, written out each time they occur; also of a request body
   /// Where the graph is kept over a restart: N-Triples with a first line of lrt. The file is replaced whole after each change, by a thread of
   /// its own, so that it always has one state of the graph; what is published() is not in it. A file that was changed or cut off is kept beside as
   /// FILE.damaged-1, the log says so, and the graph begins with `turtle`. One process writes a file at a time. Empty: nowhere.
   std::string file;
-  std::string turtle;                         ///< what the graph has at first, unless a file was written. Its base is the graph's IRI
+  std::string turtle;  ///< what the graph has at first, unless a file was written. Its base is the graph's IRI
 };
 
 /// What clients may do with a World besides its graphs.
 struct WorldOptions {
-  bool clients_may_create = false;            ///< new graphs, by PUT or POST below the World; the right to write the World is needed as well
-  std::size_t max_created = 100;              ///< graphs of clients at once; more: 409
+  bool clients_may_create = false;  ///< new graphs, by PUT or POST below the World; the right to write the World is needed as well
+  std::size_t max_created = 100;    ///< graphs of clients at once; more: 409
   /// Of each graph that a client creates. Clients may write and delete it, whatever clients_may_write says; `file`, `title` and `turtle` have
   /// no meaning.
   GraphOptions created{};
@@ -55,7 +60,7 @@ struct WorldOptions {
 struct PublishedOptions {
   PublishedOptions(const Unit& its_unit = unit::none) : unit(its_unit) {}  // NOLINT: most have a unit only
   Unit unit;
-  std::optional<Object> frame{};               ///< of the numbers, as PropertyHandle::frame()
+  std::optional<Object> frame{};  ///< of the numbers, as PropertyHandle::frame()
   /// The object has gone if publish() was not called for so long: its value leaves the graph until the next publish(). Each publish() counts as a
   /// change then, also of the same value. Zero: never.
   std::chrono::milliseconds expires_after{0};
@@ -65,7 +70,7 @@ struct PublishedOptions {
 ///
 /// A subject is an IRI. A relative one is resolved against the graph's IRI: "#cup" in the graph "map" of the World "world" is
 /// </world/map#cup>. IRIs of this server's own resources stand below World::base.
-class GraphUpdate {
+class LRT_API GraphUpdate {
  public:
   GraphUpdate& add(std::string_view subject, Iri predicate, const Object& object);
   /// Terms as they are; relative IRIs are resolved, too. Blank nodes are those of the graph, see graph().
@@ -128,7 +133,7 @@ class PublishedObject {
 /// Server::add(), and goes on working, unseen, when the World is removed.
 ///
 /// @par Threads  Any, also several at once, but not the control loop: all functions lock. publish() of what published() returns does not.
-class WorldGraph {
+class LRT_API WorldGraph {
  public:
   /// An empty handle, to be assigned later.
   WorldGraph() noexcept = default;
@@ -144,7 +149,8 @@ class WorldGraph {
   template <class F>
   Result<void> update(F change) {
     if constexpr (!std::is_invocable_v<F&, GraphUpdate&>) {
-      static_assert(rdf::detail::always_false<F>, "lrt: update expects a callable of lrt::GraphUpdate&; write [&](lrt::GraphUpdate& u) { u.add(...); }");
+      static_assert(rdf::detail::always_false<F>,
+                    "lrt: update expects a callable of lrt::GraphUpdate&; write [&](lrt::GraphUpdate& u) { u.add(...); }");
       return {};
     } else {
       return apply([&change](GraphUpdate& u) { (void)change(u); });
@@ -200,7 +206,7 @@ class WorldGraph {
 ///
 /// @par Threads  Set-up only, one thread at a time.
 /// @par Implements  SPARQL 1.1 Graph Store HTTP Protocol; of SPARQL 1.1 Update INSERT DATA and DELETE DATA
-class World final : public Thing {
+class LRT_API World final : public Thing {
  public:
   /// Stands for the server in IRIs of graphs that code reads and writes: representations have the base of their request instead.
   static constexpr std::string_view base = "http://lrt.invalid";
@@ -213,4 +219,5 @@ class World final : public Thing {
   WorldGraph graph(std::string_view path, GraphOptions options = {});
 };
 
+}  // namespace v0
 }  // namespace lrt

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>
@@ -7,6 +8,7 @@
 
 /// ASCII character classes in one table: a scanner needs one load per byte. Private to the library.
 namespace lrt::detail {
+inline namespace v0 {
 
 enum : std::uint8_t {
   tchar = 1,       ///< RFC 9110 5.6.2
@@ -57,9 +59,7 @@ inline std::string lower(std::string_view text) {
   for (char& c : result) c = lower(c);
   return result;
 }
-constexpr unsigned hex_value(char c) noexcept {
-  return is_digit(c) ? static_cast<unsigned>(c - '0') : static_cast<unsigned>(lower(c) - 'a' + 10);
-}
+constexpr unsigned hex_value(char c) noexcept { return is_digit(c) ? static_cast<unsigned>(c - '0') : static_cast<unsigned>(lower(c) - 'a' + 10); }
 
 inline bool iequals_ascii(std::string_view a, std::string_view b) noexcept {
   if (a.size() != b.size()) return false;
@@ -112,4 +112,5 @@ inline std::size_t token_end(std::string_view value, std::size_t at) noexcept {
   return at;
 }
 
+}  // namespace v0
 }  // namespace lrt::detail

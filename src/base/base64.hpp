@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -5,6 +6,7 @@
 #include <string_view>
 
 namespace lrt::detail {
+inline namespace v0 {
 
 /// Base64 with padding (RFC 4648 4).
 inline std::string base64(std::string_view bytes) {
@@ -18,4 +20,5 @@ inline std::string base64(std::string_view bytes) {
   return text;
 }
 
+}  // namespace v0
 }  // namespace lrt::detail

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/base/canonical_path.hpp"
 
 #include <algorithm>
@@ -7,6 +8,7 @@
 #include <lrt/base/utf8.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 namespace {
 
@@ -39,4 +41,5 @@ Result<std::string> canonical_path(std::string_view path) {
   }
 }
 
+}  // namespace v0
 }  // namespace lrt

@@ -1,9 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
 #include <cstdint>
 
 namespace lrt::detail {
+inline namespace v0 {
 
 /// A UTC instant in the proleptic Gregorian calendar.
 struct Civil {
@@ -52,4 +54,5 @@ inline char* put_digits(char* out, unsigned value, int width) noexcept {
   return out + width;
 }
 
+}  // namespace v0
 }  // namespace lrt::detail

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/base/client_key.hpp"
 
 #include <arpa/inet.h>
@@ -6,6 +7,7 @@
 #include <algorithm>
 
 namespace lrt {
+inline namespace v0 {
 
 std::string client_key(std::string_view address) {
   const std::string without_zone(address.substr(0, address.find('%')));
@@ -23,4 +25,5 @@ std::string client_key(std::string_view address) {
 
 bool is_this_machine(std::string_view address) noexcept { return address == "::1" || address.substr(0, 4) == "127."; }
 
+}  // namespace v0
 }  // namespace lrt

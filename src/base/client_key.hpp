@@ -1,9 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>
 #include <string_view>
 
 namespace lrt {
+inline namespace v0 {
 
 /// What counts as one client where something is limited per client: an IPv4 address, or the /64 network of an IPv6 address, "2001:db8:1:2::/64".
 /// One host of IPv6 has as many addresses in its /64 as it likes. An IPv4-mapped address counts as IPv4. What is no address is returned as it is.
@@ -14,4 +16,5 @@ std::string client_key(std::string_view address);
 /// The address is one of this machine's loopback addresses.
 bool is_this_machine(std::string_view address) noexcept;
 
+}  // namespace v0
 }  // namespace lrt

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/base/clock.hpp>
 
 #include <lrt/base/immortal.hpp>
@@ -5,6 +6,7 @@
 #include "src/base/civil.hpp"
 
 namespace lrt {
+inline namespace v0 {
 namespace {
 
 class SystemClock final : public Clock {
@@ -49,4 +51,5 @@ std::string to_xsd_date_time(std::chrono::system_clock::time_point utc) {
   return std::string(text, static_cast<std::size_t>(out - text));
 }
 
+}  // namespace v0
 }  // namespace lrt

@@ -1,6 +1,8 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/base/error.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 std::string_view to_string(Errc code) noexcept {
   switch (code) {
@@ -28,4 +30,5 @@ std::string_view to_string(Errc code) noexcept {
   return "unknown";
 }
 
+}  // namespace v0
 }  // namespace lrt

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <poll.h>
@@ -13,6 +14,7 @@
 #include <lrt/base/waker.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 /// A Waker on an eventfd. It owns the descriptor, so it may outlive the object that waits on it.
 class EventWaker final : public Waker {
@@ -58,4 +60,5 @@ class EventWaker final : public Waker {
   std::atomic<bool> awake_{false};
 };
 
+}  // namespace v0
 }  // namespace lrt

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <memory>
@@ -5,6 +6,7 @@
 #include <utility>
 
 namespace lrt {
+inline namespace v0 {
 
 template <class Signature>
 class FunctionRef;
@@ -25,4 +27,5 @@ class FunctionRef<R(Args...)> {
   R (*call_)(void*, Args...);
 };
 
+}  // namespace v0
 }  // namespace lrt

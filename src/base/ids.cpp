@@ -1,8 +1,10 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/base/ids.hpp>
 
 #include "src/base/random.hpp"
 
 namespace lrt {
+inline namespace v0 {
 
 std::string RandomIds::next() {
   unsigned char bytes[16];
@@ -20,4 +22,5 @@ std::string RandomIds::next() {
   return result;
 }
 
+}  // namespace v0
 }  // namespace lrt

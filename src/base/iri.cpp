@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/base/iri.hpp>
 
 #include <lrt/base/utf8.hpp>
@@ -5,6 +6,7 @@
 #include "src/base/ascii.hpp"
 
 namespace lrt::iri {
+inline namespace v0 {
 namespace {
 
 using detail::is;
@@ -144,9 +146,7 @@ bool is_reference(std::string_view text) noexcept { return find_reference_fault(
 
 Result<std::string> resolve(std::string_view base, std::string_view reference) {
   if (!is_absolute(base)) return refuse("base is no absolute IRI", base, find_reference_fault(base));
-  if (const std::size_t fault = find_reference_fault(reference); fault != npos) {
-    return refuse("text is no IRI reference", reference, fault);
-  }
+  if (const std::size_t fault = find_reference_fault(reference); fault != npos) { return refuse("text is no IRI reference", reference, fault); }
   const Parts b = split(base);
   const Parts r = split(reference);
   std::string result;
@@ -216,4 +216,5 @@ Result<std::string> decode(std::string_view text) {
   return result;
 }
 
+}  // namespace v0
 }  // namespace lrt::iri

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <atomic>
@@ -5,6 +6,7 @@
 #include <utility>
 
 namespace lrt {
+inline namespace v0 {
 
 /// A lock-free queue with many writers and one reader.
 ///
@@ -30,8 +32,7 @@ class Mailbox {
   void put(Reserved item) noexcept {
     Node* const node = item.release();
     node->next = newest_.load(std::memory_order_relaxed);
-    while (!newest_.compare_exchange_weak(node->next, node, std::memory_order_release, std::memory_order_relaxed)) {
-    }
+    while (!newest_.compare_exchange_weak(node->next, node, std::memory_order_release, std::memory_order_relaxed)) {}
   }
 
   bool empty() const noexcept { return newest_.load(std::memory_order_acquire) == nullptr; }
@@ -64,4 +65,5 @@ class Mailbox {
   std::atomic<Node*> newest_{nullptr};
 };
 
+}  // namespace v0
 }  // namespace lrt

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/base/media_type.hpp>
 
 #include <algorithm>
@@ -5,6 +6,7 @@
 #include "src/base/ascii.hpp"
 
 namespace lrt {
+inline namespace v0 {
 namespace {
 
 std::string lowered(std::string_view text) {
@@ -94,4 +96,5 @@ std::string_view MediaType::parameter(std::string_view name) const noexcept {
   return {};
 }
 
+}  // namespace v0
 }  // namespace lrt

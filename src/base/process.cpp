@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/base/process.hpp"
 
 #include <pthread.h>
@@ -5,14 +6,15 @@
 #include <atomic>
 
 namespace lrt {
+inline namespace v0 {
 namespace {
 std::atomic<std::uint32_t> forks{0};
 }
 
 std::uint32_t OwnProcess::generation() noexcept {
-  [[maybe_unused]] static const int registered =
-      ::pthread_atfork(nullptr, nullptr, [] { forks.fetch_add(1, std::memory_order_relaxed); });
+  [[maybe_unused]] static const int registered = ::pthread_atfork(nullptr, nullptr, [] { forks.fetch_add(1, std::memory_order_relaxed); });
   return forks.load(std::memory_order_relaxed);
 }
 
+}  // namespace v0
 }  // namespace lrt

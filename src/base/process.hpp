@@ -1,12 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
 
+#include <lrt/base/abi.hpp>
+
 namespace lrt {
+inline namespace v0 {
 
 /// Remembers the process that has created it. A copy of an object in the child of fork() knows so that its threads are not there.
 /// Process creation that skips pthread_atfork(3), as vfork and _Fork do, is not noticed: such a child must call exec or _exit.
-class OwnProcess {
+class LRT_INTERNAL_API OwnProcess {
  public:
   OwnProcess() noexcept : generation_(generation()) {}
   /// @par Time  One load.
@@ -18,4 +22,5 @@ class OwnProcess {
   const std::uint32_t generation_;
 };
 
+}  // namespace v0
 }  // namespace lrt

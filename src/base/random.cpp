@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/base/random.hpp"
 
 #include <cstring>
@@ -11,6 +12,7 @@
 #endif
 
 namespace lrt {
+inline namespace v0 {
 
 void fill_random(unsigned char* bytes, std::size_t count) {
   std::size_t filled = 0;
@@ -34,4 +36,5 @@ std::string random_hex(std::size_t bytes) {
   return text;
 }
 
+}  // namespace v0
 }  // namespace lrt

@@ -1,15 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
 #include <string>
 
+#include <lrt/base/abi.hpp>
+
 namespace lrt {
+inline namespace v0 {
 
 /// Fills memory with random bytes of the operating system. They are read at each call: a buffer of them would be copied by fork(), and the child would
 /// have the bytes of its parent.
-void fill_random(unsigned char* bytes, std::size_t count);
+LRT_INTERNAL_API void fill_random(unsigned char* bytes, std::size_t count);
 
 /// Random bytes in lower-case hex, two digits each.
-std::string random_hex(std::size_t bytes);
+LRT_INTERNAL_API std::string random_hex(std::size_t bytes);
 
+}  // namespace v0
 }  // namespace lrt

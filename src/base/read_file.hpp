@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cerrno>
@@ -9,6 +10,7 @@
 #include <lrt/base/result.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 /// Reads a file; of one that has more than `max_bytes`, some bytes more than that. A process that another thread starts meanwhile does not inherit the descriptor, as it would from a stream.
 /// @par Errors  io_error
@@ -26,4 +28,5 @@ inline Result<std::string> read_file(const std::string& path, std::size_t max_by
   return bytes;
 }
 
+}  // namespace v0
 }  // namespace lrt

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -5,6 +6,7 @@
 #include <vector>
 
 namespace lrt {
+inline namespace v0 {
 
 /// A queue in one block of memory, which grows with it and is freed when the queue is empty.
 /// @tparam T  a default-constructed one stands in unused places
@@ -57,4 +59,5 @@ class RingQueue {
   std::size_t first_ = 0, size_ = 0;
 };
 
+}  // namespace v0
 }  // namespace lrt

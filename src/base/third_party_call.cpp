@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/base/third_party_call.hpp"
 
 #include <algorithm>
@@ -14,6 +15,7 @@
 #include "src/base/process.hpp"
 
 namespace lrt {
+inline namespace v0 {
 namespace {
 
 constexpr std::chrono::seconds longest_wait{1};  // a call may run user code, as libwebsockets does
@@ -74,4 +76,5 @@ void ThirdPartyCall::wake_at_exit(std::weak_ptr<Waker> waker) {
   wakers.push_back(std::move(waker));
 }
 
+}  // namespace v0
 }  // namespace lrt

@@ -1,17 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <memory>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/waker.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 /// A call of a third party that frees at the end of the process what all its users share: OpenSSL in a handler of atexit(), libxml2 in a destructor.
 /// Threads of lrt run until the process has ended. So exit() waits until no call is under way, at most a second, and no call begins after that.
 ///
 /// @par Threads  Any. Calls may be nested.
 /// @par Time     Two atomic operations.
-class ThirdPartyCall {
+class LRT_INTERNAL_API ThirdPartyCall {
  public:
   ThirdPartyCall() noexcept;
   ~ThirdPartyCall();
@@ -30,4 +33,5 @@ class ThirdPartyCall {
   bool entered_;
 };
 
+}  // namespace v0
 }  // namespace lrt

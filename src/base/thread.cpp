@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/base/thread.hpp"
 
 #include <dlfcn.h>
@@ -16,6 +17,7 @@
 #include "src/base/blocked_signals.hpp"
 
 namespace lrt {
+inline namespace v0 {
 namespace {
 
 /// What the operator gave to the process: read when lrt is loaded, because the host may change it for its own threads later.
@@ -97,8 +99,7 @@ class Attributes {
       if (cpu >= CPU_SETSIZE) return refused("CPU " + std::to_string(cpu), EINVAL);
       CPU_SET(cpu, &cpus);
     }
-    if (const int error = ::pthread_attr_setaffinity_np(&attributes_, sizeof cpus, &cpus); error != 0)
-      return refused("the CPUs", error);
+    if (const int error = ::pthread_attr_setaffinity_np(&attributes_, sizeof cpus, &cpus); error != 0) return refused("the CPUs", error);
     return {};
   }
 
@@ -149,13 +150,12 @@ Result<Thread> start_thread(const char* name, const ThreadOptions& options, Uniq
   }
   if (error == EPERM) return refused("policy and priority (they need CAP_SYS_NICE or a limit RLIMIT_RTPRIO)", error);
   if (error == EINVAL) return refused("the process may not run on these CPUs", error);
-  if (error != 0)
-    return unexpected(Errc::io_error,
-                      std::string("starting the thread ") + name + ": " + std::system_category().message(error));
+  if (error != 0) return unexpected(Errc::io_error, std::string("starting the thread ") + name + ": " + std::system_category().message(error));
   static_cast<void>(start.release());
   thread.joinable_ = true;
   ::pthread_setname_np(thread.id_, named);  // it may not have come to that itself
   return thread;
 }
 
+}  // namespace v0
 }  // namespace lrt

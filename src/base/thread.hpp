@@ -1,17 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <pthread.h>
 
 #include <utility>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/base/thread_options.hpp>
 #include <lrt/base/unique_function.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 /// A handle of a thread that start_thread() has started. It differs from std::thread in its destructor, which joins.
-class Thread {
+class LRT_INTERNAL_API Thread {
  public:
   Thread() noexcept = default;
   Thread(Thread&& other) noexcept { swap(other); }
@@ -46,6 +49,7 @@ class Thread {
 /// @param name  shown by ps -L, top -H and debuggers; at most 15 bytes
 /// @param run   an exception that leaves it ends the process
 /// @par Errors  invalid_option: the system refuses the options; io_error: it has no further thread
-Result<Thread> start_thread(const char* name, const ThreadOptions& options, UniqueFunction<void()> run);
+LRT_INTERNAL_API Result<Thread> start_thread(const char* name, const ThreadOptions& options, UniqueFunction<void()> run);
 
+}  // namespace v0
 }  // namespace lrt

@@ -1,9 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/base/utf8.hpp>
 
 #include <cstdint>
 #include <cstring>
 
 namespace lrt::utf8 {
+inline namespace v0 {
 namespace {
 
 unsigned byte(std::string_view text, std::size_t at) noexcept { return static_cast<unsigned char>(text[at]); }
@@ -94,4 +96,5 @@ char32_t decode(std::string_view text, std::size_t& offset) noexcept {
   return result;
 }
 
+}  // namespace v0
 }  // namespace lrt::utf8

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/client/binding.hpp"
 
 #include <algorithm>
@@ -18,6 +19,7 @@
 #include "src/client/session.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 
 using rdf::Graph;
 using rdf::TermId;
@@ -40,7 +42,8 @@ std::optional<TermId> http_object(const Graph& graph, TermId subject, std::strin
 }
 
 bool is_set_by_connection(std::string_view name) {
-  for (const std::string_view own : {"Host", "Connection", "Content-Length", "Transfer-Encoding", "Expect", "Upgrade", "Authorization", "Cookie", "TE", "Trailer"})
+  for (const std::string_view own :
+       {"Host", "Connection", "Content-Length", "Transfer-Encoding", "Expect", "Upgrade", "Authorization", "Cookie", "TE", "Trailer"})
     if (lrt::detail::iequals_ascii(name, own)) return true;
   return false;
 }
@@ -109,7 +112,8 @@ std::string number_as(const TermView& literal, std::string_view datatype) {
   namespace xsd = vocab::xsd;
   const auto is_real = [&](std::string_view iri) { return is_one_of(iri, {xsd::double_, xsd::float_, xsd::decimal}); };
   const auto is_integer = [&](std::string_view iri) {
-    return is_one_of(iri, {xsd::integer, xsd::byte_, xsd::short_, xsd::int_, xsd::long_, xsd::unsignedByte, xsd::unsignedShort, xsd::unsignedInt, xsd::unsignedLong});
+    return is_one_of(iri, {xsd::integer, xsd::byte_, xsd::short_, xsd::int_, xsd::long_, xsd::unsignedByte, xsd::unsignedShort, xsd::unsignedInt,
+                           xsd::unsignedLong});
   };
   if (!is_real(literal.datatype) && !is_integer(literal.datatype)) return {};
   const std::optional<double> number = rdf::lexical::parse_double(literal.text);
@@ -304,11 +308,13 @@ Result<void> conforms(const Graph& graph, TermId focus, const Shape& shape) {
   if (!report) return unexpected(report.error());
   if (report->conforms()) return {};
   const shacl::ValidationResult& first = report->results().front();
-  const std::string message = first.messages.empty() ? std::string(local_name(first.component.text)) : std::string(first.messages.front().view().text);
+  const std::string message =
+      first.messages.empty() ? std::string(local_name(first.component.text)) : std::string(first.messages.front().view().text);
   const std::size_t more = report->results().size() - 1;
   return unexpected(Errc::expected_value, "not sent: the input does not conform to the published shape" +
                                               (first.path.empty() ? std::string() : ": " + first.path.to_string()) + ": " + message +
                                               (more > 0 ? " (and " + std::to_string(more) + " more)" : ""));
 }
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <optional>
@@ -8,6 +9,7 @@
 #include <lrt/client/things.hpp>
 
 namespace lrt::client {
+inline namespace v0 {
 
 /// How a request is made, as an Action, a writable Property or a container says it (paper 5.4, HTTP in RDF).
 struct Binding {
@@ -42,4 +44,5 @@ rdf::Graph with_datatypes_of(const Shape& shape, const rdf::Graph& graph);
 /// Judges a graph by a shape. @par Errors  expected_value, with the report in one line
 Result<void> conforms(const rdf::Graph& graph, rdf::TermId focus, const Shape& shape);
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/client/callback_receiver.hpp>
 
 #include <algorithm>
@@ -17,13 +18,15 @@
 #include "src/exchange/tls.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 namespace {
 
 constexpr std::size_t name_bytes = 32;  // of hex
 constexpr std::size_t max_challenge_bytes = 1024;
 
 bool has_form_of_name(std::string_view text) noexcept {
-  return text.size() == name_bytes && std::all_of(text.begin(), text.end(), [](char c) { return lrt::detail::is_digit(c) || (c >= 'a' && c <= 'f'); });
+  return text.size() == name_bytes &&
+         std::all_of(text.begin(), text.end(), [](char c) { return lrt::detail::is_digit(c) || (c >= 'a' && c <= 'f'); });
 }
 
 /// In a time that depends on the lengths only.
@@ -42,7 +45,8 @@ std::optional<std::string> parameter(std::string_view query, std::string_view na
     if (pair.substr(0, pair.find('=')) != name) continue;
     std::string value;
     for (std::size_t i = std::min(name.size() + 1, pair.size()); i < pair.size(); ++i) {
-      const bool is_escape = pair[i] == '%' && i + 2 < pair.size() && lrt::detail::is(pair[i + 1], lrt::detail::hex) && lrt::detail::is(pair[i + 2], lrt::detail::hex);
+      const bool is_escape =
+          pair[i] == '%' && i + 2 < pair.size() && lrt::detail::is(pair[i + 1], lrt::detail::hex) && lrt::detail::is(pair[i + 2], lrt::detail::hex);
       if (is_escape) {
         value += static_cast<char>(lrt::detail::hex_value(pair[i + 1]) << 4 | lrt::detail::hex_value(pair[i + 2]));
         i += 2;
@@ -86,12 +90,14 @@ class State final : public engine::Handler, public std::enable_shared_from_this<
       if (Result<void> listening = transport_->start(*this); !listening) return listening;
       port_ = transport_->port();
       const bool is_v6 = options_.address.find(':') != std::string::npos;
-      if (url.empty()) url = (options_.tls ? "https://" : "http://") + (is_v6 ? "[" + options_.address + "]" : options_.address) + ":" + std::to_string(port_) + "/";
+      if (url.empty())
+        url = (options_.tls ? "https://" : "http://") + (is_v6 ? "[" + options_.address + "]" : options_.address) + ":" + std::to_string(port_) + "/";
     }
     if (url.empty() || url.back() != '/') url += '/';
     const Result<http::Url> parsed = http::parse_url(url);
     if (!parsed || parsed->target.find('?') != std::string::npos)
-      return unexpected(Errc::invalid_option, "public_url of a callback receiver: expected an http or https URL without query, found \"" + options_.public_url + "\"");
+      return unexpected(Errc::invalid_option,
+                        "public_url of a callback receiver: expected an http or https URL without query, found \"" + options_.public_url + "\"");
     url_ = url;
     path_ = parsed->target;
     if (!transport_) return {};
@@ -229,7 +235,9 @@ class Receiver final : public CallbackReceiver {
   Counts counts() const noexcept override { return state_->counts(); }
   http::Response handle(const http::Request& request) override { return state_->respond(request); }
   void stop() noexcept override { state_->stop(); }
-  Result<std::string> add(std::string secret, std::function<void(const Notification&)> take) override { return state_->add(std::move(secret), std::move(take)); }
+  Result<std::string> add(std::string secret, std::function<void(const Notification&)> take) override {
+    return state_->add(std::move(secret), std::move(take));
+  }
   void remove(const std::string& callback_url) noexcept override { state_->remove(callback_url); }
 
  private:
@@ -244,4 +252,5 @@ Result<std::shared_ptr<CallbackReceiver>> CallbackReceiver::create(CallbackRecei
   return std::shared_ptr<CallbackReceiver>(std::make_shared<Receiver>(std::move(state)));
 }
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/client.hpp>
 
 #include <poll.h>
@@ -10,15 +11,18 @@
 #include "src/client/discovery.hpp"
 #include "src/client/session.hpp"
 
-namespace lrt {
-
-using client::Session;
-
-namespace client {
+namespace lrt::client {
+inline namespace v0 {
 
 Result<Robot> Session::open(const std::string& url) { return Discovery(shared_from_this(), url).run(); }
 
-}  // namespace client
+}  // namespace v0
+}  // namespace lrt::client
+
+namespace lrt {
+inline namespace v0 {
+
+using client::Session;
 
 Result<Client> Client::create(client::Options options) {
   Result<std::shared_ptr<client::HttpClient>> http = client::HttpClient::create(options);
@@ -113,4 +117,5 @@ void Client::stop() noexcept {
   if (session_) session_->stop();
 }
 
+}  // namespace v0
 }  // namespace lrt

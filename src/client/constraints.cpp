@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/client/constraints.hpp"
 
 #include <algorithm>
@@ -9,6 +10,7 @@
 #include <lrt/rdf/value_codec.hpp>
 
 namespace lrt::client {
+inline namespace v0 {
 
 namespace sh = vocab::sh;
 using rdf::TermId;
@@ -168,4 +170,5 @@ Constraints ShapeReader::constraints_of(const std::vector<TermId>& shapes) {
   return c;
 }
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -14,6 +15,7 @@
 #include <lrt/rdf/vocab.hpp>
 
 namespace lrt::client {
+inline namespace v0 {
 
 /// Ends the reading of a shape. Thrown and caught within Schema::read().
 struct RefusedShape {
@@ -93,4 +95,5 @@ class ShapeReader {
   std::size_t visited_ = 0;
 };
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/client/description.hpp>
 
 #include <algorithm>
@@ -12,6 +13,7 @@
 #include <lrt/rdf/vocab.hpp>
 
 namespace lrt::client {
+inline namespace v0 {
 namespace {
 
 namespace sh = vocab::sh;
@@ -366,4 +368,5 @@ void merge_document(Graph& to, const Graph& document) {
   }
 }
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/client/discovery.hpp"
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 #include "src/client/session.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 
 using rdf::Graph;
 using rdf::TermId;
@@ -233,4 +235,5 @@ Result<Robot> Discovery::assemble() {
 
 Discovery::~Discovery() = default;
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <map>
@@ -8,6 +9,7 @@
 #include <lrt/client/things.hpp>
 
 namespace lrt::client {
+inline namespace v0 {
 
 /// Finds the Things from one URL: breadth first, by links and triples, each resource once. Only Things, and what cannot be told from the triples that
 /// lead to it, are read; Properties, Actions and shapes are read when they are used. Predicates are not a closed set (R1.6): an unknown one may lead to
@@ -44,4 +46,5 @@ class Discovery {
   std::size_t requests_ = 0;
 };
 
+}  // namespace v0
 }  // namespace lrt::client

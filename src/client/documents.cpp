@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <deque>
 #include <set>
 #include <string>
@@ -10,6 +11,7 @@
 #include <lrt/rdf/vocab.hpp>
 
 namespace lrt::client {
+inline namespace v0 {
 namespace {
 
 std::string without_fragment(std::string_view url) { return std::string(url.substr(0, url.find('#'))); }
@@ -92,4 +94,5 @@ Result<Description> describe(lrt::Client& client, const Robot& robot, const Desc
   return described;
 }
 
+}  // namespace v0
 }  // namespace lrt::client

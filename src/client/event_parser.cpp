@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/client/event_parser.hpp"
 
 #include <algorithm>
@@ -5,6 +6,7 @@
 #include <utility>
 
 namespace lrt::client {
+inline namespace v0 {
 namespace {
 
 constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
@@ -72,9 +74,11 @@ bool EventParser::take_field(std::string_view name, std::string_view value) {
     std::uint64_t number = 0;
     const auto parsed = std::from_chars(value.data(), value.data() + value.size(), number);
     if (parsed.ptr == value.data() + value.size() && !value.empty())
-      retry_ = parsed.ec == std::errc() ? std::chrono::milliseconds(std::min<std::uint64_t>(number, static_cast<std::uint64_t>(max_retry.count()))) : max_retry;
+      retry_ = parsed.ec == std::errc() ? std::chrono::milliseconds(std::min<std::uint64_t>(number, static_cast<std::uint64_t>(max_retry.count())))
+                                        : max_retry;
   }
   return true;
 }
 
+}  // namespace v0
 }  // namespace lrt::client

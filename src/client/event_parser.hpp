@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -9,12 +10,13 @@
 #include <string_view>
 
 namespace lrt::client {
+inline namespace v0 {
 
 /// An event of an event stream.
 struct StreamEvent {
   std::string type;  ///< "message" if the stream names none
   std::string data;
-  std::string id;    ///< the last one that the stream has set
+  std::string id;  ///< the last one that the stream has set
 };
 
 /// Parses text/event-stream (WHATWG HTML 9.2.6): any chunks, lines that end with CR, LF or CRLF, a byte order mark. An event without data is not
@@ -42,10 +44,11 @@ class EventParser {
   std::string line_;
   StreamEvent event_;
   std::optional<std::chrono::milliseconds> retry_;
-  unsigned bom_bytes_ = 0;       ///< of a byte order mark at the beginning; 3: it is over
-  bool after_cr_ = false;        ///< a line feed belongs to the line end that was before
+  unsigned bom_bytes_ = 0;  ///< of a byte order mark at the beginning; 3: it is over
+  bool after_cr_ = false;   ///< a line feed belongs to the line end that was before
   bool has_data_ = false;
   bool is_too_long_ = false;
 };
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/client/generate.hpp>
 
 #include <cmath>
@@ -16,6 +17,7 @@
 #include "src/client/value_lines.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 namespace {
 
 using rdf::Facets;
@@ -131,21 +133,21 @@ class Generator {
       const char* name;
     };
     static constexpr Known known[] = {{unit::radian, "radian"},
-                                  {unit::degree, "degree"},
-                                  {unit::radian_per_second, "radian_per_second"},
-                                  {unit::degree_per_second, "degree_per_second"},
-                                  {unit::metre, "metre"},
-                                  {unit::millimetre, "millimetre"},
-                                  {unit::metre_per_second, "metre_per_second"},
-                                  {unit::second, "second"},
-                                  {unit::newton, "newton"},
-                                  {unit::newton_metre, "newton_metre"},
-                                  {unit::kilogram, "kilogram"},
-                                  {unit::degree_celsius, "degree_celsius"},
-                                  {unit::volt, "volt"},
-                                  {unit::ampere, "ampere"},
-                                  {unit::percent, "percent"},
-                                  {unit::one, "one"}};
+                                      {unit::degree, "degree"},
+                                      {unit::radian_per_second, "radian_per_second"},
+                                      {unit::degree_per_second, "degree_per_second"},
+                                      {unit::metre, "metre"},
+                                      {unit::millimetre, "millimetre"},
+                                      {unit::metre_per_second, "metre_per_second"},
+                                      {unit::second, "second"},
+                                      {unit::newton, "newton"},
+                                      {unit::newton_metre, "newton_metre"},
+                                      {unit::kilogram, "kilogram"},
+                                      {unit::degree_celsius, "degree_celsius"},
+                                      {unit::volt, "volt"},
+                                      {unit::ampere, "ampere"},
+                                      {unit::percent, "percent"},
+                                      {unit::one, "one"}};
     for (const Known& k : known)
       if (k.unit == u) return std::string("lrt::unit::") + k.name;
     return "lrt::Unit{lrt::Iri{" + cpp::string_literal(u.qudt.text) + "}, lrt::Iri{" + cpp::string_literal(u.vom.text) + "}, " +
@@ -486,4 +488,5 @@ Result<Generated> generate(const Description& robot, const GenerateOptions& opti
   } catch (const Refused& refused) { return unexpected(refused.error); }
 }
 
+}  // namespace v0
 }  // namespace lrt::client

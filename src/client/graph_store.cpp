@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/client/graph_store.hpp"
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 #include "src/http/host.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 namespace {
 
 constexpr std::string_view place_of_graph = "{graph}";
@@ -36,18 +38,14 @@ std::string strong_tag(const http::Fields& fields) {
 
 }  // namespace
 
-Result<std::unique_ptr<GraphStore>> GraphStore::create(const StoreOptions& options, std::size_t max_requests,
-                                                       const LogCallback& log) {
+Result<std::unique_ptr<GraphStore>> GraphStore::create(const StoreOptions& options, std::size_t max_requests, const LogCallback& log) {
   std::string example = options.endpoint;
-  if (const std::size_t at = example.find(place_of_graph); at != std::string::npos)
-    example.replace(at, place_of_graph.size(), "urn%3Ax");
+  if (const std::size_t at = example.find(place_of_graph); at != std::string::npos) example.replace(at, place_of_graph.size(), "urn%3Ax");
   const Result<http::Url> url = http::parse_url(example);
   if (!url) return unexpected(Errc::invalid_option, "the store \"" + options.endpoint + "\": " + url.error().message);
-  if (!options.token.empty() && !options.user.empty())
-    return unexpected(Errc::invalid_option, "token and user of the store: expected only one");
+  if (!options.token.empty() && !options.user.empty()) return unexpected(Errc::invalid_option, "token and user of the store: expected only one");
   if (!options.token.empty() && !may_get_secrets(*url))
-    return unexpected(Errc::invalid_option,
-                      "the store \"" + options.endpoint + "\": a token is sent over TLS or to this machine only");
+    return unexpected(Errc::invalid_option, "the store \"" + options.endpoint + "\": a token is sent over TLS or to this machine only");
   for (const char c : options.token)
     if (!lrt::detail::is(c, lrt::detail::uri))
       return unexpected(Errc::invalid_option, "token of the store: expected no white space or control character");
@@ -64,8 +62,7 @@ Result<std::unique_ptr<GraphStore>> GraphStore::create(const StoreOptions& optio
 
 std::string GraphStore::url_of(const std::string& graph) const {
   std::string url = options_.endpoint;
-  if (const std::size_t at = url.find(place_of_graph); at != std::string::npos)
-    return url.replace(at, place_of_graph.size(), escaped(graph));
+  if (const std::size_t at = url.find(place_of_graph); at != std::string::npos) return url.replace(at, place_of_graph.size(), escaped(graph));
   return url + (url.find('?') == std::string::npos ? "?graph=" : "&graph=") + escaped(graph);
 }
 
@@ -90,8 +87,8 @@ Result<std::optional<std::string>> GraphStore::authorization(const std::string& 
     count = ++digest_count_;
   }
   constexpr std::size_t bytes_of_cnonce = 16;
-  Result<std::string> value = exchange::digest_authorization(*challenge, options_.user, options_.password, method, url.target,
-                                                             count, random_hex(bytes_of_cnonce));
+  Result<std::string> value =
+      exchange::digest_authorization(*challenge, options_.user, options_.password, method, url.target, count, random_hex(bytes_of_cnonce));
   if (!value) return unexpected(std::move(value).error());
   return std::optional<std::string>(*std::move(value));
 }
@@ -114,8 +111,7 @@ Result<bool> GraphStore::take_challenge(const Response& response, const http::Ur
   const bool is_basic = std::any_of(challenges.begin(), challenges.end(), [](const auto& c) { return c.scheme == "basic"; });
   if (!is_basic) return false;
   if (!may_get_secrets(url))
-    return unexpected(Errc::refused,
-                      "the store asks for HTTP Basic, by which the password could be read on the way: use https");
+    return unexpected(Errc::refused, "the store asks for HTTP Basic, by which the password could be read on the way: use https");
   uses_basic_ = true;
   return true;
 }
@@ -149,10 +145,10 @@ Result<GraphStore::Answer> GraphStore::send(Request request) {
     }
     answer.retry_after = retry_after(response->fields);
     answer.reason = request.method + " " + request.url + ": " + std::to_string(response->status) + ": " + response->reason();
-    if (response->status == 401 && !is_here)
-      answer.reason += " (it was redirected to another origin, which does not get the credentials)";
+    if (response->status == 401 && !is_here) answer.reason += " (it was redirected to another origin, which does not get the credentials)";
     return answer;
   }
 }
 
+}  // namespace v0
 }  // namespace lrt::client

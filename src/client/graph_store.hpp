@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <atomic>
@@ -14,6 +15,7 @@
 #include "src/exchange/http_authentication.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 
 /// Puts and deletes graphs by the SPARQL 1.1 Graph Store HTTP Protocol, and logs in as the store asks.
 /// @par Threads  Any. Functions wait for the store, at most StoreOptions::response_time for each of at most three exchanges.
@@ -30,8 +32,7 @@ class GraphStore {
 
   /// @param max_requests  connections that stay open
   /// @par Errors  invalid_option
-  static Result<std::unique_ptr<GraphStore>> create(const StoreOptions& options, std::size_t max_requests,
-                                                    const LogCallback& log);
+  static Result<std::unique_ptr<GraphStore>> create(const StoreOptions& options, std::size_t max_requests, const LogCallback& log);
 
   /// Replaces a graph.
   /// @param turtle    the whole graph
@@ -58,4 +59,5 @@ class GraphStore {
   std::uint32_t digest_count_ = 0;
 };
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/client/http.hpp>
 
 #include <algorithm>
@@ -9,6 +10,7 @@
 #include "src/base/ascii.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 namespace {
 
 using lrt::detail::iequals_ascii;
@@ -166,4 +168,5 @@ std::vector<Link> links(const http::Fields& fields, std::string_view base, std::
   return result;
 }
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/client/http_client.hpp"
 
 #include <sys/eventfd.h>
@@ -23,6 +24,7 @@
 #include "src/http/host.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 namespace {
 
 using exchange::Instant;
@@ -90,8 +92,7 @@ class HttpClientImpl final : public HttpClient {
       const std::optional<std::string_view> location = response->fields.find("Location");
       if (method.empty() || !location) return response;
       if (++redirects > options_.limits.max_redirects)
-        return unexpected(Errc::limit_exceeded,
-                          "\"" + given.url + "\": more than " + std::to_string(options_.limits.max_redirects) + " redirects");
+        return unexpected(Errc::limit_exceeded, "\"" + given.url + "\": more than " + std::to_string(options_.limits.max_redirects) + " redirects");
       Result<std::string> target = iri::resolve(request.url, *location);
       if (!target) return unexpected(Errc::expected_iri, "\"" + request.url + "\": it redirects to what is no URL");
       const Result<http::Url> next = http::parse_url(target->substr(0, target->find('#')));
@@ -152,16 +153,16 @@ class HttpClientImpl final : public HttpClient {
     std::vector<const exchange::Address*> addresses;
     for (const exchange::Address& address : *found) addresses.push_back(&address);
     const exchange::NoSigpipe guard(url.secure);
-    return exchange::connect(
-        url, addresses, [&] { return Result<Tls>(anonymous ? anonymous_tls_ : own_tls_); },
-        {std::min(limit.until, std::chrono::steady_clock::now() + options_.limits.connect_time), stop_descriptor_});
+    return exchange::connect(url, addresses, [&] { return Result<Tls>(anonymous ? anonymous_tls_ : own_tls_); },
+                             {std::min(limit.until, std::chrono::steady_clock::now() + options_.limits.connect_time), stop_descriptor_});
   }
 
   /// "GET http://robot/arm: 200"
   void log(const Request& request, const Result<Response>& response) const {
     if (!options_.log) return;
     try {
-      options_.log(LogLevel::debug, request.method + " " + request.url + ": " + (response ? std::to_string(response->status) : std::string(to_string(response.error().code))));
+      options_.log(LogLevel::debug, request.method + " " + request.url + ": " +
+                                        (response ? std::to_string(response->status) : std::string(to_string(response.error().code))));
     } catch (...) {}  // of the user: it has nobody to be told
   }
 
@@ -196,7 +197,8 @@ class HttpClientImpl final : public HttpClient {
         body.append(bytes);
         return true;
       };
-      exchange::Outcome outcome = exchange::exchange(*wire, sent, {options_.limits.max_header_bytes, options_.limits.max_body_bytes}, limit, receiver);
+      exchange::Outcome outcome =
+          exchange::exchange(*wire, sent, {options_.limits.max_header_bytes, options_.limits.max_body_bytes}, limit, receiver);
       if (outcome.silent && !is_fresh) {
         wire = nullptr;
         continue;
@@ -256,7 +258,8 @@ Result<std::shared_ptr<HttpClient>> HttpClient::create(const Options& options) {
     return unexpected(Errc::invalid_option, std::string(name) + " of a client: expected more than 0");
   };
   const Limits& limits = options.limits;
-  for (const auto& [time, name] : {std::pair{limits.resolve_time, "resolve_time"}, {limits.connect_time, "connect_time"}, {limits.response_time, "response_time"}})
+  for (const auto& [time, name] :
+       {std::pair{limits.resolve_time, "resolve_time"}, {limits.connect_time, "connect_time"}, {limits.response_time, "response_time"}})
     if (Result<void> good = must_be_positive(time, name); !good) return unexpected(std::move(good).error());
   if (identity.certificate_file.empty() != identity.key_file.empty())
     return unexpected(Errc::invalid_option, "certificate_file and key_file of a client: expected both or none");
@@ -268,7 +271,8 @@ Result<std::shared_ptr<HttpClient>> HttpClient::create(const Options& options) {
     token = *std::move(read);
   }
   for (const char c : token)
-    if (!lrt::detail::is(c, lrt::detail::uri)) return unexpected(Errc::invalid_option, "token of a client: expected no white space or control character");
+    if (!lrt::detail::is(c, lrt::detail::uri))
+      return unexpected(Errc::invalid_option, "token of a client: expected no white space or control character");
   Result<std::shared_ptr<const exchange::ClientTls>> tls = exchange::ClientTls::make(options.ca_file, identity.certificate_file, identity.key_file);
   if (!tls) return unexpected(std::move(tls).error());
   auto anonymous = tls;
@@ -285,4 +289,5 @@ Result<std::shared_ptr<HttpClient>> HttpClient::create(const Options& options) {
   return std::shared_ptr<HttpClient>(std::move(client));
 }
 
+}  // namespace v0
 }  // namespace lrt::client

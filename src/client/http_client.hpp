@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <memory>
@@ -14,6 +15,7 @@
 #include "src/exchange/resolve.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 
 /// Sends requests, within the limits of the options: connections, TLS, names, identity, redirects.
 /// @par Threads  Any. send() blocks the calling thread, which must not be a control loop.
@@ -48,4 +50,5 @@ class HttpClient {
   const Options options_;
 };
 
+}  // namespace v0
 }  // namespace lrt::client

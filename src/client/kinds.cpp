@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/client/kinds.hpp"
 
 #include <algorithm>
@@ -8,6 +9,7 @@
 #include "src/client/value_lines.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 namespace {
 
 std::string form_of(const std::optional<Schema>& schema, const std::string& origin, bool bounds) {
@@ -120,4 +122,5 @@ class Kinds {
 
 std::vector<ThingKind> kinds_of(const Description& robot) { return Kinds(robot).take(); }
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -8,6 +9,7 @@
 #include <lrt/client/description.hpp>
 
 namespace lrt::client {
+inline namespace v0 {
 
 /// A property or action that all Things of a kind have in the same form.
 template <class Description>
@@ -35,4 +37,5 @@ struct ThingKind {
 /// @return  in the order of their names; several may have one name
 std::vector<ThingKind> kinds_of(const Description& robot);
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/client/made_of.hpp"
 
 #include <algorithm>
@@ -10,6 +11,7 @@
 #include "src/client/value_lines.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 namespace {
 
 constexpr std::string_view list_begin = "// Made of:\n", list_line = "//   ", digest_line = "// Digest: ";
@@ -174,4 +176,5 @@ Result<std::vector<std::string>> check(std::string_view header, const Descriptio
   return differences;
 }
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <map>
@@ -13,6 +14,7 @@
 #include "src/client/kinds.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 
 /// What a header is made of: kind of Thing, part, path of a field -> what it is.
 using Parts = std::map<std::vector<std::string>, std::string>;
@@ -26,4 +28,5 @@ std::string list_of(const Parts& parts);
 /// @par Errors  expected_value: there are none, or they have been changed
 Result<Parts> read_list(std::string_view header);
 
+}  // namespace v0
 }  // namespace lrt::client

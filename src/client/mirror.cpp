@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/client/mirror.hpp>
 
 #include <algorithm>
@@ -23,6 +24,7 @@
 #include "src/client/tasks.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 namespace {
 
 using std::chrono::milliseconds;
@@ -58,8 +60,7 @@ std::string mirror_mark_of(const std::string& robot) { return std::string(docume
 
 class Mirror::Impl {
  public:
-  Impl(MirrorOptions options, std::shared_ptr<Session> session, std::unique_ptr<GraphStore> store,
-       std::unique_ptr<MirrorState> state);
+  Impl(MirrorOptions options, std::shared_ptr<Session> session, std::unique_ptr<GraphStore> store, std::unique_ptr<MirrorState> state);
   ~Impl() { stop(); }
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
@@ -159,8 +160,7 @@ class Mirror::Impl {
   std::deque<std::string> queue_;
   std::size_t waiting_bytes_ = 0, being_sent_ = 0, robots_being_read_ = 0;
   MirrorCounts counts_;
-  std::map<std::string, Robot>
-      robots_;  ///< not changed after construction; a Robot's watches and links only by its one reading, under the lock
+  std::map<std::string, Robot> robots_;  ///< not changed after construction; a Robot's watches and links only by its one reading, under the lock
   // The store.
   Instant ready_at_{}, next_turn_{};
   unsigned store_failures_ = 0;
@@ -177,8 +177,7 @@ class Mirror::Impl {
   std::vector<Thread> threads_;
 };
 
-Mirror::Impl::Impl(MirrorOptions options, std::shared_ptr<Session> session, std::unique_ptr<GraphStore> store,
-                   std::unique_ptr<MirrorState> state)
+Mirror::Impl::Impl(MirrorOptions options, std::shared_ptr<Session> session, std::unique_ptr<GraphStore> store, std::unique_ptr<MirrorState> state)
     : options_(std::move(options)),
       session_(std::move(session)),
       store_(std::move(store)),
@@ -202,11 +201,9 @@ Mirror::Impl::Impl(MirrorOptions options, std::shared_ptr<Session> session, std:
 MirrorCounts Mirror::Impl::counts_now() const {
   MirrorCounts counts = counts_;
   counts.waiting = queue_.size() + being_sent_;
-  counts.graphs = static_cast<std::size_t>(std::count_if(graphs_.begin(), graphs_.end(), [](const auto& g) {
-    return !g.second.stored.empty() && g.second.stored != MirrorState::deleted;
-  }));
-  counts.robots_away =
-      static_cast<std::size_t>(std::count_if(robots_.begin(), robots_.end(), [](const auto& r) { return r.second.is_away; }));
+  counts.graphs = static_cast<std::size_t>(std::count_if(
+      graphs_.begin(), graphs_.end(), [](const auto& g) { return !g.second.stored.empty() && g.second.stored != MirrorState::deleted; }));
+  counts.robots_away = static_cast<std::size_t>(std::count_if(robots_.begin(), robots_.end(), [](const auto& r) { return r.second.is_away; }));
   return counts;
 }
 
@@ -267,9 +264,7 @@ void Mirror::Impl::read(Robot& robot) {
   --robots_being_read_;
   const Instant now = std::chrono::steady_clock::now();
   if (std::exchange(robot.must_be_read_again, false)) robot.due = now + options_.minimum_interval;
-  else
-    robot.due = now + (robot.failures > 0 ? pause_after(robot.failures, options_.first_pause, options_.max_pause)
-                                          : options_.refresh_interval);
+  else robot.due = now + (robot.failures > 0 ? pause_after(robot.failures, options_.first_pause, options_.max_pause) : options_.refresh_interval);
   changed_.notify_all();
 }
 
@@ -335,8 +330,7 @@ void Mirror::Impl::forget_missing(Robot& robot, const std::set<std::string>& fou
   {
     const std::lock_guard lock(mutex_);
     for (const auto& [name, graph] : graphs_)
-      if (graph.robot == robot.url && name != robot.mark && graph.stored != MirrorState::deleted && found.count(name) == 0)
-        unseen.push_back(name);
+      if (graph.robot == robot.url && name != robot.mark && graph.stored != MirrorState::deleted && found.count(name) == 0) unseen.push_back(name);
   }
   if (!is_complete) return;
   for (const std::string& url : unseen) {
@@ -353,8 +347,8 @@ void Mirror::Impl::forget_missing(Robot& robot, const std::set<std::string>& fou
   const std::lock_guard lock(mutex_);
   for (auto watch = robot.watches.begin(); watch != robot.watches.end();) {
     const auto graph = graphs_.find(watch->first);
-    const bool is_gone = graph == graphs_.end() || graph->second.stored == MirrorState::deleted ||
-                         (graph->second.wanted && graph->second.wanted->is_delete);
+    const bool is_gone =
+        graph == graphs_.end() || graph->second.stored == MirrorState::deleted || (graph->second.wanted && graph->second.wanted->is_delete);
     if (!is_gone) {
       ++watch;
       continue;
@@ -379,8 +373,7 @@ void Mirror::Impl::begin_watch(Robot& robot, const RepresentationPtr& resource) 
   watch.poll_period = options_.refresh_interval;
   watch.first_pause = options_.first_pause;
   watch.max_pause = options_.max_pause;
-  Result<Watch> made =
-      session_->watches().watch(url, watch, [this, &robot, url](const Change& change) { take_change(robot, url, change); });
+  Result<Watch> made = session_->watches().watch(url, watch, [this, &robot, url](const Change& change) { take_change(robot, url, change); });
   if (!made) return event(Kind::problem, url, made.error().message);
   const std::lock_guard lock(mutex_);
   robot.watches.emplace(url, *std::move(made));
@@ -484,8 +477,7 @@ bool Mirror::Impl::wait_for_turn(Lock& lock) {
       changed_.wait_until(lock, due);
     } else {
       if (options_.max_rate > 0) {
-        const auto between =
-            std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(1 / options_.max_rate));
+        const auto between = std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(1 / options_.max_rate));
         next_turn_ = std::max(next_turn_, now - std::chrono::milliseconds(100)) + between;
       }
       return true;
@@ -511,8 +503,7 @@ void Mirror::Impl::send_all() {
       if (!lock.owns_lock()) lock.lock();
       take_store_failure(lock, error.what(), std::nullopt);
     }
-    if (!graph.wanted && graph.stored == MirrorState::deleted && name != mirror_mark_of(graph.robot) && state_ &&
-        graph.on_disk != OnDisk::nothing) {
+    if (!graph.wanted && graph.stored == MirrorState::deleted && name != mirror_mark_of(graph.robot) && state_ && graph.on_disk != OnDisk::nothing) {
       Result<void> written;
       {
         const std::lock_guard state_lock(state_mutex_);
@@ -565,8 +556,7 @@ void Mirror::Impl::send(Lock& lock, const std::string& name, Graph& graph) {
     const std::lock_guard state_lock(state_mutex_);
     written = state_->write_unknown({name, robot, {}, {}}, on_disk == OnDisk::known);
   }
-  Result<GraphStore::Answer> answer =
-      wanted.is_delete ? store_->remove(name) : store_->put(name, wanted.content.turtle, entity_tag);
+  Result<GraphStore::Answer> answer = wanted.is_delete ? store_->remove(name) : store_->put(name, wanted.content.turtle, entity_tag);
   bool is_overwritten = false;
   if (answer && answer->status == 412 && !entity_tag.empty()) {
     is_overwritten = true;
@@ -586,8 +576,7 @@ void Mirror::Impl::send(Lock& lock, const std::string& name, Graph& graph) {
   take_answer(lock, name, graph, std::move(wanted), answer);
 }
 
-void Mirror::Impl::take_answer(Lock& lock, const std::string& name, Graph& graph, Wanted wanted,
-                               const Result<GraphStore::Answer>& answer) {
+void Mirror::Impl::take_answer(Lock& lock, const std::string& name, Graph& graph, Wanted wanted, const Result<GraphStore::Answer>& answer) {
   if (stopped_) return;
   const bool is_gone = wanted.is_delete && answer && (answer->status == 404 || answer->status == 410);
   if (answer && (answer->ok() || is_gone)) {
@@ -620,8 +609,7 @@ void Mirror::Impl::take_answer(Lock& lock, const std::string& name, Graph& graph
     return;
   }
   const bool is_temporary =
-      status == 0 ? is_away(answer.error())
-                  : status == 408 || status == 425 || status == 429 || (status >= 500 && status != 501 && status != 505);
+      status == 0 ? is_away(answer.error()) : status == 408 || status == 425 || status == 429 || (status >= 500 && status != 501 && status != 505);
   // A store that fails with 500 again and again may have a problem with this graph only: the others must not wait for it. The next reading of the robot
   // offers it again.
   constexpr unsigned max_failures = 5;
@@ -721,9 +709,8 @@ Result<MirrorCounts> Mirror::Impl::copy(const std::function<bool()>& goes_on) {
     while (true) {
       if (failure_) return unexpected(*failure_);
       if (stopped_) return unexpected(Errc::cancelled, "the mirror was stopped");
-      const bool are_read = robots_being_read_ == 0 && std::all_of(robots_.begin(), robots_.end(), [](const auto& r) {
-                              return r.second.was_read || r.second.is_away;
-                            });
+      const bool are_read =
+          robots_being_read_ == 0 && std::all_of(robots_.begin(), robots_.end(), [](const auto& r) { return r.second.was_read || r.second.is_away; });
       if (are_read && queue_.empty() && being_sent_ == 0) return counts_now();
       const Instant now = std::chrono::steady_clock::now();
       if (failing_since_ && now - *failing_since_ > options_.patience) return unexpected(store_code_, store_reason_);
@@ -778,8 +765,7 @@ Result<Mirror> Mirror::create(MirrorOptions options) {
   }
   std::unique_ptr<MirrorState> state;
   if (!options.state_file.empty()) {
-    Result<std::unique_ptr<MirrorState>> opened =
-        MirrorState::open(options.state_file, options.store.endpoint, options.max_graphs);
+    Result<std::unique_ptr<MirrorState>> opened = MirrorState::open(options.state_file, options.store.endpoint, options.max_graphs);
     if (!opened) return unexpected(std::move(opened).error());
     state = *std::move(opened);
   }
@@ -805,4 +791,5 @@ MirrorCounts Mirror::counts() const { return impl_->counts(); }
 std::optional<Error> Mirror::failure() const { return impl_->failure(); }
 void Mirror::stop() noexcept { impl_->stop(); }
 
+}  // namespace v0
 }  // namespace lrt::client

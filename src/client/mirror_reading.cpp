@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/client/mirror_reading.hpp"
 
 #include <algorithm>
@@ -13,6 +14,7 @@
 #include "src/exchange/http_authentication.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 
 using rdf::TermView;
 using rdf::Triple;
@@ -40,10 +42,9 @@ namespace {
 
 bool is_skipped(std::string_view predicate) noexcept {
   for (const Iri skipped :
-       {vocab::rdf_::type, vocab::rdfs::seeAlso, vocab::rdfs::isDefinedBy, vocab::hybrit::subscriptions,
-        vocab::hybrit::onResource, vocab::lrt_::state, vocab::lrt_::all, vocab::lrt_::invocation, vocab::lrt_::invocationOf,
-        vocab::http_core::requestURI, vocab::vom::unit, vocab::qudt::hasUnit, vocab::lrt_::session, vocab::lrt_::query,
-        vocab::lrt_::allGraphs})
+       {vocab::rdf_::type, vocab::rdfs::seeAlso, vocab::rdfs::isDefinedBy, vocab::hybrit::subscriptions, vocab::hybrit::onResource,
+        vocab::lrt_::state, vocab::lrt_::all, vocab::lrt_::invocation, vocab::lrt_::invocationOf, vocab::http_core::requestURI, vocab::vom::unit,
+        vocab::qudt::hasUnit, vocab::lrt_::session, vocab::lrt_::query, vocab::lrt_::allGraphs})
     if (predicate == skipped.text) return true;
   return false;
 }
@@ -62,8 +63,7 @@ std::vector<std::string> mirrored_links(const rdf::Graph& graph, const std::stri
     else if (!is_neutral) skipped.insert(url);
   }
   for (const Link& link : links)
-    if (link.relation == "related" || link.relation == "item" || link.relation == "next")
-      found.insert(document_of(link.target));
+    if (link.relation == "related" || link.relation == "item" || link.relation == "next") found.insert(document_of(link.target));
   std::vector<std::string> result;
   for (const std::string_view url : found)
     if (!url.empty() && url != self && skipped.count(url) == 0 && same_origin(url, self)) result.emplace_back(url);
@@ -88,8 +88,7 @@ bool is_away(const Error& error) noexcept {
   }
 }
 
-Result<bool> read_robot(Session& session, const std::string& url,
-                        const std::function<void(const RepresentationPtr&)>& on_resource,
+Result<bool> read_robot(Session& session, const std::string& url, const std::function<void(const RepresentationPtr&)>& on_resource,
                         const std::function<void(const std::string& url, const Error& error)>& on_problem) {
   const std::size_t max_resources = session.options().limits.max_resources;
   std::deque<std::string> wanted{std::string(document_of(url))};
@@ -104,8 +103,7 @@ Result<bool> read_robot(Session& session, const std::string& url,
     if (!read) {
       constexpr unsigned max_silent = 3;
       const Errc code = read.error().code;
-      const bool is_silent =
-          code == Errc::io_error || code == Errc::timed_out || code == Errc::closed || code == Errc::expected_http;
+      const bool is_silent = code == Errc::io_error || code == Errc::timed_out || code == Errc::closed || code == Errc::expected_http;
       silent = is_silent ? silent + 1 : 0;
       if (is_first || code == Errc::cancelled || silent >= max_silent) return unexpected(read.error());
       if (is_away(read.error())) is_complete = false;
@@ -121,12 +119,12 @@ Result<bool> read_robot(Session& session, const std::string& url,
     for (std::string& link : mirrored_links(representation.graph, representation.url, representation.links)) {
       if (!seen.insert(link).second) continue;
       if (seen.size() > max_resources)
-        return unexpected(Errc::limit_exceeded,
-                          "\"" + url + "\" leads to more than " + std::to_string(max_resources) + " resources");
+        return unexpected(Errc::limit_exceeded, "\"" + url + "\" leads to more than " + std::to_string(max_resources) + " resources");
       wanted.push_back(std::move(link));
     }
   }
   return is_complete;
 }
 
+}  // namespace v0
 }  // namespace lrt::client

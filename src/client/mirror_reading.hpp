@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <functional>
@@ -9,6 +10,7 @@
 #include "src/client/session.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 
 /// What a mirror needs of a representation.
 struct MirroredGraph {
@@ -31,11 +33,11 @@ bool is_worth_watching(const Representation& representation);
 /// @param on_problem   called with the URL of a resource that cannot be read, and why. unknown_path: it does not exist
 /// @return  whether each resource has responded, if with an error; false: those that were not read may exist
 /// @par Errors  of the exchange with the URL, or with three resources in succession that give no response; limit_exceeded: more resources than Limits::max_resources; cancelled
-Result<bool> read_robot(Session& session, const std::string& url,
-                        const std::function<void(const RepresentationPtr&)>& on_resource,
+Result<bool> read_robot(Session& session, const std::string& url, const std::function<void(const RepresentationPtr&)>& on_resource,
                         const std::function<void(const std::string& url, const Error& error)>& on_problem);
 
 /// Whether an error says that the server is not there now, rather than what it thinks of the request.
 bool is_away(const Error& error) noexcept;
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/client/mirror_state.hpp"
 
 #include <fcntl.h>
@@ -15,6 +16,7 @@
 #include "src/base/read_file.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 namespace {
 
 constexpr std::string_view begin_of_header = "lrt mirror 1\t";
@@ -58,8 +60,7 @@ bool write_all(int descriptor, std::string_view bytes) noexcept {
 }
 
 /// Reads the records. A last line without a line feed was not written completely, and does not count.
-Result<std::vector<StoredGraph>> parse(std::string_view text, const std::string& path, const std::string& store,
-                                       std::size_t max_graphs) {
+Result<std::vector<StoredGraph>> parse(std::string_view text, const std::string& path, const std::string& store, std::size_t max_graphs) {
   const auto invalid = [&](const std::string& what) { return unexpected(Errc::invalid_option, "\"" + path + "\" " + what); };
   const std::size_t end_of_header = text.find('\n');
   const std::string_view header = text.substr(0, end_of_header);
@@ -94,8 +95,7 @@ Result<std::vector<StoredGraph>> parse(std::string_view text, const std::string&
 
 }  // namespace
 
-Result<std::unique_ptr<MirrorState>> MirrorState::open(const std::string& path, const std::string& store,
-                                                       std::size_t max_graphs) {
+Result<std::unique_ptr<MirrorState>> MirrorState::open(const std::string& path, const std::string& store, std::size_t max_graphs) {
   // The file is locked. It may be replaced between open() and flock(): then the next one is tried.
   const std::string new_path = path + ".new";
   int lock = -1;
@@ -105,14 +105,13 @@ Result<std::unique_ptr<MirrorState>> MirrorState::open(const std::string& path, 
     const bool is_locked = ::flock(lock, LOCK_EX | LOCK_NB) == 0;
     struct stat opened {
     }, named{};
-    const bool is_same = ::fstat(lock, &opened) == 0 && ::stat(path.c_str(), &named) == 0 && opened.st_ino == named.st_ino &&
-                         opened.st_dev == named.st_dev;
+    const bool is_same =
+        ::fstat(lock, &opened) == 0 && ::stat(path.c_str(), &named) == 0 && opened.st_ino == named.st_ino && opened.st_dev == named.st_dev;
     if (is_locked && is_same) break;
     ::close(lock);
     lock = -1;
     constexpr int max_attempts = 100;
-    if ((!is_locked && is_same) || attempts >= max_attempts)
-      return unexpected(Errc::invalid_option, "\"" + path + "\" is used by another mirror");
+    if ((!is_locked && is_same) || attempts >= max_attempts) return unexpected(Errc::invalid_option, "\"" + path + "\" is used by another mirror");
   }
   const auto give_up = [&](Error error) {
     ::close(lock);
@@ -122,8 +121,7 @@ Result<std::unique_ptr<MirrorState>> MirrorState::open(const std::string& path, 
   const std::size_t max_bytes = std::min(max_graphs, std::size_t{1} << 17) * bytes_of_graph;
   const Result<std::string> old = read_file(path, max_bytes);
   if (!old) return give_up(old.error());
-  if (old->size() > max_bytes)
-    return give_up({Errc::limit_exceeded, "\"" + path + "\" is longer than " + std::to_string(max_bytes) + " bytes"});
+  if (old->size() > max_bytes) return give_up({Errc::limit_exceeded, "\"" + path + "\" is longer than " + std::to_string(max_bytes) + " bytes"});
   std::vector<StoredGraph> graphs;
   if (!old->empty()) {
     Result<std::vector<StoredGraph>> read = parse(*old, path, store, max_graphs);
@@ -176,4 +174,5 @@ Result<void> MirrorState::write_unknown(const StoredGraph& graph, bool durably) 
 
 Result<void> MirrorState::write_forgotten(const std::string& graph) { return write("forgotten\t" + field(graph) + "\n"); }
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -10,13 +11,13 @@
 #include <lrt/base/result.hpp>
 
 namespace lrt::client {
+inline namespace v0 {
 
 /// What a mirror knows of a graph in the store.
 struct StoredGraph {
-  std::string graph{};  ///< its IRI
-  std::string robot{};  ///< URL of the robot that has the resource
-  std::string
-      digest{};  ///< of what was sent; empty: it is not known what the store has; MirrorState::deleted: the store does not have it
+  std::string graph{};       ///< its IRI
+  std::string robot{};       ///< URL of the robot that has the resource
+  std::string digest{};      ///< of what was sent; empty: it is not known what the store has; MirrorState::deleted: the store does not have it
   std::string entity_tag{};  ///< by the store; empty: it gave none
 };
 
@@ -62,4 +63,5 @@ class MirrorState {
   std::vector<StoredGraph> graphs_;
 };
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/client/names.hpp"
 
 #include <algorithm>
@@ -7,6 +8,7 @@
 #include "src/base/thread.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 
 using exchange::Address;
 using exchange::Instant;
@@ -33,7 +35,8 @@ struct NameResolver::State {
   std::map<std::string, Known> known;
 };
 
-NameResolver::NameResolver(ThreadOptions threads, exchange::Resolve resolve) : state_(std::make_shared<State>(std::move(threads), std::move(resolve))) {}
+NameResolver::NameResolver(ThreadOptions threads, exchange::Resolve resolve)
+    : state_(std::make_shared<State>(std::move(threads), std::move(resolve))) {}
 
 Result<std::vector<Address>> NameResolver::find(const std::string& host, exchange::WaitLimit limit) {
   if (std::optional<Address> literal = exchange::literal_address(host)) return std::vector<Address>{*std::move(literal)};
@@ -68,4 +71,5 @@ Result<std::vector<Address>> NameResolver::find(const std::string& host, exchang
   }
 }
 
+}  // namespace v0
 }  // namespace lrt::client

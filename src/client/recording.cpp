@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/client/recording.hpp>
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 #include "src/rdf/json_parse.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 
 using rdf::json::Document;
 
@@ -103,12 +105,14 @@ std::optional<RecordedChange> change_of(std::string_view line) {
 }  // namespace
 
 std::string to_line(const RecordingHeader& header) {
-  return R"({"lrt":"recording","version":1,"robot":)" + quoted(header.robot) + ",\"started\":" + quoted(header.started) + "}" + std::string(line_feed);
+  return R"({"lrt":"recording","version":1,"robot":)" + quoted(header.robot) + ",\"started\":" + quoted(header.started) + "}" +
+         std::string(line_feed);
 }
 
 std::string to_line(const RecordedChange& change) {
   char at[40];
-  std::snprintf(at, sizeof at, "%lld.%06lld", static_cast<long long>(change.at.count() / 1'000'000), static_cast<long long>(change.at.count() % 1'000'000));
+  std::snprintf(at, sizeof at, "%lld.%06lld", static_cast<long long>(change.at.count() / 1'000'000),
+                static_cast<long long>(change.at.count() % 1'000'000));
   std::string line = "{\"at\":" + std::string(at) + ",\"name\":" + quoted(change.name);
   if (change.is_gap()) {
     line += ",\"gap\":" + quoted(change.gap);
@@ -120,7 +124,8 @@ std::string to_line(const RecordedChange& change) {
 }
 
 Result<Recording> Recording::parse(std::string_view text, const RecordingLimits& limits) {
-  if (text.size() > limits.max_bytes) return unexpected(Errc::limit_exceeded, "a recording of more than " + std::to_string(limits.max_bytes) + " bytes");
+  if (text.size() > limits.max_bytes)
+    return unexpected(Errc::limit_exceeded, "a recording of more than " + std::to_string(limits.max_bytes) + " bytes");
   const auto next_line = [&text] {
     const std::size_t end = std::min(text.find('\n'), text.size());
     std::string_view line = text.substr(0, end);
@@ -147,8 +152,10 @@ Result<Recording> Recording::parse(std::string_view text, const RecordingLimits&
       return unexpected(Errc::limit_exceeded, "a recording of more than " + std::to_string(limits.max_changes) + " changes");
     recording.changes_.push_back(*std::move(change));
   }
-  std::stable_sort(recording.changes_.begin(), recording.changes_.end(), [](const RecordedChange& a, const RecordedChange& b) { return a.at < b.at; });
+  std::stable_sort(recording.changes_.begin(), recording.changes_.end(),
+                   [](const RecordedChange& a, const RecordedChange& b) { return a.at < b.at; });
   return recording;
 }
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/client/representation.hpp>
 
 #include <algorithm>
@@ -12,6 +13,7 @@
 #include "src/client/representation.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 
 using rdf::Graph;
 using rdf::TermId;
@@ -129,4 +131,5 @@ std::string escaped(std::string_view text) {
   return result;
 }
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <functional>
@@ -8,6 +9,7 @@
 #include <lrt/client/representation.hpp>
 
 namespace lrt::client {
+inline namespace v0 {
 
 /// Reads the representation of a response.
 Result<RepresentationPtr> read_representation(const Response& response, const Options& options);
@@ -24,4 +26,5 @@ std::string_view local_name(std::string_view iri) noexcept;
 /// Percent-encoded as a value in the query of a URL: all but the unreserved characters (RFC 3986 2.3).
 std::string escaped(std::string_view text);
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/client/schema.hpp>
 
 #include <algorithm>
@@ -20,6 +21,7 @@
 #include "src/shacl/derived_patterns.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 
 namespace sh = vocab::sh;
 namespace xsd = vocab::xsd;
@@ -669,4 +671,5 @@ void Schema::complete(Graph& graph, TermId focus, std::size_t first_triple) cons
     if (const rdf::Triple t = graph.triples()[i]; t.predicate == has_unit) graph.add(t.subject, former, t.object);
 }
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/client/session.hpp"
 
 #include <algorithm>
@@ -7,6 +8,7 @@
 #include <lrt/rdf/vocab.hpp>
 
 namespace lrt::client {
+inline namespace v0 {
 
 using rdf::TermId;
 using rdf::TermView;
@@ -219,4 +221,5 @@ Result<Shape> Session::shape(const TermView& node, const Representation& known) 
   return shape;
 }
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <atomic>
@@ -22,6 +23,7 @@
 #include "src/client/watches.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 
 /// Representations that were received, the least recently used first to go. Not synchronised.
 class RepresentationCache {
@@ -119,4 +121,5 @@ class Session : public std::enable_shared_from_this<Session> {
 /// The error that a response with a status of 400 or more is.
 Error error_of(const Response& response, const std::string& method, const std::string& url);
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/client/tasks.hpp"
 
 #include <algorithm>
@@ -10,6 +11,7 @@
 #include "src/base/thread.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 namespace {
 
 using Instant = std::chrono::steady_clock::time_point;
@@ -134,4 +136,5 @@ void Tasks::stop() noexcept {
   lock.unlock();  // the tasks are destroyed without it
 }
 
+}  // namespace v0
 }  // namespace lrt::client

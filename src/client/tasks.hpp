@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -9,6 +10,7 @@
 #include <lrt/base/unique_function.hpp>
 
 namespace lrt::client {
+inline namespace v0 {
 
 /// Threads for work that may block, and for work that is due later. A thread is started when all others are busy, and ends when it has had
 /// nothing to do for some seconds.
@@ -37,4 +39,5 @@ class Tasks {
   std::shared_ptr<State> state_;
 };
 
+}  // namespace v0
 }  // namespace lrt::client

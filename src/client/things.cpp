@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/client/things.hpp>
 
 #include <poll.h>
@@ -15,6 +16,7 @@
 #include "src/client/session.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 
 using rdf::Graph;
 using rdf::TermId;
@@ -55,7 +57,8 @@ Result<T> find_named(const std::vector<T>& all, std::string_view name, const cha
       if (found) several += (several.empty() ? found->url() + ", " : ", ") + one.url();
       else found = &one;
     }
-    if (!several.empty()) return unexpected(Errc::expected_value, std::string(kind) + " \"" + std::string(name) + "\" is ambiguous: " + several.substr(0, 500));
+    if (!several.empty())
+      return unexpected(Errc::expected_value, std::string(kind) + " \"" + std::string(name) + "\" is ambiguous: " + several.substr(0, 500));
     if (found) return *found;
   }
   std::string list;
@@ -126,8 +129,10 @@ Result<void> must_be_here(const std::string& url, const std::string& resource) {
 
 Invocation::Status status_of(const Representation& representation) {
   using Status = Invocation::Status;
-  const std::pair<Iri, Status> known[] = {{vocab::lrt_::pending, Status::pending},     {vocab::lrt_::running, Status::running},
-                                          {vocab::lrt_::succeeded, Status::succeeded}, {vocab::lrt_::failed, Status::failed},
+  const std::pair<Iri, Status> known[] = {{vocab::lrt_::pending, Status::pending},
+                                          {vocab::lrt_::running, Status::running},
+                                          {vocab::lrt_::succeeded, Status::succeeded},
+                                          {vocab::lrt_::failed, Status::failed},
                                           {vocab::lrt_::cancelled, Status::cancelled}};
   for (const std::string& found : representation.objects(vocab::lrt_::status))
     for (const auto& [iri, status] : known)
@@ -602,7 +607,9 @@ Result<T> find_part(const std::vector<Thing>& things, const std::vector<T>& (Thi
 
 }  // namespace
 
-Result<Property> Robot::property(std::string_view name) const { return find_part(*things_, &Thing::properties, name, "property", "\"" + url_ + "\""); }
+Result<Property> Robot::property(std::string_view name) const {
+  return find_part(*things_, &Thing::properties, name, "property", "\"" + url_ + "\"");
+}
 Result<Action> Robot::action(std::string_view name) const { return find_part(*things_, &Thing::actions, name, "action", "\"" + url_ + "\""); }
 
 Result<std::vector<Action>> Robot::actions(const ActionQuery& query) const {
@@ -641,4 +648,5 @@ Result<std::vector<Action>> Robot::actions(const ActionQuery& query) const {
 
 Result<Robot> Robot::refresh() const { return session_->open(url_); }
 
+}  // namespace v0
 }  // namespace lrt::client

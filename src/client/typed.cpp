@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/client/typed.hpp>
 
 #include <deque>
@@ -8,6 +9,7 @@
 #include <lrt/rdf/value_codec.hpp>
 
 namespace lrt::client {
+inline namespace v0 {
 
 const rdf::Type& with_datatype(const rdf::Type& type, Iri datatype) {
   struct Kept {
@@ -53,4 +55,5 @@ Result<void> Members::fits() const {
   return unexpected(Errc::expected_value, "expected a " + kind_ + ", found <" + thing_.url() + ">: " + missing_);
 }
 
+}  // namespace v0
 }  // namespace lrt::client

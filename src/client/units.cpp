@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/client/units.hpp>
 
 #include <algorithm>
@@ -14,6 +15,7 @@
 #include <lrt/rdf/value_codec.hpp>
 
 namespace lrt::client {
+inline namespace v0 {
 namespace {
 
 enum class Of : std::uint8_t {
@@ -306,4 +308,5 @@ std::string unit_label(const Unit& unit) {
   return std::string(last.empty() ? iri : last);
 }
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/client/value_lines.hpp"
 
 #include <algorithm>
@@ -9,6 +10,7 @@
 #include <lrt/rdf/value_codec.hpp>
 
 namespace lrt::client {
+inline namespace v0 {
 
 using rdf::Facets;
 using rdf::FieldType;
@@ -103,4 +105,5 @@ std::string ValueLines::range_of(const Type& t, const Facets& f) const {
   return text;
 }
 
+}  // namespace v0
 }  // namespace lrt::client

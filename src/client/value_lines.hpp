@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>
@@ -8,6 +9,7 @@
 #include <lrt/rdf/type.hpp>
 
 namespace lrt::client {
+inline namespace v0 {
 
 /// The last part of an IRI, decoded: "rotation".
 std::string decoded_last_part(std::string_view iri);
@@ -38,4 +40,5 @@ class ValueLines {
   bool bounds_;
 };
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/client/watches.hpp"
 
 #include <algorithm>
@@ -29,6 +30,7 @@
 #include "src/client/websockets.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 namespace {
 
 using std::chrono::milliseconds;
@@ -45,7 +47,8 @@ constexpr std::size_t max_reason_bytes = 64 * 1024;
 double system_random() {
   std::array<unsigned char, 4> bytes{};
   fill_random(bytes.data(), bytes.size());
-  const std::uint32_t number = bytes[0] | static_cast<std::uint32_t>(bytes[1]) << 8 | static_cast<std::uint32_t>(bytes[2]) << 16 | static_cast<std::uint32_t>(bytes[3]) << 24;
+  const std::uint32_t number =
+      bytes[0] | static_cast<std::uint32_t>(bytes[1]) << 8 | static_cast<std::uint32_t>(bytes[2]) << 16 | static_cast<std::uint32_t>(bytes[3]) << 24;
   return number / 4294967296.0;
 }
 
@@ -321,7 +324,7 @@ class Watch::Impl : public std::enable_shared_from_this<Watch::Impl> {
   OnChange on_change_;
   std::deque<Change> queue_;
   bool stopped_ = false, ended_ = false;
-  bool draining_ = false;   ///< a thread is in drain()
+  bool draining_ = false;  ///< a thread is in drain()
   bool announced_ = false;
   std::thread::id drainer_;
   Counts counts_;
@@ -331,15 +334,15 @@ class Watch::Impl : public std::enable_shared_from_this<Watch::Impl> {
   // The activity.
   Generation generation_ = 1;
   std::size_t step_ = 0, type_ = 0;
-  unsigned failures_ = 0;             ///< since the last value
-  bool has_value_ = false;            ///< of this connection
+  unsigned failures_ = 0;   ///< since the last value
+  bool has_value_ = false;  ///< of this connection
   bool asked_graph_ = false, asked_token_ = false;
   std::optional<Instant> not_found_since_;
   std::string websocket_url_;
   std::uint64_t websocket_ = 0;
   std::shared_ptr<EventWaker> stream_end_;
-  std::string callback_;              ///< URL
-  std::string deletable_;             ///< subscription to be deleted at the end
+  std::string callback_;   ///< URL
+  std::string deletable_;  ///< subscription to be deleted at the end
   Instant last_notification_{};
   std::string poll_tag_;
   std::shared_ptr<const std::string> poll_body_;
@@ -404,7 +407,8 @@ void Watch::Impl::post(Lock& lock, Change made) {
       ++counts_.dropped;
       const auto after = queue_.erase(oldest);
       if (const auto next = std::find_if(after, queue_.end(), is_value); next != queue_.end()) next->dropped += dropped;
-      if (after != queue_.begin() && after != queue_.end() && after->kind == Change::Kind::gap && std::prev(after)->kind == Change::Kind::gap) queue_.erase(after);
+      if (after != queue_.begin() && after != queue_.end() && after->kind == Change::Kind::gap && std::prev(after)->kind == Change::Kind::gap)
+        queue_.erase(after);
     }
   }
   if (delivery_ == Delivery::at_once) {
@@ -749,7 +753,9 @@ bool Watch::Impl::find_websocket_url() {
 void Watch::Impl::stream(Generation generation) {
   const Limits& limits = context_->options().limits;
   const StreamPlace place(context_->streams, limits.max_streams);
-  if (!place) return refused(generation, 0, {Errc::limit_exceeded, "more than " + std::to_string(limits.max_streams) + " event streams (Limits::max_streams)"}, {});
+  if (!place)
+    return refused(generation, 0, {Errc::limit_exceeded, "more than " + std::to_string(limits.max_streams) + " event streams (Limits::max_streams)"},
+                   {});
   const auto stop = std::make_shared<EventWaker>();
   if (stop->descriptor() < 0) return lost(generation, {Errc::io_error, "no event descriptor"});
   const std::string type = accept();
@@ -801,20 +807,25 @@ void Watch::Impl::stream(Generation generation) {
     if (is_stream || status < 301 || status > 308 || status == 304) break;
     const auto location = outcome.header.fields.find("Location");
     const Result<std::string> next = location ? iri::resolve(target, *location) : Result<std::string>(unexpected(Errc::expected_iri, ""));
-    if (!next || redirects >= limits.max_redirects) return refused(generation, 0, {Errc::limit_exceeded, "\"" + url_ + "\": it redirects without end"}, {});
+    if (!next || redirects >= limits.max_redirects)
+      return refused(generation, 0, {Errc::limit_exceeded, "\"" + url_ + "\": it redirects without end"}, {});
     target = *next;
     url = http::parse_url(target.substr(0, target.find('#')));
   }
   if (is_stream) {
-    if (parser.is_too_long()) return end(generation, {Errc::limit_exceeded, "\"" + url_ + "\": an event is longer than " + std::to_string(limits.max_message_bytes) + " bytes"});
+    if (parser.is_too_long())
+      return end(generation,
+                 {Errc::limit_exceeded, "\"" + url_ + "\": an event is longer than " + std::to_string(limits.max_message_bytes) + " bytes"});
     const bool complete = outcome.header.status != 0;
-    return lost(generation, {complete ? Errc::closed : outcome.code, "\"" + url_ + "\": " + (complete ? "the server has ended the event stream" : outcome.error)},
+    return lost(generation,
+                {complete ? Errc::closed : outcome.code, "\"" + url_ + "\": " + (complete ? "the server has ended the event stream" : outcome.error)},
                 parser.retry().value_or(milliseconds(0)));
   }
   if (outcome.header.status == 204) return end(generation, {Errc::closed, "\"" + url_ + "\": the server has nothing more to send (204)"});
   if (outcome.header.status != 0) {
     const Response response{outcome.header.status, outcome.header.fields, std::move(body), target};
-    const Error error = response.status == 200 ? Error{Errc::refused, "\"" + url_ + "\": the server sends no event streams"} : response_error(response, url_);
+    const Error error =
+        response.status == 200 ? Error{Errc::refused, "\"" + url_ + "\": the server sends no event streams"} : response_error(response, url_);
     return refused(generation, response.status, error, retry_after(response.fields));
   }
   if (outcome.code == Errc::cancelled) return refused(generation, 200, {Errc::refused, "\"" + url_ + "\": the server sends no event streams"}, {});
@@ -877,12 +888,16 @@ void Watch::Impl::subscribe(Generation generation) {
       if (!callback_.empty()) options_.receiver->remove(callback_);
       callback_ = *callback;
     }
-    if (container.empty()) return context_->http->send({"GET", with_policy(url_), {{"Accept", type}, {"Upgrade", "callback"}, {"Callback", *callback}}, {}});
+    if (container.empty())
+      return context_->http->send({"GET", with_policy(url_), {{"Accept", type}, {"Upgrade", "callback"}, {"Callback", *callback}}, {}});
     const auto iri_of = [](Iri iri) { return "<" + std::string(iri.text) + ">"; };
-    std::string body = "<> a " + iri_of(vocab::hybrit::Subscription) + ", " + iri_of(vocab::hybrit::WebCallback) + " ;\n " + iri_of(vocab::hybrit::onResource) + " <" +
-                       url_.substr(0, url_.find('#')) + "> ;\n " + iri_of(vocab::hybrit::callbackURL) + " " + quoted(*callback) + "^^" + iri_of(vocab::xsd::anyURI) + " ;\n " +
-                       iri_of(vocab::lrt_::secret) + " " + quoted(secret) + " ;\n " + iri_of(vocab::hybrit::mediaType) + " " + quoted(type);
-    if (options_.minimum_interval.count() > 0) body += " ;\n " + iri_of(vocab::lrt_::minimumInterval) + " " + quoted(seconds_of(options_.minimum_interval)) + "^^" + iri_of(vocab::xsd::decimal);
+    std::string body = "<> a " + iri_of(vocab::hybrit::Subscription) + ", " + iri_of(vocab::hybrit::WebCallback) + " ;\n " +
+                       iri_of(vocab::hybrit::onResource) + " <" + url_.substr(0, url_.find('#')) + "> ;\n " + iri_of(vocab::hybrit::callbackURL) +
+                       " " + quoted(*callback) + "^^" + iri_of(vocab::xsd::anyURI) + " ;\n " + iri_of(vocab::lrt_::secret) + " " + quoted(secret) +
+                       " ;\n " + iri_of(vocab::hybrit::mediaType) + " " + quoted(type);
+    if (options_.minimum_interval.count() > 0)
+      body +=
+          " ;\n " + iri_of(vocab::lrt_::minimumInterval) + " " + quoted(seconds_of(options_.minimum_interval)) + "^^" + iri_of(vocab::xsd::decimal);
     if (options_.queue_length > 0) body += " ;\n " + iri_of(vocab::lrt_::queueLength) + " " + std::to_string(options_.queue_length);
     return context_->http->send({"POST", container, {{"Content-Type", "text/turtle"}, {"Accept", "text/turtle"}}, body + " .\n"});
   };
@@ -903,7 +918,8 @@ void Watch::Impl::subscribe(Generation generation) {
   std::string container = options_.subscriptions_url;
   Result<Response> response = request(container);
   bool is_made = made_one(response);
-  if (!is_made && container.empty() && response && response->status != 401 && response->status != 404 && response->status != 410 && !is_temporary(response->status)) {
+  if (!is_made && container.empty() && response && response->status != 401 && response->status != 404 && response->status != 410 &&
+      !is_temporary(response->status)) {
     // A server or proxy between may not pass Upgrade on (SPEC 3.5).
     container = find_container();
     if (!container.empty()) {
@@ -1069,12 +1085,16 @@ Result<Watch> Watches::watch(std::string url, const WatchOptions& options, OnCha
   Result<http::Url> parsed = http::parse_url(std::string_view(url).substr(0, url.find('#')));
   if (!parsed) return unexpected(parsed.error().code, "\"" + url + "\": " + parsed.error().message);
   url.resize(std::min(url.find('#'), url.size()));
-  for (const auto& [time, name] : {std::pair{options.poll_period, "poll_period"}, {options.first_pause, "first_pause"}, {options.max_pause, "max_pause"}, {options.idle_time, "idle_time"}})
+  for (const auto& [time, name] : {std::pair{options.poll_period, "poll_period"},
+                                   {options.first_pause, "first_pause"},
+                                   {options.max_pause, "max_pause"},
+                                   {options.idle_time, "idle_time"}})
     if (time.count() <= 0) return unexpected(Errc::invalid_option, std::string(name) + " of a watch: expected more than 0");
   if (options.minimum_interval.count() < 0) return unexpected(Errc::invalid_option, "minimum_interval of a watch: expected 0 or more");
   if (options.via == Via::callback && !options.receiver) return unexpected(Errc::invalid_option, "Via::callback needs WatchOptions::receiver");
   if (!options.subscriptions_url.empty() && !same_origin(options.subscriptions_url, url))
-    return unexpected(Errc::invalid_option, "subscriptions_url of a watch: expected the origin of \"" + url + "\", found \"" + options.subscriptions_url + "\"");
+    return unexpected(Errc::invalid_option,
+                      "subscriptions_url of a watch: expected the origin of \"" + url + "\", found \"" + options.subscriptions_url + "\"");
   auto impl = std::make_shared<Watch::Impl>(context_, url, *std::move(parsed), options, std::move(on_change), delivery);
   {
     const std::lock_guard lock(context_->mutex);
@@ -1116,4 +1136,5 @@ void Watches::stop() noexcept {
   context->tasks.stop();
 }
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -12,6 +13,7 @@
 #include "src/exchange/resolve.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 
 struct WatchContext;
 
@@ -22,10 +24,10 @@ class Watches {
  public:
   /// What tests replace, and how a host is woken.
   struct Hooks {
-    const Clock* clock = nullptr;         ///< judges pauses; nullptr: the system's. If it is moved by hand, check_clock() must follow
-    std::function<double()> random{};     ///< in [0, 1), for pauses; empty: the system's
-    std::function<void()> wake{};         ///< called from any thread when poll() has something to do; must not block or call Watches
-    exchange::Resolve resolve{};          ///< of names for WebSockets; empty: the system's resolver
+    const Clock* clock = nullptr;      ///< judges pauses; nullptr: the system's. If it is moved by hand, check_clock() must follow
+    std::function<double()> random{};  ///< in [0, 1), for pauses; empty: the system's
+    std::function<void()> wake{};      ///< called from any thread when poll() has something to do; must not block or call Watches
+    exchange::Resolve resolve{};       ///< of names for WebSockets; empty: the system's resolver
   };
   /// Which thread runs the callback of a watch.
   enum class Delivery : unsigned char {
@@ -57,4 +59,5 @@ class Watches {
   std::shared_ptr<WatchContext> context_;
 };
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/client/websockets.hpp"
 
 #include <libwebsockets.h>
@@ -22,6 +23,7 @@
 #include "src/transport/libwebsockets/log.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 namespace {
 
 using std::chrono::milliseconds;
@@ -44,8 +46,10 @@ struct Timer {
 /// Instead of libwebsockets' sentences, where ours are clearer.
 Error connect_error(std::string_view said, const std::string& where) {
   if (said == "Unable to connect") return {Errc::io_error, where + ": no connection"};
-  if (said == "HS: Accept hash wrong" || said == "HS: ACCEPT missing") return {Errc::expected_http, where + ": Sec-WebSocket-Accept is not that of the request"};
-  if (said.substr(0, 3) == "HS:") return {Errc::expected_http, where + ": the opening response is not valid: " + std::string(said.substr(said.find_first_not_of(' ', 3)))};
+  if (said == "HS: Accept hash wrong" || said == "HS: ACCEPT missing")
+    return {Errc::expected_http, where + ": Sec-WebSocket-Accept is not that of the request"};
+  if (said.substr(0, 3) == "HS:")
+    return {Errc::expected_http, where + ": the opening response is not valid: " + std::string(said.substr(said.find_first_not_of(' ', 3)))};
   return {Errc::closed, where + ": " + (said.empty() ? "the connection was closed" : std::string(said))};
 }
 
@@ -70,9 +74,9 @@ struct WebSockets::Impl : std::enable_shared_from_this<Impl> {
     Phase phase = Phase::connecting;
     bool is_connected = false;  ///< TCP is
     bool wants_ping = false;
-    bool has_pinged = false;    ///< since the last frame
-    std::size_t address = 0;    ///< the present one
-    Instant limit{};            ///< of the phase, unless it is `open`
+    bool has_pinged = false;  ///< since the last frame
+    std::size_t address = 0;  ///< the present one
+    Instant limit{};          ///< of the phase, unless it is `open`
     Instant last_frame{};
     std::uint16_t own_code = 0;  ///< of the close that is to be sent
     std::string message;
@@ -228,7 +232,12 @@ void WebSockets::Impl::run() {
   commands.take_all([this](std::variant<Open, Close> command) noexcept {  // too late
     if (auto* request = std::get_if<Open>(&command)) {
       try {
-        request->events->ended({0, {}, 0, {}, Error{context != nullptr ? Errc::cancelled : Errc::io_error, "there is no WebSocket: the client stops, or libwebsockets has no context"}});
+        request->events->ended({0,
+                                {},
+                                0,
+                                {},
+                                Error{context != nullptr ? Errc::cancelled : Errc::io_error,
+                                      "there is no WebSocket: the client stops, or libwebsockets has no context"}});
       } catch (...) {}
     }
   });
@@ -242,7 +251,9 @@ void WebSockets::Impl::run() {
 bool WebSockets::Impl::create_context() {
   static const lws_protocols protocols[] = {{protocol_name, &Impl::on_lws, 0, 4096, 0, nullptr, 0}, {nullptr, nullptr, 0, 0, 0, nullptr, 0}};
   const Limits& limits = options.limits;
-  const auto seconds = [](milliseconds time) { return static_cast<unsigned>(std::max<std::int64_t>(1, std::chrono::ceil<std::chrono::seconds>(time).count())); };
+  const auto seconds = [](milliseconds time) {
+    return static_cast<unsigned>(std::max<std::int64_t>(1, std::chrono::ceil<std::chrono::seconds>(time).count()));
+  };
   lws_context_creation_info info{};
   info.port = CONTEXT_PORT_NO_LISTEN;
   info.options = LWS_SERVER_OPTION_EXPLICIT_VHOSTS | LWS_SERVER_OPTION_SKIP_SERVER_CANONICAL_NAME | LWS_SERVER_OPTION_DO_SSL_GLOBAL_INIT;
@@ -327,10 +338,14 @@ void WebSockets::Impl::open(Open command) {
   connections.emplace(c.id, std::move(made));
   const http::Url& url = c.request.url;
   if (stopping) c.fail({Errc::cancelled, c.where() + ": the client stops"});
-  else if (connections.size() > max_connections) c.fail({Errc::limit_exceeded, c.where() + ": more than " + std::to_string(max_connections) + " connections"});
-  else if (url.target.size() > max_target_bytes) c.fail({Errc::limit_exceeded, c.where() + ": path and query are longer than " + std::to_string(max_target_bytes) + " bytes"});
-  else if (url.authority.size() > max_authority_bytes) c.fail({Errc::limit_exceeded, c.where() + ": the host is longer than " + std::to_string(max_authority_bytes) + " bytes"});
-  else if (url.secure && url.host.front() == '[') c.fail({Errc::unsupported_syntax, c.where() + ": libwebsockets cannot check the certificate of an IPv6 address; use a host name"});
+  else if (connections.size() > max_connections)
+    c.fail({Errc::limit_exceeded, c.where() + ": more than " + std::to_string(max_connections) + " connections"});
+  else if (url.target.size() > max_target_bytes)
+    c.fail({Errc::limit_exceeded, c.where() + ": path and query are longer than " + std::to_string(max_target_bytes) + " bytes"});
+  else if (url.authority.size() > max_authority_bytes)
+    c.fail({Errc::limit_exceeded, c.where() + ": the host is longer than " + std::to_string(max_authority_bytes) + " bytes"});
+  else if (url.secure && url.host.front() == '[')
+    c.fail({Errc::unsupported_syntax, c.where() + ": libwebsockets cannot check the certificate of an IPv6 address; use a host name"});
   else if (url.secure && !enable_tls()) c.fail({Errc::invalid_option, c.where() + ": TLS: the files of the certificates cannot be used"});
   else if (c.request.addresses.empty()) c.fail({Errc::io_error, c.where() + ": no address"});
   if (c.end) {
@@ -384,7 +399,8 @@ void WebSockets::Impl::expire(Connection& c) {
   const Instant now = SteadyClock::now();
   if (c.phase != Connection::Phase::open) {
     if (now < c.limit) return set_timer(c, std::chrono::ceil<milliseconds>(c.limit - now));
-    c.fail({Errc::timed_out, c.where() + (c.phase == Connection::Phase::connecting ? ": timed out while connecting" : ": no complete opening response in time")});
+    c.fail({Errc::timed_out,
+            c.where() + (c.phase == Connection::Phase::connecting ? ": timed out while connecting" : ": no complete opening response in time")});
     return kill(c);
   }
   const SteadyClock::duration idle = now - c.last_frame, half = c.request.idle_time / 2;
@@ -495,7 +511,9 @@ int WebSockets::Impl::dispatch(lws* wsi, Connection& c, lws_callback_reasons rea
       lws_cancel_service(context);  // a timer may have ended it just before libwebsockets waits
       return 0;
     case LWS_CALLBACK_CLIENT_CONNECTION_ERROR:
-      c.fail(connect_error(in != nullptr ? std::string_view(static_cast<const char*>(in), ::strnlen(static_cast<const char*>(in), size)) : std::string_view(), c.where()));
+      c.fail(connect_error(
+          in != nullptr ? std::string_view(static_cast<const char*>(in), ::strnlen(static_cast<const char*>(in), size)) : std::string_view(),
+          c.where()));
       return 0;
     case LWS_CALLBACK_CLIENT_APPEND_HANDSHAKE_HEADER:
       c.phase = Connection::Phase::handshake;  // TLS is complete
@@ -505,7 +523,11 @@ int WebSockets::Impl::dispatch(lws* wsi, Connection& c, lws_callback_reasons rea
     case LWS_CALLBACK_ESTABLISHED_CLIENT_HTTP: {  // the header section of any response
       const int status = static_cast<int>(lws_http_client_http_response(wsi));
       if (status == 101 || c.end) return 0;
-      c.end = WebSocketEnd{status, number(WSI_TOKEN_HTTP_RETRY_AFTER), 0, {}, Error{Errc::refused, c.where() + ": the server responded with " + std::to_string(status)}};
+      c.end = WebSocketEnd{status,
+                           number(WSI_TOKEN_HTTP_RETRY_AFTER),
+                           0,
+                           {},
+                           Error{Errc::refused, c.where() + ": the server responded with " + std::to_string(status)}};
       return 0;
     }
     case LWS_CALLBACK_CLIENT_FILTER_PRE_ESTABLISH:
@@ -534,7 +556,12 @@ int WebSockets::Impl::dispatch(lws* wsi, Connection& c, lws_callback_reasons rea
       for (char& byte : reason_text)
         if (static_cast<unsigned char>(byte) < 0x20) byte = ' ';
       if (!c.end) {
-        c.end = WebSocketEnd{0, {}, code, reason_text, Error{Errc::closed, c.where() + ": the server closed it with " + std::to_string(code) + (reason_text.empty() ? "" : ": " + reason_text)}};
+        c.end = WebSocketEnd{
+            0,
+            {},
+            code,
+            reason_text,
+            Error{Errc::closed, c.where() + ": the server closed it with " + std::to_string(code) + (reason_text.empty() ? "" : ": " + reason_text)}};
       }
       return 0;
     }
@@ -593,4 +620,5 @@ int WebSockets::Impl::write(Connection& c) {
   return lws_write(c.wsi, frame.data() + LWS_PRE, 0, LWS_WRITE_PING) < 0 ? -1 : 0;
 }
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -15,13 +16,14 @@
 #include "src/exchange/resolve.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 
 /// Why a WebSocket has ended.
 struct WebSocketEnd {
-  int status = 0;           ///< of a response that is not 101; 0: there was none
+  int status = 0;                                     ///< of a response that is not 101; 0: there was none
   std::optional<std::chrono::seconds> retry_after{};  ///< of that response
-  std::uint16_t code = 0;   ///< of the server's close frame (RFC 6455 7.4); 1005: it has none; 0: no close frame was received
-  std::string reason{};     ///< of the close frame
+  std::uint16_t code = 0;  ///< of the server's close frame (RFC 6455 7.4); 1005: it has none; 0: no close frame was received
+  std::string reason{};    ///< of the close frame
   Error error{Errc::closed, {}};
 };
 
@@ -38,8 +40,8 @@ class WebSocketEvents {
 };
 
 struct WebSocketRequest {
-  http::Url url;                             ///< secure: TLS
-  std::vector<exchange::Address> addresses;  ///< of the host, tried in this order
+  http::Url url;                                              ///< secure: TLS
+  std::vector<exchange::Address> addresses;                   ///< of the host, tried in this order
   std::vector<std::pair<std::string, std::string>> fields{};  ///< Accept, Authorization, ...
   std::chrono::milliseconds idle_time{60'000};  ///< a ping is sent after half of it without a frame; all of it: the connection has ended
 };
@@ -72,4 +74,5 @@ class WebSockets {
   std::shared_ptr<Impl> impl_;
 };
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/delivery/deliverer.hpp"
 
 #include <sys/eventfd.h>
@@ -20,13 +21,9 @@
 #include "src/exchange/idle_wires.hpp"
 
 namespace lrt::delivery {
+inline namespace v0 {
 namespace {
 
-using std::chrono::steady_clock;
-using subscription::CallbackUrl;
-using subscription::Channel;
-using subscription::DeliveryResult;
-using subscription::Notification;
 using exchange::Address;
 using exchange::ClientTls;
 using exchange::IdleWires;
@@ -34,12 +31,16 @@ using exchange::Instant;
 using exchange::literal_address;
 using exchange::WaitLimit;
 using exchange::Wire;
+using std::chrono::steady_clock;
+using subscription::CallbackUrl;
+using subscription::Channel;
+using subscription::DeliveryResult;
+using subscription::Notification;
 
 /// The names that the system's resolver is asked for at present, and those that had no address a short time ago. Not synchronised.
 class Names {
  public:
-  Names(std::size_t max_threads, std::chrono::milliseconds failed_time)
-      : max_threads_(max_threads), failed_time_(failed_time) {}
+  Names(std::size_t max_threads, std::chrono::milliseconds failed_time) : max_threads_(max_threads), failed_time_(failed_time) {}
 
   bool is_full() const noexcept { return running_.size() >= max_threads_; }
   /// Whether a thread may resolve it now: each name takes one thread, all names of a domain half of them. So neither a name with many
@@ -47,8 +48,7 @@ class Names {
   bool may_begin(const std::string& name) const {
     if (is_full() || std::find(running_.begin(), running_.end(), name) != running_.end()) return false;
     const std::string_view domain = domain_of(name);
-    const auto same =
-        std::count_if(running_.begin(), running_.end(), [&](const std::string& n) { return domain_of(n) == domain; });
+    const auto same = std::count_if(running_.begin(), running_.end(), [&](const std::string& n) { return domain_of(n) == domain; });
     return static_cast<std::size_t>(same) < std::max<std::size_t>(1, max_threads_ / 2);
   }
   void begin(const std::string& name) { running_.push_back(name); }
@@ -91,8 +91,7 @@ class Names {
 /// The state that the threads share. A thread that is still in the system's resolver at stop() owns it too, and uses it afterwards.
 class Work : public std::enable_shared_from_this<Work> {
  public:
-  Work(Source& source, subscription::CallbackOptions options, subscription::AllowedHosts allowed, LogCallback log,
-       Details details, int ended)
+  Work(Source& source, subscription::CallbackOptions options, subscription::AllowedHosts allowed, LogCallback log, Details details, int ended)
       : source_(&source),
         options_(std::move(options)),
         allowed_(std::move(allowed)),
@@ -113,8 +112,7 @@ class Work : public std::enable_shared_from_this<Work> {
   struct Task {
     Channel channel{};
     std::string receiver{};
-    std::optional<Notification>
-        notification{};  ///< fetched already, then deferred by the limits for slow receivers or for a name
+    std::optional<Notification> notification{};               ///< fetched already, then deferred by the limits for slow receivers or for a name
     std::optional<Result<std::vector<Address>>> addresses{};  ///< of the name, once it is resolved or failed
   };
   /// A task that waits until the name of its receiver is resolved.
@@ -169,8 +167,7 @@ class Work : public std::enable_shared_from_this<Work> {
   void serve(Lock& lock, Task task, bool& slow);
   std::optional<Notification> fetch(Channel channel) noexcept;
   Outcome deliver(const Task& task);
-  Result<std::unique_ptr<Wire>> connect(const CallbackUrl& url, const std::vector<Address>& found, Instant connect_until,
-                                        bool& refused);
+  Result<std::unique_ptr<Wire>> connect(const CallbackUrl& url, const std::vector<Address>& found, Instant connect_until, bool& refused);
   void resolve_name(const std::string& name) noexcept;
   Result<std::shared_ptr<const ClientTls>> tls();
   void log(LogLevel level, const std::string& text) noexcept;
@@ -270,10 +267,7 @@ void Work::start_resolvers() {
     if (!names_.may_begin(item->name)) continue;
     names_.begin(item->name);
     try {
-      start_thread("lrt-resolve", options_.threads,
-                   [self = shared_from_this(), name = item->name] { self->resolve_name(name); })
-          .value()
-          .detach();
+      start_thread("lrt-resolve", options_.threads, [self = shared_from_this(), name = item->name] { self->resolve_name(name); }).value().detach();
     } catch (...) {  // no thread is available: tasks wait until another name is resolved, or until their time limit
       names_.end(item->name);
       return;
@@ -355,8 +349,7 @@ void Work::start_worker() {
   workers_.emplace_back();
   Worker& worker = workers_.back();
   try {
-    worker.thread =
-        start_thread("lrt-callback", options_.threads, [this, self = shared_from_this(), &worker] { work(worker); }).value();
+    worker.thread = start_thread("lrt-callback", options_.threads, [this, self = shared_from_this(), &worker] { work(worker); }).value();
     ++running_;
   } catch (...) {  // no thread is available: the running ones continue
     workers_.pop_back();
@@ -469,9 +462,9 @@ void Work::record_outcome(Channel channel, bool succeeded) {
 std::optional<Notification> Work::fetch(Channel channel) noexcept {
   try {
     return source_->next_notification(channel);
-  } catch (const std::exception& e) {
-    log(LogLevel::error, std::string("web callbacks: fetching a notification failed: ") + e.what());
-  } catch (...) { log(LogLevel::error, "web callbacks: fetching a notification failed: an exception was thrown"); }
+  } catch (const std::exception& e) { log(LogLevel::error, std::string("web callbacks: fetching a notification failed: ") + e.what()); } catch (...) {
+    log(LogLevel::error, "web callbacks: fetching a notification failed: an exception was thrown");
+  }
   return std::nullopt;
 }
 
@@ -485,8 +478,8 @@ Work::Outcome Work::deliver(const Task& task) {
   const WaitLimit limit{start + options_.response_time, stop_descriptor_};
   const Instant connect_until = start + std::min(options_.connect_time, options_.response_time);
   // A connection serves one subscription. Otherwise surplus bytes from one path of a receiver could be read as the response of another path.
-  const std::string receiver = (url->secure ? "s " : "p ") + url->host + " " + std::to_string(url->port) + " " +
-                               std::to_string(static_cast<std::uint64_t>(task.channel));
+  const std::string receiver =
+      (url->secure ? "s " : "p ") + url->host + " " + std::to_string(url->port) + " " + std::to_string(static_cast<std::uint64_t>(task.channel));
   std::unique_ptr<Wire> wire;
   {
     const Lock lock(mutex_);
@@ -500,8 +493,7 @@ Work::Outcome Work::deliver(const Task& task) {
       if (!literal && !task.addresses) return {{}, url->host};
       if (!literal && !*task.addresses) return {{0, task.addresses->error().message}};
       bool refused = false;
-      Result<std::unique_ptr<Wire>> connected =
-          connect(*url, literal ? std::vector<Address>{*literal} : **task.addresses, connect_until, refused);
+      Result<std::unique_ptr<Wire>> connected = connect(*url, literal ? std::vector<Address>{*literal} : **task.addresses, connect_until, refused);
       if (!connected) return {{0, connected.error().message, refused}};
       wire = *std::move(connected);
     }
@@ -529,8 +521,7 @@ Work::Outcome Work::deliver(const Task& task) {
   }
 }
 
-Result<std::unique_ptr<Wire>> Work::connect(const CallbackUrl& url, const std::vector<Address>& found, Instant connect_until,
-                                            bool& refused) {
+Result<std::unique_ptr<Wire>> Work::connect(const CallbackUrl& url, const std::vector<Address>& found, Instant connect_until, bool& refused) {
   std::vector<const Address*> addresses;
   for (const Address& address : found) {
     if (allowed_.allows(url.host, url.port, address.text)) addresses.push_back(&address);
@@ -539,8 +530,7 @@ Result<std::unique_ptr<Wire>> Work::connect(const CallbackUrl& url, const std::v
     refused = true;
     std::string list;
     for (const Address& address : found) list += (list.empty() ? "" : ", ") + address.text;
-    return unexpected(Errc::refused,
-                      "\"" + url.host + "\" resolves to " + list + ", and callbacks to these addresses are not allowed");
+    return unexpected(Errc::refused, "\"" + url.host + "\" resolves to " + list + ", and callbacks to these addresses are not allowed");
   }
   return exchange::connect(url, addresses, [this] { return tls(); }, {connect_until, stop_descriptor_});
 }
@@ -571,8 +561,7 @@ void Work::stop() noexcept {
     const std::uint64_t one = 1;
     [[maybe_unused]] const auto written = ::write(stop_descriptor_, &one, sizeof one);
     changed_.notify_all();
-    changed_.wait(lock,
-                  [&] { return std::all_of(workers_.begin(), workers_.end(), [](const Worker& w) { return w.finished; }); });
+    changed_.wait(lock, [&] { return std::all_of(workers_.begin(), workers_.end(), [](const Worker& w) { return w.finished; }); });
     rest.splice(rest.end(), workers_);
     log_ = nullptr;
     fresh_.clear();
@@ -599,13 +588,12 @@ class HttplibDeliverer final : public Deliverer {
 
 }  // namespace
 
-Result<std::unique_ptr<Deliverer>> make_httplib_deliverer(Source& source, const subscription::CallbackOptions& options,
-                                                          LogCallback log, Details details) {
+Result<std::unique_ptr<Deliverer>> make_httplib_deliverer(Source& source, const subscription::CallbackOptions& options, LogCallback log,
+                                                          Details details) {
   Result<subscription::AllowedHosts> allowed = subscription::AllowedHosts::parse(options.allow);
   if (!allowed) return unexpected(std::move(allowed).error());
   if (options.max_threads == 0) return unexpected(Errc::invalid_option, "max_threads of callbacks: expected at least 1");
-  if (options.max_resolver_threads == 0)
-    return unexpected(Errc::invalid_option, "max_resolver_threads of callbacks: expected at least 1");
+  if (options.max_resolver_threads == 0) return unexpected(Errc::invalid_option, "max_resolver_threads of callbacks: expected at least 1");
   if (options.resolve_time.count() <= 0 || options.connect_time.count() <= 0 || options.response_time.count() <= 0) {
     return unexpected(Errc::invalid_option, "resolve_time, connect_time and response_time of callbacks: expected more than 0");
   }
@@ -616,16 +604,15 @@ Result<std::unique_ptr<Deliverer>> make_httplib_deliverer(Source& source, const 
     tls = *std::move(made);
   }
   const int ended = ::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
-  if (ended < 0)
-    return unexpected(Errc::io_error, std::string("cannot create an event descriptor for callbacks: ") + std::strerror(errno));
+  if (ended < 0) return unexpected(Errc::io_error, std::string("cannot create an event descriptor for callbacks: ") + std::strerror(errno));
   auto work = std::make_shared<Work>(source, options, *std::move(allowed), std::move(log), std::move(details), ended);
   work->trust(std::move(tls));
   return std::unique_ptr<Deliverer>(std::make_unique<HttplibDeliverer>(std::move(work)));
 }
 
-Result<std::unique_ptr<Deliverer>> make_deliverer(Source& source, const subscription::CallbackOptions& options,
-                                                  LogCallback log) {
+Result<std::unique_ptr<Deliverer>> make_deliverer(Source& source, const subscription::CallbackOptions& options, LogCallback log) {
   return make_httplib_deliverer(source, options, std::move(log), Details{});
 }
 
+}  // namespace v0
 }  // namespace lrt::delivery

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/delivery/post.hpp"
 
 #include <string_view>
@@ -6,6 +7,7 @@
 #include "src/exchange/tls.hpp"
 
 namespace lrt::delivery {
+inline namespace v0 {
 
 PostResult post(exchange::Wire& wire, const subscription::CallbackUrl& url, const subscription::Notification& notification,
                 std::size_t max_response_bytes, exchange::WaitLimit limit) {
@@ -38,4 +40,5 @@ PostResult post(exchange::Wire& wire, const subscription::CallbackUrl& url, cons
           confirms && status >= 200 && status < 300 && body <= max_begin && begin == notification.challenge};
 }
 
+}  // namespace v0
 }  // namespace lrt::delivery

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -9,13 +10,14 @@
 #include "src/exchange/wire.hpp"
 
 namespace lrt::delivery {
+inline namespace v0 {
 
 /// The outcome of one POST.
 struct PostResult {
-  int status = 0;       ///< of the response; 0: no complete response was received
-  std::string error{};  ///< the reason, if status is 0
-  bool silent = false;  ///< the receiver closed the connection before the first byte of a response
-  bool keep = false;    ///< the connection can be used again
+  int status = 0;          ///< of the response; 0: no complete response was received
+  std::string error{};     ///< the reason, if status is 0
+  bool silent = false;     ///< the receiver closed the connection before the first byte of a response
+  bool keep = false;       ///< the connection can be used again
   bool confirmed = false;  ///< the body of the response is the notification's challenge
 };
 
@@ -24,4 +26,5 @@ struct PostResult {
 PostResult post(exchange::Wire& wire, const subscription::CallbackUrl& url, const subscription::Notification& notification,
                 std::size_t max_response_bytes, exchange::WaitLimit limit);
 
+}  // namespace v0
 }  // namespace lrt::delivery

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/audience.hpp"
 
 #include <cstddef>
@@ -7,6 +8,7 @@
 #include "src/engine/resource.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 using security::Right;
 using security::Rights;
@@ -70,4 +72,5 @@ rdf::Graph visible_part(const rdf::Graph& all, FunctionRef<bool(std::string_view
   return part;
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <memory>
@@ -11,6 +12,7 @@
 #include "src/security/policy.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 class Registry;
 class Resource;
@@ -40,4 +42,5 @@ struct Audience {
 /// The triples that name only IRIs which are shown, and that can be reached from one of their subjects: a blank node goes with all that led to it.
 rdf::Graph visible_part(const rdf::Graph& all, FunctionRef<bool(std::string_view iri)> is_shown);
 
+}  // namespace v0
 }  // namespace lrt::engine

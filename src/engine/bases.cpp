@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/bases.hpp"
 
 #include <algorithm>
@@ -6,6 +7,7 @@
 #include "src/base/ascii.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -15,17 +17,14 @@ using lrt::detail::lower;
 std::string canonical_host(std::string_view authority, bool secure) {
   std::string host = lower(authority);
   const std::string_view port = secure ? ":443" : ":80";
-  if (host.size() > port.size() && host.compare(host.size() - port.size(), std::string::npos, port) == 0)
-    host.resize(host.size() - port.size());
+  if (host.size() > port.size() && host.compare(host.size() - port.size(), std::string::npos, port) == 0) host.resize(host.size() - port.size());
   if (!host.empty() && host.back() == ':') host.pop_back();
   return host;
 }
 
 constexpr std::string_view scheme(bool secure) noexcept { return secure ? "https://" : "http://"; }
 
-Unexpected misdirected(const std::string& host) {
-  return unexpected(Errc::refused, "this server does not answer for the host \"" + host + "\"");
-}
+Unexpected misdirected(const std::string& host) { return unexpected(Errc::refused, "this server does not answer for the host \"" + host + "\""); }
 
 bool is_loopback_name(std::string_view host) noexcept { return host == "localhost" || host == "127.0.0.1" || host == "[::1]"; }
 
@@ -59,8 +58,7 @@ Result<void> Bases::check() const {
 
 void Bases::listens_on(std::string_view address, std::uint16_t port, bool secure, std::string_view name, Upgrades upgrades) {
   const std::string suffix = ":" + std::to_string(port);
-  const std::string numeric =
-      address.find(':') == std::string_view::npos ? std::string(address) : "[" + std::string(address) + "]";
+  const std::string numeric = address.find(':') == std::string_view::npos ? std::string(address) : "[" + std::string(address) + "]";
   port_ = port;
   upgrades_ = upgrades;
   hosts_.clear();
@@ -69,8 +67,7 @@ void Bases::listens_on(std::string_view address, std::uint16_t port, bool secure
     if (!accepts(canonical)) hosts_.push_back(std::move(canonical));
   };
   if (!name.empty()) accept(std::string(name) + suffix);
-  for (const std::string& host : {numeric, std::string("localhost"), std::string("127.0.0.1"), std::string("[::1]")})
-    accept(host + suffix);
+  for (const std::string& host : {numeric, std::string("localhost"), std::string("127.0.0.1"), std::string("[::1]")}) accept(host + suffix);
   for (const std::string& named : allowed_) {
     const auto parsed = http::parse_host(named);
     accept(named + (parsed && !parsed->port ? suffix : ""));
@@ -93,8 +90,7 @@ bool Bases::is_known_name(std::string_view host) const {
 }
 
 Result<std::size_t> Bases::of(const http::Request& request, const http::Target& target) {
-  if (const std::uint16_t port = request.local_port;
-      port != 0 && std::find(guest_ports_.begin(), guest_ports_.end(), port) == guest_ports_.end())
+  if (const std::uint16_t port = request.local_port; port != 0 && std::find(guest_ports_.begin(), guest_ports_.end(), port) == guest_ports_.end())
     guest_ports_.push_back(port);
   std::string_view authority = target.absolute ? target.authority : request.find("Host").value_or(std::string_view());
   std::string listening;
@@ -193,8 +189,9 @@ bool Bases::is_this_server(const subscription::CallbackUrl& url) const {
   const bool is_this_machine = url.host == "localhost" || url.host == "[::1]" || url.host.compare(0, 4, "127.") == 0;
   const bool is_guest_port = std::find(guest_ports_.begin(), guest_ports_.end(), url.port) != guest_ports_.end();
   if (url.secure == public_secure_ && accepts_from_proxy(url.authority) && below_public_path(url.target.substr(0, url.target.find('?')))) return true;
-  return (is_this_machine && url.port == port_) || (is_guest_port && (is_this_machine || is_known_name(url.host))) ||
-         accepts(url.authority) || accepts(url.host + ":" + std::to_string(url.port));
+  return (is_this_machine && url.port == port_) || (is_guest_port && (is_this_machine || is_known_name(url.host))) || accepts(url.authority) ||
+         accepts(url.host + ":" + std::to_string(url.port));
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

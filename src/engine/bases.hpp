@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -14,6 +15,7 @@
 #include <lrt/subscription/allowed_hosts.hpp>
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// The base IRIs of representations and the hosts that requests may name (SPEC 3.7).
 class Bases {
@@ -67,13 +69,14 @@ class Bases {
   const std::vector<std::string> allowed_;
   bool public_secure_ = false;
   std::string public_path_;
-  std::vector<std::string> bases_;  ///< [0]: the public base, or that of the listening address
-  std::vector<bool> served_;        ///< of the same index
-  std::vector<std::string> hosts_;  ///< accepted ones, in lower case, with the port unless it is the scheme's
+  std::vector<std::string> bases_;         ///< [0]: the public base, or that of the listening address
+  std::vector<bool> served_;               ///< of the same index
+  std::vector<std::string> hosts_;         ///< accepted ones, in lower case, with the port unless it is the scheme's
   std::vector<std::string> public_hosts_;  ///< the public base's and allowed ones, with the port unless it is that of its scheme
   std::uint16_t port_ = 0;
-  Upgrades upgrades_;               ///< of the transport
+  Upgrades upgrades_;                       ///< of the transport
   std::vector<std::uint16_t> guest_ports_;  ///< of hosts' own HTTP servers that have handed requests over
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/bodies.hpp"
 
 #include <algorithm>
@@ -13,6 +14,7 @@
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -157,7 +159,8 @@ Bodies::Read Bodies::judge(Context& context, BodyTask task) {
   const std::size_t bytes = task.text.size();
   if (!options_.body_jobs || bytes <= options_.small_body_bytes) return as_read(context, task.judge());
   auto owner = own_text(context, task.text);
-  return defer(context, bytes, [task = std::move(task), owner = std::move(owner)] { return task.judge(); }, false);
+  return defer(
+      context, bytes, [task = std::move(task), owner = std::move(owner)] { return task.judge(); }, false);
 }
 
 /// Keeps the text of a body beyond the call that it came with.
@@ -198,14 +201,14 @@ Bodies::Read Bodies::defer(Context& context, std::size_t bytes, Work work, bool 
   });
   std::size_t& waiting = waiting_by_client_[client];
   jobs_.push_back({client, bytes, [judging, inbox = calls_.inbox(), reply = std::move(reply)]() mutable {
-    if (judging->token.take()) {
-      judging->ran = true;
-      Result<JudgedBody> result = guarded<JudgedBody>([&]() -> Result<JudgedBody> { return judging->work(); });
-      if (result) judging->judged = *std::move(result);
-    }
-    judging->work = {};
-    inbox->put(std::move(reply));
-  }});
+                     if (judging->token.take()) {
+                       judging->ran = true;
+                       Result<JudgedBody> result = guarded<JudgedBody>([&]() -> Result<JudgedBody> { return judging->work(); });
+                       if (result) judging->judged = *std::move(result);
+                     }
+                     judging->work = {};
+                     inbox->put(std::move(reply));
+                   }});
   waiting += bytes;
   waiting_bytes_ += bytes;
   pending_.waits_for(*ticket, {judging, &judging->token});
@@ -221,8 +224,8 @@ std::variant<GraphTask, http::Response> Bodies::graph_task(const Context& contex
     task.body = std::move(std::get<BodyTask>(made));
   }
   const GraphOptions& options = state->options();
-  task.body.limits = std::make_shared<const BodyLimits>(
-      BodyLimits{options.max_triples, options.max_bytes, options_.max_list_members, options_.prefixes});
+  task.body.limits =
+      std::make_shared<const BodyLimits>(BodyLimits{options.max_triples, options.max_bytes, options_.max_list_members, options_.prefixes});
   task.body.here = view_.bases[context.base] + state->path();
   task.base = view_.bases[context.base];
   task.state = std::move(state);
@@ -238,7 +241,8 @@ Bodies::Read Bodies::change_graph(Context& context, GraphTask task) {
   if (!options_.body_jobs) return too_many(context);
   auto owner = own_text(context, task.body.text);
   const bool writes = !task.creates;
-  return defer(context, bytes, [task = std::move(task), owner = std::move(owner)]() mutable { return *task.carry_out(true); }, writes);
+  return defer(
+      context, bytes, [task = std::move(task), owner = std::move(owner)]() mutable { return *task.carry_out(true); }, writes);
 }
 
 void Bodies::ended(const std::string& client, std::size_t bytes) noexcept {
@@ -307,4 +311,5 @@ bool requests_other_model(std::string_view field) {
   }
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -25,6 +26,7 @@
 #include "src/engine/responses.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// Has request bodies judged (BodyTask): small ones at once, larger ones by a BodyJob, after which the request is handled again.
 class Bodies {
@@ -99,4 +101,5 @@ std::optional<Outcome> outcome_of(Bodies::Read& read);
 /// Whether a Link field (RFC 8288 3) requests an LDP interaction model other than ldp:Resource and ldp:RDFSource (LDP 5.2.3.4).
 bool requests_other_model(std::string_view field);
 
+}  // namespace v0
 }  // namespace lrt::engine

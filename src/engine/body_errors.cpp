@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/body_errors.hpp"
 
 #include <algorithm>
@@ -12,6 +13,7 @@
 #include "src/rdf/plain_names.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -56,8 +58,7 @@ class Places {
     if (place->type->kind == Kind::record && predicate) {
       const std::vector<std::string> names = rdf::member_names(*place->type);
       for (std::size_t i = 0; i < names.size(); ++i)
-        if (rdf::term_iri(place->type->fields[i].predicate, vocabulary_) == predicate->view().text)
-          return step(place->pointer, names[i]);
+        if (rdf::term_iri(place->type->fields[i].predicate, vocabulary_) == predicate->view().text) return step(place->pointer, names[i]);
     }
     if (place->type->kind == Kind::list && result.value) {
       const auto head = body_.find(result.focus.view());
@@ -69,9 +70,7 @@ class Places {
   }
 
  private:
-  static const rdf::Type& without_optional(const rdf::Type& type) {
-    return type.kind == Kind::optional ? without_optional(*type.element) : type;
-  }
+  static const rdf::Type& without_optional(const rdf::Type& type) { return type.kind == Kind::optional ? without_optional(*type.element) : type; }
   std::string key(rdf::TermId id) const { return rdf::to_string(body_.term(id)); }
 
   template <class Take>
@@ -143,9 +142,8 @@ std::string pointer_of(std::string_view path, const rdf::Type& outer, std::strin
 }
 
 bool is_json_number(std::string_view text) {
-  return rdf::lexical::is_double(text) && text.find_first_of("NI") == std::string_view::npos && text.front() != '+' &&
-         text.front() != '.' && text.back() != '.' &&
-         (text.front() != '0' || text.size() == 1 || text[1] == '.' || text[1] == 'e' || text[1] == 'E') &&
+  return rdf::lexical::is_double(text) && text.find_first_of("NI") == std::string_view::npos && text.front() != '+' && text.front() != '.' &&
+         text.back() != '.' && (text.front() != '0' || text.size() == 1 || text[1] == '.' || text[1] == 'e' || text[1] == 'E') &&
          text.substr(0, 2) != "-." && text.substr(0, 2) != "-0";
 }
 
@@ -153,42 +151,38 @@ std::string json_value(const rdf::TermView& term) {
   constexpr std::size_t max_shown = 200;
   if (term.is_blank() || term.text.size() > max_shown) return {};
   const bool is_text = term.is_iri() || term.datatype == vocab::xsd::string.text;
-  if (!is_text && (is_json_number(term.text) ||
-                   (term.datatype == vocab::xsd::boolean.text && (term.text == "true" || term.text == "false"))))
+  if (!is_text && (is_json_number(term.text) || (term.datatype == vocab::xsd::boolean.text && (term.text == "true" || term.text == "false"))))
     return std::string(term.text);
   return http::json_string(term.text);
 }
 
 bool lacks_unit(const shacl::ValidationResult& result) {
   const auto predicate = result.path.predicate();
-  return (result.component == vocab::sh::MinCountConstraintComponent || result.component == vocab::sh::HasValueConstraintComponent) &&
-         predicate && (predicate->view() == rdf::TermView(vocab::vom::unit) || predicate->view() == rdf::TermView(vocab::qudt::hasUnit));
+  return (result.component == vocab::sh::MinCountConstraintComponent || result.component == vocab::sh::HasValueConstraintComponent) && predicate &&
+         (predicate->view() == rdf::TermView(vocab::vom::unit) || predicate->view() == rdf::TermView(vocab::qudt::hasUnit));
 }
 
 }  // namespace
 
-std::vector<BodyError> body_errors(const shacl::Report& report, const rdf::Graph& body, std::optional<rdf::TermId> focus,
-                                   const rdf::Type* type, std::string_view vocabulary) {
+std::vector<BodyError> body_errors(const shacl::Report& report, const rdf::Graph& body, std::optional<rdf::TermId> focus, const rdf::Type* type,
+                                   std::string_view vocabulary) {
   Places places(body, vocabulary);
   if (type && focus) places.focus(*focus, *type);
   std::vector<BodyError> errors;
   for (const shacl::ValidationResult& r : report.results()) {
     BodyError error;
     error.pointer = places.pointer_of(r);
-    if (!errors.empty() && errors.back().pointer == error.pointer && lacks_unit(r) &&
-        errors.back().constraint == "sh:MinCountConstraintComponent")
+    if (!errors.empty() && errors.back().pointer == error.pointer && lacks_unit(r) && errors.back().constraint == "sh:MinCountConstraintComponent")
       continue;                                  // a number that is missing has no unit either
     if (type && !focus && r.path.predicate()) {  // all is missing
       const std::vector<std::string> names = rdf::member_names(*type);
       for (std::size_t i = 0; i < names.size(); ++i)
-        if (rdf::term_iri(type->fields[i].predicate, vocabulary) == r.path.predicate()->view().text)
-          error.pointer = step({}, names[i]);
+        if (rdf::term_iri(type->fields[i].predicate, vocabulary) == r.path.predicate()->view().text) error.pointer = step({}, names[i]);
     }
     for (const rdf::Term& m : r.messages) error.detail += (error.detail.empty() ? "" : " ") + std::string(m.view().text);
     error.constraint = rdf::abbreviate(r.component.text);
-    const auto repeated = std::find_if(errors.begin(), errors.end(), [&](const BodyError& e) {
-      return e.pointer == error.pointer && e.detail == error.detail;
-    });
+    const auto repeated =
+        std::find_if(errors.begin(), errors.end(), [&](const BodyError& e) { return e.pointer == error.pointer && e.detail == error.detail; });
     if (repeated != errors.end()) {  // what a value of another kind violates last says its kind best
       if (repeated->constraint != "sh:DatatypeConstraintComponent") repeated->constraint = error.constraint;
       continue;
@@ -229,4 +223,5 @@ std::string json_of(const std::vector<BodyError>& errors) {
   return out + "]";
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <optional>
@@ -11,6 +12,7 @@
 #include <lrt/shacl/report.hpp>
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// One thing that is wrong with a body, for clients without RDF.
 struct BodyError {
@@ -23,8 +25,8 @@ struct BodyError {
 /// The results of a report, without those that repeat another of the same place.
 /// @param focus  the node that carries the value; nullopt: the body has none
 /// @param type   of the value; nullptr: it has no plain form, and all errors are about the whole body
-std::vector<BodyError> body_errors(const shacl::Report& report, const rdf::Graph& body, std::optional<rdf::TermId> focus,
-                                   const rdf::Type* type, std::string_view vocabulary);
+std::vector<BodyError> body_errors(const shacl::Report& report, const rdf::Graph& body, std::optional<rdf::TermId> focus, const rdf::Type* type,
+                                   std::string_view vocabulary);
 
 /// What the shape lets pass and the C++ type cannot hold.
 std::vector<BodyError> body_errors(const std::vector<rdf::Mismatch>& mismatches, const rdf::Type& type, std::string_view vocabulary);
@@ -34,4 +36,5 @@ std::string sentence_of(const std::vector<BodyError>& errors);
 /// The member `errors` of problem details, in the style of the example in RFC 9457 3: [{"detail": ..., "pointer": "#/speed", ...}].
 std::string json_of(const std::vector<BodyError>& errors);
 
+}  // namespace v0
 }  // namespace lrt::engine

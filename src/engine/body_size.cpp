@@ -1,9 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/body_size.hpp"
 
 #include <algorithm>
 #include <limits>
 
 namespace lrt::engine {
+inline namespace v0 {
 namespace {
 
 constexpr std::size_t unbounded = std::numeric_limits<std::size_t>::max();
@@ -28,8 +30,7 @@ std::size_t size_of(const rdf::Type& type, const rdf::Facets& facets) {
       return plus(value_bytes, times(longest, code_point_bytes));
     }
     case rdf::Type::Kind::text: return plus(value_bytes, times(facets.max_length(), code_point_bytes));
-    case rdf::Type::Kind::list:
-      return type.longest == unbounded ? unbounded : plus(value_bytes, times(type.longest, size_of(*type.element, facets)));
+    case rdf::Type::Kind::list: return type.longest == unbounded ? unbounded : plus(value_bytes, times(type.longest, size_of(*type.element, facets)));
     case rdf::Type::Kind::optional: return size_of(*type.element, facets);
     case rdf::Type::Kind::record: {
       std::size_t all = value_bytes;
@@ -49,4 +50,5 @@ std::optional<std::size_t> body_size(const rdf::Type& type, const rdf::Facets& f
   return size == unbounded ? std::nullopt : std::optional(size);
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/body_task.hpp"
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 #include "src/rdf/plain_schema.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -201,4 +203,5 @@ class Judge {
 
 JudgedBody BodyTask::judge() const { return Judge(*this).run(); }
 
+}  // namespace v0
 }  // namespace lrt::engine

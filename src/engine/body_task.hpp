@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -19,22 +20,25 @@
 #include "src/engine/body_errors.hpp"
 
 namespace lrt::model {
+inline namespace v0 {
 class GraphState;
-}
+}  // namespace v0
+}  // namespace lrt::model
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// A body that was accepted.
 struct Body {
-  rdf::Graph graph;                    ///< empty for a value without RDF that no shape judges
-  std::optional<rdf::TermId> node{};   ///< that was judged
-  rdf::Value value{};                  ///< null: the resource takes a graph, or the value is optional and missing
+  rdf::Graph graph;                                 ///< empty for a value without RDF that no shape judges
+  std::optional<rdf::TermId> node{};                ///< that was judged
+  rdf::Value value{};                               ///< null: the resource takes a graph, or the value is optional and missing
   std::shared_ptr<model::GraphState> made_graph{};  ///< of a World, that the request has made
 };
 
 /// Why a body is refused.
 struct BodyFault {
-  int status;                             ///< of the response
+  int status;  ///< of the response
   std::string detail{};
   std::vector<BodyError> errors{};        ///< its parts; empty: there are none
   std::optional<shacl::Report> report{};  ///< the shape refused it
@@ -47,14 +51,14 @@ struct BodyLimits {
   std::size_t max_triples;
   std::size_t max_text_bytes;
   std::size_t max_list_members;
-  rdf::Prefixes prefixes;   ///< of the JSON-LD context of the server
+  rdf::Prefixes prefixes;  ///< of the JSON-LD context of the server
 };
 
 /// How the node of a graph is found that the shape judges.
 struct FocusRule {
   /// @return the nodes that it could be; two are as bad as more
   std::vector<rdf::TermId> (*find)(const rdf::Graph& graph, const std::string& here);
-  std::string_view what;                              ///< "subscription"
+  std::string_view what;  ///< "subscription"
   /// What is wrong with it before the shape judges; empty: nothing.
   std::string_view (*refuse)(const rdf::Graph& graph, rdf::TermId node) = nullptr;
 };
@@ -63,13 +67,13 @@ struct FocusRule {
 /// nothing with the engine that changes, so any thread may judge it.
 struct BodyTask {
   std::string_view text;
-  std::optional<rdf::Syntax> syntax{};    ///< nullopt: `format`
-  std::optional<rdf::Plain> format{};     ///< nullopt with `syntax` nullopt: the body is empty, and has no type
-  std::string charset{};                  ///< parameter of the media type; empty: UTF-8
-  std::string here{};                     ///< IRI of the resource; the base, and <>
-  std::string vocabulary{}, context{};    ///< IRIs of the server's terms, and of its JSON-LD context
+  std::optional<rdf::Syntax> syntax{};  ///< nullopt: `format`
+  std::optional<rdf::Plain> format{};   ///< nullopt with `syntax` nullopt: the body is empty, and has no type
+  std::string charset{};                ///< parameter of the media type; empty: UTF-8
+  std::string here{};                   ///< IRI of the resource; the base, and <>
+  std::string vocabulary{}, context{};  ///< IRIs of the server's terms, and of its JSON-LD context
   std::shared_ptr<const BodyLimits> limits{};
-  const rdf::Type* type = nullptr;        ///< of the value; nullptr: a graph is wanted
+  const rdf::Type* type = nullptr;  ///< of the value; nullptr: a graph is wanted
   rdf::Facets facets{};
   std::shared_ptr<const void> owner{};    ///< of the type
   std::optional<shacl::Shapes> shapes{};  ///< nullopt: nothing judges the graph, and nobody reads it
@@ -81,4 +85,5 @@ struct BodyTask {
   JudgedBody judge() const;
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

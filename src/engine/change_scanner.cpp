@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/change_scanner.hpp"
 
 #include <algorithm>
@@ -9,6 +10,7 @@
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -189,4 +191,5 @@ std::optional<ChangeScanner::Instant> ChangeScanner::next_deadline() const {
   return first;
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

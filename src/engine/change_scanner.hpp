@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -17,6 +18,7 @@
 #include "src/engine/registry.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 class InvocationResource;
 
@@ -29,8 +31,8 @@ class ChangeScanner {
  public:
   using Instant = std::chrono::steady_clock::time_point;
 
-  ChangeScanner(PropertyValues& values, Registry& registry, const HostCalls& calls,
-                const subscription::SubscriptionOptions& options, const Clock& clock)
+  ChangeScanner(PropertyValues& values, Registry& registry, const HostCalls& calls, const subscription::SubscriptionOptions& options,
+                const Clock& clock)
       : values_(values), registry_(registry), calls_(calls), options_(options), clock_(clock) {
     availability_signal_->attach(wake_signal_);
   }
@@ -88,8 +90,9 @@ class ChangeScanner {
   DeadlineQueue<ResourceId> samples_;
   bool scanning_ = false;  ///< by itself
   Instant next_scan_{};
-  Instant earliest_scan_{};   ///< whoever asks
-  unsigned idle_scans_ = 0;   ///< without a change that came at an irregular time
+  Instant earliest_scan_{};  ///< whoever asks
+  unsigned idle_scans_ = 0;  ///< without a change that came at an irregular time
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

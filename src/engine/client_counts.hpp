@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -6,6 +7,7 @@
 #include <utility>
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// How many objects of one kind each client has at a time.
 class ClientCounts {
@@ -26,8 +28,7 @@ class ClientCounts {
     ~Share() { release(); }
 
     void release() noexcept {
-      if (Counts* const counts = std::exchange(counts_, nullptr); counts && --place_->second == 0)
-        counts->erase(counts->find(place_->first));
+      if (Counts* const counts = std::exchange(counts_, nullptr); counts && --place_->second == 0) counts->erase(counts->find(place_->first));
     }
 
    private:
@@ -38,9 +39,7 @@ class ClientCounts {
   };
 
   /// @param client  empty: the share counts for nobody
-  Share take(const std::string& client) {
-    return client.empty() ? Share() : Share(counts_, *counts_.try_emplace(client, 0).first);
-  }
+  Share take(const std::string& client) { return client.empty() ? Share() : Share(counts_, *counts_.try_emplace(client, 0).first); }
   std::size_t of(const std::string& client) const {
     const auto found = counts_.find(client);
     return found == counts_.end() ? 0 : found->second;
@@ -50,4 +49,5 @@ class ClientCounts {
   Counts counts_;
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/context.hpp"
 
 #include <algorithm>
@@ -5,6 +6,7 @@
 #include <lrt/base/iri.hpp>
 
 namespace lrt::engine {
+inline namespace v0 {
 
 OwnedRequest::OwnedRequest(const http::Request& request) : view_(request) {
   std::size_t size = request.method.size() + request.target.size() + request.peer.size() + request.client_certificate.size() + request.mount.size();
@@ -81,4 +83,5 @@ std::optional<std::string> query_parameter(std::string_view target, std::string_
   return std::nullopt;
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

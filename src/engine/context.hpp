@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -17,6 +18,7 @@
 #include "src/engine/resource.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// Page number of a container without its members (LDP 7.2.2, PreferMinimalContainer).
 inline constexpr std::size_t minimal_page = 0;
@@ -52,18 +54,18 @@ class Context {
   /// connection (RFC 9110 7.6.1), and no cache keeps 101 or 201.
   std::string_view vary() const noexcept;
 
-  TimePoint now;                  ///< of the present step
-  std::size_t base = 0;           ///< index into Bases
-  Resource* resource = nullptr;   ///< nullptr: none was found, or it is gone
-  ResourceId resource_id{};       ///< of `resource`, for the time in between
-  std::size_t page = 1;           ///< of a container
-  std::size_t first_link = 0;     ///< where the links continue that did not fit in a response before
-  Audience audience{};            ///< who sends it
+  TimePoint now;                                      ///< of the present step
+  std::size_t base = 0;                               ///< index into Bases
+  Resource* resource = nullptr;                       ///< nullptr: none was found, or it is gone
+  ResourceId resource_id{};                           ///< of `resource`, for the time in between
+  std::size_t page = 1;                               ///< of a container
+  std::size_t first_link = 0;                         ///< where the links continue that did not fit in a response before
+  Audience audience{};                                ///< who sends it
   security::Rights rights = security::Rights::all();  ///< of these at `resource`
-  std::optional<Ticket> ticket{};  ///< of a request that is deferred
-  std::shared_ptr<JudgedBody> judged{};  ///< its body, by a BodyJob; nullptr: not judged, or taken
-  std::string client{};  ///< Caller::client
-  bool ignores_conditions = false;  ///< If-Match and If-None-Match were judged already
+  std::optional<Ticket> ticket{};                     ///< of a request that is deferred
+  std::shared_ptr<JudgedBody> judged{};               ///< its body, by a BodyJob; nullptr: not judged, or taken
+  std::string client{};                               ///< Caller::client
+  bool ignores_conditions = false;                    ///< If-Match and If-None-Match were judged already
 
  private:
   const http::Request* request_;
@@ -79,4 +81,5 @@ std::string_view vary_of(const Resource& resource, const Audience& audience) noe
 /// A parameter of a target's query, decoded; the first of that name counts. nullopt: there is none, or it is not well-formed.
 std::optional<std::string> query_parameter(std::string_view target, std::string_view name);
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/cors.hpp"
 
 #include <algorithm>
@@ -5,25 +6,22 @@
 #include <vector>
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
 constexpr std::string_view exposed =
     "Accept-Patch, Accept-Post, Allow, Content-Location, Content-Range, ETag, Link, Location, Preference-Applied, Retry-After, Upgrade, "
     "Vary, WWW-Authenticate";
-constexpr std::string_view request_fields =
-    "Accept, Authorization, Content-Type, If-Match, If-None-Match, Last-Event-ID, Link, Prefer, Range";
+constexpr std::string_view request_fields = "Accept, Authorization, Content-Type, If-Match, If-None-Match, Last-Event-ID, Link, Prefer, Range";
 constexpr std::string_view preflight_seconds = "600";
 /// Of documents that are not lrt's page: an origin of their own, no scripts, nothing loaded. An image in SVG keeps its styles.
 constexpr std::string_view document_policy = "sandbox; default-src 'none'; style-src 'unsafe-inline'; img-src data:";
 
-bool has_any(const std::vector<std::string>& origins) {
-  return std::find(origins.begin(), origins.end(), "*") != origins.end();
-}
+bool has_any(const std::vector<std::string>& origins) { return std::find(origins.begin(), origins.end(), "*") != origins.end(); }
 
 bool names(const std::vector<std::string>& origins, std::string_view origin) {
-  return std::any_of(origins.begin(), origins.end(),
-                     [&](const std::string& allowed) { return allowed == "*" || http::iequals(origin, allowed); });
+  return std::any_of(origins.begin(), origins.end(), [&](const std::string& allowed) { return allowed == "*" || http::iequals(origin, allowed); });
 }
 
 /// The only field Origin of a request.
@@ -35,8 +33,7 @@ std::optional<std::string_view> origin_of(const http::Request& request) {
 bool is_origin(std::string_view text) {
   if (text == "*" || text == "null") return true;
   const std::size_t colon = text.find("://");
-  return colon != std::string_view::npos && colon > 0 && colon + 3 < text.size() &&
-         text.find_first_of("/?#@ ,", colon + 3) == std::string_view::npos;
+  return colon != std::string_view::npos && colon > 0 && colon + 3 < text.size() && text.find_first_of("/?#@ ,", colon + 3) == std::string_view::npos;
 }
 
 /// True if browsers run scripts in documents of this media type: HTML, XML (SVG among others), and what may contain such.
@@ -45,21 +42,18 @@ bool is_executable(std::string_view content_type) {
   const std::size_t slash = content_type.find('/');
   if (slash == std::string_view::npos) return true;
   const std::string_view type = content_type.substr(0, slash), subtype = content_type.substr(slash + 1);
-  return http::iequals(type, "multipart") || http::iequals(subtype, "html") || http::iequals(subtype, "xml") ||
-         http::iequals(subtype, "xsl") || (subtype.size() > 4 && http::iequals(subtype.substr(subtype.size() - 4), "+xml"));
+  return http::iequals(type, "multipart") || http::iequals(subtype, "html") || http::iequals(subtype, "xml") || http::iequals(subtype, "xsl") ||
+         (subtype.size() > 4 && http::iequals(subtype.substr(subtype.size() - 4), "+xml"));
 }
 
 }  // namespace
 
 Result<void> Cors::check() const {
-  for (const auto& [name, origins] :
-       {std::pair("read_origins", &options_.read_origins), std::pair("allowed_origins", &options_.allowed_origins)})
+  for (const auto& [name, origins] : {std::pair("read_origins", &options_.read_origins), std::pair("allowed_origins", &options_.allowed_origins)})
     for (const std::string& origin : *origins)
       if (!is_origin(origin))
         return unexpected(Errc::invalid_option,
-                          std::string(name) +
-                              ": expected \"https://host\", \"https://host:port\", \"null\" or \"*\", found \"" + origin +
-                              "\"");
+                          std::string(name) + ": expected \"https://host\", \"https://host:port\", \"null\" or \"*\", found \"" + origin + "\"");
   return {};
 }
 
@@ -76,8 +70,7 @@ std::optional<http::Response> Cors::preflight(const http::Request& request) cons
   if (!origin || !request.find("Access-Control-Request-Method") || !may_read(*origin)) return std::nullopt;
   http::Response response;
   response.status = 204;
-  response.fields.add("Access-Control-Allow-Methods",
-                      may_command(*origin) ? "GET, HEAD, OPTIONS, PUT, POST, DELETE, PATCH" : "GET, HEAD, OPTIONS");
+  response.fields.add("Access-Control-Allow-Methods", may_command(*origin) ? "GET, HEAD, OPTIONS, PUT, POST, DELETE, PATCH" : "GET, HEAD, OPTIONS");
   response.fields.add("Access-Control-Allow-Headers", request_fields);
   response.fields.add("Access-Control-Max-Age", preflight_seconds);
   return response;
@@ -107,4 +100,5 @@ void Cors::protect(const http::Request& request, http::Response& response) const
     response.fields.add("Content-Security-Policy", document_policy);
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

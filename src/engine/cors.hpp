@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <optional>
@@ -8,6 +9,7 @@
 #include <lrt/http/message.hpp>
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// What browsers may do with responses. Pages of other origins: those of Security::read_origins read, those of Security::allowed_origins also send commands. The
 /// fields are those of the CORS protocol (WHATWG Fetch 3.3). Credentials of the browser (cookies, client certificates) are never allowed; a
@@ -39,4 +41,5 @@ class Cors {
   const EngineOptions& options_;
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

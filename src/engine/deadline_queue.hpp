@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -6,6 +7,7 @@
 #include <utility>
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// Things by the time at which they are due.
 template <class T>
@@ -36,4 +38,5 @@ class DeadlineQueue {
   std::multimap<Instant, T> by_time_;
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/description.hpp"
 
 #include <lrt/engine/engine.hpp>
@@ -8,6 +9,7 @@
 #include "src/engine/vocabulary.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 About& About::statements(const std::vector<Statement>& statements, const std::string& base) {
   for (const Statement& s : statements) {
@@ -20,8 +22,7 @@ About& About::statements(const std::vector<Statement>& statements, const std::st
 rdf::TermId object_term(rdf::Graph& graph, const Object& o, const std::string& base) {
   switch (o.kind()) {
     case Object::Kind::iri: return graph.intern(rdf::iri(o.text()));
-    case Object::Kind::resource:
-      return graph.intern(rdf::iri(base + "/" + model::encode_path_from_root(o.text()).value_or(std::string())));
+    case Object::Kind::resource: return graph.intern(rdf::iri(base + "/" + model::encode_path_from_root(o.text()).value_or(std::string())));
     case Object::Kind::literal: break;
   }
   if (!o.language().empty()) return graph.intern(rdf::tagged_literal(o.text(), o.language()));
@@ -87,4 +88,5 @@ Iri frame_predicate(const rdf::Type& type) noexcept {
   return vocab::lrt_::frame;
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

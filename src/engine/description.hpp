@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -13,6 +14,7 @@
 #include "src/engine/resource.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 struct EngineOptions;
 class Bases;
@@ -92,4 +94,5 @@ Quantity quantity_of(const rdf::Type& type, const rdf::Facets& facets);
 /// Datatype, unit and kind of quantity.
 void describe_quantity(About& about, const rdf::Type& type, const rdf::Facets& facets);
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/engine/engine.hpp>
 
 #include <algorithm>
@@ -16,6 +17,7 @@
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -211,7 +213,8 @@ std::size_t Engine::Impl::max_body_bytes(const Context& context) const {
 std::optional<http::Response> Engine::Impl::too_large(const Context& context, std::uint64_t body_bytes) const {
   const std::size_t max = body_bytes == 0 ? 0 : max_body_bytes(context);
   if (body_bytes <= max) return std::nullopt;
-  return parts.responses.problem(context, 413, "the body has " + std::to_string(body_bytes) + " bytes; " + std::to_string(max) + " are allowed for this resource");
+  return parts.responses.problem(context, 413,
+                                 "the body has " + std::to_string(body_bytes) + " bytes; " + std::to_string(max) + " are allowed for this resource");
 }
 
 /// Whether the header section of a request shows that its body is not wanted.
@@ -247,7 +250,9 @@ std::optional<http::Response> Engine::Impl::failed_known_precondition(const Cont
 }
 
 http::Response Engine::Impl::method_not_allowed(const Context& context) const {
-  return parts.responses.problem(context, 405, std::string(context.request().method) + " is not allowed for this resource, only " + context.audience.methods(*context.resource).text());
+  return parts.responses.problem(
+      context, 405,
+      std::string(context.request().method) + " is not allowed for this resource, only " + context.audience.methods(*context.resource).text());
 }
 
 /// The resource takes over.
@@ -286,10 +291,13 @@ void Engine::Impl::continue_request(Ticket ticket, Context& kept) {
 std::optional<http::Response> Engine::Impl::refused_login(const Context& context, const Result<Caller>& caller, const http::Target& target) const {
   const http::Request& request = context.request();
   if (!parts.session || request.method != "POST" || !caller || resource_at(target.path).value_or(nullptr) != &*parts.session) return std::nullopt;
-  if (!is_of_own_origin(context)) return parts.responses.denied(context, http::Denial::origin, 403, "only pages of this server may log in: the field Origin names another one, or none");
+  if (!is_of_own_origin(context))
+    return parts.responses.denied(context, http::Denial::origin, 403,
+                                  "only pages of this server may log in: the field Origin names another one, or none");
   security::FailedLogins& failed = parts.options.sessions->failed_logins();
   if (const auto pause = failed.pause(request.peer, context.now.steady)) {
-    http::Response response = parts.responses.denied(context, http::Denial::rate, 429, "too many logins from this address have failed; try again in " + std::to_string(pause->count()) + " s");
+    http::Response response = parts.responses.denied(
+        context, http::Denial::rate, 429, "too many logins from this address have failed; try again in " + std::to_string(pause->count()) + " s");
     response.fields.set("Retry-After", std::to_string(pause->count()));
     return response;
   }
@@ -301,15 +309,20 @@ std::optional<http::Response> Engine::Impl::denied(const Context& context, const
   const http::Request& request = context.request();
   if (caller && caller->access == Access::too_many_requests) return too_many_requests(context, *caller);
   if (is_from_foreign_page(context))
-    return parts.responses.denied(context, http::Denial::origin, 403, "web pages of " + std::string(*request.find("Origin")) + " may not send this: the origin is not in allowed_origins of this server");
+    return parts.responses.denied(
+        context, http::Denial::origin, 403,
+        "web pages of " + std::string(*request.find("Origin")) + " may not send this: the origin is not in allowed_origins of this server");
   if (!is_safe(request.method) && parts.subscriptions.is_refused_notification(request))
-    return parts.responses.denied(context, http::Denial::notification, 403, "this is a notification of another resource, which this server does not carry out: its sender is not in notification_senders");
+    return parts.responses.denied(
+        context, http::Denial::notification, 403,
+        "this is a notification of another resource, which this server does not carry out: its sender is not in notification_senders");
   if (!caller) {
     parts.responses.log(LogLevel::error, "the authorizer: " + caller.error().message);
     return parts.responses.problem(context, 500, "the authorizer failed");
   }
   if (caller->by_cookie && !may_use_cookie(context))
-    return parts.responses.denied(context, http::Denial::origin, 403, "the cookie of a session counts only for requests of this server's own pages; other clients send Authorization");
+    return parts.responses.denied(context, http::Denial::origin, 403,
+                                  "the cookie of a session counts only for requests of this server's own pages; other clients send Authorization");
   if (caller->access == Access::unauthenticated) return unauthenticated(context, *caller);
   if (caller->access == Access::forbidden) return forbidden(context);
   return std::nullopt;
@@ -317,24 +330,29 @@ std::optional<http::Response> Engine::Impl::denied(const Context& context, const
 
 /// RFC 6585 4
 http::Response Engine::Impl::too_many_requests(const Context& context, const Caller& caller) const {
-  http::Response response = parts.responses.denied(context, http::Denial::rate, 429, "this client sends more than this server takes from one client; the field Retry-After says when to send again");
+  http::Response response =
+      parts.responses.denied(context, http::Denial::rate, 429,
+                             "this client sends more than this server takes from one client; the field Retry-After says when to send again");
   response.fields.set("Retry-After", std::to_string(caller.retry_after.count()));
   return response;
 }
 
 http::Response Engine::Impl::unauthenticated(const Context& context, const Caller& caller) const {
-  http::Response response = parts.responses.denied(context, http::Denial::credentials, 401, "this server needs credentials; the field WWW-Authenticate says which");
+  http::Response response =
+      parts.responses.denied(context, http::Denial::credentials, 401, "this server needs credentials; the field WWW-Authenticate says which");
   response.fields.set("WWW-Authenticate", caller.challenge.empty() ? parts.options.challenge : caller.challenge);
   return response;
 }
 
 http::Response Engine::Impl::forbidden(const Context& context) const {
-  return parts.responses.denied(context, http::Denial::right, 403, "these credentials do not allow " + std::string(context.request().method) + " here");
+  return parts.responses.denied(context, http::Denial::right, 403,
+                                "these credentials do not allow " + std::string(context.request().method) + " here");
 }
 
 /// What a caller may not see is as if it did not exist. Who may see nothing at all gets the same response everywhere.
 std::optional<http::Response> Engine::Impl::refused_right(Context& context, const Caller& caller) const {
-  if (context.resource && context.resource->is_about_caller()) return caller.principal ? std::nullopt : std::optional(unauthenticated(context, caller));
+  if (context.resource && context.resource->is_about_caller())
+    return caller.principal ? std::nullopt : std::optional(unauthenticated(context, caller));
   const Audience& audience = context.audience;
   if (!audience.is_restricted()) return std::nullopt;
   context.rights = context.resource ? audience.rights(*context.resource) : security::Rights();
@@ -402,7 +420,8 @@ std::string_view Engine::Impl::local_path(std::string_view path) const {
 
 http::Response Engine::Impl::no_resource(const Context& context) const {
   const auto target = http::split_target(context.request().target);
-  return parts.responses.problem(context, 404, "there is no resource at \"" + std::string(target ? target->path : std::string_view()) + "\"; GET / lists the Things");
+  return parts.responses.problem(
+      context, 404, "there is no resource at \"" + std::string(target ? target->path : std::string_view()) + "\"; GET / lists the Things");
 }
 
 /// The resource at the path of a target; nullptr: there is none.
@@ -464,7 +483,8 @@ std::optional<http::Response> Engine::Impl::read_page(Context& context, std::str
 
 void Engine::Impl::take_messages(TimePoint now) {
   if (const auto& inbox = parts.calls.inbox(); !inbox->empty())
-    if (const std::string failed = inbox->run_all(now); !failed.empty()) parts.responses.log(LogLevel::error, "a result could not be taken: " + failed);
+    if (const std::string failed = inbox->run_all(now); !failed.empty())
+      parts.responses.log(LogLevel::error, "a result could not be taken: " + failed);
   parts.scanner.take_availability();
 }
 
@@ -542,7 +562,8 @@ Result<Caller> Engine::authorize(const http::Request& request) const {
   return guarded<Caller>([&]() -> Result<Caller> { return authorizer(header); });
 }
 
-HeaderVerdict Engine::judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes, const Result<Caller>& caller, TimePoint now) {
+HeaderVerdict Engine::judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes, const Result<Caller>& caller,
+                                   TimePoint now) {
   return impl_->judge_header(request, body_bytes, caller, now);
 }
 
@@ -559,9 +580,7 @@ std::optional<Reply> Engine::next_reply(TimePoint now) {
     parts.pending.expire(now);
     parts.invocations.expire(now);
     if (!impl_->stopped) parts.queries.advance(now);
-  } catch (const std::exception& e) {
-    parts.responses.log(LogLevel::error, std::string("a response failed inside: ") + e.what());
-  }
+  } catch (const std::exception& e) { parts.responses.log(LogLevel::error, std::string("a response failed inside: ") + e.what()); }
   return parts.pending.take_reply();
 }
 
@@ -569,8 +588,8 @@ std::optional<std::chrono::steady_clock::time_point> Engine::next_deadline() con
   const Parts& parts = impl_->parts;
   if (!parts.calls.inbox()->empty()) return std::chrono::steady_clock::time_point{};  // guests look at deadlines alone
   auto first = parts.pending.next_deadline();
-  for (const auto& other : {parts.invocations.next_deadline(), parts.subscriptions.next_deadline(), parts.scanner.next_deadline(),
-                            parts.queries.next_deadline()})
+  for (const auto& other :
+       {parts.invocations.next_deadline(), parts.subscriptions.next_deadline(), parts.scanner.next_deadline(), parts.queries.next_deadline()})
     if (other && (!first || *other < *first)) first = other;
   return first;
 }
@@ -663,4 +682,5 @@ void Engine::stop() {
   impl_->parts.pending.end_all([&](Context& context) { return parts.responses.stopping(context); }, parts.clock.now());
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/graph_task.hpp"
 
 #include <utility>
@@ -8,6 +9,7 @@
 #include "src/engine/resource.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 static_assert(World::base == placeholder_base, "graphs of code and of the engine have the same base");
 
@@ -80,4 +82,5 @@ BodyFault GraphTask::fault_of(model::GraphRefusal refusal) const {
   return fault;
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

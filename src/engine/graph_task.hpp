@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <memory>
@@ -7,16 +8,17 @@
 #include "src/model/graph_state.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// A request of a client that changes a graph of a World: bytes to triples, and then the write, judged by the graph's shapes. As with BodyTask any
 /// thread may carry it out.
 struct GraphTask {
   BodyTask body;
-  bool is_update = false;                      ///< the body is in SPARQL 1.1 Update
-  std::string base{};                          ///< IRI of the server in the body
+  bool is_update = false;  ///< the body is in SPARQL 1.1 Update
+  std::string base{};      ///< IRI of the server in the body
   std::shared_ptr<model::GraphState> state{};
   model::GraphWrite write{};
-  bool creates = false;                        ///< nobody knows the graph yet
+  bool creates = false;  ///< nobody knows the graph yet
 
   /// @param waits  for a write that is under way
   /// @return nullopt: another write is under way
@@ -28,4 +30,5 @@ struct GraphTask {
   bool is_parsed_ = false;
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

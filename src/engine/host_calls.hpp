@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <atomic>
@@ -18,14 +19,13 @@
 #include "src/base/mailbox.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// The Error of an exception. It has no memory of its own to need: if there is none, the message is short.
 inline Error thrown(const char* what) noexcept {
   try {
     return {Errc::failed, std::string("it threw: ") + what};
-  } catch (...) {
-    return {Errc::failed, "out of memory"};
-  }
+  } catch (...) { return {Errc::failed, "out of memory"}; }
 }
 
 /// Calls user code. Whatever it throws becomes an Error.
@@ -33,13 +33,9 @@ template <class T, class F>
 Result<T> guarded(F f) noexcept {
   try {
     return f();
-  } catch (const BadResult& e) {
-    return Unexpected{e.error()};
-  } catch (const std::exception& e) {
+  } catch (const BadResult& e) { return Unexpected{e.error()}; } catch (const std::exception& e) {
     return Unexpected{thrown(e.what())};
-  } catch (...) {
-    return Unexpected{thrown("something that is no std::exception")};
-  }
+  } catch (...) { return Unexpected{thrown("something that is no std::exception")}; }
 }
 
 /// Decides between running a call and cancelling it: one of the two happens, never both.
@@ -82,9 +78,7 @@ class Inbox {
     messages_.take_all([now, &failed](Message message) noexcept {
       try {
         message(now);
-      } catch (const std::exception& e) {
-        failed = e.what();
-      }
+      } catch (const std::exception& e) { failed = e.what(); }
     });
     return failed;
   }
@@ -129,8 +123,8 @@ class HostCalls {
       ++*open_;
       counted = std::shared_ptr<void>(nullptr, [open = open_](void*) { --*open; });  // calls that also if it throws
     }
-    jobs_.push_back({where == Dispatch::as_server ? dispatch_ : where,
-                     [job = std::move(job), counted = std::move(counted)]() mutable { job(); }, is_stop});
+    jobs_.push_back(
+        {where == Dispatch::as_server ? dispatch_ : where, [job = std::move(job), counted = std::move(counted)]() mutable { job(); }, is_stop});
   }
 
   /// False: the I/O thread runs the call, however busy the host is.
@@ -149,4 +143,5 @@ class HostCalls {
   std::vector<Job> jobs_;
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

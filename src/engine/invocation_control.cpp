@@ -1,9 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/invocation_control.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 namespace lrt::engine {
+inline namespace v0 {
 
 void InvocationControl::finish(Result<rdf::Value> result) noexcept {
   if (!result && result.error().code == Errc::dropped) {
@@ -50,4 +52,5 @@ UniqueFunction<void()> InvocationControl::cancel() noexcept {
   return std::move(hook_);
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

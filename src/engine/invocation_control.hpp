@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <atomic>
@@ -15,6 +16,7 @@
 #include "src/engine/host_calls.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// The part of an invocation that user threads touch.
 class InvocationControl final : public model::InvocationLink, public model::ChangeSource {
@@ -54,4 +56,5 @@ class InvocationControl final : public model::InvocationLink, public model::Chan
   UniqueFunction<void()> hook_;
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/invocations.hpp"
 
 #include <algorithm>
@@ -13,6 +14,7 @@
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -88,9 +90,7 @@ Outcome Invocations::invoke(ActionResource& action, Context& context) {
   try {
     if (must_queue) action.queue.push_back(&invocation);
     else launch(invocation, context.now);
-  } catch (const std::exception& e) {
-    finished(invocation, unexpected(Errc::failed, std::string("the server failed: ") + e.what()), context.now);
-  }
+  } catch (const std::exception& e) { finished(invocation, unexpected(Errc::failed, std::string("the server failed: ") + e.what()), context.now); }
 
   if (ticket) return Deferred{*ticket};
   return accepted(context, invocation);
@@ -133,7 +133,9 @@ std::optional<http::Response> Invocations::refused_client(const ActionResource& 
   const std::size_t max = options_.clients.max_invocations;
   if (context.client.empty() || max == 0 || clients_.of(context.client) < max) return std::nullopt;
   if (action.spec->policy.kind == ActionPolicy::Kind::preempt && action.active > 0) return std::nullopt;
-  http::Response response = responses_.denied(context, http::Denial::invocations, 429, "this client has " + std::to_string(max) + " invocations under way, which is as many as one client may have");
+  http::Response response =
+      responses_.denied(context, http::Denial::invocations, 429,
+                        "this client has " + std::to_string(max) + " invocations under way, which is as many as one client may have");
   responses_.add_retry_after(response);
   return response;
 }
@@ -151,23 +153,25 @@ void Invocations::launch(InvocationResource& invocation, TimePoint now) {
   Inbox::Reserved returned = Inbox::reserve([this, ref = Ref(invocation)](TimePoint at) {
     if (InvocationResource* i = registry_.find(ref)) start_returned(*i, at);
   });
-  calls_.run(action.thing->where(*action.spec), [inbox = calls_.inbox(), begins = std::move(begins), returned = std::move(returned), spec = action.spec,
-                                                 control = invocation.control, token = invocation.token,
-                                                 input = std::make_shared<const rdf::Value>(invocation.input)]() mutable {
-    if (!token->take()) return;
-    Result<bool> offered = guarded<bool>([&]() -> Result<bool> {
-      if (auto error = unavailable(*spec)) return Unexpected{*std::move(error)};
-      return true;
-    });
-    if (!offered) return control->finish(Unexpected{std::move(offered).error()});
-    inbox->put(std::move(begins));
-    control->start_begins();
-    control->start_ended(guarded<void>([&]() -> Result<void> {
-      spec->start(*input, control);
-      return {};
-    }));
-    inbox->put(std::move(returned));
-  }, action.spec->stop);
+  calls_.run(
+      action.thing->where(*action.spec),
+      [inbox = calls_.inbox(), begins = std::move(begins), returned = std::move(returned), spec = action.spec, control = invocation.control,
+       token = invocation.token, input = std::make_shared<const rdf::Value>(invocation.input)]() mutable {
+        if (!token->take()) return;
+        Result<bool> offered = guarded<bool>([&]() -> Result<bool> {
+          if (auto error = unavailable(*spec)) return Unexpected{*std::move(error)};
+          return true;
+        });
+        if (!offered) return control->finish(Unexpected{std::move(offered).error()});
+        inbox->put(std::move(begins));
+        control->start_begins();
+        control->start_ended(guarded<void>([&]() -> Result<void> {
+          spec->start(*input, control);
+          return {};
+        }));
+        inbox->put(std::move(returned));
+      },
+      action.spec->stop);
 }
 
 void Invocations::started(InvocationResource& invocation, TimePoint now) {
@@ -207,9 +211,8 @@ void Invocations::cancel_on_host(InvocationResource& invocation) {
   if (invocation.token) invocation.token->cancel();
   auto hook = invocation.control->cancel();
   if (!hook) return;
-  calls_.run(invocation.thing->where(*invocation.action.spec), [hook = std::move(hook)]() mutable {
-    (void)guarded<void>([&]() -> Result<void> { return hook(), Result<void>(); });
-  });
+  calls_.run(invocation.thing->where(*invocation.action.spec),
+             [hook = std::move(hook)]() mutable { (void)guarded<void>([&]() -> Result<void> { return hook(), Result<void>(); }); });
 }
 
 void Invocations::cancel(InvocationResource& invocation, TimePoint now) {
@@ -251,7 +254,8 @@ void Invocations::wait_is_over(Ticket ticket, Context& context, ResourceId id, b
   auto& waiting = invocation->waiting;
   waiting.erase(std::remove_if(waiting.begin(), waiting.end(), [&](const WaitingRequest& w) { return w.ticket == ticket; }), waiting.end());
   // What the host has begun, even if the engine does not know yet, goes on: 202, because it may still be refused.
-  if (may_take_long || invocation->status == Status::running || (invocation->token && !invocation->token->cancel())) return pending_.respond(ticket, accepted(context, *invocation));
+  if (may_take_long || invocation->status == Status::running || (invocation->token && !invocation->token->cancel()))
+    return pending_.respond(ticket, accepted(context, *invocation));
   // The client is told to come again, so it must not happen later.
   const TimePoint now = context.now;
   pending_.respond(ticket, responses_.timed_out(context));  // the context is gone now
@@ -280,7 +284,8 @@ void Invocations::leave_queue(InvocationResource& invocation) {
 }
 
 void Invocations::prune(ActionResource& action) {
-  auto finished = static_cast<std::size_t>(std::count_if(action.invocations.begin(), action.invocations.end(), [](const auto& i) { return i->finished(); }));
+  auto finished =
+      static_cast<std::size_t>(std::count_if(action.invocations.begin(), action.invocations.end(), [](const auto& i) { return i->finished(); }));
   for (auto at = action.invocations.begin(); at != action.invocations.end() && finished > options_.max_finished_invocations;) {
     if (!(*at)->finished()) {
       ++at;
@@ -377,4 +382,5 @@ void Invocations::removed(ActionResource& action, TimePoint now) {
   }
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

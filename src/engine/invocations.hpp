@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <memory>
@@ -18,6 +19,7 @@
 #include "src/engine/resources/action.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// The life of invocations: begun by POST according to the Action's policy, started on the host, ended, cancelled, forgotten.
 class Invocations {
@@ -83,4 +85,5 @@ class Invocations {
   ClientCounts clients_;                       ///< who has unfinished invocations
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

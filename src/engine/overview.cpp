@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/overview.hpp"
 
 #include <algorithm>
@@ -14,6 +15,7 @@
 #include "src/rdf/plain_schema.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 Overview::Overview(const EngineView& engine, std::size_t base, const Audience& audience, std::size_t page)
     : engine_(engine), base_(engine.bases[base]), audience_(audience), page_(page) {}
@@ -97,8 +99,7 @@ void Overview::schema(std::string_view key, const rdf::Type* type, const rdf::Fa
   if (type) json(key, rdf::write_schema(*type, facets));
 }
 
-void Overview::described(const std::vector<Statement>& statements, const std::vector<std::string>& classes,
-                         const rdf::Type* type) {
+void Overview::described(const std::vector<Statement>& statements, const std::vector<std::string>& classes, const rdf::Type* type) {
   for (const Statement& s : statements) {
     if (s.predicate != vocab::dcterms::title.text || s.object.kind() != Object::Kind::literal) continue;
     text("title", s.object.text());
@@ -130,4 +131,5 @@ void Overview::begin(std::string_view key, char bracket) {
   out_ += bracket;
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

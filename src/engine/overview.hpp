@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -14,6 +15,7 @@
 #include "src/engine/resource.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// Writes the JSON of a resource that has no plain value: what it is, and what it links to (README, "Values without RDF").
 ///
@@ -71,4 +73,5 @@ class Overview {
   std::string out_;
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

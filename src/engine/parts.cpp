@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/parts.hpp"
 
 #include <algorithm>
@@ -15,6 +16,7 @@
 #include "src/engine/resources/world.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -34,7 +36,10 @@ std::string version_of(const std::string& text) {
 Error path_taken(const std::string& path, const Resource& holder) {
   std::string message = "path \"" + path.substr(1) + "\" ";
   if (holder.thing) message += "is taken already, in the thing \"" + holder.thing->spec->path + "\": choose another name";
-  else message += "is reserved, as are \"ns/lrt\", \"ns/vocabulary\", \"ns/context.jsonld\" and, with tokens, \"ns/session\" and \"ns/ticket\", and the path of the SPARQL endpoint: choose another name";
+  else
+    message +=
+        "is reserved, as are \"ns/lrt\", \"ns/vocabulary\", \"ns/context.jsonld\" and, with tokens, \"ns/session\" and \"ns/ticket\", and the path "
+        "of the SPARQL endpoint: choose another name";
   return {Errc::duplicate_path, std::move(message)};
 }
 
@@ -62,7 +67,8 @@ Parts::Parts(EngineOptions given)
       saved(options, registry, bases, responses, subscriptions, saves, clock),
       invocations(options, registry, calls, pending, responses, representations, bodies, scanner),
       tree("/all", nullptr, &registry),
-      root(registry, TermsResource::location, tree, options.sessions ? SessionResource::location : "", options.query ? options.query->limits().path : ""),
+      root(registry, TermsResource::location, tree, options.sessions ? SessionResource::location : "",
+           options.query ? options.query->limits().path : ""),
       context(context_text),
       own_terms(vocabulary),
       queries(options, clock, registry, calls, pending, responses, representations, values, scanner, subscriptions,
@@ -160,4 +166,5 @@ PendingRequests::Timeout Parts::timed_out() {
   };
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

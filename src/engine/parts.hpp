@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <memory>
@@ -33,6 +34,7 @@
 #include "src/engine/vocabulary.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// The parts of an engine. Each has its own state and knows only parts that stand before it.
 struct Parts {
@@ -54,35 +56,36 @@ struct Parts {
 
   const EngineOptions options;
   const Clock& clock;
-  Bases bases;                       ///< hosts and base IRIs
-  const Cors cors;                   ///< pages of other origins
-  RepresentationCache cache;         ///< representations that are kept
-  Registry registry;                 ///< paths, and the tree of Things
-  Kinds kinds;                       ///< Blueprints of equal Things
-  Vocabulary vocabulary;             ///< terms that are made of C++ types
-  HostCalls calls;                   ///< into user code and back
-  PendingRequests pending;           ///< requests that wait
-  const std::string context_text;    ///< of the JSON-LD context
-  Responses responses;               ///< errors, and responses that are no representation
-  PendingSaves saves;                ///< requests that wait until callbacks are saved
-  PropertyValues values;             ///< reading properties
-  const EngineView view;             ///< what descriptions read
-  Representations representations;   ///< GET, HEAD, OPTIONS, conditions
-  Bodies bodies;                     ///< bytes to values
-  ChangeScanner scanner;             ///< finding changes of observed resources
-  Subscriptions subscriptions;       ///< notifying subscribers
-  SavedSubscriptions saved;          ///< callbacks over a restart
-  Invocations invocations;           ///< the life of commands
-  TreeResource tree;                 ///< all Things as one document
+  Bases bases;                      ///< hosts and base IRIs
+  const Cors cors;                  ///< pages of other origins
+  RepresentationCache cache;        ///< representations that are kept
+  Registry registry;                ///< paths, and the tree of Things
+  Kinds kinds;                      ///< Blueprints of equal Things
+  Vocabulary vocabulary;            ///< terms that are made of C++ types
+  HostCalls calls;                  ///< into user code and back
+  PendingRequests pending;          ///< requests that wait
+  const std::string context_text;   ///< of the JSON-LD context
+  Responses responses;              ///< errors, and responses that are no representation
+  PendingSaves saves;               ///< requests that wait until callbacks are saved
+  PropertyValues values;            ///< reading properties
+  const EngineView view;            ///< what descriptions read
+  Representations representations;  ///< GET, HEAD, OPTIONS, conditions
+  Bodies bodies;                    ///< bytes to values
+  ChangeScanner scanner;            ///< finding changes of observed resources
+  Subscriptions subscriptions;      ///< notifying subscribers
+  SavedSubscriptions saved;         ///< callbacks over a restart
+  Invocations invocations;          ///< the life of commands
+  TreeResource tree;                ///< all Things as one document
   RootResource root;
   TermsResource terms;
   ContextResource context;
   VocabularyResource own_terms;
-  Queries queries;                   ///< SPARQL
-  std::optional<SessionResource> session;              ///< nullopt: nobody can log in
+  Queries queries;                         ///< SPARQL
+  std::optional<SessionResource> session;  ///< nullopt: nobody can log in
   std::optional<TicketResource> tickets;
   const std::shared_ptr<model::HandleLog> handle_log;  ///< of messages about the use of handles
   std::vector<std::shared_ptr<const void>> discarded;  ///< Engine::take_discarded()
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,8 +1,10 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/pending_requests.hpp"
 
 #include <exception>
 
 namespace lrt::engine {
+inline namespace v0 {
 
 std::optional<Ticket> PendingRequests::defer(const Context& context, std::chrono::milliseconds max_time, Timeout on_timeout, Dispatch where) {
   if (calls_.overloaded(where)) return std::nullopt;
@@ -136,4 +138,5 @@ void PendingRequests::end_all(const std::function<http::Response(Context&)>& res
   }
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>
@@ -22,6 +23,7 @@
 #include "src/engine/registry.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// Requests whose response comes later: each with its context, its deadline, and what happens if it passes.
 class PendingRequests {
@@ -38,8 +40,7 @@ class PendingRequests {
   /// @param where  its call runs. Requests for the I/O thread have a limit of their own, so that a stop can be invoked while a thousand
   ///               others wait for the host.
   /// @return nullopt: too many requests or calls into the host wait already (503)
-  std::optional<Ticket> defer(const Context& context, std::chrono::milliseconds max_time, Timeout on_timeout,
-                              Dispatch where = Dispatch::in_poll);
+  std::optional<Ticket> defer(const Context& context, std::chrono::milliseconds max_time, Timeout on_timeout, Dispatch where = Dispatch::in_poll);
   /// Keeps a request that stops the robot. There is no limit but the transport's: each has its connection.
   Ticket defer_stop(const Context& context, std::chrono::milliseconds max_time, Timeout on_timeout);
   /// Keeps a request that waits for the disk. These have a limit of their own, too.
@@ -97,4 +98,5 @@ class PendingRequests {
   std::deque<Reply> replies_;
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,9 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/pending_saves.hpp"
 
 #include <algorithm>
 #include <utility>
 
 namespace lrt::engine {
+inline namespace v0 {
 
 Outcome PendingSaves::respond_when_saved(Context& context, const std::function<Change()>& make) {
   if (!max_time_) {
@@ -54,10 +56,10 @@ void PendingSaves::expire(Ticket ticket, const Context& context) {
 }
 
 http::Response PendingSaves::not_saved(const Context& context) const {
-  http::Response response =
-      responses_.problem(context, 503, "the robot could not save this change of its subscriptions: nothing has changed");
+  http::Response response = responses_.problem(context, 503, "the robot could not save this change of its subscriptions: nothing has changed");
   responses_.add_retry_after(response);
   return response;
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

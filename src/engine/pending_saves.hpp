@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -15,6 +16,7 @@
 #include "src/engine/responses.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// Changes of the web callbacks, and the requests whose responses wait until the file has them.
 class PendingSaves {
@@ -26,8 +28,7 @@ class PendingSaves {
   };
 
   /// @param max_time  nullopt: responses do not wait, and each change is final at once
-  PendingSaves(std::optional<std::chrono::milliseconds> max_time, std::size_t max_waiting, PendingRequests& pending,
-               const Responses& responses)
+  PendingSaves(std::optional<std::chrono::milliseconds> max_time, std::size_t max_waiting, PendingRequests& pending, const Responses& responses)
       : max_time_(max_time), max_waiting_(max_waiting), pending_(pending), responses_(responses) {}
 
   /// Something that is saved has changed.
@@ -59,4 +60,5 @@ class PendingSaves {
   std::deque<Waiter> waiters_;  ///< by revision
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/property_values.hpp"
 
 #include <algorithm>
@@ -9,6 +10,7 @@
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -252,8 +254,7 @@ void PropertyValues::take(PropertyResource& property, std::vector<std::size_t> e
   using Samples = std::vector<Sample>;
   property.refresh_state->token = calls_.call<Samples>(
       Dispatch::io_thread,
-      [spec = property.spec, encoders = std::move(encoders), &clock = clock_,
-       limit = options_.subscriptions.max_catch_up_time]() -> Result<Samples> {
+      [spec = property.spec, encoders = std::move(encoders), &clock = clock_, limit = options_.subscriptions.max_catch_up_time]() -> Result<Samples> {
         Samples samples;
         take_each(*spec->slot, clock, clock.now().steady + limit, [&](Sample sample) {
           run_encoders(*spec, encoders, sample.whole.get(), sample.encodings);
@@ -292,9 +293,9 @@ void PropertyValues::were_taken(PropertyResource& property, Result<std::vector<S
 /// @param sample  nullopt: the value that the property has
 void PropertyValues::encode(PropertyResource& property, std::optional<Sample> sample, std::vector<std::size_t> encoders) {
   if (!sample)
-    encoders.erase(std::remove_if(encoders.begin(), encoders.end(),
-                                  [&](std::size_t i) { return property.encodings.size() > i && property.encodings[i].made; }),
-                   encoders.end());
+    encoders.erase(
+        std::remove_if(encoders.begin(), encoders.end(), [&](std::size_t i) { return property.encodings.size() > i && property.encodings[i].made; }),
+        encoders.end());
   if (encoders.empty()) {
     if (sample) set(property, *std::move(sample));
     return end(property, {}, clock_.now());
@@ -334,11 +335,11 @@ void PropertyValues::end(PropertyResource& property, const Result<void>& result,
   // First, so that what the waiters ask for next waits for a later refresh. The value that they have waited for stays until they were called.
   if (!state.waiters.empty()) start(property);
   for (auto& w : waiters) try {
-    w.done(result, now);
-  } catch (const std::exception& e) {
-    // Its request gets 503 at its time limit. The others go on.
-    if (options_.log) options_.log(LogLevel::error, std::string("a response failed inside: ") + e.what());
-  }
+      w.done(result, now);
+    } catch (const std::exception& e) {
+      // Its request gets 503 at its time limit. The others go on.
+      if (options_.log) options_.log(LogLevel::error, std::string("a response failed inside: ") + e.what());
+    }
 }
 
 void PropertyValues::set(PropertyResource& property, Sample sample) {
@@ -364,4 +365,5 @@ void PropertyValues::cancel(PropertyResource& property, TimePoint now) {
     for (auto& w : std::exchange(*list, {})) w.done(unexpected(Errc::closed, "the thing was removed while the request waited"), now);
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

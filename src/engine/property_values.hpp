@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -18,6 +19,7 @@
 #include "src/engine/variants.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 class PropertyResource;
 
@@ -114,4 +116,5 @@ class PropertyValues {
   const Clock& clock_;
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

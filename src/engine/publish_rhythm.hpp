@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>
@@ -6,6 +7,7 @@
 #include <optional>
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// Learns from the times of publish() when the next one is due, so that one scan for each publish() finds it soon after. One property.
 ///
@@ -78,4 +80,5 @@ class PublishRhythm {
   int missed_ = 0;   ///< scans for the value that is due
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/queries.hpp"
 
 #include <algorithm>
@@ -18,6 +19,7 @@
 #include "src/http/form.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -97,8 +99,7 @@ Queries::~Queries() = default;
 Result<void> Queries::check_options() const {
   if (!service_) return {};
   const QueryService::Limits& limits = service_->limits();
-  if (!is_path(limits.path))
-    return unexpected(Errc::invalid_option, "query: expected a path such as \"/sparql\", found \"" + limits.path + "\"");
+  if (!is_path(limits.path)) return unexpected(Errc::invalid_option, "query: expected a path such as \"/sparql\", found \"" + limits.path + "\"");
   if (limits.threads == 0) return unexpected(Errc::invalid_option, "query.threads: expected at least 1");
   if (limits.time.count() <= 0) return unexpected(Errc::invalid_option, "query.time: expected more than 0");
   return {};
@@ -110,7 +111,8 @@ Result<void> Queries::check_options() const {
 std::variant<Queries::Asked, http::Response> Queries::asked_in(const Context& context, std::string_view form, bool is_body) const {
   const auto parameters = http::parse_form(form);
   if (!parameters)
-    return responses_.problem(context, 400, std::string(is_body ? "the body" : "the query of the target") + ": expected name=value pairs in percent-encoded UTF-8");
+    return responses_.problem(context, 400,
+                              std::string(is_body ? "the body" : "the query of the target") + ": expected name=value pairs in percent-encoded UTF-8");
   Asked asked;
   for (const auto& [name, value] : *parameters) {
     if (name == "update") return responses_.problem(context, 403, "an update is not carried out here: this endpoint only reads");
@@ -130,7 +132,9 @@ std::variant<Queries::Asked, http::Response> Queries::asked_in(const Context& co
 
 std::variant<std::shared_ptr<const PreparedQuery>, http::Response> Queries::parse(const Context& context, const Asked& asked) const {
   if (asked.text->size() > service_->limits().max_text_bytes)
-    return responses_.problem(context, 413, "the query has " + std::to_string(asked.text->size()) + " bytes; " + std::to_string(service_->limits().max_text_bytes) + " are allowed");
+    return responses_.problem(
+        context, 413,
+        "the query has " + std::to_string(asked.text->size()) + " bytes; " + std::to_string(service_->limits().max_text_bytes) + " are allowed");
   auto parsed = service_->parse(*asked.text, responses_.iri(context, endpoint_->path), asked.default_graphs, asked.named_graphs);
   if (parsed) return *std::move(parsed);
   const Error& error = parsed.error();
@@ -152,7 +156,8 @@ Outcome Queries::post(Context& context) {
   if (request.find("Content-Encoding").value_or("identity") != "identity") return problem(415, "Content-Encoding: expected identity");
   const Result<MediaType> type = MediaType::parse(request.find("Content-Type").value_or(std::string_view()));
   const std::string expected = std::string(form_type) + " or " + std::string(query_type);
-  if (!type || request.count("Content-Type") > 1) return problem(415, "Content-Type: expected " + expected + ", found \"" + request.joined("Content-Type") + "\"");
+  if (!type || request.count("Content-Type") > 1)
+    return problem(415, "Content-Type: expected " + expected + ", found \"" + request.joined("Content-Type") + "\"");
   if (type->essence() == update_type) return problem(403, "an update is not carried out here: this endpoint only reads");
   const bool is_form = type->essence() == form_type;
   if (!is_form && type->essence() != query_type) return problem(415, "Content-Type: expected " + expected + ", found " + type->essence());
@@ -211,7 +216,7 @@ Outcome Queries::ask(Context& context, const Asked& asked) {
   evaluation->client = client_key(context.request().peer);
   evaluation->type = *type;
   evaluation->done = [this, ticket = *ticket, query, type = *type](const Result<std::shared_ptr<const QueryAnswer>>& answer, Result<std::string> text,
-                                                                  TimePoint now) {
+                                                                   TimePoint now) {
     Context* waiting = pending_.resume(ticket, now);
     if (!waiting) return;
     pending_.respond(ticket, answer ? response_to(*waiting, *query, type, std::move(text)) : failed(*waiting, answer.error()));
@@ -324,10 +329,10 @@ std::variant<StandingQuery*, http::Response> Queries::standing_for(Context& cont
   auto parsed = parse(context, asked);
   if (auto* response = std::get_if<http::Response>(&parsed)) return std::move(*response);
   const auto prepared = std::get<std::shared_ptr<const PreparedQuery>>(std::move(parsed));
-  if (asked.changes && !prepared->has_rows())
-    return responses_.problem(context, 400, "changes: expected a SELECT, whose rows come and go");
+  if (asked.changes && !prepared->has_rows()) return responses_.problem(context, 400, "changes: expected a SELECT, whose rows come and go");
   const auto wished = query_parameter(context.request().target, "minimumInterval");
-  const auto interval = std::max(service_->limits().min_interval, wished ? interval_of(*wished).value_or(std::chrono::milliseconds(0)) : std::chrono::milliseconds(0));
+  const auto interval =
+      std::max(service_->limits().min_interval, wished ? interval_of(*wished).value_or(std::chrono::milliseconds(0)) : std::chrono::milliseconds(0));
   std::shared_ptr<Snapshot> snapshot = snapshots_.of(context.base, context.audience);
   std::string key;
   if (!asked.changes) {
@@ -477,4 +482,5 @@ std::optional<Queries::Instant> Queries::next_deadline() const {
   return first;
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

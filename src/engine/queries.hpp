@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <atomic>
@@ -28,6 +29,7 @@
 #include "src/engine/subscriptions.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// Queries of clients, asked once or standing. The engine reads the request, brings the values and the graphs up to date, and leaves a job that
 /// evaluates the query without its lock.
@@ -36,8 +38,8 @@ class Queries {
   using Instant = std::chrono::steady_clock::time_point;
 
   /// @param shared  resources with graphs that belong to no Thing
-  Queries(const EngineOptions& options, const Clock& clock, Registry& registry, HostCalls& calls, PendingRequests& pending, const Responses& responses,
-          Representations& representations, PropertyValues& values, ChangeScanner& scanner, Subscriptions& subscriptions,
+  Queries(const EngineOptions& options, const Clock& clock, Registry& registry, HostCalls& calls, PendingRequests& pending,
+          const Responses& responses, Representations& representations, PropertyValues& values, ChangeScanner& scanner, Subscriptions& subscriptions,
           std::function<std::vector<Resource*>()> shared);
   ~Queries();
 
@@ -78,7 +80,7 @@ class Queries {
     std::shared_ptr<std::atomic<bool>> cancelled = std::make_shared<std::atomic<bool>>(false);
     std::string client;
     std::optional<std::size_t> max_rows{};
-    std::optional<std::size_t> type{};   ///< in which the answer is written; nullopt: it is kept
+    std::optional<std::size_t> type{};           ///< in which the answer is written; nullopt: it is kept
     std::function<void()> graphs_are_current{};  ///< called just before it begins; empty: nothing
     UniqueFunction<void(Result<std::shared_ptr<const QueryAnswer>>, Result<std::string>, TimePoint)> done{};
   };
@@ -115,14 +117,15 @@ class Queries {
   ChangeScanner& scanner_;
   Subscriptions& subscriptions_;
   Snapshots snapshots_;
-  std::unique_ptr<AllProperties> all_;   ///< what is read before a query
+  std::unique_ptr<AllProperties> all_;  ///< what is read before a query
   std::unique_ptr<QueryResource> endpoint_;
   std::list<std::unique_ptr<StandingQuery>> standing_;
   std::uint64_t next_standing_ = 1;
   std::uint64_t seen_structure_ = 0;
-  std::size_t running_ = 0;              ///< evaluations that have begun and not ended
+  std::size_t running_ = 0;  ///< evaluations that have begun and not ended
   std::vector<BodyJob> jobs_;
   std::vector<std::weak_ptr<std::atomic<bool>>> cancels_;  ///< of evaluations that may run
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/registration.hpp"
 
 #include <algorithm>
@@ -19,6 +20,7 @@
 #include "src/engine/variants.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -68,7 +70,8 @@ Result<void> check_formats(model::PropertySpec& property, const std::string& nam
     r.media_type = type->to_string();
     // text/plain with a parameter is a format of its own, such as that of Prometheus.
     const bool is_own_text = type->essence() == rdf::media_type(rdf::Plain::text) && r.media_type != type->essence();
-    if ((is_taken(type->essence()) && !is_own_text) || is_taken(r.media_type)) return unexpected(Errc::duplicate_path, name + ": there is " + r.media_type + " of it already");
+    if ((is_taken(type->essence()) && !is_own_text) || is_taken(r.media_type))
+      return unexpected(Errc::duplicate_path, name + ": there is " + r.media_type + " of it already");
     taken.push_back(r.media_type);
     if (!r.element_type.empty() && !iri::is_absolute(r.element_type))
       return unexpected(Errc::expected_iri, name + ": expected an absolute IRI as element type");
@@ -97,8 +100,7 @@ Result<void> check_action(const model::ActionSpec& action, const std::string& na
       return unexpected(Errc::invalid_option, name + ": a stop is neither queued nor refused: expected ActionPolicy::parallel(n), n at least 1");
   }
   for (const model::EffectSpec& effect : action.effects)
-    if (effect.from_input && !action.input)
-      return unexpected(Errc::invalid_option, name + ": there is no input that its effect could have");
+    if (effect.from_input && !action.input) return unexpected(Errc::invalid_option, name + ": there is no input that its effect could have");
   for (const auto& [field, value] : action.headers) {
     http::Fields fields;
     const bool is_name = !field.empty() && detail::token_end(field, 0) == field.size();
@@ -149,7 +151,8 @@ Result<void> check(model::ThingSpec& described) {
   };
   const auto check_input = [&](const std::string& what, const rdf::Type& type) -> Result<void> {
     if (const std::string field = read_only_field(type); !field.empty())
-      return unexpected(Errc::invalid_option, what + ": clients cannot send it, because its field \"" + field + "\" is read-only; give the field a setter");
+      return unexpected(Errc::invalid_option,
+                        what + ": clients cannot send it, because its field \"" + field + "\" is read-only; give the field a setter");
     return {};
   };
   const auto check_resource = [&](const model::ResourceSpec& r) -> Result<void> {
@@ -226,9 +229,9 @@ Result<std::unique_ptr<ThingNode>> build_thing(std::unique_ptr<model::ThingSpec>
   }
   auto node = std::make_unique<ThingNode>(std::move(spec));
   for (std::size_t i = 0; i < effects.size(); ++i) node->actions[i]->effects = std::move(effects[i]);
-  if (!statements->empty() || !shapes->empty())
-    node->texts = std::make_unique<ThingTexts>(ThingTexts{*std::move(statements), *std::move(shapes)});
+  if (!statements->empty() || !shapes->empty()) node->texts = std::make_unique<ThingTexts>(ThingTexts{*std::move(statements), *std::move(shapes)});
   return node;
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <memory>
@@ -8,6 +9,7 @@
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// Judges what a user says of a Thing, and builds its resources. What could turn out to be invalid when it is written is refused here, once.
 /// @param spec  is taken over, unless there is an error; nullptr: the Thing was given away already
@@ -23,4 +25,5 @@ Result<rdf::Graph> read_shapes(const model::ThingSpec& spec, const std::string& 
 /// @par Errors  expected_rdf, also if `<#effect>` is not described
 Result<rdf::Graph> read_effects(const model::ActionSpec& action, const std::string& path);
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/registry.hpp"
 
 #include <algorithm>
@@ -6,6 +7,7 @@
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 Registry::Registry(RepresentationCache& cache) : cache_(cache) {}
 Registry::~Registry() = default;
@@ -139,4 +141,5 @@ std::unique_ptr<ThingNode> Registry::remove_thing(ThingNode& thing) {
   return out;
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
@@ -16,6 +17,7 @@
 #include "src/engine/resource_index.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// A reference to a resource that may be gone by the time it is used.
 template <class R>
@@ -89,4 +91,5 @@ class Registry {
   std::vector<ResourceId> new_;  ///< while it is followed
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,20 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/representation_cache.hpp"
 
 #include <iterator>
 
 namespace lrt::engine {
+inline namespace v0 {
 
-Representation* RepresentationCache::find(const Resource& resource, std::size_t base, Variant variant, std::size_t page, const Audience& audience) noexcept {
+Representation* RepresentationCache::find(const Resource& resource, std::size_t base, Variant variant, std::size_t page,
+                                          const Audience& audience) noexcept {
   const std::string_view name = audience.name_in(resource);
   for (const Place place : resource.representations)
-    if (place->base == base && place->variant == variant && place->page == page && place->view == audience.view && place->name == name) return &*place;
+    if (place->base == base && place->variant == variant && place->page == page && place->view == audience.view && place->name == name)
+      return &*place;
   return nullptr;
 }
 
 Representation& RepresentationCache::keep(Representation made) {
   Resource& resource = *made.resource;
   for (const Place place : resource.representations) {
-    if (place->base != made.base || place->variant != made.variant || place->page != made.page || place->view != made.view || place->name != made.name)
+    if (place->base != made.base || place->variant != made.variant || place->page != made.page || place->view != made.view ||
+        place->name != made.name)
       continue;
     erase(place);
     break;
@@ -51,4 +56,5 @@ void RepresentationCache::erase(Place place) noexcept {
   kept_.erase(place);
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -7,6 +8,7 @@
 #include "src/engine/resource.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// The representations that are kept, least recently used go first when there are too many bytes.
 class RepresentationCache {
@@ -33,4 +35,5 @@ class RepresentationCache {
   std::size_t bytes_ = 0;
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/representations.hpp"
 
 #include <algorithm>
@@ -16,6 +17,7 @@
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -76,9 +78,8 @@ http::Response Representations::respond(Context& context) {
 Outcome Representations::attempt(Context& context, Step step) {
   Attempt first = step(context, false);
   if (auto* outcome = std::get_if<Outcome>(&first)) return std::move(*outcome);
-  const auto ticket = pending_.defer(context, options_.host_timeout, [this](Ticket late, Context& c, bool) {
-    pending_.respond(late, responses_.timed_out(c));
-  });
+  const auto ticket =
+      pending_.defer(context, options_.host_timeout, [this](Ticket late, Context& c, bool) { pending_.respond(late, responses_.timed_out(c)); });
   if (!ticket) return responses_.overloaded(context);
   go_on(*ticket, *context.resource, std::get<Missing>(first).encodings, std::move(step));
   return Deferred{*ticket};
@@ -148,8 +149,9 @@ Representations::Selected Representations::select(Context& context, std::optiona
 std::optional<http::Response> Representations::unacceptable(const Context& context) const {
   const Variants& all = context.resource->variants();
   if (http::negotiate(context.accept(), options_.page ? all.with_page : all.types)) return std::nullopt;
-  return responses_.problem(context, 406, "none of the media types in Accept is available here; there are " + all.list() +
-                                              (options_.page ? ", " + std::string(page_type) : ""));
+  return responses_.problem(
+      context, 406,
+      "none of the media types in Accept is available here; there are " + all.list() + (options_.page ? ", " + std::string(page_type) : ""));
 }
 
 http::Response Representations::respond_with(Representation& representation, const Context& context) {
@@ -159,7 +161,9 @@ http::Response Representations::respond_with(Representation& representation, con
   if (!context.ignores_conditions && request.find("If-Match")) {
     const http::Match match = http::matches(request.joined("If-Match"), representation.tag, false);
     if (match == http::Match::malformed) return responses_.problem(context, 400, "If-Match: expected a list of entity tags or *");
-    if (match == http::Match::no) return responses_.problem(context, 412, "If-Match: expected the present entity tag " + representation.tag + ", found " + std::string(request.joined("If-Match")));
+    if (match == http::Match::no)
+      return responses_.problem(
+          context, 412, "If-Match: expected the present entity tag " + representation.tag + ", found " + std::string(request.joined("If-Match")));
   }
   if (!context.ignores_conditions && request.find("If-None-Match")) {
     std::string joined;
@@ -266,7 +270,17 @@ void Representations::prepare(http::Fields& fields, int status, const Context& c
 // ------------------------------------------------------------------------------------------------------ representations
 
 Representation Representations::html_page(Resource& resource, std::size_t base, const Audience& audience, std::size_t page) const {
-  return {&resource, base, {}, page, audience.view, {}, 0, 0, options_.page->tag(), options_.page->html(), true,
+  return {&resource,
+          base,
+          {},
+          page,
+          audience.view,
+          {},
+          0,
+          0,
+          options_.page->tag(),
+          options_.page->html(),
+          true,
           structure_fields(resource, base, audience, page, no_cache)};
 }
 
@@ -295,7 +309,8 @@ Result<Representation*> Representations::make(Resource& resource, std::size_t ba
   const std::string_view type = resource.variants().type_of(variant);
   std::string tag = resource.entity_tag(type, view_.bases[base], audience, false);
   if (tag.empty()) tag = http::entity_tag(type, **body);
-  Representation made{&resource, base, variant, page, audience.view, std::string(audience.name_in(resource)), state, structure, std::move(tag), *std::move(body)};
+  Representation made{&resource, base,           variant,         page, audience.view, std::string(audience.name_in(resource)), state,
+                      structure, std::move(tag), *std::move(body)};
   if (kept && kept->structure == structure && resource.has_fixed_links()) made.links = std::move(kept->links);
   return &cache_.keep(std::move(made));
 }
@@ -318,15 +333,15 @@ Result<Bytes> Representations::body_of(Resource& resource, std::size_t base, Var
     text = std::string(*whole);
   } else {
     if (!resource.fits_rdf(options_.max_value_members))
-      return unexpected(Errc::limit_exceeded, "more than " + std::to_string(options_.max_value_members) + " values are too many for RDF, but not for application/json");
+      return unexpected(Errc::limit_exceeded,
+                        "more than " + std::to_string(options_.max_value_members) + " values are too many for RDF, but not for application/json");
     rdf::Graph graph = describe(resource, base, audience, page);
     if (variant == Variant(rdf::Syntax::rdf_xml) && graph.size() > options_.max_rdf_xml_triples)
       return unexpected(Errc::limit_exceeded, std::to_string(graph.size()) + " triples are too many for RDF/XML, which takes " +
                                                   std::to_string(options_.max_rdf_xml_triples) + ", but not for text/turtle");
     if (rdf::has_named_graphs(variant.syntax()) && !resource.described_resources().empty())
       text = rdf::write(dataset_of(resource, base, audience, std::move(graph)), variant.syntax(), options_.prefixes);
-    else
-      text = responses_.write(graph, variant, base);
+    else text = responses_.write(graph, variant, base);
   }
   if (!text) return Unexpected{std::move(text).error()};
   if (const std::size_t max = resource.max_bytes(options_); text->size() > max)
@@ -427,8 +442,9 @@ std::optional<http::Response> Representations::failed_precondition(const Context
       return responses_.problem(context, 400, "If-None-Match: expected a list of entity tags or *");
   }
   if (if_match && !matched)
-    return responses_.problem(context, 412, wanted.empty() ? "If-Match: expected an entity tag, found none"
-                                                           : "If-Match: the resource has changed since it had the entity tag " + wanted + "; GET it again");
+    return responses_.problem(context, 412,
+                              wanted.empty() ? "If-Match: expected an entity tag, found none"
+                                             : "If-Match: the resource has changed since it had the entity tag " + wanted + "; GET it again");
   if (excluded) return responses_.problem(context, 412, "If-None-Match: expected that the resource has no entity tag of those named, found one");
   return std::nullopt;
 }
@@ -473,8 +489,10 @@ void Representations::add_links(http::Fields& fields, const Resource& resource, 
   resource.link_related(links, base);
   const Variants& variants = resource.variants();
   for (std::size_t i = 0; i < variants.types.size(); ++i)
-    if (!variants.variants[i].is_profile() && !resource.document()) links.add(variant_iri(self, variants.types[i], page), "alternate", variants.types[i]);
-  links.finish_in_parts(fields, [&](std::size_t next) { return self + (page > 1 ? "?page=" + std::to_string(page) + "&links=" : "?links=") + std::to_string(next); });
+    if (!variants.variants[i].is_profile() && !resource.document())
+      links.add(variant_iri(self, variants.types[i], page), "alternate", variants.types[i]);
+  links.finish_in_parts(
+      fields, [&](std::size_t next) { return self + (page > 1 ? "?page=" + std::to_string(page) + "&links=" : "?links=") + std::to_string(next); });
 }
 
 /// Caches that several clients share may keep only what everybody may read: not what depends on rights, and nothing for which an authorizer was asked. A
@@ -489,7 +507,8 @@ std::string Representations::cache_control_of(const Context& context) const {
   if (context.resource->document()) {
     const std::string versioned = responses_.context_iri(context.base);
     const std::string_view target = context.request().target, version = std::string_view(versioned).substr(versioned.find('?'));
-    if (target.size() > version.size() && target.substr(target.size() - version.size()) == version) return limited(context.audience, "max-age=31536000, immutable");
+    if (target.size() > version.size() && target.substr(target.size() - version.size()) == version)
+      return limited(context.audience, "max-age=31536000, immutable");
   }
   return limited(context.audience, context.resource->cache_control());
 }
@@ -507,4 +526,5 @@ std::string_view Representations::upgrade_of(const Context& context) const {
   return callback ? "callback" : "";
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

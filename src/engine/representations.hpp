@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -19,6 +20,7 @@
 #include "src/engine/responses.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// Makes representations and responds with them: negotiation, conditions, ranges (R0.9-R0.11, R1.2).
 class Representations {
@@ -82,11 +84,13 @@ class Representations {
   void go_on(Ticket ticket, Resource& resource, Encodings encodings, Step step);
   Result<Bytes> body_of(Resource& resource, std::size_t base, Variant variant, const Audience& audience, std::size_t page) const;
   Representation html_page(Resource& resource, std::size_t base, const Audience& audience, std::size_t page) const;
-  http::Fields structure_fields(const Resource& resource, std::size_t base, const Audience& audience, std::size_t page, std::string_view cache_control) const;
+  http::Fields structure_fields(const Resource& resource, std::size_t base, const Audience& audience, std::size_t page,
+                                std::string_view cache_control) const;
   rdf::Dataset dataset_of(const Resource& resource, std::size_t base, const Audience& audience, rdf::Graph all) const;
   rdf::Graph shown(rdf::Graph graph, std::size_t base, const Audience& audience) const;
   /// @param first  of its links after those that each response has
-  void add_links(http::Fields& fields, const Resource& resource, std::size_t base, const Audience& audience, std::size_t page, std::size_t first = 0) const;
+  void add_links(http::Fields& fields, const Resource& resource, std::size_t base, const Audience& audience, std::size_t page,
+                 std::size_t first = 0) const;
   std::string limited(const Audience& audience, std::string_view cache_control) const;
   std::string cache_control_of(const Context& context) const;
   void add_upgrade(http::Fields& fields, const Context& context) const;
@@ -104,4 +108,5 @@ class Representations {
 /// How many pages a container has.
 std::size_t page_count(std::size_t members, std::size_t max_page_members) noexcept;
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/resource.hpp"
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -126,7 +128,8 @@ rdf::Graph unplaced(const rdf::Graph& graph, const std::string& base) {
     if (mine) return *mine;
     const rdf::TermView term = graph.term(id);
     const std::string_view rest = term.text.substr(std::min(base.size(), term.text.size()));
-    const bool is_ours = term.is_iri() && term.text.substr(0, base.size()) == base && (rest.empty() || rest[0] == '/' || rest[0] == '?' || rest[0] == '#');
+    const bool is_ours =
+        term.is_iri() && term.text.substr(0, base.size()) == base && (rest.empty() || rest[0] == '/' || rest[0] == '?' || rest[0] == '#');
     mine = is_ours ? kept.intern(rdf::iri(std::string(placeholder_base).append(rest))) : kept.intern(term);
     return *mine;
   };
@@ -145,4 +148,5 @@ bool fits(const rdf::Value& value, std::size_t& left) {
   return true;
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -28,10 +29,13 @@
 #include "src/subscription/backlog.hpp"
 
 namespace lrt::model {
+inline namespace v0 {
 struct ResourceSpec;
-}
+}  // namespace v0
+}  // namespace lrt::model
 
 namespace lrt::engine {
+inline namespace v0 {
 
 struct Description;
 struct Parts;
@@ -66,19 +70,19 @@ struct PreparedFields {
 /// A representation as bytes with its header fields, kept while the resource's state and the cache's budget allow.
 struct Representation {
   Resource* resource;
-  std::size_t base;         ///< index of the base IRI it was made for
+  std::size_t base;  ///< index of the base IRI it was made for
   Variant variant;
   std::size_t page;
   std::shared_ptr<const security::View> view;  ///< whose rights it shows; nullptr: all
   std::string name;                            ///< the principal that it was made for, where that makes a difference
-  std::uint64_t state;      ///< Resource::state() when it was made
-  std::uint64_t structure;  ///< Registry::structure() when it was made
+  std::uint64_t state;                         ///< Resource::state() when it was made
+  std::uint64_t structure;                     ///< Registry::structure() when it was made
   std::string tag;
   std::shared_ptr<const std::string> body;
-  bool is_page = false;                        ///< HTML, which is not kept
-  http::Fields links{};                        ///< those of the fields that only the structure changes, made for the first response
+  bool is_page = false;  ///< HTML, which is not kept
+  http::Fields links{};  ///< those of the fields that only the structure changes, made for the first response
   PreparedFields prepared{};
-  subscription::Item message{}, event{};       ///< for a WebSocket or callback, for an event stream; made for the first subscriber
+  subscription::Item message{}, event{};  ///< for a WebSocket or callback, for an event stream; made for the first subscriber
 
   std::size_t bytes() const noexcept {
     return sizeof *this + links.block().size() + prepared.bytes() + tag.size() + body->size() + (event ? event->body->size() : 0);
@@ -212,9 +216,7 @@ class Resource {
   /// Its types, stated wherever it is linked to (SPEC 2).
   virtual void describe_types(About& about, const Description& d) const = 0;
   /// What its container says of it.
-  virtual void describe_as_member(About& about, const Description& d) const {
-    describe_types(about, d);
-  }
+  virtual void describe_as_member(About& about, const Description& d) const { describe_types(about, d); }
   virtual const Variants& variants() const { return overview_variants(); }
   /// What it is in overviews, in one word.
   virtual std::string_view kind() const noexcept = 0;
@@ -314,9 +316,7 @@ class Resource {
   // Its path. The names of the user have precedence over those of lrt.
   enum class Naming : std::uint8_t { user, action, lrt };
   /// Who named it. Of two resources with the same path, the one with the lower value keeps it, and the other one moves aside.
-  Naming naming() const noexcept {
-    return lrt_name_end == 0 ? Naming::user : lrt_name_end < usual_size() ? Naming::action : Naming::lrt;
-  }
+  Naming naming() const noexcept { return lrt_name_end == 0 ? Naming::user : lrt_name_end < usual_size() ? Naming::action : Naming::lrt; }
   /// Its path if the first `n` were taken: "/arm/state", "/arm/state-lrt", "/arm/state-lrt-lrt". The path of 0 is its usual path.
   std::string path_aside(std::size_t n) const;
   /// Registry has moved it to another path.
@@ -328,9 +328,9 @@ class Resource {
   void add_observer(Observer& observer, ChangeScanner& scanner);
   void remove_observer(Observer& observer, ChangeScanner& scanner);
 
-  ResourceId id{};               ///< given by Registry
-  std::string path;              ///< absolute and percent-encoded: "/baxter/right_s1"; changed by Registry only
-  ThingNode* const thing;        ///< that it belongs to; nullptr for the resources of the server itself
+  ResourceId id{};         ///< given by Registry
+  std::string path;        ///< absolute and percent-encoded: "/baxter/right_s1"; changed by Registry only
+  ThingNode* const thing;  ///< that it belongs to; nullptr for the resources of the server itself
   /// Where the segment ends that lrt named in its usual path: after "state" in "/arm/state", after "actions" in "/arm/actions/turn". 0: none.
   const std::uint32_t lrt_name_end;
   std::uint32_t times_aside = 0;  ///< `path` is path_aside(times_aside)
@@ -355,4 +355,5 @@ rdf::Graph unplaced(const rdf::Graph& graph, const std::string& base);
 /// Whether a value has more numbers, texts and so on than `left`, which is counted down. An empty list is one.
 bool fits(const rdf::Value& value, std::size_t& left);
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,15 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/resource_index.hpp"
 
 #include <functional>
 #include <stdexcept>
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
-std::uint32_t hash_of(std::string_view path) noexcept {
-  return static_cast<std::uint32_t>(std::hash<std::string_view>()(path));
-}
+std::uint32_t hash_of(std::string_view path) noexcept { return static_cast<std::uint32_t>(std::hash<std::string_view>()(path)); }
 
 }  // namespace
 
@@ -49,8 +49,7 @@ void PathIndex::remove(const Resource& resource) noexcept {
   while (places_[hole] != &resource) hole = after(hole);
   // Those behind it move up, unless their search begins behind the hole: no search meets a free place before its end.
   for (std::size_t at = after(hole); places_[at]; at = after(at)) {
-    const std::size_t from_home = (at - place_of(hashes_[at])) & (places_.size() - 1),
-                      from_hole = (at - hole) & (places_.size() - 1);
+    const std::size_t from_home = (at - place_of(hashes_[at])) & (places_.size() - 1), from_hole = (at - hole) & (places_.size() - 1);
     if (from_home < from_hole) continue;
     places_[hole] = places_[at];
     hashes_[hole] = hashes_[at];
@@ -96,4 +95,5 @@ void IdIndex::clear() noexcept {
   free_.clear();
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -8,6 +9,7 @@
 #include "src/engine/resource.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// Resources by path. 12 bytes for each place of a table with open addressing, of which at most 7 of 8 are taken.
 class PathIndex {
@@ -47,13 +49,12 @@ class IdIndex {
 
  private:
   static constexpr unsigned place_bits = 28;
-  static std::size_t place_of(ResourceId id) noexcept {
-    return static_cast<std::uint64_t>(id) & ((std::uint64_t{1} << place_bits) - 1);
-  }
+  static std::size_t place_of(ResourceId id) noexcept { return static_cast<std::uint64_t>(id) & ((std::uint64_t{1} << place_bits) - 1); }
 
   std::vector<Resource*> places_;    // nullptr: free
   std::vector<std::uint32_t> free_;  // places to be used again
   std::uint64_t next_serial_ = 1;
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/responses.hpp"
 
 #include <vector>
@@ -14,6 +15,7 @@
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -58,7 +60,8 @@ http::Response Responses::problem(const Context& context, int status, std::strin
     }
   }
   if (choice == 3 && options_.page) {
-    const bool can_log_in = status == 401 && options_.sessions && options_.page->add_login(response, bases_[context.base] + SessionResource::location);
+    const bool can_log_in =
+        status == 401 && options_.sessions && options_.page->add_login(response, bases_[context.base] + SessionResource::location);
     if (!can_log_in) {
       options_.page->add_fields(response.fields);
       response.set_body(options_.page->error(status, detail, bases_[context.base] + "/"));
@@ -70,7 +73,8 @@ http::Response Responses::problem(const Context& context, int status, std::strin
   }
   if (context.resource && (status == 405 || request.method == "OPTIONS")) add_allow(response.fields, *context.resource, context.audience);
   add_types(response.fields, context.resource);
-  if (status < 500 && (request.method == "PUT" || request.method == "POST" || request.method == "PATCH")) add_constrained_by(response.fields, context);
+  if (status < 500 && (request.method == "PUT" || request.method == "POST" || request.method == "PATCH"))
+    add_constrained_by(response.fields, context);
   response.fields.add("Vary", context.vary());
   return response;
 }
@@ -83,9 +87,7 @@ http::Response Responses::refused(const Context& context, const std::string& wha
   return problem(context, status, what + ": " + error.message);
 }
 
-http::Response Responses::gone(const Context& context) const {
-  return problem(context, 404, "the thing was removed while the request waited");
-}
+http::Response Responses::gone(const Context& context) const { return problem(context, 404, "the thing was removed while the request waited"); }
 
 http::Response Responses::timed_out(const Context& context) const {
   http::Response response = problem(context, 503, "the robot's program did not take the request in time; it is called off, try again later");
@@ -105,8 +107,7 @@ http::Response Responses::stopping(const Context& context) const {
   return response;
 }
 
-http::Response Responses::violation(const Context& context, const shacl::Report& report,
-                                    const std::vector<BodyError>& errors) const {
+http::Response Responses::violation(const Context& context, const shacl::Report& report, const std::vector<BodyError>& errors) const {
   const http::Request& request = context.request();
   const auto syntaxes = rdf::available_syntaxes();
   std::vector<std::string_view> offers;
@@ -142,8 +143,8 @@ http::Response Responses::graph(const Context& context, int status, const rdf::G
     const std::size_t at = choice.value_or(0);  // the request has been carried out: no 406
     const Variant variant = left.variants[at];
     const std::string_view type = left.types[at];
-    const Result<std::string> text = variant.is_rdf() ? write(graph, variant, context.base)
-                                                      : rdf::write_plain(*value->type, *value->facets, value->value(), variant.plain());
+    const Result<std::string> text =
+        variant.is_rdf() ? write(graph, variant, context.base) : rdf::write_plain(*value->type, *value->facets, value->value(), variant.plain());
     if (text) {
       response.fields.add("Content-Type", content_type(variant, type));
       if (status < 300) response.fields.add("ETag", http::entity_tag(type, *text));
@@ -158,9 +159,7 @@ http::Response Responses::graph(const Context& context, int status, const rdf::G
   return problem(context, 500, "the result cannot be written");
 }
 
-void Responses::add_retry_after(http::Response& response) const {
-  response.fields.set("Retry-After", std::to_string(options_.retry_after.count()));
-}
+void Responses::add_retry_after(http::Response& response) const { response.fields.set("Retry-After", std::to_string(options_.retry_after.count())); }
 
 void Responses::add_allow(http::Fields& fields, const Resource& resource, const Audience& audience) const {
   const Methods methods = audience.methods(resource);
@@ -194,4 +193,5 @@ void Responses::log(LogLevel level, const std::string& message) const {
   if (options_.log) options_.log(level, message);
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

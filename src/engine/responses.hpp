@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>
@@ -14,6 +15,7 @@
 #include "src/engine/context.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// Builds the responses that are no representation of the requested resource, and the header fields that all responses share.
 class Responses {
@@ -68,4 +70,5 @@ class Responses {
   const std::string terms_, context_document_;
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

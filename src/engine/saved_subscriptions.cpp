@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/saved_subscriptions.hpp"
 
 #include <algorithm>
@@ -10,6 +11,7 @@
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -74,16 +76,16 @@ std::optional<SavedText> SavedSubscriptions::take() {
       for (const auto& s : thing->subscriptions.subscriptions) {
         if (s->protocol != Protocol::callback || s->is_cancelling() || s->observed.saved_type().empty()) continue;
         if (s->saved_text.empty())
-          s->saved_text = text_of({bases_[s->base], s->observed.path_aside(0), s->observed.saved_type().text, s->subscription_id, s->created, s->url,
-                                   s->secret, s->observed.variants().type_of(s->its_variant), s->backlog.policy(), s->has_confirmed, s->audience.principal.get()},
-                                  options_.prefixes);
+          s->saved_text =
+              text_of({bases_[s->base], s->observed.path_aside(0), s->observed.saved_type().text, s->subscription_id, s->created, s->url, s->secret,
+                       s->observed.variants().type_of(s->its_variant), s->backlog.policy(), s->has_confirmed, s->audience.principal.get()},
+                      options_.prefixes);
         saved.text.append("\n").append(s->saved_text);
       }
     for (const PendingRestore& p : pending_)
-      saved.text.append("\n").append(
-          text_of({p.base, p.path, p.type, p.id, p.created, p.request.url, p.request.secret, p.media_type, p.request.policy,
-                   p.request.has_confirmed, p.request.audience.principal.get()},
-                  options_.prefixes));
+      saved.text.append("\n").append(text_of({p.base, p.path, p.type, p.id, p.created, p.request.url, p.request.secret, p.media_type,
+                                              p.request.policy, p.request.has_confirmed, p.request.audience.principal.get()},
+                                             options_.prefixes));
     return saved;
   } catch (const std::exception& e) {
     responses_.log(LogLevel::error, std::string("the subscriptions cannot be saved: ") + e.what());
@@ -123,15 +125,16 @@ Result<SavedSubscriptions::PendingRestore> SavedSubscriptions::read(const rdf::G
   }
   const Result<std::string> id = model::encode_path(read.id);
   if (!id || *id != read.id || read.id.find('/') != std::string::npos) return unexpected(Errc::refused, "its identifier is not a path segment");
-  const bool base_fits = read.base.size() > 1 && read.base.back() == '/' && observed.size() > read.base.size() &&
-                         observed.compare(0, read.base.size(), read.base) == 0;
+  const bool base_fits =
+      read.base.size() > 1 && read.base.back() == '/' && observed.size() > read.base.size() && observed.compare(0, read.base.size(), read.base) == 0;
   if (!base_fits) return unexpected(Errc::refused, "its resource <" + observed + "> is not below its base <" + read.base + ">");
   read.path = observed.substr(read.base.size() - 1);
   read.base.pop_back();
   read.media_type = text(vocab::hybrit::mediaType);
   const auto interval = interval_of(text(vocab::lrt_::minimumInterval));
   const auto length = rdf::lexical::parse_uint64(text(vocab::lrt_::queueLength));
-  if (!MediaType::parse(read.media_type) || !interval || !length || *length > options_.subscriptions.max_queue_length || read.request.secret.size() > max_secret)
+  if (!MediaType::parse(read.media_type) || !interval || !length || *length > options_.subscriptions.max_queue_length ||
+      read.request.secret.size() > max_secret)
     return unexpected(Errc::refused, "its media type, interval, queue length or secret is not possible");
   read.request.policy.minimum_interval = *interval;
   read.request.policy.queue_length = static_cast<std::size_t>(*length);
@@ -196,8 +199,7 @@ Result<std::size_t> SavedSubscriptions::read_all(std::string_view saved) {
 void SavedSubscriptions::resume() {
   for (std::size_t i = 0; i < pending_.size();) {
     const PendingRestore& p = pending_[i];
-    Resource* observed =
-        p.type.empty() ? registry_.find(p.path) : registry_.find_usual(p.path, p.type);  // older files have no types
+    Resource* observed = p.type.empty() ? registry_.find(p.path) : registry_.find_usual(p.path, p.type);  // older files have no types
     const bool fits = observed && observed->thing && !observed->saved_type().empty() && !pending_[i].refused &&
                       !registry_.find(observed->thing->subscriptions.path + "/" + pending_[i].id);
     const auto variant = fits ? observed->variants().find(pending_[i].media_type) : std::nullopt;
@@ -219,4 +221,5 @@ void SavedSubscriptions::resume() {
   }
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

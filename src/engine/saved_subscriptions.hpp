@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
@@ -16,6 +17,7 @@
 #include "src/engine/subscriptions.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// Web callbacks as text that survives a restart: Turtle, one blank node each, with the terms by which they are made and the base of the
 /// request that made them (SPEC 3.7). A restored callback waits until its resource is there.
@@ -42,9 +44,9 @@ class SavedSubscriptions {
         id;  ///< path: the usual one, which a name of the user may have moved; type: Resource::saved_type
     Utc created;
     SubscriptionRequest request;
-    std::string media_type;        ///< the variant is known when the resource is there
+    std::string media_type;  ///< the variant is known when the resource is there
     bool missing_type_logged = false;
-    bool refused = false;          ///< its receiver may not be called now: kept for a start when it may
+    bool refused = false;  ///< its receiver may not be called now: kept for a start when it may
   };
 
   Result<std::size_t> read_all(std::string_view saved);
@@ -62,4 +64,5 @@ class SavedSubscriptions {
   std::uint64_t taken_revision_ = 0;
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/snapshots.hpp"
 
 #include <algorithm>
@@ -13,6 +14,7 @@
 #include "src/rdf/hash.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -22,8 +24,8 @@ constexpr std::chrono::microseconds fill_budget{500};
 }  // namespace
 
 std::shared_ptr<Snapshot> Snapshots::of(std::size_t base, const Audience& audience) {
-  const auto found = std::find_if(kept_.begin(), kept_.end(),
-                                  [&](const auto& one) { return one->base == base && one->audience.view == audience.view; });
+  const auto found =
+      std::find_if(kept_.begin(), kept_.end(), [&](const auto& one) { return one->base == base && one->audience.view == audience.view; });
   if (found != kept_.end()) {
     kept_.splice(kept_.begin(), kept_, found);
     return kept_.front();
@@ -123,8 +125,7 @@ void Snapshots::visit(Snapshot& snapshot, Resource& resource, std::vector<NamedG
   entry.is_empty = graph == nullptr;
 }
 
-std::uint32_t Snapshots::hash_of(std::string_view predicate) noexcept {
-  return rdf::to_32_bits(rdf::hash_bytes(predicate, rdf::hash_seeds().bytes));
-}
+std::uint32_t Snapshots::hash_of(std::string_view predicate) noexcept { return rdf::to_32_bits(rdf::hash_bytes(predicate, rdf::hash_seeds().bytes)); }
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -19,14 +20,15 @@
 #include "src/engine/resource.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// The graphs of all resources for one base and one audience: what queries are asked of. Only what has changed is described again.
 struct Snapshot {
   struct Entry {
     ResourceId id{};
     std::uint64_t state = 0;
-    std::uint64_t round = 0;     ///< Snapshot::round when it was found last
-    std::uint64_t described = 0; ///< Snapshot::version when its graph changed last
+    std::uint64_t round = 0;                ///< Snapshot::round when it was found last
+    std::uint64_t described = 0;            ///< Snapshot::version when its graph changed last
     std::vector<std::uint32_t> predicates;  ///< of its graph: Snapshots::hash_of()
     bool is_empty = true;                   ///< has no graph
   };
@@ -34,10 +36,10 @@ struct Snapshot {
   Audience audience;
   std::shared_ptr<QueryData> data;
   std::unordered_map<std::string, Entry> entries;  ///< by path
-  std::string next;             ///< the Thing where the first, incomplete round goes on; empty: there is none
-  bool filled = false;          ///< each resource was described once
+  std::string next;                                ///< the Thing where the first, incomplete round goes on; empty: there is none
+  bool filled = false;                             ///< each resource was described once
   std::uint64_t round = 0;
-  std::uint64_t version = 1;    ///< of the last change
+  std::uint64_t version = 1;  ///< of the last change
 };
 
 /// Keeps snapshots up to date while somebody asks, and nothing while nobody does.
@@ -73,4 +75,5 @@ class Snapshots {
   std::list<std::shared_ptr<Snapshot>> kept_;  ///< the one that was used last comes first
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

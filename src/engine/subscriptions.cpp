@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/subscriptions.hpp"
 
 #include <algorithm>
@@ -16,6 +17,7 @@
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -91,7 +93,8 @@ bool Subscriptions::is_refused_notification(const http::Request& request) const 
   if (!field) return false;
   constexpr std::string_view parameter = "; base=\"";
   const std::size_t at = field->find(parameter);
-  if (request.count(notification_field) != 1 || at == std::string_view::npos || field->back() != '"' || field->substr(0, at) == instance_) return true;
+  if (request.count(notification_field) != 1 || at == std::string_view::npos || field->back() != '"' || field->substr(0, at) == instance_)
+    return true;
   std::string_view sender = field->substr(at + parameter.size());
   sender.remove_suffix(1);
   const auto& senders = options_.notification_senders;
@@ -122,7 +125,8 @@ std::optional<Protocol> Subscriptions::requested_protocol(const Context& context
   if (request.method == "GET" && request.find("Upgrade")) {
     if (request.can_upgrade && http::requests_upgrade(request, "websocket")) return Protocol::websocket;
     // RFC 9110 7.8: Upgrade has no meaning in HTTP/1.0.
-    if (request.version >= 11 && (http::requests_upgrade(request, "callback") || http::requests_upgrade(request, "webhook"))) return Protocol::callback;
+    if (request.version >= 11 && (http::requests_upgrade(request, "callback") || http::requests_upgrade(request, "webhook")))
+      return Protocol::callback;
   }
   if (!names_event_stream(request)) return std::nullopt;
   std::vector<std::string_view> offers = context.resource->variants().with_page;
@@ -141,10 +145,15 @@ std::optional<http::Response> Subscriptions::too_many(const Context& context, Pr
   const bool callback = protocol == Protocol::callback;
   const std::size_t max = options_.clients.max_subscriptions;
   const bool too_many_of_client = !context.client.empty() && max != 0 && clients_.of(context.client) >= max;
-  if (!too_many_of_client && by_channel_.size() - feeds_ < options_.subscriptions.max_subscriptions && (!callback || callbacks_ < options_.callbacks.max_callbacks)) return std::nullopt;
-  http::Response response = too_many_of_client ? responses_.denied(context, http::Denial::subscriptions, 429, "this client has " + std::to_string(max) + " subscriptions, which is as many as one client may have")
-                            : responses_.problem(context, 503, callback ? "there are as many web callbacks as this server keeps"
-                                                                      : "there are as many subscriptions as this server keeps");
+  if (!too_many_of_client && by_channel_.size() - feeds_ < options_.subscriptions.max_subscriptions &&
+      (!callback || callbacks_ < options_.callbacks.max_callbacks))
+    return std::nullopt;
+  http::Response response =
+      too_many_of_client ? responses_.denied(context, http::Denial::subscriptions, 429,
+                                             "this client has " + std::to_string(max) + " subscriptions, which is as many as one client may have")
+                         : responses_.problem(context, 503,
+                                              callback ? "there are as many web callbacks as this server keeps"
+                                                       : "there are as many subscriptions as this server keeps");
   responses_.add_retry_after(response);
   return response;
 }
@@ -152,7 +161,8 @@ std::optional<http::Response> Subscriptions::too_many(const Context& context, Pr
 std::optional<http::Response> Subscriptions::refused_receiver(const Context& context, const std::string& url) const {
   const Result<subscription::CallbackUrl> parsed = subscription::parse_callback_url(url);
   if (!parsed) return responses_.problem(context, 400, parsed.error().message);
-  if (bases_.is_this_server(*parsed)) return responses_.denied(context, http::Denial::receiver, 403, "callback URL: " + parsed->authority + " is this server itself");
+  if (bases_.is_this_server(*parsed))
+    return responses_.denied(context, http::Denial::receiver, 403, "callback URL: " + parsed->authority + " is this server itself");
   if (may_call(*parsed)) return std::nullopt;
   return responses_.denied(context, http::Denial::receiver, 403, "callback URL: this server may not call " + parsed->authority);
 }
@@ -193,7 +203,8 @@ Outcome Subscriptions::subscribe(Context& context, Protocol protocol) {
     }
   } else if (protocol == Protocol::callback) {
     if (request.count("Callback") != 1)
-      return responses_.problem(context, 400, request.find("Callback") ? "Callback: expected one field" : "a Callback field with the receiver's URL is missing");
+      return responses_.problem(context, 400,
+                                request.find("Callback") ? "Callback: expected one field" : "a Callback field with the receiver's URL is missing");
     wanted.url = std::string(*request.find("Callback"));
     if (auto response = refused_receiver(context, wanted.url)) return *std::move(response);
   }
@@ -286,7 +297,8 @@ http::Response Subscriptions::description_response(const Context& context, Subsc
 Outcome Subscriptions::create(Context& context) {
   const auto problem = [&](int status, std::string detail) { return responses_.problem(context, status, std::move(detail)); };
   if (requests_other_model(context.request().joined("Link"))) return problem(409, "members of this container are ldp:RDFSource");
-  if (!makes_callbacks()) return responses_.denied(context, http::Denial::receiver, 403, "this server may call no receiver: it makes no web callbacks");
+  if (!makes_callbacks())
+    return responses_.denied(context, http::Denial::receiver, 403, "this server may call no receiver: it makes no web callbacks");
   static constexpr FocusRule rule{focus_nodes, "subscription", refused_node};
   auto read = bodies_.read_graph(context, rule);
   if (auto outcome = outcome_of(read)) return *std::move(outcome);
@@ -311,7 +323,8 @@ Outcome Subscriptions::create(Context& context) {
   }
   if (!wanted.observed || wanted.observed->thing != &thing || !wanted.observed->observable() ||
       !context.audience.may(security::Right::subscribe, *wanted.observed))
-    return problem(422, "hybrit:onResource: expected a resource of the thing \"" + thing.spec->path + "\" that can be observed, found <" + observed + ">");
+    return problem(422,
+                   "hybrit:onResource: expected a resource of the thing \"" + thing.spec->path + "\" that can be observed, found <" + observed + ">");
   wanted.policy = default_policy(*wanted.observed);
   wanted.audience = context.audience;
   wanted.url = object(vocab::hybrit::callbackURL).value_or("");
@@ -367,8 +380,8 @@ SubscriptionResource& Subscriptions::make(SubscriptionRequest request, std::size
   std::string known_tag = std::move(request.known_tag);
   const std::string client = std::move(request.client);
   const bool begins_with_refresh = request.begins_with_refresh, requested = !request.restored;
-  auto made = std::make_unique<SubscriptionResource>(std::move(path), std::move(id), Channel{next_channel_++}, std::move(request), base, created, *this,
-                                                     options_, queued_bytes_);
+  auto made = std::make_unique<SubscriptionResource>(std::move(path), std::move(id), Channel{next_channel_++}, std::move(request), base, created,
+                                                     *this, options_, queued_bytes_);
   SubscriptionResource& s = *made;
   s.last_tag = std::move(known_tag);
   s.share = clients_.take(client);
@@ -539,12 +552,11 @@ void Subscriptions::fill(SubscriptionResource& s) {
 /// @param is_change  counts as dropped if there is no representation of it
 void Subscriptions::enqueue(SubscriptionResource& s, bool is_change) {
   if (!representations_.ready(s.observed, s.its_variant, true)) {
-    values_.refresh(s.observed, Encodings::of(s.its_variant),
-                    [this, channel = s.channel, is_change](const Result<void>& result, TimePoint) {
-                      SubscriptionResource* waiting = find(channel);
-                      if (waiting && result) enqueue(*waiting, is_change);
-                      else if (waiting && is_change) waiting->backlog.count_dropped(1);
-                    });
+    values_.refresh(s.observed, Encodings::of(s.its_variant), [this, channel = s.channel, is_change](const Result<void>& result, TimePoint) {
+      SubscriptionResource* waiting = find(channel);
+      if (waiting && result) enqueue(*waiting, is_change);
+      else if (waiting && is_change) waiting->backlog.count_dropped(1);
+    });
     return;
   }
   Representation* representation = represent(s);
@@ -892,4 +904,5 @@ void Subscriptions::delivered(Channel channel, const subscription::DeliveryResul
   if (!s->backlog.empty()) next_notifications_.set(s->next_notification, s->backlog.due(), s->channel);
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -26,6 +27,7 @@
 #include "src/engine/resources/subscription.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// The name of a server in its notifications: `<id of the process>; base="<base IRI>"`. A server refuses notifications as commands: a robot
 /// that obeyed them could be moved by any subscriber of another one, and by its own notifications without end.
@@ -150,12 +152,12 @@ class Subscriptions {
   std::vector<SubscriptionEvent> events_;
   ClientCounts clients_;  ///< who has subscriptions; those that were restored have nobody
 
-  std::deque<Channel> urgent_, ready_;                  ///< to be named by next_ready()
+  std::deque<Channel> urgent_, ready_;  ///< to be named by next_ready()
   std::vector<subscription::ReadyCallback> callbacks_ready_;
   DeadlineQueue<Channel> next_notifications_;
-  bool fills_queues_ = false;                           ///< a scan, whose share of time is bounded, is under way
-  std::vector<Channel> marked_;                         ///< with a queue, and changed between two scans
-  std::size_t queued_bytes_ = 0;                        ///< of all subscribers
+  bool fills_queues_ = false;     ///< a scan, whose share of time is bounded, is under way
+  std::vector<Channel> marked_;   ///< with a queue, and changed between two scans
+  std::size_t queued_bytes_ = 0;  ///< of all subscribers
   std::uint64_t notified_structure_ = 1;
 };
 
@@ -165,4 +167,5 @@ bool names_event_stream(const http::Request& request);
 /// A number of seconds from 0 to max_interval; nullopt: it is something else.
 std::optional<std::chrono::milliseconds> interval_of(std::string_view seconds);
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/variants.hpp"
 
 #include <algorithm>
@@ -7,6 +8,7 @@
 #include "src/base/ascii.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -85,16 +87,14 @@ const Variants& context_variants() {
 Variants variants_of(const model::PropertySpec& spec) {
   Variants all;
   if (spec.file)
-    for (std::size_t i = 0; i < spec.representations.size(); ++i)
-      add(all, spec.representations[i].media_type, Variant::encoded(i));
+    for (std::size_t i = 0; i < spec.representations.size(); ++i) add(all, spec.representations[i].media_type, Variant::encoded(i));
   const Variants& values = value_variants();
   all.types.insert(all.types.end(), values.types.begin(), values.types.end());
   all.variants.insert(all.variants.end(), values.variants.begin(), values.variants.end());
   all.with_page.insert(all.with_page.end(), values.with_page.begin(), values.with_page.end());
   if (spec.octets) add(all, rdf::media_type(rdf::Plain::octets), Variant(rdf::Plain::octets));
   if (!spec.file)
-    for (std::size_t i = 0; i < spec.representations.size(); ++i)
-      add(all, spec.representations[i].media_type, Variant::encoded(i));
+    for (std::size_t i = 0; i < spec.representations.size(); ++i) add(all, spec.representations[i].media_type, Variant::encoded(i));
   return all;
 }
 
@@ -126,4 +126,5 @@ std::string variant_iri(const std::string& resource, std::string_view media_type
   return resource + first + (page > 1 ? "page=" + std::to_string(page) + "&" : "") + "accept=" + escaped(media_type);
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -12,6 +13,7 @@
 #include <lrt/rdf/plain.hpp>
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// The media type of a PATCH.
 inline constexpr std::string_view update_type = "application/sparql-update";
@@ -45,7 +47,10 @@ class Variant {
   /// Some values have no representation in it, although other values of the property do.
   bool may_be_missing() const noexcept { return kind_ == Kind::encoded || *this == Variant(rdf::Plain::octets); }
   /// Always UTF-8, so WebSockets carry it in text messages and event streams carry it.
-  bool is_text() const noexcept { return is_rdf() || kind_ == Kind::overview || kind_ == Kind::answer || (kind_ == Kind::plain && plain() != rdf::Plain::cbor && plain() != rdf::Plain::octets); }
+  bool is_text() const noexcept {
+    return is_rdf() || kind_ == Kind::overview || kind_ == Kind::answer ||
+           (kind_ == Kind::plain && plain() != rdf::Plain::cbor && plain() != rdf::Plain::octets);
+  }
 
   friend bool operator==(Variant a, Variant b) noexcept { return a.kind_ == b.kind_ && a.number_ == b.number_; }
   friend bool operator!=(Variant a, Variant b) noexcept { return !(a == b); }
@@ -95,4 +100,5 @@ std::string variant_iri(const std::string& resource, std::string_view media_type
 /// A media type as part of an IRI: characters with a meaning in a query are percent-encoded.
 std::string escaped(std::string_view text);
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/vocabulary.hpp"
 
 #include <algorithm>
@@ -17,6 +18,7 @@
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -64,8 +66,7 @@ struct SeenTerms {
 /// Whether two types give the terms below their name the same meaning.
 bool mean_the_same(const rdf::Type& a, const rdf::Type& b) {
   if (&a == &b) return true;
-  if (a.kind != b.kind || a.datatype != b.datatype || a.name != b.name || a.classes != b.classes || a.fields.size() != b.fields.size())
-    return false;
+  if (a.kind != b.kind || a.datatype != b.datatype || a.name != b.name || a.classes != b.classes || a.fields.size() != b.fields.size()) return false;
   if ((a.element != nullptr) != (b.element != nullptr) || (a.element && !mean_the_same(*a.element, *b.element))) return false;
   return std::equal(a.fields.begin(), a.fields.end(), b.fields.begin(), [](const rdf::FieldType& x, const rdf::FieldType& y) {
     return x.predicate == y.predicate && x.facets.unit() == y.facets.unit() && mean_the_same(*x.type, *y.type);
@@ -107,9 +108,8 @@ Result<void> Vocabulary::check(const model::ThingSpec& thing) const {
     const auto here = std::find_if(known.begin(), known.end(), [&](const rdf::Type* t) { return t->name == type->name; });
     const rdf::Type* const other = use != types_.end() ? use->second.type : here != known.end() ? *here : nullptr;
     if (type->name == of_things || (other && !mean_the_same(*type, *other)))
-      return unexpected(Errc::duplicate_path,
-                        "thing \"" + thing.path + "\": another C++ type is named \"" + type->name +
-                            "\" in the server's vocabulary, too; give this one a name with r.named(\"...\") in its describe()");
+      return unexpected(Errc::duplicate_path, "thing \"" + thing.path + "\": another C++ type is named \"" + type->name +
+                                                  "\" in the server's vocabulary, too; give this one a name with r.named(\"...\") in its describe()");
     known.push_back(type);
   }
   return {};
@@ -159,4 +159,5 @@ void Vocabulary::describe(const Description& d) const {
   }
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

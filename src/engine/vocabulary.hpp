@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -13,6 +14,7 @@
 #include "src/engine/resource.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 struct ThingNode;
 
@@ -36,8 +38,8 @@ class Vocabulary {
     const rdf::Type* type = nullptr;
     std::size_t count = 0;
   };
-  std::map<std::string, Use> types_;                   ///< by name
-  std::map<std::string, std::size_t> linked_;          ///< names of properties, with the number of their uses
+  std::map<std::string, Use> types_;           ///< by name
+  std::map<std::string, std::size_t> linked_;  ///< names of properties, with the number of their uses
 };
 
 /// "/ns/vocabulary": the server's own terms.
@@ -54,4 +56,5 @@ class VocabularyResource final : public Resource {
   const Vocabulary& vocabulary_;
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

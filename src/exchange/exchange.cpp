@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/exchange/exchange.hpp"
 
 #include <httplib.h>
@@ -113,8 +114,7 @@ class Bounded final : public httplib::Stream {
       if (line_ < start.size()) is_status_line_ = (line_ == 0 || is_status_line_) && c == start[line_];
       line_ = c == '\n' ? 0 : line_ + 1;
       header_text_ += c;
-      if (is_status_line_ && line_ > max_status_line_bytes)
-        return fail({Errc::limit_exceeded, "the status line of its response is too long"});
+      if (is_status_line_ && line_ > max_status_line_bytes) return fail({Errc::limit_exceeded, "the status line of its response is too long"});
     }
     return true;
   }

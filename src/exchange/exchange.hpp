@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -8,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/http/message.hpp>
 
 #include "src/exchange/wire.hpp"
@@ -17,8 +19,8 @@ namespace lrt::exchange {
 /// A request to another host. Views live for the call.
 struct Request {
   std::string_view method;
-  std::string_view target;     ///< sent as it is
-  std::string_view authority;  ///< value of Host
+  std::string_view target;            ///< sent as it is
+  std::string_view authority;         ///< value of Host
   std::vector<http::Field> fields{};  ///< Host, Connection, Content-Length, Transfer-Encoding and Accept-Encoding among them are left out
   std::string_view body{};
 };
@@ -35,11 +37,11 @@ struct Limits {
 };
 
 struct Outcome {
-  Header header{};       ///< status 0: no complete response was received
-  std::string error{};   ///< the reason, if the status is 0
+  Header header{};             ///< status 0: no complete response was received
+  std::string error{};         ///< the reason, if the status is 0
   Errc code = Errc::io_error;  ///< the kind of the reason
-  bool silent = false;   ///< the peer closed the connection before the first byte of a response
-  bool keep = false;     ///< the connection can be used again
+  bool silent = false;         ///< the peer closed the connection before the first byte of a response
+  bool keep = false;           ///< the connection can be used again
 };
 
 /// What takes a response as it is received. Each returns false to end the exchange.
@@ -53,6 +55,6 @@ struct Receiver {
 /// A response counts only if it is complete, within the limits and HTTP/1.x, if its length is stated once, and if its status is final. If
 /// `limit.idle` is set, it is the longest wait for the next bytes, and `limit.until` bounds the request and the header section only.
 /// @par Threads  distinct wires: any
-Outcome exchange(Wire& wire, const Request& request, const Limits& limits, WaitLimit limit, const Receiver& receiver = {});
+LRT_INTERNAL_API Outcome exchange(Wire& wire, const Request& request, const Limits& limits, WaitLimit limit, const Receiver& receiver = {});
 
 }  // namespace lrt::exchange

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/exchange/http_authentication.hpp"
 
 #include <openssl/evp.h>
@@ -81,8 +82,7 @@ void read_field(std::string_view text, std::vector<Challenge>& result, std::size
     } else {
       if (result.size() >= max) return;
       result.push_back({std::move(name), {}});
-      if (const std::size_t close = at > end ? token68_end(text, at) : std::string_view::npos; close != std::string_view::npos)
-        at = close;
+      if (const std::size_t close = at > end ? token68_end(text, at) : std::string_view::npos; close != std::string_view::npos) at = close;
     }
   }
 }
@@ -134,9 +134,8 @@ std::optional<DigestChallenge> digest_challenge(const std::vector<Challenge>& ch
   return std::nullopt;
 }
 
-Result<std::string> digest_authorization(const DigestChallenge& challenge, std::string_view user, std::string_view password,
-                                         std::string_view method, std::string_view target, std::uint32_t count,
-                                         std::string_view cnonce) {
+Result<std::string> digest_authorization(const DigestChallenge& challenge, std::string_view user, std::string_view password, std::string_view method,
+                                         std::string_view target, std::uint32_t count, std::string_view cnonce) {
   for (const char c : user)
     if (c == ':' || static_cast<unsigned char>(c) < 0x20 || c == 0x7F)
       return unexpected(Errc::expected_value, "a user of HTTP Digest has a colon or a control character");
@@ -150,10 +149,9 @@ Result<std::string> digest_authorization(const DigestChallenge& challenge, std::
   const std::string middle = challenge.has_qop ? ":" + std::string(nc.data()) + ":" + std::string(cnonce) + ":auth:" : ":";
   const Result<std::string> response = hash(*secret + ":" + challenge.nonce + middle + *request);
   if (!response) return response;
-  std::string value = "Digest username=" + quoted(user) + ", realm=" + quoted(challenge.realm) +
-                      ", nonce=" + quoted(challenge.nonce) + ", uri=" + quoted(target) + ", response=\"" + *response + "\"";
-  if (challenge.states_algorithm)
-    value += std::string(", algorithm=") + (challenge.algorithm == HashAlgorithm::md5 ? "MD5" : "SHA-256");
+  std::string value = "Digest username=" + quoted(user) + ", realm=" + quoted(challenge.realm) + ", nonce=" + quoted(challenge.nonce) +
+                      ", uri=" + quoted(target) + ", response=\"" + *response + "\"";
+  if (challenge.states_algorithm) value += std::string(", algorithm=") + (challenge.algorithm == HashAlgorithm::md5 ? "MD5" : "SHA-256");
   if (!challenge.opaque.empty()) value += ", opaque=" + quoted(challenge.opaque);
   if (challenge.has_qop) value += ", qop=auth, nc=" + std::string(nc.data()) + ", cnonce=" + quoted(cnonce);
   return value;

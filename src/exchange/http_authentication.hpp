@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
@@ -7,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/http/message.hpp>
 
@@ -18,7 +20,7 @@ enum class HashAlgorithm : unsigned char { md5, sha256 };
 
 /// A digest in lower-case hex.
 /// @par Errors  failed: OpenSSL does not have the algorithm, as MD5 where only algorithms of FIPS are allowed; or the process ends
-Result<std::string> hex_digest(HashAlgorithm algorithm, std::string_view bytes);
+LRT_INTERNAL_API Result<std::string> hex_digest(HashAlgorithm algorithm, std::string_view bytes);
 
 /// One challenge of a WWW-Authenticate field (RFC 9110 11.3). A token68 is left out.
 struct Challenge {
@@ -31,7 +33,7 @@ struct Challenge {
 
 /// The challenges of a response, in their order. What is ill-formed ends the list of its field.
 /// @param max  challenges; the others are left out
-std::vector<Challenge> challenges_of(const http::Fields& fields, std::size_t max = 16);
+LRT_INTERNAL_API std::vector<Challenge> challenges_of(const http::Fields& fields, std::size_t max = 16);
 
 /// A challenge of HTTP Digest that this client can respond to.
 struct DigestChallenge {
@@ -43,7 +45,7 @@ struct DigestChallenge {
 };
 
 /// The first challenge with MD5 or SHA-256, and with the quality of protection "auth" or none; nullopt: there is none.
-std::optional<DigestChallenge> digest_challenge(const std::vector<Challenge>& challenges);
+LRT_INTERNAL_API std::optional<DigestChallenge> digest_challenge(const std::vector<Challenge>& challenges);
 
 /// The value of Authorization for a request.
 ///
@@ -52,8 +54,8 @@ std::optional<DigestChallenge> digest_challenge(const std::vector<Challenge>& ch
 /// @param cnonce  a random text of the client's
 /// @par Errors      expected_value: the user has a control character or a colon; those of hex_digest()
 /// @par Implements  RFC 7616 3.4, RFC 2617 3.2.2
-Result<std::string> digest_authorization(const DigestChallenge& challenge, std::string_view user, std::string_view password,
-                                         std::string_view method, std::string_view target, std::uint32_t count,
-                                         std::string_view cnonce);
+LRT_INTERNAL_API Result<std::string> digest_authorization(const DigestChallenge& challenge, std::string_view user, std::string_view password,
+                                                          std::string_view method, std::string_view target, std::uint32_t count,
+                                                          std::string_view cnonce);
 
 }  // namespace lrt::exchange

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>
@@ -22,9 +23,7 @@ class IdleWires {
     wires_.erase(std::next(found).base());
     return wire;
   }
-  void put(std::string peer, std::unique_ptr<Wire> wire) {
-    wires_.push_back({std::move(peer), std::move(wire), std::chrono::steady_clock::now()});
-  }
+  void put(std::string peer, std::unique_ptr<Wire> wire) { wires_.push_back({std::move(peer), std::move(wire), std::chrono::steady_clock::now()}); }
   /// Removes the connections above `max` and those kept since before `oldest`. The caller closes them without holding a lock.
   std::vector<std::unique_ptr<Wire>> take_surplus(std::size_t max, Instant oldest) {
     std::vector<std::unique_ptr<Wire>> result;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/exchange/resolve.hpp"
 
 #include <arpa/inet.h>
@@ -55,8 +56,7 @@ std::optional<Address> literal_address(std::string_view host) {
   in6_addr six{};
   const bool bracketed = host.size() >= 2 && host.front() == '[' && host.back() == ']';
   std::string text(bracketed ? host.substr(1, host.size() - 2) : host);
-  if (::inet_pton(bracketed ? AF_INET6 : AF_INET, text.c_str(), bracketed ? static_cast<void*>(&six) : &four) != 1)
-    return std::nullopt;
+  if (::inet_pton(bracketed ? AF_INET6 : AF_INET, text.c_str(), bracketed ? static_cast<void*>(&six) : &four) != 1) return std::nullopt;
   return address_of(text);
 }
 

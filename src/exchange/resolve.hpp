@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <functional>
@@ -5,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 
 #include "src/exchange/wire.hpp"
@@ -13,12 +15,12 @@ namespace lrt::exchange {
 
 /// The addresses of a name, in the order in which they should be tried. Blocks as long as the system's resolver; cannot be interrupted.
 /// @par Errors  io_error, with the resolver's message
-Result<std::vector<Address>> resolve(const std::string& name);
+LRT_INTERNAL_API Result<std::vector<Address>> resolve(const std::string& name);
 
 using Resolve = std::function<Result<std::vector<Address>>(const std::string& name)>;
 
 /// The address that the host of a URL denotes; nullopt: it is a name, which must be resolved.
-std::optional<Address> literal_address(std::string_view host);
+LRT_INTERNAL_API std::optional<Address> literal_address(std::string_view host);
 
 /// An address in the form of resolve(). @pre `text` is numeric, IPv6 without brackets
 Address address_of(const std::string& text);

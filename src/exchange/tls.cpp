@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/exchange/tls.hpp"
 
 #include <openssl/err.h>
@@ -22,9 +23,7 @@ std::string last_error(const std::string& fallback) {
   return reason != nullptr ? reason : fallback;
 }
 
-void close_at_exit() noexcept {
-  [[maybe_unused]] static const bool closes = ThirdPartyCall::close_at_exit();
-}
+void close_at_exit() noexcept { [[maybe_unused]] static const bool closes = ThirdPartyCall::close_at_exit(); }
 
 }  // namespace
 
@@ -36,7 +35,7 @@ void ClientTls::ContextEnd::operator()(ssl_ctx_st* context) const noexcept {
 }
 
 Result<std::shared_ptr<const ClientTls>> ClientTls::make(const std::string& ca_file, const std::string& certificate_file,
-                                                          const std::string& key_file) {
+                                                         const std::string& key_file) {
   const ThirdPartyCall call;
   if (!call) return unexpected(Errc::cancelled, "the process ends");
   auto result = std::make_shared<ClientTls>();
@@ -48,8 +47,8 @@ Result<std::shared_ptr<const ClientTls>> ClientTls::make(const std::string& ca_f
   SSL_CTX_set_min_proto_version(context, TLS1_2_VERSION);
   SSL_CTX_set_verify(context, SSL_VERIFY_PEER, nullptr);
   SSL_CTX_set_mode(context, SSL_MODE_ENABLE_PARTIAL_WRITE | SSL_MODE_ACCEPT_MOVING_WRITE_BUFFER | SSL_MODE_RELEASE_BUFFERS);
-  const bool loaded = ca_file.empty() ? SSL_CTX_set_default_verify_paths(context) == 1
-                                      : SSL_CTX_load_verify_locations(context, ca_file.c_str(), nullptr) == 1;
+  const bool loaded =
+      ca_file.empty() ? SSL_CTX_set_default_verify_paths(context) == 1 : SSL_CTX_load_verify_locations(context, ca_file.c_str(), nullptr) == 1;
   if (!loaded) {
     return unexpected(Errc::invalid_option,
                       "certificate authorities" + (ca_file.empty() ? "" : ", \"" + ca_file + "\"") + ": " + last_error("not readable"));
@@ -74,8 +73,7 @@ TlsSession ClientTls::session(int descriptor, const std::string& host) const {
   if (!name.empty() && name.back() == '.') name.pop_back();
   SSL_set_hostflags(ssl, X509_CHECK_FLAG_NO_PARTIAL_WILDCARDS);
   std::array<unsigned char, 16> ignored{};
-  const bool is_address =
-      ::inet_pton(AF_INET, name.c_str(), ignored.data()) == 1 || ::inet_pton(AF_INET6, name.c_str(), ignored.data()) == 1;
+  const bool is_address = ::inet_pton(AF_INET, name.c_str(), ignored.data()) == 1 || ::inet_pton(AF_INET6, name.c_str(), ignored.data()) == 1;
   const bool set = is_address ? X509_VERIFY_PARAM_set1_ip_asc(SSL_get0_param(ssl), name.c_str()) == 1
                               : SSL_set1_host(ssl, name.c_str()) == 1 && SSL_set_tlsext_host_name(ssl, name.c_str()) == 1;
   if (!set) return nullptr;  // otherwise a certificate of any host would be accepted
@@ -97,8 +95,8 @@ std::string sign(std::string_view secret, std::string_view body) {
   static constexpr char digits[] = "0123456789abcdef";
   std::array<unsigned char, EVP_MAX_MD_SIZE> mac{};
   unsigned size = 0;
-  if (HMAC(EVP_sha256(), secret.data(), static_cast<int>(secret.size()), reinterpret_cast<const unsigned char*>(body.data()),
-           body.size(), mac.data(), &size) == nullptr) {
+  if (HMAC(EVP_sha256(), secret.data(), static_cast<int>(secret.size()), reinterpret_cast<const unsigned char*>(body.data()), body.size(), mac.data(),
+           &size) == nullptr) {
     throw std::runtime_error("HMAC-SHA256 failed");
   }
   close_at_exit();

@@ -1,9 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <memory>
 #include <string>
 #include <string_view>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 
 struct ssl_st;
@@ -18,7 +20,7 @@ using TlsSession = std::unique_ptr<ssl_st, TlsSessionEnd>;
 
 /// A TLS context for connections to other hosts. It defines how certificates are checked. OpenSSL's process-wide settings stay unchanged.
 /// @par Threads  const: any
-class ClientTls {
+class LRT_INTERNAL_API ClientTls {
  public:
   /// @param ca_file  PEM of certificate authorities; empty: the system's
   /// @param certificate_file, key_file  PEM of what the client shows, with its chain; empty: nothing
@@ -42,6 +44,6 @@ class ClientTls {
 std::string tls_reason(const ssl_st* session, const std::string& fallback);
 
 /// The value of X-Hub-Signature (WebSub 7.1): "sha256=" and the lower-case hex of HMAC-SHA256.
-std::string sign(std::string_view secret, std::string_view body);
+LRT_INTERNAL_API std::string sign(std::string_view secret, std::string_view body);
 
 }  // namespace lrt::exchange

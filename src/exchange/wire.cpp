@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/exchange/wire.hpp"
 
 #include <netinet/in.h>
@@ -19,9 +20,7 @@ namespace {
 
 std::string system_message(int error) { return std::system_category().message(error); }
 
-bool is_hang_up(int error) noexcept {
-  return error == EPIPE || error == ECONNRESET || error == ENOTCONN || error == ECONNABORTED;
-}
+bool is_hang_up(int error) noexcept { return error == EPIPE || error == ECONNRESET || error == ENOTCONN || error == ECONNABORTED; }
 
 Unexpected socket_error(int error) { return unexpected(is_hang_up(error) ? Errc::closed : Errc::io_error, system_message(error)); }
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <sys/socket.h>
@@ -7,6 +8,7 @@
 #include <string>
 #include <string_view>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 
 #include "src/exchange/tls.hpp"
@@ -18,7 +20,7 @@ using Instant = std::chrono::steady_clock::time_point;
 /// Bounds a wait for the peer.
 struct WaitLimit {
   Instant until;
-  int stop_descriptor;  ///< readable once the waits are to end
+  int stop_descriptor;                ///< readable once the waits are to end
   std::chrono::milliseconds idle{0};  ///< of the body of a stream, see exchange(); 0: the body is bounded by `until`, too
 };
 
@@ -33,7 +35,7 @@ struct Address {
 /// The sockets of cpp-httplib are not used: they restart their time limit with each byte, hold a mutex while they connect, so that a
 /// connection attempt cannot be cancelled, and resolve names again without the check of addresses.
 /// @par Threads  distinct objects: any; one object: one at a time, with SIGPIPE blocked (OpenSSL writes without MSG_NOSIGNAL)
-class Wire {
+class LRT_INTERNAL_API Wire {
  public:
   static Result<std::unique_ptr<Wire>> open(const Address& address, std::uint16_t port, WaitLimit limit);
   ~Wire();

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/http/date.hpp>
 
 #include <cstring>
@@ -5,6 +6,7 @@
 #include "src/base/civil.hpp"
 
 namespace lrt::http {
+inline namespace v0 {
 
 std::string to_http_date(std::chrono::system_clock::time_point utc) {
   using detail::put_digits;
@@ -29,4 +31,5 @@ std::string to_http_date(std::chrono::system_clock::time_point utc) {
   return std::string(text, sizeof text);
 }
 
+}  // namespace v0
 }  // namespace lrt::http

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/http/etag.hpp>
 
 #include <cstddef>
@@ -7,6 +8,7 @@
 #include "src/base/ascii.hpp"
 
 namespace lrt::http {
+inline namespace v0 {
 namespace {
 
 struct Hash {
@@ -111,4 +113,5 @@ Match matches(std::string_view field, std::string_view tag, bool weak) noexcept 
   return found ? Match::yes : Match::no;
 }
 
+}  // namespace v0
 }  // namespace lrt::http

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/http/form.hpp"
 
 #include <algorithm>
@@ -6,6 +7,7 @@
 #include <lrt/base/utf8.hpp>
 
 namespace lrt::http {
+inline namespace v0 {
 
 namespace {
 
@@ -33,4 +35,5 @@ std::optional<std::vector<std::pair<std::string, std::string>>> parse_form(std::
   return all;
 }
 
+}  // namespace v0
 }  // namespace lrt::http

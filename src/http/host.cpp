@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/http/host.hpp"
 
 #include <arpa/inet.h>
@@ -9,6 +10,7 @@
 #include "src/base/ascii.hpp"
 
 namespace lrt::http {
+inline namespace v0 {
 namespace {
 
 using lrt::detail::is_alpha;
@@ -74,4 +76,5 @@ std::optional<std::uint16_t> parse_port(std::string_view text) noexcept {
   return static_cast<std::uint16_t>(value);
 }
 
+}  // namespace v0
 }  // namespace lrt::http

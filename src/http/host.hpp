@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>
@@ -5,8 +6,11 @@
 #include <optional>
 #include <string_view>
 
+#include <lrt/base/abi.hpp>
+
 /// Hosts and ports of URLs.
 namespace lrt::http {
+inline namespace v0 {
 
 /// An IPv6 address, or an IPv4 address as IPv4-mapped.
 using AddressBytes = std::array<std::uint8_t, 16>;
@@ -17,11 +21,12 @@ std::optional<AddressBytes> parse_address(std::string_view text);
 /// The address that the host of a URL denotes; nullopt: it is a name.
 std::optional<AddressBytes> literal_address(std::string_view host);
 /// Whether the host of a URL is a loopback address or "localhost": what is sent there does not leave this machine.
-bool is_this_machine(std::string_view host);
+LRT_INTERNAL_API bool is_this_machine(std::string_view host);
 /// Whether it is a host name (RFC 1123 2.1). Underscores are allowed, because some networks use them. Internationalised names must be in
 /// ASCII form.
 bool is_host_name(std::string_view text) noexcept;
 /// 1 to 65535 without leading zeros.
 std::optional<std::uint16_t> parse_port(std::string_view text) noexcept;
 
+}  // namespace v0
 }  // namespace lrt::http

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/http/link.hpp>
 
 #include <algorithm>
@@ -5,6 +6,7 @@
 #include "src/base/ascii.hpp"
 
 namespace lrt::http {
+inline namespace v0 {
 namespace {
 
 constexpr std::size_t line_limit = 4096;  // with name and CRLF
@@ -15,8 +17,7 @@ constexpr std::size_t line_overhead = sizeof("Link: \r\n") - 1;
 void append_uri(std::string& out, std::string_view text) {
   for (std::size_t i = 0; i < text.size(); ++i) {
     const char c = text[i];
-    const bool stray_percent =
-        c == '%' && (text.size() - i < 3 || !detail::is(text[i + 1], detail::hex) || !detail::is(text[i + 2], detail::hex));
+    const bool stray_percent = c == '%' && (text.size() - i < 3 || !detail::is(text[i + 1], detail::hex) || !detail::is(text[i + 2], detail::hex));
     if (detail::is(c, detail::uri) && !stray_percent) out += c;
     else detail::append_percent(out, c);
   }
@@ -106,4 +107,5 @@ void LinkWriter::flush(Fields& fields) {
   used_ = 0;
 }
 
+}  // namespace v0
 }  // namespace lrt::http

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/http/message.hpp>
 
 #include <array>
@@ -8,6 +9,7 @@
 #include "src/base/ascii.hpp"
 
 namespace lrt::http {
+inline namespace v0 {
 namespace {
 
 constexpr std::size_t npos = std::string_view::npos;
@@ -54,7 +56,9 @@ class Line {
     assert(part.size() <= sizeof bytes_ - size_);
     size_ += part.copy(bytes_ + size_, part.size());  // memcpy() may not have the null pointer of an empty part
   }
-  void put_number(std::uint64_t value) noexcept { size_ = static_cast<std::size_t>(std::to_chars(bytes_ + size_, bytes_ + sizeof bytes_, value).ptr - bytes_); }
+  void put_number(std::uint64_t value) noexcept {
+    size_ = static_cast<std::size_t>(std::to_chars(bytes_ + size_, bytes_ + sizeof bytes_, value).ptr - bytes_);
+  }
   std::string_view text() const noexcept { return {bytes_, size_}; }
   std::size_t size() const noexcept { return size_; }
 
@@ -171,8 +175,8 @@ std::vector<Field> Fields::list() const {
 }
 
 std::string_view to_string(Denial denial) noexcept {
-  static constexpr std::array<std::string_view, denial_count> names = {"",     "credentials", "right",       "origin",       "notification", "receiver",
-                                                                       "host", "rate",        "invocations", "subscriptions"};
+  static constexpr std::array<std::string_view, denial_count> names = {"",         "credentials", "right", "origin",      "notification",
+                                                                       "receiver", "host",        "rate",  "invocations", "subscriptions"};
   return names[static_cast<std::size_t>(denial)];
 }
 
@@ -242,8 +246,7 @@ AddedFields added_fields(const Response& response, bool keep_alive, int version)
   return added;
 }
 
-void write_response_header(std::string& out, const Response& response, std::string_view date, bool keep_alive, int version,
-                           BodyEnd end) {
+void write_response_header(std::string& out, const Response& response, std::string_view date, bool keep_alive, int version, BodyEnd end) {
   const AddedFields added = added_fields(response, keep_alive, version);
   Line line;
   line.put("HTTP/1.1 ");
@@ -269,4 +272,5 @@ void write_response_header(std::string& out, const Response& response, std::stri
   out.append(line.text()).append(block).append("\r\n", 2);
 }
 
+}  // namespace v0
 }  // namespace lrt::http

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/http/negotiate.hpp>
 
 #include <lrt/http/message.hpp>
@@ -5,6 +6,7 @@
 #include "src/base/ascii.hpp"
 
 namespace lrt::http {
+inline namespace v0 {
 namespace {
 
 using namespace detail;
@@ -142,8 +144,7 @@ Verdict judge(std::string_view accept, const Type& offer) noexcept {
     if (!split_type(take_member(accept), range)) continue;
     int weight = 1000;
     int specificity = range.type == "*" ? 0 : range.subtype == "*" ? 1 : 2;
-    bool matching =
-        (specificity == 0 || iequals(range.type, offer.type)) && (specificity <= 1 || iequals(range.subtype, offer.subtype));
+    bool matching = (specificity == 0 || iequals(range.type, offer.type)) && (specificity <= 1 || iequals(range.subtype, offer.subtype));
     Parameter parameter;
     while (weight >= 0 && take_parameter(range.parameters, parameter)) {
       if (iequals(parameter.name, "q")) {  // RFC 9110 12.5.1: the weight wherever it stands
@@ -186,4 +187,5 @@ std::optional<std::size_t> negotiate(std::optional<std::string_view> accept, con
   return winner;
 }
 
+}  // namespace v0
 }  // namespace lrt::http

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/http/prefer.hpp>
 
 #include <cstdint>
@@ -8,6 +9,7 @@
 #include "src/base/ascii.hpp"
 
 namespace lrt::http {
+inline namespace v0 {
 namespace {
 
 using namespace detail;
@@ -127,4 +129,5 @@ Preferences parse_prefer(std::string_view prefer) {
   return result;
 }
 
+}  // namespace v0
 }  // namespace lrt::http

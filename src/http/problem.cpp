@@ -1,9 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/http/problem.hpp>
 
 #include <lrt/base/utf8.hpp>
 #include <lrt/http/message.hpp>
 
 namespace lrt::http {
+inline namespace v0 {
 namespace {
 
 void append_json_string(std::string& out, std::string_view text) {
@@ -68,4 +70,5 @@ void set_problem(Response& response, const Problem& problem) {
   response.set_body(to_json(problem));
 }
 
+}  // namespace v0
 }  // namespace lrt::http

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/http/range.hpp>
 
 #include <algorithm>
@@ -7,6 +8,7 @@
 #include <lrt/http/message.hpp>
 
 namespace lrt::http {
+inline namespace v0 {
 namespace {
 
 /// Digits as a number, the largest one when they are too many; nullopt if they are no digits.
@@ -44,4 +46,5 @@ ByteRange parse_range(std::string_view field, std::size_t size) noexcept {
   return {ByteRange::Kind::part, *first, std::min(*last, size - 1) - *first + 1};
 }
 
+}  // namespace v0
 }  // namespace lrt::http

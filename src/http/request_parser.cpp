@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/http/request_parser.hpp>
 
 #include <cstdint>
@@ -8,6 +9,7 @@
 #include "src/base/ascii.hpp"
 
 namespace lrt::http {
+inline namespace v0 {
 namespace {
 
 using namespace detail;
@@ -138,8 +140,7 @@ std::optional<Refusal> check_target(const Request& request, std::optional<Target
   }
   target_parts = split_target(target);
   if (!target_parts) {
-    return refuse_value("request target", target,
-                        "a path that begins with '/', an http or https URI with a host and no userinfo, or \"*\"");
+    return refuse_value("request target", target, "a path that begins with '/', an http or https URI with a host and no userinfo, or \"*\"");
   }
   return std::nullopt;
 }
@@ -194,8 +195,7 @@ std::optional<Refusal> check_framing(const Request& request, const FramingFields
   if (found.lengths > 1) return refuse_repeated(request, "Content-Length", found.lengths);
   if (found.codings > 1) return refuse_repeated(request, "Transfer-Encoding", found.codings);
   if (found.length != nullptr && found.coding != nullptr) {
-    return Refusal{400, "Content-Length: found " + shown(found.length->value) + " beside Transfer-Encoding " +
-                            shown(found.coding->value)};
+    return Refusal{400, "Content-Length: found " + shown(found.length->value) + " beside Transfer-Encoding " + shown(found.coding->value)};
   }
   if (found.length != nullptr) {
     const auto length = parse_length(found.length->value);
@@ -205,9 +205,7 @@ std::optional<Refusal> check_framing(const Request& request, const FramingFields
   if (found.coding != nullptr) {
     const std::string_view coding = found.coding->value;
     if (version == 10) return Refusal{400, "Transfer-Encoding: found in an HTTP/1.0 request"};
-    if (!iequals(coding, "chunked")) {
-      return refuse_value("Transfer-Encoding", coding, "exactly \"chunked\"", status_of_coding(coding));
-    }
+    if (!iequals(coding, "chunked")) { return refuse_value("Transfer-Encoding", coding, "exactly \"chunked\"", status_of_coding(coding)); }
     framing.chunked = true;
   }
   return std::nullopt;
@@ -234,8 +232,8 @@ std::optional<Refusal> parse_lines(std::string_view header, Request& request, st
   const std::string_view version = header.substr(at, 8);
   const std::optional<int> spoken = spoken_version(version);
   if (!spoken) {
-    const bool well_formed = version.size() == 8 && version.substr(0, 5) == "HTTP/" && is_digit(version[5]) &&
-                             version[6] == '.' && is_digit(version[7]) && header.substr(at + 8, 2) == "\r\n";
+    const bool well_formed = version.size() == 8 && version.substr(0, 5) == "HTTP/" && is_digit(version[5]) && version[6] == '.' &&
+                             is_digit(version[7]) && header.substr(at + 8, 2) == "\r\n";
     if (!well_formed)
       return refuse_value("request line", header.substr(at, header.find_first_of("\r\n", at) - at),
                           "HTTP/1.1 or HTTP/1.0 at byte " + std::to_string(version_at));
@@ -262,9 +260,7 @@ std::optional<Refusal> parse_lines(std::string_view header, Request& request, st
     if (at == header.size() || header[at] != ':') return refuse_at("field name " + shown(name), header, at);
     const std::size_t value_at = at + 1;
     at = value_end(header, value_at);
-    if (header.size() - at < 2 || header[at] != '\r' || header[at + 1] != '\n') {
-      return refuse_at("value of field " + shown(name), header, at);
-    }
+    if (header.size() - at < 2 || header[at] != '\r' || header[at + 1] != '\n') { return refuse_at("value of field " + shown(name), header, at); }
     request.fields.push_back({name, trim(header.substr(value_at, at - value_at))});
     at += 2;
   }
@@ -298,9 +294,7 @@ std::optional<Refusal> check_request(const Request& request, Framing& framing) {
   if (request.method.empty() || method_end(request.method) != request.method.size()) {
     return refuse_value("method", request.method, "an upper-case token");
   }
-  if (request.method == "CONNECT" || request.method == "TRACE") {
-    return refuse_value("method", request.method, "neither CONNECT nor TRACE", 501);
-  }
+  if (request.method == "CONNECT" || request.method == "TRACE") { return refuse_value("method", request.method, "neither CONNECT nor TRACE", 501); }
   std::optional<Target> target;
   if (auto refusal = check_target(request, target)) return refusal;
 
@@ -359,4 +353,5 @@ std::optional<Refusal> check_request(const Request& request, Framing& framing) {
   return std::nullopt;
 }
 
+}  // namespace v0
 }  // namespace lrt::http

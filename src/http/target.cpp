@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/http/target.hpp>
 
 #include <lrt/http/message.hpp>
@@ -5,6 +6,7 @@
 #include "src/base/ascii.hpp"
 
 namespace lrt::http {
+inline namespace v0 {
 namespace {
 
 using namespace detail;
@@ -15,9 +17,7 @@ bool is_ipv4(std::string_view text) noexcept {
   for (int part = 0; part < 4; ++part) {
     std::size_t digits = 0;
     unsigned value = 0;
-    while (digits < text.size() && digits < 3 && is_digit(text[digits])) {
-      value = value * 10 + static_cast<unsigned>(text[digits++] - '0');
-    }
+    while (digits < text.size() && digits < 3 && is_digit(text[digits])) { value = value * 10 + static_cast<unsigned>(text[digits++] - '0'); }
     if (digits == 0 || value > 255 || (digits > 1 && text[0] == '0')) return false;
     text.remove_prefix(digits);
     if (part < 3) {
@@ -128,4 +128,5 @@ std::optional<HostPort> parse_host(std::string_view authority) noexcept {
   return result;
 }
 
+}  // namespace v0
 }  // namespace lrt::http

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/http/url.hpp>
 
 #include <optional>
@@ -9,6 +10,7 @@
 #include "src/http/host.hpp"
 
 namespace lrt::http {
+inline namespace v0 {
 
 using lrt::detail::is;
 
@@ -20,7 +22,8 @@ Result<Url> parse_url(std::string_view url, std::size_t longest) {
   for (std::size_t at = 0; at < url.size(); ++at) {
     if (url[at] == '#') return refuse("expected no fragment", at);
     const bool escape = url[at] == '%';
-    if (!is(url[at], lrt::detail::uri) || (escape && (url.size() - at < 3 || !is(url[at + 1], lrt::detail::hex) || !is(url[at + 2], lrt::detail::hex)))) {
+    if (!is(url[at], lrt::detail::uri) ||
+        (escape && (url.size() - at < 3 || !is(url[at + 1], lrt::detail::hex) || !is(url[at + 2], lrt::detail::hex)))) {
       return refuse("found a byte that is not allowed in a URL, at byte " + std::to_string(at), at);
     }
   }
@@ -50,4 +53,5 @@ Result<Url> parse_url(std::string_view url, std::size_t longest) {
   return result;
 }
 
+}  // namespace v0
 }  // namespace lrt::http

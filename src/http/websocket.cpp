@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/http/websocket.hpp>
 
 #include <array>
@@ -10,6 +11,7 @@
 #include "src/base/base64.hpp"
 
 namespace lrt::http {
+inline namespace v0 {
 namespace {
 
 /// Whether a member of a comma-separated list (RFC 9110 5.6.1) in any of the fields of that name has `name` before the first `end`.
@@ -74,22 +76,18 @@ std::array<unsigned char, 20> sha1(std::string message) {
 
 }  // namespace
 
-bool requests_upgrade(const Request& request, std::string_view protocol) noexcept {
-  return has_member(request, "Upgrade", protocol, '/');
-}
+bool requests_upgrade(const Request& request, std::string_view protocol) noexcept { return has_member(request, "Upgrade", protocol, '/'); }
 
 std::optional<Refusal> check_websocket(const Request& request) {
   if (request.method != "GET") return Refusal{400, "WebSocket: expected the method GET (RFC 6455 4.1)"};
   if (request.version != 11) return Refusal{400, "WebSocket: expected HTTP/1.1 (RFC 6455 4.1)"};
-  if (!request.body.empty()) {
-    return Refusal{400, "WebSocket: expected no body, found one of " + std::to_string(request.body.size()) + " bytes"};
-  }
+  if (!request.body.empty()) { return Refusal{400, "WebSocket: expected no body, found one of " + std::to_string(request.body.size()) + " bytes"}; }
   if (!requests_upgrade(request, "websocket")) return Refusal{400, "Upgrade: expected \"websocket\""};
   if (!has_member(request, "Connection", "upgrade", ',')) return Refusal{400, "Connection: expected \"upgrade\" (RFC 9110 7.8)"};
   const std::size_t versions = request.count("Sec-WebSocket-Version");
   if (versions != 1 || request.find("Sec-WebSocket-Version") != "13") {
-    return Refusal{426, versions > 1 ? "Sec-WebSocket-Version: expected one, found " + std::to_string(versions)
-                                     : "Sec-WebSocket-Version: expected 13"};
+    return Refusal{426,
+                   versions > 1 ? "Sec-WebSocket-Version: expected one, found " + std::to_string(versions) : "Sec-WebSocket-Version: expected 13"};
   }
   const std::size_t keys = request.count("Sec-WebSocket-Key");
   if (keys != 1) return Refusal{400, "Sec-WebSocket-Key: expected one, found " + std::to_string(keys)};
@@ -110,4 +108,5 @@ bool is_close_payload(std::string_view payload) noexcept {
   return may_be_sent && !utf8::find_invalid(payload.substr(2));
 }
 
+}  // namespace v0
 }  // namespace lrt::http

@@ -1,6 +1,8 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/action.hpp>
 
 namespace lrt {
+inline namespace v0 {
 namespace {
 
 /// The location of what a path names; empty after an error, which the action keeps.
@@ -27,4 +29,5 @@ Action& Action::add_effect(std::string_view property, bool input) {
   return edit("effect", [&](auto& s) { s.effects.push_back({location_at(s, property), input}); });
 }
 
+}  // namespace v0
 }  // namespace lrt

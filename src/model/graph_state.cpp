@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/model/graph_state.hpp"
 
 #include <algorithm>
@@ -10,6 +11,7 @@
 #include <lrt/shacl/validator.hpp>
 
 namespace lrt::model {
+inline namespace v0 {
 
 namespace {
 
@@ -73,11 +75,9 @@ rdf::Term GraphEdit::term_of(const Object& o) {
 void GraphEdit::add(const rdf::TermView& subject, const rdf::TermView& predicate, const rdf::TermView& object) {
   if (error_) return;
   if (subject.is_literal() || !predicate.is_iri())
-    return fail({Errc::expected_rdf, "expected a triple, found " + rdf::to_string(subject) + " " + rdf::to_string(predicate) +
-                                         " " + rdf::to_string(object)});
-  const auto interned = [&](const rdf::TermView& term) {
-    return graph_.intern(term.is_iri() ? rdf::iri(resolved(term.text)) : term);
-  };
+    return fail(
+        {Errc::expected_rdf, "expected a triple, found " + rdf::to_string(subject) + " " + rdf::to_string(predicate) + " " + rdf::to_string(object)});
+  const auto interned = [&](const rdf::TermView& term) { return graph_.intern(term.is_iri() ? rdf::iri(resolved(term.text)) : term); };
   // A view may be of this graph, whose text moves when a term is added.
   const rdf::Term s(subject), p(predicate), o(object);
   const rdf::TermId s_id = interned(s), p_id = interned(p);
@@ -147,8 +147,7 @@ void GraphEdit::remove_node(const rdf::TermView& subject) {
       mark(place(t));
       if (!graph_.term(t.object).is_blank()) continue;
       const auto leading = graph_.match(std::nullopt, std::nullopt, t.object);
-      if (std::all_of(leading.begin(), leading.end(), [&](const rdf::Triple& other) { return is_removed(place(other)); }))
-        open.push_back(t.object);
+      if (std::all_of(leading.begin(), leading.end(), [&](const rdf::Triple& other) { return is_removed(place(other)); })) open.push_back(t.object);
     }
   }
 }
@@ -223,8 +222,7 @@ GraphState::Version GraphState::version() const {
 
 Result<void> GraphState::update(FunctionRef<void(GraphEdit&)> change) {
   if (writer_.load() == std::this_thread::get_id())
-    return unexpected(Errc::refused,
-                      "graph \"" + path_.substr(1) + "\": update() was called within update() of the same graph");
+    return unexpected(Errc::refused, "graph \"" + path_.substr(1) + "\": update() was called within update() of the same graph");
   const std::lock_guard writing(writers_mutex_);
   struct Mine {
     explicit Mine(std::atomic<std::thread::id>& id) : writer(id) { writer = std::this_thread::get_id(); }
@@ -239,15 +237,11 @@ Result<void> GraphState::update(FunctionRef<void(GraphEdit&)> change) {
     const std::optional<GraphRefusal> refused = commit(edit);
     if (!refused) return {};
     const Errc code = refused->kind == GraphRefusal::Kind::violation ? Errc::expected_value : Errc::limit_exceeded;
-    return unexpected(
-        code, "graph \"" + path_.substr(1) + "\": " +
-                  (refused->report ? "it would not conform to its shapes: " + refused->report->to_text() : refused->message));
+    return unexpected(code, "graph \"" + path_.substr(1) +
+                                "\": " + (refused->report ? "it would not conform to its shapes: " + refused->report->to_text() : refused->message));
   } catch (const BadResult& e) { return Unexpected{e.error()}; } catch (const std::exception& e) {
     return unexpected(Errc::failed, "the update of graph \"" + path_.substr(1) + "\" threw: " + e.what());
-  } catch (...) {
-    return unexpected(Errc::failed,
-                      "the update of graph \"" + path_.substr(1) + "\" threw something that is no std::exception");
-  }
+  } catch (...) { return unexpected(Errc::failed, "the update of graph \"" + path_.substr(1) + "\" threw something that is no std::exception"); }
 }
 
 std::optional<GraphRefusal> GraphState::write(const GraphWrite& wanted, bool waits) {
@@ -267,8 +261,7 @@ std::optional<GraphRefusal> GraphState::write(const GraphWrite& wanted, bool wai
           continue;
         }
         for (const rdf::Triple& t : update.graph.triples()) {
-          const rdf::TermView s = update.graph.term(t.subject), p = update.graph.term(t.predicate),
-                              o = update.graph.term(t.object);
+          const rdf::TermView s = update.graph.term(t.subject), p = update.graph.term(t.predicate), o = update.graph.term(t.object);
           edit.remove(&s, &p, &o);
         }
       }
@@ -307,12 +300,11 @@ std::optional<GraphRefusal> GraphState::commit(GraphEdit& edit) {
 std::optional<GraphRefusal> GraphState::judge(const rdf::Graph& graph) const {
   using Kind = GraphRefusal::Kind;
   if (graph.size() > options_.max_triples)
-    return GraphRefusal{Kind::too_large, "it would have " + std::to_string(graph.size()) + " triples; " +
-                                             std::to_string(options_.max_triples) + " are allowed"};
+    return GraphRefusal{Kind::too_large,
+                        "it would have " + std::to_string(graph.size()) + " triples; " + std::to_string(options_.max_triples) + " are allowed"};
   if (const std::size_t bytes = text_bytes(graph); bytes > options_.max_bytes)
-    return GraphRefusal{Kind::too_large, "it would have " + std::to_string(bytes) +
-                                             " bytes of IRIs and literals, written out; " + std::to_string(options_.max_bytes) +
-                                             " are allowed"};
+    return GraphRefusal{Kind::too_large, "it would have " + std::to_string(bytes) + " bytes of IRIs and literals, written out; " +
+                                             std::to_string(options_.max_bytes) + " are allowed"};
   if (!shapes_) return std::nullopt;
   shacl::ValidateOptions limits;
   limits.max_results = max_violations;
@@ -364,8 +356,7 @@ void GraphState::remove_published(const PropertySpec& property) noexcept {
   std::optional<PublishedSpec> gone;  // is destroyed without the lock
   {
     const std::lock_guard lock(mutex_);
-    const auto found = std::find_if(published_.begin(), published_.end(),
-                                    [&](const PublishedSpec& p) { return p.property.get() == &property; });
+    const auto found = std::find_if(published_.begin(), published_.end(), [&](const PublishedSpec& p) { return p.property.get() == &property; });
     if (found == published_.end()) return;
     gone = std::move(*found);
     published_.erase(found);
@@ -396,4 +387,5 @@ void GraphState::notify() noexcept {
   }
 }
 
+}  // namespace v0
 }  // namespace lrt::model

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <atomic>
@@ -24,6 +25,7 @@
 #include "src/rdf/update_data.hpp"
 
 namespace lrt::model {
+inline namespace v0 {
 
 /// Changes to a copy of a graph, in the order in which they are made.
 class GraphEdit {
@@ -64,10 +66,10 @@ class GraphEdit {
   void add(rdf::TermId subject, rdf::TermId predicate, rdf::TermId object);
   void remove_removed();
 
-  std::size_t before_;           ///< triples of the graph at the beginning
+  std::size_t before_;  ///< triples of the graph at the beginning
   const std::string base_;
   rdf::Graph graph_;
-  std::vector<bool> removed_;    ///< by place in graph_; the rest: not removed
+  std::vector<bool> removed_;  ///< by place in graph_; the rest: not removed
   std::size_t removed_count_ = 0;
   std::size_t removed_before_ = 0;  ///< of those that were there at the beginning
   std::size_t lost_ = 0;            ///< those that are not in graph_ any more
@@ -86,7 +88,7 @@ struct GraphWrite {
 /// Why a write is refused. Nothing has changed.
 struct GraphRefusal {
   enum class Kind : std::uint8_t {
-    changed,    ///< the revision is another one than expected
+    changed,  ///< the revision is another one than expected
     too_large,
     violation,  ///< the shapes refuse the graph: `report`
     failed,     ///< it could not be judged
@@ -157,12 +159,12 @@ class GraphState {
   const GraphOptions options_;
   const std::shared_ptr<HandleContext> thing_;
   std::optional<shacl::Shapes> shapes_;
-  std::mutex writers_mutex_;                 // held during a write, with the user's lambda
-  std::atomic<std::thread::id> writer_{};    // who holds it
-  mutable std::mutex mutex_;                 // guards the rest, for moments
+  std::mutex writers_mutex_;               // held during a write, with the user's lambda
+  std::atomic<std::thread::id> writer_{};  // who holds it
+  mutable std::mutex mutex_;               // guards the rest, for moments
   Version current_{std::make_shared<const rdf::Graph>(), 1};
   std::vector<PublishedSpec> published_;
-  std::mutex listener_mutex_;                // guards them, and is held while they run
+  std::mutex listener_mutex_;  // guards them, and is held while they run
   std::function<void()> listener_;
   std::function<void(const Version&)> saver_;
 };
@@ -174,4 +176,5 @@ struct WorldSpec {
   std::shared_ptr<GraphState> created;  ///< the rules of graphs that clients create; nullptr: they may not
 };
 
+}  // namespace v0
 }  // namespace lrt::model

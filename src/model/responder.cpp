@@ -1,11 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/responder.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <mutex>
 
-namespace lrt {
-namespace model {
+namespace lrt::model {
+inline namespace v0 {
 
 SharedInvocation::~SharedInvocation() { finish(unexpected(Errc::dropped, "the responder was destroyed before succeed() or fail()")); }
 
@@ -105,7 +106,11 @@ class PartLink final : public InvocationLink {
 };
 
 }  // namespace
-}  // namespace model
+}  // namespace v0
+}  // namespace lrt::model
+
+namespace lrt {
+inline namespace v0 {
 
 std::vector<Responder> Responder::split(std::size_t parts) const {
   if (parts == 0) {
@@ -121,4 +126,5 @@ std::vector<Responder> Responder::split(std::size_t parts) const {
   return responders;
 }
 
+}  // namespace v0
 }  // namespace lrt

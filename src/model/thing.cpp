@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/thing.hpp>
 
 #include <algorithm>
@@ -11,12 +12,17 @@
 #include "src/base/read_file.hpp"
 
 namespace lrt {
+inline namespace v0 {
 
 Object::Object(double number) : Object(rdf::lexical::format(number), std::string(vocab::xsd::double_.text), std::string()) {}
 Object Object::truth(bool value) { return typed(value ? "true" : "false", vocab::xsd::boolean); }
 Object Object::whole(std::int64_t value) { return typed(std::to_string(value), vocab::xsd::integer); }
 
-namespace model {
+}  // namespace v0
+}  // namespace lrt
+
+namespace lrt::model {
+inline namespace v0 {
 
 namespace {
 
@@ -51,7 +57,8 @@ Error invalid_path(std::string_view path, std::size_t start, std::string_view na
 }  // namespace
 
 std::unique_ptr<const std::string> cache_control_of(std::chrono::milliseconds age, std::chrono::milliseconds while_revalidating) {
-  const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(age).count(), more = std::chrono::duration_cast<std::chrono::seconds>(while_revalidating).count();
+  const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(age).count(),
+             more = std::chrono::duration_cast<std::chrono::seconds>(while_revalidating).count();
   if (seconds < 1) return nullptr;
   std::string value = "max-age=" + std::to_string(seconds);
   if (more > 0) value += ", stale-while-revalidate=" + std::to_string(more);
@@ -91,9 +98,7 @@ void HandleLog::close() noexcept {
   log_ = nullptr;
 }
 
-std::string ResourceSpec::location() const {
-  return "/" + thing->path + (kind == Kind::action ? "/actions/" : "/") + path;
-}
+std::string ResourceSpec::location() const { return "/" + thing->path + (kind == Kind::action ? "/actions/" : "/") + path; }
 
 void ResourceSpec::report(const char* call, const char* what) const noexcept {
   try {
@@ -104,7 +109,11 @@ void ResourceSpec::report(const char* call, const char* what) const noexcept {
   }
 }
 
-}  // namespace model
+}  // namespace v0
+}  // namespace lrt::model
+
+namespace lrt {
+inline namespace v0 {
 
 Thing::Thing(std::string_view path) : spec_(std::make_unique<model::ThingSpec>()) {
   if (Result<std::string> encoded = model::encode_path_from_root(path)) {
@@ -156,8 +165,7 @@ void Thing::set_path(model::ResourceSpec& spec, std::string_view path, const cha
     spec.path = *std::move(encoded);
     return;
   }
-  remember({encoded.error().code, std::string(what) + " of thing \"" + spec_->path + "\": " + encoded.error().message,
-                 encoded.error().offset});
+  remember({encoded.error().code, std::string(what) + " of thing \"" + spec_->path + "\": " + encoded.error().message, encoded.error().offset});
 }
 
 std::shared_ptr<model::PropertySpec> Thing::new_property(std::string_view path, const rdf::Type& type, const Unit& unit) {
@@ -184,4 +192,5 @@ std::shared_ptr<model::CollectionSpec> Thing::new_collection(std::string_view pa
   return spec;
 }
 
+}  // namespace v0
 }  // namespace lrt

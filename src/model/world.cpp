@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/world.hpp>
 
 #include <algorithm>
@@ -9,6 +10,7 @@
 #include "src/model/graph_state.hpp"
 
 namespace lrt {
+inline namespace v0 {
 
 // ---------------------------------------------------------------------------------------------------------------- update
 
@@ -80,9 +82,7 @@ Result<void> WorldGraph::apply(const std::function<void(GraphUpdate&)>& change) 
   });
 }
 
-std::shared_ptr<const rdf::Graph> WorldGraph::snapshot() const {
-  return state_ ? state_->version().graph : std::make_shared<const rdf::Graph>();
-}
+std::shared_ptr<const rdf::Graph> WorldGraph::snapshot() const { return state_ ? state_->version().graph : std::make_shared<const rdf::Graph>(); }
 
 std::uint64_t WorldGraph::revision() const { return state_ ? state_->version().revision : 0; }
 
@@ -129,7 +129,8 @@ WorldGraph World::graph(std::string_view path, GraphOptions options) {
   if (!encoded) return fails({encoded.error().code, "graph of world \"" + spec_->path + "\": " + encoded.error().message});
   const std::string whole = "/" + spec_->path + "/" + *encoded;
   for (const auto& other : spec_->world->graphs)
-    if (other->path() == whole) return fails({Errc::duplicate_path, "path \"" + whole.substr(1) + "\" is taken by another graph: choose another name"});
+    if (other->path() == whole)
+      return fails({Errc::duplicate_path, "path \"" + whole.substr(1) + "\" is taken by another graph: choose another name"});
   for (const auto& other : spec_->world->graphs)
     if (!options.file.empty() && other->options().file == options.file)
       return fails({Errc::invalid_option, "graph \"" + whole.substr(1) + "\": the file \"" + options.file + "\" is that of another graph"});
@@ -141,4 +142,5 @@ WorldGraph World::graph(std::string_view path, GraphOptions options) {
   return WorldGraph(*std::move(state));
 }
 
+}  // namespace v0
 }  // namespace lrt

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/mqtt/bridge.hpp"
 
 #include <poll.h>
@@ -14,6 +15,7 @@
 #include "src/base/thread.hpp"
 
 namespace lrt::mqtt {
+inline namespace v0 {
 
 namespace {
 
@@ -39,9 +41,7 @@ class Descriptor {
 class Bridge::Impl {
  public:
   explicit Impl(std::unique_ptr<BridgeCore> core)
-      : core_(std::move(core)),
-        set_(::epoll_create1(EPOLL_CLOEXEC)),
-        timer_(::timerfd_create(CLOCK_MONOTONIC, TFD_CLOEXEC | TFD_NONBLOCK)) {}
+      : core_(std::move(core)), set_(::epoll_create1(EPOLL_CLOEXEC)), timer_(::timerfd_create(CLOCK_MONOTONIC, TFD_CLOEXEC | TFD_NONBLOCK)) {}
   ~Impl() { stop(); }
 
   Result<void> prepare() {
@@ -112,8 +112,7 @@ class Bridge::Impl {
       epoll_event event{};
       event.events = EPOLLIN | (core_->link().wants_write() ? EPOLLOUT : 0U);
       event.data.fd = socket;
-      if (::epoll_ctl(set_.get(), EPOLL_CTL_MOD, socket, &event) != 0)
-        (void)::epoll_ctl(set_.get(), EPOLL_CTL_ADD, socket, &event);
+      if (::epoll_ctl(set_.get(), EPOLL_CTL_MOD, socket, &event) != 0) (void)::epoll_ctl(set_.get(), EPOLL_CTL_ADD, socket, &event);
     }
     const auto time = std::max<std::chrono::nanoseconds>(rest, std::chrono::nanoseconds(1));
     itimerspec at{};
@@ -150,4 +149,5 @@ void Bridge::stop() noexcept { impl_->stop(); }
 Counters Bridge::counters() const noexcept { return impl_->counters(); }
 std::string Bridge::topic(std::string_view path) const { return impl_->core().topics().of(path); }
 
+}  // namespace v0
 }  // namespace lrt::mqtt

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <atomic>
@@ -20,6 +21,7 @@
 #include "src/mqtt/topics.hpp"
 
 namespace lrt::mqtt {
+inline namespace v0 {
 
 /// What a bridge does, as a function of its feed, its link and the time. Without threads and descriptors.
 ///
@@ -30,8 +32,7 @@ class BridgeCore final : private Link::Events {
   using MakeLink = std::function<Result<std::unique_ptr<Link>>(LinkOptions)>;
 
   /// @par Errors  those of Bridge::create()
-  static Result<std::unique_ptr<BridgeCore>> create(Server& server, Options options,
-                                                    const MakeLink& make_link = make_mosquitto_link);
+  static Result<std::unique_ptr<BridgeCore>> create(Server& server, Options options, const MakeLink& make_link = make_mosquitto_link);
 
   /// Takes and sends what there is, for about `budget`.
   /// @return  how long nothing is to be done unless a descriptor shows it; zero: work is left
@@ -60,8 +61,8 @@ class BridgeCore final : private Link::Events {
   };
   struct AtomicCounters {
     std::atomic<bool> online{false};
-    std::atomic<std::uint64_t> connections{0}, failed_connections{0}, published{0}, published_bytes{0}, acknowledged{0},
-        refused{0}, not_bridged{0}, commands{0}, dropped_commands{0};
+    std::atomic<std::uint64_t> connections{0}, failed_connections{0}, published{0}, published_bytes{0}, acknowledged{0}, refused{0}, not_bridged{0},
+        commands{0}, dropped_commands{0};
     std::atomic<std::size_t> resources{0}, unacknowledged{0};
   };
 
@@ -127,4 +128,5 @@ class BridgeCore final : private Link::Events {
   AtomicCounters counters_;
 };
 
+}  // namespace v0
 }  // namespace lrt::mqtt

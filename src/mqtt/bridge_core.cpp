@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
 #include <utility>
@@ -12,6 +13,7 @@
 #include "src/mqtt/bridge.hpp"
 
 namespace lrt::mqtt {
+inline namespace v0 {
 
 namespace {
 
@@ -59,12 +61,10 @@ Result<void> check(const Options& options) {
   for (const Publication& p : options.publications) {
     if (p.qos < 0 || p.qos > 2) return invalid("publications: expected qos 0 to 2, found " + std::to_string(p.qos));
     if (!is_header_value(p.media_type)) return invalid("publications: media_type is not one");
-    if (p.expiry.count() < 0 || p.expiry.count() > UINT32_MAX)
-      return invalid("publications: expected an expiry of 0 to 2^32-1 s");
+    if (p.expiry.count() < 0 || p.expiry.count() > UINT32_MAX) return invalid("publications: expected an expiry of 0 to 2^32-1 s");
   }
   if (options.commands.qos < 0 || options.commands.qos > 2) return invalid("commands.qos: expected 0 to 2");
-  if (!options.commands.token.empty() && !is_token68(options.commands.token))
-    return invalid("commands.token: expected a token of RFC 6750");
+  if (!options.commands.token.empty() && !is_token68(options.commands.token)) return invalid("commands.token: expected a token of RFC 6750");
   if (options.limits.max_unacknowledged == 0 || options.limits.max_unacknowledged > 60'000)
     return invalid("limits.max_unacknowledged: expected 1 to 60000");
   if (options.limits.batch_messages == 0) return invalid("limits.batch_messages: expected at least 1");
@@ -74,10 +74,7 @@ Result<void> check(const Options& options) {
 std::string url_of(const Broker& broker) {
   if (!broker.public_url.empty()) return broker.public_url;
   const std::string host = broker.host.find(':') == std::string::npos ? broker.host : "[" + broker.host + "]";
-  return (broker.tls ? "mqtts://" : "mqtt://") + host + ":" +
-         std::to_string(broker.port != 0 ? broker.port
-                        : broker.tls     ? 8883
-                                         : 1883);
+  return (broker.tls ? "mqtts://" : "mqtt://") + host + ":" + std::to_string(broker.port != 0 ? broker.port : broker.tls ? 8883 : 1883);
 }
 
 }  // namespace
@@ -162,8 +159,7 @@ OutMessage BridgeCore::status(bool online) const {
   message.content_type = "application/json";
   std::string text = online ? "{\"online\":true" : "{\"online\":false";
   if (online) {
-    text += ",\"base\":" + http::json_string(feed_.base()) +
-            ",\"since\":" + http::json_string(to_xsd_date_time(std::chrono::system_clock::now()));
+    text += ",\"base\":" + http::json_string(feed_.base()) + ",\"since\":" + http::json_string(to_xsd_date_time(std::chrono::system_clock::now()));
     if (options_.description.publish) text += ",\"description\":" + http::json_string(topics_.description());
     text += options_.commands.enabled ? ",\"commands\":true" : ",\"commands\":false";
   }
@@ -227,8 +223,7 @@ milliseconds BridgeCore::advance(Instant now, std::chrono::microseconds budget) 
     else rest = std::min(rest, std::chrono::ceil<milliseconds>(description_at_ - now));
   }
   if (more) return milliseconds(0);
-  if (phase_ == Phase::waiting)
-    rest = std::min(rest, std::chrono::ceil<milliseconds>(std::max(retry_at_ - now, Instant::duration(0))));
+  if (phase_ == Phase::waiting) rest = std::min(rest, std::chrono::ceil<milliseconds>(std::max(retry_at_ - now, Instant::duration(0))));
   else rest = std::min(rest, link_->step_interval());
   return rest;
 }
@@ -275,9 +270,8 @@ void BridgeCore::disconnected(const std::string& reason) {
   if (!was_online) ++counters_.failed_connections;
   if (std::exchange(last_reason_, reason) != reason) log(LogLevel::warning, broker_url_ + ": " + reason);
   // What was taken and not sent is newest values, which repeat_all() brings again, and queued ones, which stay.
-  messages_.erase(
-      std::remove_if(messages_.begin(), messages_.end(), [](const engine::FeedMessage& m) { return !m.queued && !m.end; }),
-      messages_.end());
+  messages_.erase(std::remove_if(messages_.begin(), messages_.end(), [](const engine::FeedMessage& m) { return !m.queued && !m.end; }),
+                  messages_.end());
   chance_ = chance_ * 6364136223846793005U + 1442695040888963407U;
   const double factor = 0.5 + static_cast<double>(chance_ >> 11) / 9007199254740992.0;
   retry_at_ = now_ + std::chrono::duration_cast<Instant::duration>(pause_ * factor);
@@ -472,8 +466,7 @@ void BridgeCore::carry_out(InMessage message) {
     if (name == "response-of") return drop_command("it is the response of a robot");
   if (message.correlation.size() > bounds.max_correlation_bytes) return drop_command("its correlation data is too long");
   Waiting waiting{std::move(message.response_topic), std::move(message.correlation), bounds.qos};
-  if (!waiting.response_topic.empty() &&
-      (waiting.response_topic.size() > bounds.max_topic_bytes || !topics_.may_respond_to(waiting.response_topic)))
+  if (!waiting.response_topic.empty() && (waiting.response_topic.size() > bounds.max_topic_bytes || !topics_.may_respond_to(waiting.response_topic)))
     return drop_command("no response may be sent to its response topic");
 
   const auto refuse = [&](int status, std::string detail) {
@@ -483,16 +476,13 @@ void BridgeCore::carry_out(InMessage message) {
     respond(waiting, status, std::move(out));
   };
   if (const auto why = refused_command(message)) return refuse(400, *why);
-  if (message.has_payload_limit)
-    return refuse(413, "the payload has more than " + std::to_string(bounds.max_payload_bytes) + " bytes");
+  if (message.has_payload_limit) return refuse(413, "the payload has more than " + std::to_string(bounds.max_payload_bytes) + " bytes");
   if (waiting_.size() >= bounds.max_waiting) return refuse(503, "too many commands wait for their response");
 
   const std::string base = feed_.base();
   const auto target = http::split_target(base);
   http::Request request;
-  request.method = demand->command == Topics::Command::put    ? "PUT"
-                   : demand->command == Topics::Command::post ? "POST"
-                                                              : "DELETE";
+  request.method = demand->command == Topics::Command::put ? "PUT" : demand->command == Topics::Command::post ? "POST" : "DELETE";
   request.target = demand->path;
   request.secure = target && target->secure;
   request.body = message.payload;
@@ -505,8 +495,7 @@ void BridgeCore::carry_out(InMessage message) {
       if (name == property) request.fields.push_back({field, value});
     accepts = accepts || name == "accept";
   }
-  if (!accepts)
-    request.fields.push_back({"Accept", "application/problem+json, application/json;q=0.9, text/turtle;q=0.5, */*;q=0.1"});
+  if (!accepts) request.fields.push_back({"Accept", "application/problem+json, application/json;q=0.9, text/turtle;q=0.5, */*;q=0.1"});
   if (!token.empty()) request.fields.push_back({"Authorization", token});
   const std::string& type = message.content_type.empty() ? bounds.default_content_type : message.content_type;
   if (!message.payload.empty()) request.fields.push_back({"Content-Type", type});
@@ -526,8 +515,7 @@ std::optional<std::string> BridgeCore::refused_command(const InMessage& message)
       if (!is_token68(value)) return "the token is not one of RFC 6750";
     }
     const std::string_view key = name;
-    if (std::any_of(fields.begin(), fields.end(), [&](const auto& field) { return field.first == key; }) &&
-        !is_header_value(value))
+    if (std::any_of(fields.begin(), fields.end(), [&](const auto& field) { return field.first == key; }) && !is_header_value(value))
       return "the user property " + name + " has other characters than header fields have";
   }
   return std::nullopt;
@@ -564,13 +552,12 @@ void BridgeCore::answer(std::uint64_t number, const http::Response& response) {
   OutMessage out;
   out.payload = response.body;
   out.content_type = std::string(response.fields.find("Content-Type").value_or(std::string_view()));
-  for (const auto& [field, property] :
-       {std::pair("Location", "location"), std::pair("ETag", "etag"), std::pair("Retry-After", "retry-after"),
-        std::pair("WWW-Authenticate", "www-authenticate")})
-    if (const auto value = response.fields.find(field); value && is_text(*value))
-      out.user.emplace_back(property, std::string(*value));
+  for (const auto& [field, property] : {std::pair("Location", "location"), std::pair("ETag", "etag"), std::pair("Retry-After", "retry-after"),
+                                        std::pair("WWW-Authenticate", "www-authenticate")})
+    if (const auto value = response.fields.find(field); value && is_text(*value)) out.user.emplace_back(property, std::string(*value));
   respond(found->second, response.status, std::move(out));
   waiting_.erase(found);
 }
 
+}  // namespace v0
 }  // namespace lrt::mqtt

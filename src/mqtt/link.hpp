@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -15,6 +16,7 @@
 #include <lrt/mqtt.hpp>
 
 namespace lrt::mqtt {
+inline namespace v0 {
 
 using UserProperties = std::vector<std::pair<std::string, std::string>>;
 
@@ -101,4 +103,5 @@ struct LinkOptions {
 /// @par Errors  invalid_option, io_error
 Result<std::unique_ptr<Link>> make_mosquitto_link(LinkOptions options);
 
+}  // namespace v0
 }  // namespace lrt::mqtt

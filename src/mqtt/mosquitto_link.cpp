@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <arpa/inet.h>
 #include <mosquitto.h>
 #include <mqtt_protocol.h>
@@ -21,6 +22,7 @@
 #include "src/mqtt/topics.hpp"
 
 namespace lrt::mqtt {
+inline namespace v0 {
 
 namespace {
 
@@ -72,8 +74,7 @@ bool fill(Properties& properties, const OutMessage& message) {
   if (message.alias != 0) properties.add(MQTT_PROP_TOPIC_ALIAS, message.alias);
   if (!message.content_type.empty()) properties.add(MQTT_PROP_CONTENT_TYPE, message.content_type);
   if (message.expiry.count() > 0)
-    properties.add(MQTT_PROP_MESSAGE_EXPIRY_INTERVAL,
-                   static_cast<std::uint32_t>(std::min<std::int64_t>(message.expiry.count(), UINT32_MAX)));
+    properties.add(MQTT_PROP_MESSAGE_EXPIRY_INTERVAL, static_cast<std::uint32_t>(std::min<std::int64_t>(message.expiry.count(), UINT32_MAX)));
   if (!message.correlation.empty()) properties.add_bytes(MQTT_PROP_CORRELATION_DATA, message.correlation);
   for (const auto& pair : message.user) properties.add_pair(pair.first, pair.second);
   return properties.complete();
@@ -120,19 +121,14 @@ class MosquittoLink final : public Link {
     handle_->port = broker.port != 0 ? broker.port : broker.tls ? 8883 : 1883;
     handle_->keep_alive = static_cast<int>(broker.keep_alive.count());
     const auto must = [](int code, const char* what) {
-      return code == MOSQ_ERR_SUCCESS ? Result<void>()
-                                      : unexpected(Errc::invalid_option, std::string(what) + ": " + text_of(code));
+      return code == MOSQ_ERR_SUCCESS ? Result<void>() : unexpected(Errc::invalid_option, std::string(what) + ": " + text_of(code));
     };
-    if (auto set = must(::mosquitto_int_option(client, MOSQ_OPT_PROTOCOL_VERSION, MQTT_PROTOCOL_V5), "MQTT 5"); !set)
-      return set;
-    if (auto set = must(::mosquitto_int_option(client, MOSQ_OPT_SEND_MAXIMUM, 65'535), "send maximum"); !set)
-      return set;  // the bridge has its own
+    if (auto set = must(::mosquitto_int_option(client, MOSQ_OPT_PROTOCOL_VERSION, MQTT_PROTOCOL_V5), "MQTT 5"); !set) return set;
+    if (auto set = must(::mosquitto_int_option(client, MOSQ_OPT_SEND_MAXIMUM, 65'535), "send maximum"); !set) return set;  // the bridge has its own
     // Else a message waits until the broker has acknowledged the bytes before it, up to 40 ms.
     if (auto set = must(::mosquitto_int_option(client, MOSQ_OPT_TCP_NODELAY, 1), "TCP_NODELAY"); !set) return set;
     if (!broker.user.empty())
-      if (auto set = must(::mosquitto_username_pw_set(client, broker.user.c_str(), broker.password.c_str()), "broker.user");
-          !set)
-        return set;
+      if (auto set = must(::mosquitto_username_pw_set(client, broker.user.c_str(), broker.password.c_str()), "broker.user"); !set) return set;
     if (broker.tls) {
       const Tls& tls = *broker.tls;
       const auto name = [](const std::string& file) { return file.empty() ? nullptr : file.c_str(); };
@@ -142,8 +138,7 @@ class MosquittoLink final : public Link {
       if (!tls.ca_file.empty() || !tls.certificate_file.empty()) {
         // Without a file of authorities libmosquitto wants a directory of them.
         const char* const directory = tls.ca_file.empty() ? "/etc/ssl/certs" : nullptr;
-        if (auto set = must(::mosquitto_tls_set(client, name(tls.ca_file), directory, name(tls.certificate_file),
-                                                name(tls.key_file), nullptr),
+        if (auto set = must(::mosquitto_tls_set(client, name(tls.ca_file), directory, name(tls.certificate_file), name(tls.key_file), nullptr),
                             "broker.tls");
             !set)
           return set;
@@ -153,10 +148,9 @@ class MosquittoLink final : public Link {
     Properties will;
     if (!fill(will, options_.will)) return unexpected(Errc::invalid_option, "the Last Will cannot be made");
     const std::string& text = *options_.will.payload;
-    if (auto set =
-            must(::mosquitto_will_set_v5(client, options_.will.topic.c_str(), static_cast<int>(text.size()), text.data(),
-                                         options_.will.qos, options_.will.retain, const_cast<mosquitto_property*>(will.get())),
-                 "Last Will");
+    if (auto set = must(::mosquitto_will_set_v5(client, options_.will.topic.c_str(), static_cast<int>(text.size()), text.data(), options_.will.qos,
+                                                options_.will.retain, const_cast<mosquitto_property*>(will.get())),
+                        "Last Will");
         !set)
       return set;
     release(will);
@@ -169,16 +163,15 @@ class MosquittoLink final : public Link {
       of(self).ended_ = code;
       of(self).has_ended_ = true;
     });
-    ::mosquitto_publish_v5_callback_set(client, [](mosquitto*, void* self, int message, int code, const mosquitto_property*) {
-      of(self).on_publish(message, code);
+    ::mosquitto_publish_v5_callback_set(
+        client, [](mosquitto*, void* self, int message, int code, const mosquitto_property*) { of(self).on_publish(message, code); });
+    ::mosquitto_message_v5_callback_set(client, [](mosquitto*, void* self, const mosquitto_message* message, const mosquitto_property* list) {
+      of(self).on_message(*message, list);
     });
-    ::mosquitto_message_v5_callback_set(client, [](mosquitto*, void* self, const mosquitto_message* message,
-                                                   const mosquitto_property* list) { of(self).on_message(*message, list); });
-    ::mosquitto_subscribe_v5_callback_set(
-        client, [](mosquitto*, void* self, int, int count, const int* granted, const mosquitto_property*) {
-          for (int i = 0; i < count; ++i)
-            if (granted[i] >= 128) of(self).on_subscription_refused(granted[i]);
-        });
+    ::mosquitto_subscribe_v5_callback_set(client, [](mosquitto*, void* self, int, int count, const int* granted, const mosquitto_property*) {
+      for (int i = 0; i < count; ++i)
+        if (granted[i] >= 128) of(self).on_subscription_refused(granted[i]);
+    });
     return {};
   }
 
@@ -224,8 +217,8 @@ class MosquittoLink final : public Link {
     const ThirdPartyCall call;
     if (!call) return unexpected(Errc::closed, "the process ends");
     const BlockedSignals blocked;
-    const int code = ::mosquitto_subscribe_v5(handle_->client, nullptr, filter.c_str(), qos,
-                                              MQTT_SUB_OPT_NO_LOCAL | MQTT_SUB_OPT_SEND_RETAIN_NEVER, nullptr);
+    const int code =
+        ::mosquitto_subscribe_v5(handle_->client, nullptr, filter.c_str(), qos, MQTT_SUB_OPT_NO_LOCAL | MQTT_SUB_OPT_SEND_RETAIN_NEVER, nullptr);
     return code == MOSQ_ERR_SUCCESS ? Result<void>() : unexpected(Errc::io_error, text_of(code));
   }
 
@@ -246,12 +239,8 @@ class MosquittoLink final : public Link {
       if (code == MOSQ_ERR_SUCCESS) return qos == 0 ? 0 : id;
       if (code == MOSQ_ERR_QOS_NOT_SUPPORTED && qos > 0) --qos;  // the broker has less
       else if (code == MOSQ_ERR_RETAIN_NOT_SUPPORTED && retain) retain = false;
-      else if (code == MOSQ_ERR_NO_CONN || code == MOSQ_ERR_CONN_LOST || code == MOSQ_ERR_ERRNO)
-        return unexpected(Errc::closed, text_of(code));
-      else
-        return unexpected(
-            code == MOSQ_ERR_OVERSIZE_PACKET || code == MOSQ_ERR_PAYLOAD_SIZE ? Errc::limit_exceeded : Errc::refused,
-            text_of(code));
+      else if (code == MOSQ_ERR_NO_CONN || code == MOSQ_ERR_CONN_LOST || code == MOSQ_ERR_ERRNO) return unexpected(Errc::closed, text_of(code));
+      else return unexpected(code == MOSQ_ERR_OVERSIZE_PACKET || code == MOSQ_ERR_PAYLOAD_SIZE ? Errc::limit_exceeded : Errc::refused, text_of(code));
     }
   }
 
@@ -274,20 +263,13 @@ class MosquittoLink final : public Link {
     }
     if (!is_connected_ && std::chrono::steady_clock::now() - connecting_since_ > options_.broker.connect_time) {
       close();
-      return end(events, "the broker has not accepted the connection in " +
-                             std::to_string(options_.broker.connect_time.count()) + " ms");
+      return end(events, "the broker has not accepted the connection in " + std::to_string(options_.broker.connect_time.count()) + " ms");
     }
   }
 
-  int descriptor() const noexcept override {
-    return !is_begun_ || handle_->is_connecting ? -1 : ::mosquitto_socket(handle_->client);
-  }
-  bool wants_write() const noexcept override {
-    return descriptor() >= 0 && (::mosquitto_want_write(handle_->client) || !is_connected_);
-  }
-  std::chrono::milliseconds step_interval() const noexcept override {
-    return std::chrono::milliseconds(is_begun_ ? 1'000 : 3'600'000);
-  }
+  int descriptor() const noexcept override { return !is_begun_ || handle_->is_connecting ? -1 : ::mosquitto_socket(handle_->client); }
+  bool wants_write() const noexcept override { return descriptor() >= 0 && (::mosquitto_want_write(handle_->client) || !is_connected_); }
+  std::chrono::milliseconds step_interval() const noexcept override { return std::chrono::milliseconds(is_begun_ ? 1'000 : 3'600'000); }
 
  private:
   static MosquittoLink& of(void* self) noexcept { return *static_cast<MosquittoLink*>(self); }
@@ -313,8 +295,7 @@ class MosquittoLink final : public Link {
   /// Closes the socket, if it is still open.
   void close() noexcept {
     const BlockedSignals blocked;
-    if (::mosquitto_socket(handle_->client) >= 0)
-      (void)::mosquitto_disconnect_v5(handle_->client, MQTT_RC_UNSPECIFIED, nullptr);
+    if (::mosquitto_socket(handle_->client) >= 0) (void)::mosquitto_disconnect_v5(handle_->client, MQTT_RC_UNSPECIFIED, nullptr);
     for (int i = 0; i < 3 && ::mosquitto_socket(handle_->client) >= 0; ++i)
       if (::mosquitto_loop_write(handle_->client, 1) != MOSQ_ERR_SUCCESS) break;
   }
@@ -378,16 +359,14 @@ class MosquittoLink final : public Link {
           void* bytes = nullptr;
           std::uint16_t size = 0;
           if (::mosquitto_property_read_binary(list, MQTT_PROP_CORRELATION_DATA, &bytes, &size, false))
-            made.correlation.assign(static_cast<const char*>(bytes),
-                                    std::min<std::size_t>(size, bounds.max_correlation_bytes + 1));
+            made.correlation.assign(static_cast<const char*>(bytes), std::min<std::size_t>(size, bounds.max_correlation_bytes + 1));
           std::free(bytes);
           break;
         }
         case MQTT_PROP_USER_PROPERTY:
           if (made.user.size() >= bounds.max_user_properties) made.has_property_limit = true;
           else if (::mosquitto_property_read_string_pair(list, MQTT_PROP_USER_PROPERTY, &name, &value, false))
-            made.user.emplace_back(bounded(name, bounds.max_property_bytes, made),
-                                   bounded(value, bounds.max_property_bytes, made));
+            made.user.emplace_back(bounded(name, bounds.max_property_bytes, made), bounded(value, bounds.max_property_bytes, made));
           break;
         default: break;
       }
@@ -420,4 +399,5 @@ Result<std::unique_ptr<Link>> make_mosquitto_link(LinkOptions options) {
   return std::unique_ptr<Link>(std::move(link));
 }
 
+}  // namespace v0
 }  // namespace lrt::mqtt

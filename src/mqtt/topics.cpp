@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/mqtt/topics.hpp"
 
 #include <array>
@@ -6,6 +7,7 @@
 #include <lrt/base/utf8.hpp>
 
 namespace lrt::mqtt {
+inline namespace v0 {
 
 namespace {
 
@@ -15,8 +17,7 @@ constexpr std::array<std::string_view, 3> words = {"put", "post", "delete"};  //
 /// Each occurrence of one text becomes another one.
 std::string replaced(std::string_view text, std::string_view from, std::string_view to) {
   std::string out;
-  for (std::size_t at; (at = text.find(from)) != std::string_view::npos; text.remove_prefix(at + from.size()))
-    (out += text.substr(0, at)) += to;
+  for (std::size_t at; (at = text.find(from)) != std::string_view::npos; text.remove_prefix(at + from.size())) (out += text.substr(0, at)) += to;
   return out += text;
 }
 
@@ -65,15 +66,12 @@ bool is_text(std::string_view text) noexcept {
   return !utf8::find_invalid(text);
 }
 
-bool is_topic(std::string_view topic) noexcept {
-  return !topic.empty() && topic.find_first_of("+#") == std::string_view::npos && is_text(topic);
-}
+bool is_topic(std::string_view topic) noexcept { return !topic.empty() && topic.find_first_of("+#") == std::string_view::npos && is_text(topic); }
 
 Result<Topics> Topics::create(std::string prefix) {
   if (!is_topic(prefix) || prefix.size() > 1'000 || prefix.front() == '$' || prefix.front() == '/' || prefix.back() == '/' ||
       prefix.find("//") != std::string::npos)
-    return unexpected(Errc::invalid_option,
-                      "prefix: expected levels of a topic such as \"robots/r7\", without '+' and '#', found \"" + prefix + '"');
+    return unexpected(Errc::invalid_option, "prefix: expected levels of a topic such as \"robots/r7\", without '+' and '#', found \"" + prefix + '"');
   return Topics(std::move(prefix));
 }
 
@@ -109,4 +107,5 @@ bool Topics::may_respond_to(std::string_view topic) const {
   return true;
 }
 
+}  // namespace v0
 }  // namespace lrt::mqtt

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -8,6 +9,7 @@
 #include <lrt/base/result.hpp>
 
 namespace lrt::mqtt {
+inline namespace v0 {
 
 /// Whether a path fits a pattern: `*` stands for any characters but '/', `**` for any characters. Takes time in proportion to the product of both lengths.
 bool fits(std::string_view pattern, std::string_view path) noexcept;
@@ -48,4 +50,5 @@ class Topics {
   std::string prefix_;
 };
 
+}  // namespace v0
 }  // namespace lrt::mqtt

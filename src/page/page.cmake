@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Makes page.html, error.html, login.html, page.css, page.js, skeleton.js and login.js into one C++ file of the library.
 
 set(page_folder ${CMAKE_CURRENT_LIST_DIR})

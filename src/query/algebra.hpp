@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
@@ -12,6 +13,7 @@
 
 /// A query as SPARQL 1.1 Query 18.2 translates it: the parser makes it, the evaluator runs it, and nothing changes it in between.
 namespace lrt::query {
+inline namespace v0 {
 
 struct Query;
 
@@ -27,8 +29,8 @@ struct Node {
   std::uint32_t index = 0;
 
   Node() = default;
-  Node(Variable v) : kind(Kind::variable), index(static_cast<std::uint32_t>(v)) {}   // NOLINT: a variable is a node
-  Node(Constant c) : kind(Kind::constant), index(static_cast<std::uint32_t>(c)) {}   // NOLINT: so is a constant
+  Node(Variable v) : kind(Kind::variable), index(static_cast<std::uint32_t>(v)) {}  // NOLINT: a variable is a node
+  Node(Constant c) : kind(Kind::constant), index(static_cast<std::uint32_t>(c)) {}  // NOLINT: so is a constant
   bool is_variable() const noexcept { return kind == Kind::variable; }
 };
 
@@ -36,8 +38,8 @@ struct Node {
 struct Path {
   enum class Kind : std::uint8_t { link, inverse, sequence, alternative, zero_or_more, one_or_more, zero_or_one, negated };
   Kind kind = Kind::link;
-  Constant predicate{};                          ///< of a link
-  std::vector<Path> parts;                       ///< inverse and the three with a number: one; sequence, alternative: two or more
+  Constant predicate{};                              ///< of a link
+  std::vector<Path> parts;                           ///< inverse and the three with a number: one; sequence, alternative: two or more
   std::vector<Constant> excluded, excluded_inverse;  ///< of negated: !(a | ^b) has one of each
 };
 
@@ -53,28 +55,94 @@ struct Pattern;
 
 /// The built-in calls of SPARQL 17.4 and the operators of 17.3. `or_`, `and_` and the four of arithmetic take two or more arguments, from the left.
 enum class Operator : std::uint8_t {
-  variable, constant,
-  or_, and_, not_,
-  equal, not_equal, less, greater, less_equal, greater_equal, in, not_in,
-  add, subtract, multiply, divide, negate, plus,
-  exists, not_exists,
-  bound, if_, coalesce, same_term,
-  is_iri, is_blank, is_literal, is_numeric, str, lang, datatype, iri, bnode, strdt, strlang, uuid, struuid,
-  strlen, substr, ucase, lcase, strstarts, strends, contains, strbefore, strafter, encode_for_uri, concat, langmatches, regex, replace,
-  abs, round, ceil, floor, rand,
-  now, year, month, day, hours, minutes, seconds, timezone, tz,
-  md5, sha1, sha256, sha384, sha512,
+  variable,
+  constant,
+  or_,
+  and_,
+  not_,
+  equal,
+  not_equal,
+  less,
+  greater,
+  less_equal,
+  greater_equal,
+  in,
+  not_in,
+  add,
+  subtract,
+  multiply,
+  divide,
+  negate,
+  plus,
+  exists,
+  not_exists,
+  bound,
+  if_,
+  coalesce,
+  same_term,
+  is_iri,
+  is_blank,
+  is_literal,
+  is_numeric,
+  str,
+  lang,
+  datatype,
+  iri,
+  bnode,
+  strdt,
+  strlang,
+  uuid,
+  struuid,
+  strlen,
+  substr,
+  ucase,
+  lcase,
+  strstarts,
+  strends,
+  contains,
+  strbefore,
+  strafter,
+  encode_for_uri,
+  concat,
+  langmatches,
+  regex,
+  replace,
+  abs,
+  round,
+  ceil,
+  floor,
+  rand,
+  now,
+  year,
+  month,
+  day,
+  hours,
+  minutes,
+  seconds,
+  timezone,
+  tz,
+  md5,
+  sha1,
+  sha256,
+  sha384,
+  sha512,
   call,  ///< of a function by its IRI: the casts of 17.5, others are an error of that expression
-  count, sum, min, max, avg, sample, group_concat,
+  count,
+  sum,
+  min,
+  max,
+  avg,
+  sample,
+  group_concat,
 };
 constexpr bool is_aggregate(Operator op) noexcept { return op >= Operator::count; }
 
 struct Expression {
   Operator op = Operator::constant;
-  std::uint32_t index = 0;             ///< of the Variable or Constant; of a call: the Constant with its IRI
-  bool distinct = false;               ///< of an aggregate, and of a call
-  std::string separator{};             ///< of group_concat
-  std::vector<Expression> arguments{};  ///< count without one: COUNT(*). `in` and `not_in`: the first is looked for in the others
+  std::uint32_t index = 0;                   ///< of the Variable or Constant; of a call: the Constant with its IRI
+  bool distinct = false;                     ///< of an aggregate, and of a call
+  std::string separator{};                   ///< of group_concat
+  std::vector<Expression> arguments{};       ///< count without one: COUNT(*). `in` and `not_in`: the first is looked for in the others
   std::shared_ptr<const Pattern> pattern{};  ///< of exists and not_exists
 };
 
@@ -96,7 +164,7 @@ struct Pattern {
     graph,      ///< parts: one; `node`: IRI or variable
     extend,     ///< parts: one; BIND(condition AS variable)
     values,
-    select,     ///< a query in this one
+    select,  ///< a query in this one
   };
   Kind kind = Kind::triples;
   std::vector<TriplePattern> triples{};
@@ -152,8 +220,9 @@ struct Query {
   // Of the outermost query only.
   std::vector<std::string> variables;  ///< names without ? or $; a blank node of a pattern has an empty one, and no query selects it
   std::vector<rdf::Term> constants;
-  rdf::Prefixes prefixes;              ///< those that it declares, for the syntaxes of CONSTRUCT and DESCRIBE
-  std::string base;                    ///< what IRI() resolves against: that of BASE or of the options; may be empty
+  rdf::Prefixes prefixes;  ///< those that it declares, for the syntaxes of CONSTRUCT and DESCRIBE
+  std::string base;        ///< what IRI() resolves against: that of BASE or of the options; may be empty
 };
 
+}  // namespace v0
 }  // namespace lrt::query

@@ -1,6 +1,8 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/query/answer.hpp>
 
 namespace lrt::query {
+inline namespace v0 {
 
 std::string_view media_type(ResultFormat format) noexcept {
   switch (format) {
@@ -12,4 +14,5 @@ std::string_view media_type(ResultFormat format) noexcept {
   return {};
 }
 
+}  // namespace v0
 }  // namespace lrt::query

@@ -1,6 +1,8 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/query/budget.hpp"
 
 namespace lrt::query {
+inline namespace v0 {
 namespace {
 
 // Some microseconds.
@@ -23,9 +25,7 @@ void Budget::check() {
     end(Errc::timed_out, "the query reached its limit of " + std::to_string(bounds_.time.count()) + " ms");
 }
 
-void Budget::out_of_bytes() {
-  end(Errc::limit_exceeded, "the query reached its limit of " + grouped(bounds_.bytes) + " bytes");
-}
+void Budget::out_of_bytes() { end(Errc::limit_exceeded, "the query reached its limit of " + grouped(bounds_.bytes) + " bytes"); }
 
 void Budget::out_of_rows() {
   rows_ = bounds_.rows;
@@ -35,8 +35,9 @@ void Budget::out_of_rows() {
 void Budget::out_of_search() { end(Errc::limit_exceeded, "a regular expression of the query reached the limit of its work"); }
 
 void Budget::end(Errc code, const std::string& limit) const {
-  throw Ended{{code, limit + " after " + grouped(steps_) + (steps_ == 1 ? " step and " : " steps and ") + grouped(rows_) +
-                         (rows_ == 1 ? " row" : " rows")}};
+  throw Ended{
+      {code, limit + " after " + grouped(steps_) + (steps_ == 1 ? " step and " : " steps and ") + grouped(rows_) + (rows_ == 1 ? " row" : " rows")}};
 }
 
+}  // namespace v0
 }  // namespace lrt::query

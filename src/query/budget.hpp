@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>
@@ -12,6 +13,7 @@
 #include "src/query/evaluate.hpp"
 
 namespace lrt::query {
+inline namespace v0 {
 
 /// Ends an evaluation from any depth. Thrown by Budget only, and caught by evaluate().
 struct Ended {
@@ -64,4 +66,5 @@ class Budget {
   std::size_t bytes_ = 0, rows_ = 0;
 };
 
+}  // namespace v0
 }  // namespace lrt::query

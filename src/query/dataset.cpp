@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/query/dataset.hpp"
 
 #include <algorithm>
@@ -7,6 +8,7 @@
 #include "src/rdf/hash.hpp"
 
 namespace lrt::query {
+inline namespace v0 {
 namespace {
 
 // Below these nothing is compacted.
@@ -21,9 +23,7 @@ std::uint32_t hash_of(const rdf::TermView& term, GraphNumber scope) noexcept {
   }
   return rdf::to_32_bits(h);
 }
-std::uint32_t hash_of(const NumberedTriple& t) noexcept {
-  return rdf::to_32_bits(rdf::hash_triple(t.subject, t.predicate, t.object));
-}
+std::uint32_t hash_of(const NumberedTriple& t) noexcept { return rdf::to_32_bits(rdf::hash_triple(t.subject, t.predicate, t.object)); }
 std::uint32_t hash_of(std::uint32_t a, std::uint32_t b) noexcept { return rdf::to_32_bits(rdf::hash_triple(a, 0, b)); }
 
 template <class T>
@@ -48,12 +48,11 @@ std::size_t bytes_of(const std::vector<T>& v) noexcept {
 
 std::size_t Dataset::bytes() const noexcept {
   std::size_t free = 0;
-  for (const auto* list : {&free_terms_, &free_subject_groups_, &free_object_groups_, &free_predicates_, &free_triples_,
-                           &free_quads_, &free_graphs_})
+  for (const auto* list : {&free_terms_, &free_subject_groups_, &free_object_groups_, &free_predicates_, &free_triples_, &free_quads_, &free_graphs_})
     free += bytes_of(*list);
-  return text_.capacity() + bytes_of(terms_) + bytes_of(readings_) + bytes_of(subject_groups_) + bytes_of(object_groups_) +
-         bytes_of(predicates_) + bytes_of(triples_) + bytes_of(quads_) + bytes_of(graphs_) + free + term_index_.bytes() +
-         subject_index_.bytes() + object_index_.bytes() + triple_index_.bytes() + quad_index_.bytes();
+  return text_.capacity() + bytes_of(terms_) + bytes_of(readings_) + bytes_of(subject_groups_) + bytes_of(object_groups_) + bytes_of(predicates_) +
+         bytes_of(triples_) + bytes_of(quads_) + bytes_of(graphs_) + free + term_index_.bytes() + subject_index_.bytes() + object_index_.bytes() +
+         triple_index_.bytes() + quad_index_.bytes();
 }
 
 rdf::TermView Dataset::term(TermNumber number) const noexcept {
@@ -71,14 +70,11 @@ rdf::TermView Dataset::term(TermNumber number) const noexcept {
 
 TermNumber Dataset::find(const rdf::TermView& term, GraphNumber scope, std::uint32_t hash) const noexcept {
   return term_index_.find(hash, [&](std::uint32_t at) {
-    return terms_[at].length == term.text.size() && (terms_[at].kind != rdf::TermKind::blank || terms_[at].scope == scope) &&
-           this->term(at) == term;
+    return terms_[at].length == term.text.size() && (terms_[at].kind != rdf::TermKind::blank || terms_[at].scope == scope) && this->term(at) == term;
   });
 }
 
-TermNumber Dataset::find(const rdf::TermView& term) const noexcept {
-  return term.is_blank() ? nothing : find(term, nothing, hash_of(term, nothing));
-}
+TermNumber Dataset::find(const rdf::TermView& term) const noexcept { return term.is_blank() ? nothing : find(term, nothing, hash_of(term, nothing)); }
 
 /// A term that is new has no uses yet.
 TermNumber Dataset::intern(const rdf::TermView& term, GraphNumber scope) {
@@ -132,22 +128,19 @@ std::uint32_t Dataset::find_triple(const NumberedTriple& triple) const noexcept 
   return triple_index_.find(hash_of(triple), [&](std::uint32_t at) { return triples_[at].triple == triple; });
 }
 std::uint32_t Dataset::find_subject_group(TermNumber subject, TermNumber predicate) const noexcept {
-  return subject_index_.find(hash_of(subject, predicate), [&](std::uint32_t at) {
-    return subject_groups_[at].subject == subject && subject_groups_[at].predicate == predicate;
-  });
+  return subject_index_.find(hash_of(subject, predicate),
+                             [&](std::uint32_t at) { return subject_groups_[at].subject == subject && subject_groups_[at].predicate == predicate; });
 }
 std::uint32_t Dataset::find_object_group(TermNumber predicate, TermNumber object) const noexcept {
-  return object_index_.find(hash_of(predicate, object), [&](std::uint32_t at) {
-    return object_groups_[at].predicate == predicate && object_groups_[at].object == object;
-  });
+  return object_index_.find(hash_of(predicate, object),
+                            [&](std::uint32_t at) { return object_groups_[at].predicate == predicate && object_groups_[at].object == object; });
 }
 std::uint32_t Dataset::find_quad(std::uint32_t triple, GraphNumber graph) const noexcept {
   std::uint32_t q = triples_[triple].quads;
   for (int n = 0; n < 4; ++n, q = quads_[q].next_of_triple) {  // most triples have one graph
     if (q == nothing || quads_[q].graph == graph) return q;
   }
-  return quad_index_.find(hash_of(triple, graph),
-                          [&](std::uint32_t at) { return quads_[at].triple == triple && quads_[at].graph == graph; });
+  return quad_index_.find(hash_of(triple, graph), [&](std::uint32_t at) { return quads_[at].triple == triple && quads_[at].graph == graph; });
 }
 
 std::uint32_t Dataset::add_triple(const NumberedTriple& t) {
@@ -223,11 +216,9 @@ void Dataset::remove_triple(std::uint32_t at) noexcept {
     object_index_.erase(hash_of(t.predicate, t.object), entry.object_group);
     (group.previous == nothing ? terms_[t.object].objects : object_groups_[group.previous].next) = group.next;
     if (group.next != nothing) object_groups_[group.next].previous = group.previous;
-    (group.previous_of_predicate == nothing ? of_predicate.groups
-                                            : object_groups_[group.previous_of_predicate].next_of_predicate) =
+    (group.previous_of_predicate == nothing ? of_predicate.groups : object_groups_[group.previous_of_predicate].next_of_predicate) =
         group.next_of_predicate;
-    if (group.next_of_predicate != nothing)
-      object_groups_[group.next_of_predicate].previous_of_predicate = group.previous_of_predicate;
+    if (group.next_of_predicate != nothing) object_groups_[group.next_of_predicate].previous_of_predicate = group.previous_of_predicate;
     if (terms_[t.object].objects == nothing) --objects_;
     free_object_groups_.push_back(entry.object_group);
     --of_predicate.objects;
@@ -259,11 +250,9 @@ std::uint32_t Dataset::add_quad(std::uint32_t triple, GraphNumber graph) {
 void Dataset::remove_quad(std::uint32_t at) noexcept {
   const Quad quad = quads_[at];
   quad_index_.erase(hash_of(quad.triple, quad.graph), at);
-  (quad.previous_of_graph == nothing ? graphs_[quad.graph].first : quads_[quad.previous_of_graph].next_of_graph) =
-      quad.next_of_graph;
+  (quad.previous_of_graph == nothing ? graphs_[quad.graph].first : quads_[quad.previous_of_graph].next_of_graph) = quad.next_of_graph;
   if (quad.next_of_graph != nothing) quads_[quad.next_of_graph].previous_of_graph = quad.previous_of_graph;
-  (quad.previous_of_triple == nothing ? triples_[quad.triple].quads : quads_[quad.previous_of_triple].next_of_triple) =
-      quad.next_of_triple;
+  (quad.previous_of_triple == nothing ? triples_[quad.triple].quads : quads_[quad.previous_of_triple].next_of_triple) = quad.next_of_triple;
   if (quad.next_of_triple != nothing) quads_[quad.next_of_triple].previous_of_triple = quad.previous_of_triple;
   --graphs_[quad.graph].count;
   free_quads_.push_back(at);
@@ -368,8 +357,7 @@ std::size_t Dataset::count(TermNumber subject, TermNumber predicate, TermNumber 
   for (const TermNumber term : {subject, predicate, object}) {
     if (term != nothing && term >= terms_.size()) return 0;
   }
-  if (subject != nothing && predicate != nothing && object != nothing)
-    return find_triple({subject, predicate, object}) != nothing;
+  if (subject != nothing && predicate != nothing && object != nothing) return find_triple({subject, predicate, object}) != nothing;
   if (subject != nothing && predicate != nothing) {
     const std::uint32_t group = find_subject_group(subject, predicate);
     return group == nothing ? 0 : subject_groups_[group].count;
@@ -396,8 +384,7 @@ bool Dataset::contains(const NumberedTriple& triple, const Scope& scope) const n
   return false;
 }
 
-Dataset::Matches Dataset::match(TermNumber subject, TermNumber predicate, TermNumber object,
-                                const Scope& scope) const noexcept {
+Dataset::Matches Dataset::match(TermNumber subject, TermNumber predicate, TermNumber object, const Scope& scope) const noexcept {
   using Way = Matches::Way;
   Matches matches;
   matches.data_ = this;
@@ -459,8 +446,7 @@ void Dataset::Matches::descend() noexcept {
 
 bool Dataset::Matches::fits(std::uint32_t triple, bool in_graph) const noexcept {
   const NumberedTriple& t = data_->triples_[triple].triple;
-  if ((wanted_.subject != nothing && wanted_.subject != t.subject) ||
-      (wanted_.predicate != nothing && wanted_.predicate != t.predicate) ||
+  if ((wanted_.subject != nothing && wanted_.subject != t.subject) || (wanted_.predicate != nothing && wanted_.predicate != t.predicate) ||
       (wanted_.object != nothing && wanted_.object != t.object))
     return false;
   if (in_graph) return true;
@@ -520,4 +506,5 @@ const NumberedTriple* Dataset::Matches::next(bool& fit) noexcept {
   return &d.triples_[triple].triple;
 }
 
+}  // namespace v0
 }  // namespace lrt::query

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -13,6 +14,7 @@
 #include "src/query/reading.hpp"
 
 namespace lrt::query {
+inline namespace v0 {
 
 /// The number of a term in one Dataset, and in one evaluation on it. A number of a term that is no longer used is given to another.
 using TermNumber = std::uint32_t;
@@ -106,9 +108,7 @@ class Dataset {
   Spread spread() const noexcept { return {triple_count(), subjects_, objects_}; }
   std::size_t predicate_count() const noexcept { return predicates_.size() - free_predicates_.size(); }
   /// Whether a triple of the union has the term as its subject or object.
-  bool is_node(TermNumber number) const noexcept {
-    return terms_[number].subjects != nothing || terms_[number].objects != nothing;
-  }
+  bool is_node(TermNumber number) const noexcept { return terms_[number].subjects != nothing || terms_[number].objects != nothing; }
 
  private:
   friend class Matches;
@@ -117,9 +117,9 @@ class Dataset {
     std::uint32_t language_length = 0;
     std::uint32_t datatype = nothing;
     std::uint32_t hash = 0;
-    std::uint32_t uses = 0;         // triples for each position, literals of this datatype, the graph of this name
-    std::uint32_t scope = nothing;  // of a blank node: its graph
-    std::uint32_t graph = nothing;  // named by this term
+    std::uint32_t uses = 0;                               // triples for each position, literals of this datatype, the graph of this name
+    std::uint32_t scope = nothing;                        // of a blank node: its graph
+    std::uint32_t graph = nothing;                        // named by this term
     std::uint32_t subjects = nothing, subject_count = 0;  // the first of its subject groups; triples
     std::uint32_t objects = nothing, object_count = 0;
     std::uint32_t predicate = nothing;  // in predicates_
@@ -178,8 +178,7 @@ class Dataset {
   std::vector<TripleEntry> triples_;
   std::vector<Quad> quads_;
   std::vector<GraphEntry> graphs_;
-  std::vector<std::uint32_t> free_terms_, free_subject_groups_, free_object_groups_, free_predicates_, free_triples_,
-      free_quads_, free_graphs_;
+  std::vector<std::uint32_t> free_terms_, free_subject_groups_, free_object_groups_, free_predicates_, free_triples_, free_quads_, free_graphs_;
   ErasableIndex term_index_, subject_index_, object_index_, triple_index_, quad_index_;
   std::size_t subjects_ = 0, objects_ = 0;
   std::uint32_t mark_ = 0;
@@ -203,8 +202,7 @@ class Dataset::Matches {
   /// The graphs that have the triple that next() has given last.
   template <class Visit>
   void graphs(Visit visit) const {
-    for (std::uint32_t q = data_->triples_[last_].quads; q != nothing; q = data_->quads_[q].next_of_triple)
-      visit(data_->quads_[q].graph);
+    for (std::uint32_t q = data_->triples_[last_].quads; q != nothing; q = data_->quads_[q].next_of_triple) visit(data_->quads_[q].graph);
   }
 
  private:
@@ -220,4 +218,5 @@ class Dataset::Matches {
   std::uint32_t at_ = nothing, group_ = nothing, last_ = nothing;
 };
 
+}  // namespace v0
 }  // namespace lrt::query

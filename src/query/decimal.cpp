@@ -1,8 +1,10 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/query/decimal.hpp"
 
 #include <algorithm>
 
 namespace lrt::query {
+inline namespace v0 {
 namespace {
 
 constexpr int places_of_quotient = 18;
@@ -155,8 +157,7 @@ std::optional<Decimal> divide(const Decimal& a, const Decimal& b) {
   int scale = places;
   while (scale > 0 && out_size > 0 && out[static_cast<std::size_t>(out_size - 1)] == 0) --out_size, --scale;
   if (out_size > Decimal::max_digits) return std::nullopt;
-  for (int i = out_size; i-- > 0;)
-    quotient.digits_[static_cast<std::size_t>(quotient.size_++)] = out[static_cast<std::size_t>(i)];
+  for (int i = out_size; i-- > 0;) quotient.digits_[static_cast<std::size_t>(quotient.size_++)] = out[static_cast<std::size_t>(i)];
   quotient.scale_ = scale;
   if (quotient.scale_ > Decimal::max_digits) return std::nullopt;
   quotient.negative_ = a.negative_ != b.negative_;
@@ -191,4 +192,5 @@ std::optional<Decimal> Decimal::rounded(Rounding rounding) const {
   return add(whole, one);
 }
 
+}  // namespace v0
 }  // namespace lrt::query

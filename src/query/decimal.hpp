@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>
@@ -7,6 +8,7 @@
 #include <string_view>
 
 namespace lrt::query {
+inline namespace v0 {
 
 /// An exact decimal of at most 100 digits: xsd:decimal, and integers beyond int64. A result that needs more digits is none, which
 /// XPath allows (XPath and XQuery Functions 3.1, 4.2). A quotient has at least 18 digits after the point and is not rounded up.
@@ -51,4 +53,5 @@ class Decimal {
   std::array<std::uint8_t, max_digits> digits_;  // the lowest first
 };
 
+}  // namespace v0
 }  // namespace lrt::query

@@ -1,9 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/query/dependencies.hpp"
 
 #include <algorithm>
 #include <set>
 
 namespace lrt::query {
+inline namespace v0 {
 namespace {
 
 class Finder {
@@ -72,8 +74,7 @@ class Finder {
       if (!pattern.triples.empty()) reads(place, graph);
       for (const TriplePattern& triple : pattern.triples) {
         if (triple.path) {
-          if (walk(*triple.path) && !has_term(pattern, triple.subject) && !has_term(pattern, triple.object))
-            out_.everything = true;
+          if (walk(*triple.path) && !has_term(pattern, triple.subject) && !has_term(pattern, triple.object)) out_.everything = true;
         } else if (triple.predicate.is_variable()) {
           out_.everything = true;
         } else {
@@ -95,10 +96,8 @@ class Finder {
   /// Whether each solution has a triple of a known predicate.
   static bool needs_triple(const Pattern& pattern) {
     switch (pattern.kind) {
-      case Pattern::Kind::triples:
-        return std::any_of(pattern.triples.begin(), pattern.triples.end(), [](const TriplePattern& t) { return !t.path; });
-      case Pattern::Kind::join:
-        return std::any_of(pattern.parts.begin(), pattern.parts.end(), [](const auto& part) { return needs_triple(*part); });
+      case Pattern::Kind::triples: return std::any_of(pattern.triples.begin(), pattern.triples.end(), [](const TriplePattern& t) { return !t.path; });
+      case Pattern::Kind::join: return std::any_of(pattern.parts.begin(), pattern.parts.end(), [](const auto& part) { return needs_triple(*part); });
       case Pattern::Kind::union_:
         return std::all_of(pattern.parts.begin(), pattern.parts.end(), [](const auto& part) { return needs_triple(*part); });
       case Pattern::Kind::left_join:
@@ -145,4 +144,5 @@ class Finder {
 
 Dependencies dependencies_of(const Query& query) { return Finder(query).find(); }
 
+}  // namespace v0
 }  // namespace lrt::query

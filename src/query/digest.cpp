@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/query/digest.hpp"
 
 #include <openssl/evp.h>
@@ -5,6 +6,7 @@
 #include "src/base/third_party_call.hpp"
 
 namespace lrt::query {
+inline namespace v0 {
 namespace {
 
 const EVP_MD* function_of(Hash hash) noexcept {
@@ -38,4 +40,5 @@ std::string digest_of(std::string_view bytes, Hash hash) {
   return text;
 }
 
+}  // namespace v0
 }  // namespace lrt::query

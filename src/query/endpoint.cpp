@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <atomic>
 #include <mutex>
@@ -19,13 +20,15 @@
 #include "src/rdf/hash.hpp"
 
 namespace lrt::query {
+inline namespace v0 {
 
 namespace {
 
 using Types = std::vector<std::string_view>;
 
 /// Of each media type of rows and of ASK.
-constexpr ResultFormat row_formats[] = {ResultFormat::json, ResultFormat::xml, ResultFormat::csv, ResultFormat::tsv, ResultFormat::json, ResultFormat::xml};
+constexpr ResultFormat row_formats[] = {ResultFormat::json, ResultFormat::xml,  ResultFormat::csv,
+                                        ResultFormat::tsv,  ResultFormat::json, ResultFormat::xml};
 
 /// The types of SELECT; those of ASK are fewer. Clients that accept JSON or XML of any kind get it under that name.
 const Types& row_types() {
@@ -95,7 +98,8 @@ std::uint64_t digest_of(const Answer& answer, bool ordered) {
     return mix(all, table->rows());
   }
   const auto& graph = std::get<rdf::Graph>(answer);
-  for (const rdf::Triple& t : graph.triples()) add(mix(mix(hash_of(graph.term(t.subject)), hash_of(graph.term(t.predicate))), hash_of(graph.term(t.object))));
+  for (const rdf::Triple& t : graph.triples())
+    add(mix(mix(hash_of(graph.term(t.subject)), hash_of(graph.term(t.predicate))), hash_of(graph.term(t.object))));
   return mix(all, graph.size());
 }
 
@@ -243,7 +247,7 @@ class Data final : public engine::QueryData {
  private:
   std::mutex waiting_mutex_;  ///< guards waiting_: held for moments only
   std::vector<engine::NamedGraph> waiting_;
-  std::mutex mutex_;          ///< guards current_ while it is brought up to date
+  std::mutex mutex_;  ///< guards current_ while it is brought up to date
   std::shared_ptr<Version> current_ = std::make_shared<Version>();
 };
 
@@ -261,7 +265,8 @@ class Endpoint final : public engine::QueryService {
     parsing.max_depth = options_.max_depth;
     Result<std::shared_ptr<const Query>> parsed = query::parse(text, parsing);
     if (!parsed) return Unexpected{std::move(parsed).error()};
-    return std::shared_ptr<const engine::PreparedQuery>(std::make_shared<Prepared>(*std::move(parsed), Selection{std::move(default_graphs), std::move(named_graphs)}));
+    return std::shared_ptr<const engine::PreparedQuery>(
+        std::make_shared<Prepared>(*std::move(parsed), Selection{std::move(default_graphs), std::move(named_graphs)}));
   }
 
   std::shared_ptr<engine::QueryData> make_data() const override { return std::make_shared<Data>(); }
@@ -271,8 +276,8 @@ class Endpoint final : public engine::QueryService {
                                                               std::optional<std::size_t> max_rows) const override {
     const Data::Reader reader = static_cast<Data&>(data).read();
     if (const std::size_t triples = (*reader).triple_count(); triples > options_.max_triples)
-      return unexpected(Errc::limit_exceeded, "this robot has " + std::to_string(triples) + " triples; queries are answered up to " +
-                                                  std::to_string(options_.max_triples));
+      return unexpected(Errc::limit_exceeded,
+                        "this robot has " + std::to_string(triples) + " triples; queries are answered up to " + std::to_string(options_.max_triples));
     Bounds bounds;
     bounds.time = options_.time;
     bounds.steps = options_.max_steps;
@@ -292,4 +297,5 @@ class Endpoint final : public engine::QueryService {
 
 std::shared_ptr<const engine::QueryService> endpoint(EndpointOptions options) { return std::make_shared<Endpoint>(std::move(options)); }
 
+}  // namespace v0
 }  // namespace lrt::query

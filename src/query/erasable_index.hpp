@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -5,6 +6,7 @@
 #include <vector>
 
 namespace lrt::query {
+inline namespace v0 {
 
 /// Finds numbers by the hash of what they number, as lrt::detail::HashIndex does, and forgets them again. Open addressing; at most two
 /// thirds of the slots are in use; erasing moves later slots back, so nothing slows down after many changes.
@@ -70,4 +72,5 @@ class ErasableIndex {
   std::size_t used_ = 0;
 };
 
+}  // namespace v0
 }  // namespace lrt::query

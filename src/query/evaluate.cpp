@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/query/evaluate.hpp"
 
 #include <unordered_map>
@@ -9,6 +10,7 @@
 #include "src/query/solver.hpp"
 
 namespace lrt::query {
+inline namespace v0 {
 namespace {
 
 std::uint32_t number(Variable v) noexcept { return static_cast<std::uint32_t>(v); }
@@ -137,9 +139,7 @@ Answer construct(Run& run, const Query& query) {
   solver.solve([&](const TermNumber* row) {
     blanks.assign(output.size(), std::nullopt);
     for (const TriplePattern& triple : query.template_triples) {
-      const auto term = [&](const Node& node) {
-        return node.is_variable() ? row[places[node.index]] : run.constants[node.index];
-      };
+      const auto term = [&](const Node& node) { return node.is_variable() ? row[places[node.index]] : run.constants[node.index]; };
       const auto is_new = [&](const Node& node) { return node.is_variable() && is_blank[node.index]; };
       const TermNumber terms[3] = {term(triple.subject), term(triple.predicate), term(triple.object)};
       const Node* const nodes[3] = {&triple.subject, &triple.predicate, &triple.object};
@@ -230,8 +230,7 @@ Result<Answer> evaluate(const Query& query, const Dataset& dataset, const Bounds
   if (of_caller || of_query) {
     default_graphs = graphs_named(dataset, of_caller ? selection->default_graphs : query.from);
     named_graphs = graphs_named(dataset, of_caller ? selection->named_graphs : query.from_named);
-    view.default_graph =
-        default_graphs.members().size() == 1 ? Scope::one(default_graphs.members()[0]) : Scope::of(default_graphs);
+    view.default_graph = default_graphs.members().size() == 1 ? Scope::one(default_graphs.members()[0]) : Scope::of(default_graphs);
     view.named = &named_graphs;
   }
   try {
@@ -250,4 +249,5 @@ Result<Answer> evaluate(const Query& query, const Dataset& dataset, const Bounds
   return unexpected(Errc::failed, "the query has no form");
 }
 
+}  // namespace v0
 }  // namespace lrt::query

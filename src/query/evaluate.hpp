@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <atomic>
@@ -14,6 +15,7 @@
 #include "src/query/dataset.hpp"
 
 namespace lrt::query {
+inline namespace v0 {
 
 /// What one evaluation may use. What it needs beyond that ends it with an error that names the limit and what was reached.
 struct Bounds {
@@ -45,4 +47,5 @@ struct Selection {
 Result<Answer> evaluate(const Query& query, const Dataset& dataset, const Bounds& bounds, const std::atomic<bool>& cancelled,
                         std::chrono::system_clock::time_point now, const Selection* selection = nullptr);
 
+}  // namespace v0
 }  // namespace lrt::query

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 #include <limits>
 
@@ -12,6 +13,7 @@
 #include "src/query/run.hpp"
 
 namespace lrt::query {
+inline namespace v0 {
 namespace {
 
 namespace lexical = rdf::lexical;
@@ -72,8 +74,7 @@ std::string canonical(double value, bool single) {
   exponent -= static_cast<int>(first);
   digits.erase(0, first);
   while (digits.size() > 1 && digits.back() == '0') digits.pop_back();
-  return (negative ? "-" : "") + digits.substr(0, 1) + "." + (digits.size() > 1 ? digits.substr(1) : "0") + "E" +
-         std::to_string(exponent);
+  return (negative ? "-" : "") + digits.substr(0, 1) + "." + (digits.size() > 1 ? digits.substr(1) : "0") + "E" + std::to_string(exponent);
 }
 
 std::string_view trimmed(std::string_view text) noexcept {
@@ -168,8 +169,7 @@ Value Run::evaluate(const Expr& e, const Frame& frame) {
         value = operators.compute(operation, value, evaluate(e.arguments[i], frame));
       return value;
     }
-    case Operator::negate:
-      return operators.compute(Operators::Arithmetic::subtract, Value(std::int64_t{0}), evaluate(e.arguments[0], frame));
+    case Operator::negate: return operators.compute(Operators::Arithmetic::subtract, Value(std::int64_t{0}), evaluate(e.arguments[0], frame));
     case Operator::plus: {
       Value value = evaluate(e.arguments[0], frame);
       return value.is_number() ? value : Value();
@@ -291,8 +291,7 @@ Value Run::function(const Expr& e, const Frame& frame) {
       const Result<std::string> resolved = iri::resolve(query.base, a.text());
       return resolved ? made(rdf::iri(*resolved)) : Value();
     }
-    case Operator::strlen:
-      return a.is_text() ? (budget.work(a.text().size()), Value(static_cast<std::int64_t>(characters(a.text())))) : Value();
+    case Operator::strlen: return a.is_text() ? (budget.work(a.text().size()), Value(static_cast<std::int64_t>(characters(a.text())))) : Value();
     case Operator::ucase:
     case Operator::lcase:
       if (!a.is_text()) return {};
@@ -359,8 +358,7 @@ Value Run::text_function(const Expr& e, const Frame& frame) {
       if (a.type != Type::string || b.type != Type::string) return {};
       const std::string_view tag = a.text(), range = b.text();
       if (range == "*") return Value(!tag.empty());
-      return Value(tag.size() >= range.size() && !range.empty() &&
-                   lrt::detail::iequals_ascii(tag.substr(0, range.size()), range) &&
+      return Value(tag.size() >= range.size() && !range.empty() && lrt::detail::iequals_ascii(tag.substr(0, range.size()), range) &&
                    (tag.size() == range.size() || tag[range.size()] == '-'));
     }
     case Operator::substr: {
@@ -455,16 +453,14 @@ Value Run::time_function(Operator op, const Value& a) {
     case Operator::day: return number(month + 3);
     case Operator::hours: return number(month + 6);
     case Operator::minutes: return number(month + 9);
-    case Operator::seconds:
-      return exact(text.substr(month + 12, (zone == std::string_view::npos ? text.size() : zone) - month - 12), Type::decimal);
+    case Operator::seconds: return exact(text.substr(month + 12, (zone == std::string_view::npos ? text.size() : zone) - month - 12), Type::decimal);
     case Operator::tz: return Value(std::string(zone == std::string_view::npos ? std::string_view() : text.substr(zone)));
     default: break;
   }
   if (zone == std::string_view::npos) return {};
   std::string duration = "PT0S";
   if (text[zone] != 'Z' && text.substr(zone + 1) != "00:00") {
-    const int hours = (text[zone + 1] - '0') * 10 + (text[zone + 2] - '0'),
-              minutes = (text[zone + 4] - '0') * 10 + (text[zone + 5] - '0');
+    const int hours = (text[zone + 1] - '0') * 10 + (text[zone + 2] - '0'), minutes = (text[zone + 4] - '0') * 10 + (text[zone + 5] - '0');
     duration = text[zone] == '-' ? "-PT" : "PT";
     if (hours != 0) duration += std::to_string(hours) + "H";
     if (minutes != 0) duration += std::to_string(minutes) + "M";
@@ -522,8 +518,7 @@ Value Run::cast(std::string_view type, const Value& a) {
         const auto read = lexical::parse_double(text);
         if (!is_string || !read) return {};
         value = *read;
-        if (const auto single = lexical::parse_float(text); kind == Type::float_ && single)
-          value = static_cast<double>(*single);
+        if (const auto single = lexical::parse_float(text); kind == Type::float_ && single) value = static_cast<double>(*single);
       }
       return Value(kind == Type::float_ ? static_cast<double>(static_cast<float>(value)) : value, kind);
     }
@@ -549,14 +544,12 @@ Value Run::search(const Expr& e, const Frame& frame) {
   const std::size_t flags_at = replaces ? 3 : 2;
   if (e.arguments.size() > flags_at) flags = evaluate(e.arguments[flags_at], frame);
   else flags = Value(std::string());
-  if (!text.is_text() || pattern.failed || pattern.type != Type::string || flags.failed || flags.type != Type::string)
-    return {};
+  if (!text.is_text() || pattern.failed || pattern.type != Type::string || flags.failed || flags.type != Type::string) return {};
   if (replaces && (replacement.failed || replacement.type != Type::string)) return {};
   if (!e.regex || e.regex->pattern != pattern.text() || e.regex->flags != flags.text()) {
     budget.step(100 + pattern.text().size());
-    e.regex = std::make_shared<Expr::Compiled>(
-        Expr::Compiled{std::string(pattern.text()), std::string(flags.text()),
-                       shacl::Regex::compile(pattern.text(), flags.text(), max_pattern_bytes)});
+    e.regex = std::make_shared<Expr::Compiled>(Expr::Compiled{std::string(pattern.text()), std::string(flags.text()),
+                                                              shacl::Regex::compile(pattern.text(), flags.text(), max_pattern_bytes)});
   }
   const Result<shacl::Regex>& regex = e.regex->regex;
   if (!regex) return {};
@@ -577,4 +570,5 @@ Value Run::search(const Expr& e, const Frame& frame) {
   return replaced == shacl::Regex::Replaced::done ? like(text, result) : Value();
 }
 
+}  // namespace v0
 }  // namespace lrt::query

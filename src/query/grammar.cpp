@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/query/grammar.hpp"
 
 #include <algorithm>
@@ -6,6 +7,7 @@
 #include <lrt/rdf/vocab.hpp>
 
 namespace lrt::query {
+inline namespace v0 {
 namespace {
 
 bool is_variable(const Expression& expression) noexcept { return expression.op == Operator::variable; }
@@ -440,4 +442,5 @@ bool Grammar::data_row(Values& values, const char* from) {
   return true;
 }
 
+}  // namespace v0
 }  // namespace lrt::query

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -18,6 +19,7 @@
 #include "src/rdf/names.hpp"
 
 namespace lrt::query {
+inline namespace v0 {
 
 /// Variables in order of first appearance, each once.
 class VisibleVariables {
@@ -216,4 +218,5 @@ class Grammar : Lexer {
   std::string iri_, string_;
 };
 
+}  // namespace v0
 }  // namespace lrt::query

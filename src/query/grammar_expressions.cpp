@@ -1,8 +1,10 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
 #include "src/query/grammar.hpp"
 
 namespace lrt::query {
+inline namespace v0 {
 namespace {
 
 constexpr std::size_t any_number = 0xFFFF;
@@ -300,4 +302,5 @@ bool Grammar::aggregate(Tree& out, Operator op) {
   return require(")");
 }
 
+}  // namespace v0
 }  // namespace lrt::query

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <iterator>
 
@@ -6,6 +7,7 @@
 #include "src/query/grammar.hpp"
 
 namespace lrt::query {
+inline namespace v0 {
 namespace {
 
 std::unique_ptr<Pattern> make_pattern(Pattern::Kind kind) {
@@ -486,4 +488,5 @@ bool Grammar::negated_one(Path& out) {
   return type_or_iri(excluded.emplace_back());
 }
 
+}  // namespace v0
 }  // namespace lrt::query

@@ -1,9 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/base/iri.hpp>
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/query/grammar.hpp"
 
 namespace lrt::query {
+inline namespace v0 {
 
 bool Grammar::count_bytes(std::size_t bytes) {
   term_bytes_ += bytes;
@@ -131,4 +133,5 @@ Variable Grammar::hidden_variable() {
   return static_cast<Variable>(query_->variables.size() - 1);
 }
 
+}  // namespace v0
 }  // namespace lrt::query

@@ -1,8 +1,10 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/query/lexer.hpp"
 
 #include <algorithm>
 
 namespace lrt::query {
+inline namespace v0 {
 namespace terminal = rdf::terminal;
 namespace {
 
@@ -166,4 +168,5 @@ void Lexer::read_variable() {
   }
 }
 
+}  // namespace v0
 }  // namespace lrt::query

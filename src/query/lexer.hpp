@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
@@ -11,6 +12,7 @@
 #include "src/rdf/terminals.hpp"
 
 namespace lrt::query {
+inline namespace v0 {
 
 /// The text of a query in which names have no codepoint escapes (SPARQL 1.1 Query 19.2), and where its characters were.
 ///
@@ -87,4 +89,5 @@ class Lexer : protected rdf::Terminals {
   std::string buffer_;
 };
 
+}  // namespace v0
 }  // namespace lrt::query

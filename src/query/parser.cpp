@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/query/parser.hpp"
 
 #include <string>
@@ -7,6 +8,7 @@
 #include "src/query/grammar.hpp"
 
 namespace lrt::query {
+inline namespace v0 {
 
 Result<std::shared_ptr<const Query>> parse(std::string_view text, const ParseOptions& options) {
   if (text.size() > options.max_bytes) {
@@ -21,4 +23,5 @@ Result<std::shared_ptr<const Query>> parse(std::string_view text, const ParseOpt
   return Grammar(source, options).run();
 }
 
+}  // namespace v0
 }  // namespace lrt::query

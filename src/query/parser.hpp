@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -9,10 +10,11 @@
 #include "src/query/algebra.hpp"
 
 namespace lrt::query {
+inline namespace v0 {
 
 struct ParseOptions {
-  std::string_view base;               ///< absolute IRI that relative ones are resolved against; BASE replaces it
-  std::size_t max_bytes = 64 * 1024;   ///< of the text; more: limit_exceeded
+  std::string_view base;              ///< absolute IRI that relative ones are resolved against; BASE replaces it
+  std::size_t max_bytes = 64 * 1024;  ///< of the text; more: limit_exceeded
   /// Groups, brackets, paths and queries in each other; more: limit_exceeded. No pattern or expression of the algebra is more than four times as
   /// high: each OPTIONAL, MINUS and BIND of a group has what stands before it as a part.
   std::size_t max_depth = 64;
@@ -29,4 +31,5 @@ struct ParseOptions {
 /// @par Implements  SPARQL 1.1 Query 18.2, 19
 Result<std::shared_ptr<const Query>> parse(std::string_view text, const ParseOptions& options);
 
+}  // namespace v0
 }  // namespace lrt::query

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
 #include "src/query/stages.hpp"
@@ -5,13 +6,13 @@
 
 /// Property paths (SPARQL 9 and 18.4). Sequences, alternatives and links outside of repetitions are triples and unions of the plan.
 namespace lrt::query {
+inline namespace v0 {
 
 bool PathStage::NodeSet::insert(TermNumber node) {
   if ((nodes.size() + 1) * 2 > slots.size()) {
     slots.assign(std::max<std::size_t>(slots.size() * 2, 16), 0);
     for (std::uint32_t i = 0; i < nodes.size(); ++i) {
-      std::size_t at =
-          rdf::fold_multiply(nodes[i] ^ rdf::hash_seeds().first, rdf::hash_seeds().second | 1) & (slots.size() - 1);
+      std::size_t at = rdf::fold_multiply(nodes[i] ^ rdf::hash_seeds().first, rdf::hash_seeds().second | 1) & (slots.size() - 1);
       while (slots[at] != 0) at = (at + 1) & (slots.size() - 1);
       slots[at] = i + 1;
     }
@@ -57,8 +58,7 @@ void PathStage::excluding(const std::vector<Constant>& excluded, TermNumber node
   while (const NumberedTriple* triple = matches.next(fits)) {
     run_.budget.step(1 + excluded.size() / 8);
     const auto is_excluded = [&](Constant c) { return run_.constants[static_cast<std::uint32_t>(c)] == triple->predicate; };
-    if (fits && std::none_of(excluded.begin(), excluded.end(), is_excluded))
-      keep(out, forward ? triple->object : triple->subject);
+    if (fits && std::none_of(excluded.begin(), excluded.end(), is_excluded)) keep(out, forward ? triple->object : triple->subject);
   }
 }
 
@@ -109,8 +109,7 @@ void PathStage::reach(const Path& path, TermNumber node, bool forward, std::vect
   // (x*)+ is x*, so that repetitions in each other cost no more than one.
   const Path* repeated = &path;
   bool none = false, many = false;
-  for (; repeated->kind == Path::Kind::zero_or_one || repeated->kind == Path::Kind::zero_or_more ||
-         repeated->kind == Path::Kind::one_or_more;
+  for (; repeated->kind == Path::Kind::zero_or_one || repeated->kind == Path::Kind::zero_or_more || repeated->kind == Path::Kind::one_or_more;
        repeated = &repeated->parts[0]) {
     none = none || repeated->kind != Path::Kind::one_or_more;
     many = many || repeated->kind != Path::Kind::zero_or_one;
@@ -188,9 +187,7 @@ bool PathStage::next() {
       run_.budget.step();
       const TermNumber end = found_[next_found_++];
       if (target_ != nothing && end != target_) continue;
-      if (bindings_.bind((forward_ ? subject_ : object_).slot, start_) &&
-          bindings_.bind((forward_ ? object_ : subject_).slot, end))
-        return true;
+      if (bindings_.bind((forward_ ? subject_ : object_).slot, start_) && bindings_.bind((forward_ ? object_ : subject_).slot, end)) return true;
       bindings_.undo();
     }
     if (next_start_ == starts_.size()) return false;
@@ -198,4 +195,5 @@ bool PathStage::next() {
   }
 }
 
+}  // namespace v0
 }  // namespace lrt::query

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/query/plan.hpp"
 
 #include <algorithm>
@@ -6,6 +7,7 @@
 #include "src/query/solver.hpp"
 
 namespace lrt::query {
+inline namespace v0 {
 namespace {
 
 constexpr double many = 1e12;
@@ -123,8 +125,7 @@ const Planner::Facts& Planner::facts(const Pattern& pattern) {
     case Pattern::Kind::values:
       for (std::size_t i = 0; i < pattern.values.variables.size(); ++i) {
         f.possible.insert(number(pattern.values.variables[i]));
-        if (std::all_of(pattern.values.rows.begin(), pattern.values.rows.end(),
-                        [&](const auto& row) { return row[i].has_value(); }))
+        if (std::all_of(pattern.values.rows.begin(), pattern.values.rows.end(), [&](const auto& row) { return row[i].has_value(); }))
           f.certain.insert(number(pattern.values.variables[i]));
       }
       break;
@@ -133,13 +134,11 @@ const Planner::Facts& Planner::facts(const Pattern& pattern) {
       const Facts& where = facts(*query.where);
       VariableSet keys;
       for (const Query::Group& key : query.group_by) {
-        if (key.variable && key.expression.op == Operator::variable && where.certain.has(key.expression.index))
-          keys.insert(number(*key.variable));
+        if (key.variable && key.expression.op == Operator::variable && where.certain.has(key.expression.index)) keys.insert(number(*key.variable));
       }
       for (const Query::Column& column : query.columns) {
         f.possible.insert(number(column.variable));
-        if (!column.expression && (query.grouped ? keys : where.certain).has(number(column.variable)))
-          f.certain.insert(number(column.variable));
+        if (!column.expression && (query.grouped ? keys : where.certain).has(number(column.variable))) f.certain.insert(number(column.variable));
       }
       break;
     }
@@ -160,13 +159,11 @@ bool Planner::can_be_seeded(const Pattern& pattern, const VariableSet& bound) {
     case Pattern::Kind::select: return true;
     case Pattern::Kind::filter:
     case Pattern::Kind::extend:
-      return variables_of(*pattern.condition).meets_only_in(bound, facts(*pattern.parts[0]).certain) &&
-             can_be_seeded(*pattern.parts[0], bound);
+      return variables_of(*pattern.condition).meets_only_in(bound, facts(*pattern.parts[0]).certain) && can_be_seeded(*pattern.parts[0], bound);
     case Pattern::Kind::left_join: {
       const VariableSet& certain = facts(*pattern.parts[0]).certain;
       return facts(*pattern.parts[1]).mentioned.meets_only_in(bound, certain) &&
-             (!pattern.condition || variables_of(*pattern.condition).meets_only_in(bound, certain)) &&
-             can_be_seeded(*pattern.parts[0], bound);
+             (!pattern.condition || variables_of(*pattern.condition).meets_only_in(bound, certain)) && can_be_seeded(*pattern.parts[0], bound);
     }
     case Pattern::Kind::minus: {
       VariableSet shared = facts(*pattern.parts[0]).possible;
@@ -201,8 +198,7 @@ void Planner::flatten(const Pattern& pattern, VariableSet& bound, std::vector<St
     case Pattern::Kind::values: add(Step::Kind::values, facts(pattern).possible); return;
     case Pattern::Kind::join:
       for (const auto& part : pattern.parts) {
-        const bool is_simple =
-            part->kind == Pattern::Kind::triples || part->kind == Pattern::Kind::values || part->kind == Pattern::Kind::join;
+        const bool is_simple = part->kind == Pattern::Kind::triples || part->kind == Pattern::Kind::values || part->kind == Pattern::Kind::join;
         const Facts& of_part = facts(*part);
         if (is_simple || (can_be_seeded(*part, bound) && (steps.empty() || of_part.possible.meets(bound)))) {
           flatten(*part, bound, steps, filters);
@@ -218,8 +214,7 @@ void Planner::flatten(const Pattern& pattern, VariableSet& bound, std::vector<St
       split(*pattern.condition, conditions);
       // A filter of variables that its pattern always binds may be one of the whole group. Another must not see what comes later.
       for (Filter& filter : conditions) {
-        if (filter.variables.meets_only_in(filter.variables, facts(*pattern.parts[0]).certain))
-          filters.push_back(std::move(filter));
+        if (filter.variables.meets_only_in(filter.variables, facts(*pattern.parts[0]).certain)) filters.push_back(std::move(filter));
         else add(Step::Kind::filter, {}).condition = filter.expression;
       }
       return;
@@ -248,14 +243,12 @@ void Planner::flatten(const Pattern& pattern, VariableSet& bound, std::vector<St
 /// How many solutions a triple pattern has for each one before it.
 double Planner::estimate(const TriplePattern& triple, const PlanState& state) const {
   run_.budget.step();
-  const auto is_bound = [&](const Node& node) {
-    return node.is_variable() && (state.certain.has(node.index) || state.seeded.has(node.index));
-  };
+  const auto is_bound = [&](const Node& node) { return node.is_variable() && (state.certain.has(node.index) || state.seeded.has(node.index)); };
   const auto known = [&](const Node& node) { return node.is_variable() ? nothing : run_.constants[node.index]; };
   const Dataset& data = run_.data;
   if (triple.path) {
-    const int ends = (!triple.subject.is_variable() || is_bound(triple.subject) ? 1 : 0) +
-                     (!triple.object.is_variable() || is_bound(triple.object) ? 1 : 0);
+    const int ends =
+        (!triple.subject.is_variable() || is_bound(triple.subject) ? 1 : 0) + (!triple.object.is_variable() || is_bound(triple.object) ? 1 : 0);
     const auto triples = static_cast<double>(data.triple_count());
     return ends == 2 ? 1 : ends == 1 ? 20 : triples * 20;
   }
@@ -296,15 +289,12 @@ void Planner::add_path(const Path& path, End subject, End object, Frame& frame, 
   run_.budget.step();
   switch (path.kind) {
     case Path::Kind::link:
-      out.add(std::make_unique<TripleStage>(run_, frame, state.graph, subject,
-                                            End{nothing, run_.constants[number(path.predicate)]}, object));
+      out.add(std::make_unique<TripleStage>(run_, frame, state.graph, subject, End{nothing, run_.constants[number(path.predicate)]}, object));
       return;
     case Path::Kind::inverse: return add_path(path.parts[0], object, subject, frame, state, out);
     case Path::Kind::sequence: {
       // From the end that is bound.
-      const auto is_bound = [&](const End& end) {
-        return end.slot == nothing || state.certain.has(end.slot) || state.seeded.has(end.slot);
-      };
+      const auto is_bound = [&](const End& end) { return end.slot == nothing || state.certain.has(end.slot) || state.seeded.has(end.slot); };
       std::vector<End> ends{subject};
       for (std::size_t i = 1; i < path.parts.size(); ++i) ends.push_back({new_slot(), nothing});
       ends.push_back(object);
@@ -352,8 +342,8 @@ std::unique_ptr<RowSource> Planner::rows_of(const Values& values, VariableSet& a
   return source;
 }
 
-void Planner::add_rows(std::unique_ptr<RowSource> source, const std::vector<Slot>& columns, const VariableSet& always,
-                       Frame& frame, PlanState& state, Pipeline& out) {
+void Planner::add_rows(std::unique_ptr<RowSource> source, const std::vector<Slot>& columns, const VariableSet& always, Frame& frame, PlanState& state,
+                       Pipeline& out) {
   std::vector<std::size_t> keys;
   for (std::size_t i = 0; i < columns.size(); ++i) {
     if (always.has(columns[i]) && state.certain.has(columns[i])) keys.push_back(i);
@@ -393,8 +383,8 @@ void Planner::add_apart(const Pattern& pattern, Frame& frame, PlanState& state, 
 /// Whether the first stage of a pattern is a triple, whatever the order: then it finds the graphs.
 bool Planner::begins_with_triple(const Pattern& pattern) const noexcept {
   const Pattern* p = &pattern;
-  for (; p->kind == Pattern::Kind::filter || p->kind == Pattern::Kind::left_join || p->kind == Pattern::Kind::minus ||
-         p->kind == Pattern::Kind::extend;
+  for (;
+       p->kind == Pattern::Kind::filter || p->kind == Pattern::Kind::left_join || p->kind == Pattern::Kind::minus || p->kind == Pattern::Kind::extend;
        p = p->parts[0].get()) {
     if (p->kind == Pattern::Kind::filter && has_pattern(*p->condition)) return false;  // it may stand before the triples
   }
@@ -547,8 +537,7 @@ void Planner::plan(const Pattern& pattern, const Expression* condition, Frame& f
       case Step::Kind::filter: add_filter(*step.condition, frame, state, out); break;
       case Step::Kind::minus: add_minus(*step.pattern, frame, state, out); break;
       case Step::Kind::extend:
-        out.add(std::make_unique<ExtendStage>(run_, frame, compile(*step.pattern->condition, frame, state),
-                                              number(step.pattern->variable)));
+        out.add(std::make_unique<ExtendStage>(run_, frame, compile(*step.pattern->condition, frame, state), number(step.pattern->variable)));
         state.possible.insert(number(step.pattern->variable));
         break;
       case Step::Kind::optional: {
@@ -619,4 +608,5 @@ Expr Planner::compile(const Expression& expression, Frame& frame, const PlanStat
   return e;
 }
 
+}  // namespace v0
 }  // namespace lrt::query

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
@@ -10,6 +11,7 @@
 #include "src/query/stages.hpp"
 
 namespace lrt::query {
+inline namespace v0 {
 
 /// Some variables of a query.
 class VariableSet {
@@ -18,9 +20,7 @@ class VariableSet {
     if (variable / 64 >= words_.size()) words_.resize(variable / 64 + 1);
     words_[variable / 64] |= std::uint64_t{1} << (variable % 64);
   }
-  bool has(std::uint32_t variable) const noexcept {
-    return variable / 64 < words_.size() && (words_[variable / 64] >> (variable % 64) & 1U) != 0;
-  }
+  bool has(std::uint32_t variable) const noexcept { return variable / 64 < words_.size() && (words_[variable / 64] >> (variable % 64) & 1U) != 0; }
   void insert(const VariableSet& other) {
     if (other.words_.size() > words_.size()) words_.resize(other.words_.size());
     for (std::size_t i = 0; i < other.words_.size(); ++i) words_[i] |= other.words_[i];
@@ -77,10 +77,9 @@ class Planner {
     const Expression* expression;
     Slot slot;
   };
-  Expr compile(const Expression& expression, Frame& frame, const PlanState& state,
-               std::vector<Aggregate>* aggregates = nullptr);
-  void add_rows(std::unique_ptr<RowSource> source, const std::vector<Slot>& columns, const VariableSet& always, Frame& frame,
-                PlanState& state, Pipeline& out);
+  Expr compile(const Expression& expression, Frame& frame, const PlanState& state, std::vector<Aggregate>* aggregates = nullptr);
+  void add_rows(std::unique_ptr<RowSource> source, const std::vector<Slot>& columns, const VariableSet& always, Frame& frame, PlanState& state,
+                Pipeline& out);
   /// Those of VALUES, and which of its variables are always bound.
   std::unique_ptr<RowSource> rows_of(const Values& values, VariableSet& always);
   /// Gives all frames the slots that the plan needs. To be called when it is complete.
@@ -125,4 +124,5 @@ class Planner {
   std::unordered_map<const Pattern*, Facts> facts_;
 };
 
+}  // namespace v0
 }  // namespace lrt::query

@@ -1,8 +1,10 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/query/reading.hpp"
 
 #include <lrt/rdf/lexical.hpp>
 
 namespace lrt::query {
+inline namespace v0 {
 
 Reading read_value(const rdf::TermView& term) noexcept {
   using rdf::lexical::Datatype;
@@ -27,8 +29,7 @@ Reading read_value(const rdf::TermView& term) noexcept {
       reading.real = rdf::lexical::parse_double(term.text).value_or(0);
       break;
     case Datatype::float_:
-      if (const auto value = rdf::lexical::parse_float(term.text))
-        reading.type = Type::float_, reading.real = static_cast<double>(*value);
+      if (const auto value = rdf::lexical::parse_float(term.text)) reading.type = Type::float_, reading.real = static_cast<double>(*value);
       break;
     case Datatype::double_:
       if (const auto value = rdf::lexical::parse_double(term.text)) reading.type = Type::double_, reading.real = *value;
@@ -50,4 +51,5 @@ Reading read_value(const rdf::TermView& term) noexcept {
   return reading;
 }
 
+}  // namespace v0
 }  // namespace lrt::query

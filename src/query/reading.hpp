@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
@@ -5,6 +6,7 @@
 #include <lrt/rdf/term.hpp>
 
 namespace lrt::query {
+inline namespace v0 {
 
 /// What a term is to the operators of SPARQL 17.3.
 enum class Type : std::uint8_t {
@@ -35,4 +37,5 @@ struct Reading {
 };
 Reading read_value(const rdf::TermView& term) noexcept;
 
+}  // namespace v0
 }  // namespace lrt::query

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <string>
 #include <string_view>
@@ -10,6 +11,7 @@
 #include "src/rdf/n_triples.hpp"
 
 namespace lrt::query {
+inline namespace v0 {
 namespace {
 
 using rdf::append_quoted;
@@ -227,4 +229,5 @@ Result<std::string> write(bool yes, ResultFormat format) {
   return unexpected(Errc::unsupported_syntax, std::string(media_type(format)) + " has no answer to ASK; JSON and XML have one");
 }
 
+}  // namespace v0
 }  // namespace lrt::query

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -19,6 +20,7 @@
 /// The parts of an evaluation. A query becomes pipelines of stages that work on one frame of variables, and backtrack: a stage binds
 /// variables, the stages after it go on from there, and when they have nothing more it unbinds them and looks for the next.
 namespace lrt::query {
+inline namespace v0 {
 
 /// A place in a frame: below the number of the query's variables it is that variable, above it is something that the plan needs.
 using Slot = std::uint32_t;
@@ -121,4 +123,5 @@ class Run {
   shacl::Regex::Scratch scratch_;
 };
 
+}  // namespace v0
 }  // namespace lrt::query

@@ -1,21 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/query/solver.hpp"
 
 #include <algorithm>
 #include <numeric>
 
 namespace lrt::query {
+inline namespace v0 {
 
 /// DISTINCT, ORDER BY, OFFSET and LIMIT.
 class Solver::Output {
  public:
   Output(Run& run, const Query& query, std::size_t width, Visit visit)
-      : run_(run),
-        query_(query),
-        width_(width),
-        keys_(query.order_by.size()),
-        visit_(visit),
-        seen_(run.budget, width),
-        skip_(query.offset) {
+      : run_(run), query_(query), width_(width), keys_(query.order_by.size()), visit_(visit), seen_(run.budget, width), skip_(query.offset) {
     if (query.limit) left_ = *query.limit;
   }
   ~Output() { run_.budget.give(taken_); }
@@ -121,26 +117,21 @@ Solver::Solver(Run& run, Planner& planner, const Query& query, std::vector<Slot>
     PlanState of_group;  // what is bound when a group has ended
     of_group.graph = graph;
     for (const Query::Group& group : query.group_by) {
-      keys_.push_back(
-          {group.variable ? static_cast<Slot>(*group.variable) : nothing, planner.compile(group.expression, frame, state)});
+      keys_.push_back({group.variable ? static_cast<Slot>(*group.variable) : nothing, planner.compile(group.expression, frame, state)});
       // The variable of a key may be used by the aggregates.
       if (group.variable) state.possible.insert(keys_.back().slot), of_group.possible.insert(keys_.back().slot);
     }
     std::vector<Planner::Aggregate> aggregates;
     for (const Query::Column& column : query.columns) {
       if (!column.expression) continue;
-      columns_.push_back(
-          {static_cast<Slot>(column.variable), planner.compile(*column.expression, frame, of_group, &aggregates)});
+      columns_.push_back({static_cast<Slot>(column.variable), planner.compile(*column.expression, frame, of_group, &aggregates)});
       of_group.possible.insert(static_cast<Slot>(column.variable));
     }
-    for (const Expression& condition : query.having)
-      having_.push_back(planner.compile(condition, frame, of_group, &aggregates));
-    for (const Query::Order& order : query.order_by)
-      order_.push_back(planner.compile(order.expression, frame, of_group, &aggregates));
+    for (const Expression& condition : query.having) having_.push_back(planner.compile(condition, frame, of_group, &aggregates));
+    for (const Query::Order& order : query.order_by) order_.push_back(planner.compile(order.expression, frame, of_group, &aggregates));
     for (const Planner::Aggregate& a : aggregates) {
       Aggregate aggregate{a.expression, a.slot, {}};
-      for (const Expression& argument : a.expression->arguments)
-        aggregate.argument.push_back(planner.compile(argument, frame, state));
+      for (const Expression& argument : a.expression->arguments) aggregate.argument.push_back(planner.compile(argument, frame, state));
       aggregates_.push_back(std::move(aggregate));
     }
     for (Slot i = 0; i < run.query.variables.size(); ++i) {
@@ -216,8 +207,8 @@ void Solver::collect(const Aggregate& aggregate, Collected& collected) {
   switch (op) {
     case Operator::sum:
     case Operator::avg:
-      collected.sum = collected.count == 1 ? (value.is_number() ? value : Value())
-                                           : run_.operators.compute(Operators::Arithmetic::add, collected.sum, value);
+      collected.sum =
+          collected.count == 1 ? (value.is_number() ? value : Value()) : run_.operators.compute(Operators::Arithmetic::add, collected.sum, value);
       if (collected.sum.failed) collected.failed = true;
       break;
     case Operator::min:
@@ -263,8 +254,7 @@ TermNumber Solver::result(const Aggregate& aggregate, const Collected& collected
         if (sum.type == Type::integer) sum.term = nothing;  // of a derived type
         return term(sum);
       }
-      return term(run_.operators.compute(Operators::Arithmetic::divide, collected.sum,
-                                         Value(static_cast<std::int64_t>(collected.count))));
+      return term(run_.operators.compute(Operators::Arithmetic::divide, collected.sum, Value(static_cast<std::int64_t>(collected.count))));
     case Operator::group_concat: return collected.failed ? nothing : term(Value(collected.text));
     default: return collected.best;
   }
@@ -317,4 +307,5 @@ void Solver::solve_groups(Output& output) {
   run_.budget.give(taken);
 }
 
+}  // namespace v0
 }  // namespace lrt::query

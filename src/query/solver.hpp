@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <memory>
@@ -8,6 +9,7 @@
 #include "src/query/plan.hpp"
 
 namespace lrt::query {
+inline namespace v0 {
 
 /// The solutions of a query: its pattern, then groups, expressions, order, DISTINCT, OFFSET and LIMIT (SPARQL 18.5).
 class Solver {
@@ -58,4 +60,5 @@ class Solver {
   std::vector<Slot> named_;  // the variables of COUNT(DISTINCT *)
 };
 
+}  // namespace v0
 }  // namespace lrt::query

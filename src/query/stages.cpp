@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/query/stages.hpp"
 
 #include <algorithm>
@@ -5,12 +6,13 @@
 #include "src/rdf/hash.hpp"
 
 namespace lrt::query {
+inline namespace v0 {
 namespace {
 
 /// Chains of rows with equal hashes of their keys.
 /// @return  what was taken of the budget
-std::size_t make_chains(Budget& budget, const Rows& rows, const std::vector<std::size_t>& keys,
-                        std::vector<std::uint32_t>& heads, std::vector<std::uint32_t>& links, std::vector<TermNumber>& key) {
+std::size_t make_chains(Budget& budget, const Rows& rows, const std::vector<std::size_t>& keys, std::vector<std::uint32_t>& heads,
+                        std::vector<std::uint32_t>& links, std::vector<TermNumber>& key) {
   std::size_t size = 16;
   while (size < rows.size()) size *= 2;
   const std::size_t bytes = (size + rows.size()) * sizeof(std::uint32_t);
@@ -205,8 +207,7 @@ bool RowsStage::next() {
     if (keys_.empty()) at_ = at_ + 1 < rows_->size() ? at_ + 1 : nothing;
     else at_ = links_[at_];
     bool good = true;
-    for (std::size_t i = 0; good && i < rows_->columns().size(); ++i)
-      good = row[i] == nothing || bindings_.bind(rows_->columns()[i], row[i]);
+    for (std::size_t i = 0; good && i < rows_->columns().size(); ++i) good = row[i] == nothing || bindings_.bind(rows_->columns()[i], row[i]);
     if (good) return true;
     bindings_.undo();
   }
@@ -268,4 +269,5 @@ bool UnionStage::next() {
   return false;
 }
 
+}  // namespace v0
 }  // namespace lrt::query

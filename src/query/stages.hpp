@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <memory>
@@ -9,6 +10,7 @@
 #include "src/query/run.hpp"
 
 namespace lrt::query {
+inline namespace v0 {
 
 /// An end of a triple pattern or path.
 struct End {
@@ -388,4 +390,5 @@ class NoStage final : public Stage {
   void close() noexcept override {}
 };
 
+}  // namespace v0
 }  // namespace lrt::query

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/query/terms.hpp"
 
 #include <algorithm>
@@ -6,6 +7,7 @@
 #include "src/rdf/hash.hpp"
 
 namespace lrt::query {
+inline namespace v0 {
 namespace {
 
 constexpr std::size_t block_bytes = 16 * 1024;
@@ -38,8 +40,7 @@ TermNumber Terms::intern(const rdf::TermView& term) {
   if (const TermNumber known = data_.find(term); known != nothing) return known;
   budget_.work(term.text.size());
   const std::uint32_t hash = hash_of(term);
-  if (const std::uint32_t known = index_.find(hash, [&](std::uint32_t at) { return made_[at].term == term; });
-      known != lrt::detail::HashIndex::none)
+  if (const std::uint32_t known = index_.find(hash, [&](std::uint32_t at) { return made_[at].term == term; }); known != lrt::detail::HashIndex::none)
     return first_ + known;
   budget_.take(sizeof(Entry) + 3 * sizeof(std::uint32_t));
   Entry entry{term, read_value(term)};
@@ -65,8 +66,7 @@ TermNumber Terms::fresh_blank() {
   return first_ + static_cast<TermNumber>(made_.size() - 1);
 }
 
-rdf::TermView Terms::term(TermNumber number) const noexcept {
-  return number < first_ ? data_.term(number) : made_[number - first_].term;
-}
+rdf::TermView Terms::term(TermNumber number) const noexcept { return number < first_ ? data_.term(number) : made_[number - first_].term; }
 
+}  // namespace v0
 }  // namespace lrt::query

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
@@ -13,6 +14,7 @@
 #include "src/query/reading.hpp"
 
 namespace lrt::query {
+inline namespace v0 {
 
 /// The terms of an evaluation: those of the dataset, and after them those that the query writes or makes. Equal terms have one number.
 class Terms {
@@ -25,9 +27,7 @@ class Terms {
   TermNumber fresh_blank();
   /// Valid until the end of the evaluation.
   rdf::TermView term(TermNumber number) const noexcept;
-  const Reading& value(TermNumber number) const noexcept {
-    return number < first_ ? data_.value(number) : made_[number - first_].value;
-  }
+  const Reading& value(TermNumber number) const noexcept { return number < first_ ? data_.value(number) : made_[number - first_].value; }
 
  private:
   struct Entry {
@@ -46,4 +46,5 @@ class Terms {
   char* at_ = nullptr;
 };
 
+}  // namespace v0
 }  // namespace lrt::query

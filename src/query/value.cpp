@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/query/value.hpp"
 
 #include <cmath>
@@ -8,6 +9,7 @@
 #include "src/shacl/order.hpp"
 
 namespace lrt::query {
+inline namespace v0 {
 namespace {
 
 namespace lexical = rdf::lexical;
@@ -91,9 +93,7 @@ rdf::TermView Operators::view_of(const Value& value, std::string& memory) const 
       memory = std::to_string(value.integer);
       return rdf::literal(memory, vocab::xsd::integer);
     case Type::decimal: return rdf::literal(value.text(), vocab::xsd::decimal);
-    case Type::float_:
-      memory = lexical::format(static_cast<float>(value.real));
-      return rdf::literal(memory, vocab::xsd::float_);
+    case Type::float_: memory = lexical::format(static_cast<float>(value.real)); return rdf::literal(memory, vocab::xsd::float_);
     case Type::double_: memory = lexical::format(value.real); return rdf::literal(memory, vocab::xsd::double_);
     case Type::tagged: return rdf::tagged_literal(value.text(), value.language);
     default: return rdf::literal(value.text(), vocab::xsd::string);
@@ -188,9 +188,7 @@ std::optional<bool> Operators::equal(const Value& a, const Value& b) const {
   if (const Order order = compare(a, b); order != Order::none) return order == Order::equal;
   // Different terms of a datatype that is not understood may have the same value, and so may times of which one has no zone. Values of
   // different datatypes that are understood are different.
-  const auto is_understood = [&](const Value& v) {
-    return v.type != Type::other || shacl::Comparable(terms_.term(v.term)).ordered();
-  };
+  const auto is_understood = [&](const Value& v) { return v.type != Type::other || shacl::Comparable(terms_.term(v.term)).ordered(); };
   if (!is_understood(a) || !is_understood(b)) return std::nullopt;
   if (a.type != b.type) return false;
   if (a.type != Type::other) return std::nullopt;
@@ -290,4 +288,5 @@ int Operators::order(TermNumber a, TermNumber b) const {
   return compare_texts(s.language, t.language);
 }
 
+}  // namespace v0
 }  // namespace lrt::query

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
@@ -13,6 +14,7 @@
 #include "src/query/terms.hpp"
 
 namespace lrt::query {
+inline namespace v0 {
 
 /// What an expression gives: an error, a term, or a literal that has no number yet. Numbers are computed without their lexical forms.
 struct Value {
@@ -35,12 +37,7 @@ struct Value {
   Value(double value, Type kind) noexcept : failed(false), type(kind), integer(0) { real = value; }
   /// A string, or one with a language that Terms keeps.
   explicit Value(std::string text, std::string_view tag = {}) noexcept
-      : failed(false),
-        type(tag.empty() ? Type::string : Type::tagged),
-        owns(true),
-        integer(0),
-        language(tag),
-        owned(std::move(text)) {}
+      : failed(false), type(tag.empty() ? Type::string : Type::tagged), owns(true), integer(0), language(tag), owned(std::move(text)) {}
 
   bool is_literal() const noexcept { return !failed && type != Type::iri && type != Type::blank; }
   /// A string literal of 17.4.3.1: with or without a language.
@@ -85,4 +82,5 @@ class Operators {
   Budget& budget_;
 };
 
+}  // namespace v0
 }  // namespace lrt::query

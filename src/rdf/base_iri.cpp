@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/rdf/base_iri.hpp"
 
 #include <lrt/base/iri.hpp>
@@ -5,6 +6,7 @@
 #include "src/rdf/limits.hpp"
 
 namespace lrt::rdf {
+inline namespace v0 {
 namespace {
 
 constexpr std::size_t npos = std::string_view::npos;
@@ -70,4 +72,5 @@ bool BaseIri::resolve(std::string_view reference, std::string& out) const {
 
 std::size_t BaseIri::cost() const noexcept { return has_authority_ || whole_.size() <= long_base ? 0 : 16 * whole_.size(); }
 
+}  // namespace v0
 }  // namespace lrt::rdf

@@ -1,13 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
 #include <string>
 #include <string_view>
 
+#include <lrt/base/abi.hpp>
+
 namespace lrt::rdf {
+inline namespace v0 {
 
 /// A base IRI with its parts prepared, so that resolving a reference costs little more than the copy of the result.
-class BaseIri {
+class LRT_INTERNAL_API BaseIri {
  public:
   /// @param base  an absolute IRI, or empty: there is no base
   explicit BaseIri(std::string_view base) { set(base); }
@@ -29,4 +33,5 @@ class BaseIri {
   bool has_authority_ = false;                     // then every path begins with '/'
 };
 
+}  // namespace v0
 }  // namespace lrt::rdf

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/rdf/codec.hpp>
 
 #include <lrt/base/immortal.hpp>
@@ -6,6 +7,7 @@
 #include "src/rdf/turtle_parser.hpp"
 
 namespace lrt::rdf {
+inline namespace v0 {
 std::string_view media_type(Syntax syntax) noexcept {
   switch (syntax) {
     case Syntax::turtle: return "text/turtle";
@@ -97,4 +99,5 @@ Result<std::string> write(const Dataset& dataset, Syntax syntax, const Prefixes&
   return unexpected(Errc::unsupported_syntax, std::string(media_type(syntax)) + " has no named graphs");
 }
 
+}  // namespace v0
 }  // namespace lrt::rdf

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>
@@ -7,6 +8,7 @@
 
 /// What rdf::read and rdf::write choose from.
 namespace lrt::rdf {
+inline namespace v0 {
 
 Result<std::string> write_turtle(const Graph& graph, const Prefixes& prefixes);
 Result<std::string> write_n_triples(const Graph& graph);
@@ -26,4 +28,5 @@ Result<std::string> write_rdf_xml(const Graph& graph, const Prefixes& prefixes);
 /// "cannot write <the term>: expected ...".
 Unexpected unwritable(const TermView& term, std::string_view why);
 
+}  // namespace v0
 }  // namespace lrt::rdf

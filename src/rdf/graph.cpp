@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/rdf/graph.hpp>
 
 #include <cassert>
@@ -10,6 +11,7 @@
 #include "src/rdf/hash.hpp"
 
 namespace lrt::rdf {
+inline namespace v0 {
 namespace {
 
 // Enough for the graph of a typical property.
@@ -41,9 +43,7 @@ std::uint32_t hash_of(const TermView& term) noexcept {
   return to_32_bits(h);
 }
 
-std::uint32_t hash_of(const Triple& t) noexcept {
-  return to_32_bits(hash_triple(number(t.subject), number(t.predicate), number(t.object)));
-}
+std::uint32_t hash_of(const Triple& t) noexcept { return to_32_bits(hash_triple(number(t.subject), number(t.predicate), number(t.object))); }
 
 bool points_into(std::string_view text, const std::string& pool) noexcept {
   const std::less<const char*> before;
@@ -92,12 +92,7 @@ std::uint32_t Graph::append(const TermView& term, std::uint32_t datatype) {
   text_.append(term.text);
   for (const char c : term.language) text_.push_back(detail::lower(c));
   assert(text_.size() < none && "a graph holds less than 4 GiB of text");
-  terms_.push_back({offset,
-                    static_cast<std::uint32_t>(term.text.size()),
-                    static_cast<std::uint32_t>(term.language.size()),
-                    datatype,
-                    term.kind,
-                    {}});
+  terms_.push_back({offset, static_cast<std::uint32_t>(term.text.size()), static_cast<std::uint32_t>(term.language.size()), datatype, term.kind, {}});
   return id;
 }
 
@@ -225,16 +220,13 @@ void Graph::merge(const Graph& other) {
   }
 }
 
-bool Graph::contains(TermId subject, TermId predicate, TermId object) const noexcept {
-  return !match(subject, predicate, object).empty();
-}
+bool Graph::contains(TermId subject, TermId predicate, TermId object) const noexcept { return !match(subject, predicate, object).empty(); }
 
 bool Graph::contains(const TermView& subject, const TermView& predicate, const TermView& object) const noexcept {
   return !match(&subject, &predicate, &object).empty();
 }
 
-Graph::Matches Graph::match(std::optional<TermId> subject, std::optional<TermId> predicate,
-                            std::optional<TermId> object) const noexcept {
+Graph::Matches Graph::match(std::optional<TermId> subject, std::optional<TermId> predicate, std::optional<TermId> object) const noexcept {
   Matches matches(this);
   if (triples_.empty()) return matches;
   const std::optional<TermId> bound[3] = {subject, predicate, object};
@@ -345,4 +337,5 @@ std::optional<std::vector<TermId>> Graph::list(TermId head) const {
   return members;
 }
 
+}  // namespace v0
 }  // namespace lrt::rdf

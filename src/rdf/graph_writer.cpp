@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/rdf/graph_writer.hpp"
 
 #include <algorithm>
@@ -8,17 +9,14 @@
 #include "src/rdf/n_triples.hpp"
 
 namespace lrt::rdf {
+inline namespace v0 {
 namespace {
 
 constexpr bool is_digit(char c) noexcept { return c >= '0' && c <= '9'; }
-constexpr bool is_name_byte(char c) noexcept {
-  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || is_digit(c) || c == '_';
-}
+constexpr bool is_name_byte(char c) noexcept { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || is_digit(c) || c == '_'; }
 
 /// PN_PREFIX in ASCII, or the empty prefix.
-bool is_prefix(std::string_view name) noexcept {
-  return is_local_name(name) && (name.empty() || (!is_digit(name.front()) && name.front() != '_'));
-}
+bool is_prefix(std::string_view name) noexcept { return is_local_name(name) && (name.empty() || (!is_digit(name.front()) && name.front() != '_')); }
 
 std::uint64_t eight_bytes(const char* at) noexcept {
   std::uint64_t word;
@@ -46,8 +44,7 @@ PrefixTable::PrefixTable(const Prefixes& prefixes) {
 bool PrefixTable::is_usable(Prefix& prefix) noexcept {
   if (!prefix.usable) {
     bool usable = is_prefix(prefix.name) && iri::is_absolute(prefix.iri);
-    for (Prefix* before = table_.data(); usable && before != &prefix; ++before)
-      usable = before->name != prefix.name || !is_usable(*before);
+    for (Prefix* before = table_.data(); usable && before != &prefix; ++before) usable = before->name != prefix.name || !is_usable(*before);
     prefix.usable = usable;
   }
   return *prefix.usable;
@@ -177,4 +174,5 @@ void GraphWriter::label(TermId id, std::string_view text) {
   out_.append(std::to_string(n.label - 1));
 }
 
+}  // namespace v0
 }  // namespace lrt::rdf

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 #include <lrt/rdf/graph.hpp>
 
 namespace lrt::rdf {
+inline namespace v0 {
 
 /// Whether a local name is in the part of Turtle's PN_LOCAL that needs no escapes and that all readers accept.
 bool is_local_name(std::string_view name) noexcept;
@@ -95,4 +97,5 @@ class GraphWriter {
   std::uint32_t labels_ = 0;
 };
 
+}  // namespace v0
 }  // namespace lrt::rdf

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/rdf/hash.hpp"
 
 #include <array>
@@ -9,6 +10,7 @@
 #endif
 
 namespace lrt::rdf {
+inline namespace v0 {
 namespace {
 
 /// Does not wait for entropy, as it is early in the boot of a machine.
@@ -19,15 +21,13 @@ HashSeeds random_seeds() noexcept {
 #else
   try {
     std::random_device device;
-    for (std::uint64_t* seed : {&seeds.bytes, &seeds.first, &seeds.second})
-      *seed = (static_cast<std::uint64_t>(device()) << 32) ^ device();
+    for (std::uint64_t* seed : {&seeds.bytes, &seeds.first, &seeds.second}) *seed = (static_cast<std::uint64_t>(device()) << 32) ^ device();
     return seeds;
   } catch (...) {}
 #endif
   // What a client does not know exactly: the time and the address of the stack.
   const auto time = static_cast<std::uint64_t>(std::chrono::high_resolution_clock::now().time_since_epoch().count());
-  std::uint64_t mixed =
-      fold_multiply(time ^ 0x9E3779B97F4A7C15u, reinterpret_cast<std::uintptr_t>(&seeds) ^ 0xE7037ED1A0B428DBu);
+  std::uint64_t mixed = fold_multiply(time ^ 0x9E3779B97F4A7C15u, reinterpret_cast<std::uintptr_t>(&seeds) ^ 0xE7037ED1A0B428DBu);
   for (std::uint64_t* seed : {&seeds.bytes, &seeds.first, &seeds.second})
     *seed = mixed = fold_multiply(mixed ^ 0xA0761D6478BD642Fu, time ^ 0x8EBC6AF09C88C6E3u);
   return seeds;
@@ -40,4 +40,5 @@ const HashSeeds& hash_seeds() noexcept {
   return seeds;
 }
 
+}  // namespace v0
 }  // namespace lrt::rdf

@@ -1,10 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
 #include <cstring>
 #include <string_view>
 
+#include <lrt/base/abi.hpp>
+
 namespace lrt::rdf {
+inline namespace v0 {
 
 /// Multiplies to 128 bits and folds: every bit of the result depends on every bit of both factors.
 inline std::uint64_t fold_multiply(std::uint64_t a, std::uint64_t b) noexcept {
@@ -24,7 +28,7 @@ inline std::uint64_t fold_multiply(std::uint64_t a, std::uint64_t b) noexcept {
 struct HashSeeds {
   std::uint64_t bytes, first, second;
 };
-const HashSeeds& hash_seeds() noexcept;
+LRT_INTERNAL_API const HashSeeds& hash_seeds() noexcept;
 
 /// Hashes a triple by the numbers of its terms, which a client can choose by the order of a document.
 inline std::uint64_t hash_triple(std::uint32_t subject, std::uint32_t predicate, std::uint32_t object) noexcept {
@@ -58,4 +62,5 @@ inline std::uint64_t hash_bytes(std::string_view text, std::uint64_t seed) noexc
 /// For HashIndex.
 constexpr std::uint32_t to_32_bits(std::uint64_t hash) noexcept { return static_cast<std::uint32_t>(hash ^ (hash >> 32)); }
 
+}  // namespace v0
 }  // namespace lrt::rdf

@@ -1,6 +1,8 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/rdf/detail/hash_index.hpp>
 
 namespace lrt::detail {
+inline namespace v0 {
 
 void HashIndex::grow() {
   // In the order of the old slots, the new ones are written nearly in sequence.
@@ -14,4 +16,5 @@ void HashIndex::grow() {
   }
 }
 
+}  // namespace v0
 }  // namespace lrt::detail

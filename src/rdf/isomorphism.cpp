@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cstdint>
 #include <vector>
@@ -7,6 +8,7 @@
 #include "src/rdf/hash.hpp"
 
 namespace lrt::rdf {
+inline namespace v0 {
 namespace {
 
 constexpr std::uint32_t none = 0xFFFFFFFF;
@@ -172,4 +174,5 @@ class Matcher {
 
 bool isomorphic(const Graph& a, const Graph& b) { return Matcher(a, b).run(); }
 
+}  // namespace v0
 }  // namespace lrt::rdf

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -25,6 +26,7 @@
 // the document and without intermediate documents.
 
 namespace lrt::rdf {
+inline namespace v0 {
 namespace {
 
 using json::Children;
@@ -33,19 +35,19 @@ using json::shortened;
 using Id = Document::Id;
 using Kind = Document::Kind;
 
-constexpr std::size_t max_depth = 256;     // of objects and arrays
-constexpr std::size_t max_terms = 4000;    // defined by the contexts of a document
-constexpr std::size_t max_contexts = 32;   // in one array, or nested
-constexpr std::size_t max_dependency = 64; // of a term on the prefix of its prefix ...
+constexpr std::size_t max_depth = 256;      // of objects and arrays
+constexpr std::size_t max_terms = 4000;     // defined by the contexts of a document
+constexpr std::size_t max_contexts = 32;    // in one array, or nested
+constexpr std::size_t max_dependency = 64;  // of a term on the prefix of its prefix ...
 
 /// Thrown to end the reading early, inside this file only.
 struct Refused {
   Error error;
 };
 
-constexpr std::string_view keywords[] = {"@base",  "@container", "@context",  "@direction", "@graph", "@id",       "@import", "@included", "@index",
-                                         "@json",  "@language",  "@list",     "@nest",      "@none",  "@prefix",   "@propagate",
-                                         "@protected", "@reverse", "@set",    "@type",      "@value", "@version",  "@vocab"};
+constexpr std::string_view keywords[] = {"@base",      "@container", "@context",  "@direction", "@graph", "@id",      "@import", "@included",
+                                         "@index",     "@json",      "@language", "@list",      "@nest",  "@none",    "@prefix", "@propagate",
+                                         "@protected", "@reverse",   "@set",      "@type",      "@value", "@version", "@vocab"};
 
 bool is_keyword(std::string_view text) noexcept {
   return !text.empty() && text.front() == '@' && std::find(std::begin(keywords), std::end(keywords), text) != std::end(keywords);
@@ -57,10 +59,10 @@ bool looks_like_keyword(std::string_view text) noexcept {
 bool is_blank_node(std::string_view text) noexcept { return text.substr(0, 2) == "_:"; }
 
 struct Definition {
-  std::optional<std::string> iri;                 // or a keyword; nullopt: the term is ignored
+  std::optional<std::string> iri;  // or a keyword; nullopt: the term is ignored
   enum class Type : std::uint8_t { absent, none, id, vocab, datatype } type = Type::absent;
   std::string datatype;
-  std::optional<std::string> language;            // "": none, also if there is a default
+  std::optional<std::string> language;  // "": none, also if there is a default
   bool list = false, language_map = false, index_map = false, reverse = false, prefix = false;
 };
 
@@ -225,8 +227,10 @@ class Reader {
     const std::string_view plain = without_query(name);
     if (plain != json_ld_context_iri && (options_.context.empty() || plain != without_query(options_.context))) {
       const std::string_view ours = options_.context.empty() ? json_ld_context_iri : options_.context;
-      refuse(local, "the context <" + shortened(name) + "> would have to be fetched, which is not done: put it into the document, or use <" +
-                        std::string(ours) + ">", Errc::unsupported_syntax);
+      refuse(local,
+             "the context <" + shortened(name) + "> would have to be fetched, which is not done: put it into the document, or use <" +
+                 std::string(ours) + ">",
+             Errc::unsupported_syntax);
     }
     if (!own_) own_ = own_context(options_.context_prefixes != nullptr ? *options_.context_prefixes : default_prefixes());
     layer.add(own_);
@@ -444,8 +448,8 @@ class Reader {
   }
 
   /// JSON-LD-API 1.1, 5.2. nullopt: null. With `local`, during context processing: terms that come later are defined first.
-  std::optional<std::string> expand_iri(const Layer& layer, std::string_view text, bool vocab, bool document_relative, Id at,
-                                        Local* local = nullptr, std::size_t depth = 0) {
+  std::optional<std::string> expand_iri(const Layer& layer, std::string_view text, bool vocab, bool document_relative, Id at, Local* local = nullptr,
+                                        std::size_t depth = 0) {
     if (is_keyword(text)) return std::string(text);
     if (looks_like_keyword(text)) return std::nullopt;
     if (local != nullptr) define_first(layer, *local, text, depth);
@@ -500,7 +504,7 @@ class Reader {
 
   struct Entry {
     Id value;
-    std::string name;         // the keyword or IRI of its key
+    std::string name;  // the keyword or IRI of its key
     const Definition* term;
   };
 
@@ -513,8 +517,7 @@ class Reader {
       std::optional<std::string> name = expand_iri(*context, key, true, false, member);
       if (!name || (!is_keyword(*name) && name->find(':') == std::string::npos)) continue;
       const bool is_only_once = is_keyword(*name) && *name != "@type" && *name != "@included" && *name != "@nest" && *name != "@reverse";
-      if (is_only_once && std::any_of(all.begin(), all.end(), [&](const Entry& e) { return e.name == *name; }))
-        refuse(member, "a second " + *name);
+      if (is_only_once && std::any_of(all.begin(), all.end(), [&](const Entry& e) { return e.name == *name; })) refuse(member, "a second " + *name);
       all.push_back({member, *std::move(name), context->find(key)});
     }
     return all;
@@ -823,9 +826,8 @@ Result<Graph> read_json_ld(std::string_view text, const ReadOptions& options) {
   if (!document) return unexpected(document.error());
   try {
     return Reader(*document, options).read();
-  } catch (const Refused& refused) {
-    return unexpected(refused.error);
-  }
+  } catch (const Refused& refused) { return unexpected(refused.error); }
 }
 
+}  // namespace v0
 }  // namespace lrt::rdf

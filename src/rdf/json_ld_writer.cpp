@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <vector>
 
@@ -12,6 +13,7 @@
 // Compacted JSON-LD 1.1, written directly from the graph, as Turtle is: this code is on the path from the control loop to the wire.
 
 namespace lrt::rdf {
+inline namespace v0 {
 namespace {
 
 using json_ld::Coercion;
@@ -332,10 +334,10 @@ class JsonLdWriter : GraphWriter {
 
   PrefixTable prefixes_;
   std::string_view context_;
-  std::vector<bool> used_;                  // terms, by index
-  std::vector<std::string_view> schemes_;   // schemes of IRIs with the name of a prefix
+  std::vector<bool> used_;                 // terms, by index
+  std::vector<std::string_view> schemes_;  // schemes of IRIs with the name of a prefix
   std::string_view fault_sentence_;
-  int depth_ = 1;                           // of the members of the only node, or of the nodes in @graph
+  int depth_ = 1;  // of the members of the only node, or of the nodes in @graph
 };
 
 }  // namespace
@@ -354,4 +356,5 @@ std::string json_ld_context(const Prefixes& prefixes) {
   return "{\n  \"@context\": {" + json_ld::members(table, nullptr, 4) + "\n  }\n}\n";
 }
 
+}  // namespace v0
 }  // namespace lrt::rdf

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/rdf/json_parse.hpp"
 
 #include <algorithm>
@@ -110,8 +111,7 @@ class Builder {
   }
 
   bool open(Kind kind) {
-    if (++depth_ > limits_.depth)
-      return fail(Errc::limit_exceeded, "objects and arrays nested more than " + std::to_string(limits_.depth) + " deep");
+    if (++depth_ > limits_.depth) return fail(Errc::limit_exceeded, "objects and arrays nested more than " + std::to_string(limits_.depth) + " deep");
     at_ = add(kind);
     return at_ != Document::none;
   }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
@@ -5,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 
 namespace lrt::rdf::json {
@@ -17,7 +19,7 @@ struct Limits {
 };
 
 /// A document in JSON, or in CBOR with the same structure, as a compact tree. Its memory is a small multiple of the document's size.
-class Document {
+class LRT_INTERNAL_API Document {
  public:
   enum class Kind : std::uint8_t { null, false_, true_, number, string, array, object };
   using Id = std::uint32_t;

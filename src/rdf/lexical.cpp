@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/rdf/lexical.hpp>
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 #include "src/base/civil.hpp"
 
 namespace lrt::rdf::lexical {
+inline namespace v0 {
 namespace {
 
 constexpr bool digit(char c) noexcept { return c >= '0' && c <= '9'; }
@@ -30,9 +32,7 @@ std::size_t decimal_end(std::string_view text) noexcept {
   return whole > at || fraction > whole + 1 ? fraction : 0;
 }
 
-std::string_view without_plus(std::string_view text) noexcept {
-  return !text.empty() && text.front() == '+' ? text.substr(1) : text;
-}
+std::string_view without_plus(std::string_view text) noexcept { return !text.empty() && text.front() == '+' ? text.substr(1) : text; }
 
 template <class T>
 std::optional<T> parse_whole(std::string_view text) noexcept {
@@ -215,9 +215,8 @@ std::optional<std::chrono::nanoseconds> parse_instant(std::string_view text) noe
   if (negative_year) year = -year;
   text.remove_prefix(year_end);
   unsigned month = 0, day = 0, hour = 0, minute = 0, second = 0;
-  if (text.size() < 15 || text[0] != '-' || !two_digits(text, 1, month) || text[3] != '-' || !two_digits(text, 4, day) ||
-      text[6] != 'T' || !two_digits(text, 7, hour) || text[9] != ':' || !two_digits(text, 10, minute) || text[12] != ':' ||
-      !two_digits(text, 13, second))
+  if (text.size() < 15 || text[0] != '-' || !two_digits(text, 1, month) || text[3] != '-' || !two_digits(text, 4, day) || text[6] != 'T' ||
+      !two_digits(text, 7, hour) || text[9] != ':' || !two_digits(text, 10, minute) || text[12] != ':' || !two_digits(text, 13, second))
     return std::nullopt;
   text.remove_prefix(15);
   std::int64_t ns = 0;
@@ -239,9 +238,8 @@ std::optional<std::chrono::nanoseconds> parse_instant(std::string_view text) noe
     zone_minutes = static_cast<std::int64_t>(zone_hour * 60 + zone_minute) * (text[0] == '-' ? -1 : 1);
   }
   std::int64_t total = 0;
-  if (!accumulate(total, days_from_civil(year, month, day), day_ns) || !accumulate(total, hour, hour_ns) ||
-      !accumulate(total, minute, minute_ns) || !accumulate(total, second, second_ns) || !accumulate(total, ns, 1) ||
-      !accumulate(total, -zone_minutes, minute_ns))
+  if (!accumulate(total, days_from_civil(year, month, day), day_ns) || !accumulate(total, hour, hour_ns) || !accumulate(total, minute, minute_ns) ||
+      !accumulate(total, second, second_ns) || !accumulate(total, ns, 1) || !accumulate(total, -zone_minutes, minute_ns))
     return std::nullopt;
   return std::chrono::nanoseconds(total);
 }
@@ -273,8 +271,7 @@ std::string format_instant(std::chrono::nanoseconds since_epoch) {
   const std::int64_t ns = since_epoch.count();
   const lrt::detail::Civil c = lrt::detail::to_civil(std::chrono::system_clock::time_point(since_epoch));
   char text[64];
-  std::snprintf(text, sizeof text, "%04lld-%02u-%02uT%02u:%02u:%02u", static_cast<long long>(c.year), c.month, c.day, c.hour, c.minute,
-                c.second);
+  std::snprintf(text, sizeof text, "%04lld-%02u-%02uT%02u:%02u:%02u", static_cast<long long>(c.year), c.month, c.day, c.hour, c.minute, c.second);
   return text + fraction_text(ns % second_ns + (ns % second_ns < 0 ? second_ns : 0)) + "Z";
 }
 
@@ -328,8 +325,7 @@ constexpr Named xsd_datatypes[] = {
     {"Name", Datatype::name},
     {"NCName", Datatype::ncname},
 };
-constexpr Named rdf_datatypes[] = {
-    {"langString", Datatype::lang_string}, {"HTML", Datatype::html}, {"XMLLiteral", Datatype::xml_literal}};
+constexpr Named rdf_datatypes[] = {{"langString", Datatype::lang_string}, {"HTML", Datatype::html}, {"XMLLiteral", Datatype::xml_literal}};
 
 template <std::size_t N>
 Datatype look_up(const Named (&table)[N], std::string_view name) noexcept {
@@ -361,8 +357,7 @@ Decimal split_decimal(std::string_view text) noexcept {
 }
 
 bool in_integer_range(std::string_view text, std::string_view lowest, std::string_view highest) noexcept {
-  return is_integer(text) && (lowest.empty() || compare_decimal(text, lowest) >= 0) &&
-         (highest.empty() || compare_decimal(text, highest) <= 0);
+  return is_integer(text) && (lowest.empty() || compare_decimal(text, lowest) >= 0) && (highest.empty() || compare_decimal(text, highest) <= 0);
 }
 
 /// The parts of a date or time. A datatype may have only some of them.
@@ -442,8 +437,7 @@ std::optional<Civil> parse_civil(std::string_view text, Datatype datatype) noexc
              cut.character('T') && cut.clock(c) && cut.zone(c) && (c.zoned || datatype == Datatype::date_time);
       break;
     case Datatype::date:
-      good = cut.year(c) && cut.character('-') && cut.two(c.month, 1, 12) && cut.character('-') && day_of_month(year_mod_400(c.year)) &&
-             cut.zone(c);
+      good = cut.year(c) && cut.character('-') && cut.two(c.month, 1, 12) && cut.character('-') && day_of_month(year_mod_400(c.year)) && cut.zone(c);
       break;
     case Datatype::time: good = cut.clock(c) && cut.zone(c); break;
     case Datatype::g_year: good = cut.year(c) && cut.zone(c); break;
@@ -452,9 +446,7 @@ std::optional<Civil> parse_civil(std::string_view text, Datatype datatype) noexc
     case Datatype::g_month_day:
       good = cut.character('-') && cut.character('-') && cut.two(c.month, 1, 12) && cut.character('-') && day_of_month(0) && cut.zone(c);
       break;
-    case Datatype::g_day:
-      good = cut.character('-') && cut.character('-') && cut.character('-') && cut.two(c.day, 1, 31) && cut.zone(c);
-      break;
+    case Datatype::g_day: good = cut.character('-') && cut.character('-') && cut.character('-') && cut.two(c.day, 1, 31) && cut.zone(c); break;
     default: break;
   }
   return good ? std::optional<Civil>(c) : std::nullopt;
@@ -559,9 +551,8 @@ bool is_language(std::string_view text) noexcept {
 /// XML 1.0 (fifth edition) productions 4 and 4a.
 bool is_name_start(char32_t c) noexcept {
   return c == ':' || c == '_' || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= 0xC0 && c <= 0x2FF && c != 0xD7 && c != 0xF7) ||
-         (c >= 0x370 && c <= 0x1FFF && c != 0x37E) || c == 0x200C || c == 0x200D || (c >= 0x2070 && c <= 0x218F) ||
-         (c >= 0x2C00 && c <= 0x2FEF) || (c >= 0x3001 && c <= 0xD7FF) || (c >= 0xF900 && c <= 0xFDCF) ||
-         (c >= 0xFDF0 && c <= 0xFFFD) || (c >= 0x10000 && c <= 0xEFFFF);
+         (c >= 0x370 && c <= 0x1FFF && c != 0x37E) || c == 0x200C || c == 0x200D || (c >= 0x2070 && c <= 0x218F) || (c >= 0x2C00 && c <= 0x2FEF) ||
+         (c >= 0x3001 && c <= 0xD7FF) || (c >= 0xF900 && c <= 0xFDCF) || (c >= 0xFDF0 && c <= 0xFFFD) || (c >= 0x10000 && c <= 0xEFFFF);
 }
 bool is_name_character(char32_t c) noexcept {
   return is_name_start(c) || c == '-' || c == '.' || (c >= '0' && c <= '9') || c == 0xB7 || (c >= 0x300 && c <= 0x36F) ||
@@ -693,4 +684,5 @@ std::optional<Duration> parse_full_duration(std::string_view text, Datatype data
   return d;
 }
 
+}  // namespace v0
 }  // namespace lrt::rdf::lexical

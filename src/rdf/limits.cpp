@@ -1,6 +1,8 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/rdf/limits.hpp"
 
 namespace lrt::rdf {
+inline namespace v0 {
 
 Unexpected misread(std::string_view text, std::size_t offset, const std::string& sentence, Errc code) {
   Error error{code, {}};
@@ -18,4 +20,5 @@ Unexpected misread(std::string_view text, std::size_t offset, const std::string&
   return unexpected(std::move(error));
 }
 
+}  // namespace v0
 }  // namespace lrt::rdf

@@ -1,13 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
 #include <string>
 #include <string_view>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 
 /// The fixed limits that the readers of several syntaxes share, and how a reader reports a place.
 namespace lrt::rdf {
+inline namespace v0 {
 
 /// Longer IRIs are refused, relative ones after they are resolved, prefixed ones after they are expanded; in RDF/XML also
 /// namespace names and bases. Otherwise time and memory of a document could grow with the square of its size.
@@ -21,6 +24,7 @@ inline constexpr std::size_t max_language_tag = 255;
 inline constexpr std::size_t long_base = 256;
 
 /// The error of a place in a text: counts line and column and puts them before the sentence.
-Unexpected misread(std::string_view text, std::size_t offset, const std::string& sentence, Errc code = Errc::expected_rdf);
+LRT_INTERNAL_API Unexpected misread(std::string_view text, std::size_t offset, const std::string& sentence, Errc code = Errc::expected_rdf);
 
+}  // namespace v0
 }  // namespace lrt::rdf

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/rdf/n_triples.hpp"
 
 #include <array>
@@ -9,6 +10,7 @@
 #include "src/rdf/limits.hpp"
 
 namespace lrt::rdf {
+inline namespace v0 {
 namespace {
 
 constexpr std::array<bool, 256> escaped_bytes() {
@@ -102,4 +104,5 @@ std::string_view fault_of(const TermView& term) noexcept {
   return iri::is_absolute(term.datatype) ? std::string_view() : "expected a datatype that is an absolute IRI";
 }
 
+}  // namespace v0
 }  // namespace lrt::rdf

@@ -1,17 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>
 #include <string_view>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/rdf/term.hpp>
 
 namespace lrt::rdf {
+inline namespace v0 {
 
 /// Appends `"text"`. Escapes the characters that Turtle, N-Triples and JSON require: quote, backslash, controls. Other bytes are copied.
-void append_quoted(std::string& out, std::string_view text);
+LRT_INTERNAL_API void append_quoted(std::string& out, std::string_view text);
 
 /// Appends the term in the syntax of N-Triples (RDF 1.1 N-Triples 2). Does not validate it: see fault_of().
-void append_n_triples(std::string& out, const TermView& term);
+LRT_INTERNAL_API void append_n_triples(std::string& out, const TermView& term);
 
 /// True for a tag of Turtle's LANGTAG, at most max_language_tag bytes: letters, then groups of letters and digits after '-'.
 bool is_language_tag(std::string_view tag) noexcept;
@@ -22,4 +25,5 @@ bool is_plain_label(std::string_view label) noexcept;
 /// The reason why no RDF syntax can represent the term, as a sentence; empty: all can.
 std::string_view fault_of(const TermView& term) noexcept;
 
+}  // namespace v0
 }  // namespace lrt::rdf

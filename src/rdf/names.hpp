@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -11,6 +12,7 @@
 #include "src/rdf/hash.hpp"
 
 namespace lrt::rdf {
+inline namespace v0 {
 
 /// Values by names that are views of the document. Keyed by the process, so that a document cannot choose names that collide.
 template <class T>
@@ -36,4 +38,5 @@ class Names {
   std::size_t last_ = 0;  // found
 };
 
+}  // namespace v0
 }  // namespace lrt::rdf

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/rdf/plain.hpp>
 
 #include <algorithm>
@@ -19,6 +20,7 @@
 #include "src/rdf/value_writer.hpp"
 
 namespace lrt::rdf {
+inline namespace v0 {
 namespace {
 
 using Kind = Type::Kind;
@@ -159,9 +161,7 @@ class CborWriter {
         const bool is_negative = value.integer() && *value.integer() < 0;
         return head(is_negative ? 1 : 0, is_negative ? ~bits : bits);
       }
-      case Kind::real:
-        byte(type.single ? 0xFA : 0xFB);
-        return big_endian(bits_of(type, value), type.single ? 4 : 8);
+      case Kind::real: byte(type.single ? 0xFA : 0xFB); return big_endian(bits_of(type, value), type.single ? 4 : 8);
       case Kind::list:
         head(4, count_of(value));
         if (value.sequence())
@@ -220,9 +220,7 @@ class CborWriter {
 };
 
 /// The type of the numbers in a list of lists.
-const Type& innermost(const Type& type) noexcept {
-  return type.kind == Kind::list || type.kind == Kind::optional ? innermost(*type.element) : type;
-}
+const Type& innermost(const Type& type) noexcept { return type.kind == Kind::list || type.kind == Kind::optional ? innermost(*type.element) : type; }
 
 /// @tparam Bits  unsigned, of the size of one number
 template <class Bits>
@@ -281,9 +279,7 @@ class OctetsReader {
   std::size_t bytes_, at_ = 0;
 };
 
-Unexpected without_octets(const std::string& expected) {
-  return unexpected(Errc::unsupported_syntax, "expected " + expected + " for octets");
-}
+Unexpected without_octets(const std::string& expected) { return unexpected(Errc::unsupported_syntax, "expected " + expected + " for octets"); }
 
 /// Whether all lists of a level have the same length.
 Result<void> check_lengths(const Value& value, const std::size_t* length, const std::size_t* end) {
@@ -309,19 +305,19 @@ Result<Value> read_octets(std::string_view body, const Type& type, std::size_t m
   if (is_open ? body.size() % part != 0 : body.size() != part) {
     const std::string numbers = std::to_string(part / layout->bytes) + " of " + abbreviate(layout->datatype.text);
     return unexpected(Error{Errc::expected_rdf,
-                            "expected " + std::string(is_open ? "a multiple of " : "") + std::to_string(part) + " octets (" + numbers +
-                                "), found " + std::to_string(body.size()),
+                            "expected " + std::string(is_open ? "a multiple of " : "") + std::to_string(part) + " octets (" + numbers + "), found " +
+                                std::to_string(body.size()),
                             is_open ? body.size() - body.size() % part : std::min(body.size(), part)});
   }
-  if (body.size() / layout->bytes > max_values)
-    return unexpected(Errc::limit_exceeded, "more than " + std::to_string(max_values) + " numbers");
+  if (body.size() / layout->bytes > max_values) return unexpected(Errc::limit_exceeded, "more than " + std::to_string(max_values) + " numbers");
   if (is_open) *open = body.size() / part;
   return OctetsReader(body, layout->bytes).read(without_optional(type), layout->shape.data());
 }
 
 /// Whether an integer type can hold the number. If not, it becomes an xsd:integer, and the report says what was expected.
 bool fits(const Type& type, std::string_view digits) noexcept {
-  if (const auto number = lexical::parse_int64(digits)) return *number >= type.lowest && (*number < 0 || static_cast<std::uint64_t>(*number) <= type.highest);
+  if (const auto number = lexical::parse_int64(digits))
+    return *number >= type.lowest && (*number < 0 || static_cast<std::uint64_t>(*number) <= type.highest);
   const auto number = lexical::parse_uint64(digits);
   return number && *number <= type.highest;
 }
@@ -373,9 +369,7 @@ class DocumentReader {
     return {};
   }
 
-  [[noreturn]] void refuse(Id at, const std::string& expected) const {
-    throw Refused{{document_.pointer(at), expected + ", found " + shown(at)}};
-  }
+  [[noreturn]] void refuse(Id at, const std::string& expected) const { throw Refused{{document_.pointer(at), expected + ", found " + shown(at)}}; }
 
   static std::string expected(const Type& type) {
     switch (type.kind) {
@@ -435,8 +429,7 @@ class DocumentReader {
     std::string text = names.empty() ? "no member" : "one of";
     for (std::size_t i = 0; i < names.size() && i < max_shown; ++i) text += (i == 0 ? " \"" : ", \"") + names[i] + "\"";
     if (names.size() > max_shown) text += ", ... (cut)";
-    throw Refused{
-        {document_.pointer(member), "expected " + text + ", found \"" + json::shortened(document_.key(member)) + "\""}};
+    throw Refused{{document_.pointer(member), "expected " + text + ", found \"" + json::shortened(document_.key(member)) + "\""}};
   }
 
   /// The object of a field or a list; nullopt: absent.
@@ -489,8 +482,8 @@ class DocumentReader {
       }
       case Json::string: {
         const bool fits = type.kind == Kind::real ? text == "NaN" || text == "INF" || text == "-INF"
-                                                  : type.kind == Kind::text || type.kind == Kind::enumeration ||
-                                                        type.kind == Kind::duration || type.kind == Kind::instant;
+                                                  : type.kind == Kind::text || type.kind == Kind::enumeration || type.kind == Kind::duration ||
+                                                        type.kind == Kind::instant;
         return typed(fits ? type.datatype : vocab::xsd::string);
       }
       case Json::array: {
@@ -534,8 +527,7 @@ TermId text_literal(std::string_view text, const Type& type, Graph& graph) {
   }
 }
 
-Result<void> read_text(std::string_view body, const Type& outer, const Facets& facets, std::string_view vocabulary, Graph& graph,
-                       TermId focus) {
+Result<void> read_text(std::string_view body, const Type& outer, const Facets& facets, std::string_view vocabulary, Graph& graph, TermId focus) {
   if (const auto at = utf8::find_invalid(body)) return misread(body, *at, "invalid UTF-8");
   if (const std::size_t at = body.find('\0'); at != std::string_view::npos) return misread(body, at, "U+0000 is not accepted");
   const Type& type = without_optional(outer);
@@ -686,11 +678,12 @@ Result<std::string> write_plain(const Type& type, const Facets& facets, const Va
   return out;
 }
 
-Result<void> read_plain(std::string_view body, Plain format, const Type& type, const Facets& facets,
-                        std::string_view vocabulary, std::size_t max_values, Graph& graph, TermId focus, Mismatch* mismatch) {
+Result<void> read_plain(std::string_view body, Plain format, const Type& type, const Facets& facets, std::string_view vocabulary,
+                        std::size_t max_values, Graph& graph, TermId focus, Mismatch* mismatch) {
   const Kind kind = without_optional(type).kind;
   if (format == Plain::text && type.kind == Kind::optional && body.empty()) return {};
-  if (format == Plain::text && kind != Kind::list && kind != Kind::record && kind != Kind::map) return read_text(body, type, facets, vocabulary, graph, focus);
+  if (format == Plain::text && kind != Kind::list && kind != Kind::record && kind != Kind::map)
+    return read_text(body, type, facets, vocabulary, graph, focus);
   if (format == Plain::octets) {
     const Result<Value> value = read_octets(body, type, max_values);
     if (!value) return unexpected(value.error());
@@ -711,4 +704,5 @@ Result<void> read_plain(std::string_view body, Plain format, const Type& type, c
   }
 }
 
+}  // namespace v0
 }  // namespace lrt::rdf

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/rdf/plain_schema.hpp"
 
 #include <cmath>
@@ -10,6 +11,7 @@
 #include "src/rdf/plain_names.hpp"
 
 namespace lrt::rdf {
+inline namespace v0 {
 namespace {
 
 using Kind = Type::Kind;
@@ -55,12 +57,10 @@ class SchemaWriter {
   }
 
   void lower(const Facets& f) {
-    if (f.min() && std::isfinite(*f.min()))
-      member(f.min_exclusive() ? "exclusiveMinimum" : "minimum", lexical::format(*f.min()));
+    if (f.min() && std::isfinite(*f.min())) member(f.min_exclusive() ? "exclusiveMinimum" : "minimum", lexical::format(*f.min()));
   }
   void upper(const Facets& f) {
-    if (f.max() && std::isfinite(*f.max()))
-      member(f.max_exclusive() ? "exclusiveMaximum" : "maximum", lexical::format(*f.max()));
+    if (f.max() && std::isfinite(*f.max())) member(f.max_exclusive() ? "exclusiveMaximum" : "maximum", lexical::format(*f.max()));
   }
   void bounds(const Facets& f) { lower(f), upper(f); }
   /// On each side the narrower of two bounds applies.
@@ -68,8 +68,7 @@ class SchemaWriter {
     if (f.min() && *f.min() >= static_cast<double>(type.lowest)) lower(f);
     else if (type.lowest != std::numeric_limits<std::int64_t>::min()) member("minimum", std::to_string(type.lowest));
     if (f.max() && *f.max() <= static_cast<double>(type.highest)) upper(f);
-    else if (type.highest < static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max()))
-      member("maximum", std::to_string(type.highest));
+    else if (type.highest < static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max())) member("maximum", std::to_string(type.highest));
   }
   void lengths(const Facets& f) {
     if (f.min_length() > 0) member("minLength", std::to_string(f.min_length()));
@@ -132,4 +131,5 @@ std::string write_schema(const Type& type, const Facets& facets) {
   return writer.take();
 }
 
+}  // namespace v0
 }  // namespace lrt::rdf

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/rdf/term.hpp>
 
 #include <lrt/rdf/vocab.hpp>
@@ -5,6 +6,7 @@
 #include "src/rdf/n_triples.hpp"
 
 namespace lrt::rdf {
+inline namespace v0 {
 
 TermView literal(std::string_view lexical) noexcept { return {TermKind::literal, lexical, vocab::xsd::string.text}; }
 
@@ -18,4 +20,5 @@ std::string to_string(const TermView& term) {
   return out;
 }
 
+}  // namespace v0
 }  // namespace lrt::rdf

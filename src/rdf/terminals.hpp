@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>
@@ -17,6 +18,7 @@
 #include "src/rdf/limits.hpp"
 
 namespace lrt::rdf {
+inline namespace v0 {
 namespace terminal {
 
 using detail::is_alpha;
@@ -220,8 +222,7 @@ class Terminals {
       while (terminal::is_alpha(peek()) || terminal::is_digit(peek())) ++at_;
     }
     tag = since(from + 1);
-    return tag.size() <= max_language_tag ||
-           fail(from, "language tag of more than " + std::to_string(max_language_tag) + " bytes");
+    return tag.size() <= max_language_tag || fail(from, "language tag of more than " + std::to_string(max_language_tag) + " bytes");
   }
 
   /// The end of the character at `at` if it is beyond ASCII and in PN_CHARS_BASE (`first`) or PN_CHARS; otherwise `at`.
@@ -229,9 +230,7 @@ class Terminals {
     if (at == end_ || terminal::is_ascii(*at)) return at;
     std::size_t length = 0;
     const char32_t code = utf8::decode({at, static_cast<std::size_t>(end_ - at)}, length);
-    return terminal::within(code, terminal::name_letters) || (!first && terminal::within(code, terminal::name_marks))
-               ? at + length
-               : at;
+    return terminal::within(code, terminal::name_letters) || (!first && terminal::within(code, terminal::name_marks)) ? at + length : at;
   }
   /// The end of the run of PN_CHARS and '.' at `at`.
   const char* name_end(const char* at) const noexcept {
@@ -358,4 +357,5 @@ class Terminals {
   }
 };
 
+}  // namespace v0
 }  // namespace lrt::rdf

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/rdf/turtle_parser.hpp"
 
 #include <cstdint>
@@ -15,6 +16,7 @@
 #include "src/rdf/terminals.hpp"
 
 namespace lrt::rdf {
+inline namespace v0 {
 namespace {
 
 using detail::is_digit;
@@ -81,12 +83,10 @@ class Parser : Terminals {
   /// Counts bytes of terms as they are when written out.
   bool count_bytes(std::size_t n, const char* from) {
     bytes_ += n;
-    return bytes_ <= max_bytes_ ||
-           exceeds(from, "IRIs and literals of more than " + std::to_string(max_bytes_) + " bytes when written out");
+    return bytes_ <= max_bytes_ || exceeds(from, "IRIs and literals of more than " + std::to_string(max_bytes_) + " bytes when written out");
   }
   bool count_directive(const char* from) {
-    return ++directives_ <= max_directives ||
-           exceeds(from, "more than " + std::to_string(max_directives) + " prefix and base directives");
+    return ++directives_ <= max_directives || exceeds(from, "more than " + std::to_string(max_directives) + " prefix and base directives");
   }
 
   // --- terms of both languages
@@ -193,8 +193,7 @@ class Parser : Terminals {
   }
   bool unexpected_here(const char* at) { return expected(wanted(), at); }
   bool wants_verb() const noexcept {
-    return state_ == State::verb || state_ == State::verb_or_close || state_ == State::verb_or_dot ||
-           state_ == State::verb_or_end;
+    return state_ == State::verb || state_ == State::verb_or_close || state_ == State::verb_or_dot || state_ == State::verb_or_end;
   }
 
   bool token() {
@@ -436,9 +435,7 @@ class Parser : Terminals {
     const char* const from = at_;
     const std::string_view prefix(at_, static_cast<std::size_t>(colon - at_));
     const std::string* const declared = prefixes_.find(prefix);
-    if (declared == nullptr) {
-      return fail(from, prefix.size() > 64 ? "undeclared prefix" : "undeclared prefix \"" + std::string(prefix) + ":\"");
-    }
+    if (declared == nullptr) { return fail(from, prefix.size() > 64 ? "undeclared prefix" : "undeclared prefix \"" + std::string(prefix) + ":\""); }
     iri_ = *declared;
     at_ = colon + 1;
     bool plain = true;
@@ -469,4 +466,5 @@ Result<Graph> read_turtle(std::string_view text, const ReadOptions& options) { r
 
 Result<Graph> read_n_triples(std::string_view text, const ReadOptions& options) { return Parser(text, options).n_triples(); }
 
+}  // namespace v0
 }  // namespace lrt::rdf

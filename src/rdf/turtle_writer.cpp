@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <cstdint>
 #include <vector>
 
@@ -11,6 +12,7 @@
 // Raptor 2.0.15 writes invalid Turtle in some cases (tests/rdf/turtle_writer_test.cpp).
 
 namespace lrt::rdf {
+inline namespace v0 {
 namespace {
 
 constexpr bool is_digit(char c) noexcept { return c >= '0' && c <= '9'; }
@@ -332,4 +334,5 @@ Result<std::string> write_n_quads(const Dataset& dataset) {
   return out;
 }
 
+}  // namespace v0
 }  // namespace lrt::rdf

@@ -1,9 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/rdf/traits.hpp>
 
 #include <lrt/base/immortal.hpp>
 #include <lrt/base/iri.hpp>
 
 namespace lrt::rdf {
+inline namespace v0 {
 
 bool same(const Value& a, const Value& b) noexcept {
   if (a.real() || b.real()) return a.real() && b.real() && std::memcmp(a.real(), b.real(), sizeof(double)) == 0;
@@ -18,9 +20,7 @@ bool same(const Value& a, const Value& b) noexcept {
          equal(a.large_integer(), b.large_integer()) || equal(a.text(), b.text());
 }
 
-}  // namespace lrt::rdf
-
-namespace lrt::rdf::detail {
+namespace detail {
 
 namespace {
 Type scalar(Type::Kind kind, Iri datatype, bool single = false) {
@@ -119,8 +119,8 @@ void place_terms(Type& record) {
 
 Unexpected not_a_value_of(const char* what) { return unexpected(Errc::expected_value, std::string("expected ") + what); }
 Unexpected read_only() { return unexpected(Errc::expected_value, "the field is read-only"); }
-Unexpected does_not_fit(const char* what) {
-  return unexpected(Errc::out_of_range, std::string("expected ") + what + " that the C++ type can hold");
-}
+Unexpected does_not_fit(const char* what) { return unexpected(Errc::out_of_range, std::string("expected ") + what + " that the C++ type can hold"); }
 
-}  // namespace lrt::rdf::detail
+}  // namespace detail
+}  // namespace v0
+}  // namespace lrt::rdf

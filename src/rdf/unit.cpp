@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/rdf/unit.hpp>
 
 #include <algorithm>
@@ -7,7 +8,9 @@
 
 #include <lrt/base/immortal.hpp>
 
-namespace lrt::rdf::detail {
+namespace lrt::rdf {
+inline namespace v0 {
+namespace detail {
 
 namespace {
 
@@ -40,9 +43,10 @@ const Unit& kept_unit(const Unit& unit) {
   if (is_identical(unit, unit::none)) return unit::none;
   static Immortal<KeptUnits> units;
   const std::lock_guard lock(units->mutex);
-  const auto known =
-      std::find_if(units->all.begin(), units->all.end(), [&](const KeptUnit& k) { return is_identical(k.unit, unit); });
+  const auto known = std::find_if(units->all.begin(), units->all.end(), [&](const KeptUnit& k) { return is_identical(k.unit, unit); });
   return known != units->all.end() ? known->unit : units->all.emplace_back(unit).unit;
 }
 
-}  // namespace lrt::rdf::detail
+}  // namespace detail
+}  // namespace v0
+}  // namespace lrt::rdf

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/rdf/update_data.hpp"
 
 #include <algorithm>
@@ -12,6 +13,7 @@
 #include "src/rdf/turtle_parser.hpp"
 
 namespace lrt::rdf {
+inline namespace v0 {
 namespace {
 
 bool is_space(char c) noexcept { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
@@ -142,13 +144,11 @@ class Reader {
     if (data != "DATA") {
       const std::string form = data.empty() ? word + " with a pattern" : word + " " + data;
       if (data.empty() && (second == text_.size() || text_[second] != '{')) return fail(second, "expected DATA after " + word);
-      return fail(data.empty() ? from : second, form + " is not taken here, only INSERT DATA and DELETE DATA",
-                  Errc::unsupported_syntax);
+      return fail(data.empty() ? from : second, form + " is not taken here, only INSERT DATA and DELETE DATA", Errc::unsupported_syntax);
     }
     skip_space();
     if (at_ == text_.size() || text_[at_] != '{') return fail(at_, "expected '{'");
-    if (updates_.size() == max_data_updates)
-      return fail(from, "more than " + std::to_string(max_data_updates) + " operations", Errc::limit_exceeded);
+    if (updates_.size() == max_data_updates) return fail(from, "more than " + std::to_string(max_data_updates) + " operations", Errc::limit_exceeded);
     const std::size_t open = at_++;
     if (!find_end(open)) return false;
     return read_triples(word == "INSERT" ? DataUpdate::Kind::insert : DataUpdate::Kind::remove, open + 1);
@@ -172,18 +172,14 @@ class Reader {
       if (begins) {
         const std::string word = word_at(at_);
         const bool is_whole = at_ + word.size() == text_.size() || text_[at_ + word.size()] != ':';
-        if (is_whole && word == "GRAPH")
-          return fail(at_, "GRAPH is not taken here: the request names the graph", Errc::unsupported_syntax);
-        if (is_whole && (word == "PREFIX" || word == "BASE"))
-          return fail(at_, word + " stands before the operation, not in its braces");
+        if (is_whole && word == "GRAPH") return fail(at_, "GRAPH is not taken here: the request names the graph", Errc::unsupported_syntax);
+        if (is_whole && (word == "PREFIX" || word == "BASE")) return fail(at_, word + " stands before the operation, not in its braces");
       }
       if (c == '{') return fail(at_, "expected triples, found '{'");
       if (c == '?' || c == '$') return fail(at_, "expected triples, found a variable");
-      if (c == '@' && at_ > 0 && text_[at_ - 1] != '"' && text_[at_ - 1] != '\'')
-        return fail(at_, "a directive is not allowed in the braces");
-      const bool separates =
-          c == '.' && (at_ + 1 == text_.size() || is_space(text_[at_ + 1]) || text_[at_ + 1] == '}' || text_[at_ + 1] == '#' ||
-                       text_[at_ + 1] == '<' || text_[at_ + 1] == '[' || text_[at_ + 1] == '(');
+      if (c == '@' && at_ > 0 && text_[at_ - 1] != '"' && text_[at_ - 1] != '\'') return fail(at_, "a directive is not allowed in the braces");
+      const bool separates = c == '.' && (at_ + 1 == text_.size() || is_space(text_[at_ + 1]) || text_[at_ + 1] == '}' || text_[at_ + 1] == '#' ||
+                                          text_[at_ + 1] == '<' || text_[at_ + 1] == '[' || text_[at_ + 1] == '(');
       begins = ends_with_dot_ = separates;
       if (c == '<') {
         if (!skip_iri()) return false;
@@ -236,8 +232,7 @@ class Reader {
 
 }  // namespace
 
-Result<std::vector<DataUpdate>> read_data_updates(std::string_view text, const ReadOptions& options) {
-  return Reader(text, options).run();
-}
+Result<std::vector<DataUpdate>> read_data_updates(std::string_view text, const ReadOptions& options) { return Reader(text, options).run(); }
 
+}  // namespace v0
 }  // namespace lrt::rdf

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -9,6 +10,7 @@
 #include <lrt/rdf/graph.hpp>
 
 namespace lrt::rdf {
+inline namespace v0 {
 
 /// One operation of a request in SPARQL 1.1 Update: the triples that it adds or removes.
 struct DataUpdate {
@@ -29,4 +31,5 @@ inline constexpr std::size_t max_data_updates = 100;
 /// @par Implements  SPARQL 1.1 Update 3.1.1, 3.1.2 and its grammar, of one graph
 Result<std::vector<DataUpdate>> read_data_updates(std::string_view text, const ReadOptions& options);
 
+}  // namespace v0
 }  // namespace lrt::rdf

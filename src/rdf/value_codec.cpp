@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/rdf/value_codec.hpp>
 
 #include <charconv>
@@ -16,6 +17,7 @@
 #include "src/rdf/value_writer.hpp"
 
 namespace lrt::rdf {
+inline namespace v0 {
 namespace {
 
 using Kind = Type::Kind;
@@ -137,8 +139,7 @@ class Completion {
     for (const Triple& t : graph_.triples()) {
       const auto other = replaced_.find({t.subject, t.predicate, t.object});
       const TermView object = graph_.term(t.object);
-      out.add(graph_.term(t.subject), graph_.term(t.predicate),
-              other == replaced_.end() ? object : literal(object.text, other->second));
+      out.add(graph_.term(t.subject), graph_.term(t.predicate), other == replaced_.end() ? object : literal(object.text, other->second));
     }
     for (const Added& a : added_) out.add(graph_.term(a.subject), a.predicate, iri(a.object));
     return out;
@@ -253,9 +254,8 @@ constexpr std::string_view xsd_namespace = "http://www.w3.org/2001/XMLSchema#";
 
 /// The local name of an XML Schema datatype, or an empty view.
 std::string_view xsd_name(const TermView& term) noexcept {
-  return term.is_literal() && term.datatype.substr(0, xsd_namespace.size()) == xsd_namespace
-             ? term.datatype.substr(xsd_namespace.size())
-             : std::string_view();
+  return term.is_literal() && term.datatype.substr(0, xsd_namespace.size()) == xsd_namespace ? term.datatype.substr(xsd_namespace.size())
+                                                                                             : std::string_view();
 }
 
 struct DerivedInteger {
@@ -266,18 +266,10 @@ struct DerivedInteger {
 constexpr std::uint64_t no_highest = std::numeric_limits<std::uint64_t>::max();
 constexpr std::int64_t no_lowest = std::numeric_limits<std::int64_t>::min();
 constexpr DerivedInteger integer_types[] = {
-    {"integer", no_lowest, no_highest},
-    {"long", no_lowest, INT64_MAX},
-    {"int", INT32_MIN, INT32_MAX},
-    {"short", INT16_MIN, INT16_MAX},
-    {"byte", INT8_MIN, INT8_MAX},
-    {"nonNegativeInteger", 0, no_highest},
-    {"positiveInteger", 1, no_highest},
-    {"nonPositiveInteger", no_lowest, 0},
-    {"negativeInteger", no_lowest, static_cast<std::uint64_t>(-1)},
-    {"unsignedLong", 0, no_highest},
-    {"unsignedInt", 0, UINT32_MAX},
-    {"unsignedShort", 0, UINT16_MAX},
+    {"integer", no_lowest, no_highest}, {"long", no_lowest, INT64_MAX},       {"int", INT32_MIN, INT32_MAX},
+    {"short", INT16_MIN, INT16_MAX},    {"byte", INT8_MIN, INT8_MAX},         {"nonNegativeInteger", 0, no_highest},
+    {"positiveInteger", 1, no_highest}, {"nonPositiveInteger", no_lowest, 0}, {"negativeInteger", no_lowest, static_cast<std::uint64_t>(-1)},
+    {"unsignedLong", 0, no_highest},    {"unsignedInt", 0, UINT32_MAX},       {"unsignedShort", 0, UINT16_MAX},
     {"unsignedByte", 0, UINT8_MAX},
 };
 
@@ -309,14 +301,17 @@ bool Completion::holds(const Type& type, const TermView& term) {
   if (form == IntegerForm::ill_typed) return false;
   if (type.kind == Kind::integer) {
     if (form != IntegerForm::yes) return false;
-    if (const auto value = lexical::parse_int64(term.text)) return *value >= type.lowest && (*value < 0 || static_cast<std::uint64_t>(*value) <= type.highest);
+    if (const auto value = lexical::parse_int64(term.text))
+      return *value >= type.lowest && (*value < 0 || static_cast<std::uint64_t>(*value) <= type.highest);
     const auto value = lexical::parse_uint64(term.text);
     return value && *value <= type.highest;
   }
   if (type.datatype == vocab::xsd::decimal && !lexical::is_decimal(term.text)) return false;  // an exponent
   const std::string_view name = xsd_name(term);
-  if (name == "float" ? !lexical::is_double(term.text) : name == "double" ? !lexical::is_double(term.text)
-      : name == "decimal" ? !lexical::is_decimal(term.text) : form != IntegerForm::yes)
+  if (name == "float"     ? !lexical::is_double(term.text)
+      : name == "double"  ? !lexical::is_double(term.text)
+      : name == "decimal" ? !lexical::is_decimal(term.text)
+                          : form != IntegerForm::yes)
     return false;
   if (name == "float" && type.kind == Kind::real && !type.single) return true;  // NaN and infinities, too
   if (term.text.find('N') != std::string_view::npos) return true;
@@ -472,7 +467,8 @@ class Reader {
       for (const TermId found : values(node, predicate.text)) {
         ++given;
         const TermView term = graph_.term(found);
-        if (wanted.empty()) fail("expected no " + abbreviate(predicate.text) + " (the unit is " + abbreviate(unit.qudt.text) + "), found " + shown(term));
+        if (wanted.empty())
+          fail("expected no " + abbreviate(predicate.text) + " (the unit is " + abbreviate(unit.qudt.text) + "), found " + shown(term));
         else if (!(term == TermView(wanted))) fail("expected " + abbreviate(wanted.text) + ", found " + shown(term));
       }
     };
@@ -564,26 +560,26 @@ class Reader {
       }
       case Kind::integer: {
         if (integer_form(term) != IntegerForm::yes) return refuse();
-        if (const auto i = lexical::parse_int64(term.text); i && *i < 0)
-          return *i >= type.lowest && in_range(facets, *i) ? Value(*i) : refuse();
+        if (const auto i = lexical::parse_int64(term.text); i && *i < 0) return *i >= type.lowest && in_range(facets, *i) ? Value(*i) : refuse();
         const auto u = lexical::parse_uint64(term.text);
         return u && *u <= type.highest && in_range(facets, *u) ? Value(*u) : refuse();
       }
       case Kind::real: {
         const std::string_view name = xsd_name(term);
         const bool floating = name == "float" || name == "double";
-        const bool lexically_right = floating ? lexical::is_double(term.text)
+        const bool lexically_right = floating            ? lexical::is_double(term.text)
                                      : name == "decimal" ? lexical::is_decimal(term.text)
                                                          : integer_form(term) == IntegerForm::yes;
         if (!lexically_right) return refuse();
         const auto number = lexical::parse_double(term.text);
         if (!number) return refuse();
         const bool is_special = !std::isfinite(*number) && term.text.find_first_of("123456789") == std::string_view::npos;
-        const bool too_large = (std::isinf(*number) && !is_special) ||
-                               (type.single && std::isfinite(*number) && std::isinf(static_cast<float>(*number)));
+        const bool too_large =
+            (std::isinf(*number) && !is_special) || (type.single && std::isfinite(*number) && std::isinf(static_cast<float>(*number)));
         if (too_large)
-          return fail(std::string("expected ") + (type.single && std::isfinite(*number) ? "a number that a float of 32 bits can hold" : "a finite number") +
-                      ", found " + std::string(term.text.substr(0, 80)));
+          return fail(std::string("expected ") +
+                      (type.single && std::isfinite(*number) ? "a number that a float of 32 bits can hold" : "a finite number") + ", found " +
+                      std::string(term.text.substr(0, 80)));
         if (is_special && !facets.allows_non_finite()) return refuse();
         const double value = type.single ? static_cast<double>(static_cast<float>(*number)) : *number;
         return is_special || in_range(facets, value, type.single) ? Value(value) : refuse();
@@ -604,8 +600,9 @@ class Reader {
       default: {
         if (!own_datatype || !lexical::is_well_formed(term.text, lexical::Datatype::string)) return refuse();
         Value value{std::string(term.text)};
-        return within(type, facets, value) ? value : fail("expected a text of " + std::to_string(facets.min_length()) + " to " +
-                                                          std::to_string(facets.max_length()) + " characters, found " + shown(term));
+        return within(type, facets, value) ? value
+                                           : fail("expected a text of " + std::to_string(facets.min_length()) + " to " +
+                                                  std::to_string(facets.max_length()) + " characters, found " + shown(term));
       }
     }
   }
@@ -771,4 +768,5 @@ std::string abbreviate(std::string_view text) {
   return "<" + std::string(text) + ">";
 }
 
+}  // namespace v0
 }  // namespace lrt::rdf

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>
@@ -9,6 +10,7 @@
 #include <lrt/rdf/value.hpp>
 
 namespace lrt::rdf {
+inline namespace v0 {
 
 /// Writes the triples of values for all formats (lrt/rdf/value_codec.hpp).
 class ValueWriter {
@@ -41,4 +43,5 @@ class ValueWriter {
 /// The lexical form of a scalar. In a text, invalid UTF-8 and U+0000 are replaced by U+FFFD.
 std::string lexical_form(const Type& type, const Value& value);
 
+}  // namespace v0
 }  // namespace lrt::rdf

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/security/authentication.hpp"
 
 #include <sys/stat.h>
@@ -9,6 +10,7 @@
 #include "src/base/ascii.hpp"
 
 namespace lrt::security {
+inline namespace v0 {
 namespace {
 
 /// RFC 4648 4, with padding; nullopt: it is not.
@@ -90,4 +92,5 @@ Result<std::unique_ptr<PolicyFile>> open_policy(std::string path, std::vector<Ru
   return PolicyFile::open(std::move(path), "the rules", load, std::move(log));
 }
 
+}  // namespace v0
 }  // namespace lrt::security

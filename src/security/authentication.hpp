@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -17,6 +18,7 @@
 #include "src/security/policy.hpp"
 
 namespace lrt::security {
+inline namespace v0 {
 
 /// How often files of tokens and rules are looked at.
 inline constexpr std::chrono::seconds look_pause{1};
@@ -100,4 +102,5 @@ struct Credentials {
 };
 Credentials credentials_of(const http::Request& request);
 
+}  // namespace v0
 }  // namespace lrt::security

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/security/digest.hpp"
 
 #include <openssl/crypto.h>
@@ -8,6 +9,7 @@
 #include "src/base/third_party_call.hpp"
 
 namespace lrt::security {
+inline namespace v0 {
 
 namespace {
 
@@ -36,4 +38,5 @@ Digest digest_of(std::string_view bytes) {
 
 bool are_equal(const Digest& a, const Digest& b) noexcept { return CRYPTO_memcmp(a.data(), b.data(), a.size()) == 0; }  // keeps no state
 
+}  // namespace v0
 }  // namespace lrt::security

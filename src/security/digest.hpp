@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>
@@ -5,6 +6,7 @@
 #include <string_view>
 
 namespace lrt::security {
+inline namespace v0 {
 
 using Digest = std::array<unsigned char, 32>;
 
@@ -14,4 +16,5 @@ Digest digest_of(std::string_view bytes);
 /// Takes the same time wherever the two differ.
 bool are_equal(const Digest& a, const Digest& b) noexcept;
 
+}  // namespace v0
 }  // namespace lrt::security

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/security/failed_logins.hpp"
 
 #include <iterator>
@@ -5,6 +6,7 @@
 #include "src/base/client_key.hpp"
 
 namespace lrt::security {
+inline namespace v0 {
 
 /// The empty key is that of all addresses that the table has no place for.
 std::string FailedLogins::key_of(std::string_view address) const {
@@ -29,4 +31,5 @@ std::optional<std::chrono::seconds> FailedLogins::pause(std::string_view address
   return std::chrono::ceil<std::chrono::seconds>(found->second.ends - now);
 }
 
+}  // namespace v0
 }  // namespace lrt::security

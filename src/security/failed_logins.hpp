@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -9,6 +10,7 @@
 #include <unordered_map>
 
 namespace lrt::security {
+inline namespace v0 {
 
 /// Counts what failed at each address, within a minute from the first.
 ///
@@ -37,4 +39,5 @@ class FailedLogins {
   std::unordered_map<std::string, Count> counts_;
 };
 
+}  // namespace v0
 }  // namespace lrt::security

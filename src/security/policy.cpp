@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/security/policy.hpp"
 
 #include <algorithm>
@@ -13,6 +14,7 @@
 #include "src/base/read_file.hpp"
 
 namespace lrt::security {
+inline namespace v0 {
 namespace {
 
 constexpr std::size_t max_file_bytes = 1024 * 1024;
@@ -21,7 +23,8 @@ constexpr std::string_view file_iri = "http://lrt.invalid/";
 
 /// A path from the root, as the registry has it: without a slash at the end.
 Result<std::string> path_of(std::string_view given) {
-  if (given.empty() || given.front() != '/') return unexpected(Errc::invalid_option, "expected a path such as /arm, found \"" + std::string(given) + "\"");
+  if (given.empty() || given.front() != '/')
+    return unexpected(Errc::invalid_option, "expected a path such as /arm, found \"" + std::string(given) + "\"");
   if (given.size() > 1 && given.back() == '/') given.remove_suffix(1);
   Result<std::string> path = canonical_path(given);
   if (!path) return unexpected(Errc::invalid_option, "\"" + std::string(given) + "\": " + path.error().message);
@@ -102,7 +105,8 @@ class AuthorizationReader {
     } else if (predicate == vocab::acl::mode.text) {
       const std::optional<Right> right = right_of(iri);
       if (!right)
-        return unexpected(Errc::invalid_option, "acl:mode: expected acl:Read, acl:Write, acl:Control, lrt:Invoke or lrt:Subscribe, found <" + shown(iri.text) + ">");
+        return unexpected(Errc::invalid_option,
+                          "acl:mode: expected acl:Read, acl:Write, acl:Control, lrt:Invoke or lrt:Subscribe, found <" + shown(iri.text) + ">");
       rights = rights | *right;
     } else {
       return unexpected(Errc::invalid_option, "acl:" + local + " is not supported");
@@ -129,7 +133,9 @@ class AuthorizationReader {
 
   /// An IRI as it may stand in the file.
   static std::string shown(std::string_view iri) {
-    return std::string(iri.substr(0, file_iri.size()) == file_iri ? iri.substr(file_iri.size() - (iri.size() > file_iri.size() && iri[file_iri.size()] == '#' ? 0 : 1)) : iri);
+    return std::string(iri.substr(0, file_iri.size()) == file_iri
+                           ? iri.substr(file_iri.size() - (iri.size() > file_iri.size() && iri[file_iri.size()] == '#' ? 0 : 1))
+                           : iri);
   }
 
   static constexpr std::string_view acl = vocab::acl::Authorization.text.substr(0, vocab::acl::Authorization.text.find('#') + 1);
@@ -217,4 +223,5 @@ std::shared_ptr<const View> Policy::view(const Principal* principal) {
   return made;
 }
 
+}  // namespace v0
 }  // namespace lrt::security

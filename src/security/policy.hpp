@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -13,6 +14,7 @@
 #include <lrt/security.hpp>
 
 namespace lrt::security {
+inline namespace v0 {
 
 /// What one caller may do to each resource. Equal callers share one.
 ///
@@ -70,8 +72,9 @@ class Policy {
 
   std::shared_ptr<const View::Targets> targets_;
   std::vector<Grant> grants_;
-  std::mutex mutex_;                               ///< guards the rest
+  std::mutex mutex_;                                                                     ///< guards the rest
   std::vector<std::pair<std::vector<View::Granted>, std::weak_ptr<const View>>> views_;  ///< those in use
 };
 
+}  // namespace v0
 }  // namespace lrt::security

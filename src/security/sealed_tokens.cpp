@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/security/sealed_tokens.hpp"
 
 #include <utility>
@@ -5,13 +6,13 @@
 #include "src/security/sealing.hpp"
 
 namespace lrt::security {
+inline namespace v0 {
 
 Digest SealedTokens::key_of(std::string_view secret, std::string_view purpose) {
   return digest_of(std::string("find ").append(secret).append(" ").append(purpose));
 }
 
-std::optional<std::string> SealedTokens::add(std::string_view owner, std::string_view purpose, std::string_view token,
-                                             Instant now) {
+std::optional<std::string> SealedTokens::add(std::string_view owner, std::string_view purpose, std::string_view token, Instant now) {
   std::string secret = random_secret();
   Entry entry{std::string(owner), seal(secret, token), now + bounds_.life};
   const Digest key = key_of(secret, purpose);
@@ -71,4 +72,5 @@ void SealedTokens::remove(std::string_view secret, std::string_view purpose) {
   entries_.erase(key);
 }
 
+}  // namespace v0
 }  // namespace lrt::security

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/security/sealing.hpp"
 
 #include <openssl/evp.h>
@@ -11,6 +12,7 @@
 #include "src/security/digest.hpp"
 
 namespace lrt::security {
+inline namespace v0 {
 namespace {
 
 constexpr std::size_t tag_bytes = 16;
@@ -24,8 +26,7 @@ Digest key_of(std::string_view secret) { return digest_of(std::string("seal ").a
 
 Cipher begin(std::string_view secret, bool encrypts) {
   Cipher cipher(EVP_CIPHER_CTX_new(), EVP_CIPHER_CTX_free);
-  if (!cipher ||
-      EVP_CipherInit_ex(cipher.get(), EVP_aes_256_gcm(), nullptr, key_of(secret).data(), nonce.data(), encrypts ? 1 : 0) != 1)
+  if (!cipher || EVP_CipherInit_ex(cipher.get(), EVP_aes_256_gcm(), nullptr, key_of(secret).data(), nonce.data(), encrypts ? 1 : 0) != 1)
     throw std::runtime_error("AES failed");
   return cipher;
 }
@@ -33,9 +34,8 @@ Cipher begin(std::string_view secret, bool encrypts) {
 std::string updated(EVP_CIPHER_CTX* cipher, std::string_view text) {
   std::string out(text.size(), '\0');
   int size = 0;
-  if (!text.empty() &&
-      EVP_CipherUpdate(cipher, reinterpret_cast<unsigned char*>(out.data()), &size,
-                       reinterpret_cast<const unsigned char*>(text.data()), static_cast<int>(text.size())) != 1)
+  if (!text.empty() && EVP_CipherUpdate(cipher, reinterpret_cast<unsigned char*>(out.data()), &size,
+                                        reinterpret_cast<const unsigned char*>(text.data()), static_cast<int>(text.size())) != 1)
     throw std::runtime_error("AES failed");
   return out;
 }
@@ -62,8 +62,7 @@ std::string seal(std::string_view secret, std::string_view text) {
   std::string sealed = updated(cipher.get(), text);
   std::array<unsigned char, tag_bytes> tag;
   int none = 0;
-  if (EVP_CipherFinal_ex(cipher.get(), tag.data(), &none) != 1 ||
-      EVP_CIPHER_CTX_ctrl(cipher.get(), EVP_CTRL_GCM_GET_TAG, tag_bytes, tag.data()) != 1)
+  if (EVP_CipherFinal_ex(cipher.get(), tag.data(), &none) != 1 || EVP_CIPHER_CTX_ctrl(cipher.get(), EVP_CTRL_GCM_GET_TAG, tag_bytes, tag.data()) != 1)
     throw std::runtime_error("AES failed");
   return sealed.append(reinterpret_cast<const char*>(tag.data()), tag.size());
 }
@@ -83,4 +82,5 @@ std::optional<std::string> unseal(std::string_view secret, std::string_view seal
   return text;
 }
 
+}  // namespace v0
 }  // namespace lrt::security

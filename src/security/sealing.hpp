@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <optional>
@@ -5,6 +6,7 @@
 #include <string_view>
 
 namespace lrt::security {
+inline namespace v0 {
 
 /// 32 random bytes of the operating system, as 64 hexadecimal digits.
 std::string random_secret();
@@ -14,4 +16,5 @@ std::string seal(std::string_view secret, std::string_view text);
 /// What seal() was given; nullopt: it was another secret.
 std::optional<std::string> unseal(std::string_view secret, std::string_view sealed);
 
+}  // namespace v0
 }  // namespace lrt::security

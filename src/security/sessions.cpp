@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/security/sessions.hpp"
 
 #include <algorithm>
@@ -8,6 +9,7 @@
 #include "src/base/ascii.hpp"
 
 namespace lrt::security {
+inline namespace v0 {
 namespace {
 
 constexpr std::string_view attributes = "; Path=/; HttpOnly; SameSite=Strict";
@@ -78,8 +80,7 @@ std::optional<Sessions::Cookie> Sessions::cookie_of(const http::Request& request
   return std::nullopt;
 }
 
-std::optional<std::string> Sessions::begin(const http::Request& request, std::string_view owner, std::string_view token,
-                                           bool secure, TimePoint now) {
+std::optional<std::string> Sessions::begin(const http::Request& request, std::string_view owner, std::string_view token, bool secure, TimePoint now) {
   (void)end(request);
   const std::string name = cookie_name(request, secure);
   const std::optional<std::string> secret = sessions_.add(owner, purpose_of(request, name), token, now.steady);
@@ -103,8 +104,7 @@ std::optional<std::string> Sessions::make_ticket(std::string_view owner, std::st
   return tickets_.add(owner, any_purpose, token, now.steady);
 }
 
-std::optional<std::string> Sessions::take_ticket(std::string_view ticket, TimePoint now) {
-  return tickets_.take(ticket, any_purpose, now.steady);
-}
+std::optional<std::string> Sessions::take_ticket(std::string_view ticket, TimePoint now) { return tickets_.take(ticket, any_purpose, now.steady); }
 
+}  // namespace v0
 }  // namespace lrt::security

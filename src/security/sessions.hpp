@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -13,6 +14,7 @@
 #include "src/security/sealed_tokens.hpp"
 
 namespace lrt::security {
+inline namespace v0 {
 
 /// Who has logged in: sessions of browsers, and tickets of scripts. Both stand for a bearer token, which whoever finds the caller judges anew at each request,
 /// so that they end with it.
@@ -32,8 +34,7 @@ class Sessions {
   /// Begins a session for a token, and ends that of the request's cookie.
   /// @param secure  the browser came over https
   /// @return  value of Set-Cookie; nullopt: there are too many sessions
-  std::optional<std::string> begin(const http::Request& request, std::string_view owner, std::string_view token, bool secure,
-                                   TimePoint now);
+  std::optional<std::string> begin(const http::Request& request, std::string_view owner, std::string_view token, bool secure, TimePoint now);
   /// The token of the session that the cookie of a request names. Without a cookie no lock is taken.
   std::optional<std::string> token_of(const http::Request& request, TimePoint now) const;
   /// Ends the session that the cookie of a request names.
@@ -63,4 +64,5 @@ class Sessions {
   FailedLogins failed_logins_;
 };
 
+}  // namespace v0
 }  // namespace lrt::security

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/security.hpp>
 
 #include <algorithm>
@@ -12,6 +13,7 @@
 #include "src/security/digest.hpp"
 
 namespace lrt::security {
+inline namespace v0 {
 namespace {
 
 constexpr std::size_t max_file_bytes = 1024 * 1024;
@@ -29,9 +31,8 @@ std::string_view next_word(std::string_view& line) noexcept {
 /// b64token of RFC 6750 2.1
 bool is_token(std::string_view text) noexcept {
   const std::string_view body = text.substr(0, text.find_last_not_of('=') + 1);
-  return !body.empty() && std::all_of(body.begin(), body.end(), [](char c) {
-    return detail::is_alpha(c) || detail::is_digit(c) || detail::contains("-._~+/", c);
-  });
+  return !body.empty() &&
+         std::all_of(body.begin(), body.end(), [](char c) { return detail::is_alpha(c) || detail::is_digit(c) || detail::contains("-._~+/", c); });
 }
 
 std::optional<Digest> digest_in(std::string_view hexadecimal) noexcept {
@@ -70,7 +71,9 @@ Result<std::vector<std::string>> roles_in(std::string_view word) {
 }  // namespace
 
 Roles default_roles() {
-  return {{"reader", Right::read | Right::subscribe}, {"operator", Right::read | Right::write | Right::invoke | Right::subscribe}, {"administrator", Rights::all()}};
+  return {{"reader", Right::read | Right::subscribe},
+          {"operator", Right::read | Right::write | Right::invoke | Right::subscribe},
+          {"administrator", Rights::all()}};
 }
 
 Result<Tokens> Tokens::parse(std::string_view text) {
@@ -152,4 +155,5 @@ std::optional<std::chrono::system_clock::time_point> Tokens::next_expiry(std::ch
   return next;
 }
 
+}  // namespace v0
 }  // namespace lrt::security

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/server/audit.hpp"
 
 #include <algorithm>
@@ -7,6 +8,7 @@
 #include <lrt/http/target.hpp>
 
 namespace lrt {
+inline namespace v0 {
 namespace {
 
 constexpr std::size_t max_text_bytes = 1024;
@@ -127,18 +129,15 @@ void AuditWriter::give(std::string line) noexcept {
 
 Result<void> Audit::check(const security::Audit& options) {
   if (options.max_waiting_lines == 0 || options.max_waiting_lines > max_lines)
-    return unexpected(Errc::invalid_option, "security.audit.max_waiting_lines: expected 1 to 1000000, found " +
-                                                std::to_string(options.max_waiting_lines));
+    return unexpected(Errc::invalid_option,
+                      "security.audit.max_waiting_lines: expected 1 to 1000000, found " + std::to_string(options.max_waiting_lines));
   return {};
 }
 
 Audit::Record Audit::record_of(const http::Request& request, const Result<engine::Caller>& caller, TimePoint now) {
   const auto target = http::split_target(request.target);
   const std::string_view path = target ? target->path : request.target.substr(0, request.target.find_first_of("?#"));
-  return {now.utc,
-          {caller ? caller->principal : nullptr, std::string(request.peer)},
-          std::string(request.method),
-          std::string(path)};
+  return {now.utc, {caller ? caller->principal : nullptr, std::string(request.peer)}, std::string(request.method), std::string(path)};
 }
 
 bool Audit::is_wanted(const Record& record, int status, http::Denial denial, bool subscribes) const {
@@ -146,8 +145,7 @@ bool Audit::is_wanted(const Record& record, int status, http::Denial denial, boo
   return denial != http::Denial::none || status == 401 || status == 403 || status == 421 || status == 429;
 }
 
-void Audit::handled(const http::Request& request, const Result<engine::Caller>& caller, const engine::Outcome& outcome,
-                    TimePoint now) {
+void Audit::handled(const http::Request& request, const Result<engine::Caller>& caller, const engine::Outcome& outcome, TimePoint now) {
   Record record = record_of(request, caller, now);
   if (const auto* deferred = std::get_if<engine::Deferred>(&outcome))
     deferred_.insert_or_assign(static_cast<std::uint64_t>(deferred->ticket), std::move(record));
@@ -156,8 +154,7 @@ void Audit::handled(const http::Request& request, const Result<engine::Caller>& 
   else finished(record, std::get<http::Response>(outcome));
 }
 
-void Audit::refused(const http::Request& request, const Result<engine::Caller>& caller, const http::Response& response,
-                    TimePoint now) {
+void Audit::refused(const http::Request& request, const Result<engine::Caller>& caller, const http::Response& response, TimePoint now) {
   finished(record_of(request, caller, now), response);
 }
 
@@ -182,12 +179,10 @@ void Audit::abandoned(engine::Ticket ticket) {
 void Audit::finished(const Record& record, const http::Response& response) {
   const auto location = response.fields.find("Location");
   const auto made =
-      !location ? made_.end()
-                : std::find_if(made_.begin(), made_.end(), [&](const std::string& path) { return ends_with(*location, path); });
+      !location ? made_.end() : std::find_if(made_.begin(), made_.end(), [&](const std::string& path) { return ends_with(*location, path); });
   const bool subscribes = made != made_.end();
   if (!is_wanted(record, response.status, response.denial, subscribes)) return;
-  std::string line = begin_line(record.time, subscribes ? "subscription_made" : "request", record.sender.principal.get(),
-                                record.sender.address);
+  std::string line = begin_line(record.time, subscribes ? "subscription_made" : "request", record.sender.principal.get(), record.sender.address);
   append_member(line, "method", record.method);
   append_member(line, "resource", record.path);
   if (subscribes) {
@@ -228,4 +223,5 @@ void Audit::changed(const std::vector<engine::SubscriptionEvent>& events, TimePo
   }
 }
 
+}  // namespace v0
 }  // namespace lrt

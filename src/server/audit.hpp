@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <atomic>
@@ -22,14 +23,14 @@
 #include "src/base/mailbox.hpp"
 
 namespace lrt {
+inline namespace v0 {
 
 /// Gives lines to the sink of an audit, on a thread of its own. Writers neither lock nor wait.
 ///
 /// @par Threads  any; run(): its own
 class AuditWriter {
  public:
-  AuditWriter(const security::Audit& options, LogCallback log)
-      : sink_(options.sink), max_lines_(options.max_waiting_lines), log_(std::move(log)) {}
+  AuditWriter(const security::Audit& options, LogCallback log) : sink_(options.sink), max_lines_(options.max_waiting_lines), log_(std::move(log)) {}
 
   /// Calls the sink until stop() has been called and all lines are written.
   void run() noexcept;
@@ -70,11 +71,9 @@ class Audit {
   const AuditWriter& writer() const noexcept { return writer_; }
 
   /// A request and its response, or that this comes later. Before it: changed().
-  void handled(const http::Request& request, const Result<engine::Caller>& caller, const engine::Outcome& outcome,
-               TimePoint now);
+  void handled(const http::Request& request, const Result<engine::Caller>& caller, const engine::Outcome& outcome, TimePoint now);
   /// A request that was refused by its header section.
-  void refused(const http::Request& request, const Result<engine::Caller>& caller, const http::Response& response,
-               TimePoint now);
+  void refused(const http::Request& request, const Result<engine::Caller>& caller, const http::Response& response, TimePoint now);
   /// A deferred response. Before it: changed().
   void replied(const engine::Reply& reply);
   /// The client did not wait for the response.
@@ -108,4 +107,5 @@ class Audit {
   AuditWriter writer_;
 };
 
+}  // namespace v0
 }  // namespace lrt

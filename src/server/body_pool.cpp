@@ -1,9 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/server/body_pool.hpp"
 
 #include <algorithm>
 #include <utility>
 
 namespace lrt {
+inline namespace v0 {
 
 void BodyQueue::put(engine::BodyJob job) {
   Client& client = clients_[job.client];
@@ -73,4 +75,5 @@ void BodyPool::stop() noexcept {
   for (Thread& thread : threads) thread.join();
 }
 
+}  // namespace v0
 }  // namespace lrt

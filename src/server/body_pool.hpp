@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <condition_variable>
@@ -17,6 +18,7 @@
 #include "src/base/thread.hpp"
 
 namespace lrt {
+inline namespace v0 {
 
 /// Bodies that wait to be judged, and which is next: each client gets the same share of the work, by bytes, and of one client the smallest body
 /// comes first. So a client that sends many large bodies delays its own.
@@ -69,4 +71,5 @@ class BodyPool {
   bool stopping_ = false;
 };
 
+}  // namespace v0
 }  // namespace lrt

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/server/callers.hpp"
 
 #include <chrono>
@@ -10,6 +11,7 @@
 #include "src/engine/subscriptions.hpp"
 
 namespace lrt {
+inline namespace v0 {
 namespace {
 
 std::map<std::string, std::shared_ptr<const security::Principal>> shared(const std::map<std::string, security::Principal>& certificates) {
@@ -37,7 +39,9 @@ Result<std::shared_ptr<Callers>> Callers::create(const Security& security, std::
   if (!callers->authenticates_ && !callers->authorize_) return std::shared_ptr<Callers>();
   if (!security.certificates.empty() && (!security.tls || security.tls->client_ca_file.empty()))
     return unexpected(Errc::invalid_option, "security.certificates: no client can show a certificate without security.tls and its client_ca_file");
-  const auto is_between = [](std::chrono::seconds value, std::chrono::seconds least, std::chrono::seconds most) { return value >= least && value <= most; };
+  const auto is_between = [](std::chrono::seconds value, std::chrono::seconds least, std::chrono::seconds most) {
+    return value >= least && value <= most;
+  };
   if (const auto life = security.sessions.life; !is_between(life, std::chrono::seconds(0), std::chrono::hours(24 * 365)))
     return unexpected(Errc::invalid_option, "security.sessions.life: expected 0 s to 365 days, found " + std::to_string(life.count()) + " s");
   if (const auto life = security.sessions.ticket_life; !is_between(life, std::chrono::seconds(1), std::chrono::hours(1)))
@@ -70,7 +74,8 @@ engine::Caller Callers::of(const http::Request& request) {
     if (!caller.principal) caller.challenge = challenge_for(request, found.refused);
     // A user who has lost all rights may log in as somebody else.
     if (found.refused) caller.access = engine::Access::unauthenticated;
-    else if (caller.view->anywhere().empty()) caller.access = caller.principal && !found.by_cookie ? engine::Access::forbidden : engine::Access::unauthenticated;
+    else if (caller.view->anywhere().empty())
+      caller.access = caller.principal && !found.by_cookie ? engine::Access::forbidden : engine::Access::unauthenticated;
   }
   if (authorize_ && caller.access == engine::Access::granted) caller.access = authorize_(request);
   return caller;
@@ -93,7 +98,8 @@ Callers::Found Callers::find(const http::Request& request, TimePoint now) {
     }
   }
   if (authenticate_)
-    if (std::optional<security::Principal> principal = authenticate_(request)) return {std::make_shared<const security::Principal>(*std::move(principal))};
+    if (std::optional<security::Principal> principal = authenticate_(request))
+      return {std::make_shared<const security::Principal>(*std::move(principal))};
   return {nullptr, credentials.scheme != Scheme::none};
 }
 
@@ -101,7 +107,8 @@ Callers::Found Callers::find(const http::Request& request, TimePoint now) {
 std::optional<Callers::Found> Callers::find_by_session(const http::Request& request, TimePoint now) {
   if (!sessions_) return std::nullopt;
   if (const auto ticket = engine::query_parameter(request.target, security::Sessions::ticket_parameter)) {
-    const bool watches = request.method == "GET" && ((request.can_upgrade && http::requests_upgrade(request, "websocket")) || engine::names_event_stream(request));
+    const bool watches =
+        request.method == "GET" && ((request.can_upgrade && http::requests_upgrade(request, "websocket")) || engine::names_event_stream(request));
     const auto token = watches ? sessions_->take_ticket(*ticket, now) : std::nullopt;
     return token ? find_by_token(request, *token, now) : Found{nullptr, true};
   }
@@ -193,4 +200,5 @@ std::string Callers::challenge_for(const http::Request& request, bool refused) c
   return challenge;
 }
 
+}  // namespace v0
 }  // namespace lrt

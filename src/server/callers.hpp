@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -19,6 +20,7 @@
 #include "src/security/sessions.hpp"
 
 namespace lrt {
+inline namespace v0 {
 
 /// Finds out who sends a request, and which rights that gives, as lrt::Security says.
 ///
@@ -45,8 +47,8 @@ class Callers {
   /// What the credentials of a request have shown.
   struct Found {
     PrincipalPtr principal{};  ///< nullptr: nobody
-    bool refused = false;    ///< there are credentials, which nobody has
-    bool by_cookie = false;  ///< engine::Caller::by_cookie
+    bool refused = false;      ///< there are credentials, which nobody has
+    bool by_cookie = false;    ///< engine::Caller::by_cookie
   };
 
   Callers(const Security& security, std::shared_ptr<security::Sessions> sessions, const Clock& clock);
@@ -79,4 +81,5 @@ class Callers {
   std::chrono::steady_clock::time_point next_look_{};
 };
 
+}  // namespace v0
 }  // namespace lrt

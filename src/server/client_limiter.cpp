@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/server/client_limiter.hpp"
 
 #include <algorithm>
@@ -6,6 +7,7 @@
 #include "src/base/client_key.hpp"
 
 namespace lrt {
+inline namespace v0 {
 namespace {
 
 using std::chrono::seconds;
@@ -31,8 +33,7 @@ RateTable::Client& RateTable::find(std::string_view name) {
   const auto known = std::find_if(set->begin(), set->end(), [&](const Client& client) { return client.name == name; });
   if (known != set->end()) return *known;
   const auto used = [](const Client& client) { return std::max(client.requests, client.bytes); };
-  Client& least =
-      *std::min_element(set->begin(), set->end(), [&](const Client& a, const Client& b) { return used(a) < used(b); });
+  Client& least = *std::min_element(set->begin(), set->end(), [&](const Client& a, const Client& b) { return used(a) < used(b); });
   least = {std::string(name)};
   return least;
 }
@@ -41,8 +42,7 @@ Result<void> ClientLimiter::check(const security::ClientLimits& limits) {
   const auto invalid = [](const std::string& what) { return unexpected(Errc::invalid_option, "security.clients." + what); };
   if (limits.requests_per_second > max_requests_per_second)
     return invalid("requests_per_second: expected 0 to 1000000, found " + std::to_string(limits.requests_per_second));
-  if (const std::uint64_t bytes = limits.body_bytes_per_second;
-      bytes != 0 && (bytes < min_bytes_per_second || bytes > max_bytes_per_second))
+  if (const std::uint64_t bytes = limits.body_bytes_per_second; bytes != 0 && (bytes < min_bytes_per_second || bytes > max_bytes_per_second))
     return invalid("body_bytes_per_second: expected 0, or 1024 to 2^40, found " + std::to_string(bytes));
   if (limits.burst < std::chrono::milliseconds(1) || limits.burst > std::chrono::hours(1))
     return invalid("burst: expected 1 ms to 1 h, found " + std::to_string(limits.burst.count()) + " ms");
@@ -68,8 +68,7 @@ std::optional<seconds> ClientLimiter::count(engine::Caller& caller, std::string_
     request = time_of(1, limits_.requests_per_second);
     wait = client.requests + request - now.steady - std::max<steady_clock::duration>(limits_.burst, request);
   }
-  if (has_body && limits_.body_bytes_per_second != 0)
-    wait = std::max<steady_clock::duration>(wait, client.bytes - now.steady - limits_.burst);
+  if (has_body && limits_.body_bytes_per_second != 0) wait = std::max<steady_clock::duration>(wait, client.bytes - now.steady - limits_.burst);
   if (wait > steady_clock::duration(0)) return std::chrono::ceil<seconds>(wait);
   use(client.requests, request, now.steady);
   return std::nullopt;
@@ -81,8 +80,7 @@ void ClientLimiter::count_body(const engine::Caller& caller, std::uint64_t bytes
   use(find(caller).bytes, time_of(bytes, limits_.body_bytes_per_second), now.steady);
 }
 
-RateTable::Client& ClientLimiter::find(const engine::Caller& caller) {
-  return (caller.principal ? principals_ : addresses_).find(caller.client);
-}
+RateTable::Client& ClientLimiter::find(const engine::Caller& caller) { return (caller.principal ? principals_ : addresses_).find(caller.client); }
 
+}  // namespace v0
 }  // namespace lrt

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>
@@ -16,6 +17,7 @@
 #include <lrt/security.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 /// When each client may go on, of a bounded number of clients.
 ///
@@ -46,8 +48,7 @@ class RateTable {
 /// @par Threads  any
 class ClientLimiter {
  public:
-  explicit ClientLimiter(const security::ClientLimits& limits)
-      : limits_(limits), addresses_(limits.max_clients), principals_(limits.max_clients) {}
+  explicit ClientLimiter(const security::ClientLimits& limits) : limits_(limits), addresses_(limits.max_clients), principals_(limits.max_clients) {}
 
   /// @par Errors  invalid_option
   static Result<void> check(const security::ClientLimits& limits);
@@ -66,4 +67,5 @@ class ClientLimiter {
   RateTable addresses_, principals_;  ///< apart: addresses, which are free of charge, displace no principal
 };
 
+}  // namespace v0
 }  // namespace lrt

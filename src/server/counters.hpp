@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 #include <lrt/server_thing.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 /// TimeCounts that one thread at a time writes and any reads.
 class AtomicTimeCounts {
@@ -48,8 +50,7 @@ class Counters {
  public:
   void request() noexcept { requests_.fetch_add(1, std::memory_order_relaxed); }
   void response(int status, http::Denial denial) noexcept {
-    if (status >= 100 && status < 600)
-      responses_[static_cast<std::size_t>(status) / 100 - 1].fetch_add(1, std::memory_order_relaxed);
+    if (status >= 100 && status < 600) responses_[static_cast<std::size_t>(status) / 100 - 1].fetch_add(1, std::memory_order_relaxed);
     if (denial != http::Denial::none) refusals_[static_cast<std::size_t>(denial)].fetch_add(1, std::memory_order_relaxed);
   }
   /// Measures a call of Server::poll().
@@ -83,4 +84,5 @@ class Counters {
   std::chrono::steady_clock::time_point last_poll_{};
 };
 
+}  // namespace v0
 }  // namespace lrt

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>
@@ -16,6 +17,7 @@
 #include "src/base/event_waker.hpp"
 
 namespace lrt {
+inline namespace v0 {
 
 /// What a feed calls: the server.
 class FeedHost {
@@ -45,7 +47,7 @@ class Feed::State {
   FeedHost& host;
   const std::shared_ptr<const security::Principal> owner;
   const std::shared_ptr<EventWaker> waker = std::make_shared<EventWaker>();
-  std::deque<engine::Channel> newest, queued;  ///< channels that have something, by whether their subscriptions have a queue
+  std::deque<engine::Channel> newest, queued;         ///< channels that have something, by whether their subscriptions have a queue
   std::unordered_map<std::uint64_t, bool> channels;   ///< its subscriptions, and whether they have a queue
   std::vector<engine::ObservableResource> resources;  ///< that are new
   bool lists_all = true;                              ///< the next take() has all resources
@@ -63,8 +65,7 @@ class Feeds {
   void add(std::shared_ptr<Feed::State> feed) { all_.push_back(std::move(feed)); }
   void remove(const Feed::State& feed) {
     for (const auto& [channel, queued] : feed.channels) by_channel_.erase(channel);
-    for (auto at = by_ticket_.begin(); at != by_ticket_.end();)
-      at = at->second.first == &feed ? by_ticket_.erase(at) : std::next(at);
+    for (auto at = by_ticket_.begin(); at != by_ticket_.end();) at = at->second.first == &feed ? by_ticket_.erase(at) : std::next(at);
     all_.erase(std::remove_if(all_.begin(), all_.end(), [&](const auto& other) { return other.get() == &feed; }), all_.end());
   }
 
@@ -76,9 +77,7 @@ class Feeds {
     by_channel_.erase(number_of(channel));
     feed.channels.erase(number_of(channel));
   }
-  void add(Feed::State& feed, engine::Ticket ticket, std::uint64_t number) {
-    by_ticket_[static_cast<std::uint64_t>(ticket)] = {&feed, number};
-  }
+  void add(Feed::State& feed, engine::Ticket ticket, std::uint64_t number) { by_ticket_[static_cast<std::uint64_t>(ticket)] = {&feed, number}; }
 
   /// The channel has something. False: it is of no feed.
   bool take(engine::Channel channel) {
@@ -126,4 +125,5 @@ class Feeds {
   std::unordered_map<std::uint64_t, std::pair<Feed::State*, std::uint64_t>> by_ticket_;  ///< with the number of the request
 };
 
+}  // namespace v0
 }  // namespace lrt

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -11,6 +12,7 @@
 #include <lrt/engine/handler.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 /// Requests and event streams that came over a host's own HTTP server. Their replies and channels are sorted out of those of the
 /// server's transport, and the host's threads wait for them here.
@@ -61,4 +63,5 @@ class GuestRequests {
   std::condition_variable changed_;
 };
 
+}  // namespace v0
 }  // namespace lrt

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/server/kept_graphs.hpp"
 
 #include <algorithm>
@@ -8,6 +9,7 @@
 #include <lrt/rdf/codec.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 namespace {
 
@@ -33,8 +35,7 @@ void KeptGraphs::Kept::begin(LogCallback log, ThreadOptions threads) {
   });
 }
 
-Result<KeptGraphs::Opened> KeptGraphs::open(const model::WorldSpec& world, const LogCallback& log,
-                                            const ThreadOptions& threads) {
+Result<KeptGraphs::Opened> KeptGraphs::open(const model::WorldSpec& world, const LogCallback& log, const ThreadOptions& threads) {
   Opened opened;
   for (const auto& state : world.graphs) {
     const std::string& path = state->options().file;
@@ -45,17 +46,14 @@ Result<KeptGraphs::Opened> KeptGraphs::open(const model::WorldSpec& world, const
     Result<std::optional<SavedFile::Content>> content = SavedFile::load(path, max_file_bytes(state->options()));
     if (!content) return named(*state, std::move(content).error());
     if (*content && (*content)->state == SavedFile::State::unmarked)
-      return named(
-          *state,
-          {Errc::invalid_option,
-           "\"" + path + "\": expected a file that lrt wrote, or none; found a file of another program. Choose another path"});
+      return named(*state, {Errc::invalid_option,
+                            "\"" + path + "\": expected a file that lrt wrote, or none; found a file of another program. Choose another path"});
     if (*content) {
       rdf::ReadOptions options;
       options.max_triples = state->options().max_triples;
       options.max_bytes = max_file_bytes(state->options());
       const bool is_whole = (*content)->state == SavedFile::State::whole;
-      Result<rdf::Graph> graph =
-          is_whole ? rdf::read((*content)->text, rdf::Syntax::n_triples, options) : unexpected(Errc::expected_rdf, "damaged");
+      Result<rdf::Graph> graph = is_whole ? rdf::read((*content)->text, rdf::Syntax::n_triples, options) : unexpected(Errc::expected_rdf, "damaged");
       if (graph) {
         if (Result<void> restored = state->restore(*std::move(graph)); !restored) return named(*state, restored.error());
       } else if (is_whole && graph.error().code == Errc::limit_exceeded) {
@@ -83,8 +81,8 @@ void KeptGraphs::remove(const std::string& path) {
   Opened gone;  // ends without the lock
   const std::string below = "/" + path + "/";
   const std::lock_guard lock(mutex_);
-  const auto first = std::stable_partition(
-      all_.begin(), all_.end(), [&](const auto& kept) { return kept->state().path().compare(0, below.size(), below) != 0; });
+  const auto first =
+      std::stable_partition(all_.begin(), all_.end(), [&](const auto& kept) { return kept->state().path().compare(0, below.size(), below) != 0; });
   std::move(first, all_.end(), std::back_inserter(gone));
   all_.erase(first, all_.end());
 }
@@ -95,4 +93,5 @@ void KeptGraphs::clear() {
   gone.swap(all_);
 }
 
+}  // namespace v0
 }  // namespace lrt

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <memory>
@@ -13,6 +14,7 @@
 #include "src/server/saved_file.hpp"
 
 namespace lrt {
+inline namespace v0 {
 
 /// The graphs of Worlds that have a file (GraphOptions::file): restores them, and saves each change.
 /// @par Threads  Any.
@@ -51,4 +53,5 @@ class KeptGraphs {
   Opened all_;
 };
 
+}  // namespace v0
 }  // namespace lrt

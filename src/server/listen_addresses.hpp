@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>
@@ -6,6 +7,7 @@
 #include <lrt/base/result.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 /// The numeric addresses that Listen::address stands for: itself, or those of a host name, IPv4 before IPv6. They are tried in this order.
 /// Blocks as long as the system's resolver.
@@ -15,4 +17,5 @@ Result<std::vector<std::string>> listen_addresses(const std::string& address);
 /// @pre the address is numeric
 bool is_loopback(const std::string& address) noexcept;
 
+}  // namespace v0
 }  // namespace lrt

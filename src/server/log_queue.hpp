@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>
@@ -9,6 +10,7 @@
 #include "src/base/mailbox.hpp"
 
 namespace lrt {
+inline namespace v0 {
 
 /// Log lines on their way to the user's callback, which is called when no lock is held: it may call the server.
 ///
@@ -38,4 +40,5 @@ class LogQueue {
   Mailbox<std::pair<LogLevel, std::string>> lines_;
 };
 
+}  // namespace v0
 }  // namespace lrt

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/server/saved_file.hpp"
 
 #include <fcntl.h>
@@ -18,6 +19,7 @@
 #include "src/base/thread.hpp"
 
 namespace lrt {
+inline namespace v0 {
 namespace {
 
 constexpr std::chrono::seconds retry_pause{10};
@@ -81,15 +83,13 @@ std::uint64_t checksum(std::string_view text) noexcept {
 
 std::string first_line(std::string_view text) {
   char line[80];
-  const int size = std::snprintf(line, sizeof line, "%s%zu bytes, checksum %016llx\n", mark.data(), text.size(),
-                                 static_cast<unsigned long long>(checksum(text)));
+  const int size =
+      std::snprintf(line, sizeof line, "%s%zu bytes, checksum %016llx\n", mark.data(), text.size(), static_cast<unsigned long long>(checksum(text)));
   return std::string(line, static_cast<std::size_t>(size));
 }
 
 /// The beginning of a file is that of a file of lrt, whole or cut off.
-bool begins_like_ours(std::string_view beginning) {
-  return beginning.substr(0, mark.size()) == mark.substr(0, beginning.size());
-}
+bool begins_like_ours(std::string_view beginning) { return beginning.substr(0, mark.size()) == mark.substr(0, beginning.size()); }
 
 // ------------------------------------------------------------------------------------------------------------- places
 
@@ -102,8 +102,7 @@ const char* kind_of(mode_t mode) noexcept {
 }
 
 Unexpected not_ours(const std::string& path, const std::string& found) {
-  return unexpected(Errc::invalid_option,
-                    "\"" + path + "\": expected a file that lrt wrote, or none; found " + found + ". Choose another path");
+  return unexpected(Errc::invalid_option, "\"" + path + "\": expected a file that lrt wrote, or none; found " + found + ". Choose another path");
 }
 
 std::optional<Failure> write_directory(const std::string& directory) {
@@ -159,8 +158,7 @@ Result<SavedFile::Claim> claim(const std::string& lock) {
 std::optional<Failure> write_whole(const std::string& link, const std::string& text) {
   const std::string path = followed(link);
   const std::string fresh = path + ".new";
-  if (Result<void> checked = check_leftover(fresh); !checked)
-    return Failure{"another file is in the place of \"" + fresh + "\", beside", EEXIST};
+  if (Result<void> checked = check_leftover(fresh); !checked) return Failure{"another file is in the place of \"" + fresh + "\", beside", EEXIST};
   // Never opens what is there: a link laid in its place meanwhile is not followed.
   if (::unlink(fresh.c_str()) != 0 && errno != ENOENT) return Failure{"removing what was left of", errno};
   Descriptor file(::open(fresh.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600));
@@ -180,8 +178,7 @@ std::optional<Failure> write_whole(const std::string& link, const std::string& t
   if (::fsync(file.get()) != 0) return fail("writing beside", errno);
   if (!file.close()) return fail("closing beside", errno);
   struct stat about {};
-  if (::lstat(path.c_str(), &about) == 0 && !S_ISREG(about.st_mode))
-    return fail("something that is not a file is in the place of", EEXIST);
+  if (::lstat(path.c_str(), &about) == 0 && !S_ISREG(about.st_mode)) return fail("something that is not a file is in the place of", EEXIST);
   if (::rename(fresh.c_str(), path.c_str()) != 0) return fail("replacing", errno);
   return write_directory(directory_of(path));  // the new name is on the disk only when the directory is
 }
@@ -272,8 +269,7 @@ class SavedFile::Writer {
         logged_.clear();
         return true;
       }
-      if (logged_.emplace(failure->step, failure->error).second)
-        say(failure->step + " \"" + path_ + "\": " + message_of(failure->error));
+      if (logged_.emplace(failure->step, failure->error).second) say(failure->step + " \"" + path_ + "\": " + message_of(failure->error));
     } catch (...) { say("saving \"" + path_ + "\": out of memory"); }
     return false;
   }
@@ -333,8 +329,7 @@ Result<SavedFile::Claim> SavedFile::prepare(const std::string& given) {
     return not_ours(path, kind_of(about.st_mode));
   }
   if (Result<void> checked = check_leftover(path + ".new"); !checked) return Unexpected{checked.error()};
-  if (::faccessat(AT_FDCWD, directory.c_str(), W_OK | X_OK, AT_EACCESS) != 0)
-    return io_error("writing to the directory", directory, errno);
+  if (::faccessat(AT_FDCWD, directory.c_str(), W_OK | X_OK, AT_EACCESS) != 0) return io_error("writing to the directory", directory, errno);
   return claim(path + ".lock");
 }
 
@@ -377,8 +372,7 @@ Result<std::string> SavedFile::keep_copy(const std::string& given) {
       return copy;
     }
     if (errno == EEXIST) continue;
-    if (errno != EPERM && errno != ENOTSUP && errno != EMLINK)
-      return io_error("linking", path, errno);  // these: the file system cannot
+    if (errno != EPERM && errno != ENOTSUP && errno != EMLINK) return io_error("linking", path, errno);  // these: the file system cannot
     struct stat about {};
     if (::lstat(copy.c_str(), &about) == 0) continue;
     if (::rename(path.c_str(), copy.c_str()) != 0) return io_error("renaming", path, errno);
@@ -387,4 +381,5 @@ Result<std::string> SavedFile::keep_copy(const std::string& given) {
   return unexpected(Errc::io_error, "linking \"" + path + "\": too many damaged ones");
 }
 
+}  // namespace v0
 }  // namespace lrt

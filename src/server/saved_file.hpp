@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -13,6 +14,7 @@
 #include <lrt/base/thread_options.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 /// Keeps the newest text for one path on disk, whole: a reader of the file finds this text or the one before it, also after a power cut.
 ///
@@ -85,4 +87,5 @@ class SavedFile {
   std::shared_ptr<Writer> writer_;
 };
 
+}  // namespace v0
 }  // namespace lrt

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/server.hpp>
 
 #include <algorithm>
@@ -31,6 +32,7 @@
 #include "src/server/saved_file.hpp"
 
 namespace lrt {
+inline namespace v0 {
 
 namespace {
 
@@ -91,7 +93,8 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
       if (Result<void> restored = restore(*saved); !restored) return restored;
     options_.callbacks.threads = options_.threads.own;
     if (const auto& callbacks = options_.callbacks; !callbacks.allow.empty()) {
-      auto made = callbacks.deliverer ? callbacks.deliverer(*this, callbacks, waking_log()) : delivery::make_deliverer(*this, callbacks, waking_log());
+      auto made =
+          callbacks.deliverer ? callbacks.deliverer(*this, callbacks, waking_log()) : delivery::make_deliverer(*this, callbacks, waking_log());
       if (!made) return Unexpected{std::move(made).error()};
       deliverer_ = *std::move(made);
     }
@@ -155,9 +158,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
       if (due_.empty() && arrived_.empty()) return rest;
       if (descriptor_is_used_) wake();  // so that it shows that there is more to do
       return std::chrono::milliseconds(0);
-    } catch (...) {
-      return std::chrono::milliseconds(0);
-    }
+    } catch (...) { return std::chrono::milliseconds(0); }
   }
 
   void run() noexcept {
@@ -167,8 +168,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
       try {
         if (options_.threads.io == Io::in_poll) serve_once(std::chrono::milliseconds(10), rest);
         else rest_.wait(rest);
-      } catch (...) {
-      }
+      } catch (...) {}
     }
   }
 
@@ -353,9 +353,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
     try {
       with_engine([&] { engine_.delivered(channel, result, clock_.now()); });
       if (transport_waker_ && result.status / 100 != 2) transport_waker_->wake();  // there is a new timer
-    } catch (const std::exception& e) {
-      log(LogLevel::error, std::string("a delivery result could not be taken: ") + e.what());
-    }
+    } catch (const std::exception& e) { log(LogLevel::error, std::string("a delivery result could not be taken: ") + e.what()); }
   }
 
   // Requests that came over an HTTP server of the host's, on its threads.
@@ -459,7 +457,9 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
   std::uint64_t send(Feed::State& feed, const http::Request& request, Feed::As as) override {
     const bool open = process_.is_current() && !stopping_;
     const TimePoint now = clock_.now();
-    const Result<engine::Caller> caller = !open ? engine::Caller() : as == Feed::As::owner ? owner_of(feed) : admit(request, !request.body.empty(), now);
+    const Result<engine::Caller> caller = !open                   ? engine::Caller()
+                                          : as == Feed::As::owner ? owner_of(feed)
+                                                                  : admit(request, !request.body.empty(), now);
     const std::uint64_t number = feed.next_number++;  // of the feed's thread
     if (!open) {
       const std::lock_guard lock(mutex_);
@@ -622,8 +622,10 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
     if (security.tls && !can.tls) return unexpected(Errc::invalid_option, "the transport has no TLS");
     if (!can.network || is_loopback(address) || security.tls || callers_ || security.allow_unprotected_network) return {};
     const std::string& given = options_.listen.address;
-    return unexpected(Errc::insecure_address, "listening on " + given + (address == given ? "" : " (" + address + ")") +
-                                                  " lets the network move the robot: set security.tls, security.token_file, security.authorize, or security.allow_unprotected_network");
+    return unexpected(
+        Errc::insecure_address,
+        "listening on " + given + (address == given ? "" : " (" + address + ")") +
+            " lets the network move the robot: set security.tls, security.token_file, security.authorize, or security.allow_unprotected_network");
   }
 
   /// The right to enter the transport. It is tried, never waited for.
@@ -706,9 +708,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
       if (finished_) return forever;
       try {
         rest = stopping_ ? forever : transport_->poll(budget, wait);
-      } catch (const std::exception& e) {
-        log(LogLevel::error, std::string("transport: ") + e.what());
-      }
+      } catch (const std::exception& e) { log(LogLevel::error, std::string("transport: ") + e.what()); }
       if (stopping_) finish();
     }
     log_.flush();
@@ -722,8 +722,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
   void log(LogLevel level, const std::string& message) noexcept {
     try {
       if (const LogCallback sink = log_.sink()) sink(level, message);
-    } catch (...) {
-    }
+    } catch (...) {}
   }
   /// For threads that do not flush the log themselves.
   LogCallback waking_log() {
@@ -825,16 +824,20 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
     if (saved && saved->state == SavedFile::State::unmarked) {
       // Files of earlier versions have no first line.
       if (!saved->text.empty() && found.value_or(0) == 0)
-        return unexpected(Errc::invalid_option, "callbacks.file: \"" + path + "\": expected a file that lrt wrote, or none; found a file of another program. Choose another path");
+        return unexpected(
+            Errc::invalid_option,
+            "callbacks.file: \"" + path + "\": expected a file that lrt wrote, or none; found a file of another program. Choose another path");
       if (saved->text.empty()) log(LogLevel::warning, "the file \"" + path + "\" is empty: no subscription is restored");
     } else if (damaged || !found) {
       const auto [restored, unreadable] = engine_.recover(saved->text);
       const Result<std::string> copy = SavedFile::keep_copy(path);
       log(LogLevel::error, "the file of subscriptions \"" + path + "\" was changed or cut off since lrt wrote it: " + std::to_string(restored) +
-                               " subscriptions are restored, " + std::to_string(unreadable) + " parts cannot be read, others may be missing; the file " +
+                               " subscriptions are restored, " + std::to_string(unreadable) +
+                               " parts cannot be read, others may be missing; the file " +
                                (copy ? "is kept as \"" + *copy + "\"" : "could not be kept: " + copy.error().message));
     }
-    saved_.emplace(path, [this](std::uint64_t revision, bool written) { engine_.saved(revision, written); }, waking_log(), options_.threads.own);
+    saved_.emplace(
+        path, [this](std::uint64_t revision, bool written) { engine_.saved(revision, written); }, waking_log(), options_.threads.own);
     return {};
   }
 
@@ -844,8 +847,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
     try {
       with_engine([&] { engine_.stop(); });
       transport_->stop();
-    } catch (...) {
-    }
+    } catch (...) {}
     if (deliverer_) deliverer_->stop();
     bodies_.stop();
     queries_.stop();
@@ -864,25 +866,21 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
   void dispatch(std::vector<engine::Job> jobs) {
     bool for_host = false, for_io = false;
     for (engine::Job& job : jobs) try {
-      switch (job.where) {
-        case Dispatch::io_thread:
-          (job.is_stop ? stop_jobs_ : io_jobs_).put(std::move(job.run));
-          for_io = true;
-          break;
-        case Dispatch::executor:
-          if (options_.threads.executor) {
-            auto shared = std::make_shared<UniqueFunction<void()>>(std::move(job.run));
-            options_.threads.executor([shared] { (*shared)(); });
+        switch (job.where) {
+          case Dispatch::io_thread:
+            (job.is_stop ? stop_jobs_ : io_jobs_).put(std::move(job.run));
+            for_io = true;
             break;
-          }
-          [[fallthrough]];
-        default:
-          arrived_.put(std::move(job.run));
-          for_host = true;
-      }
-    } catch (const std::exception& e) {
-      log(LogLevel::error, std::string("the executor threw: ") + e.what());
-    }
+          case Dispatch::executor:
+            if (options_.threads.executor) {
+              auto shared = std::make_shared<UniqueFunction<void()>>(std::move(job.run));
+              options_.threads.executor([shared] { (*shared)(); });
+              break;
+            }
+            [[fallthrough]];
+          default: arrived_.put(std::move(job.run)); for_host = true;
+        }
+      } catch (const std::exception& e) { log(LogLevel::error, std::string("the executor threw: ") + e.what()); }
     if (for_host && options_.threads.io == Io::own_thread) rest_.wake();
     if (!for_io) return;
     if (serving_ == std::this_thread::get_id()) run_io_jobs();
@@ -914,32 +912,32 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
   Options options_;
   const Clock& clock_;
   LogQueue log_;
-  mutable std::mutex mutex_;                              // guards engine_, guests_, feeds_ and replies_; never held while user code runs
-  const std::shared_ptr<security::Sessions> sessions_;    // nullptr: nobody can log in
-  std::shared_ptr<Callers> callers_;  ///< nullptr: everybody may do everything
+  mutable std::mutex mutex_;                            // guards engine_, guests_, feeds_ and replies_; never held while user code runs
+  const std::shared_ptr<security::Sessions> sessions_;  // nullptr: nobody can log in
+  std::shared_ptr<Callers> callers_;                    ///< nullptr: everybody may do everything
   Counters counters_;
   std::optional<ClientLimiter> limiter_;  ///< set before the transport starts
-  std::optional<Audit> audit_;  ///< the same; nullopt: there is no sink. Guarded by mutex_, but for its writer
+  std::optional<Audit> audit_;            ///< the same; nullopt: there is no sink. Guarded by mutex_, but for its writer
   engine::Engine engine_;
   BodyPool bodies_, queries_;
   GuestRequests guests_;
   Feeds feeds_;
-  std::deque<engine::Reply> replies_;                     // of the transport, found by threads of guests
-  KeptGraphs graphs_;                                     // of Worlds, with their files
-  SavedFile::Claim claim_;                                // on the path of saved_
-  std::optional<SavedFile> saved_;                        // set before the transport starts to be served
-  std::unique_ptr<delivery::Deliverer> deliverer_;        // the same
+  std::deque<engine::Reply> replies_;               // of the transport, found by threads of guests
+  KeptGraphs graphs_;                               // of Worlds, with their files
+  SavedFile::Claim claim_;                          // on the path of saved_
+  std::optional<SavedFile> saved_;                  // set before the transport starts to be served
+  std::unique_ptr<delivery::Deliverer> deliverer_;  // the same
   std::unique_ptr<transport::Transport> transport_;
   std::shared_ptr<Waker> transport_waker_;
-  Mailbox<UniqueFunction<void()>> arrived_;       // jobs for the host
-  Mailbox<UniqueFunction<void()>> io_jobs_;       // jobs for the thread that does I/O
-  Mailbox<UniqueFunction<void()>> stop_jobs_;     // the same, of Action::stop(): before the others
-  bool runs_io_jobs_ = false;                     // that thread's
-  std::deque<UniqueFunction<void()>> due_;                // taken, not yet run: the host's thread only
+  Mailbox<UniqueFunction<void()>> arrived_;    // jobs for the host
+  Mailbox<UniqueFunction<void()>> io_jobs_;    // jobs for the thread that does I/O
+  Mailbox<UniqueFunction<void()>> stop_jobs_;  // the same, of Action::stop(): before the others
+  bool runs_io_jobs_ = false;                  // that thread's
+  std::deque<UniqueFunction<void()>> due_;     // taken, not yet run: the host's thread only
   EventWaker rest_;                            // where run() waits when there is nothing to do
   std::atomic<bool> stopping_{false}, finished_{false}, descriptor_is_used_{false};
-  std::atomic<std::thread::id> serving_{};                // the thread inside the transport
-  std::mutex threads_mutex_;                              // guards the threads, not the joining
+  std::atomic<std::thread::id> serving_{};  // the thread inside the transport
+  std::mutex threads_mutex_;                // guards the threads, not the joining
   Thread io_, runner_, audit_thread_;
 };
 
@@ -1005,4 +1003,5 @@ FeedHost& Server::feed_host() noexcept { return *impl_; }
 std::uint16_t Server::port() const noexcept { return impl_->port(); }
 std::string Server::url() const { return impl_->url(); }
 
+}  // namespace v0
 }  // namespace lrt

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/server_thing.hpp>
 
 #include <charconv>
@@ -8,6 +9,7 @@
 #include <lrt/rdf/vocab.hpp>
 
 namespace lrt {
+inline namespace v0 {
 namespace {
 
 constexpr std::string_view metrics_type = "text/plain;version=0.0.4;charset=utf-8";
@@ -24,15 +26,7 @@ class Exposition {
  public:
   void family(std::string_view name, std::string_view type, std::string_view help) {
     name_ = name;
-    out_.append("# HELP ")
-        .append(name)
-        .append(" ")
-        .append(help)
-        .append("\n# TYPE ")
-        .append(name)
-        .append(" ")
-        .append(type)
-        .append("\n");
+    out_.append("# HELP ").append(name).append(" ").append(help).append("\n# TYPE ").append(name).append(" ").append(type).append("\n");
   }
   void sample(std::string_view suffix, std::string_view label, std::string_view label_value, const std::string& value) {
     out_.append(name_).append(suffix);
@@ -80,17 +74,14 @@ std::string prometheus_text(const ServerCounters& counters) {
   e.sample("", "protocol", "callback", std::to_string(counters.callbacks));
   e.sample("", "protocol", "feed", std::to_string(counters.feeds));
   e.single("lrt_messages_sent_total", "counter", "Messages that subscribers got.", counters.messages_sent);
-  e.single("lrt_messages_dropped_total", "counter", "Changes that subscribers did not get one by one.",
-           counters.messages_dropped);
+  e.single("lrt_messages_dropped_total", "counter", "Changes that subscribers did not get one by one.", counters.messages_dropped);
   e.single("lrt_queued_bytes", "gauge", "Bytes of messages that wait for subscribers.", counters.queued_bytes);
   e.single("lrt_waiting_requests", "gauge", "Deferred requests.", counters.waiting_requests);
   e.single("lrt_waiting_calls", "gauge", "Calls of lambdas that the host has not run.", counters.waiting_calls);
   e.histogram("lrt_poll_seconds", "How long calls of poll took.", counters.poll);
   e.single("lrt_poll_maximum_seconds", "gauge", "The longest call of poll.", text_of(counters.poll.maximum));
-  e.histogram("lrt_poll_interval_seconds", "From the beginning of one call of poll to that of the next.",
-              counters.poll_interval);
-  e.single("lrt_poll_interval_maximum_seconds", "gauge", "The longest of these times.",
-           text_of(counters.poll_interval.maximum));
+  e.histogram("lrt_poll_interval_seconds", "From the beginning of one call of poll to that of the next.", counters.poll_interval);
+  e.single("lrt_poll_interval_maximum_seconds", "gauge", "The longest of these times.", text_of(counters.poll_interval.maximum));
   e.single("lrt_audit_dropped_lines_total", "counter", "Lines of the audit that were dropped.", counters.audit_dropped);
   e.single("lrt_audit_waiting_lines", "gauge", "Lines that wait for the sink of the audit.", counters.audit_waiting);
   return e.take();
@@ -127,13 +118,10 @@ Thing server_thing(const Server& server, std::string_view path) {
   count("subscribers/event_stream", "Event streams", "Open event streams.", [](C c) { return c.event_streams; });
   count("subscribers/callback", "Web callbacks", "Subscriptions of web callbacks.", [](C c) { return c.callbacks; });
   count("subscribers/feed", "Feeds", "Subscriptions of the robot's own program, as of a bridge to an MQTT broker.", [](C c) { return c.feeds; });
-  count("messages/sent", "Messages sent", "Messages that subscribers got since the server was created.",
-        [](C c) { return c.messages_sent; });
-  count("messages/dropped", "Changes dropped", "Changes that subscribers did not get one by one.",
-        [](C c) { return c.messages_dropped; });
+  count("messages/sent", "Messages sent", "Messages that subscribers got since the server was created.", [](C c) { return c.messages_sent; });
+  count("messages/dropped", "Changes dropped", "Changes that subscribers did not get one by one.", [](C c) { return c.messages_dropped; });
   count("queues/bytes", "Bytes in queues", "Bytes of messages that wait for subscribers.", [](C c) { return c.queued_bytes; });
-  count("queues/requests", "Deferred requests", "Requests that wait for their response.",
-        [](C c) { return c.waiting_requests; });
+  count("queues/requests", "Deferred requests", "Requests that wait for their response.", [](C c) { return c.waiting_requests; });
   count("queues/calls", "Waiting calls", "Calls of lambdas that the host has not run.", [](C c) { return c.waiting_calls; });
   time("poll/newest", "Newest call of poll", "How long the newest call of poll took.", [](C c) { return c.poll.newest; });
   time("poll/maximum", "Longest call of poll", "How long the longest call of poll took.", [](C c) { return c.poll.maximum; });
@@ -142,8 +130,7 @@ Thing server_thing(const Server& server, std::string_view path) {
   time("poll/interval/maximum", "Longest time between polls", "The longest time from one call of poll to the next.",
        [](C c) { return c.poll_interval.maximum; });
   count("audit/dropped", "Audit lines dropped", "Lines of the audit that were dropped.", [](C c) { return c.audit_dropped; });
-  count("audit/waiting", "Audit lines waiting", "Lines that wait for the sink of the audit.",
-        [](C c) { return c.audit_waiting; });
+  count("audit/waiting", "Audit lines waiting", "Lines that wait for the sink of the audit.", [](C c) { return c.audit_waiting; });
   thing.property("metrics", [read] { return prometheus_text(read()); })
       .title("Metrics")
       .add(vocab::dcterms::description, Object(std::string("The counters in the text format of Prometheus.")))
@@ -152,4 +139,5 @@ Thing server_thing(const Server& server, std::string_view path) {
   return thing;
 }
 
+}  // namespace v0
 }  // namespace lrt

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/shacl/compiler.hpp"
 
 #include <algorithm>
@@ -9,6 +10,7 @@
 #include "src/shacl/messages.hpp"
 
 namespace lrt::shacl {
+inline namespace v0 {
 
 namespace sh = vocab::sh;
 
@@ -85,8 +87,7 @@ std::optional<Constant> Compiler::path_predicate(rdf::TermId shape) const {
 }
 
 void Compiler::fail(rdf::TermId subject, Iri predicate, rdf::TermId object, std::string_view expected, Errc code) {
-  fail("ill-formed shape: " + shown(term(subject)) + " " + shown(predicate) + " " + shown(term(object)) + ": expected " +
-           std::string(expected),
+  fail("ill-formed shape: " + shown(term(subject)) + " " + shown(predicate) + " " + shown(term(object)) + ": expected " + std::string(expected),
        code);
 }
 
@@ -120,12 +121,10 @@ void Compiler::refuse_unsupported() {
     const auto found = graph_.match(std::nullopt, *p, std::nullopt);
     if (found.empty()) continue;
     const rdf::Triple& t = *found.begin();
-    return fail(shown(term(t.subject)) + " " + shown(predicate) + " " + shown(term(t.object)) + ": not part of SHACL Core",
-                Errc::unsupported_syntax);
+    return fail(shown(term(t.subject)) + " " + shown(predicate) + " " + shown(term(t.object)) + ": not part of SHACL Core", Errc::unsupported_syntax);
   }
   // Custom constraint components (SHACL 6) are refused if a shape uses one.
-  const auto type = find(vocab::rdf_::type), component = find(sh::ConstraintComponent), parameter = find(sh::parameter),
-             path = find(sh::path);
+  const auto type = find(vocab::rdf_::type), component = find(sh::ConstraintComponent), parameter = find(sh::parameter), path = find(sh::path);
   if (!type || !component || !parameter || !path) return;
   for (const rdf::Triple& declared : graph_.match(std::nullopt, *type, *component)) {
     for (const rdf::Triple& p : graph_.match(declared.subject, *parameter, std::nullopt)) {
@@ -134,17 +133,15 @@ void Compiler::refuse_unsupported() {
       if (std::string_view(term(*predicate).text).substr(0, 27) == "http://www.w3.org/ns/shacl#") continue;
       const auto uses = graph_.match(std::nullopt, *predicate, std::nullopt);
       if (!uses.empty())
-        return fail(shown(term(uses.begin()->subject)) + " " + shown(term(*predicate)) + " " +
-                        shown(term(uses.begin()->object)) + ": the constraint component " + shown(term(declared.subject)) +
-                        " is not part of SHACL Core",
+        return fail(shown(term(uses.begin()->subject)) + " " + shown(term(*predicate)) + " " + shown(term(uses.begin()->object)) +
+                        ": the constraint component " + shown(term(declared.subject)) + " is not part of SHACL Core",
                     Errc::unsupported_syntax);
     }
   }
 }
 
 void Compiler::add_shape(rdf::TermId id) {
-  const auto [at, is_new] =
-      plan_.index.try_emplace(static_cast<std::uint32_t>(id), static_cast<ShapeIndex>(plan_.shapes.size()));
+  const auto [at, is_new] = plan_.index.try_emplace(static_cast<std::uint32_t>(id), static_cast<ShapeIndex>(plan_.shapes.size()));
   (void)at;
   if (!is_new) return;
   Shape shape;
@@ -165,16 +162,14 @@ void Compiler::find_shapes() {
     if (const auto id = find(c)) shape_classes.push_back(*id);
   for (std::size_t i = 0; sub_class_of && i < shape_classes.size(); ++i)
     for (const rdf::Triple& t : graph_.match(std::nullopt, *sub_class_of, shape_classes[i]))
-      if (std::find(shape_classes.begin(), shape_classes.end(), t.subject) == shape_classes.end())
-        shape_classes.push_back(t.subject);
+      if (std::find(shape_classes.begin(), shape_classes.end(), t.subject) == shape_classes.end()) shape_classes.push_back(t.subject);
 
   enum class Role : std::uint8_t { none, subject, subject_and_object, subject_and_members };
   std::unordered_map<std::uint32_t, Role> roles;
   const auto give = [&](Iri predicate, Role role) {
     if (const auto id = find(predicate)) roles[static_cast<std::uint32_t>(*id)] = role;
   };
-  for (const Iri target : {sh::targetNode, sh::targetClass, sh::targetSubjectsOf, sh::targetObjectsOf})
-    give(target, Role::subject);
+  for (const Iri target : {sh::targetNode, sh::targetClass, sh::targetSubjectsOf, sh::targetObjectsOf}) give(target, Role::subject);
   for (const Component* c : all_components())
     for (const Component::Parameter& p : c->parameters)
       if (!p.predicate.empty()) give(p.predicate, Role::subject);
@@ -217,8 +212,7 @@ void Compiler::compile_targets(ShapeIndex index) {
   // SHACL 2.1.3.3: a shape that is a class is its own target class.
   const bool declared = is_instance(shape.id, sh::NodeShape) || is_instance(shape.id, sh::PropertyShape);
   if (declared && is_instance(shape.id, vocab::rdfs::Class)) {
-    if (!term(shape.id).is_iri())
-      fail("ill-formed shape: " + shown(term(shape.id)) + " is a class and a shape: expected an IRI");
+    if (!term(shape.id).is_iri()) fail("ill-formed shape: " + shown(term(shape.id)) + " is a class and a shape: expected an IRI");
     shape.target_classes.push_back(shape.id);
   }
 }
@@ -231,8 +225,7 @@ void Compiler::compile_shape(ShapeIndex index) {
   const std::vector<rdf::TermId> paths = values(id, sh::path);
   if (paths.size() > 1) fail(id, sh::path, paths[1], "one path only");
   if (!paths.empty() && is_instance(id, sh::NodeShape)) fail(id, sh::path, paths.front(), "no path in a sh:NodeShape");
-  if (paths.empty() && is_instance(id, sh::PropertyShape))
-    fail("ill-formed shape: " + shown(term(id)) + " a sh:PropertyShape: expected a sh:path");
+  if (paths.empty() && is_instance(id, sh::PropertyShape)) fail("ill-formed shape: " + shown(term(id)) + " a sh:PropertyShape: expected a sh:path");
   path_size_ = 0;
   if (!paths.empty()) plan_.shapes[index].path = compile_path(id, paths.front(), 0);
 
@@ -253,8 +246,7 @@ void Compiler::compile_shape(ShapeIndex index) {
     plan_.shapes[index].messages.push_back(m);
   }
   if (const auto deactivated = value(draft, sh::deactivated)) {
-    if (term(*deactivated).text != "true" && term(*deactivated).text != "false")
-      fail(id, sh::deactivated, *deactivated, "true or false");
+    if (term(*deactivated).text != "true" && term(*deactivated).text != "false") fail(id, sh::deactivated, *deactivated, "true or false");
     plan_.shapes[index].deactivated = flag(draft, sh::deactivated);
   }
 
@@ -267,8 +259,7 @@ void Compiler::compile_shape(ShapeIndex index) {
       used = true;
       if (p.single && all.size() > 1) fail(id, p.predicate, all[1], "one value only");
       const bool first = &p == component->parameters;
-      if (first && component->property_shapes_only && !draft.is_property_shape)
-        fail(id, p.predicate, all.front(), "this in property shapes only");
+      if (first && component->property_shapes_only && !draft.is_property_shape) fail(id, p.predicate, all.front(), "this in property shapes only");
     }
     if (used && !fault_) component->build(*this, draft);
   }
@@ -289,8 +280,7 @@ PathIndex Compiler::compile_path(rdf::TermId owner, rdf::TermId node, std::size_
   };
   if (fault_) return nothing;
   if (depth > options_.max_path_depth)
-    return refuse("a path that does not contain itself, nested at most " + std::to_string(options_.max_path_depth) + " deep",
-                  Errc::limit_exceeded);
+    return refuse("a path that does not contain itself, nested at most " + std::to_string(options_.max_path_depth) + " deep", Errc::limit_exceeded);
   if (++path_size_ > options_.max_path_size)
     return refuse("a path of at most " + std::to_string(options_.max_path_size) + " parts", Errc::limit_exceeded);
   const rdf::TermView view = term(node);
@@ -325,8 +315,7 @@ PathIndex Compiler::compile_path(rdf::TermId owner, rdf::TermId node, std::size_
                {sh::oneOrMorePath, Path::Kind::one_or_more},
                {sh::zeroOrOnePath, Path::Kind::zero_or_one}};
   const auto triples = graph_.match(node, std::nullopt, std::nullopt);
-  if (triples.empty() || ++triples.begin() != triples.end())
-    return refuse("an IRI, a list, or a blank node with exactly one triple, a path's");
+  if (triples.empty() || ++triples.begin() != triples.end()) return refuse("an IRI, a list, or a blank node with exactly one triple, a path's");
   const rdf::Triple& only = *triples.begin();
   for (const auto& form : forms) {
     if (term(only.predicate) != rdf::TermView(form.predicate)) continue;
@@ -383,9 +372,7 @@ Result<Shapes> Shapes::compile(rdf::Graph&& shapes, const CompileOptions& option
   return Shapes(plan);
 }
 
-Result<Shapes> Shapes::compile(const rdf::Graph& shapes, const CompileOptions& options) {
-  return compile(rdf::Graph(shapes), options);
-}
+Result<Shapes> Shapes::compile(const rdf::Graph& shapes, const CompileOptions& options) { return compile(rdf::Graph(shapes), options); }
 
 bool Shapes::contains(const rdf::TermView& shape) const noexcept {
   const auto id = plan_->graph.find(shape);
@@ -394,4 +381,5 @@ bool Shapes::contains(const rdf::TermView& shape) const noexcept {
 std::size_t Shapes::size() const noexcept { return plan_->shapes.size(); }
 const rdf::Graph& Shapes::graph() const noexcept { return plan_->graph; }
 
+}  // namespace v0
 }  // namespace lrt::shacl

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
@@ -15,6 +16,7 @@
 #include "src/shacl/plan.hpp"
 
 namespace lrt::shacl {
+inline namespace v0 {
 
 class Compiler;
 
@@ -64,8 +66,7 @@ class Compiler {
   /// The predicate of a property shape whose path is one predicate.
   std::optional<Constant> path_predicate(rdf::TermId shape) const;
 
-  void fail(rdf::TermId subject, Iri predicate, rdf::TermId object, std::string_view expected,
-            Errc code = Errc::expected_value);
+  void fail(rdf::TermId subject, Iri predicate, rdf::TermId object, std::string_view expected, Errc code = Errc::expected_value);
   void fail(std::string message, Errc code = Errc::expected_value);
 
   template <class C, class... Arguments>
@@ -94,4 +95,5 @@ class Compiler {
   std::optional<Error> fault_;
 };
 
+}  // namespace v0
 }  // namespace lrt::shacl

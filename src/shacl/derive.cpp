@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/shacl/derive.hpp>
 
 #include <charconv>
@@ -16,6 +17,7 @@
 #include "src/shacl/derived_patterns.hpp"
 
 namespace lrt::shacl {
+inline namespace v0 {
 namespace {
 
 namespace sh = vocab::sh;
@@ -266,4 +268,5 @@ void derive(rdf::Graph& graph, rdf::TermId shape, const rdf::Type& type, const r
   Deriver(graph, vocabulary, options.input).focus(shape, type, facets, options.required);
 }
 
+}  // namespace v0
 }  // namespace lrt::shacl

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/shacl/messages.hpp"
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 #include "src/shacl/run.hpp"
 
 namespace lrt::shacl {
+inline namespace v0 {
 namespace {
 
 namespace sh = vocab::sh;
@@ -59,8 +61,7 @@ std::string words_for(const rdf::Graph& graph, rdf::TermId list) {
   const auto members = graph.list(list);
   if (!members) return {};
   const auto accepts = [&](Iri datatype) {
-    return std::any_of(members->begin(), members->end(),
-                       [&](rdf::TermId m) { return is(graph, object(graph, m, sh::datatype), datatype); });
+    return std::any_of(members->begin(), members->end(), [&](rdf::TermId m) { return is(graph, object(graph, m, sh::datatype), datatype); });
   };
   return accepts(xsd::dayTimeDuration) && accepts(xsd::duration) ? words_for(xsd::duration.text) : std::string();
 }
@@ -73,12 +74,10 @@ std::optional<std::size_t> count_of(const rdf::Graph& graph, rdf::TermId shape, 
 
 /// The cells are one more than the members: rdf:nil is one of the nodes that rdf:rest* reaches.
 std::string words_for_list(const rdf::Graph& graph, rdf::TermId cells) {
-  const std::size_t min = count_of(graph, cells, sh::minCount).value_or(1),
-                    max = count_of(graph, cells, sh::maxCount).value_or(0);
+  const std::size_t min = count_of(graph, cells, sh::minCount).value_or(1), max = count_of(graph, cells, sh::maxCount).value_or(0);
   if (max == 0) return min > 1 ? "a list of at least " + counted(min - 1, "value", "values") : "a list";
   if (min == max) return "a list of " + counted(max - 1, "value", "values");
-  return "a list of " + (min > 1 ? std::to_string(min - 1) + " to " : std::string("at most ")) +
-         counted(max - 1, "value", "values");
+  return "a list of " + (min > 1 ? std::to_string(min - 1) + " to " : std::string("at most ")) + counted(max - 1, "value", "values");
 }
 
 bool has_cells_as_path(const rdf::Graph& graph, rdf::TermId shape) {
@@ -118,24 +117,21 @@ bool is_number(const rdf::TermView& term) noexcept {
   using rdf::lexical::Datatype;
   if (!term.is_literal() || !rdf::lexical::is_double(term.text)) return false;
   const Datatype datatype = rdf::lexical::datatype_of(term.datatype);
-  return datatype == Datatype::decimal || datatype == Datatype::double_ || datatype == Datatype::float_ ||
-         rdf::lexical::is_integer_type(datatype);
+  return datatype == Datatype::decimal || datatype == Datatype::double_ || datatype == Datatype::float_ || rdf::lexical::is_integer_type(datatype);
 }
 
 std::string shown_value(const rdf::TermView& term) {
   if (term.text.size() > 80 || !term.is_literal() || !term.language.empty()) return shown(term);
   if (is_number(term)) return std::string(term.text);
   constexpr std::string_view xsd_namespace = "http://www.w3.org/2001/XMLSchema#";
-  return term.datatype.substr(0, xsd_namespace.size()) == xsd_namespace && !is_bare(term) ? shown(rdf::literal(term.text))
-                                                                                          : shown(term);
+  return term.datatype.substr(0, xsd_namespace.size()) == xsd_namespace && !is_bare(term) ? shown(rdf::literal(term.text)) : shown(term);
 }
 
 std::string one_of(const Plan& plan, const std::vector<rdf::TermId>& members) {
   constexpr std::size_t max_shown = 20;
   if (members.empty()) return "one of none";
   std::string text = members.size() == 1 ? "" : "one of ";
-  for (std::size_t m = 0; m < members.size() && m < max_shown; ++m)
-    text += (m == 0 ? "" : ", ") + shown(plan.graph.term(members[m]));
+  for (std::size_t m = 0; m < members.size() && m < max_shown; ++m) text += (m == 0 ? "" : ", ") + shown(plan.graph.term(members[m]));
   return text + (members.size() > max_shown ? ", ..." : "");
 }
 
@@ -162,8 +158,7 @@ std::string expectation(const Plan& plan, rdf::TermId shape) {
 
 std::string for_name(const Plan& plan, rdf::TermId shape) {
   const auto name = object(plan.graph, shape, sh::name);
-  return name && plan.graph.term(*name).is_literal() ? " for " + shown(rdf::literal(plan.graph.term(*name).text))
-                                                     : std::string();
+  return name && plan.graph.term(*name).is_literal() ? " for " + shown(rdf::literal(plan.graph.term(*name).text)) : std::string();
 }
 
 std::string list_violation(const Run& run, const Scene& scene) {
@@ -182,13 +177,11 @@ std::string shown_shape(const Plan& plan, std::uint32_t shape) {
   const rdf::TermView id = plan.graph.term(plan.shapes[shape].id);
   if (!id.is_blank()) return shown(id);
   for (const Iri name : {vocab::sh::name, vocab::rdfs::label})
-    if (const auto text = plan.graph.object(id, name); text && text->is_literal())
-      return "the shape " + shown(rdf::literal(text->text));
+    if (const auto text = plan.graph.object(id, name); text && text->is_literal()) return "the shape " + shown(rdf::literal(text->text));
   return "the shape given there";
 }
 
-std::string counted(std::size_t n, const char* one, const char* many) {
-  return std::to_string(n) + " " + (n == 1 ? one : many);
-}
+std::string counted(std::size_t n, const char* one, const char* many) { return std::to_string(n) + " " + (n == 1 ? one : many); }
 
+}  // namespace v0
 }  // namespace lrt::shacl

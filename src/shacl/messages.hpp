@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
@@ -7,6 +8,7 @@
 #include <lrt/rdf/term.hpp>
 
 namespace lrt::shacl {
+inline namespace v0 {
 
 struct Plan;
 struct Scene;
@@ -39,4 +41,5 @@ std::string shown_shape(const Plan& plan, std::uint32_t shape);
 /// "1 value", "2 values".
 std::string counted(std::size_t n, const char* one, const char* many);
 
+}  // namespace v0
 }  // namespace lrt::shacl

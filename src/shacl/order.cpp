@@ -1,8 +1,10 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/shacl/order.hpp"
 
 #include <lrt/rdf/vocab.hpp>
 
 namespace lrt::shacl {
+inline namespace v0 {
 namespace {
 
 using rdf::lexical::Datatype;
@@ -95,8 +97,7 @@ Comparable::Comparable(const rdf::TermView& term) noexcept {
       if (const auto d = rdf::lexical::parse_full_duration(text_, type)) duration_ = *d, kind_ = Kind::duration;
       break;
     default:
-      if ((type == Datatype::decimal || rdf::lexical::is_integer_type(type)) && rdf::lexical::is_well_formed(text_, type))
-        kind_ = Kind::decimal;
+      if ((type == Datatype::decimal || rdf::lexical::is_integer_type(type)) && rdf::lexical::is_well_formed(text_, type)) kind_ = Kind::decimal;
   }
 }
 
@@ -117,9 +118,7 @@ Order Comparable::numbers(const Comparable& a, const Comparable& b) noexcept {
 
 Order compare(const Comparable& a, const Comparable& b) noexcept {
   using Kind = Comparable::Kind;
-  const auto is_number = [](const Comparable& c) {
-    return c.kind_ == Kind::decimal || c.kind_ == Kind::single || c.kind_ == Kind::real;
-  };
+  const auto is_number = [](const Comparable& c) { return c.kind_ == Kind::decimal || c.kind_ == Kind::single || c.kind_ == Kind::real; };
   if (is_number(a) && is_number(b)) return Comparable::numbers(a, b);
   if (a.kind_ != b.kind_) return Order::unordered;
   switch (a.kind_) {
@@ -135,4 +134,5 @@ Order compare(const Comparable& a, const Comparable& b) noexcept {
   }
 }
 
+}  // namespace v0
 }  // namespace lrt::shacl

@@ -1,14 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <lrt/base/abi.hpp>
 #include <lrt/rdf/lexical.hpp>
 #include <lrt/rdf/term.hpp>
 
 namespace lrt::shacl {
+inline namespace v0 {
 
 enum class Order : unsigned char { less, equal, greater, unordered };
 
 /// A literal prepared for comparison. It has views into its term.
-class Comparable {
+class LRT_INTERNAL_API Comparable {
  public:
   explicit Comparable(const rdf::TermView& term) noexcept;
   /// False: it cannot be compared (an IRI, an ill-typed literal, a datatype without order).
@@ -17,20 +20,7 @@ class Comparable {
   friend Order compare(const Comparable& a, const Comparable& b) noexcept;
 
  private:
-  enum class Kind : unsigned char {
-    none,
-    decimal,
-    single,
-    real,
-    text,
-    boolean,
-    date_time,
-    date,
-    time,
-    year,
-    year_month,
-    duration
-  };
+  enum class Kind : unsigned char { none, decimal, single, real, text, boolean, date_time, date, time, year, year_month, duration };
   static Order numbers(const Comparable& a, const Comparable& b) noexcept;
 
   Kind kind_ = Kind::none;
@@ -40,6 +30,7 @@ class Comparable {
   rdf::lexical::Duration duration_;
 };
 
-Order compare(const Comparable& a, const Comparable& b) noexcept;
+LRT_INTERNAL_API Order compare(const Comparable& a, const Comparable& b) noexcept;
 
+}  // namespace v0
 }  // namespace lrt::shacl

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
@@ -9,6 +10,7 @@
 #include <lrt/rdf/graph.hpp>
 
 namespace lrt::shacl {
+inline namespace v0 {
 
 class Run;
 struct Scene;
@@ -73,4 +75,5 @@ struct Plan {
   }
 };
 
+}  // namespace v0
 }  // namespace lrt::shacl

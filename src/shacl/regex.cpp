@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/shacl/regex.hpp"
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 #include "src/base/ascii.hpp"
 
 namespace lrt::shacl {
+inline namespace v0 {
 namespace {
 
 // Limits of PCRE2, which counts anew at each start of a match, and only places where it may backtrack: not the characters that a repeated
@@ -192,8 +194,8 @@ Regex::Scratch::~Scratch() = default;
 
 Result<Regex> Regex::compile(std::string_view pattern, std::string_view flags, std::size_t max_length) {
   if (pattern.size() > max_length)
-    return unexpected(Errc::limit_exceeded, "a pattern of " + std::to_string(pattern.size()) + " bytes, at most " +
-                                                std::to_string(max_length) + " are allowed");
+    return unexpected(Errc::limit_exceeded,
+                      "a pattern of " + std::to_string(pattern.size()) + " bytes, at most " + std::to_string(max_length) + " are allowed");
   std::uint32_t options = PCRE2_UTF | PCRE2_UCP | PCRE2_DOLLAR_ENDONLY | PCRE2_NEVER_BACKSLASH_C | PCRE2_AUTO_CALLOUT;
   bool extended = false, literal = false;
   for (const char flag : flags) {
@@ -203,8 +205,7 @@ Result<Regex> Regex::compile(std::string_view pattern, std::string_view flags, s
       case 's': options |= PCRE2_DOTALL; break;
       case 'x': extended = true; break;
       case 'q': literal = true; break;
-      default:
-        return unexpected(Errc::expected_value, std::string("unknown flag '") + flag + "', expected some of i, m, s, x, q");
+      default: return unexpected(Errc::expected_value, std::string("unknown flag '") + flag + "', expected some of i, m, s, x, q");
     }
   }
   std::string translated;
@@ -222,8 +223,7 @@ Result<Regex> Regex::compile(std::string_view pattern, std::string_view flags, s
   const std::size_t unmoved = literal ? 0 : max_minimum(translated);
   int error = 0;
   PCRE2_SIZE offset = 0;
-  pcre2_code* code =
-      pcre2_compile(reinterpret_cast<PCRE2_SPTR>(translated.data()), translated.size(), options, &error, &offset, nullptr);
+  pcre2_code* code = pcre2_compile(reinterpret_cast<PCRE2_SPTR>(translated.data()), translated.size(), options, &error, &offset, nullptr);
   if (!code) {
     PCRE2_UCHAR message[256] = {};
     pcre2_get_error_message(error, message, sizeof message);
@@ -252,8 +252,8 @@ int Regex::match(std::string_view subject, std::size_t at, Work& work) const {
   work.last = at;
   work.unmoved = unmoved_;
   work.back_references = back_references_;
-  const int result = pcre2_match(static_cast<const pcre2_code*>(code_.get()), reinterpret_cast<PCRE2_SPTR>(subject.data()),
-                                 subject.size(), at, at == 0 ? 0 : PCRE2_NO_UTF_CHECK, work.data, work.context);
+  const int result = pcre2_match(static_cast<const pcre2_code*>(code_.get()), reinterpret_cast<PCRE2_SPTR>(subject.data()), subject.size(), at,
+                                 at == 0 ? 0 : PCRE2_NO_UTF_CHECK, work.data, work.context);
   work.available -= std::min(work.available, work.steps);
   return result;
 }
@@ -268,8 +268,8 @@ Regex::Outcome Regex::search(std::string_view subject, Scratch& scratch, std::si
   return result == PCRE2_ERROR_NOMATCH ? Outcome::no_match : Outcome::undecided;
 }
 
-Regex::Replaced Regex::replace(std::string_view subject, std::string_view replacement, std::size_t max_bytes, Scratch& scratch,
-                               std::size_t& steps, std::string& result) const {
+Regex::Replaced Regex::replace(std::string_view subject, std::string_view replacement, std::size_t max_bytes, Scratch& scratch, std::size_t& steps,
+                               std::string& result) const {
   // The parts of the replacement: texts, and the numbers of groups.
   struct Part {
     std::string text;
@@ -331,8 +331,7 @@ Regex::Replaced Regex::replace(std::string_view subject, std::string_view replac
     if (!append(subject.substr(at, begin - at))) return Replaced::too_long;
     for (const Part& part : parts) {
       if (!append(part.text)) return Replaced::too_long;
-      if (part.group > groups_ || part.group >= max_groups || (found != 0 && part.group >= static_cast<std::uint32_t>(found)))
-        continue;
+      if (part.group > groups_ || part.group >= max_groups || (found != 0 && part.group >= static_cast<std::uint32_t>(found))) continue;
       const std::size_t from = offsets[2 * part.group], to = offsets[2 * part.group + 1];
       if (from == PCRE2_UNSET || to < from) continue;
       if (!append(subject.substr(from, to - from))) return Replaced::too_long;
@@ -349,18 +348,17 @@ std::string to_case(std::string_view text, bool upper) {
     constexpr std::string_view pattern = R"([^\x{DF}]+)";
     int error = 0;
     PCRE2_SIZE offset = 0;
-    return pcre2_compile(reinterpret_cast<PCRE2_SPTR>(pattern.data()), pattern.size(), PCRE2_UTF | PCRE2_UCP, &error, &offset,
-                         nullptr);
+    return pcre2_compile(reinterpret_cast<PCRE2_SPTR>(pattern.data()), pattern.size(), PCRE2_UTF | PCRE2_UCP, &error, &offset, nullptr);
   }();
   if (!letters) throw std::bad_alloc();
   const char* const replacement = upper ? "\\U$0" : "\\L$0";
   std::string out(text.size() + text.size() / 2 + 16, '\0');  // some letters of the other case are longer by a byte
   for (;;) {
     PCRE2_SIZE size = out.size();
-    const int result = pcre2_substitute(letters, reinterpret_cast<PCRE2_SPTR>(text.data()), text.size(), 0,
-                                        PCRE2_SUBSTITUTE_EXTENDED | PCRE2_SUBSTITUTE_GLOBAL | PCRE2_SUBSTITUTE_OVERFLOW_LENGTH,
-                                        nullptr, nullptr, reinterpret_cast<PCRE2_SPTR>(replacement), PCRE2_ZERO_TERMINATED,
-                                        reinterpret_cast<PCRE2_UCHAR*>(out.data()), &size);
+    const int result =
+        pcre2_substitute(letters, reinterpret_cast<PCRE2_SPTR>(text.data()), text.size(), 0,
+                         PCRE2_SUBSTITUTE_EXTENDED | PCRE2_SUBSTITUTE_GLOBAL | PCRE2_SUBSTITUTE_OVERFLOW_LENGTH, nullptr, nullptr,
+                         reinterpret_cast<PCRE2_SPTR>(replacement), PCRE2_ZERO_TERMINATED, reinterpret_cast<PCRE2_UCHAR*>(out.data()), &size);
     if (result == PCRE2_ERROR_NOMEMORY && size > out.size()) {
       out.resize(size);
       continue;
@@ -371,4 +369,5 @@ std::string to_case(std::string_view text, bool upper) {
   }
 }
 
+}  // namespace v0
 }  // namespace lrt::shacl

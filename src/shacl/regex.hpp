@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -6,13 +7,15 @@
 #include <string>
 #include <string_view>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 
 namespace lrt::shacl {
+inline namespace v0 {
 
 /// A regular expression with the meaning of SPARQL's REGEX (XPath and XQuery Functions 3.1, 5.6): a match anywhere in the subject, flags i,
 /// m, s, x, q. Evaluated by PCRE2, with a bound on the work of a whole search. Immutable, any thread.
-class Regex {
+class LRT_INTERNAL_API Regex {
  private:
   struct Work;
 
@@ -46,8 +49,8 @@ class Regex {
   /// themselves; with the flag q it is taken as it is.
   /// @param result  the text; at most `max_bytes`
   /// @return  invalid: the expression matches the empty text, or the replacement has another \ or $
-  Replaced replace(std::string_view subject, std::string_view replacement, std::size_t max_bytes, Scratch& scratch,
-                   std::size_t& steps, std::string& result) const;
+  Replaced replace(std::string_view subject, std::string_view replacement, std::size_t max_bytes, Scratch& scratch, std::size_t& steps,
+                   std::string& result) const;
 
  private:
   Regex() = default;
@@ -61,6 +64,7 @@ class Regex {
 };
 
 /// The text in upper or lower case, one character for one (Unicode's simple mapping, as PCRE2 knows it). @pre well-formed UTF-8
-std::string to_case(std::string_view text, bool upper);
+LRT_INTERNAL_API std::string to_case(std::string_view text, bool upper);
 
+}  // namespace v0
 }  // namespace lrt::shacl

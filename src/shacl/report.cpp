@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/shacl/report.hpp>
 
 #include <unordered_map>
@@ -9,6 +10,7 @@
 #include "src/shacl/messages.hpp"
 
 namespace lrt::shacl {
+inline namespace v0 {
 namespace {
 
 namespace sh = vocab::sh;
@@ -46,8 +48,7 @@ std::string path_text(const Plan& plan, PathIndex index, Around around) {
   const Path& path = plan.paths[index];
   const auto joined = [&](char separator) {
     std::string text;
-    for (const PathIndex part : path.parts)
-      text += (text.empty() ? "" : std::string(1, separator)) + path_text(plan, part, Around::list);
+    for (const PathIndex part : path.parts) text += (text.empty() ? "" : std::string(1, separator)) + path_text(plan, part, Around::list);
     return around == Around::nothing ? text : "(" + text + ")";
   };
   const auto with_sign = [&](const char* before, const char* after) {
@@ -133,9 +134,7 @@ std::optional<rdf::Term> PropertyPath::predicate() const {
   return path.kind == Path::Kind::predicate ? std::optional(rdf::Term(plan_->graph.term(path.predicate))) : std::nullopt;
 }
 
-rdf::TermId PropertyPath::write(rdf::Graph& graph) const {
-  return predicate_ ? graph.intern(predicate_->view()) : write_path(graph, *plan_, path_);
-}
+rdf::TermId PropertyPath::write(rdf::Graph& graph) const { return predicate_ ? graph.intern(predicate_->view()) : write_path(graph, *plan_, path_); }
 
 rdf::Graph Report::to_graph() const {
   rdf::Graph graph;
@@ -144,9 +143,7 @@ rdf::Graph Report::to_graph() const {
   const rdf::TermId report = graph.fresh_blank();
   writer.put(report, vocab::rdf_::type, graph.intern(sh::ValidationReport));
   writer.put(report, sh::conforms, graph.intern(rdf::literal(conforms() ? "true" : "false", vocab::xsd::boolean)));
-  if (!complete_)
-    writer.put(report, vocab::rdfs::comment,
-               graph.intern(rdf::literal("The number of results was limited: there may be more.")));
+  if (!complete_) writer.put(report, vocab::rdfs::comment, graph.intern(rdf::literal("The number of results was limited: there may be more.")));
   for (const ValidationResult& r : results_) writer.add(report, sh::result, r);
   return graph;
 }
@@ -158,4 +155,5 @@ std::string Report::to_text() const {
   return out;
 }
 
+}  // namespace v0
 }  // namespace lrt::shacl

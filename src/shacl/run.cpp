@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/shacl/run.hpp"
 
 #include <algorithm>
@@ -7,6 +8,7 @@
 #include "src/shacl/messages.hpp"
 
 namespace lrt::shacl {
+inline namespace v0 {
 namespace {
 constexpr std::size_t few = 16;  // up to this size a set is searched linearly
 }
@@ -122,8 +124,8 @@ void Run::Set::take_in(std::size_t start) {
     std::size_t write = start;
     while (read < top && write - begin_ <= few) {
       const Node node = nodes[read++];
-      if (std::find(nodes.begin() + static_cast<std::ptrdiff_t>(begin_), nodes.begin() + static_cast<std::ptrdiff_t>(write),
-                    node) == nodes.begin() + static_cast<std::ptrdiff_t>(write))
+      if (std::find(nodes.begin() + static_cast<std::ptrdiff_t>(begin_), nodes.begin() + static_cast<std::ptrdiff_t>(write), node) ==
+          nodes.begin() + static_cast<std::ptrdiff_t>(write))
         nodes[write++] = node;
     }
     if (read == top) {
@@ -283,8 +285,7 @@ void Run::collect_targets(const Shape& shape, Set& out) {
     if (!in_data(type) || !in_data(wanted)) continue;
     const auto instances = [&](Node of) {
       with([&] {
-        for (const rdf::Triple& t : data_.match(std::nullopt, rdf::TermId{type}, rdf::TermId{of}))
-          push(static_cast<Node>(t.subject));
+        for (const rdf::Triple& t : data_.match(std::nullopt, rdf::TermId{type}, rdf::TermId{of})) push(static_cast<Node>(t.subject));
       });
     };
     instances(wanted);
@@ -295,16 +296,14 @@ void Run::collect_targets(const Shape& shape, Set& out) {
     const Node predicate = node_of(c);
     if (!in_data(predicate)) continue;
     with([&] {
-      for (const rdf::Triple& t : data_.match(std::nullopt, rdf::TermId{predicate}, std::nullopt))
-        push(static_cast<Node>(t.subject));
+      for (const rdf::Triple& t : data_.match(std::nullopt, rdf::TermId{predicate}, std::nullopt)) push(static_cast<Node>(t.subject));
     });
   }
   for (const Constant c : shape.target_objects_of) {
     const Node predicate = node_of(c);
     if (!in_data(predicate)) continue;
     with([&] {
-      for (const rdf::Triple& t : data_.match(std::nullopt, rdf::TermId{predicate}, std::nullopt))
-        push(static_cast<Node>(t.object));
+      for (const rdf::Triple& t : data_.match(std::nullopt, rdf::TermId{predicate}, std::nullopt)) push(static_cast<Node>(t.object));
     });
   }
 }
@@ -370,8 +369,7 @@ std::string Run::reason(Node value, ShapeIndex shape) {
   results_ = outer;
   result_count_ = count;
   full_ = was_full;
-  return found.empty() || found.front().messages.empty() ? std::string()
-                                                         : std::string(found.front().messages.front().view().text);
+  return found.empty() || found.front().messages.empty() ? std::string() : std::string(found.front().messages.front().view().text);
 }
 
 void Run::stop(const char* limit, std::size_t value) {
@@ -400,4 +398,5 @@ Result<Report> validate(const Shapes& shapes, const rdf::Graph& data, const rdf:
   return Run(shapes, data, options).one(focus, index);
 }
 
+}  // namespace v0
 }  // namespace lrt::shacl

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>
@@ -16,6 +17,7 @@
 #include "src/shacl/regex.hpp"
 
 namespace lrt::shacl {
+inline namespace v0 {
 
 /// The number of a term. Terms of the data graph keep their numbers there. Larger numbers are terms of the shapes graph that the data graph
 /// does not have. `outsider` is a focus node that neither graph has. Equal numbers are equal terms.
@@ -167,15 +169,13 @@ class Run {
         if (++seen > many_triples) break;
       if (seen <= many_triples) {
         for (const rdf::Triple& t : all)
-          if (static_cast<Node>(t.predicate) == predicate && !take(static_cast<Node>(hubs.outgoing ? t.object : t.subject)))
-            return;
+          if (static_cast<Node>(t.predicate) == predicate && !take(static_cast<Node>(hubs.outgoing ? t.object : t.subject))) return;
         return;
       }
     }
     const std::vector<std::pair<Node, Node>>& sorted = hub(hubs, node);
     const auto before = [](const std::pair<Node, Node>& entry, Node p) { return entry.first < p; };
-    for (auto at = std::lower_bound(sorted.begin(), sorted.end(), predicate, before);
-         at != sorted.end() && at->first == predicate; ++at)
+    for (auto at = std::lower_bound(sorted.begin(), sorted.end(), predicate, before); at != sorted.end() && at->first == predicate; ++at)
       if (!take(at->second)) return;
   }
 
@@ -213,4 +213,5 @@ class Run {
   std::size_t result_count_ = 0;
 };
 
+}  // namespace v0
 }  // namespace lrt::shacl

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/subscription/allowed_hosts.hpp>
 
 #include <algorithm>
@@ -6,15 +7,16 @@
 #include "src/http/host.hpp"
 
 namespace lrt::subscription {
+inline namespace v0 {
 namespace {
 
-using lrt::detail::hex;
-using lrt::detail::is;
-using lrt::detail::is_digit;
 using http::is_host_name;
 using http::literal_address;
 using http::parse_address;
 using http::parse_port;
+using lrt::detail::hex;
+using lrt::detail::is;
+using lrt::detail::is_digit;
 using Bytes = http::AddressBytes;
 
 constexpr std::array<std::uint8_t, 12> nat64{0x00, 0x64, 0xFF, 0x9B};  // RFC 6052 2.1
@@ -35,16 +37,16 @@ bool is_special_ipv4(const std::uint8_t* a) noexcept {
 /// from an IPv6 address, the IPv4 address is checked.
 bool is_special(const Bytes& a) noexcept {
   if (is_ipv4(a)) return is_special_ipv4(a.data() + 12);
-  if (a[0] == 0xFF || (a[0] == 0xFE && (a[1] & 0xC0U) == 0x80)) return true;                // multicast, link-local
+  if (a[0] == 0xFF || (a[0] == 0xFE && (a[1] & 0xC0U) == 0x80)) return true;  // multicast, link-local
   if (std::all_of(a.begin(), a.begin() + 12, [](std::uint8_t byte) { return byte == 0; })) {
-    return is_special_ipv4(a.data() + 12);                                                  // ::, ::1, IPv4-compatible (RFC 4291 2.5.5.1)
+    return is_special_ipv4(a.data() + 12);  // ::, ::1, IPv4-compatible (RFC 4291 2.5.5.1)
   }
   if (starts_with(a, nat64)) return is_special_ipv4(a.data() + 12);
-  if (a[0] == 0x00 && a[1] == 0x64 && a[2] == 0xFF && a[3] == 0x9B) return true;            // local-use NAT64 (RFC 8215)
-  if (a[0] == 0x20 && a[1] == 0x02) return is_special_ipv4(a.data() + 2);                   // 6to4 (RFC 3056)
-  if (a[0] == 0x20 && a[1] == 0x01 && a[2] == 0 && a[3] == 0) {                             // Teredo (RFC 4380 4): the client's address, inverted
-    const std::array<std::uint8_t, 4> client{static_cast<std::uint8_t>(~a[12]), static_cast<std::uint8_t>(~a[13]),
-                                             static_cast<std::uint8_t>(~a[14]), static_cast<std::uint8_t>(~a[15])};
+  if (a[0] == 0x00 && a[1] == 0x64 && a[2] == 0xFF && a[3] == 0x9B) return true;  // local-use NAT64 (RFC 8215)
+  if (a[0] == 0x20 && a[1] == 0x02) return is_special_ipv4(a.data() + 2);         // 6to4 (RFC 3056)
+  if (a[0] == 0x20 && a[1] == 0x01 && a[2] == 0 && a[3] == 0) {                   // Teredo (RFC 4380 4): the client's address, inverted
+    const std::array<std::uint8_t, 4> client{static_cast<std::uint8_t>(~a[12]), static_cast<std::uint8_t>(~a[13]), static_cast<std::uint8_t>(~a[14]),
+                                             static_cast<std::uint8_t>(~a[15])};
     return is_special_ipv4(client.data());
   }
   return false;
@@ -135,9 +137,8 @@ Result<AllowedHosts> AllowedHosts::parse(const std::vector<std::string>& entries
 }
 
 bool AllowedHosts::has_network(std::uint16_t port, const std::array<std::uint8_t, 16>& address) const noexcept {
-  return std::any_of(entries_.begin(), entries_.end(), [&](const Entry& e) {
-    return e.name.empty() && e.port.value_or(port) == port && is_within(address, e.network, e.bits);
-  });
+  return std::any_of(entries_.begin(), entries_.end(),
+                     [&](const Entry& e) { return e.name.empty() && e.port.value_or(port) == port && is_within(address, e.network, e.bits); });
 }
 
 bool AllowedHosts::names(std::string_view host, std::uint16_t port) const {
@@ -168,4 +169,5 @@ Result<CallbackUrl> parse_callback_url(std::string_view url) {
   return unexpected(std::move(error));
 }
 
+}  // namespace v0
 }  // namespace lrt::subscription

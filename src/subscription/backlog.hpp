@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -10,6 +11,7 @@
 #include "src/base/ring_queue.hpp"
 
 namespace lrt::subscription {
+inline namespace v0 {
 
 /// One representation to be sent, shared by all subscribers that get it.
 struct Message {
@@ -122,4 +124,5 @@ class Backlog {
   Instant due_{};
 };
 
+}  // namespace v0
 }  // namespace lrt::subscription

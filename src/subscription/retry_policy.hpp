@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>
@@ -7,6 +8,7 @@
 #include <lrt/subscription/options.hpp>
 
 namespace lrt::subscription {
+inline namespace v0 {
 
 /// Counts the failed deliveries of one web callback and gives the pause before the next attempt, by CallbackOptions.
 class RetryPolicy {
@@ -47,4 +49,5 @@ class RetryPolicy {
   bool suspended_ = false;
 };
 
+}  // namespace v0
 }  // namespace lrt::subscription

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/transport/named.hpp>
 
 #include <utility>
@@ -8,12 +9,13 @@
 #endif
 
 namespace lrt::transport {
+inline namespace v0 {
 
 std::vector<std::string_view> names() {
   return {
-      "http",
+    "http",
 #if LRT_HAS_LIBWEBSOCKETS
-      "libwebsockets",
+        "libwebsockets",
 #endif
   };
 }
@@ -26,4 +28,5 @@ std::unique_ptr<Transport> make_named(std::string_view name, TransportOptions op
   return nullptr;
 }
 
+}  // namespace v0
 }  // namespace lrt::transport

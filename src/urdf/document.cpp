@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/urdf/document.hpp"
 
 #include <tinyxml2.h>
@@ -19,6 +20,7 @@
 #include <lrt/rdf/lexical.hpp>
 
 namespace lrt::urdf {
+inline namespace v0 {
 namespace {
 
 using tinyxml2::XMLElement;
@@ -53,10 +55,8 @@ std::uint32_t line_of(std::string_view text, std::size_t offset) {
 /// comments of real files contain such bytes.
 std::string as_utf8(std::string_view text, const ParseOptions& options, std::vector<std::string>& warnings) {
   if (text.size() > options.max_bytes)
-    throw Refusal{
-        {Errc::limit_exceeded, "expected at most " + std::to_string(options.max_bytes) + " bytes, found " + std::to_string(text.size())}};
-  if (text.substr(0, 2) == "\xFF\xFE" || text.substr(0, 2) == "\xFE\xFF")
-    throw Refusal{{Errc::expected_value, "expected UTF-8, found UTF-16"}};
+    throw Refusal{{Errc::limit_exceeded, "expected at most " + std::to_string(options.max_bytes) + " bytes, found " + std::to_string(text.size())}};
+  if (text.substr(0, 2) == "\xFF\xFE" || text.substr(0, 2) == "\xFE\xFF") throw Refusal{{Errc::expected_value, "expected UTF-8, found UTF-16"}};
   const std::size_t end = text.find("?>");
   const std::string_view prolog = text.substr(0, end == std::string_view::npos ? 0 : end);
   const bool is_latin1 = prolog.find("8859-1\"") != std::string_view::npos || prolog.find("8859-1'") != std::string_view::npos;
@@ -93,8 +93,7 @@ void check_text(std::string& text, const ParseOptions& options) {
     const std::uint32_t line = line_of(text, at);
     throw Refusal{{code, "line " + std::to_string(line) + ": " + std::move(message), at, line}};
   };
-  if (const std::size_t nul = text.find('\0'); nul != std::string_view::npos)
-    refuse(Errc::expected_value, nul, "expected XML, found U+0000");
+  if (const std::size_t nul = text.find('\0'); nul != std::string_view::npos) refuse(Errc::expected_value, nul, "expected XML, found U+0000");
 
   const auto check_references = [&](std::size_t begin, std::size_t end) {
     const std::string_view part = std::string_view(text).substr(begin, end - begin);
@@ -247,8 +246,8 @@ class Checker {
       if (value == options_.arguments.end() || close == text.size()) {
         const bool plain =
             !name.empty() && name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_") == std::string::npos;
-        refuse(e, "expected a document that xacro has expanded, found " + quoted(text.substr(open, close - open + 1)) +
-                      ": run xacro first" + (plain ? ", or give ParseOptions::arguments a value for " + quoted(name) : std::string()));
+        refuse(e, "expected a document that xacro has expanded, found " + quoted(text.substr(open, close - open + 1)) + ": run xacro first" +
+                      (plain ? ", or give ParseOptions::arguments a value for " + quoted(name) : std::string()));
       }
       out += value->second;
       text.remove_prefix(close + 1);
@@ -432,8 +431,7 @@ class Checker {
       for (const XMLElement* v = l->FirstChildElement("visual"); v; v = v->NextSiblingElement("visual"))
         if (const XMLElement* e = v->FirstChildElement("material")) {
           const std::string name = attribute(*e, "name").value_or("");
-          if (!name.empty() && has_look(*e) && materials_.count(name) == 0)
-            materials_.emplace(name, Defined{e->GetLineNum(), define(*e, name)});
+          if (!name.empty() && has_look(*e) && materials_.count(name) == 0) materials_.emplace(name, Defined{e->GetLineNum(), define(*e, name)});
         }
   }
 
@@ -500,8 +498,7 @@ class Checker {
     close();
     open("inertia");
     constexpr std::array<const char*, 3> moments = {"ixx", "iyy", "izz"};
-    for (const char* moment : moments)
-      noise = std::max(noise, relative_noise * parsed(*inertia, moment, trimmed(required(*inertia, moment))));
+    for (const char* moment : moments) noise = std::max(noise, relative_noise * parsed(*inertia, moment, trimmed(required(*inertia, moment))));
     for (const char* moment : moments) not_negative(*inertia, moment, noise);
     for (const char* product : {"ixy", "ixz", "iyz"}) {
       if (number(*inertia, product, false)) continue;
@@ -570,8 +567,7 @@ class Checker {
     open("axis");
     const auto xyz = *vector3(*e, "xyz");
     const double length = std::hypot(xyz[0], xyz[1], xyz[2]);
-    if (!(length > relative_noise) || !std::isfinite(length))
-      refuse(*e, "expected an axis with a direction, found " + quoted(e->Attribute("xyz")));
+    if (!(length > relative_noise) || !std::isfinite(length)) refuse(*e, "expected an axis with a direction, found " + quoted(e->Attribute("xyz")));
     close();
   }
   /// Reads a limit; nullopt: the attribute is missing or infinite.
@@ -613,8 +609,8 @@ class Checker {
       if (limits.lower && limits.lower == limits.upper)
         warn(*e, "lower and upper are both " + rdf::lexical::format(*limits.lower) + ": the joint cannot move");
       if (limits.lower && limits.upper && *limits.lower > *limits.upper) {
-        warn(*e, "the lower limit " + rdf::lexical::format(*limits.lower) + " is above the upper one " +
-                     rdf::lexical::format(*limits.upper) + "; both are left out");
+        warn(*e, "the lower limit " + rdf::lexical::format(*limits.lower) + " is above the upper one " + rdf::lexical::format(*limits.upper) +
+                     "; both are left out");
         limits.lower = limits.upper = std::nullopt;
       }
     }
@@ -645,8 +641,7 @@ class Checker {
     const std::string name = required(e, "joint");
     const auto found = types_.find(name);
     if (found == types_.end()) return warn(e, "there is no joint " + quoted(name) + " in the document; left out");
-    if (!has_position(found->second))
-      return warn(e, "joint " + quoted(name) + " is " + found->second + " and has no position; left out");
+    if (!has_position(found->second)) return warn(e, "joint " + quoted(name) + " is " + found->second + " and has no position; left out");
     mimics_.emplace_back(&e, document_.joints.size());
     open("mimic");
     put("joint", name.c_str());
@@ -680,8 +675,7 @@ class Checker {
         if (before[at] == none) break;
         at = links_.at(ends_[before[at]].parent);
         if (seen[at] == on_the_way)
-          refuse(*ends_[before[at]].element,
-                 "expected a tree; the joints form a cycle through its child " + quoted(document_.links[at].name));
+          refuse(*ends_[before[at]].element, "expected a tree; the joints form a cycle through its child " + quoted(document_.links[at].name));
       }
       for (const std::size_t l : way) seen[l] = good;
     }
@@ -689,8 +683,8 @@ class Checker {
     for (std::size_t l = 0; l < before.size(); ++l) {
       if (before[l] != none) continue;
       if (root != none)
-        refuse(*link_elements_[l], "expected to be the child of a joint: only the root link is not one, and the root link is " +
-                                       with_line(*link_elements_[root]));
+        refuse(*link_elements_[l],
+               "expected to be the child of a joint: only the root link is not one, and the root link is " + with_line(*link_elements_[root]));
       root = l;
     }
   }
@@ -701,8 +695,8 @@ class Checker {
       std::size_t steps = 0;
       for (auto at = of.find(joint); at != of.end(); at = of.find(at->second))
         if (++steps > max_mimics)
-          refuse(*e, "expected a chain of mimic joints that ends at a joint without <mimic>; it does not end within " +
-                         std::to_string(max_mimics) + " steps");
+          refuse(*e, "expected a chain of mimic joints that ends at a joint without <mimic>; it does not end within " + std::to_string(max_mimics) +
+                         " steps");
     }
   }
 
@@ -756,14 +750,14 @@ Result<Document> check(std::string_view text, const ParseOptions& options) {
     if (!robot) return unexpected(Errc::expected_value, "expected <robot>, found no element");
     if (const XMLElement* second = robot->NextSiblingElement()) {
       const auto line = static_cast<std::uint32_t>(second->GetLineNum());
-      return unexpected(
-          Error{Errc::expected_value,
-                "line " + std::to_string(line) + ": expected one outermost element, found <" + shortened(second->Name()) + "> after it",
-                std::nullopt, line});
+      return unexpected(Error{Errc::expected_value,
+                              "line " + std::to_string(line) + ": expected one outermost element, found <" + shortened(second->Name()) + "> after it",
+                              std::nullopt, line});
     }
     Checker(options, document).check(*robot);
     return document;
   } catch (Refusal& refusal) { return unexpected(std::move(refusal.error)); }
 }
 
+}  // namespace v0
 }  // namespace lrt::urdf

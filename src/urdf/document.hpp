@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>
@@ -11,6 +12,7 @@
 #include <lrt/urdf.hpp>
 
 namespace lrt::urdf {
+inline namespace v0 {
 
 /// A checked URDF: the text for liburdfdom, and values that liburdfdom does not keep.
 struct Document {
@@ -41,4 +43,5 @@ struct Document {
 /// @par Errors  as parse()
 Result<Document> check(std::string_view text, const ParseOptions& options);
 
+}  // namespace v0
 }  // namespace lrt::urdf

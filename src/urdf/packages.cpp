@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/urdf/packages.hpp"
 
 #include <algorithm>
@@ -13,6 +14,7 @@
 #include "src/base/read_file.hpp"
 
 namespace lrt::urdf {
+inline namespace v0 {
 namespace {
 
 namespace fs = std::filesystem;
@@ -51,16 +53,14 @@ Result<PackageFile> find_file(std::string_view iri, const PackageOptions& option
   PackageFile file;
   file.package = std::string(iri.substr(0, slash));
   const auto folder = options.folders.find(file.package);
-  if (folder == options.folders.end())
-    return unexpected(Errc::unknown_path, "no folder is given for the package \"" + file.package + "\"");
+  if (folder == options.folders.end()) return unexpected(Errc::unknown_path, "no folder is given for the package \"" + file.package + "\"");
   const std::string_view encoded = iri.substr(std::min(slash + 1, iri.size()));
   file.name = iri::decode(encoded).value_or(std::string(encoded));  // real files have a bare '%'
   if (utf8::find_invalid(file.name) || file.name.find('\0') != std::string::npos || fs::path(file.name).is_absolute())
     return unexpected(Errc::refused, "its name is not a relative path in UTF-8");
   std::string joined;
   for (const fs::path& part : fs::path(file.name)) {
-    if (part == ".." || part == "." || part.empty())
-      return unexpected(Errc::refused, "its name contains \"" + part.string() + "\"");
+    if (part == ".." || part == "." || part.empty()) return unexpected(Errc::refused, "its name contains \"" + part.string() + "\"");
     joined.append(joined.empty() ? "" : "/").append(part.string());  // "a//b" is "a/b"
   }
   file.name = std::move(joined);
@@ -82,8 +82,7 @@ Result<FileState> state_of(const PackageFile& file, std::size_t max_bytes) {
   state.bytes = fs::file_size(path, error);
   if (error) return unexpected(Errc::io_error, file.path() + ": " + error.message());
   if (state.bytes > max_bytes)
-    return unexpected(Errc::limit_exceeded,
-                      file.path() + " has " + std::to_string(state.bytes) + " bytes, more than " + std::to_string(max_bytes));
+    return unexpected(Errc::limit_exceeded, file.path() + " has " + std::to_string(state.bytes) + " bytes, more than " + std::to_string(max_bytes));
   const fs::file_time_type modified = fs::last_write_time(path, error);
   if (error) return unexpected(Errc::io_error, file.path() + ": " + error.message());
   // The epoch of file_time_type is not specified in C++17.
@@ -92,8 +91,8 @@ Result<FileState> state_of(const PackageFile& file, std::size_t max_bytes) {
     const auto now = std::chrono::system_clock::now().time_since_epoch();
     return std::chrono::duration_cast<std::chrono::seconds>(now) - std::chrono::duration_cast<std::chrono::seconds>(file_now);
   }();
-  state.modified = std::chrono::system_clock::time_point(
-      std::chrono::duration_cast<std::chrono::system_clock::duration>(modified.time_since_epoch() + offset));
+  state.modified =
+      std::chrono::system_clock::time_point(std::chrono::duration_cast<std::chrono::system_clock::duration>(modified.time_since_epoch() + offset));
   state.path = path.string();
   return state;
 }
@@ -101,9 +100,9 @@ Result<FileState> state_of(const PackageFile& file, std::size_t max_bytes) {
 Result<Bytes> read_file(const FileState& file, std::size_t max_bytes) {
   Result<std::string> bytes = lrt::read_file(file.path, max_bytes);
   if (!bytes) return unexpected(Errc::io_error, file.path + " cannot be read");
-  if (bytes->size() > max_bytes)
-    return unexpected(Errc::limit_exceeded, file.path + " has more than " + std::to_string(max_bytes) + " bytes");
+  if (bytes->size() > max_bytes) return unexpected(Errc::limit_exceeded, file.path + " has more than " + std::to_string(max_bytes) + " bytes");
   return std::make_shared<const std::string>(*std::move(bytes));
 }
 
+}  // namespace v0
 }  // namespace lrt::urdf

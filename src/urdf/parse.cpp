@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <console_bridge/console.h>
 #include <urdf_parser/urdf_parser.h>
 
@@ -16,6 +17,7 @@
 #include "src/urdf/document.hpp"
 
 namespace lrt::urdf {
+inline namespace v0 {
 namespace {
 
 /// Captures the messages that liburdfdom logs on this thread during its lifetime. Messages of other threads go to the previous handler. The
@@ -123,8 +125,7 @@ Joint joint(const ::urdf::Joint& from) {
   const double length = std::hypot(from.axis.x, from.axis.y, from.axis.z);
   if (length > 0) to.axis = {from.axis.x / length, from.axis.y / length, from.axis.z / length};
   if (from.dynamics) to.dynamics = Dynamics{from.dynamics->damping, from.dynamics->friction};
-  if (from.safety)
-    to.safety = Safety{from.safety->soft_lower_limit, from.safety->soft_upper_limit, from.safety->k_position, from.safety->k_velocity};
+  if (from.safety) to.safety = Safety{from.safety->soft_lower_limit, from.safety->soft_upper_limit, from.safety->k_position, from.safety->k_velocity};
   return to;
 }
 
@@ -198,4 +199,5 @@ Result<Model> parse(std::string_view text, const ParseOptions& options) {
   return model;
 }
 
+}  // namespace v0
 }  // namespace lrt::urdf

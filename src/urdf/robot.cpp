@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/urdf.hpp>
 
 #include <algorithm>
@@ -15,6 +16,7 @@
 #include "src/urdf/packages.hpp"
 
 namespace lrt::urdf {
+inline namespace v0 {
 namespace {
 
 /// A field with a name of its own in JSON.
@@ -25,6 +27,7 @@ rdf::FieldName named(std::string_view name, Iri term) {
 }
 
 }  // namespace
+}  // namespace v0
 }  // namespace lrt::urdf
 
 template <>
@@ -37,6 +40,7 @@ struct lrt::rdf::traits<lrt::urdf::FileState> : lrt::rdf::Record<lrt::urdf::File
 };
 
 namespace lrt::urdf {
+inline namespace v0 {
 namespace {
 
 constexpr Unit newton_metre_second_per_radian{Iri{"http://qudt.org/vocab/unit/N-M-SEC-PER-RAD"}, {}, "N.m.s/rad"};
@@ -87,9 +91,11 @@ struct Appearance {
 };
 
 }  // namespace
+}  // namespace v0
 }  // namespace lrt::urdf
 
 namespace lrt::rdf {
+inline namespace v0 {
 
 template <bool angular>
 struct traits<urdf::LimitsOf<angular>> : Record<urdf::LimitsOf<angular>> {
@@ -177,9 +183,11 @@ struct traits<urdf::Appearance> : Record<urdf::Appearance> {
   }
 };
 
+}  // namespace v0
 }  // namespace lrt::rdf
 
 namespace lrt::urdf {
+inline namespace v0 {
 namespace {
 
 Isometry isometry(const Pose& pose) {
@@ -293,8 +301,7 @@ class Robot::Impl {
     for (NamedMesh& mesh : meshes_) {
       const auto [known, is_new] = served.emplace(mesh.name, std::string());
       if (is_new) {
-        if (Result<PackageFile> found = find_file(mesh.name, options))
-          known->second = serve(all, *std::move(found), options.max_bytes);
+        if (Result<PackageFile> found = find_file(mesh.name, options)) known->second = serve(all, *std::move(found), options.max_bytes);
         else warnings.push_back("mesh \"" + mesh.name + "\" is not served: " + found.error().message);
       }
       if (!known->second.empty()) mesh.shape.add(vocab::dcat::downloadURL, Object::resource(known->second));
@@ -341,9 +348,7 @@ class Robot::Impl {
       pose = poses_[s.parent] * s.origin;
       switch (s.type) {
         case JointType::revolute:
-        case JointType::continuous:
-          pose.linear() = (pose.linear() * Eigen::AngleAxisd(values_[s.joint], s.axis).toRotationMatrix()).eval();
-          break;
+        case JointType::continuous: pose.linear() = (pose.linear() * Eigen::AngleAxisd(values_[s.joint], s.axis).toRotationMatrix()).eval(); break;
         case JointType::prismatic: pose.translation() += pose.linear() * (values_[s.joint] * s.axis); break;
         case JointType::floating:
         case JointType::planar: pose = pose * free_[s.joint]; break;
@@ -377,7 +382,7 @@ class Robot::Impl {
   }
   void name_all() {
     std::unordered_set<std::string> taken = {"meshes", "positions"};  // of the robot itself
-    std::unordered_map<std::string, std::size_t> counts;  // of duplicate paths
+    std::unordered_map<std::string, std::size_t> counts;              // of duplicate paths
     const auto take = [&](const std::string& name, const char* suffix) {
       const std::string wanted = segment(name);
       std::string path = wanted;
@@ -500,7 +505,8 @@ class Robot::Impl {
     }
     const auto variable = std::find(model_.variables.begin(), model_.variables.end(), source) - model_.variables.begin();
     if (source != index) values_[index] = multiplier * values_[source] + offset;
-    moving_.push_back({index, source, multiplier, offset, static_cast<std::size_t>(variable), position, velocity, effort, {}, vector(joint.axis).cast<float>()});
+    moving_.push_back(
+        {index, source, multiplier, offset, static_cast<std::size_t>(variable), position, velocity, effort, {}, vector(joint.axis).cast<float>()});
     if constexpr (angular) {
       auto rotation = thing.property<Eigen::AngleAxisf>("rotation");
       rotation.predicate(vocab::ros::rotation).frame(Object::resource(link_paths_[joint.child]));
@@ -516,9 +522,7 @@ class Robot::Impl {
     if (link.joint) thing.add(vocab::xhv::prev, Object::resource(joint_paths_[*link.joint]));
     for (const std::size_t j : after_[index]) thing.add(vocab::xhv::next, Object::resource(joint_paths_[j]));
     auto pose = thing.property<Isometry>("pose", unit::metre);
-    pose.predicate(vocab::lrt_::pose)
-        .frame(Object::resource(link_paths_[model_.root]))
-        .add(vocab::spatial::targetCoordinateSystem, itself);
+    pose.predicate(vocab::lrt_::pose).frame(Object::resource(link_paths_[model_.root])).add(vocab::spatial::targetCoordinateSystem, itself);
     link_poses_.push_back(pose);
     if (const auto& i = link.inertial)
       constant(thing, "inertial",
@@ -562,8 +566,8 @@ class Robot::Impl {
   std::vector<std::vector<std::size_t>> after_;  // joints whose parent is this link
   std::vector<Step> steps_;                      // parents first
   std::vector<double> values_;                   // of each joint
-  std::vector<Isometry> free_;          // of each joint, where it is floating or planar
-  std::vector<Isometry> poses_;         // of each link
+  std::vector<Isometry> free_;                   // of each joint, where it is floating or planar
+  std::vector<Isometry> poses_;                  // of each link
   std::vector<bool> moves_;                      // of each link
   std::vector<Moving> moving_;
   std::vector<std::size_t> of_joint_;  // index of each joint in moving_
@@ -614,4 +618,5 @@ Result<Robot> load(const std::string& file, const ParseOptions& options) {
   return Robot(*std::move(model), options.path);
 }
 
+}  // namespace v0
 }  // namespace lrt::urdf

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the machine itself costs, beside robot.cpp: as much of HTTP as large_bodies.py needs, and nothing else. Bodies are read and thrown away.
 //
 //   bare_server [--in-poll]
@@ -40,23 +41,19 @@ constexpr std::size_t small_bytes = 2048;
 
 void respond(int socket, std::string_view status, std::string_view body = {}) {
   const std::string text = "HTTP/1.1 " + std::string(status) +
-                           (status == "204 No Content" ? "" : "\r\nContent-Length: " + std::to_string(body.size())) +
-                           "\r\n\r\n" + std::string(body);
+                           (status == "204 No Content" ? "" : "\r\nContent-Length: " + std::to_string(body.size())) + "\r\n\r\n" + std::string(body);
   [[maybe_unused]] const ssize_t sent = ::send(socket, text.data(), text.size(), MSG_NOSIGNAL);
 }
 
 class BareServer {
  public:
-  BareServer()
-      : listening_(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0)), set_(::epoll_create1(EPOLL_CLOEXEC)) {
+  BareServer() : listening_(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0)), set_(::epoll_create1(EPOLL_CLOEXEC)) {
     sockaddr_in address{};
     address.sin_family = AF_INET;
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     socklen_t size = sizeof address;
     auto* const generic = reinterpret_cast<sockaddr*>(&address);
-    if (::bind(listening_, generic, size) != 0 || ::listen(listening_, 100) != 0 ||
-        ::getsockname(listening_, generic, &size) != 0)
-      std::abort();
+    if (::bind(listening_, generic, size) != 0 || ::listen(listening_, 100) != 0 || ::getsockname(listening_, generic, &size) != 0) std::abort();
     std::printf("http://127.0.0.1:%d/\n", ntohs(address.sin_port));
     std::fflush(stdout);
     watch(listening_);
@@ -117,8 +114,7 @@ class BareServer {
       size = before + size - (end + 4);
       client.header.resize(end + 4);
       const std::size_t field = client.header.find("Content-Length: ");
-      client.length = client.left =
-          field == std::string::npos ? 0 : std::strtoul(client.header.c_str() + field + 16, nullptr, 10);
+      client.length = client.left = field == std::string::npos ? 0 : std::strtoul(client.header.c_str() + field + 16, nullptr, 10);
     }
     client.left -= std::min(client.left, size);
     if (client.left > 0) return true;

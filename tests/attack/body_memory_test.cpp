@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Clients that send bodies and never finish them. LRT_ATTACK_CLIENTS says how many there are; the figures are printed.
 
 #include <arpa/inet.h>
@@ -49,14 +50,12 @@ double resident() {
 /// Sends all but the last byte of a body, and reads what comes.
 class Unfinished {
  public:
-  Unfinished(std::uint16_t port, const std::string& header)
-      : out_(header), socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+  Unfinished(std::uint16_t port, const std::string& header) : out_(header), socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
     sockaddr_in address{};
     address.sin_family = AF_INET;
     address.sin_port = htons(port);
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    if (::connect(socket_, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0)
-      throw std::runtime_error("connect failed");
+    if (::connect(socket_, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0) throw std::runtime_error("connect failed");
     ::fcntl(socket_, F_SETFL, O_NONBLOCK);
   }
   ~Unfinished() { ::close(socket_); }
@@ -69,8 +68,7 @@ class Unfinished {
     const std::size_t left = header_sent_ ? body_bytes - 1 - sent_ : out_.size();
     bool moved = false;
     if (left > 0 && status() == 0) {
-      const auto n = ::send(socket_, header_sent_ ? zeros.data() : out_.data(),
-                            std::min(left, header_sent_ ? zeros.size() : left), MSG_NOSIGNAL);
+      const auto n = ::send(socket_, header_sent_ ? zeros.data() : out_.data(), std::min(left, header_sent_ ? zeros.size() : left), MSG_NOSIGNAL);
       if (n > 0) {
         moved = true;
         if (header_sent_) sent_ += static_cast<std::size_t>(n);
@@ -98,8 +96,7 @@ class Unfinished {
 void run(std::vector<std::unique_ptr<Unfinished>>& clients) {
   const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
   auto quiet = std::chrono::steady_clock::now();
-  for (bool open = true, refused = false;
-       open && (!refused || std::chrono::steady_clock::now() < quiet) && std::chrono::steady_clock::now() < end;) {
+  for (bool open = true, refused = false; open && (!refused || std::chrono::steady_clock::now() < quiet) && std::chrono::steady_clock::now() < end;) {
     bool moved = false;
     open = false;
     for (auto& client : clients) {
@@ -119,9 +116,7 @@ struct Robot {
     ::setrlimit(RLIMIT_NOFILE, &files);
     Options options;
     options.listen.port = 0;
-    options.listen.transport = [transport](transport::TransportOptions o) {
-      return transport::make_named(transport, std::move(o));
-    };
+    options.listen.transport = [transport](transport::TransportOptions o) { return transport::make_named(transport, std::move(o)); };
     options.threads.dispatch = Dispatch::io_thread;
     options.security.authorize = [](const http::Request& request) {
       return request.find("Authorization") ? engine::Access::granted : engine::Access::unauthenticated;
@@ -133,15 +128,14 @@ struct Robot {
     server->add(std::move(thing)).value();
   }
   std::string header(const std::string& fields) const {
-    return "PUT /arm/note HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(server->port()) +
-           "\r\nContent-Type: application/json\r\n" + fields + "Content-Length: " + std::to_string(body_bytes) + "\r\n\r\n";
+    return "PUT /arm/note HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(server->port()) + "\r\nContent-Type: application/json\r\n" + fields +
+           "Content-Length: " + std::to_string(body_bytes) + "\r\n\r\n";
   }
   /// The status of a small command of an authorized client.
   int command() const {
     Socket client(server->port());
     return client
-        .ask("PUT /arm/note\nHost: 127.0.0.1:" + std::to_string(server->port()) +
-             "\nAuthorization: me\nContent-Type: application/json\n\n\"hello\"")
+        .ask("PUT /arm/note\nHost: 127.0.0.1:" + std::to_string(server->port()) + "\nAuthorization: me\nContent-Type: application/json\n\n\"hello\"")
         .status;
   }
   std::size_t limit = 0;
@@ -161,8 +155,7 @@ Figures attack(Robot& robot, const std::string& fields) {
   f.command = robot.command();
   f.before = resident();
   std::vector<std::unique_ptr<Unfinished>> clients;
-  for (std::size_t i = 0; i < client_count(); ++i)
-    clients.push_back(std::make_unique<Unfinished>(robot.server->port(), robot.header(fields)));
+  for (std::size_t i = 0; i < client_count(); ++i) clients.push_back(std::make_unique<Unfinished>(robot.server->port(), robot.header(fields)));
   run(clients);
   f.during = resident();
   for (const auto& client : clients) {
@@ -193,8 +186,8 @@ TEST_CASE("bodies that never end use a bounded memory, and none before the clien
       std::printf(
           "%s, %zu clients %s: %zu are refused with 401, %zu with 503, %.1f MB of bodies are kept; resident %.1f MB before, "
           "%.1f during, %.1f after\n",
-          transport.c_str(), client_count(), who, f->unauthorized, f->refused, static_cast<double>(f->kept_bytes) / 1e6,
-          f->before, f->during, f->after);
+          transport.c_str(), client_count(), who, f->unauthorized, f->refused, static_cast<double>(f->kept_bytes) / 1e6, f->before, f->during,
+          f->after);
     CHECK(strangers.unauthorized == client_count());
     CHECK(strangers.kept_bytes == 0);
     CHECK(strangers.command == 204);

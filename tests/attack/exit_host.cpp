@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A robot that ends in a given way while clients are served. exit_test.py starts it, and sends it a line when it is to end.
 //
 //   exit_host TRANSPORT own_thread|in_poll END [CERTIFICATE KEY]     END: see `ends`

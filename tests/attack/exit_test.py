@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Processes that end while clients are served: none crashes, none hangs.
 
   exit_test.py EXIT_HOST TRANSPORT...     LRT_EXIT_RUNS: runs of each way to end (2, to say something 30); LRT_EXIT_ENDS: which ways

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Memory runs out once, at the n-th allocation of a request, for each n: the request gets a response, what it did is whole or undone, and the
 // next request is served as if nothing had been.
 
@@ -41,7 +42,9 @@ class FailAfter {
   if (!p) throw std::bad_alloc();
   return p;
 }
-[[gnu::noinline]] void* operator new(std::size_t size, const std::nothrow_t&) noexcept { return fails_now() ? nullptr : std::malloc(size ? size : 1); }
+[[gnu::noinline]] void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
+  return fails_now() ? nullptr : std::malloc(size ? size : 1);
+}
 [[gnu::noinline]] void operator delete(void* p) noexcept { std::free(p); }
 [[gnu::noinline]] void operator delete(void* p, std::size_t) noexcept { std::free(p); }
 [[gnu::noinline]] void operator delete(void* p, const std::nothrow_t&) noexcept { std::free(p); }
@@ -105,7 +108,8 @@ std::vector<std::string> requests() {
       "POST /arm/actions/refuse",
       "POST /arm/actions/grip\nPrefer: respond-async",
       "POST /arm/waypoints\nContent-Type: application/json\n\n" + pose,
-      Bench::turtle_request("POST", "/arm/subscriptions", "<> hybrit:onResource </arm/angle> ; hybrit:callbackURL \"http://127.0.0.1:9/x\"^^xsd:anyURI ."),
+      Bench::turtle_request("POST", "/arm/subscriptions",
+                            "<> hybrit:onResource </arm/angle> ; hybrit:callbackURL \"http://127.0.0.1:9/x\"^^xsd:anyURI ."),
       "GET /arm/angle\nUpgrade: callback\nConnection: Upgrade\nCallback: http://127.0.0.1:9/x",
   };
 }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A system call of the server fails once, at each place: each function with each error. Requests get their response, or their connection is closed,
 // and the next one is served.
 
@@ -76,14 +77,11 @@ class Receiver {
 
   std::string url() const { return "http://localhost:" + std::to_string(port_) + "/"; }
   bool has(const std::string& text) const {
-    return std::any_of(bodies_.begin(), bodies_.end(),
-                       [&](const std::string& body) { return body.find(text) != std::string::npos; });
+    return std::any_of(bodies_.begin(), bodies_.end(), [&](const std::string& body) { return body.find(text) != std::string::npos; });
   }
   void step() {
-    for (int client = 0; (client = ::accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK)) >= 0;)
-      clients_[client];
-    for (auto at = clients_.begin(); at != clients_.end();)
-      at = serve(at->first, at->second) ? std::next(at) : clients_.erase(at);
+    for (int client = 0; (client = ::accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK)) >= 0;) clients_[client];
+    for (auto at = clients_.begin(); at != clients_.end();) at = serve(at->first, at->second) ? std::next(at) : clients_.erase(at);
   }
 
  private:
@@ -158,9 +156,7 @@ class Scene {
   Options options() {
     Options options;
     options.listen.port = 0;
-    options.listen.transport = [name = setting_.transport](transport::TransportOptions t) {
-      return transport::make_named(name, std::move(t));
-    };
+    options.listen.transport = [name = setting_.transport](transport::TransportOptions t) { return transport::make_named(name, std::move(t)); };
     options.threads.io = setting_.io;
     options.threads.body_threads = 1;
     options.limits.small_body_bytes = 16;
@@ -172,9 +168,7 @@ class Scene {
     options.callbacks.attempts = 100'000;
     options.subscriptions.sample_period = milliseconds(1);
     if (std::getenv("LRT_ATTACK_LOG"))
-      options.log = [](LogLevel, std::string_view text) {
-        std::fprintf(stderr, "%.*s\n", static_cast<int>(text.size()), text.data());
-      };
+      options.log = [](LogLevel, std::string_view text) { std::fprintf(stderr, "%.*s\n", static_cast<int>(text.size()), text.data()); };
     if (setting_.tls) {
       options.security.tls.emplace();
       options.security.tls->certificate_file = setting_.tls->path("server.pem");
@@ -194,8 +188,7 @@ class Scene {
       }
       expect(has_failed() && attempt == 0, "no server: " + made.error().message);
       const std::string reason = text_of(current);
-      expect(made.error().message.find(reason) != std::string::npos ||
-                 made.error().message.find("libwebsockets") != std::string::npos,
+      expect(made.error().message.find(reason) != std::string::npos || made.error().message.find("libwebsockets") != std::string::npos,
              "the error does not name what failed: " + made.error().message);
     }
     Thing arm{"arm"};
@@ -249,8 +242,7 @@ class Scene {
   void commands() {
     ask("POST /arm/actions/home\nPrefer: respond-async", 202);
     const std::string member = ask("POST /arm/points\nContent-Type: application/json\n\n3.5", 201).field("Location");
-    expect(ask("GET " + member.substr(member.find("/arm/")) + "\nAccept: application/json", 200).body == "3.5",
-           "another member");
+    expect(ask("GET " + member.substr(member.find("/arm/")) + "\nAccept: application/json", 200).body == "3.5", "another member");
   }
 
   /// Sets the angle to a new value.
@@ -272,8 +264,7 @@ class Scene {
       const std::string value = move();
       await("a message", [&] {
         client.step();
-        return client.ended ||
-               std::any_of(client.frames.begin(), client.frames.end(), [&](const Frame& f) { return f.payload == value; });
+        return client.ended || std::any_of(client.frames.begin(), client.frames.end(), [&](const Frame& f) { return f.payload == value; });
       });
       if (!client.ended && client.status == 101) break;
       expect(has_failed() && attempt == 0, "the WebSocket was closed");
@@ -284,8 +275,7 @@ class Scene {
     for (int attempt = 0;; ++attempt) {
       StreamClient client(server_->port(), "/arm/angle");
       await("an event stream", [&] { return client.step(), client.status != 0 || client.ended; });
-      expect(client.status == 200 || client.status == 0 || client.status == 503,
-             "event stream: " + std::to_string(client.status));
+      expect(client.status == 200 || client.status == 0 || client.status == 503, "event stream: " + std::to_string(client.status));
       const std::string value = move();
       bool found = false;
       await("an event", [&] {
@@ -324,8 +314,7 @@ class Scene {
       const std::optional<Answer> again = request("DELETE " + cancelled);
       expect(again && (again->status == 204 || again->status == 404), "DELETE fails again");
     }
-    expect(saved().find(cancelled.substr(cancelled.rfind('/') + 1)) == std::string::npos,
-           "a cancelled callback is in the file");
+    expect(saved().find(cancelled.substr(cancelled.rfind('/') + 1)) == std::string::npos, "a cancelled callback is in the file");
     kept_ = subscribe();
   }
   /// What was acknowledged is there after a restart.
@@ -405,8 +394,8 @@ void play_all(const Setting& setting, std::size_t step, const std::string& only 
     }
   std::size_t all = 0;
   for (const auto& [function, count] : places) all += count;
-  std::printf("%s, %s%s: %zu calls, %zu faults, %zu took effect\n", setting.transport.c_str(),
-              setting.io == Io::in_poll ? "in poll" : "own thread", setting.tls ? ", TLS" : "", all, played, failed);
+  std::printf("%s, %s%s: %zu calls, %zu faults, %zu took effect\n", setting.transport.c_str(), setting.io == Io::in_poll ? "in poll" : "own thread",
+              setting.tls ? ", TLS" : "", all, played, failed);
   CHECK(failed > 0);
 }
 
@@ -452,12 +441,11 @@ TEST_CASE("a subscription that did not wait for the file is saved at the end wit
     server.add(std::move(arm)).value();
     fail_call(fault("pthread_create, Resource temporarily unavailable"), 1, 1000);
     Socket client(server.port());
-    const Answer made =
-        client.ask("POST /arm/subscriptions\nContent-Type: text/turtle\nHost: localhost:" + std::to_string(server.port()) +
-                       "\n\n<> <https://hybr-it-projekt.de/ns/hybr-it#onResource> <../arm/angle> ; "
-                       "<https://hybr-it-projekt.de/ns/hybr-it#callbackURL> "
-                       "\"http://127.0.0.1:9/\"^^<http://www.w3.org/2001/XMLSchema#anyURI> .",
-                   [&] { server.poll(); });
+    const Answer made = client.ask("POST /arm/subscriptions\nContent-Type: text/turtle\nHost: localhost:" + std::to_string(server.port()) +
+                                       "\n\n<> <https://hybr-it-projekt.de/ns/hybr-it#onResource> <../arm/angle> ; "
+                                       "<https://hybr-it-projekt.de/ns/hybr-it#callbackURL> "
+                                       "\"http://127.0.0.1:9/\"^^<http://www.w3.org/2001/XMLSchema#anyURI> .",
+                                   [&] { server.poll(); });
     CHECK(made.status == 201);
     id = made.field("Location").substr(made.field("Location").rfind('/') + 1);
   }
@@ -527,9 +515,7 @@ TEST_CASE("without descriptors a server neither spins nor hangs, and goes on whe
   // A client is served with a descriptor of the reserve.
   std::vector<pollfd> items;
   for (const int socket : sockets) items.push_back({socket, POLLIN, 0});
-  for (const auto end = steady_clock::now() + seconds(10);
-       ::poll(items.data(), items.size(), 0) == 0 && steady_clock::now() < end;)
-    step();
+  for (const auto end = steady_clock::now() + seconds(10); ::poll(items.data(), items.size(), 0) == 0 && steady_clock::now() < end;) step();
   const bool is_answered = ::poll(items.data(), items.size(), 0) > 0;
   for (const int descriptor : used) ::close(descriptor);
   REQUIRE(::setrlimit(RLIMIT_NOFILE, &before) == 0);
@@ -572,6 +558,5 @@ TEST_CASE("a system call fails once at any place of a server's life with TLS", "
   files.put("server.pem", {&own});
   files.put_key("server.key", own);
   const SslContext client = tls_client(authority);
-  for (const std::string_view name : transport::names())
-    play_all({std::string(name), Io::own_thread, &files, client.get()}, stride());
+  for (const std::string_view name : transport::names()) play_all({std::string(name), Io::own_thread, &files, client.get()}, stride());
 }

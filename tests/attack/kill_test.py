@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Kills the robot at random moments while clients make and cancel web callbacks. After each restart every acknowledged callback must be
 there, and no callback whose cancellation was acknowledged.
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Large bodies: what they do to other clients, and to the control loop.
 
     large_bodies.py ROBOT [--transport NAME] [--bare PROGRAM]

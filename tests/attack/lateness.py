@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How late the steps of a control loop at 1 kHz begin, idle and under each attack.
 
     lateness.py ROBOT [--transport NAME ...] [--only TEXT] [--real-time]

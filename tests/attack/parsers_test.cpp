@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/rdf/codec.hpp>
 
 #include <chrono>
@@ -44,8 +45,7 @@ void timed(std::string_view name, std::size_t bytes, Work&& work) {
 TEST_CASE("texts for which a pattern is quadratic", "[attack]") {
   for (const char* pattern : {"[0-9]+ kg", "\\\\d{3000}x", "([0-9]+)\\\\1 kg"}) {
     const auto shapes =
-        rdf::read(std::string("@prefix sh: <http://www.w3.org/ns/shacl#> . <s> sh:targetObjectsOf <p> ; sh:pattern \"") +
-                      pattern + "\" .",
+        rdf::read(std::string("@prefix sh: <http://www.w3.org/ns/shacl#> . <s> sh:targetObjectsOf <p> ; sh:pattern \"") + pattern + "\" .",
                   rdf::Syntax::turtle, [] {
                     rdf::ReadOptions options;
                     options.base = "http://robot/";
@@ -61,8 +61,7 @@ TEST_CASE("texts for which a pattern is quadratic", "[attack]") {
         const auto report = lrt::shacl::validate(*compiled, data);
         REQUIRE(report);
         REQUIRE(report->results().size() == 1);
-        CHECK(std::string(report->results()[0].messages[0].view().text).find("stopped at its limit of work") !=
-              std::string::npos);
+        CHECK(std::string(report->results()[0].messages[0].view().text).find("stopped at its limit of work") != std::string::npos);
       });
     }
   }
@@ -89,8 +88,8 @@ TEST_CASE("references to lrt's own context share it", "[attack]") {
     for (const char* object : {in_arrays, after_terms, nested}) {
       // Objects with terms are few: the terms of a document are limited.
       const std::size_t bytes = object == after_terms ? 80'000 : 1'000'000 * factor();
-      std::string text = R"({"@context":{"@base":"http://robot/)" + repeated("long/", 4'000) + R"("},"http://e/p":[)" +
-                         repeated(object, bytes) + "1]}";
+      std::string text =
+          R"({"@context":{"@base":"http://robot/)" + repeated("long/", 4'000) + R"("},"http://e/p":[)" + repeated(object, bytes) + "1]}";
       const std::size_t objects = text.size() / std::string_view(object).size();
       CHECK(cost(text, object) < 60 * objects);
     }

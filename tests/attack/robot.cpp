@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A robot to be attacked: its control loop runs at 1 kHz and measures how late each step begins.
 //
 //   attacked_robot [--in-poll] [--transport NAME] [--body-threads N] [--callbacks] [--fifo PRIORITY --cpu N [--inherit]]
@@ -42,7 +43,8 @@ bool become_real_time(int priority, unsigned cpu) {
   CPU_SET(cpu, &cpus);
   sched_param parameter{};
   parameter.sched_priority = priority;
-  return ::pthread_setaffinity_np(::pthread_self(), sizeof cpus, &cpus) == 0 && ::pthread_setschedparam(::pthread_self(), SCHED_FIFO, &parameter) == 0;
+  return ::pthread_setaffinity_np(::pthread_self(), sizeof cpus, &cpus) == 0 &&
+         ::pthread_setschedparam(::pthread_self(), SCHED_FIFO, &parameter) == 0;
 }
 
 }  // namespace
@@ -77,7 +79,8 @@ int main(int count, char** arguments) {
     else if (argument == "--inherit") inherit = true;
     else return std::fprintf(stderr, "unknown argument %s\n", argument.c_str()), 2;
   }
-  if (!transport.empty()) options.listen.transport = [transport](lrt::transport::TransportOptions t) { return lrt::transport::make_named(transport, std::move(t)); };
+  if (!transport.empty())
+    options.listen.transport = [transport](lrt::transport::TransportOptions t) { return lrt::transport::make_named(transport, std::move(t)); };
   if (inherit) options.threads.own = {lrt::Scheduling::fifo, priority, {cpu}};
   if (priority > 0 && !become_real_time(priority, cpu)) return std::perror("SCHED_FIFO"), 77;
   lrt::Server server = lrt::Server::create(std::move(options)).value();

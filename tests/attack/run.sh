@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Attacks a server in all ways that are kept here and prints what was measured, as Markdown: the figures of docs/resilience.md.
 #
 #   tests/attack/run.sh [BUILD]      BUILD: a folder in which the tests are built; default build/dev

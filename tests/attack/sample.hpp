@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <time.h>
@@ -39,9 +40,7 @@ struct Measured {
   Sample poll;  ///< the duration of what serves clients, as Server::poll
   Sample cpu;   ///< the processor time of that: without programs that ran instead
 
-  std::string json() {
-    return "{\"steps\": " + std::to_string(late.size()) + late.json("late") + poll.json("poll") + cpu.json("cpu") + "}";
-  }
+  std::string json() { return "{\"steps\": " + std::to_string(late.size()) + late.json("late") + poll.json("poll") + cpu.json("cpu") + "}"; }
 };
 
 /// The processor time of the calling thread.

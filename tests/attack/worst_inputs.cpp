@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a byte of a hostile request costs: for each parser of bytes from the network, the inputs that took most CPU time for their size.
 //
 //   worst_inputs [KIB]       prints a Markdown table; KIB: the size of each input, 64 by default
@@ -49,7 +50,9 @@ std::string numbered(std::string_view text, std::size_t bytes) {
   return out;
 }
 
-std::string around(std::string_view before, const std::string& middle, std::string_view after) { return std::string(before) + middle + std::string(after); }
+std::string around(std::string_view before, const std::string& middle, std::string_view after) {
+  return std::string(before) + middle + std::string(after);
+}
 
 /// `middle` without its last character: a separator.
 std::string joined(std::string_view before, std::string middle, std::string_view after) {
@@ -94,7 +97,8 @@ class Table {
     for (auto& [parser, all] : costs_) {
       std::sort(all.begin(), all.end(), [](const Cost& a, const Cost& b) { return a.ns_per_byte > b.ns_per_byte; });
       if (all.size() > 10) all.resize(10);
-      for (const Cost& cost : all) std::printf("| %s | %s | %.0f | %s |\n", parser.c_str(), cost.input.c_str(), cost.ns_per_byte, cost.outcome.c_str());
+      for (const Cost& cost : all)
+        std::printf("| %s | %s | %.0f | %s |\n", parser.c_str(), cost.input.c_str(), cost.ns_per_byte, cost.outcome.c_str());
     }
   }
 
@@ -121,7 +125,8 @@ std::function<std::string(const std::string&)> plain(rdf::Plain format) {
   return [format](const std::string& text) {
     rdf::Graph graph;
     const rdf::TermId focus = graph.intern(rdf::iri("http://robot.example/arm/note"));
-    const auto read = rdf::read_plain(text, format, rdf::traits<T>::type(), {}, "http://robot.example/ns/vocabulary#", engine::Limits().max_body_triples, graph, focus);
+    const auto read = rdf::read_plain(text, format, rdf::traits<T>::type(), {}, "http://robot.example/ns/vocabulary#",
+                                      engine::Limits().max_body_triples, graph, focus);
     return read ? "read" : read.error().message;
   };
 }
@@ -164,14 +169,16 @@ void n_triples(Table& t, std::size_t n) {
 void json_ld(Table& t, std::size_t n) {
   const auto add = [&](const char* name, const std::string& text) { t.add("JSON-LD", name, text, reader(rdf::Syntax::json_ld)); };
   const std::string_view own = "\"http://robot.example/ns/context.jsonld\"";
-  add("nodes with contexts", joined("{\"@graph\":[", repeated("{\"@context\":{\"a\":\"http://x/a\",\"b\":{\"@id\":\"a\",\"@type\":\"@id\"}},\"a\":1},", n), "]}"));
+  add("nodes with contexts",
+      joined("{\"@graph\":[", repeated("{\"@context\":{\"a\":\"http://x/a\",\"b\":{\"@id\":\"a\",\"@type\":\"@id\"}},\"a\":1},", n), "]}"));
   add("an array of contexts", joined("{\"@context\":[", repeated("{\"a\":\"http://x/a\"},", n), "],\"a\":1}"));
   add("references to lrt's context", joined("{\"@context\":[", repeated(std::string(own) + ",", n), "],\"ros:a\":1}"));
   add("nodes with lrt's context", joined("{\"@graph\":[", repeated("{\"@context\":" + std::string(own) + ",\"ros:a\":1},", n), "]}"));
   add("terms", joined("{\"@context\":{", numbered("\"a#\":\"http://x/a#\",", n), "},\"a1\":1}"));
   add("a chain of terms", joined("{\"@context\":{\"a\":\"http://x/\",", numbered("\"b#\":\"a:#\",", n), "},\"b1\":1}"));
-  add("scoped contexts", joined("{\"@context\":{", numbered("\"a#\":{\"@id\":\"http://x/\",\"@context\":{\"b\":\"http://y/\"}},", n / 2), "},") .substr(0) +
-                             joined("\"a0\":[", repeated("{\"b\":1},", n / 2), "]}"));
+  add("scoped contexts",
+      joined("{\"@context\":{", numbered("\"a#\":{\"@id\":\"http://x/\",\"@context\":{\"b\":\"http://y/\"}},", n / 2), "},").substr(0) +
+          joined("\"a0\":[", repeated("{\"b\":1},", n / 2), "]}"));
   add("numbers", joined("{\"http://x/a\":[", repeated("1.5e3,", n), "]}"));
   add("empty objects", joined("{\"http://x/a\":[", repeated("{},", n), "]}"));
   add("nested objects", around(repeated("{\"http://x/a\":", n), "1", repeated("}", n / 14)));
@@ -183,7 +190,8 @@ void json_ld(Table& t, std::size_t n) {
   add("types", joined("{\"@type\":[", numbered("\"http://x/#\",", n), "]}"));
   add("a text of escapes", around("{\"http://x/a\":\"", repeated("\\u00e9", n), "\"}"));
   add("white space", around("{", repeated(" ", n), "}"));
-  add("language maps", joined("{\"@context\":{\"a\":{\"@id\":\"http://x/a\",\"@container\":\"@language\"}},\"a\":{", numbered("\"x-a#\":\"b\",", n), "}}"));
+  add("language maps",
+      joined("{\"@context\":{\"a\":{\"@id\":\"http://x/a\",\"@container\":\"@language\"}},\"a\":{", numbered("\"x-a#\":\"b\",", n), "}}"));
 }
 
 void rdf_xml(Table& t, std::size_t n) {
@@ -253,14 +261,17 @@ void fields(Table& t) {
   t.add("header section", "Connection fields", around(start, repeated("Connection: a,b\r\n", 16'000), end), header);
   t.add("header section", "a list of connection options", around(start + "Connection: ", repeated("a,", n), "\r\n" + end), header);
   t.add("header section", "a target of percent escapes", around("GET /", repeated("%41", n), " HTTP/1.1\r\nHost: robot\r\n\r\n"), header);
-  const std::vector<std::string_view> offers = {"text/turtle", "application/json", "application/ld+json", "application/n-triples", "application/rdf+xml", "text/html"};
+  const std::vector<std::string_view> offers = {"text/turtle",           "application/json",    "application/ld+json",
+                                                "application/n-triples", "application/rdf+xml", "text/html"};
   const auto accept = [&](const std::string& text) { return http::negotiate(text, offers) ? std::string("chosen") : std::string("none fits"); };
   t.add("Accept", "commas", repeated(",", n), accept);
   t.add("Accept", "ranges", repeated("*/*;q=0.1,", n), accept);
   t.add("Accept", "parameters", around("text/turtle", repeated(";a=b", n), ""), accept);
   t.add("Accept", "quoted parameters", around("text/turtle;a=\"", repeated("\\\"", n), "\""), accept);
-  t.add("If-None-Match", "entity tags", repeated("\"a\",", n), [](const std::string& text) { return std::to_string(static_cast<int>(http::matches(text, "\"b\"", true))); });
-  t.add("Prefer", "preferences", repeated("a=b;c=d,", n), [](const std::string& text) { return http::parse_prefer(text).wait ? std::string("wait") : std::string("read"); });
+  t.add("If-None-Match", "entity tags", repeated("\"a\",", n),
+        [](const std::string& text) { return std::to_string(static_cast<int>(http::matches(text, "\"b\"", true))); });
+  t.add("Prefer", "preferences", repeated("a=b;c=d,", n),
+        [](const std::string& text) { return http::parse_prefer(text).wait ? std::string("wait") : std::string("read"); });
 }
 
 }  // namespace

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/base/charset.hpp"
 
 #include <string>
@@ -8,9 +9,7 @@ using lrt::charset::to_utf8;
 
 TEST_CASE("texts in ASCII, Latin-1 and UTF-8 become UTF-8", "[base][R0.6]") {
   std::string storage;
-  const auto read = [&](std::string_view text, std::string_view name) {
-    return std::string(to_utf8(text, name, storage).value());
-  };
+  const auto read = [&](std::string_view text, std::string_view name) { return std::string(to_utf8(text, name, storage).value()); };
   for (const char* name : {"utf-8", "UTF-8", "utf8", "us-ascii", "US-ASCII", "ascii", "iso-8859-1", "ISO-8859-1", "Latin1"}) {
     CAPTURE(name);
     CHECK(read("", name).empty());
@@ -37,7 +36,6 @@ TEST_CASE("other encodings are named in the error, with those that are taken", "
     const auto result = to_utf8("1", name, storage);
     REQUIRE_FALSE(result);
     CHECK(result.error().code == lrt::Errc::unsupported_syntax);
-    CHECK(result.error().message ==
-          "charset: expected one of utf-8, us-ascii, iso-8859-1, found \"" + std::string(name) + "\"");
+    CHECK(result.error().message == "charset: expected one of utf-8, us-ascii, iso-8859-1, found \"" + std::string(name) + "\"");
   }
 }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/base/clock.hpp>
 
 #include "tests/support/catch.hpp"
@@ -7,8 +8,8 @@ using std::chrono::microseconds;
 
 namespace {
 std::string at(std::int64_t micros) {
-  return to_xsd_date_time(std::chrono::system_clock::time_point(
-      std::chrono::duration_cast<std::chrono::system_clock::duration>(microseconds(micros))));
+  return to_xsd_date_time(
+      std::chrono::system_clock::time_point(std::chrono::duration_cast<std::chrono::system_clock::duration>(microseconds(micros))));
 }
 constexpr std::int64_t second = 1'000'000;
 }  // namespace
@@ -28,11 +29,9 @@ TEST_CASE("xsd:dateTime is in UTC with microseconds, before 1970 too", "[base]")
 TEST_CASE("less than a microsecond is rounded down on both sides of 1970", "[base]") {
   using std::chrono::nanoseconds;
   using Clock = std::chrono::system_clock;
-  CHECK(to_xsd_date_time(Clock::time_point(std::chrono::duration_cast<Clock::duration>(nanoseconds(999)))) ==
-        "1970-01-01T00:00:00.000000Z");
+  CHECK(to_xsd_date_time(Clock::time_point(std::chrono::duration_cast<Clock::duration>(nanoseconds(999)))) == "1970-01-01T00:00:00.000000Z");
   if (std::ratio_less_v<Clock::period, std::micro>) {
-    CHECK(to_xsd_date_time(Clock::time_point(std::chrono::duration_cast<Clock::duration>(nanoseconds(-1)))) ==
-          "1969-12-31T23:59:59.999999Z");
+    CHECK(to_xsd_date_time(Clock::time_point(std::chrono::duration_cast<Clock::duration>(nanoseconds(-1)))) == "1969-12-31T23:59:59.999999Z");
   }
 }
 

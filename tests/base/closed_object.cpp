@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A shared object with a thread of lrt in it, which a host closes.
 #include <atomic>
 #include <thread>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/base/iri.hpp>
 
 #include "tests/support/catch.hpp"
@@ -127,8 +128,8 @@ TEST_CASE("split finds the five parts and distinguishes absent from empty parts"
 }
 
 TEST_CASE("an absolute IRI has a scheme and allowed characters only", "[base]") {
-  for (const char* good : {"http://a", "a:", "urn:uuid:1", "x+y-z.1:%41", "http://[::1]:80/", "http://r/gr\xC3\xB6",
-                           "http://r/\xF0\x9F\xA4\x96", "http://example.org/\xEF\xBF\xBD"}) {
+  for (const char* good : {"http://a", "a:", "urn:uuid:1", "x+y-z.1:%41", "http://[::1]:80/", "http://r/gr\xC3\xB6", "http://r/\xF0\x9F\xA4\x96",
+                           "http://example.org/\xEF\xBF\xBD"}) {
     CAPTURE(good);
     CHECK(iri::is_absolute(good));
   }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/base/thin_vector.hpp>
 
 #include <memory>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/base/thread.hpp"
 
 #include <dlfcn.h>
@@ -72,8 +73,7 @@ bool may_be_real_time() {
 TEST_CASE("a thread has its name and blocks all signals but faults", "[base]") {
   const Task seen = seen_by({}, "lrt-test");
   CHECK(seen.name == "lrt-test");
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE, SIGXFSZ, SIGALRM, SIGUSR1, SIGCHLD, SIGRTMIN, SIGRTMAX})
-    CHECK(seen.blocks(signal));
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE, SIGXFSZ, SIGALRM, SIGUSR1, SIGCHLD, SIGRTMIN, SIGRTMAX}) CHECK(seen.blocks(signal));
   for (const int fault : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT}) CHECK_FALSE(seen.blocks(fault));
   CHECK(seen_by({}, "a name of more than fifteen bytes").name == "a name of more ");
 }

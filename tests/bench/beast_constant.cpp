@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The yardstick for the transport http: Boost.Beast answering every request with the same bytes.
 //
 //   beast_constant [--port 0] [--size 600 (of the body) | --total BYTES (with the head)] [--tls DIR]

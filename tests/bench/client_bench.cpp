@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One client and many robots; and the way of a value from one robot to another.
 //
 //   client_bench [--robots 100] [--seconds 5] [--json]
@@ -133,16 +134,19 @@ Figures many_robots(std::size_t count, int seconds) {
   by_websocket.via = client::Via::websocket;
   std::atomic<std::uint64_t> messages{0};
   std::vector<client::Watch> handles;
-  for (std::size_t i = 0; i < count; ++i) handles.push_back(watches.watch(robots.url(i), by_websocket, [&](const client::Change&) { ++messages; }).value());
-  while (!std::all_of(handles.begin(), handles.end(), [](const client::Watch& watch) { return watch.counts().values > 0; })) std::this_thread::sleep_for(milliseconds(10));
+  for (std::size_t i = 0; i < count; ++i)
+    handles.push_back(watches.watch(robots.url(i), by_websocket, [&](const client::Change&) { ++messages; }).value());
+  while (!std::all_of(handles.begin(), handles.end(), [](const client::Watch& watch) { return watch.counts().values > 0; }))
+    std::this_thread::sleep_for(milliseconds(10));
   std::this_thread::sleep_for(milliseconds(500));
   const double server = bench::cpu_microseconds(robots.pid), own = bench::cpu_microseconds(::getpid());
   const std::uint64_t received = messages;
   const auto begin = SteadyClock::now();
   std::this_thread::sleep_for(std::chrono::seconds(seconds));
   const double time = std::chrono::duration<double>(SteadyClock::now() - begin).count(), n = static_cast<double>(count);
-  return {static_cast<double>(messages - received) / time, (bench::cpu_microseconds(robots.pid) - server) / time / n, (bench::cpu_microseconds(::getpid()) - own) / time / n,
-          (resident_kib(robots.pid) - robots.memory_before) / n, (resident_kib(::getpid()) - before) / n};
+  return {static_cast<double>(messages - received) / time, (bench::cpu_microseconds(robots.pid) - server) / time / n,
+          (bench::cpu_microseconds(::getpid()) - own) / time / n, (resident_kib(robots.pid) - robots.memory_before) / n,
+          (resident_kib(::getpid()) - before) / n};
 }
 
 void follow(int seconds, std::vector<double>& received, std::vector<double>& taken) {
@@ -152,14 +156,15 @@ void follow(int seconds, std::vector<double>& received, std::vector<double>& tak
   client::WatchOptions by_websocket;
   by_websocket.via = client::Via::websocket;
   std::atomic<std::int64_t> since{0};
-  auto latest = client::Latest<std::int64_t>::follow(
-                    [&](client::OnChange on_change) { return watches.watch(a.url(0), by_websocket, std::move(on_change), client::Watches::Delivery::at_once); },
-                    [&](const client::Change& change) {
-                      Result<std::int64_t> value = decode(change);
-                      if (value && since != 0) received.push_back(static_cast<double>(now_ns() - *value) / 1e3);
-                      return value;
-                    })
-                    .value();
+  auto latest =
+      client::Latest<std::int64_t>::follow(
+          [&](client::OnChange on_change) { return watches.watch(a.url(0), by_websocket, std::move(on_change), client::Watches::Delivery::at_once); },
+          [&](const client::Change& change) {
+            Result<std::int64_t> value = decode(change);
+            if (value && since != 0) received.push_back(static_cast<double>(now_ns() - *value) / 1e3);
+            return value;
+          })
+          .value();
   received.reserve(100'000);
   taken.reserve(100'000);
   const auto begin = SteadyClock::now();
@@ -190,14 +195,18 @@ int main(int argc, char** argv) {
   follow(seconds, received, taken);
   const double p50 = part(received, 0.5), p99 = part(received, 0.99), taken_p50 = part(taken, 0.5), taken_p99 = part(taken, 0.99);
   if (json) {
-    std::printf("{\"robots\": %zu, \"messages_per_second\": %.0f, \"server_cpu_us\": %.0f, \"client_cpu_us\": %.0f, \"server_kib\": %.0f, \"client_kib\": %.1f, "
-                "\"received_p50_us\": %.0f, \"received_p99_us\": %.0f, \"taken_p50_us\": %.0f, \"taken_p99_us\": %.0f}\n",
-                robots, many.messages, many.server_cpu, many.client_cpu, many.server_memory, many.client_memory, p50, p99, taken_p50, taken_p99);
+    std::printf(
+        "{\"robots\": %zu, \"messages_per_second\": %.0f, \"server_cpu_us\": %.0f, \"client_cpu_us\": %.0f, \"server_kib\": %.0f, \"client_kib\": "
+        "%.1f, "
+        "\"received_p50_us\": %.0f, \"received_p99_us\": %.0f, \"taken_p50_us\": %.0f, \"taken_p99_us\": %.0f}\n",
+        robots, many.messages, many.server_cpu, many.client_cpu, many.server_memory, many.client_memory, p50, p99, taken_p50, taken_p99);
     return 0;
   }
   std::printf("%zu robots, each watched at 10 Hz: %.0f messages/s\n", robots, many.messages);
   std::printf("  CPU for each robot and second: server %.0f us, client %.0f us\n", many.server_cpu, many.client_cpu);
   std::printf("  memory for each robot: server %.0f KiB, client %.1f KiB\n", many.server_memory, many.client_memory);
-  std::printf("a value at 1 kHz, published in A: received and decoded in B after %.0f us (p99 %.0f us), taken by the loop of B after %.0f us (p99 %.0f us); %zu values\n", p50, p99,
-              taken_p50, taken_p99, received.size());
+  std::printf(
+      "a value at 1 kHz, published in A: received and decoded in B after %.0f us (p99 %.0f us), taken by the loop of B after %.0f us (p99 %.0f us); "
+      "%zu values\n",
+      p50, p99, taken_p50, taken_p99, received.size());
 }

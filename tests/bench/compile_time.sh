@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # What including lrt costs: CPU time to compile a file that includes a header of lrt and nothing else, beside one that includes
 # the standard headers that the header brings along. Medians of 5.
 #

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What lrt itself costs, without a network: publish(), and GET, PUT and POST on the engine.
 //
 //   engine_bench

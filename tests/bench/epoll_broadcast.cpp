@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The yardstick for push_load: a bare epoll program that sends a number to every WebSocket, each in a system call of its own.
 //
 //   epoll_broadcast [--payload 600 (bytes)] [--period 1000 (us)]
@@ -41,8 +42,8 @@ std::string frame_of(double value, std::size_t payload_bytes) {
   ::gmtime_r(&now.tv_sec, &tm);
   char seconds[32], text[256];
   std::strftime(seconds, sizeof seconds, "%Y-%m-%dT%H:%M:%S", &tm);
-  const int size = std::snprintf(text, sizeof text, "<> vom:numericalValue %.6f ; dcterms:modified \"%s.%06ldZ\"^^xsd:dateTime .\n# ", value,
-                                 seconds, now.tv_nsec / 1000);
+  const int size = std::snprintf(text, sizeof text, "<> vom:numericalValue %.6f ; dcterms:modified \"%s.%06ldZ\"^^xsd:dateTime .\n# ", value, seconds,
+                                 now.tv_nsec / 1000);
   std::string payload(text, static_cast<std::size_t>(size));
   payload.resize(std::max(payload.size(), payload_bytes), '.');
   std::string frame = "\x81";
@@ -129,7 +130,8 @@ int main(int argc, char** argv) {
       char request[4096];
       if (socket < 0) continue;
       ::setsockopt(socket, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-      if (::recv(socket, request, sizeof request, 0) > 0 && ::send(socket, upgraded, sizeof upgraded - 1, MSG_NOSIGNAL) > 0) clients.push_back({socket, {}});
+      if (::recv(socket, request, sizeof request, 0) > 0 && ::send(socket, upgraded, sizeof upgraded - 1, MSG_NOSIGNAL) > 0)
+        clients.push_back({socket, {}});
       else ::close(socket);
     }
   }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The yardstick for tests/bench: a bare epoll program that responds to every header section with the same bytes.
 //
 //   epoll_constant [--port 0] [--size 600 (of the body) | --total BYTES (with the header section) | --response FILE]

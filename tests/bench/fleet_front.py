@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """What a robot pays for 0, 1, 100 and 1,000 readers behind a cache: CPU and requests, with the configurations of examples/fleet_front.
 
 usage: fleet_front.py PATH_OF_AGED_ROBOT [SECONDS]

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What lrt does to a control loop that has it in its own thread (Io::in_poll): a 1 kHz loop that works 50 us, publishes 40 properties and
 // polls. Printed: how late it wakes up, how long poll() takes, and how much of that it was on a CPU: the rest is the system's doing,
 // unless poll() slept.
@@ -89,7 +90,10 @@ int main(int argc, char** argv) {
     server = lrt::Server::create(std::move(options)).value();
     lrt::Thing arm{"arm"};
     for (int i = 1; i <= 40; ++i) properties.push_back(arm.property<double>("p" + std::to_string(i), lrt::unit::radian));
-    arm.property("target", [&] { return target; }, lrt::unit::radian).between(-3, 3).on_write([&](double wanted) { target = wanted; });
+    arm.property(
+           "target", [&] { return target; }, lrt::unit::radian)
+        .between(-3, 3)
+        .on_write([&](double wanted) { target = wanted; });
     arm.action("move", [&](double wanted) { target = wanted; });
     server->add(std::move(arm)).value();
     std::printf("listening on %s\n", server->url().c_str());
@@ -131,8 +135,8 @@ int main(int argc, char** argv) {
     } else if (step == steps) {
       namespace fs = std::filesystem;
       threads = std::distance(fs::directory_iterator("/proc/self/task"), fs::directory_iterator());
-      std::printf("late %s poll %s cpu %s us, 50 99 99.9 100 %%, %zu steps, %td threads, poll() slept %ld times\n", spread(late).c_str(), spread(polls).c_str(),
-                  spread(cpu).c_str(), late.size(), threads, slept);
+      std::printf("late %s poll %s cpu %s us, 50 99 99.9 100 %%, %zu steps, %td threads, poll() slept %ld times\n", spread(late).c_str(),
+                  spread(polls).c_str(), spread(cpu).c_str(), late.size(), threads, slept);
       std::fflush(stdout);
       if (without) break;
     }

@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # What lrt does to a 1 kHz control loop that polls it in its own thread: how late the loop wakes up, and how long poll() takes, without lrt,
 # with it idle, and under load. Every load is put a second time on other processes at the same rate while a loop without lrt runs: on a
 # machine with few cores the load itself makes the loop late. Then the longest single steps of poll(). On loopback, bounded: some twenty

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One hot path of lrt at a time, as often as asked, for counting its instructions (instructions.py).
 //
 //   hot_paths [PATH COUNT]     without arguments: the paths, each with a fitting count
@@ -69,12 +70,10 @@ struct Robot {
   }
   void expect(const lrt::http::Request& request, int status) {
     const lrt::http::Response response = respond(request);
-    if (response.status != status)
-      fail(std::string(request.method) + ": " + std::to_string(response.status) + " " + std::string(response.content()));
+    if (response.status != status) fail(std::string(request.method) + ": " + std::to_string(response.status) + " " + std::string(response.content()));
   }
   void subscribe(lrt::http::Request request) {
-    for (const auto& [name, text] :
-         {std::pair{"Upgrade", "websocket"}, {"Connection", "Upgrade"}, {"Sec-WebSocket-Version", "13"}})
+    for (const auto& [name, text] : {std::pair{"Upgrade", "websocket"}, {"Connection", "Upgrade"}, {"Sec-WebSocket-Version", "13"}})
       request.fields.push_back({name, text});
     request.fields.push_back({"Sec-WebSocket-Key", "dGhlIHNhbXBsZSBub25jZQ=="});
     request.can_upgrade = true;
@@ -97,8 +96,7 @@ struct Robot {
   std::vector<lrt::engine::Push> pushes;
 };
 
-lrt::http::Request request(std::string_view method, std::string_view target, std::string_view body = {},
-                           std::string_view type = {}) {
+lrt::http::Request request(std::string_view method, std::string_view target, std::string_view body = {}, std::string_view type = {}) {
   lrt::http::Request request;
   request.method = method;
   request.target = target;
@@ -116,15 +114,13 @@ constexpr std::string_view prefixes =
     ".\n";
 /// Figure 5b of the paper.
 const std::string rotate_body =
-    std::string(prefixes) +
-    "<>\n  rdf:type maths:Scalar ;\n  vom:numericalValue \"43.6\"^^xsd:float ;\n  vom:unit maths:Degree .\n";
+    std::string(prefixes) + "<>\n  rdf:type maths:Scalar ;\n  vom:numericalValue \"43.6\"^^xsd:float ;\n  vom:unit maths:Degree .\n";
 /// Figure 5a of the paper, what the body must be.
-const std::string rotate_shape =
-    std::string(prefixes) +
-    "@prefix sh: <http://www.w3.org/ns/shacl#> .\n<#input> a sh:NodeShape ;\n"
-    "  sh:property [ sh:path vom:numericalValue ; sh:minCount 1 ; sh:maxCount 1 ; sh:datatype xsd:float ; "
-    "sh:minInclusive 0 ; sh:maxExclusive 360 ] ;\n"
-    "  sh:property [ sh:path vom:unit ; sh:minCount 1 ; sh:maxCount 1 ; sh:hasValue maths:Degree ] .\n";
+const std::string rotate_shape = std::string(prefixes) +
+                                 "@prefix sh: <http://www.w3.org/ns/shacl#> .\n<#input> a sh:NodeShape ;\n"
+                                 "  sh:property [ sh:path vom:numericalValue ; sh:minCount 1 ; sh:maxCount 1 ; sh:datatype xsd:float ; "
+                                 "sh:minInclusive 0 ; sh:maxExclusive 360 ] ;\n"
+                                 "  sh:property [ sh:path vom:unit ; sh:minCount 1 ; sh:maxCount 1 ; sh:hasValue maths:Degree ] .\n";
 
 lrt::rdf::Graph read(const std::string& text, lrt::rdf::Syntax syntax = lrt::rdf::Syntax::turtle) {
   lrt::rdf::ReadOptions options;
@@ -181,8 +177,7 @@ const std::vector<Path>& paths() {
       {"put_json", 200,
        [](std::size_t count) {
          Robot robot;
-         for (std::size_t i = 0; i < count; ++i)
-           robot.expect(request("PUT", "/arm/joint/target", "0.25", "application/json"), 204);
+         for (std::size_t i = 0; i < count; ++i) robot.expect(request("PUT", "/arm/joint/target", "0.25", "application/json"), 204);
        }},
       {"put_turtle", 200,
        [](std::size_t count) {
@@ -193,8 +188,7 @@ const std::vector<Path>& paths() {
       {"post_action", 200,
        [](std::size_t count) {
          Robot robot;
-         for (std::size_t i = 0; i < count; ++i)
-           robot.expect(request("POST", "/arm/joint/actions/rotate", "0.25", "application/json"), 204);
+         for (std::size_t i = 0; i < count; ++i) robot.expect(request("POST", "/arm/joint/actions/rotate", "0.25", "application/json"), 204);
        }},
       {"push_to_1", 200, [](std::size_t count) { with_subscribers(1, count, path); }},
       {"push_to_50", 200, [](std::size_t count) { with_subscribers(50, count, path); }},
@@ -221,9 +215,8 @@ const std::vector<Path>& paths() {
        [](std::size_t count) {
          std::string text;
          for (std::size_t i = 0; i < 1000; ++i)
-           text += "<http://example.org/joint/" + std::to_string(i) +
-                   "> <http://vocab.arvida.de/2015/06/vom/vocab#numericalValue> \"" + std::to_string(i) +
-                   ".5\"^^<http://www.w3.org/2001/XMLSchema#float> .\n";
+           text += "<http://example.org/joint/" + std::to_string(i) + "> <http://vocab.arvida.de/2015/06/vom/vocab#numericalValue> \"" +
+                   std::to_string(i) + ".5\"^^<http://www.w3.org/2001/XMLSchema#float> .\n";
          for (std::size_t i = 0; i < count; ++i) (void)read(text, lrt::rdf::Syntax::n_triples);
        }},
       {"add_thing", 200,

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A bounded HTTP client for tests/bench: so many keep-alive connections, one request at a time on each.
 //
 //   http_load --port N [--path /] [--connections 8] [--requests 100000] [--seconds 0] [--warm-up 0] [--pid SERVER] [--spread N]
@@ -88,8 +89,8 @@ int main(int argc, char** argv) {
   const auto request_for = [&](std::size_t number) {
     std::string where = path;
     if (const auto at = where.find('%'); at != std::string::npos) where.replace(at, 1, std::to_string(number));
-    std::string request = method + " " + where + " HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port) +
-                          "\r\nUser-Agent: http_load\r\nAccept: */*\r\n";
+    std::string request =
+        method + " " + where + " HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port) + "\r\nUser-Agent: http_load\r\nAccept: */*\r\n";
     if (!field.empty()) request += field + "\r\n";
     if (!tag.empty()) request += "If-None-Match: " + tag + "\r\n";
     if (method != "GET") request += "Content-Type: text/turtle\r\nContent-Length: " + std::to_string(body.size()) + "\r\n";
@@ -212,8 +213,8 @@ int main(int argc, char** argv) {
     if (latencies.empty()) return 0.0;
     return static_cast<double>(latencies[static_cast<std::size_t>(p * static_cast<double>(latencies.size() - 1))]);
   };
-  std::printf("%zu requests on %d connections in %.2f s: %.0f/s, p50 %.1f us, p99 %.1f us, %ld not 2xx", latencies.size(), connections,
-              elapsed, measured / elapsed, percentile(0.5), percentile(0.99), bad);
+  std::printf("%zu requests on %d connections in %.2f s: %.0f/s, p50 %.1f us, p99 %.1f us, %ld not 2xx", latencies.size(), connections, elapsed,
+              measured / elapsed, percentile(0.5), percentile(0.99), bad);
   std::printf(", load CPU %.2f us/request", measured > 0 ? own / measured : 0.0);
   if (pid) std::printf(", server CPU %.2f us/request", measured > 0 ? cpu / measured : 0.0);
   std::printf("\n");

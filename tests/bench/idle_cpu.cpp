@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What lrt costs a host at 1 kHz that nobody talks to: in each step the loop publishes and polls, and sleeps until the next.
 //
 //   idle_cpu [--properties 1] [--in-poll] [--seconds 5] [--json]
@@ -45,8 +46,7 @@ int main(int argc, char** argv) {
   lrt::Server server = lrt::Server::create(std::move(options)).value();
   lrt::Thing arm{"arm"};
   std::vector<lrt::PushedProperty<double>> properties;
-  for (std::size_t i = 0; i < count; ++i)
-    properties.push_back(arm.property<double>("p" + std::to_string(i), lrt::unit::radian));
+  for (std::size_t i = 0; i < count; ++i) properties.push_back(arm.property<double>("p" + std::to_string(i), lrt::unit::radian));
   server.add(std::move(arm)).value();
 
   const auto steps = static_cast<std::size_t>(seconds * 1e3);
@@ -88,7 +88,6 @@ int main(int argc, char** argv) {
         "\"other_threads_cpu_us_per_step\": %.3f, \"percent_of_core\": %.4f}\n",
         count, in_poll ? "in_poll" : "own_thread", median, mean, other, percent);
   else
-    std::printf(
-        "%zu properties, %s: publish() and poll() %.3f us a step (median %.3f), other threads %.3f us: %.3f %% of a core\n",
-        count, in_poll ? "Io::in_poll" : "a thread of lrt's", mean, median, other, percent);
+    std::printf("%zu properties, %s: publish() and poll() %.3f us a step (median %.3f), other threads %.3f us: %.3f %% of a core\n", count,
+                in_poll ? "Io::in_poll" : "a thread of lrt's", mean, median, other, percent);
 }

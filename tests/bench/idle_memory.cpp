@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What an idle connection costs the server in resident memory, and what stays when all have left.
 //
 //   idle_memory --port N --pid SERVER [--path /] [--connections 1000] [--tls] [--websocket]
@@ -96,6 +97,6 @@ int main(int argc, char** argv) {
     after = resident_kib(pid);
   }
   settle();
-  std::printf("%zu idle connections: resident %.0f KiB before, %.0f KiB with them, %.2f KiB each; %.0f KiB when they have left\n", connections, before,
-              after, (after - before) / static_cast<double>(connections), resident_kib(pid));
+  std::printf("%zu idle connections: resident %.0f KiB before, %.0f KiB with them, %.2f KiB each; %.0f KiB when they have left\n", connections,
+              before, after, (after - before) / static_cast<double>(connections), resident_kib(pid));
 }

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Counts the instructions of the hot paths with callgrind, and prints what differs from the table in git.
 
   instructions.py HOT_PATHS [--update]      --update writes tests/bench/instructions.txt

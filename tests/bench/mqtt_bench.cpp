@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A robot, and a fleet, on a Mosquitto that this program starts on loopback.
 //
 //   mqtt_bench watchers [--watchers N]... [--properties N] [--rate HZ] [--seconds N]
@@ -59,8 +60,7 @@ double now_s() {
 double cpu_s() {
   rusage u{};
   ::getrusage(RUSAGE_SELF, &u);
-  return static_cast<double>(u.ru_utime.tv_sec + u.ru_stime.tv_sec) +
-         static_cast<double>(u.ru_utime.tv_usec + u.ru_stime.tv_usec) * 1e-6;
+  return static_cast<double>(u.ru_utime.tv_sec + u.ru_stime.tv_sec) + static_cast<double>(u.ru_utime.tv_usec + u.ru_stime.tv_usec) * 1e-6;
 }
 std::size_t resident_bytes() {
   std::size_t pages = 0, resident = 0;
@@ -139,13 +139,11 @@ class Watchers {
       ::mosquitto_connect_v5_callback_set(m, [](mosquitto* self, void* s, int code, int, const mosquitto_property*) {
         if (code == 0) ::mosquitto_subscribe(self, nullptr, "robots/#", static_cast<State*>(s)->qos);
       });
-      ::mosquitto_subscribe_v5_callback_set(m, [](mosquitto*, void* s, int, int, const int*, const mosquitto_property*) {
-        ++static_cast<State*>(s)->subscribed;
+      ::mosquitto_subscribe_v5_callback_set(
+          m, [](mosquitto*, void* s, int, int, const int*, const mosquitto_property*) { ++static_cast<State*>(s)->subscribed; });
+      ::mosquitto_message_v5_callback_set(m, [](mosquitto*, void* s, const mosquitto_message* message, const mosquitto_property* list) {
+        take(*static_cast<State*>(s), *message, list);
       });
-      ::mosquitto_message_v5_callback_set(
-          m, [](mosquitto*, void* s, const mosquitto_message* message, const mosquitto_property* list) {
-            take(*static_cast<State*>(s), *message, list);
-          });
       mosquitto_property* session = nullptr;
       if (persistent) ::mosquitto_property_add_int32(&session, MQTT_PROP_SESSION_EXPIRY_INTERVAL, 3'600);
       if (::mosquitto_connect_bind_v5(m, "127.0.0.1", port, 60, nullptr, session) != MOSQ_ERR_SUCCESS)
@@ -166,8 +164,7 @@ class Watchers {
       for (unsigned i = 0; i < count; ++i) {
         if ((items[i].revents & POLLOUT) != 0) (void)::mosquitto_loop_write(clients[i], 1);
         if ((items[i].revents & (POLLIN | POLLHUP | POLLERR)) != 0) (void)::mosquitto_loop_read(clients[i], 1);
-        if (::mosquitto_socket(clients[i]) < 0 && ::mosquitto_reconnect(clients[i]) == MOSQ_ERR_SUCCESS)
-          ++state.seen.reconnections;
+        if (::mosquitto_socket(clients[i]) < 0 && ::mosquitto_reconnect(clients[i]) == MOSQ_ERR_SUCCESS) ++state.seen.reconnections;
       }
       if (const double t = now_s(); t - last_misc > 1) {
         last_misc = t;
@@ -209,8 +206,8 @@ class Watchers {
     }
     if (!state.counts) return;
     ++state.seen.messages;
-    const double sent = std::strtod(
-        std::string(static_cast<const char*>(message.payload), static_cast<std::size_t>(message.payloadlen)).c_str(), nullptr);
+    const double sent =
+        std::strtod(std::string(static_cast<const char*>(message.payload), static_cast<std::size_t>(message.payloadlen)).c_str(), nullptr);
     if (state.latencies.size() < 4'000'000) state.latencies.push_back(static_cast<float>(now_s() - sent));
   }
 
@@ -296,13 +293,11 @@ lrt::mqtt::Counters sum_of(const std::vector<std::unique_ptr<Robot>>& robots) {
   return all;
 }
 
-const char* const conf =
-    "allow_anonymous true\npersistence true\nautosave_interval 1800\nmax_queued_messages 0\nmax_inflight_messages 0\n";
+const char* const conf = "allow_anonymous true\npersistence true\nautosave_interval 1800\nmax_queued_messages 0\nmax_inflight_messages 0\n";
 
 int watchers(const Settings& settings) {
-  std::printf("one robot, %u properties at %u Hz, QoS %u, %u s\n%10s %10s %12s %12s %10s %10s\n", settings.properties,
-              settings.rate_hz, settings.qos, settings.seconds, "watchers", "CPU", "published", "delivered", "median ms",
-              "99% ms");
+  std::printf("one robot, %u properties at %u Hz, QoS %u, %u s\n%10s %10s %12s %12s %10s %10s\n", settings.properties, settings.rate_hz, settings.qos,
+              settings.seconds, "watchers", "CPU", "published", "delivered", "median ms", "99% ms");
   for (const unsigned count : settings.watchers) {
     lrt::test::Mosquitto broker("allow_anonymous true\nset_tcp_nodelay true\nmax_queued_messages 100000\n");
     Watchers watching(broker.port(), count, static_cast<int>(settings.qos), false);
@@ -368,19 +363,18 @@ int fleet(const Settings& settings) {
   const lrt::mqtt::Counters after = sum_of(robots);
   const Seen seen = watching.end();
   const auto number = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
-  std::printf("%u robots, %u properties at %u Hz, QoS %u, %.1f s, broker ended %u times by signal %d\n", settings.robots,
-              settings.properties, settings.rate_hz, settings.qos, took, kills, settings.signal);
-  std::printf("  changes %llu, messages published %llu (%.0f/s), acknowledged %llu, refused %llu, not acknowledged %zu\n",
-              number(changes), number(after.published - before.published),
-              static_cast<double>(after.published - before.published) / took, number(after.acknowledged - before.acknowledged),
-              number(after.refused), after.unacknowledged);
+  std::printf("%u robots, %u properties at %u Hz, QoS %u, %.1f s, broker ended %u times by signal %d\n", settings.robots, settings.properties,
+              settings.rate_hz, settings.qos, took, kills, settings.signal);
+  std::printf("  changes %llu, messages published %llu (%.0f/s), acknowledged %llu, refused %llu, not acknowledged %zu\n", number(changes),
+              number(after.published - before.published), static_cast<double>(after.published - before.published) / took,
+              number(after.acknowledged - before.acknowledged), number(after.refused), after.unacknowledged);
   std::printf(
       "  the watcher got %llu messages of %llu topics; %llu are missing, %llu came again; connections of robots %llu, of the "
       "watcher %llu\n",
       number(seen.messages), number(seen.topics), number(seen.gaps), number(seen.repeated), number(after.connections),
       number(1 + seen.reconnections));
-  std::printf("  latency: median %.1f ms, 99%% %.1f ms; CPU of all robots %.0f%%; memory for each robot %.0f KiB\n",
-              seen.median_ms, seen.p99_ms, 100 * used / took, static_cast<double>(full - empty) / 1024 / settings.robots);
+  std::printf("  latency: median %.1f ms, 99%% %.1f ms; CPU of all robots %.0f%%; memory for each robot %.0f KiB\n", seen.median_ms, seen.p99_ms,
+              100 * used / took, static_cast<double>(full - empty) / 1024 / settings.robots);
   return 0;
 }
 

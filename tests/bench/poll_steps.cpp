@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The longest single steps of Server::poll() with Io::in_poll: what it cannot divide, whatever its budget.
 //
 //   poll_steps [--transport http|libwebsockets] [--budget 200] [--rounds 100] [--p256 DIR] [--rsa DIR]
@@ -102,17 +103,14 @@ void print(const char* what, std::vector<Round> rounds, const std::string& outco
   std::fflush(stdout);
 }
 
-std::string get(int port, const std::string& path) {
-  return "GET " + path + " HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port) + "\r\n\r\n";
-}
+std::string get(int port, const std::string& path) { return "GET " + path + " HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port) + "\r\n\r\n"; }
 
 std::string put(int port, const std::string& path, const std::string& body, const std::string& type = "text/turtle") {
   return "PUT " + path + " HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port) + "\r\nContent-Type: " + type +
          "\r\nContent-Length: " + std::to_string(body.size()) + "\r\n\r\n" + body;
 }
 
-const std::string prefixes =
-    "@prefix vom: <http://vocab.arvida.de/2015/06/vom/vocab#> .\n@prefix rdfs: <http://www.w3.org/2000/01/rdf-schema#> .\n";
+const std::string prefixes = "@prefix vom: <http://vocab.arvida.de/2015/06/vom/vocab#> .\n@prefix rdfs: <http://www.w3.org/2000/01/rdf-schema#> .\n";
 const std::string value = prefixes + "<> vom:numericalValue 0.5 .\n";
 
 /// Turtle of at most so many bytes: a value, and what nobody asked for.
@@ -158,8 +156,7 @@ std::string rdf_xml(std::size_t count, std::size_t each) {
       "<rdf:RDF xmlns:rdf=\"http://www.w3.org/1999/02/22-rdf-syntax-ns#\" xmlns:rdfs=\"http://www.w3.org/2000/01/rdf-schema#\" "
       "xmlns:vom=\"http://vocab.arvida.de/2015/06/vom/vocab#\"><rdf:Description rdf:about=\"\"><vom:numericalValue "
       "rdf:datatype=\"http://www.w3.org/2001/XMLSchema#double\">0.5</vom:numericalValue>\n";
-  for (std::size_t i = 0; i < count; ++i)
-    body += "<rdfs:comment>" + std::to_string(10'000 + i) + std::string(each - 35, 'x') + "</rdfs:comment>\n";
+  for (std::size_t i = 0; i < count; ++i) body += "<rdfs:comment>" + std::to_string(10'000 + i) + std::string(each - 35, 'x') + "</rdfs:comment>\n";
   return body + "</rdf:Description></rdf:RDF>\n";
 }
 
@@ -202,7 +199,10 @@ int main(int argc, char** argv) {
     for (std::size_t i = 0; i < rounds; ++i) add("arm" + std::to_string(i));
     double target = 0;
     lrt::Thing hand{"hand"};
-    hand.property("target", [&] { return target; }, lrt::unit::none).between(-3, 3).on_write([&](double wanted) { target = wanted; });
+    hand.property(
+            "target", [&] { return target; }, lrt::unit::none)
+        .between(-3, 3)
+        .on_write([&](double wanted) { target = wanted; });
     bench.server().add(std::move(hand)).value();
     const int port = bench.server().port();
     bench::Stream stream;

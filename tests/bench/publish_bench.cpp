@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What publish() costs the control loop while 0, 10 and 1,000 WebSockets observe the property: each call timed, allocations and system
 // calls of the publishing thread counted.
 //
@@ -86,8 +87,8 @@ struct Row {
 void print(const char* what, int clients, Row row, double clock_ns) {
   std::sort(row.ns.begin(), row.ns.end());
   const auto at = [&](double part) { return row.ns[static_cast<std::size_t>(part * static_cast<double>(row.ns.size() - 1))] - clock_ns; };
-  std::printf("%5d subscribers, %-22s median %6.0f ns   99.9 %% %7.0f ns   max %9.0f ns   %zu allocations   %zu system calls in %zu\n", clients,
-              what, at(0.5), at(0.999), at(1), row.allocations, row.system_calls, row.ns.size());
+  std::printf("%5d subscribers, %-22s median %6.0f ns   99.9 %% %7.0f ns   max %9.0f ns   %zu allocations   %zu system calls in %zu\n", clients, what,
+              at(0.5), at(0.999), at(1), row.allocations, row.system_calls, row.ns.size());
   std::fflush(stdout);
 }
 
@@ -122,7 +123,8 @@ int main(int argc, char** argv) {
   }
   std::nth_element(empty.begin(), empty.begin() + 50'000, empty.end());
   const double clock_ns = empty[50'000];
-  std::printf("%s; reading the clock takes %.0f ns and is taken off\n", options.subscriptions.always_scan ? "tick" : "woken when it sleeps", clock_ns);
+  std::printf("%s; reading the clock takes %.0f ns and is taken off\n", options.subscriptions.always_scan ? "tick" : "woken when it sleeps",
+              clock_ns);
 
   double t = 0;
   for (const int clients : {0, 10, 1000}) {

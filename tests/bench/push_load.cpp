@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // WebSocket subscribers for tests/bench: how long after publish() a value arrives, how many are missed, and how fair the server is.
 //
 //   push_load --port N [--path /arm/joint/angle] [--clients 50] [--seconds 5] [--stalled 0] [--buffer 0] [--pid SERVER] [--tls]
@@ -161,7 +162,9 @@ int main(int argc, char** argv) {
     if (c.messages > 0) published += c.last - c.first + 1;
   if (latencies.empty()) return std::printf("%d clients: nothing arrived\n", clients), 1;
   std::sort(latencies.begin(), latencies.end());
-  const auto at = [&](double part) { return static_cast<double>(latencies[static_cast<std::size_t>(part * static_cast<double>(latencies.size() - 1))]) / 1000; };
+  const auto at = [&](double part) {
+    return static_cast<double>(latencies[static_cast<std::size_t>(part * static_cast<double>(latencies.size() - 1))]) / 1000;
+  };
   std::printf("%d clients, %d stalled: %.0f messages/s, latency median %.3f ms, 99 %% %.3f ms, max %.3f ms, missed %ld of %ld", clients, stalled,
               static_cast<double>(messages) / measured, at(0.5), at(0.99), at(1), published - messages, published);
   if (pid) std::printf(", server CPU %.2f us per message", spent / static_cast<double>(messages));

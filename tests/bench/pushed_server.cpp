@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The server under tests/bench/http_load: one pushed property, optionally among many things and published at 1 kHz.
 //
 //   pushed_server [--things 1] [--publish] [--period 1000 (us) | --irregular] [--keep N] [--tick] [--in-poll] [--urgent]
@@ -43,8 +44,12 @@ int main(int argc, char** argv) {
     else if (arg == "--policy" && i + 1 < argc) options.security.policy_file = argv[++i];
     else if (arg == "--transport" && i + 1 < argc) bench::use_transport(argv[++i], options);
     else if (arg == "--tls" && i + 1 < argc) bench::use_tls(argv[++i], options);
-    else return std::fprintf(stderr, "usage: pushed_server [--things N] [--publish] [--period US | --irregular] [--keep N] [--tick] [--in-poll] [--urgent] [--transport NAME] "
-                                     "[--tls DIR] [--tokens FILE] [--policy FILE]\n"), 2;
+    else
+      return std::fprintf(stderr,
+                          "usage: pushed_server [--things N] [--publish] [--period US | --irregular] [--keep N] [--tick] [--in-poll] [--urgent] "
+                          "[--transport NAME] "
+                          "[--tls DIR] [--tokens FILE] [--policy FILE]\n"),
+             2;
   }
   std::signal(SIGINT, [](int) { ended = 1; });
   std::signal(SIGTERM, [](int) { ended = 1; });

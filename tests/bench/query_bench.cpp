@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // CPU times of lrt::query.   query_bench [Things, default 10000]
 
 #include <algorithm>
@@ -101,8 +102,7 @@ void time_query(const Dataset& data, const char* name, const std::string& text, 
 
 void time_world(const Dataset& data, std::size_t repeats) {
   std::printf("%zu triples in %zu graphs, %zu KiB\n", data.triple_count(), data.graph_count(), data.bytes() / 1024);
-  time_query(data, "joints near a limit",
-             "SELECT ?joint ?p ?max { ?joint a :Joint ; :position ?p ; :limit [ :max ?max ] FILTER(?p > 0.95 * ?max) }",
+  time_query(data, "joints near a limit", "SELECT ?joint ?p ?max { ?joint a :Joint ; :position ?p ; :limit [ :max ?max ] FILTER(?p > 0.95 * ?max) }",
              repeats);
   time_query(data, "the same with OPTIONAL and ORDER BY",
              "SELECT ?joint ?p ?max ?n { ?joint a :Joint ; :position ?p ; :limit [ :max ?max ] OPTIONAL { ?joint :next ?n . ?n "
@@ -110,8 +110,7 @@ void time_world(const Dataset& data, std::size_t repeats) {
              "FILTER(?p > 0.95 * ?max) } ORDER BY DESC(?p)",
              repeats);
   time_query(data, "the highest position of each arm",
-             "SELECT ?arm (MAX(?p) AS ?top) { ?joint :partOf ?arm ; :position ?p } GROUP BY ?arm ORDER BY DESC(?top) LIMIT 10",
-             repeats);
+             "SELECT ?arm (MAX(?p) AS ?top) { ?joint :partOf ?arm ; :position ?p } GROUP BY ?arm ORDER BY DESC(?top) LIMIT 10", repeats);
   time_query(data, "what follows a joint (path)", "SELECT (COUNT(?n) AS ?count) { :joint0 :next+ ?n }", 1);
   time_query(data, "the graphs that say something of a joint", "SELECT ?g { GRAPH ?g { :joint7 ?p ?o } }", repeats * 20);
   time_query(data, "ASK-like, LIMIT 1", "SELECT ?j { ?j a :Joint ; :position ?p FILTER(?p > 5) } LIMIT 1", repeats * 20);

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What SPARQL over HTTP costs: query_http.py QUERY_SERVER BAXTER [--seconds 5]
 
 Prints the time of a query about all joints, the CPU of a standing query, and the times of other clients' GETs beside queries that explode. The

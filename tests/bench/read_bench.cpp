@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Timings of rdf::read: bodies of a few triples, documents of 1 MiB, and documents made to be slow.
 //
 //   read_bench                            the bodies and documents
@@ -78,8 +79,7 @@ double median(const std::string& text, Syntax syntax, std::size_t rounds, std::s
 void show(const char* what, const std::string& text, Syntax syntax, std::size_t rounds, std::size_t repeats) {
   std::size_t triples = 0;
   const double us = median(text, syntax, rounds, repeats, triples);
-  std::printf("%-44s %10.2f us   %7zu bytes   %6zu triples   %6.1f MB/s\n", what, us, text.size(), triples,
-              static_cast<double>(text.size()) / us);
+  std::printf("%-44s %10.2f us   %7zu bytes   %6zu triples   %6.1f MB/s\n", what, us, text.size(), triples, static_cast<double>(text.size()) / us);
 }
 
 std::size_t slow_bytes = std::size_t{64} << 10;
@@ -89,8 +89,7 @@ void show_growth(const char* what, const std::function<std::string(std::size_t)>
   std::size_t triples = 0;
   const double a = 1000 * median(small, syntax, 9, 1, triples) / static_cast<double>(small.size());
   const double b = 1000 * median(large, syntax, 3, 1, triples) / static_cast<double>(large.size());
-  std::printf("%-44s %8.2f ns/byte, %8.2f when eight times as long: factor %.2f%s\n", what, a, b, b / a,
-              triples == 0 ? "   (no triples)" : "");
+  std::printf("%-44s %8.2f ns/byte, %8.2f when eight times as long: factor %.2f%s\n", what, a, b, b / a, triples == 0 ? "   (no triples)" : "");
 }
 
 void linear() {
@@ -98,36 +97,27 @@ void linear() {
   const auto documents = [&](const char* what, std::string before, std::function<std::string(std::size_t)> part) {
     show_growth(what, [=](std::size_t bytes) { return repeated(bytes, part, before); });
   };
-  documents("plain triples", "",
-            [](std::size_t i) { return "<http://x/" + number(i) + "> <http://x/p> \"" + number(i) + "\" .\n"; });
-  documents("labels of blank nodes", "",
-            [](std::size_t i) { return "_:n" + number(i) + " <a:p> _:n" + number(i * 7 % 1000) + " .\n"; });
+  documents("plain triples", "", [](std::size_t i) { return "<http://x/" + number(i) + "> <http://x/p> \"" + number(i) + "\" .\n"; });
+  documents("labels of blank nodes", "", [](std::size_t i) { return "_:n" + number(i) + " <a:p> _:n" + number(i * 7 % 1000) + " .\n"; });
   documents("nodes in brackets", "", [](std::size_t) { return "[] <a:p> [], [ <a:q> [] ] .\n"; });
   show_growth("one list", [](std::size_t bytes) {
     return repeated(
                bytes, [](std::size_t i) { return number(i) + " "; }, "<a:s> <a:p> (") +
            ") .";
   });
-  documents("lists 900 deep", "",
-            [](std::size_t) { return "<a:s> <a:p> " + std::string(900, '(') + std::string(900, ')') + " .\n"; });
+  documents("lists 900 deep", "", [](std::size_t) { return "<a:s> <a:p> " + std::string(900, '(') + std::string(900, ')') + " .\n"; });
   documents("brackets 900 deep", "", [](std::size_t) {
     std::string text = "<a:s> <a:p> ";
     for (int i = 0; i < 900; ++i) text += "[<a:p>";
     return text + " 1" + std::string(900, ']') + " .\n";
   });
-  documents("1000 prefixes",
-            repeated(60'000,
-                     [](std::size_t i) {
-                       return i < 1000 ? "@prefix p" + number(i) + ": <http://x/" + number(i) + "#> .\n"
-                                       : std::string(60'000, ' ');
-                     }),
-            [](std::size_t i) {
-              return "p" + number(i % 1000) + ":s p" + number(i * 7 % 1000) + ":p p" + number(i * 11 % 1000) + ":o .\n";
-            });
-  documents("a prefix of 7000 bytes", "@prefix p: <http://x/" + long_name + "> .\n",
-            [](std::size_t i) { return "p:" + number(i) + " p: p: .\n"; });
-  documents("a base of 7000 bytes", "@base <http://x/" + long_name + "/> .\n",
-            [](std::size_t i) { return "<" + number(i) + "> <> <..> .\n"; });
+  documents(
+      "1000 prefixes",
+      repeated(60'000,
+               [](std::size_t i) { return i < 1000 ? "@prefix p" + number(i) + ": <http://x/" + number(i) + "#> .\n" : std::string(60'000, ' '); }),
+      [](std::size_t i) { return "p" + number(i % 1000) + ":s p" + number(i * 7 % 1000) + ":p p" + number(i * 11 % 1000) + ":o .\n"; });
+  documents("a prefix of 7000 bytes", "@prefix p: <http://x/" + long_name + "> .\n", [](std::size_t i) { return "p:" + number(i) + " p: p: .\n"; });
+  documents("a base of 7000 bytes", "@base <http://x/" + long_name + "/> .\n", [](std::size_t i) { return "<" + number(i) + "> <> <..> .\n"; });
   documents("a base of 3500 segments", "@base <http://x/" + repeated(7000, [](std::size_t) { return "a/"; }) + "> .\n",
             [](std::size_t i) { return "<" + number(i) + "> <> <..> .\n"; });
   documents("a base of 7000 bytes without an authority", "@base <urn:x/" + long_name + "/> .\n",
@@ -136,12 +126,9 @@ void linear() {
             [](std::size_t) { return "<" + repeated(8000, [](std::size_t) { return "a/../"; }) + "> <a:p> 1 .\n"; });
   documents("IRIs of 8 KiB", "", [&](std::size_t i) { return "<http://x/" + long_name + number(i) + "> <a:p> 1 .\n"; });
   show_growth("one long string", [](std::size_t bytes) { return "<a:s> <a:p> \"" + std::string(bytes, 'x') + "\" ."; });
-  show_growth("quotes in a long string", [](std::size_t bytes) {
-    return "<a:s> <a:p> \"\"\"" + repeated(bytes, [](std::size_t) { return "\"\"x"; }) + "\"\"\" .";
-  });
-  show_growth("escapes", [](std::size_t bytes) {
-    return "<a:s> <a:p> \"" + repeated(bytes, [](std::size_t) { return "\\u0041"; }) + "\" .";
-  });
+  show_growth("quotes in a long string",
+              [](std::size_t bytes) { return "<a:s> <a:p> \"\"\"" + repeated(bytes, [](std::size_t) { return "\"\"x"; }) + "\"\"\" ."; });
+  show_growth("escapes", [](std::size_t bytes) { return "<a:s> <a:p> \"" + repeated(bytes, [](std::size_t) { return "\\u0041"; }) + "\" ."; });
   documents("comments", "<a:s> <a:p> 1 .\n", [](std::size_t) { return "# #\n"; });
   documents("dots in names", "@prefix p: <a:> .\n", [](std::size_t) { return "p:a" + std::string(1000, '.') + "b p:p 1 .\n"; });
   documents("dots in labels", "", [](std::size_t) { return "_:a" + std::string(1000, '.') + "b <a:p> 1 .\n"; });
@@ -150,9 +137,7 @@ void linear() {
 double children_microseconds() {
   rusage usage{};
   ::getrusage(RUSAGE_CHILDREN, &usage);
-  const auto us = [](const timeval& time) {
-    return static_cast<double>(time.tv_sec) * 1e6 + static_cast<double>(time.tv_usec);
-  };
+  const auto us = [](const timeval& time) { return static_cast<double>(time.tv_sec) * 1e6 + static_cast<double>(time.tv_usec); };
   return us(usage.ru_utime) + us(usage.ru_stime);
 }
 
@@ -191,8 +176,7 @@ double rate(const std::string& text, Syntax syntax, bool has_serdi, double& serd
 void beside_serd(std::size_t bytes) {
   const bool has_serdi = std::system("serdi -v > /dev/null 2>&1") == 0;
   if (!has_serdi) std::printf("serdi is not installed: only lrt is measured\n");
-  std::printf("%-28s %10s %10s %8s   %10s %10s %8s %8s\n", "MB/s", "Turtle", "serd", "ratio", "N-Triples", "serd", "ratio",
-              "to serd's Turtle");
+  std::printf("%-28s %10s %10s %8s   %10s %10s %8s %8s\n", "MB/s", "Turtle", "serd", "ratio", "N-Triples", "serd", "ratio", "to serd's Turtle");
   const auto compare = [&](const char* what, const std::string& turtle) {
     const auto graph = lrt::rdf::read(turtle, Syntax::turtle, options());
     if (!graph) std::fprintf(stderr, "%s: %s\n", what, graph.error().message.c_str()), std::exit(1);
@@ -200,47 +184,42 @@ void beside_serd(std::size_t bytes) {
     const double ours = rate(turtle, Syntax::turtle, has_serdi, serd);
     const double lines = rate(lrt::rdf::write(*graph, Syntax::n_triples).value(), Syntax::n_triples, has_serdi, serd_lines);
     if (has_serdi)
-      std::printf("%-28s %10.1f %10.1f %8.2f   %10.1f %10.1f %8.2f %8.2f\n", what, ours, serd, ours / serd, lines, serd_lines,
-                  lines / serd_lines, lines / serd);
+      std::printf("%-28s %10.1f %10.1f %8.2f   %10.1f %10.1f %8.2f %8.2f\n", what, ours, serd, ours / serd, lines, serd_lines, lines / serd_lines,
+                  lines / serd);
     else std::printf("%-28s %10.1f %10s %8s   %10.1f\n", what, ours, "", "", lines);
   };
   const std::string names = prefixes + "@prefix ex: <http://example.org/robot/> .\n";
-  compare("readings and poses",
-          repeated(
-              bytes,
-              [](std::size_t i) {
-                return "ex:joint" + number(i) + " a maths:Scalar ;\n  vom:numericalValue \"" + number(i * 37) +
-                       ".25\"^^xsd:double ;\n  vom:unit maths:Degree ;\n  vom:time \"2018-06-04T09:00:" + number(10 + i % 50) +
-                       "Z\"^^xsd:dateTime ;\n  vom:position [ maths:x " + number(i % 7) + ".5 ; maths:y " + number(i % 11) +
-                       " ; maths:z -" + number(i % 13) + ".25 ] ;\n  vom:partOf <http://example.org/robot/arm" + number(i / 7) +
-                       "> .\n";
-              },
-              names));
+  compare("readings and poses", repeated(
+                                    bytes,
+                                    [](std::size_t i) {
+                                      return "ex:joint" + number(i) + " a maths:Scalar ;\n  vom:numericalValue \"" + number(i * 37) +
+                                             ".25\"^^xsd:double ;\n  vom:unit maths:Degree ;\n  vom:time \"2018-06-04T09:00:" + number(10 + i % 50) +
+                                             "Z\"^^xsd:dateTime ;\n  vom:position [ maths:x " + number(i % 7) + ".5 ; maths:y " + number(i % 11) +
+                                             " ; maths:z -" + number(i % 13) + ".25 ] ;\n  vom:partOf <http://example.org/robot/arm" + number(i / 7) +
+                                             "> .\n";
+                                    },
+                                    names));
   compare("labels", repeated(
                         bytes,
                         [](std::size_t i) {
-                          return "ex:joint" + number(i) + " a ex:Joint ; vom:title \"joint number " + number(i) +
-                                 " of the robot\"@en , \"Gelenk " + number(i) + " des Roboters\"@de ; ex:next ex:joint" +
-                                 number(i + 1) + " .\n";
+                          return "ex:joint" + number(i) + " a ex:Joint ; vom:title \"joint number " + number(i) + " of the robot\"@en , \"Gelenk " +
+                                 number(i) + " des Roboters\"@de ; ex:next ex:joint" + number(i + 1) + " .\n";
                         },
                         names));
-  compare("one list of numbers",
-          repeated(
-              bytes, [](std::size_t i) { return number(i) + ".25 "; }, names + "<http://x/> vom:numericalValue (") +
-              ") .");
+  compare("one list of numbers", repeated(
+                                     bytes, [](std::size_t i) { return number(i) + ".25 "; }, names + "<http://x/> vom:numericalValue (") +
+                                     ") .");
   compare("scans of 360 numbers", repeated(
                                       bytes,
                                       [](std::size_t i) {
                                         std::string scan = "ex:scan" + number(i) + " vom:numericalValue (";
-                                        for (std::size_t k = 0; k < 360; ++k)
-                                          scan += " " + number((i * 31 + k * 7) % 30) + "." + number(100 + k);
+                                        for (std::size_t k = 0; k < 360; ++k) scan += " " + number((i * 31 + k * 7) % 30) + "." + number(100 + k);
                                         return scan + " ) .\n";
                                       },
                                       names));
   compare("absolute IRIs", repeated(bytes, [](std::size_t i) {
             return "<http://example.org/robot/joint" + number(i) +
-                   "> <http://vocab.arvida.de/2015/06/vom/vocab#next> <http://example.org/robot/joint" + number(i + 1) +
-                   "> .\n";
+                   "> <http://vocab.arvida.de/2015/06/vom/vocab#next> <http://example.org/robot/joint" + number(i + 1) + "> .\n";
           }));
 }
 
@@ -262,13 +241,12 @@ int main(int argc, char** argv) {
   const std::string readings = repeated(
       mib,
       [](std::size_t i) {
-        return "<joint/" + number(i) + "> rdf:type maths:Scalar ; vom:numericalValue \"" + number(i) +
-               ".5\"^^xsd:float ; vom:unit maths:Degree .\n";
+        return "<joint/" + number(i) + "> rdf:type maths:Scalar ; vom:numericalValue \"" + number(i) + ".5\"^^xsd:float ; vom:unit maths:Degree .\n";
       },
       prefixes);
   const std::string lines = repeated(mib, [](std::size_t i) {
-    return "<http://example.org/joint/" + number(i) + "> <http://vocab.arvida.de/2015/06/vom/vocab#numericalValue> \"" +
-           number(i) + ".5\"^^<http://www.w3.org/2001/XMLSchema#float> .\n";
+    return "<http://example.org/joint/" + number(i) + "> <http://vocab.arvida.de/2015/06/vom/vocab#numericalValue> \"" + number(i) +
+           ".5\"^^<http://www.w3.org/2001/XMLSchema#float> .\n";
   });
   show("1 MiB of Turtle", readings, Syntax::turtle, 11, 1);
   show("1 MiB of Turtle, numbers in a list",

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // CPU times of who may do what: a decision of a policy with many rules, and a token's principal among many.
 //
 //   rights_bench [rules, default 100]
@@ -21,7 +22,8 @@ int main(int argc, char** argv) {
   const int count = argc > 1 ? std::atoi(argv[1]) : 100;
   std::vector<Rule> rules = {{"/", Scope::tree, {Who::Kind::authenticated}, Right::read}};
   std::string tokens;
-  for (int i = 1; i < count; ++i) rules.push_back({"/robot" + std::to_string(i) + "/arm/joint", Scope::tree, {Who::Kind::role, "operator"}, Right::write});
+  for (int i = 1; i < count; ++i)
+    rules.push_back({"/robot" + std::to_string(i) + "/arm/joint", Scope::tree, {Who::Kind::role, "operator"}, Right::write});
   for (int i = 0; i < count; ++i) tokens += "name" + std::to_string(i) + " operator token-0123456789-" + std::to_string(i) + "\n";
   const auto policy = Policy::create(rules).value();
   const Principal who{"anna", {"reader", "operator"}};

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What lrt costs, beside the least that any program could do on this machine, in one run.
 
   run.py BUILD_FOLDER [--json FILE] [--parts get,push,rates,publish,memory,scale,read,compile,rights,client] [--rounds 3] [--seconds 3]

@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # What lrt costs, beside the least that any program could do on this machine: builds the programs, and prints a table of lrt, that limit, and
 # their ratio. Twelve minutes at most once it is built; on loopback, bounded in count and time. Nothing is asserted.
 #

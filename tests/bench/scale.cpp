@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What many Things cost: the time until a server has them, and the memory of each.
 //
 //   scale [--things 1000] [--properties 3] [--at-once] [--pulled] [--serve] [--json]
@@ -55,8 +56,7 @@ int main(int argc, char** argv) {
     else if (name == "--json") json = true;
     else if (name == "--things" && i + 1 < argc) things = static_cast<std::size_t>(std::atol(argv[++i]));
     else if (name == "--properties" && i + 1 < argc) properties = static_cast<std::size_t>(std::atol(argv[++i]));
-    else
-      return std::fprintf(stderr, "usage: scale [--things N] [--properties N] [--at-once] [--pulled] [--serve] [--json]\n"), 2;
+    else return std::fprintf(stderr, "usage: scale [--things N] [--properties N] [--at-once] [--pulled] [--serve] [--json]\n"), 2;
   }
   std::signal(SIGINT, [](int) { ended = 1; });
   std::signal(SIGTERM, [](int) { ended = 1; });

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // CPU times of lrt::shacl.   shacl_bench [largest number of focus nodes, default 100000]
 
 #include <algorithm>
@@ -109,8 +110,7 @@ int main(int argc, char** argv) {
   const Shapes shapes = compile(joint_shape);
   for (std::size_t n = 100; n <= largest; n *= 10) {
     const Graph graph = joints(n);
-    const double us =
-        microseconds(std::max<std::size_t>(1, 20'000 / n), [&] { require(lrt::shacl::validate(shapes, graph)->conforms()); });
+    const double us = microseconds(std::max<std::size_t>(1, 20'000 / n), [&] { require(lrt::shacl::validate(shapes, graph)->conforms()); });
     std::printf("%7zu focus nodes, 10 constraints each: %10.0f us, %.2f us a node\n", n, us, us / static_cast<double>(n));
   }
 }

@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # What subscribers cost: publish() in the control loop with 0, 10 and 1,000 of them, the latency from publish() to a client, messages/s and
 # CPU per message, and what a client that does not read does to the others. Bounded in count and time, on loopback.
 #

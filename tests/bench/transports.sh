@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # GET of a pushed property from each of lrt's transports, beside the library it stands on answering the same number of bytes as a constant:
 # requests/s, latencies and server CPU, plain and TLS, in alternating pairs; then resident memory per idle connection. On loopback, bounded:
 # four minutes at most.

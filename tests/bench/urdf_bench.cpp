@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a robot of a URDF costs: reading its description, the memory of its Things, and publish() of all joints and link poses at 1 kHz on
 // the control thread, with its allocations.
 //
@@ -41,8 +42,7 @@ int main(int argc, char** argv) {
     std::vector<double> load;
     for (int n = 0; n < 20; ++n) {
       const auto start = Clock::now();
-      if (!lrt::urdf::load(argv[i], options))
-        return std::fprintf(stderr, "%s\n", lrt::urdf::load(argv[i], options).error().message.c_str()), 1;
+      if (!lrt::urdf::load(argv[i], options)) return std::fprintf(stderr, "%s\n", lrt::urdf::load(argv[i], options).error().message.c_str()), 1;
       load.push_back(microseconds(Clock::now() - start));
     }
     std::sort(load.begin(), load.end());

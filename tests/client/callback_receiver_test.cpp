@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/client/callback_receiver.hpp>
 
 #include <atomic>
@@ -94,7 +95,9 @@ TEST_CASE("a notification is handed on if its signature is right", "[client][R0.
   };
   const std::string signed_path = path_of(receiver->add("key", take).value()), open_path = path_of(receiver->add("", take).value());
   const std::string right = exchange::sign("key", "body");
-  const auto post = [&](const std::string& path, const std::string& fields) { return ask(*receiver, "POST " + path + "\nContent-Type: text/turtle\n" + fields + "\nbody").status; };
+  const auto post = [&](const std::string& path, const std::string& fields) {
+    return ask(*receiver, "POST " + path + "\nContent-Type: text/turtle\n" + fields + "\nbody").status;
+  };
   CHECK(post(signed_path, "X-Hub-Signature: " + right + "\nETag: \"1\"\n") == 204);
   CHECK(taken == std::vector<std::string>{"body|text/turtle|\"1\""});
   CHECK(post(signed_path, "") == 403);
@@ -122,7 +125,8 @@ struct CallingRobot : PushingRobot {
     made.callbacks.first_pause = std::chrono::milliseconds(10);
     return made;
   }
-  explicit CallingRobot(std::string_view transport = {}, std::uint16_t port = 0) : PushingRobot(transport, port, options(subscription::Confirmation::all)) {}
+  explicit CallingRobot(std::string_view transport = {}, std::uint16_t port = 0)
+      : PushingRobot(transport, port, options(subscription::Confirmation::all)) {}
 };
 
 TEST_CASE("a server posts its changes to a watch, which confirms them and ends them", "[client][R0.13][R0.16]") {
@@ -211,7 +215,8 @@ TEST_CASE("the later server of the paper's authors is understood, one that ignor
       }
       const std::size_t at = request.find("\r\nCallback: ");
       const std::string callback = at == std::string::npos ? "" : request.substr(at + 12, request.find("\r\n", at + 12) - at - 12);
-      const std::string body = understands ? "<#s> <https://hybr-it-projekt.de/ns/hybr-it#callbackUrl> \"" + callback + "\" ." : "<> <http://e/p> 1 .";
+      const std::string body =
+          understands ? "<#s> <https://hybr-it-projekt.de/ns/hybr-it#callbackUrl> \"" + callback + "\" ." : "<> <http://e/p> 1 .";
       // A server must not be able to name what this program deletes at another one.
       peer.send(test::answer(200, body, "Content-Type: text/turtle\r\nLocation: http://127.0.0.1:1/robot\r\n"));
     }
@@ -250,10 +255,13 @@ TEST_CASE("a notification can end its receiver", "[client][threads]") {
   const test::Watchdog watchdog("callbacks");
   auto receiver = CallbackReceiver::create().value();
   std::atomic<bool> is_gone{false};
-  const std::string url = receiver->add("", [&](const CallbackReceiver::Notification&) {
-    receiver.reset();
-    is_gone = true;
-  }).value();
+  const std::string url = receiver
+                              ->add("",
+                                    [&](const CallbackReceiver::Notification&) {
+                                      receiver.reset();
+                                      is_gone = true;
+                                    })
+                              .value();
   const Result<http::Url> parsed = http::parse_url(url);
   test::Socket socket(parsed->port);
   socket.send("POST " + parsed->target + "\nHost: " + parsed->authority + "\nContent-Type: text/plain\n\nx");

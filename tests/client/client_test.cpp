@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/client.hpp>
 
 #include <future>
@@ -58,7 +59,8 @@ TEST_CASE("a client finds all Things from one URL by links", "[client][R1.6][R0.
     CHECK(from_part.things().size() == 2);
   }
   SECTION("a name that does not exist is an error that lists what there is") {
-    CHECK(message_of(arm.property("colour")) == "\"arm\" has no property \"colour\"; it has rotation, speed, count, name, mode, pose, gains, silent, broken");
+    CHECK(message_of(arm.property("colour")) ==
+          "\"arm\" has no property \"colour\"; it has rotation, speed, count, name, mode, pose, gains, silent, broken");
     CHECK(robot.thing("leg").error().code == Errc::unknown_path);
   }
 }
@@ -142,7 +144,8 @@ TEST_CASE("actions are invoked by their bindings", "[client][R1.10][R0.8]") {
   CHECK(rig.robot.homed == 1);
   const client::Invocation measured = arm.action("measure").value().invoke().value();
   CHECK(measured.result<double>(unit::metre).value() == 2.5);
-  CHECK(message_of(arm.action("refuse").value().invoke()) == "POST " + arm.url() + "/actions/refuse: 409: action \"/arm/actions/refuse\" failed: the brake is on");
+  CHECK(message_of(arm.action("refuse").value().invoke()) ==
+        "POST " + arm.url() + "/actions/refuse: 409: action \"/arm/actions/refuse\" failed: the brake is on");
   CHECK(arm.action("refuse").value().invoke().error().code == Errc::refused);
   CHECK(arm.action("fail").value().invoke().error().code == Errc::failed);
   CHECK(message_of(arm.action("park")).find("has no action") != std::string::npos);  // it is not available, and nothing links to it
@@ -212,9 +215,13 @@ TEST_CASE("a property is watched in poll(), and followed by a control loop", "[c
   Rig rig{GENERATE(from_range(transport::names()))};
   const client::Property angle = rig.arm().property("angle").value();
   std::vector<double> seen;
-  const client::Watch watch = angle.watch({}, [&](const client::Change& change) {
-                                     if (change.kind == client::Change::Kind::value) seen.push_back(angle.value_of<double>(change, unit::degree).value());
-                                   }).value();
+  const client::Watch watch = angle
+                                  .watch({},
+                                         [&](const client::Change& change) {
+                                           if (change.kind == client::Change::Kind::value)
+                                             seen.push_back(angle.value_of<double>(change, unit::degree).value());
+                                         })
+                                  .value();
   client::Latest<double> latest = angle.latest<double>(unit::degree).value();
   const auto wait_for = [&](double wanted) {
     double followed = -1;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A client of examples/baxter by the header that was generated of it.
 
 #include "tests/client/baxter.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/client/event_parser.hpp"
 
 #include <string>
@@ -58,9 +59,15 @@ TEST_CASE("an event stream is the same in all pieces and with all line ends", "[
 }
 
 TEST_CASE("a byte order mark is skipped at the beginning only", "[client]") {
-  CHECK(parse("\xEF\xBB\xBF" "data: a\n\n").data == Strings{"a"});
-  CHECK(parse("\xEF\xBB\xBF\xEF\xBB\xBF" "data: a\n\ndata: b\n\n").data == Strings{"b"});
-  CHECK(parse("\xEF\xBB" "data: a\n\n").data.empty());
+  CHECK(parse("\xEF\xBB\xBF"
+              "data: a\n\n")
+            .data == Strings{"a"});
+  CHECK(parse("\xEF\xBB\xBF\xEF\xBB\xBF"
+              "data: a\n\ndata: b\n\n")
+            .data == Strings{"b"});
+  CHECK(parse("\xEF\xBB"
+              "data: a\n\n")
+            .data.empty());
 }
 
 TEST_CASE("an event without data is none, and one without its empty line is incomplete", "[client]") {

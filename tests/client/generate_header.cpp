@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Makes a header of a robot, for generate_test.py:
 //
 //   generate_header URL|FILE NAMESPACE HEADER [GRAPH]    writes HEADER, and the documents that describe the robot as Turtle to GRAPH

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Headers are generated of live robots and of files, compile with two compilers, and drive a robot.
 
   generate_test.py SOURCE_DIR INCLUDE_DIRS... -- GENERATE_HEADER DRIVE_BAXTER BAXTER ROBOT...

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Handles by URL, value shapes and result nodes of lrt/client.hpp, which programs without types need.
 #include <lrt/client.hpp>
 

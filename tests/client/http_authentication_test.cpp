@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/exchange/http_authentication.hpp"
 
 #include "tests/support/catch.hpp"
@@ -18,12 +19,11 @@ bool has(const std::string& text, const std::string& part) { return text.find(pa
 }  // namespace
 
 TEST_CASE("the response of HTTP Digest is that of the examples of RFC 2617 and RFC 7616", "[client]") {
-  const auto old = digest_challenge(
-      read({"Digest realm=\"testrealm@host.com\", qop=\"auth,auth-int\", nonce=\"dcd98b7102dd2f0e8b11d0f600bfb0c093\", "
-            "opaque=\"5ccc069c403ebaf9f0171e9517f40e41\""}));
+  const auto old =
+      digest_challenge(read({"Digest realm=\"testrealm@host.com\", qop=\"auth,auth-int\", nonce=\"dcd98b7102dd2f0e8b11d0f600bfb0c093\", "
+                             "opaque=\"5ccc069c403ebaf9f0171e9517f40e41\""}));
   REQUIRE(old);
-  const std::string first =
-      digest_authorization(*old, "Mufasa", "Circle Of Life", "GET", "/dir/index.html", 1, "0a4f113b").value();
+  const std::string first = digest_authorization(*old, "Mufasa", "Circle Of Life", "GET", "/dir/index.html", 1, "0a4f113b").value();
   CHECK(has(first, "response=\"6629fae49393a05397450978507c4ef1\""));
   CHECK(has(first, "nc=00000001"));
   CHECK(has(first, "opaque=\"5ccc069c403ebaf9f0171e9517f40e41\""));
@@ -69,6 +69,5 @@ TEST_CASE("challenges that are hostile or unknown are left out", "[client]") {
   std::string many;
   for (int i = 0; i < 1'000; ++i) many += "Scheme" + std::to_string(i) + " a=b, ";
   CHECK(read({many}).size() == 16);
-  CHECK_FALSE(digest_challenge(
-      read({"Digest realm=x, nonce=y, algorithm=SHA-512-256", "Digest realm=x, nonce=y, qop=auth-int", "Digest realm=x"})));
+  CHECK_FALSE(digest_challenge(read({"Digest realm=x, nonce=y, algorithm=SHA-512-256", "Digest realm=x, nonce=y, qop=auth-int", "Digest realm=x"})));
 }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/client/latest.hpp>
 
 #include <atomic>
@@ -42,7 +43,10 @@ TEST_CASE("a loop takes the newest value once, and sees its age, gaps and the co
   robot->angle.publish(1.25);
   Watches watches(http_client(client::Options()));
   Latest<double> latest =
-      Latest<double>::follow([&](OnChange on_change) { return watches.watch(robot->url(), by(Via::websocket), std::move(on_change), Watches::Delivery::at_once); }, decode).value();
+      Latest<double>::follow(
+          [&](OnChange on_change) { return watches.watch(robot->url(), by(Via::websocket), std::move(on_change), Watches::Delivery::at_once); },
+          decode)
+          .value();
   double value = 0;
   CHECK(latest.age() == std::chrono::nanoseconds::max());
   while (!latest.take(value)) std::this_thread::yield();
@@ -130,7 +134,9 @@ TEST_CASE("a loop and a decoder on two threads never see half a value", "[client
                               report = std::move(on_change);
                               return Result<Watch>(Watch());
                             },
-                            [](const Change& change) -> Result<Pair> { return Pair{change.dropped, ~change.dropped}; })
+                            [](const Change& change) -> Result<Pair> {
+                              return Pair{change.dropped, ~change.dropped};
+                            })
                             .value();
   constexpr std::uint64_t last = 200'000;
   std::thread decoder([&] {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a client finds at a server, for tests with servers of others. Prints a line for each thing:
 //
 //   ldp_probe URL

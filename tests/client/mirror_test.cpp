@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/client/mirror.hpp>
 
 #include <unistd.h>
@@ -33,8 +34,7 @@ namespace {
 std::string decoded(const std::string& text) {
   std::string result;
   for (std::size_t i = 0; i < text.size(); ++i) {
-    if (text[i] == '%' && i + 2 < text.size())
-      result += static_cast<char>(std::stoi(text.substr(i + 1, 2), nullptr, 16)), i += 2;
+    if (text[i] == '%' && i + 2 < text.size()) result += static_cast<char>(std::stoi(text.substr(i + 1, 2), nullptr, 16)), i += 2;
     else result += text[i];
   }
   return result;
@@ -98,8 +98,7 @@ class Store {
       asked.method = request.substr(0, request.find(' '));
       const std::size_t begin = request.find(' ') + 1;
       asked.target = request.substr(begin, request.find(' ', begin) - begin);
-      if (const std::size_t at = asked.target.find("graph="); at != std::string::npos)
-        asked.graph = decoded(asked.target.substr(at + 6));
+      if (const std::size_t at = asked.target.find("graph="); at != std::string::npos) asked.graph = decoded(asked.target.substr(at + 6));
       else asked.graph = decoded(asked.target.substr(asked.target.rfind('/') + 1));
       asked.body = request.substr(request.find("\r\n\r\n") + 4);
       asked.authorization = field_of(request, "Authorization");
@@ -234,16 +233,14 @@ TEST_CASE("a copy puts the representation of each resource of two robots into a 
   for (const std::string& robot : {one.url(), two.url()}) {
     for (const std::string path : {"", "arm", "arm/angle", "arm/speed", "arm/stop"}) {
       INFO(robot + path);
-      const bool is_there =
-          graphs.count(robot + path) == 1 || (path == "arm/stop" && graphs.count(robot + "arm/actions/stop") == 1);
+      const bool is_there = graphs.count(robot + path) == 1 || (path == "arm/stop" && graphs.count(robot + "arm/actions/stop") == 1);
       CHECK(is_there);
     }
     for (const std::string path : {"all", "arm/state", "arm/subscriptions", "ns/lrt"}) CHECK(graphs.count(robot + path) == 0);
     std::size_t blueprints = 0;
     for (const auto& [name, body] : graphs)
       if (name.find(robot) == 0 &&
-          body.find("<http://www.w3.org/1999/02/22-rdf-syntax-ns#type> <http://www.w3.org/ns/shacl#NodeShape>") !=
-              std::string::npos)
+          body.find("<http://www.w3.org/1999/02/22-rdf-syntax-ns#type> <http://www.w3.org/ns/shacl#NodeShape>") != std::string::npos)
         ++blueprints;
     CHECK(blueprints > 0);
     // It is what the robot says.
@@ -359,8 +356,7 @@ TEST_CASE("a store that fails for a while gets each graph in the end, the newest
   std::atomic<double> angle{1};
   RobotHost robot(arm(angle));
   std::atomic<int> left{6};
-  const std::string response =
-      GENERATE(answer(503, "later", "Retry-After: 0\r\n"), answer(500), answer(507, "full"), answer(429));
+  const std::string response = GENERATE(answer(503, "later", "Retry-After: 0\r\n"), answer(500), answer(507, "full"), answer(429));
   Store store([&](const Store::Asked&) { return left-- > 0 ? response : std::string(); });
   Events events;
   MirrorOptions options = options_for({robot.url()}, store.url());
@@ -411,9 +407,7 @@ TEST_CASE("a graph that the store refuses is reported and does not stop the othe
   std::atomic<double> angle{1};
   RobotHost robot(arm(angle));
   const int status = GENERATE(413, 400, 500);
-  Store store([&](const Store::Asked& asked) {
-    return asked.graph == robot.url() + "arm/angle" ? answer(status, "too big") : std::string();
-  });
+  Store store([&](const Store::Asked& asked) { return asked.graph == robot.url() + "arm/angle" ? answer(status, "too big") : std::string(); });
   Events events;
   MirrorOptions options = options_for({robot.url()}, store.url());
   options.on_event = events.callback();
@@ -439,8 +433,7 @@ TEST_CASE("a mirror logs in by Digest, Basic or a token, and says when the store
       const std::size_t at = asked.authorization.find("nc=") + 3, cnonce = asked.authorization.find("cnonce=\"") + 8;
       const auto count = static_cast<std::uint32_t>(std::stoul(asked.authorization.substr(at, 8), nullptr, 16));
       const std::string text = asked.authorization.substr(cnonce, asked.authorization.find('"', cnonce) - cnonce);
-      if (asked.authorization ==
-          exchange::digest_authorization(challenge, "dba", "secret", asked.method, asked.target, count, text).value()) {
+      if (asked.authorization == exchange::digest_authorization(challenge, "dba", "secret", asked.method, asked.target, count, text).value()) {
         ++nonces;
         return {};
       }
@@ -448,8 +441,7 @@ TEST_CASE("a mirror logs in by Digest, Basic or a token, and says when the store
     ++challenges;
     return answer(401, "who are you?",
                   "Content-Type: text/plain\r\nWWW-Authenticate: Digest realm=\"SPARQL\", nonce=\"" + nonce +
-                      "\", algorithm=MD5, qop=\"auth\", stale=\"" + (asked.authorization.empty() ? "false" : "true") +
-                      "\"\r\n");
+                      "\", algorithm=MD5, qop=\"auth\", stale=\"" + (asked.authorization.empty() ? "false" : "true") + "\"\r\n");
   };
   Store digest(digest_store);
   MirrorOptions options = options_for({robot.url()}, digest.url());
@@ -467,16 +459,14 @@ TEST_CASE("a mirror logs in by Digest, Basic or a token, and says when the store
   CHECK(refused.error().message.find("401: who are you?") != std::string::npos);
 
   Store basic([](const Store::Asked& asked) {
-    return asked.authorization == "Basic ZGJhOnNlY3JldA==" ? std::string()
-                                                           : answer(401, {}, "WWW-Authenticate: Basic realm=\"x\"\r\n");
+    return asked.authorization == "Basic ZGJhOnNlY3JldA==" ? std::string() : answer(401, {}, "WWW-Authenticate: Basic realm=\"x\"\r\n");
   });
   options.store.endpoint = basic.url();
   CHECK_FALSE(copy(options).has_value());
   options.store.password = "secret";
   CHECK(copy(options).value().sent == counts.sent);
 
-  Store bearer(
-      [](const Store::Asked& asked) { return asked.authorization == "Bearer abc" ? std::string() : answer(403, "no"); });
+  Store bearer([](const Store::Asked& asked) { return asked.authorization == "Bearer abc" ? std::string() : answer(403, "no"); });
   options.store.endpoint = bearer.url();
   CHECK_FALSE(copy(options).has_value());
   options.store.user.clear();
@@ -498,8 +488,7 @@ TEST_CASE("a redirect of the store is followed, and another origin does not get 
   Store store([&](const Store::Asked& asked) -> std::string {
     if (asked.target.find("/moved") == 0) return asked.authorization == "Bearer abc" ? std::string() : answer(401);
     return answer(307, {},
-                  "Location: " + (target == "same" ? "/moved?" : other.url("/moved?")) +
-                      asked.target.substr(asked.target.find('?') + 1) + "\r\n");
+                  "Location: " + (target == "same" ? "/moved?" : other.url("/moved?")) + asked.target.substr(asked.target.find('?') + 1) + "\r\n");
   });
   MirrorOptions options = options_for({robot.url()}, store.url());
   options.store.token = "abc";

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/client.hpp>
 
 #include <cmath>
@@ -21,8 +22,7 @@ namespace {
 class Site {
  public:
   /// @param pages  whole responses by target, or by method and target
-  explicit Site(std::map<std::string, std::string> pages)
-      : pages_(std::move(pages)), receiver_([this](Peer& peer) { serve(peer); }) {}
+  explicit Site(std::map<std::string, std::string> pages) : pages_(std::move(pages)), receiver_([this](Peer& peer) { serve(peer); }) {}
 
   std::string url(const std::string& target = "/") const { return receiver_.url("127.0.0.1", target); }
   std::vector<std::string> requests() const {
@@ -93,9 +93,10 @@ std::string message_of(const Result<T>& result) {
 TEST_CASE("a Thing of unknown predicates is found by its types and values", "[client][R1.4][R1.6]") {
   // No hybrit:property, no ETag, relative IRIs, several types, a value with terms of others, a value without a URL.
   Site site({{"/", turtle("<> a ldp:Container ; ex:holds <cell/arm> .")},
-             {"/cell/arm", turtle("<> a ex:Machine, hybrit:RoboticThing, ros:Robot ; ex:angle <arm/angle> ; ex:tool <tool#it> ; hybrit:property ex:speed ; "
-                                  "ex:speed [ a hybrit:Property ; vom:numericalValue 1.5 ] ; hybrit:property <#mass> ; ex:maker <http://elsewhere.example/> . "
-                                  "<#mass> vom:numericalValue 7 ; vom:unit maths:Degree .")},
+             {"/cell/arm",
+              turtle("<> a ex:Machine, hybrit:RoboticThing, ros:Robot ; ex:angle <arm/angle> ; ex:tool <tool#it> ; hybrit:property ex:speed ; "
+                     "ex:speed [ a hybrit:Property ; vom:numericalValue 1.5 ] ; hybrit:property <#mass> ; ex:maker <http://elsewhere.example/> . "
+                     "<#mass> vom:numericalValue 7 ; vom:unit maths:Degree .")},
              {"/cell/arm/angle", turtle("<> ex:unknown true ; rdf:value 12 .")},
              {"/cell/tool", turtle("<tool#it> a hybrit:RoboticThing ; dcterms:title \"Tool\" ; hybrit:action <tool/open> .")}});
   Client client = Client::create(quick()).value();
@@ -117,9 +118,10 @@ TEST_CASE("a Thing of unknown predicates is found by its types and values", "[cl
 }
 
 TEST_CASE("what a robot says may be NaN, and its unit may be named by one IRI", "[client]") {
-  Site site({{"/", turtle("<> a hybrit:RoboticThing ; hybrit:property <v>, <w> .")},
-             {"/v", turtle("<> vom:numericalValue \"NaN\"^^<http://www.w3.org/2001/XMLSchema#double> .")},
-             {"/w", turtle("<> vom:numericalValue 2 ; vom:unit maths:Degree ; <http://qudt.org/schema/qudt/hasUnit> <http://qudt.org/vocab/unit/DEG> .")}});
+  Site site(
+      {{"/", turtle("<> a hybrit:RoboticThing ; hybrit:property <v>, <w> .")},
+       {"/v", turtle("<> vom:numericalValue \"NaN\"^^<http://www.w3.org/2001/XMLSchema#double> .")},
+       {"/w", turtle("<> vom:numericalValue 2 ; vom:unit maths:Degree ; <http://qudt.org/schema/qudt/hasUnit> <http://qudt.org/vocab/unit/DEG> .")}});
   Client client = Client::create(quick()).value();
   const client::Robot robot = client.open(site.url()).value();
   CHECK(std::isnan(robot.property("v").value().read<double>().value()));
@@ -129,7 +131,8 @@ TEST_CASE("what a robot says may be NaN, and its unit may be named by one IRI", 
 }
 
 TEST_CASE("the fields of a response keep their percent escapes", "[client]") {
-  Site site({{"/", "HTTP/1.1 100 Continue\r\n\r\n" + answer(200, "x", "Content-Type: text/plain\r\nLink: </a%2Fb%20c%23d>; rel=\"item\"\r\nETag: \"50%25\"\r\nX-Empty:\r\n")},
+  Site site({{"/", "HTTP/1.1 100 Continue\r\n\r\n" +
+                       answer(200, "x", "Content-Type: text/plain\r\nLink: </a%2Fb%20c%23d>; rel=\"item\"\r\nETag: \"50%25\"\r\nX-Empty:\r\n")},
              {"/from", answer(307, {}, "Location: /to?graph=http%3A%2F%2Fa%2F%23b\r\n")},
              {"/to?graph=http%3A%2F%2Fa%2F%23b", answer(200, "there")}});
   Client client = Client::create(quick()).value();
@@ -146,8 +149,10 @@ TEST_CASE("a server with N-Triples only and without ETags is read and written", 
   const auto n_triples = [&](const std::string& body) { return answer(200, body, "Content-Type: application/n-triples\r\n"); };
   const std::string type = "<http://www.w3.org/1999/02/22-rdf-syntax-ns#type>", hybrit = "https://hybr-it-projekt.de/ns/hybr-it#";
   site.set("/", n_triples("<" + base + "/> <http://example.org/has> <" + base + "/x> .\n"));
-  site.set("/x", n_triples("<" + base + "/x> " + type + " <" + hybrit + "RoboticThing> .\n<" + base + "/x> <" + hybrit + "property> <" + base + "/x/v> .\n"));
-  site.set("/x/v", n_triples("<" + base + "/x/v> <http://vocab.arvida.de/2015/06/vom/vocab#numericalValue> "
+  site.set("/x", n_triples("<" + base + "/x> " + type + " <" + hybrit + "RoboticThing> .\n<" + base + "/x> <" + hybrit + "property> <" + base +
+                           "/x/v> .\n"));
+  site.set("/x/v", n_triples("<" + base +
+                             "/x/v> <http://vocab.arvida.de/2015/06/vom/vocab#numericalValue> "
                              "\"4\"^^<http://www.w3.org/2001/XMLSchema#integer> .\n"));
   site.set("PUT /x/v", answer(415, {}, "Accept: application/n-triples\r\n"));
   Client client = Client::create(quick()).value();
@@ -207,7 +212,9 @@ TEST_CASE("the links of a server end at the limits", "[client]") {
 
 TEST_CASE("redirects are followed within limits, and the identity stays at its origin", "[client]") {
   Site other({{"/", turtle("<> a hybrit:RoboticThing .")}});
-  Site site({{"/", answer(307, {}, "Location: /robot\r\n")}, {"/robot", turtle("<> a hybrit:RoboticThing .")}, {"/loop", answer(302, {}, "Location: /loop\r\n")}});
+  Site site({{"/", answer(307, {}, "Location: /robot\r\n")},
+             {"/robot", turtle("<> a hybrit:RoboticThing .")},
+             {"/loop", answer(302, {}, "Location: /loop\r\n")}});
   site.set("/away", answer(307, {}, "Location: " + other.url() + "\r\n"));
   client::Options options = quick();
   options.identity.token = "secret-token";
@@ -228,7 +235,8 @@ TEST_CASE("a binding to another server is not followed", "[client]") {
   Site site({});
   site.set("/", turtle("<> a hybrit:RoboticThing ; hybrit:action <go> ; hybrit:property <v> ."));
   site.set("/go", turtle("<> a hybrit:Action ; hybrit:binding [ http:mthd m:DELETE ; http:requestURI <" + victim.url() + "> ] ."));
-  site.set("/v", turtle("<> a hybrit:Property ; vom:numericalValue 1 ; hybrit:binding [ http:mthd m:PUT ; http:requestURI <" + victim.url() + "> ] ."));
+  site.set("/v",
+           turtle("<> a hybrit:Property ; vom:numericalValue 1 ; hybrit:binding [ http:mthd m:PUT ; http:requestURI <" + victim.url() + "> ] ."));
   client::Options options = quick();
   options.identity.trusted_origins = {victim.url()};
   Client client = Client::create(options).value();

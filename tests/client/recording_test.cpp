@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/client/recording.hpp>
 
 #include "tests/support/catch.hpp"
@@ -21,9 +22,10 @@ std::vector<std::string> names(const Recording& recording) {
 }  // namespace
 
 TEST_CASE("a recording reads back what was written", "[client]") {
-  const std::vector<RecordedChange> changes = {{microseconds(12'300), "arm/angle", "0.27", "rad", {}},
-                                               {microseconds(2'000'001), "arm/\"pose\"\n", R"({"x":{"value":1.5,"unit":"m"},"name":"a\"b","on":[true,null]})", {}, {}},
-                                               {microseconds(3'000'000), "arm/angle", {}, {}, "the connection was lost"}};
+  const std::vector<RecordedChange> changes = {
+      {microseconds(12'300), "arm/angle", "0.27", "rad", {}},
+      {microseconds(2'000'001), "arm/\"pose\"\n", R"({"x":{"value":1.5,"unit":"m"},"name":"a\"b","on":[true,null]})", {}, {}},
+      {microseconds(3'000'000), "arm/angle", {}, {}, "the connection was lost"}};
   std::string text = to_line(client::RecordingHeader{"http://robot/", "2026-11-23T15:31:19Z"});
   CHECK(text == header);
   for (const RecordedChange& change : changes) text += to_line(change);
@@ -42,8 +44,9 @@ TEST_CASE("a recording reads back what was written", "[client]") {
 
 TEST_CASE("damaged lines of a recording are left out and counted", "[client]") {
   const std::string good = "{\"at\":1,\"name\":\"a\",\"value\":1}\n";
-  for (const char* const bad : {"{\"at\":1,\"na", "null", "{\"at\":-1,\"name\":\"b\",\"value\":1}", "{\"at\":1e300,\"name\":\"b\",\"value\":1}",
-                                "{\"at\":\"1\",\"name\":\"b\",\"value\":1}", "{\"at\":1,\"name\":\"b\"}", "{\"at\":1,\"value\":1}", "\xff\xfe", "[[[["}) {
+  for (const char* const bad :
+       {"{\"at\":1,\"na", "null", "{\"at\":-1,\"name\":\"b\",\"value\":1}", "{\"at\":1e300,\"name\":\"b\",\"value\":1}",
+        "{\"at\":\"1\",\"name\":\"b\",\"value\":1}", "{\"at\":1,\"name\":\"b\"}", "{\"at\":1,\"value\":1}", "\xff\xfe", "[[[["}) {
     const Recording read = Recording::parse(header + good + bad + "\n" + good + bad).value();
     CAPTURE(bad);
     CHECK(names(read) == std::vector<std::string>{"a", "a"});
@@ -60,14 +63,17 @@ TEST_CASE("what is no recording is an error", "[client]") {
   CHECK(Recording::parse("{\"lrt\":\"recording\",\"version\":2}\n").error().message == "a recording of another version: expected 1");
   client::RecordingLimits limits;
   limits.max_changes = 1;
-  CHECK(Recording::parse(header + "{\"at\":1,\"name\":\"a\",\"value\":1}\n{\"at\":1,\"name\":\"a\",\"value\":1}\n", limits).error().code == Errc::limit_exceeded);
+  CHECK(Recording::parse(header + "{\"at\":1,\"name\":\"a\",\"value\":1}\n{\"at\":1,\"name\":\"a\",\"value\":1}\n", limits).error().code ==
+        Errc::limit_exceeded);
   limits.max_bytes = 10;
   CHECK(Recording::parse(header, limits).error().code == Errc::limit_exceeded);
 }
 
 TEST_CASE("a playback gives changes in the order of their times when they are due", "[client]") {
   const Recording recording =
-      Recording::parse(header + "{\"at\":2,\"name\":\"late\",\"value\":1}\n{\"at\":1,\"name\":\"early\",\"value\":1}\n{\"at\":2,\"name\":\"later\",\"value\":1}\n").value();
+      Recording::parse(
+          header + "{\"at\":2,\"name\":\"late\",\"value\":1}\n{\"at\":1,\"name\":\"early\",\"value\":1}\n{\"at\":2,\"name\":\"later\",\"value\":1}\n")
+          .value();
   Playback playback(recording, 2);
   CHECK(playback.next(microseconds(499'999)) == nullptr);
   CHECK(playback.until_next(microseconds(0)) == microseconds(500'000));

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/client/watches.hpp"
 
 #include <atomic>
@@ -199,8 +200,11 @@ TEST_CASE("a refusal ends a watch with the reason of the server", "[client][R0.6
 
 TEST_CASE("invalid URLs and options are errors at once", "[client]") {
   Watches watches(http_client(background()));
-  const auto code = [&](const std::string& url, const WatchOptions& options) { return watches.watch(url, options, [](const Change&) {}).error().code; };
-  for (const char* const url : {"", "arm", "ftp://robot.example/", "http://", "http://user@robot.example/"}) CHECK(code(url, {}) == Errc::expected_iri);
+  const auto code = [&](const std::string& url, const WatchOptions& options) {
+    return watches.watch(url, options, [](const Change&) {}).error().code;
+  };
+  for (const char* const url : {"", "arm", "ftp://robot.example/", "http://", "http://user@robot.example/"})
+    CHECK(code(url, {}) == Errc::expected_iri);
   WatchOptions none;
   none.idle_time = milliseconds(0);
   CHECK(code("http://robot.example/", none) == Errc::invalid_option);
@@ -225,14 +229,17 @@ TEST_CASE("a callback can stop its own watch, another one, and destroy both", "[
     const auto owned = std::make_shared<int>(1);
     {
       const std::lock_guard lock(mutex);
-      own = std::make_unique<Watch>(watches.watch(robot.url(), by(Via::websocket), [&, owned](const Change&) {
-        const std::lock_guard guard(mutex);
-        ++calls;
-        other->stop();
-        other.reset();
-        own->stop();
-        own.reset();
-      }).value());
+      own = std::make_unique<Watch>(watches
+                                        .watch(robot.url(), by(Via::websocket),
+                                               [&, owned](const Change&) {
+                                                 const std::lock_guard guard(mutex);
+                                                 ++calls;
+                                                 other->stop();
+                                                 other.reset();
+                                                 own->stop();
+                                                 own.reset();
+                                               })
+                                        .value());
     }
     while (calls == 0 || owned.use_count() > 1) {  // the callback is destroyed, too
       watches.poll(milliseconds(1));
@@ -252,10 +259,13 @@ TEST_CASE("a callback that throws is called again, and the log says so", "[clien
   options.log = [&](LogLevel, std::string_view text) { lines += text.find("a wrench") != std::string_view::npos; };
   Watches watches(http_client(options));
   Changes changes;
-  const Watch watch = watches.watch(robot.url(), by(Via::websocket), [&](const Change& change) {
-    changes.callback()(change);
-    throw std::runtime_error("a wrench");
-  }).value();
+  const Watch watch = watches
+                          .watch(robot.url(), by(Via::websocket),
+                                 [&](const Change& change) {
+                                   changes.callback()(change);
+                                   throw std::runtime_error("a wrench");
+                                 })
+                          .value();
   changes.wait(1);
   robot.angle.publish(2222.5);
   changes.wait_value("2222.5");
@@ -273,13 +283,16 @@ TEST_CASE("stop() waits for a callback that runs, and no other follows", "[clien
   Watches watches(http_client(background()));
   for (const Via via : {Via::websocket, Via::event_stream, Via::websocket, Via::event_stream}) {
     std::atomic<bool> is_inside{false}, is_stopping{false}, was_called_late{false}, has_stopped{false};
-    Watch watch = watches.watch(robot.url(), by(via), [&](const Change&) {
-      if (has_stopped) was_called_late = true;
-      is_inside = true;
-      while (!is_stopping) std::this_thread::yield();
-      for (int i = 0; i < 10'000; ++i) std::this_thread::yield();
-      is_inside = false;
-    }).value();
+    Watch watch = watches
+                      .watch(robot.url(), by(via),
+                             [&](const Change&) {
+                               if (has_stopped) was_called_late = true;
+                               is_inside = true;
+                               while (!is_stopping) std::this_thread::yield();
+                               for (int i = 0; i < 10'000; ++i) std::this_thread::yield();
+                               is_inside = false;
+                             })
+                      .value();
     while (!is_inside) std::this_thread::yield();
     is_stopping = true;
     watch.stop();
@@ -311,8 +324,7 @@ TEST_CASE("changes wait for poll(), the oldest values are dropped and counted", 
   while (watch.counts().values < 10) std::this_thread::yield();
   CHECK(wakes >= 1);
   CHECK(changes.empty());
-  while (watches.poll(milliseconds(1))) {
-  }
+  while (watches.poll(milliseconds(1))) {}
   REQUIRE(changes.size() == 3);
   CHECK(*changes[0].body == "value 7");
   CHECK(changes[0].dropped == 7);
@@ -356,7 +368,11 @@ TEST_CASE("watches end with open connections, and their handles have no effect",
   {
     Watches watches(http_client(background()));
     for (int i = 0; i < 40; ++i)
-      handles.push_back(watches.watch(i % 4 == 3 ? silent.url() : robot.url(), by(std::vector<Via>{Via::websocket, Via::event_stream, Via::polling, Via::any}[static_cast<std::size_t>(i % 4)]), changes.callback()).value());
+      handles.push_back(watches
+                            .watch(i % 4 == 3 ? silent.url() : robot.url(),
+                                   by(std::vector<Via>{Via::websocket, Via::event_stream, Via::polling, Via::any}[static_cast<std::size_t>(i % 4)]),
+                                   changes.callback())
+                            .value());
     changes.wait(30);
   }
   for (Watch& handle : handles) {
@@ -371,11 +387,14 @@ TEST_CASE("a callback in the background can destroy the watches", "[client]") {
   robot.angle.publish(1);
   auto watches = std::make_unique<Watches>(http_client(background()));
   std::atomic<bool> destroyed{false}, made{false};
-  Watch watch = watches->watch(robot.url(), by(Via::websocket), [&](const Change&) {
-    while (!made) std::this_thread::yield();
-    watches.reset();
-    destroyed = true;
-  }).value();
+  Watch watch = watches
+                    ->watch(robot.url(), by(Via::websocket),
+                            [&](const Change&) {
+                              while (!made) std::this_thread::yield();
+                              watches.reset();
+                              destroyed = true;
+                            })
+                    .value();
   made = true;
   while (!destroyed) std::this_thread::yield();
 }
@@ -384,13 +403,14 @@ TEST_CASE("a callback in the background can destroy the watches", "[client]") {
 
 /// The times, by a clock that a test moves, at which a server was connected.
 struct Attempts {
-  explicit Attempts(std::string text) : server([this, text](Peer& peer) {
-      peer.read_request();
-      const auto now = clock.now().steady;
-      const std::lock_guard lock(mutex);
-      peer.send(text);
-      times.push_back(now);
-    }) {}
+  explicit Attempts(std::string text)
+      : server([this, text](Peer& peer) {
+          peer.read_request();
+          const auto now = clock.now().steady;
+          const std::lock_guard lock(mutex);
+          peer.send(text);
+          times.push_back(now);
+        }) {}
   std::size_t count() const {
     const std::lock_guard lock(mutex);
     return times.size();
@@ -488,8 +508,9 @@ TEST_CASE("hybrit:websocketUrl is followed where the resource itself has no WebS
   });
   test::Receiver resource([&](Peer& peer) {
     for (std::string request = peer.read_request(); !request.empty(); request = peer.read_request())
-      peer.send(test::answer(200, "<> <https://hybr-it-projekt.de/ns/hybr-it#websocketUrl> \"ws://127.0.0.1:" + std::to_string(websockets.port()) + "/ws?id=1\" .",
-                             "Content-Type: text/turtle\r\n"));
+      peer.send(test::answer(
+          200, "<> <https://hybr-it-projekt.de/ns/hybr-it#websocketUrl> \"ws://127.0.0.1:" + std::to_string(websockets.port()) + "/ws?id=1\" .",
+          "Content-Type: text/turtle\r\n"));
   });
   Watches watches(http_client(background()));
   WatchOptions options = by(Via::any);
@@ -668,7 +689,9 @@ TEST_CASE("neither a redirect nor hybrit:websocketUrl takes the identity to anot
   test::Receiver first([&](Peer& peer) {
     for (std::string request = peer.read_request(); !request.empty(); request = peer.read_request()) {
       if (field_of(request, "Accept") == "text/event-stream") peer.send(test::answer(307, "", "Location: " + other.url() + "\r\n"));
-      else peer.send(test::answer(200, "<> <https://hybr-it-projekt.de/ns/hybr-it#websocketUrl> \"ws://127.0.0.1:" + port + "/\" .", "Content-Type: text/turtle\r\n"));
+      else
+        peer.send(test::answer(200, "<> <https://hybr-it-projekt.de/ns/hybr-it#websocketUrl> \"ws://127.0.0.1:" + port + "/\" .",
+                               "Content-Type: text/turtle\r\n"));
     }
   });
   client::Options options = background();

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/client/websockets.hpp"
 
 #include <array>
@@ -171,19 +172,22 @@ TEST_CASE("an opening response that is not valid opens nothing", "[client]") {
   client::Options options;
   options.limits.response_time = milliseconds(300);
   const auto with = [&](std::string response) {
-    return end_of([response](Peer& peer) {
-      const std::string request = peer.read_request();
-      std::string text = response;
-      if (const std::size_t at = text.find("KEY"); at != std::string::npos) text.replace(at, 3, test::accept_of(field_of(request, "Sec-WebSocket-Key")));
-      peer.send(text);
-      peer.hang();
-    }, options);
+    return end_of(
+        [response](Peer& peer) {
+          const std::string request = peer.read_request();
+          std::string text = response;
+          if (const std::size_t at = text.find("KEY"); at != std::string::npos)
+            text.replace(at, 3, test::accept_of(field_of(request, "Sec-WebSocket-Key")));
+          peer.send(text);
+          peer.hang();
+        },
+        options);
   };
   const std::string begin = "HTTP/1.1 101 Switching Protocols\r\n", upgrade = "Upgrade: websocket\r\n", connection = "Connection: Upgrade\r\n";
   const std::string accept = "Sec-WebSocket-Accept: KEY\r\n";
   for (const std::string& response :
-       {begin + upgrade + connection + "\r\n", begin + upgrade + connection + "Sec-WebSocket-Accept: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n", begin + connection + accept + "\r\n",
-        begin + upgrade + accept + "\r\n", begin + "Upgrade: h2c\r\n" + connection + accept + "\r\n",
+       {begin + upgrade + connection + "\r\n", begin + upgrade + connection + "Sec-WebSocket-Accept: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n",
+        begin + connection + accept + "\r\n", begin + upgrade + accept + "\r\n", begin + "Upgrade: h2c\r\n" + connection + accept + "\r\n",
         begin + upgrade + connection + accept + "Sec-WebSocket-Extensions: permessage-deflate\r\n\r\n",
         begin + upgrade + connection + accept + "Sec-WebSocket-Protocol: chat\r\n\r\n"}) {
     INFO(response);
@@ -214,7 +218,8 @@ TEST_CASE("a server that never responds, or slowly, is given up", "[client]") {
   client::Options options;
   options.limits.response_time = milliseconds(150);
   CHECK(end_of([](Peer& peer) { peer.hang(); }, options).error.code == Errc::timed_out);
-  CHECK(end_of([](Peer& peer) { peer.drip("HTTP/1.1 101 Switching Protocols\r\nX: yyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyy"); }, options).error.code == Errc::timed_out);
+  CHECK(end_of([](Peer& peer) { peer.drip("HTTP/1.1 101 Switching Protocols\r\nX: yyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyy"); }, options)
+            .error.code == Errc::timed_out);
 }
 
 TEST_CASE("nobody listens, and a second address is tried", "[client]") {
@@ -351,7 +356,7 @@ TEST_CASE("close() closes with 1000, also before the handshake is over", "[clien
 
 TEST_CASE("stop() ends connections in every phase, and later ones at once", "[client]") {
   const test::Watchdog watchdog("WebSocket");
-  test::Receiver open(serve(frame("x"))), silent([](Peer& peer) { peer.hang(); });
+  test::Receiver open(serve(frame("x"))), silent([](Peer&peer) { peer.hang(); });
   WebSockets sockets{client::Options()};
   std::vector<std::shared_ptr<Record>> records;
   for (int i = 0; i < 20; ++i) {
@@ -395,7 +400,8 @@ struct SecureRobot {
   explicit SecureRobot(const std::string& client_authority = {}) {
     Options options;
     options.listen.port = 0;
-    options.security.tls = transport::TlsOptions{folder.put("server.pem", {&certificate}), folder.put_key("server.key", certificate), client_authority, !client_authority.empty()};
+    options.security.tls = transport::TlsOptions{folder.put("server.pem", {&certificate}), folder.put_key("server.key", certificate),
+                                                 client_authority, !client_authority.empty()};
     server.emplace(Server::create(std::move(options)).value());
     Thing thing("arm");
     auto angle = thing.property<double>("angle");
@@ -459,11 +465,13 @@ TEST_CASE("libwebsockets prints nothing, its warnings go to the log", "[client]"
     const std::lock_guard lock(mutex);
     lines.emplace_back(text);
   };
-  end_of([](Peer& peer) {
-    peer.read_request();
-    peer.send(test::answer(404));
-    peer.hang();
-  }, options);
+  end_of(
+      [](Peer& peer) {
+        peer.read_request();
+        peer.send(test::answer(404));
+        peer.hang();
+      },
+      options);
   const std::lock_guard lock(mutex);
   CHECK_FALSE(lines.empty());
 }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // expect: an action expects a callable with explicit parameter types
 #include <lrt/thing.hpp>
 

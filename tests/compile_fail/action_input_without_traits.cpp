@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // expect: this type has no rdf::traits\. For a struct write
 #include <lrt/thing.hpp>
 

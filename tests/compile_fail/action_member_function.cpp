@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // expect: an action expects a callable. for a member function write a lambda
 #include <lrt/thing.hpp>
 

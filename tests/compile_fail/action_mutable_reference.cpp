@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // expect: an action takes its input by value or by const reference
 #include <lrt/thing.hpp>
 

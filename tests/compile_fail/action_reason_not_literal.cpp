@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // expect: the reason of available\(\) is stored as an address
 #include <lrt/thing.hpp>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // expect: an action with a Responder must return void
 #include <lrt/thing.hpp>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // expect: an action takes at most one input
 #include <lrt/thing.hpp>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // expect: the text of a std::string_view or const char. ends with the call
 #include <lrt/thing.hpp>
 

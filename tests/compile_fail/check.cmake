@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # cmake -D KIND=compiles|fails -D COMPILER=... -D SOURCE=... -D INCLUDE=... -P check.cmake
 file(STRINGS ${SOURCE} lines LIMIT_COUNT 2)
 list(GET lines 0 first_line)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # cmake -D INCLUDE=... -D CASES=... -P covers_all.cmake
 # For each sentence "lrt: ..." in a public header there is a case whose expression matches it.
 file(GLOB cases ${CASES}/*.cpp)

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // expect: the getter of a field returns nothing
 #include <lrt/rdf/traits.hpp>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // expect: a field expects a data member, a getter without parameters
 #include <lrt/rdf/traits.hpp>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // expect: a const C array or an array of arrays cannot
 #include <lrt/rdf/traits.hpp>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // expect: the data member of a field must be one of the struct
 #include <lrt/rdf/traits.hpp>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // expect: the setter of a field expects
 #include <lrt/rdf/traits.hpp>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // expect: lrt needs C\+\+17
 // flags: -std=c++14
 #include <lrt/thing.hpp>

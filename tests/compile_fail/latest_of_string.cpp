@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // expect: Latest<T> hands values to a control loop without allocation
 #include <string>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // expect: Latest<T> needs a default constructor and copies of T
 #include <lrt/client/latest.hpp>
 

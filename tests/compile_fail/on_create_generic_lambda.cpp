@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // expect: on_create cannot see whether this callable takes
 #include <lrt/thing.hpp>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // expect: on_create expects a callable \(T\)
 #include <lrt/thing.hpp>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // expect: on_remove expects a callable of the member
 #include <lrt/thing.hpp>
 

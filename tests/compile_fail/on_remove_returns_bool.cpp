@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // expect: the callable of on_remove returns void or Result<void>
 #include <lrt/thing.hpp>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // expect: on_write expects a callable void\(T\)
 #include <lrt/thing.hpp>
 

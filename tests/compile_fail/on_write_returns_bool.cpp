@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // expect: the callable of on_write returns void or Result<void>
 #include <lrt/thing.hpp>
 

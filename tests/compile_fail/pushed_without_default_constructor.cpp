@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // expect: values that are published need a default constructor and copies
 #include <lrt/thing.hpp>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // expect: property expects a callable without parameters
 #include <lrt/thing.hpp>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // expect: the callable of a property returns nothing
 #include <lrt/thing.hpp>
 

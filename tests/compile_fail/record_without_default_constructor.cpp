@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // expect: this struct has no default constructor
 #include <lrt/thing.hpp>
 

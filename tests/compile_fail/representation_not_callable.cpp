@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // expect: representation expects a callable of const T&
 #include <lrt/thing.hpp>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // expect: the callable of representation returns lrt::Bytes
 #include <lrt/thing.hpp>
 

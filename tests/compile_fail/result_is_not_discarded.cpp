@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // expect: ignoring return.*nodiscard
 // flags: -Werror=unused-result
 #include <lrt/base/result.hpp>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // expect: a Result is assigned only if moving its value does not throw
 #include <lrt/base/result.hpp>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // expect: a C array has rdf::traits only as the data member of a Record
 #include <lrt/thing.hpp>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // expect: a std::string_view or const char. does not own its text
 #include <lrt/thing.hpp>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // expect: a character is neither a number nor a text
 #include <lrt/thing.hpp>
 

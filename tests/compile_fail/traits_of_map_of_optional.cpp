@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // expect: a member of a map cannot be absent
 #include <map>
 

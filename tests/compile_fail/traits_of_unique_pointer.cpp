@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // expect: a pointer is no value
 #include <lrt/thing.hpp>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // expect: a std::variant has no rdf::traits
 #include <lrt/thing.hpp>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // expect: update expects a callable of lrt::GraphUpdate&
 #include <lrt/world.hpp>
 

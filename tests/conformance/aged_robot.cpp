@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A robot for tests of caches: it counts how often it is read.
 //
 //   aged_robot [--port 0] [--public-base URL] [--token TOKEN] [--age SECONDS] [--more SECONDS]
@@ -59,8 +60,7 @@ int main(int argc, char** argv) {
   arm.property("reads", [&reads] { return reads; });
   lrt::Result<lrt::Server> server = lrt::Server::create(std::move(options));
   if (!server) return std::fprintf(stderr, "%s\n", server.error().message.c_str()), 1;
-  if (lrt::Result<void> added = server->add(std::move(arm)); !added)
-    return std::fprintf(stderr, "%s\n", added.error().message.c_str()), 1;
+  if (lrt::Result<void> added = server->add(std::move(arm)); !added) return std::fprintf(stderr, "%s\n", added.error().message.c_str()), 1;
   running = &*server;
   std::signal(SIGTERM, on_signal);
   std::signal(SIGINT, on_signal);

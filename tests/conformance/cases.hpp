@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <fstream>
@@ -14,14 +15,14 @@ namespace lrt::test {
 
 /// One request with what is expected of its answer, or a change of the robot before it. See cases.txt for the format.
 struct Step {
-  std::string set;                   ///< "angle 12.5": a change, and no request
-  std::string request;               ///< as RequestText reads it
+  std::string set;      ///< "angle 12.5": a change, and no request
+  std::string request;  ///< as RequestText reads it
   int status = 0;
   std::vector<std::pair<std::string, std::string>> fields;  ///< name, pattern; the name "!Name": absent
-  std::vector<std::string> texts;    ///< that the body contains
-  std::string triples, absent;       ///< Turtle
-  long size = -1;                    ///< of the body
-  std::size_t declared = 0;          ///< bytes of a body that the request declares and does not send
+  std::vector<std::string> texts;                           ///< that the body contains
+  std::string triples, absent;                              ///< Turtle
+  long size = -1;                                           ///< of the body
+  std::size_t declared = 0;                                 ///< bytes of a body that the request declares and does not send
 };
 
 struct Case {

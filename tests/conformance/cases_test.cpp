@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/conformance/cases.hpp"
 
 #include <algorithm>
@@ -266,9 +267,7 @@ class Run {
         if (!step.set.empty()) set(step.set);
         else exchange(step);
       }
-    } catch (const std::exception& e) {
-      failures_ += std::string("threw: ") + e.what() + "\n";
-    }
+    } catch (const std::exception& e) { failures_ += std::string("threw: ") + e.what() + "\n"; }
     return failures_;
   }
 
@@ -526,7 +525,8 @@ TEST_CASE("the table of transports in src/README.md is true", "[conformance][htt
     if (const auto make = targets(row[0])) CHECK(row[1] == std::to_string(count_cases(make)));
     else WARN("not compiled in, so its row is not checked: " << row[0]);
   }
-  CHECK(names == std::set<std::string>{"http", "http over TLS", "libwebsockets", "libwebsockets over TLS", "a transport of one's own", "cpp-httplib"});
+  CHECK(names ==
+        std::set<std::string>{"http", "http over TLS", "libwebsockets", "libwebsockets over TLS", "a transport of one's own", "cpp-httplib"});
 }
 
 TEST_CASE("patterns of fields", "[conformance]") {

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """`lrt check` on every example: no requirement fails, also with --strict.
 
     check_examples_test.py LRT PROGRAM...

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """`lrt check` on servers that are not lrt's: the findings must be what these servers really do.
 
     check_others_test.py LRT DIR

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Three arms and a conductor: the rules of examples/ex_conductor/rules.ttl move robots that no rule names, also one that joins later.
 
     conductor_test.py CONDUCTOR ARM RULES

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """Event streams as the http.client of Python reads them from the baxter example.
 
 usage: event_streams_test.py [--transport NAME] [--tls] PATH_OF_BAXTER [WORD]...     only cases with one of the words

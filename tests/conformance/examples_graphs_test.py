@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Every resource of every example, as parsers that are not ours read it.
 
     examples_graphs_test.py DIR PROGRAM...

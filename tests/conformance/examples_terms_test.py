@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Every predicate and class that an example shows is defined somewhere.
 
     examples_terms_test.py PROGRAM...

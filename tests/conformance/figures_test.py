@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The figures of the paper on the live server: each triple of figures/*.ttl is there, and what conforms there conforms to the Blueprint.
 
     figures_test.py BAXTER

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A robot behind a cache of others with the configurations of examples/fleet_front: for fleet_front_test.py and tests/bench/fleet_front.py."""
 
 import asyncio

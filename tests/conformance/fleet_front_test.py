@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """Caches before robots, with the configurations of examples/fleet_front: how often the robot is asked, and who gets what.
 
 usage: fleet_front_test.py nginx|varnish PATH_OF_AGED_ROBOT

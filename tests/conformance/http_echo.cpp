@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A target for external HTTP probes: lrt's transport with a handler of its own, no engine.
 //
 //   http_echo [--port 8080] [--bind 127.0.0.1] [--transport http|libwebsockets] [--tls DIR]
@@ -98,7 +99,8 @@ int main(int argc, char** argv) {
     if (std::strcmp(argv[i], "--port") == 0) options.port = static_cast<std::uint16_t>(std::atoi(argv[i + 1]));
     else if (std::strcmp(argv[i], "--bind") == 0) options.address = argv[i + 1];
     else if (std::strcmp(argv[i], "--transport") == 0) transport = argv[i + 1];
-    else if (std::strcmp(argv[i], "--tls") == 0) options.tls = transport::TlsOptions{argv[i + 1] + std::string("/server.pem"), argv[i + 1] + std::string("/server-key.pem"), {}, false};
+    else if (std::strcmp(argv[i], "--tls") == 0)
+      options.tls = transport::TlsOptions{argv[i + 1] + std::string("/server.pem"), argv[i + 1] + std::string("/server-key.pem"), {}, false};
     else return std::fprintf(stderr, "usage: http_echo [--port N] [--bind ADDRESS] [--transport http|libwebsockets] [--tls DIR]\n"), 2;
   }
   Echo echo;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -42,13 +43,16 @@ constexpr const char* odd[] = {
     "<http://e/s> a \"no class\", _:x, [ a _:x ], <http://e/C> .",
     "<http://e/s> <http://e/p> ( 1 ( 2 ( ) ) [ <http://e/q> ( true ) ] \"a\"@en ) .",
     "_:l <http://www.w3.org/1999/02/22-rdf-syntax-ns#first> 1 . <http://e/s> <http://e/p> _:l .",
-    "_:l <http://www.w3.org/1999/02/22-rdf-syntax-ns#first> 1, 2 ; <http://www.w3.org/1999/02/22-rdf-syntax-ns#rest> () . <http://e/s> <http://e/p> _:l .",
+    "_:l <http://www.w3.org/1999/02/22-rdf-syntax-ns#first> 1, 2 ; <http://www.w3.org/1999/02/22-rdf-syntax-ns#rest> () . <http://e/s> <http://e/p> "
+    "_:l .",
     "_:l <http://www.w3.org/1999/02/22-rdf-syntax-ns#first> 1 ; <http://www.w3.org/1999/02/22-rdf-syntax-ns#rest> _:l .",
     "() <http://e/p> () .",
     "<http://e/s> <http://e/p> 1, -5, 005, +5, 9007199254740991, 9007199254740993, 1e400, \"INF\"^^<http://www.w3.org/2001/XMLSchema#double> .",
     "<http://e/s> <http://e/p> 4.36E1, 43.6e0, 1.0E0, 1.0E-1, 1.0E21, 3.0000000000000004E-1, 5.0E-324, 4.940656458412465E-324, -1.5E-7 .",
-    "<http://e/s> <http://e/p> true, \"1\"^^<http://www.w3.org/2001/XMLSchema#boolean>, 1.50, \"x\"^^<http://e/t>, \"a\\u0001\\u2028\\U0001F916\\\"\\\\\" .",
-    "<ros:thing> <ros:p> <sh:path> ; <vom:x> 1 ; a <lrt:C> . <http://e/s> <http://ros.org/#rotation> <ros:thing> ; <http://www.w3.org/ns/shacl#path> 5 .",
+    "<http://e/s> <http://e/p> true, \"1\"^^<http://www.w3.org/2001/XMLSchema#boolean>, 1.50, \"x\"^^<http://e/t>, "
+    "\"a\\u0001\\u2028\\U0001F916\\\"\\\\\" .",
+    "<ros:thing> <ros:p> <sh:path> ; <vom:x> 1 ; a <lrt:C> . <http://e/s> <http://ros.org/#rotation> <ros:thing> ; <http://www.w3.org/ns/shacl#path> "
+    "5 .",
     "<id:x> <type:y> <state:z> . <urn:a:b> <urn:c> <mailto:a@b> .",
     "<http://e/s> <https://w3id.org/lrt/ns#status> <https://w3id.org/lrt/ns#running>, <http://e/other>, <http://ros.org/#x>, \"running\" ;"
     " <https://w3id.org/lrt/ns#progress> 1, 0.5, \"0.5\"^^<http://www.w3.org/2001/XMLSchema#double>, \"half\", true, 1.0E0 ;"
@@ -84,7 +88,8 @@ std::vector<Graph> all_graphs(const fs::path& suites) {
         if (entry.path().extension() == ".ttl" || entry.path().extension() == ".nt") files.push_back(entry.path());
   std::sort(files.begin(), files.end());
   for (const fs::path& file : files)
-    add(rdf::read(slurp(file), file.extension() == ".nt" ? Syntax::n_triples : Syntax::turtle, {"http://www.w3.org/suite/" + file.filename().string()}));
+    add(rdf::read(slurp(file), file.extension() == ".nt" ? Syntax::n_triples : Syntax::turtle,
+                  {"http://www.w3.org/suite/" + file.filename().string()}));
   return graphs;
 }
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Our JSON-LD, Turtle and N-Triples as rdflib, jsonld.js and n3 read them, and their JSON-LD as we do.
 
     json_ld_test.py EXCHANGE DIR [SUITES]

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every MUST of LDP 1.0 that ldp_musts.txt says we pass, as a check of that name, and the file against the W3C suite's own list.
 
 #include <lrt/engine/engine.hpp>
@@ -29,8 +30,10 @@ const std::string type = "type";
 const std::string constrained_by(vocab::ldp::constrainedBy.text);
 
 std::string pose(const std::string& x = "1", const std::string& more = {}) {
-  return "<> a maths:Vector3D ; maths:x [ vom:numericalValue " + x + " ; qudt:hasUnit unit:M ] ; maths:y [ vom:numericalValue 2 ; qudt:hasUnit unit:M ] ;"
-         " <http://localhost/ns/vocabulary#Pose/frame> \"base\" " + more + ".";
+  return "<> a maths:Vector3D ; maths:x [ vom:numericalValue " + x +
+         " ; qudt:hasUnit unit:M ] ; maths:y [ vom:numericalValue 2 ; qudt:hasUnit unit:M ] ;"
+         " <http://localhost/ns/vocabulary#Pose/frame> \"base\" " +
+         more + ".";
 }
 std::string callback(const std::string& more = {}, const std::string& url = "http://127.0.0.1:9/r") {
   return "<> a hybrit:WebCallback ; hybrit:onResource </arm/angle> ; hybrit:callbackURL \"" + url + "\"^^xsd:anyURI " + more + ".";
@@ -44,8 +47,8 @@ struct Robot {
     member = made(waypoints, pose());
     subscription = made(subscriptions, callback());
     invocation = path_of(bench.turtle("POST", "/arm/actions/turn", number_body("5", "maths:Degree")).field("Location"));
-    kinds = {"/", "/arm", "/arm/tool/state", "/arm/angle", "/arm/speed", "/arm/actions/turn", invocation, "/arm/blueprint", waypoints, member,
-             subscriptions, subscription};
+    kinds = {"/",        "/arm",           "/arm/tool/state", "/arm/angle", "/arm/speed",  "/arm/actions/turn",
+             invocation, "/arm/blueprint", waypoints,         member,       subscriptions, subscription};
   }
   static engine::EngineOptions allowing(engine::EngineOptions options) {
     options.callbacks.allow = {"127.0.0.1"};
@@ -66,7 +69,8 @@ struct Robot {
   std::set<std::string> contained(const std::string& container) {
     const rdf::Graph graph = bench.get(container).graph();
     std::set<std::string> members;
-    for (const rdf::TermView& member_iri : graph.objects(rdf::iri(here + container), vocab::ldp::contains)) members.insert(std::string(member_iri.text));
+    for (const rdf::TermView& member_iri : graph.objects(rdf::iri(here + container), vocab::ldp::contains))
+      members.insert(std::string(member_iri.text));
     return members;
   }
 
@@ -80,7 +84,8 @@ struct Robot {
 std::string shortened(const std::string& request) {
   const std::size_t first = request.find("\n\n@prefix "), last = request.rfind("> . ");
   if (first == std::string::npos || last == std::string::npos || last < first) return request.substr(0, 400);
-  return request.substr(0, first + 2) + request.substr(request.rfind("ns/lrt#> . ") == std::string::npos ? last : request.rfind("ns/lrt#> . ") + 11).substr(0, 300);
+  return request.substr(0, first + 2) +
+         request.substr(request.rfind("ns/lrt#> . ") == std::string::npos ? last : request.rfind("ns/lrt#> . ") + 11).substr(0, 300);
 }
 
 /// One of every answer that the engine gives for a resource that exists: what was asked, of what, and what came.
@@ -143,11 +148,13 @@ std::vector<Exchange> every_answer() {
   ask(403, "GET /arm/angle\nUpgrade: callback\nCallback: http://evil.example/");
   ask(400, "GET /arm/angle\nUpgrade: callback");
   ask(406, "GET /arm/angle\nUpgrade: callback\nCallback: http://127.0.0.1:9/r\nAccept: image/png");
-  all.push_back({"upgrade of version 8", 426, [&] {
-                   RequestText request("GET /arm/angle\nUpgrade: websocket\nConnection: Upgrade\nSec-WebSocket-Version: 8\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==");
-                   request.get().can_upgrade = true;
-                   return r.bench.sent(r.bench.engine.handle(request.get(), r.bench.clock.now())).answer;
-                 }()});
+  all.push_back(
+      {"upgrade of version 8", 426, [&] {
+         RequestText request(
+             "GET /arm/angle\nUpgrade: websocket\nConnection: Upgrade\nSec-WebSocket-Version: 8\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==");
+         request.get().can_upgrade = true;
+         return r.bench.sent(r.bench.engine.handle(request.get(), r.bench.clock.now())).answer;
+       }()});
   all.push_back({"upgrade", 101, r.bench.upgrade("/arm/angle").answer});
   // Properties and actions.
   turtle(204, "PUT", "/arm/angle", number_body("7", "maths:Degree"));
@@ -304,12 +311,14 @@ void models_that_cannot_be_had() {
     Robot r;
     const auto before = r.contained(container);
     for (const char* model : {"Container", "BasicContainer", "DirectContainer", "IndirectContainer", "NonRDFSource"}) {
-      const Answer a = r.bench.turtle("POST", container, r.body_for(container), "Link: <http://www.w3.org/ns/ldp#" + std::string(model) + ">; rel=\"type\"\n");
+      const Answer a =
+          r.bench.turtle("POST", container, r.body_for(container), "Link: <http://www.w3.org/ns/ldp#" + std::string(model) + ">; rel=\"type\"\n");
       CHECK(a.status == 409);
     }
     CHECK(r.contained(container) == before);
     for (const char* model : {"Resource", "RDFSource"}) {
-      const std::string made = r.made(container, r.body_for(container), "Link: <http://www.w3.org/ns/ldp#" + std::string(model) + ">; rel=\"type\"\n");
+      const std::string made =
+          r.made(container, r.body_for(container), "Link: <http://www.w3.org/ns/ldp#" + std::string(model) + ">; rel=\"type\"\n");
       CHECK(r.bench.turtle("POST", made, r.body_for(container)).status == 405);
     }
   }
@@ -328,7 +337,8 @@ void models_of_members() {
 void turtle_is_accepted() {
   for (const std::string& container : {waypoints, subscriptions}) {
     Robot r;
-    for (const char* media_type : {"text/turtle", "text/turtle; charset=utf-8", "text/turtle; charset=ISO-8859-1", "text/turtle;charset=us-ascii", "TEXT/TURTLE"}) {
+    for (const char* media_type :
+         {"text/turtle", "text/turtle; charset=utf-8", "text/turtle; charset=ISO-8859-1", "text/turtle;charset=us-ascii", "TEXT/TURTLE"}) {
       std::string request = Bench::turtle_request("POST", container, r.body_for(container));
       const std::string plain = "text/turtle";
       if (r.contained(container).size() == 3) r.bench.ask("DELETE " + Robot::path_of(*r.contained(container).begin()));
@@ -342,7 +352,8 @@ void null_uri() {
   const std::string member = r.made(waypoints, pose("44"));
   CHECK(missing(r.bench.get(member), "<" + here + member + "> a maths:Vector3D ; maths:x [ vom:numericalValue \"44\"^^xsd:double ] .") == "");
   const std::string subscription = r.made(subscriptions, callback("; lrt:queueLength 7"));
-  CHECK(missing(r.bench.get(subscription), "<" + here + subscription + "> a hybrit:WebCallback ; lrt:queueLength 7 ; hybrit:onResource <arm/angle> .") == "");
+  CHECK(missing(r.bench.get(subscription),
+                "<" + here + subscription + "> a hybrit:WebCallback ; lrt:queueLength 7 ; hybrit:onResource <arm/angle> .") == "");
 }
 
 void base_of_a_post() {  // SPEC 3.3
@@ -583,8 +594,8 @@ void is_rdf() {
 void all_is_said() {
   Robot r;
   CHECK(missing(r.bench.get("/"), "<> a ldp:BasicContainer, ldp:Container ; ldp:contains <arm> . <arm> a hybrit:RoboticThing .") == "");
-  CHECK(missing(r.bench.get(subscriptions), "<arm/subscriptions> a ldp:BasicContainer, ldp:Container ; ldp:contains <" + here + r.subscription + "> . <" +
-                                                here + r.subscription + "> a hybrit:Subscription .") == "");
+  CHECK(missing(r.bench.get(subscriptions), "<arm/subscriptions> a ldp:BasicContainer, ldp:Container ; ldp:contains <" + here + r.subscription +
+                                                "> . <" + here + r.subscription + "> a hybrit:Subscription .") == "");
   CHECK(missing(r.bench.get(waypoints), "<arm/waypoints> a ldp:BasicContainer, ldp:Container ; ldp:contains <" + here + r.member + "> . <" + here +
                                             r.member + "> a ldp:RDFSource .") == "");
   CHECK(missing(r.bench.get(r.subscription), "<" + here + r.subscription + "> a hybrit:Subscription, hybrit:WebCallback .") == "");
@@ -615,7 +626,8 @@ void json_ld() {
 
 void servers_own_triples_are_ignored() {  // SPEC 3.3
   Robot r;
-  CHECK(r.bench.turtle("PUT", "/arm/angle", number_body("5", "maths:Degree") + " <> dcterms:modified \"1999-01-01T00:00:00Z\"^^xsd:dateTime .").status == 204);
+  CHECK(r.bench.turtle("PUT", "/arm/angle", number_body("5", "maths:Degree") + " <> dcterms:modified \"1999-01-01T00:00:00Z\"^^xsd:dateTime .")
+            .status == 204);
   CHECK_FALSE(r.bench.get("/arm/angle").says("1999"));
   CHECK(r.robot.angle == 5);
 }

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """ex_mobile_base as its operator uses it, with values alone: JSON in, JSON out.
 
     mobile_base_test.py EX_MOBILE_BASE

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """The baxter example behind the reverse proxies of others, with the configurations of examples/reverse_proxy.
 
 usage: proxy_test.py [--transport NAME] NAME_OF_PROXY PATH_OF_BAXTER [WORD]...     only cases with one of the words

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A Thing with an input of each kind that the examples have not. Run by random_bodies_test.py.
 #include <array>
 #include <chrono>
@@ -31,9 +32,7 @@ struct Job {
 namespace lrt::rdf {
 template <>
 struct traits<Gear> : Enumeration<Gear> {
-  static void describe(Enumeration& e) {
-    e.name(Gear::first, "first").name(Gear::second, "second").name(Gear::reverse, "reverse");
-  }
+  static void describe(Enumeration& e) { e.name(Gear::first, "first").name(Gear::second, "second").name(Gear::reverse, "reverse"); }
 };
 template <>
 struct traits<Point> : Record<Point> {

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Random bodies: the server judges them as three other SHACL engines do by the shapes that it publishes.
 
     random_bodies_test.py DIR PROGRAM...

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What is taken away from the state of a Thing, its Blueprint notices.
 
     removal_test.py LRT_SHACL PROGRAM...

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the system tests share: the baxter example as a process, a plain HTTP client, a receiver of web callbacks."""
 
 import asyncio

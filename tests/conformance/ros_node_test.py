@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """The node of examples/ex_ros_node among others: a master of its own on loopback, and rospy, which publishes joints and hears commands.
 
     ros_node_test.py PROGRAM LRT_SHACL

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """lrt::Client reads an LDP server of others: members of a container, types and values, entity tags.
 
     solid_test.py PROBE DIR      PROBE is ldp_probe; DIR is for the server's Node packages, fetched there by npm once

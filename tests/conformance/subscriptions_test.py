@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """Subscriptions as strangers see them: Debian's python3-websockets, command-line clients and a receiver of callbacks against the baxter example.
 
 usage: subscriptions_test.py [--transport NAME] [--tls] PATH_OF_BAXTER [WORD]...     only cases with one of the words; exit code 77: the package is missing

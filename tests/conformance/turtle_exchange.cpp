@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <iostream>
 #include <iterator>
 #include <string>
@@ -14,7 +15,6 @@ int main() {
     const std::string_view document = rest.substr(0, rest.find('\0'));
     rest.remove_prefix(document.size() + (document.size() < rest.size()));
     const auto graph = lrt::rdf::read(document, lrt::rdf::Syntax::turtle, {"http://base/a/b"});
-    std::cout << (graph ? lrt::rdf::write(*graph, lrt::rdf::Syntax::n_triples).value() : "error: " + graph.error().message)
-              << '\0';
+    std::cout << (graph ? lrt::rdf::write(*graph, lrt::rdf::Syntax::n_triples).value() : "error: " + graph.error().message) << '\0';
   }
 }

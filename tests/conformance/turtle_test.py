@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Generated Turtle documents, some of them damaged, as lrt and rdflib read them.
 
     turtle_test.py EXCHANGE [DOCUMENTS] [SEED]

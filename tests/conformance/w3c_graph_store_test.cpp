@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/world.hpp>
 
 #include <fstream>
@@ -104,7 +105,8 @@ std::string run(const Graph& graph, TermId test) {
     const std::string method = text_of(graph, request, ht_method);
     const std::string which = "request " + std::to_string(++number) + ", " + method + ": ";
     std::string text = method + " " + replaced(text_of(graph, request, ht_path), variables) + "\nHost: www.example\n";
-    for (const TermId field : list_of(graph, request, ht_headers)) text += text_of(graph, field, ht_name) + ": " + text_of(graph, field, ht_value) + "\n";
+    for (const TermId field : list_of(graph, request, ht_headers))
+      text += text_of(graph, field, ht_name) + ": " + text_of(graph, field, ht_value) + "\n";
     if (const auto body = node_of(graph, request, ht_body)) text += "\n" + replaced(text_of(graph, *body, cnt_chars), variables);
     const Answer answer = client.ask(text);
     const TermId expected = *node_of(graph, request, ht_resp);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/rdf/codec.hpp>
 
 #include <fstream>
@@ -35,13 +36,10 @@ std::optional<std::string> file(const std::string& path) {
 }
 
 /// Where a document of the suite is on disk: behind the last '/' of its IRI.
-std::string path_of(const std::string& folder, std::string_view iri) {
-  return folder + "/" + std::string(iri.substr(iri.rfind('/') + 1));
-}
+std::string path_of(const std::string& folder, std::string_view iri) { return folder + "/" + std::string(iri.substr(iri.rfind('/') + 1)); }
 
 /// What went wrong, or an empty text.
-std::string outcome(const std::string& folder, Syntax syntax, std::string_view type, TermView action,
-                    std::optional<TermView> result) {
+std::string outcome(const std::string& folder, Syntax syntax, std::string_view type, TermView action, std::optional<TermView> result) {
   const auto text = file(path_of(folder, action.text));
   if (!text) return "no file for " + std::string(action.text);
   const Result<Graph> graph = lrt::rdf::read(*text, syntax, {action.text});
@@ -122,13 +120,9 @@ void round_trip(const std::string& folder, const std::string& base, Syntax synta
 const std::string suites = LRT_SHARED_DIR "/suites";
 }  // namespace
 
-TEST_CASE("the W3C Turtle suite passes", "[conformance][rdf][R1.2]") {
-  run(suites + "/rdf-turtle", turtle_base, Syntax::turtle);
-}
+TEST_CASE("the W3C Turtle suite passes", "[conformance][rdf][R1.2]") { run(suites + "/rdf-turtle", turtle_base, Syntax::turtle); }
 
-TEST_CASE("the W3C N-Triples suite passes", "[conformance][rdf]") {
-  run(suites + "/rdf-n-triples", n_triples_base, Syntax::n_triples);
-}
+TEST_CASE("the W3C N-Triples suite passes", "[conformance][rdf]") { run(suites + "/rdf-n-triples", n_triples_base, Syntax::n_triples); }
 
 TEST_CASE("every graph of the W3C suites survives writing and reading in each syntax", "[conformance][rdf][R1.2]") {
   round_trip(suites + "/rdf-turtle", turtle_base, Syntax::turtle);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/shacl/validator.hpp>
 
 #include <fstream>
@@ -68,8 +69,7 @@ void collect(const std::string& manifest, std::set<std::string>& seen, std::vect
   const auto graph = document(manifest);
   if (!graph) return;  // the suite's part on SPARQL is not there
   const auto shared = std::make_shared<const Graph>(*graph);
-  for (const TermView include : shared->objects(lrt::rdf::iri(manifest), mf_include))
-    collect(std::string(include.text), seen, out);
+  for (const TermView include : shared->objects(lrt::rdf::iri(manifest), mf_include)) collect(std::string(include.text), seen, out);
   if (const auto head = shared->object(lrt::rdf::iri(manifest), mf_entries)) {
     const auto entries = shared->list(*shared->find(*head));
     REQUIRE(entries);
@@ -112,8 +112,7 @@ Graph relevant(const Graph& graph, TermId report, bool with_messages) {
   for (const Triple& r : graph.match(report, *results, std::nullopt)) {
     const TermId node = out.fresh_blank();
     out.add(root, out.intern(sh::result), node);
-    std::vector<Iri> kept = {sh::focusNode,     sh::resultPath, sh::value, sh::sourceShape, sh::sourceConstraintComponent,
-                             sh::resultSeverity};
+    std::vector<Iri> kept = {sh::focusNode, sh::resultPath, sh::value, sh::sourceShape, sh::sourceConstraintComponent, sh::resultSeverity};
     if (with_messages) kept.push_back(sh::resultMessage);
     for (const Iri predicate : kept) {
       const auto p = graph.find(predicate);
@@ -153,8 +152,7 @@ std::string outcome(const Case& test) {
   for (const Triple& t : manifest.match(nullptr, &message, nullptr)) messages = messages || manifest.term(t.subject).is_blank();
   const Graph found = relevant(graph, roots.begin()->subject, messages), wanted = relevant(manifest, expected_root, messages);
   if (lrt::rdf::isomorphic(found, wanted)) return "";
-  return "expected\n" + *lrt::rdf::write(wanted, Syntax::turtle) + "\nfound\n" + *lrt::rdf::write(found, Syntax::turtle) +
-         "\n" + report->to_text();
+  return "expected\n" + *lrt::rdf::write(wanted, Syntax::turtle) + "\nfound\n" + *lrt::rdf::write(found, Syntax::turtle) + "\n" + report->to_text();
 }
 
 }  // namespace

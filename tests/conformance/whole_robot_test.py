@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Clients that know nothing of lrt read whole robots: from the root, by links, in few requests.
 
     whole_robot_test.py BAXTER EX_URDF_ROBOT SOURCE_DIR SHARED_DIR rdflib

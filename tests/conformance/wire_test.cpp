@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The bytes that a client sees, recorded in wire.txt. LRT_RECORD_WIRE=1 writes the responses of that file anew.
 
 #include "tests/conformance/wire.hpp"

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """Runs ws_echo and talks to it with an independent implementation (Debian's python3-websockets).
 
 usage: ws_echo_test.py [--transport NAME] [--tls] PATH_OF_WS_ECHO     exit code 77: the package is missing

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <openssl/ec.h>
@@ -22,8 +23,8 @@ struct Certificate {
 };
 
 struct CertificateText {
-  std::string name;             ///< CN
-  std::string alternatives{};   ///< "DNS:localhost,IP:127.0.0.1"
+  std::string name;            ///< CN
+  std::string alternatives{};  ///< "DNS:localhost,IP:127.0.0.1"
   long from_seconds = -3600, to_seconds = 3600;
   bool authority = false;
 };

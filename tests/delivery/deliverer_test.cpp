@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/delivery/deliverer.hpp>
 
 #include <pthread.h>
@@ -23,8 +24,8 @@ using namespace std::chrono_literals;
 using delivery::Deliverer;
 using subscription::CallbackOptions;
 using subscription::Channel;
-using subscription::Notification;
 using subscription::DeliveryResult;
+using subscription::Notification;
 
 namespace {
 
@@ -137,10 +138,14 @@ CallbackOptions loopback() {
 
 struct Rig {
   explicit Rig(CallbackOptions options = loopback(), delivery::Details details = {}) {
-    deliverer = delivery::make_httplib_deliverer(source, options, [this](LogLevel, std::string_view text) {
-                  const std::lock_guard lock(mutex);
-                  log.emplace_back(text);
-                }, std::move(details)).value();
+    deliverer = delivery::make_httplib_deliverer(
+                    source, options,
+                    [this](LogLevel, std::string_view text) {
+                      const std::lock_guard lock(mutex);
+                      log.emplace_back(text);
+                    },
+                    std::move(details))
+                    .value();
     source.deliverer = deliverer.get();
   }
   ~Rig() { stop(); }
@@ -262,8 +267,9 @@ TEST_CASE("a receiver is asked with a GET, and confirms with the challenge", "[d
   CHECK(request.find("X-Hub-Signature") == std::string::npos);
   CHECK(confirmed("/r?a=b", answer(201, "0f3b-77aa\r\n")).confirmed);
   CHECK(request.rfind("GET /r?a=b&hub.mode=subscribe&", 0) == 0);
-  for (const std::string& text : {answer(200), answer(204), answer(200, "0f3b-77ab"), answer(200, "0f3b-77aa0"), answer(200, " 0f3b-77aa"),
-                                  answer(200, "0f3b-77aa\n0f3b-77aa"), answer(200, "0f3b-77aa" + std::string(9, ' ') + "x"), answer(404, "0f3b-77aa"), answer(302, "0f3b-77aa")}) {
+  for (const std::string& text :
+       {answer(200), answer(204), answer(200, "0f3b-77ab"), answer(200, "0f3b-77aa0"), answer(200, " 0f3b-77aa"), answer(200, "0f3b-77aa\n0f3b-77aa"),
+        answer(200, "0f3b-77aa" + std::string(9, ' ') + "x"), answer(404, "0f3b-77aa"), answer(302, "0f3b-77aa")}) {
     CAPTURE(text);
     CHECK_FALSE(confirmed("/r", text).confirmed);
   }
@@ -283,8 +289,7 @@ TEST_CASE("a secret signs the body and is not sent", "[delivery][R0.13]") {
   Notification n = notification(receiver.url(), "what do ya want for nothing?");  // RFC 4231 4.3
   n.secret = "Jefe";
   CHECK(rig.deliver(std::move(n)).status == 204);
-  CHECK(says(recorder.requests().at(0),
-             "\r\nX-Hub-Signature: sha256=5bdcc146bf60754e6a042426089575c75a003f089d2739839dec58b964ec3843\r\n"));
+  CHECK(says(recorder.requests().at(0), "\r\nX-Hub-Signature: sha256=5bdcc146bf60754e6a042426089575c75a003f089d2739839dec58b964ec3843\r\n"));
   CHECK_FALSE(says(recorder.requests().at(0), "Jefe"));
   n = notification("http://127.0.0.1:1/");
   n.secret = "Jefe";
@@ -446,7 +451,9 @@ TEST_CASE("an incomplete response on a reused connection, or none on a new one, 
 
 TEST_CASE("a refused connection is a failure with a message", "[delivery]") {
   std::string url;
-  { url = Receiver([](Peer&) {}).url(); }
+  {
+    url = Receiver([](Peer&) {}).url();
+  }
   Rig rig;
   const DeliveryResult result = rig.deliver(notification(url));
   CHECK(result.status == 0);
@@ -468,8 +475,7 @@ TEST_CASE("hostile receivers are dropped in time and after few bytes", "[deliver
       std::string block;
       while (block.size() < 64 * 1024) block += rest;
       peer.send(start);
-      while (peer.send(block)) {
-      }
+      while (peer.send(block)) {}
     };
   };
   const auto dripping = [](std::string start, std::string rest) {
@@ -724,13 +730,14 @@ TEST_CASE("SNI is a name and never an address", "[delivery]") {
   Https https;
   const TlsContext context = tls_server(make_certificate({"x", "DNS:receiver.example,IP:127.0.0.1"}, &https.authority));
   SSL_CTX_set_tlsext_servername_arg(context.get(), &names);
-  SSL_CTX_set_tlsext_servername_callback(context.get(), +[](SSL* ssl, int*, void* to) {
-    auto& found = *static_cast<Names*>(to);
-    const char* const name = SSL_get_servername(ssl, TLSEXT_NAMETYPE_host_name);
-    const std::lock_guard lock(found.mutex);
-    found.list.emplace_back(name != nullptr ? name : "(none)");
-    return SSL_TLSEXT_ERR_OK;
-  });
+  SSL_CTX_set_tlsext_servername_callback(
+      context.get(), +[](SSL* ssl, int*, void* to) {
+        auto& found = *static_cast<Names*>(to);
+        const char* const name = SSL_get_servername(ssl, TLSEXT_NAMETYPE_host_name);
+        const std::lock_guard lock(found.mutex);
+        found.list.emplace_back(name != nullptr ? name : "(none)");
+        return SSL_TLSEXT_ERR_OK;
+      });
   const Receiver receiver(std::ref(https.recorder), context.get());
   Rig rig(https.options, https.details);
   CHECK(rig.deliver(notification(receiver.url("receiver.example"))).status == 204);
@@ -761,19 +768,26 @@ TEST_CASE("receivers that fail in TLS", "[delivery][R0.16]") {
     return result.error;
   };
   CHECK(says(tried(Receiver([](Peer& peer) { peer.hang(); })), "handshake timed out"));
-  CHECK(says(tried(Receiver([](Peer& peer) { peer.drip(std::string("\x16\x03\x03\x3f\xff\x02\x00\x3f\xf0", 9) + std::string(10'000, 'x')); })), "handshake timed out"));
+  CHECK(says(tried(Receiver([](Peer& peer) { peer.drip(std::string("\x16\x03\x03\x3f\xff\x02\x00\x3f\xf0", 9) + std::string(10'000, 'x')); })),
+             "handshake timed out"));
   CHECK(says(tried(Receiver([](Peer&) {})), "TLS: "));
-  CHECK(says(tried(Receiver([](Peer& peer) { peer.send("HTTP/1.1 400 Bad Request\r\n\r\n"); peer.hang(); })), "TLS: "));
+  CHECK(says(tried(Receiver([](Peer& peer) {
+               peer.send("HTTP/1.1 400 Bad Request\r\n\r\n");
+               peer.hang();
+             })),
+             "TLS: "));
 }
 
 TEST_CASE("a broken TLS connection raises no signal in this program", "[delivery]") {
   // SIGPIPE has its default action here: it ends the program.
   Https https;
   const TlsContext context = tls_server(make_certificate({"x", "IP:127.0.0.1"}, &https.authority));
-  const Receiver receiver([](Peer& peer) {  // resets the connection in the middle of a long request
-    const linger hard{1, 0};
-    ::setsockopt(peer.descriptor(), SOL_SOCKET, SO_LINGER, &hard, sizeof hard);
-  }, context.get());
+  const Receiver receiver(
+      [](Peer& peer) {  // resets the connection in the middle of a long request
+        const linger hard{1, 0};
+        ::setsockopt(peer.descriptor(), SOL_SOCKET, SO_LINGER, &hard, sizeof hard);
+      },
+      context.get());
   Rig rig(https.options);
   for (int i = 0; i < 5; ++i) {
     const DeliveryResult result = rig.deliver(notification(receiver.url(), std::string(16'000'000, 'x')));

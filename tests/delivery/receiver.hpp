@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <arpa/inet.h>
@@ -79,8 +80,7 @@ class Peer {
   /// Waits until the other side closes, without reading.
   void hang_deaf() {
     pollfd item{descriptor_, POLLRDHUP, 0};
-    while (::poll(&item, 1, 60'000) == 0) {
-    }
+    while (::poll(&item, 1, 60'000) == 0) {}
   }
 
  private:

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The Markdown pages of the tree.
 
   pages_test.py ROOT

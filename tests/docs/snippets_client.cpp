@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Code of the guide's pages about clients. It is compiled, not run: lesson t23 and tests/client run the same functions.
 #include <chrono>
 #include <cstdio>

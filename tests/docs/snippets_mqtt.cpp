@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Code of docs/mqtt.md. It is compiled, not run: tests/mqtt runs the same functions.
 #include <chrono>
 

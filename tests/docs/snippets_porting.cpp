@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The worked examples of docs/porting. Each function makes the Thing that its page describes; main() sends the requests that the page shows, without a
 // port, and exits with 1 if a response is not the one of the page.
 #include <atomic>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Code of docs/queries.md. It is compiled, not run: tests/query runs the same functions.
 #include <utility>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Code that the guide shows and no example has: Things, threads, types, actions, subscriptions, security, transports, errors. It is compiled, not run.
 #include <array>
 #include <atomic>

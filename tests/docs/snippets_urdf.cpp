@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Code of the guide's pages about URDF. It is compiled, not run.
 #include <vector>
 

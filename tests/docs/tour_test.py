@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The commands of docs/tour.md give the outputs that the page shows.
 
   tour_test.py ROOT EXAMPLES

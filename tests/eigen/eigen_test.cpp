@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/eigen.hpp>
 
 #include <array>
@@ -240,10 +241,11 @@ TEST_CASE("a rotation and a pose read back bit-identically", "[eigen][R0.5]") {
 }
 
 TEST_CASE("the terms are those of Figure 3 and of ARVIDA", "[eigen][R1.5]") {
-  CHECK(test::missing(graph_of(Eigen::AngleAxisd(0.5, Eigen::Vector3d(0, 0, 1))),
-                      "<x> a spatial:AxisAngle, spatial:Rotation3D ; spatial:rotationAngle [ a maths:Scalar ; vom:numericalValue \"0.5\"^^xsd:double ;"
-                      " vom:unit maths:Radian ; qudt:hasUnit unit:RAD ] ; spatial:rotationAxis [ a maths:Vector3D ; maths:x \"0\"^^xsd:double ;"
-                      " maths:y \"0\"^^xsd:double ; maths:z \"1\"^^xsd:double ] .") == "");
+  CHECK(
+      test::missing(graph_of(Eigen::AngleAxisd(0.5, Eigen::Vector3d(0, 0, 1))),
+                    "<x> a spatial:AxisAngle, spatial:Rotation3D ; spatial:rotationAngle [ a maths:Scalar ; vom:numericalValue \"0.5\"^^xsd:double ;"
+                    " vom:unit maths:Radian ; qudt:hasUnit unit:RAD ] ; spatial:rotationAxis [ a maths:Vector3D ; maths:x \"0\"^^xsd:double ;"
+                    " maths:y \"0\"^^xsd:double ; maths:z \"1\"^^xsd:double ] .") == "");
   CHECK(test::missing(graph_of(Eigen::Quaternionf(0.5F, 0.5F, -0.5F, 0.5F)),
                       "<x> a spatial:Rotation3D ; vom:quantityKind vom:Angle ; vom:quantityValue [ a maths:Quaternion, maths:Vector4D ;"
                       " maths:x \"0.5\"^^xsd:float ; maths:y \"-0.5\"^^xsd:float ; maths:w \"0.5\"^^xsd:float ] .") == "");
@@ -252,11 +254,12 @@ TEST_CASE("the terms are those of Figure 3 and of ARVIDA", "[eigen][R1.5]") {
   Eigen::Isometry3d pose(Eigen::Quaterniond(0, 0, 0, 1));
   pose.translation() << 1, 2, 3;
   const rdf::Graph posed = graph_of(pose, Facets{unit::metre});
-  CHECK(test::missing(posed,
-                      "<x> a spatial:SpatialRelationship ; spatial:translation [ a spatial:Translation3D ; qudt:hasUnit unit:M ; vom:quantityKind vom:Length ;"
-                      " vom:quantityValue [ a maths:Vector3D ; maths:x \"1\"^^xsd:double ; maths:y \"2\"^^xsd:double ; maths:z \"3\"^^xsd:double ] ] ;"
-                      " spatial:rotation [ a spatial:Rotation3D ; vom:quantityValue [ a maths:Quaternion ; maths:z \"1\"^^xsd:double ;"
-                      " maths:w \"0\"^^xsd:double ] ] ; lrt:matrix ( ( \"-1\"^^xsd:double \"0\"^^xsd:double \"0\"^^xsd:double ) [] [] ) .") == "");
+  CHECK(test::missing(
+            posed,
+            "<x> a spatial:SpatialRelationship ; spatial:translation [ a spatial:Translation3D ; qudt:hasUnit unit:M ; vom:quantityKind vom:Length ;"
+            " vom:quantityValue [ a maths:Vector3D ; maths:x \"1\"^^xsd:double ; maths:y \"2\"^^xsd:double ; maths:z \"3\"^^xsd:double ] ] ;"
+            " spatial:rotation [ a spatial:Rotation3D ; vom:quantityValue [ a maths:Quaternion ; maths:z \"1\"^^xsd:double ;"
+            " maths:w \"0\"^^xsd:double ] ] ; lrt:matrix ( ( \"-1\"^^xsd:double \"0\"^^xsd:double \"0\"^^xsd:double ) [] [] ) .") == "");
   const auto units = posed.match(std::nullopt, posed.find(vocab::qudt::hasUnit), std::nullopt);
   CHECK(std::distance(units.begin(), units.end()) == 1);  // that of the translation: a rotation has none
 }
@@ -275,15 +278,16 @@ TEST_CASE("the unit of a pose is that of its translation, in JSON too", "[eigen]
     CHECK(conforms<Eigen::Isometry3d>(graph, metre));
   }
   rdf::Graph graph;
-  CHECK_FALSE(rdf::read_plain(R"({"value":{"translation":{"x":1,"y":2,"z":3},"rotation":{"x":0,"y":0,"z":0,"w":1}},"unit":"m"})", rdf::Plain::json, type,
-                              metre, vocabulary, 1000, graph, graph.intern(here)));
+  CHECK_FALSE(rdf::read_plain(R"({"value":{"translation":{"x":1,"y":2,"z":3},"rotation":{"x":0,"y":0,"z":0,"w":1}},"unit":"m"})", rdf::Plain::json,
+                              type, metre, vocabulary, 1000, graph, graph.intern(here)));
 }
 
 TEST_CASE("a matrix is a list of its rows in any storage order", "[eigen]") {
   Eigen::Matrix<int, 2, 3> columns;
   columns << 1, 2, 3, 4, 5, 6;
   const Eigen::Matrix<int, 2, 3, Eigen::RowMajor> rows = columns;
-  const char* const expected = "<x> rdf:value ( ( \"1\"^^xsd:int \"2\"^^xsd:int \"3\"^^xsd:int ) ( \"4\"^^xsd:int \"5\"^^xsd:int \"6\"^^xsd:int ) ) .";
+  const char* const expected =
+      "<x> rdf:value ( ( \"1\"^^xsd:int \"2\"^^xsd:int \"3\"^^xsd:int ) ( \"4\"^^xsd:int \"5\"^^xsd:int \"6\"^^xsd:int ) ) .";
   CHECK(test::missing(graph_of(columns), expected) == "");
   CHECK(test::missing(graph_of(rows), expected) == "");
   CHECK(value_of<Eigen::MatrixXi>(test::turtle("<x> rdf:value ( ( 1 2 3 ) ( 4 5 6 ) ) .")).value() == columns);
@@ -317,7 +321,8 @@ TEST_CASE("the shape and the reader refuse the same input", "[eigen][R0.6][R1.11
   refused(Eigen::Quaterniond(), "vom:quantityValue [ maths:x 0 ; maths:y 0 ; maths:z 1 ; maths:w 0 ] , [ maths:x 0 ]");
   refused(Eigen::Quaterniond(), "vom:quantityValue 1");
   refused(Eigen::AngleAxisd(), "spatial:rotationAngle 1 ; spatial:rotationAxis [ maths:x 0 ; maths:y 0 ; maths:z 1 ]");
-  refused(Eigen::AngleAxisd(), "spatial:rotationAngle [ vom:numericalValue 1 ; vom:unit maths:Degree ] ; spatial:rotationAxis [ maths:x 0 ; maths:y 0 ; maths:z 1 ]");
+  refused(Eigen::AngleAxisd(),
+          "spatial:rotationAngle [ vom:numericalValue 1 ; vom:unit maths:Degree ] ; spatial:rotationAxis [ maths:x 0 ; maths:y 0 ; maths:z 1 ]");
   refused(Vector6d(), "rdf:value ( 1 2 3 4 5 )");
   refused(Vector6d(), "rdf:value ( 1 2 3 4 5 6 7 )");
   refused(Vector6d(), "rdf:value ( 1 2 3 4 5 \"NaN\"^^xsd:float )");
@@ -340,10 +345,12 @@ TEST_CASE("NaN and infinity are refused for Eigen types", "[eigen][R0.6]") {
   CHECK(refusal(traits<Eigen::Vector3d>::decode(numbers({1, not_a_number, 3}))) == "y: expected a finite number, found NaN");
   CHECK(refusal(traits<Eigen::Vector3f>::decode(numbers({1, 2, 1e39}))) == "z: expected a finite number, found INF");
   CHECK(refusal(traits<Eigen::VectorXd>::decode(numbers({1, 2, -infinity}))) == "[2]: expected a finite number, found -INF");
-  CHECK(refusal(traits<Eigen::MatrixXd>::decode(sequence({numbers({1, 2}), numbers({3, infinity})}))) == "[1]/[1]: expected a finite number, found INF");
+  CHECK(refusal(traits<Eigen::MatrixXd>::decode(sequence({numbers({1, 2}), numbers({3, infinity})}))) ==
+        "[1]/[1]: expected a finite number, found INF");
   CHECK(refusal(traits<Eigen::Translation3d>::decode(numbers({infinity, 2, 3}))) == "x: expected a finite number, found INF");
   CHECK(refusal(traits<Eigen::Quaterniond>::decode(numbers({0, 0, 0, not_a_number}))) == "w: expected a finite number, found NaN");
-  CHECK(refusal(traits<Eigen::AngleAxisd>::decode(sequence({Value(infinity), numbers({0, 0, 1})}))) == "rotationAngle: expected a finite number, found INF");
+  CHECK(refusal(traits<Eigen::AngleAxisd>::decode(sequence({Value(infinity), numbers({0, 0, 1})}))) ==
+        "rotationAngle: expected a finite number, found INF");
   // The type refuses them even if the facets allow them.
   const Facets any = Facets{}.allow_non_finite();
   CHECK_FALSE(value_of<Eigen::VectorXd>(graph_of(Eigen::VectorXd(Eigen::Vector2d(1, infinity)), any), any));
@@ -452,14 +459,15 @@ struct Robot {
     Thing arm{"arm"};
     pose = arm.property<Eigen::Isometry3d>("pose", unit::metre);
     arm.property("target", [this] { return target; }).on_write([this](const Eigen::Quaterniond& q) { target = q; });
-    arm.property("tool", [this] { return tool; }, unit::metre).on_write([this](const Eigen::Isometry3d& t) { tool = t; });
+    arm.property(
+           "tool", [this] { return tool; }, unit::metre)
+        .on_write([this](const Eigen::Isometry3d& t) { tool = t; });
     arm.property("gains", [this] { return gains; }).on_write([this](const Eigen::MatrixXd& m) { gains = m; });
     arm.property("axis", [this] { return axis; }).on_write([this](const Eigen::AngleAxisf& a) { axis = a; });
     arm.action("reach", [this](const Eigen::Vector3d& point) { reached = point; }).consumes(Facets{unit::metre});
     arm.action("turn", [this](const Eigen::Quaterniond& q) { target = q; });
     arm.action("push", [](const Vector6d& wrench) { return Vector6d(2 * wrench); });
-    arm.collection<Eigen::Translation3d>("waypoints")
-        .on_create([](const std::string&, const Eigen::Translation3d&) { return Result<void>(); });
+    arm.collection<Eigen::Translation3d>("waypoints").on_create([](const std::string&, const Eigen::Translation3d&) { return Result<void>(); });
     bench.add(std::move(arm));
   }
   Answer put(const std::string& name, const std::string& said) { return bench.turtle("PUT", "/arm/" + name, "<> " + said + " ."); }
@@ -484,8 +492,10 @@ TEST_CASE("GET shows a pose with its unit, and the state conforms to the Bluepri
   r.bench.look();
   const Answer a = r.bench.get("/arm/pose");
   CHECK(a.status == 200);
-  CHECK(test::missing(a.graph(), "<arm/pose> a spatial:SpatialRelationship ; spatial:translation [ qudt:hasUnit unit:M ; vom:quantityValue [ maths:x \"0.1\"^^xsd:double ] ] ;"
-                                 " spatial:rotation [ a spatial:Rotation3D ; vom:quantityValue [ maths:z \"0.7071067811865475\"^^xsd:double ] ] .") == "");
+  CHECK(test::missing(a.graph(),
+                      "<arm/pose> a spatial:SpatialRelationship ; spatial:translation [ qudt:hasUnit unit:M ; vom:quantityValue [ maths:x "
+                      "\"0.1\"^^xsd:double ] ] ;"
+                      " spatial:rotation [ a spatial:Rotation3D ; vom:quantityValue [ maths:z \"0.7071067811865475\"^^xsd:double ] ] .") == "");
   CHECK(test::violations([&](const std::string& path) { return r.bench.get(path); }, "/arm") == "");
   const Answer json = r.bench.ask("GET /arm/pose\nAccept: application/ld+json");
   CHECK(says(json.body, "\"translation\": {"));
@@ -498,7 +508,9 @@ TEST_CASE("the sensor and the pose of docs/modelling.md are shown as it says", "
   double force = 3;
   lrt::Thing sensor{"arm/force"};
   sensor.type(lrt::Iri{"http://www.w3.org/ns/sosa/Sensor"});
-  sensor.property("force", [&] { return force; }, lrt::unit::newton)
+  sensor
+      .property(
+          "force", [&] { return force; }, lrt::unit::newton)
       .predicate(lrt::Iri{"http://www.w3.org/ns/sosa/observes"})  // the Property is what the sensor observes
       .type(lrt::Iri{"http://www.w3.org/ns/sosa/ObservableProperty"});
   bench.add(std::move(sensor));
@@ -512,8 +524,9 @@ TEST_CASE("the sensor and the pose of docs/modelling.md are shown as it says", "
                       "<arm/force/force> a <http://www.w3.org/ns/sosa/ObservableProperty> ; qudt:hasUnit unit:N ;"
                       " qudt:hasQuantityKind <http://qudt.org/vocab/quantitykind/Force> ; qudt:dataType xsd:double .") == "");
   const rdf::Graph tool = bench.get("/arm/tool").graph();
-  CHECK(test::missing(tool, "<arm/tool> a spatial:SpatialRelationship ; spatial:sourceCoordinateSystem <arm/base> ;"
-                            " spatial:targetCoordinateSystem <arm/flange> .") == "");
+  CHECK(test::missing(tool,
+                      "<arm/tool> a spatial:SpatialRelationship ; spatial:sourceCoordinateSystem <arm/base> ;"
+                      " spatial:targetCoordinateSystem <arm/flange> .") == "");
   CHECK(tool.find(rdf::TermView(vocab::qudt::hasUnit)) == std::nullopt);  // it has no translation yet
 }
 
@@ -537,7 +550,11 @@ TEST_CASE("GET gives a matrix as octets row by row, with its shape in the RDF", 
     CAPTURE(element_type, shape);
     Bench bench;
     Thing thing{"a"};
-    thing.property("m", [&]() -> M { return matrix; }, unit::metre).octets().frame("base");
+    thing
+        .property(
+            "m", [&]() -> M { return matrix; }, unit::metre)
+        .octets()
+        .frame("base");
     bench.add(std::move(thing));
     std::string bytes;
     for (Eigen::Index r = 0; r < matrix.rows(); ++r)
@@ -553,7 +570,8 @@ TEST_CASE("GET gives a matrix as octets row by row, with its shape in the RDF", 
     CHECK(test::missing(bench.get("/a/m").graph(), "<a/m?accept=application/octet-stream> dcat:byteSize \"" + std::to_string(bytes.size()) +
                                                        "\"^^xsd:nonNegativeInteger ; lrt:elementType xsd:" + element_type +
                                                        " ; lrt:byteOrder lrt:littleEndian ; qudt:hasUnit unit:M ; lrt:frame \"base\" ;"
-                                                       " lrt:shape ( " + shape + " ) .") == "");
+                                                       " lrt:shape ( " +
+                                                       shape + " ) .") == "");
   };
   const auto count = [](int n) { return "\"" + std::to_string(n) + "\"^^xsd:nonNegativeInteger "; };
   const Eigen::MatrixXd m = Eigen::MatrixXd::Random(20, 3);
@@ -585,8 +603,10 @@ TEST_CASE("a matrix is written as octets if one of its lengths is fixed", "[eige
   thing.property("points", [&] { return points; }).octets().on_write([&](const Points& p) { points = p; });
   bench.add(std::move(thing));
   const auto put = [&](const std::string& name, const auto& row_major) {
-    return bench.ask("PUT /a/" + name + "\nContent-Type: application/octet-stream\n\n" +
-                     std::string(reinterpret_cast<const char*>(row_major.data()), sizeof row_major)).status;
+    return bench
+        .ask("PUT /a/" + name + "\nContent-Type: application/octet-stream\n\n" +
+             std::string(reinterpret_cast<const char*>(row_major.data()), sizeof row_major))
+        .status;
   };
   const Eigen::Matrix<float, 2, 5, Eigen::RowMajor> five = Eigen::Matrix<float, 2, 5>::Random();
   CHECK(put("wide", five) == 204);
@@ -616,8 +636,9 @@ TEST_CASE("an invalid rotation is answered 422 with a message, and changes nothi
   const std::string shift = "spatial:translation [ qudt:hasUnit unit:M ; vom:quantityValue [ maths:x 1 ; maths:y 2 ; maths:z 3 ] ] ; ";
   CHECK(r.put("tool", shift + "spatial:rotation [ vom:quantityValue [ maths:x 0 ; maths:y 0 ; maths:z 1 ; maths:w 0 ] ]").status == 204);
   CHECK(r.tool(0, 0) == -1);
-  const Answer both = r.put("tool", shift + "spatial:rotation [ vom:quantityValue [ maths:x 0 ; maths:y 0 ; maths:z 1 ; maths:w 0 ] ] ;"
-                                            " lrt:matrix ( ( 1 0 0 ) ( 0 1 0 ) ( 0 0 1 ) )");
+  const Answer both = r.put("tool", shift +
+                                        "spatial:rotation [ vom:quantityValue [ maths:x 0 ; maths:y 0 ; maths:z 1 ; maths:w 0 ] ] ;"
+                                        " lrt:matrix ( ( 1 0 0 ) ( 0 1 0 ) ( 0 0 1 ) )");
   CHECK(both.status == 422);
   CHECK(says(both.body, "matrix: expected the rotation of the quaternion"));
   const Answer ragged = r.put("gains", "rdf:value ( ( 1 2 ) ( 3 ) )");
@@ -635,5 +656,6 @@ TEST_CASE("actions and collections accept Eigen's types", "[eigen][R0.5][R1.10]"
   const Answer pushed = r.post("push", "rdf:value ( 1 2 3 4 5 6 )");
   CHECK(pushed.status == 200);
   CHECK(says(pushed.body, "\"12\"^^xsd:double"));
-  CHECK(r.bench.turtle("POST", "/arm/waypoints", "<> a spatial:Translation3D ; vom:quantityValue [ maths:x 1 ; maths:y 2 ; maths:z 3 ] .").status == 201);
+  CHECK(r.bench.turtle("POST", "/arm/waypoints", "<> a spatial:Translation3D ; vom:quantityValue [ maths:x 1 ; maths:y 2 ; maths:z 3 ] .").status ==
+        201);
 }

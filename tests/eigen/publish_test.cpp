@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/eigen.hpp>
 
 #include <array>
@@ -52,8 +53,7 @@ bool publishes_without_allocation(const T& one, const T& other) {
   const bool none = allocations == before;
   Value value;
   Utc since;
-  while (slot->take(value, since)) {
-  }
+  while (slot->take(value, since)) {}
   return none && rdf::same(value, traits<T>::encode(one));
 }
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/engine/engine.hpp>
 
 #include <array>
@@ -30,10 +31,13 @@ struct Odd {
 struct Acting {
   explicit Acting(ActionPolicy policy = ActionPolicy::queue(16), engine::EngineOptions options = {}) : bench(std::move(options)) {
     Thing thing{"arm"};
-    thing.action("act", [this](Responder done) {
-      done.on_cancel([this] { ++cancels; });
-      open.push_back(std::move(done));
-    }).policy(policy);
+    thing
+        .action("act",
+                [this](Responder done) {
+                  done.on_cancel([this] { ++cancels; });
+                  open.push_back(std::move(done));
+                })
+        .policy(policy);
     bench.add(std::move(thing));
   }
   Answer post(const std::string& fields = {}) { return bench.ask("POST /arm/actions/act" + (fields.empty() ? "" : "\n" + fields)); }
@@ -179,7 +183,8 @@ TEST_CASE("an action that throws fails its invocation: 500; one that is declined
   CHECK(declined.says("the brake is on"));
   CHECK(bench.ask("POST /other/actions/int").status == 500);
   CHECK(bench.ask("POST /other/actions/async").status == 500);
-  CHECK(missing(bench.get("/other/actions/async/i4"), "<other/actions/async/i4> lrt:status lrt:failed ; lrt:error \"it threw: before it moved\" .") == "");
+  CHECK(missing(bench.get("/other/actions/async/i4"), "<other/actions/async/i4> lrt:status lrt:failed ; lrt:error \"it threw: before it moved\" .") ==
+        "");
 }
 
 TEST_CASE("an asynchronous action responds 204 when its lambda has returned, and its invocation has the status", "[engine][R0.7][R0.8]") {
@@ -517,8 +522,9 @@ TEST_CASE("DELETE cancels a pending or running invocation, which stays, and remo
     CHECK(deleted.status == 204);
     CHECK(a.cancels == 1);
     CHECK(a.open[0].cancelled());
-    CHECK(missing(a.bench.get("/arm/actions/act/i1"), "<arm/actions/act/i1> lrt:status lrt:cancelled ; lrt:progress \"0.5\"^^xsd:double ;"
-                                                      " prov:endedAtTime [] .") == "");
+    CHECK(missing(a.bench.get("/arm/actions/act/i1"),
+                  "<arm/actions/act/i1> lrt:status lrt:cancelled ; lrt:progress \"0.5\"^^xsd:double ;"
+                  " prov:endedAtTime [] .") == "");
   }
   SECTION("pending") {
     (void)a.bench.send("POST /arm/actions/act");
@@ -786,10 +792,14 @@ TEST_CASE("an action states its effect on properties as shapes that they conform
   Thing thing{"arm"};
   double position = 1;
   std::string mode = "open";
-  const auto angle = thing.property("angle", [&] { return position; }, unit::radian);
+  const auto angle = thing.property(
+      "angle", [&] { return position; }, unit::radian);
   const auto state = thing.property("mode", [&] { return mode; });
   thing.action("turn", [&](double to) { position = to; }).effect(angle, from_input).effect(state);
-  thing.action("close", [&] { mode = "closed"; }).effect(state, "closed").effect(angle, 0).effect_turtle("<#effect> <http://example.org/leaves> <../mode> .");
+  thing.action("close", [&] { mode = "closed"; })
+      .effect(state, "closed")
+      .effect(angle, 0)
+      .effect_turtle("<#effect> <http://example.org/leaves> <../mode> .");
   thing.action("hand", [] {}).effect("hand/grip");
   bench.add(std::move(thing));
   CHECK(missing(bench.get("/arm/actions/turn"),
@@ -797,7 +807,10 @@ TEST_CASE("an action states its effect on properties as shapes that they conform
                 "<arm/actions/turn#effect-1> a sh:NodeShape ; ssn:forProperty <arm/angle> ; sh:node <blueprints/arm#angle> ; lrt:valueFrom _:input ."
                 "<arm/actions/turn#effect-2> ssn:forProperty <arm/mode> ; sh:node <blueprints/arm#mode> .") == "");
   const Answer closing = bench.get("/arm/actions/close");
-  CHECK(missing(closing, "<arm/actions/close> hybrit:produces <arm/actions/close#effect> . <arm/actions/close#effect> <http://example.org/leaves> <arm/mode> .") == "");
+  CHECK(missing(
+            closing,
+            "<arm/actions/close> hybrit:produces <arm/actions/close#effect> . <arm/actions/close#effect> <http://example.org/leaves> <arm/mode> .") ==
+        "");
   // Nothing of it is a claim about the present: no validator of all graphs finds a violation.
   CHECK_FALSE(closing.says("sh:target"));
 
@@ -834,7 +847,9 @@ TEST_CASE("the effect of a record is stated for each of its fields", "[engine][R
   const auto conforms = [&] {
     const auto compiled = shacl::Shapes::compile(together(bench.get("/arm/blueprint").graph(), bench.get("/arm/actions/reset").graph())).value();
     const rdf::Graph data = bench.get("/arm/path").graph();
-    return shacl::validate(compiled, data, rdf::iri("http://localhost/arm/path"), rdf::iri("http://localhost/arm/actions/reset#effect-1")).value().conforms();
+    return shacl::validate(compiled, data, rdf::iri("http://localhost/arm/path"), rdf::iri("http://localhost/arm/actions/reset#effect-1"))
+        .value()
+        .conforms();
   };
   CHECK_FALSE(conforms());
   CHECK(bench.ask("POST /arm/actions/reset").status == 204);
@@ -854,12 +869,15 @@ TEST_CASE("an effect, header field or part that cannot be published is an error 
   CHECK(error([](auto&, auto&, auto&) {}) == "none");
   CHECK(error([](auto&, auto& home, auto& angle) { home.effect(angle, from_input); }) ==
         "invalid_option action \"arm/actions/home\": there is no input that its effect could have");
-  CHECK(error([](auto& turn, auto&, auto&) { turn.effect("arm//angle"); }).find("expected_iri action \"arm/actions/turn\": path \"arm//angle\"") == 0);
+  CHECK(error([](auto& turn, auto&, auto&) { turn.effect("arm//angle"); }).find("expected_iri action \"arm/actions/turn\": path \"arm//angle\"") ==
+        0);
   CHECK(error([](auto& turn, auto&, auto&) { turn.composed_of("/"); }).find("expected_iri") == 0);
-  CHECK(error([](auto& turn, auto&, auto&) { turn.effect_turtle("<#effect> a ."); }).find("expected_rdf action \"arm/actions/turn\", its effect") == 0);
+  CHECK(error([](auto& turn, auto&, auto&) { turn.effect_turtle("<#effect> a ."); }).find("expected_rdf action \"arm/actions/turn\", its effect") ==
+        0);
   CHECK(error([](auto& turn, auto&, auto&) { turn.effect_turtle("<> a <http://example.org/x> ."); }) ==
         "expected_rdf action \"arm/actions/turn\", its effect: it does not describe <#effect>");
-  CHECK(error([](auto& turn, auto&, auto&) { turn.header("X Y", "1"); }) == "expected_http action \"arm/actions/turn\": expected a header field, found \"X Y: 1\"");
+  CHECK(error([](auto& turn, auto&, auto&) { turn.header("X Y", "1"); }) ==
+        "expected_http action \"arm/actions/turn\": expected a header field, found \"X Y: 1\"");
   CHECK(error([](auto& turn, auto&, auto&) { turn.header("X", "1\r\nY: 2"); }).find("expected_http") == 0);
   CHECK(error([](auto& turn, auto&, auto&) { turn.header("", "1"); }).find("expected_http") == 0);
 }
@@ -900,7 +918,8 @@ TEST_CASE("an action links to the actions that it is composed of, also where tho
   CHECK(missing(bench.get("/arm/actions/move"), "<arm/actions/move> dcterms:hasPart <arm/j1/actions/turn> , <arm/j2/actions/turn> .") == "");
   bench.add(std::move(joint));
   CHECK(missing(bench.get("/arm/actions/move"), "<arm/j1/actions/turn> a hybrit:Action .") == "");
-  CHECK(bench.ask("GET /arm/actions/move\nAccept: application/json").says(R"("parts":[{"href":"http://localhost/arm/j1/actions/turn","kind":"action")"));
+  CHECK(bench.ask("GET /arm/actions/move\nAccept: application/json")
+            .says(R"("parts":[{"href":"http://localhost/arm/j1/actions/turn","kind":"action")"));
   bench.add(Thing("arm/j1/actions/turn"));
   CHECK(missing(bench.get("/arm/actions/move"), "<arm/actions/move> dcterms:hasPart <arm/j1/actions-lrt/turn> .") == "");
 }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/bases.hpp"
 
 #include <string>
@@ -12,8 +13,8 @@ using lrt::test::RequestText;
 namespace {
 
 /// The base of a request to a host; the error's message if there is none.
-std::string base_of(Bases& bases, const std::string& host, bool secure = false, const std::string& mount = {},
-                    std::uint16_t local_port = 0, const std::string& target = "/arm") {
+std::string base_of(Bases& bases, const std::string& host, bool secure = false, const std::string& mount = {}, std::uint16_t local_port = 0,
+                    const std::string& target = "/arm") {
   RequestText text("GET " + target + "\nHost: " + host);
   http::Request& request = text.get();
   request.secure = secure;
@@ -36,13 +37,11 @@ TEST_CASE("the base is the host that the request names, if it is this server", "
   CHECK(base_of(bases, "[::1]:8080") == "http://[::1]:8080");
   CHECK(base_of(bases, "robot.local:8080") == "http://robot.local:8080");
   CHECK(base_of(bases, "other:99") == "http://other:99");
-  for (const char* host :
-       {"localhost", "localhost:80", "localhost:81", "robot.local", "other", "other:8080", "evil.example:8080"}) {
+  for (const char* host : {"localhost", "localhost:80", "localhost:81", "robot.local", "other", "other:8080", "evil.example:8080"}) {
     CAPTURE(host);
     CHECK(is_refused(base_of(bases, host)));
   }
-  CHECK(base_of(bases, "evil.example", false, {}, 0, "http://localhost:8080/arm") ==
-        "http://localhost:8080");  // the target decides
+  CHECK(base_of(bases, "evil.example", false, {}, 0, "http://localhost:8080/arm") == "http://localhost:8080");  // the target decides
   CHECK(is_refused(base_of(bases, "localhost:8080", false, {}, 0, "http://evil.example/arm")));
   CHECK(base_of(bases, "") == bases[0]);
 }
@@ -147,8 +146,7 @@ TEST_CASE("an IRI below a base has a path, others have none", "[engine][SPEC 3.5
   bases.listens_on("127.0.0.1", 8080, false);
   CHECK(bases.path_of("http://127.0.0.1:8080/arm") == "/arm");
   CHECK(bases.path_of("http://localhost:8080/arm/p") == "/arm/p");  // not interned yet
-  for (const char* iri : {"http://127.0.0.1:8080/arm?x", "http://127.0.0.1:8080/arm#x",
-                          "http://evil.example/arm", "/arm", ""}) {
+  for (const char* iri : {"http://127.0.0.1:8080/arm?x", "http://127.0.0.1:8080/arm#x", "http://evil.example/arm", "/arm", ""}) {
     CAPTURE(iri);
     CHECK_FALSE(bases.path_of(iri));
   }

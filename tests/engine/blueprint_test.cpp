@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/engine/engine.hpp>
 
 #include <lrt/shacl/validator.hpp>
@@ -46,7 +47,11 @@ TEST_CASE("the state of a thing conforms to its blueprint", "[engine][R1.11]") {
   bench.add(Thing{"robot"});
   Thing thing{"robot/arm"};
   thing.type(vocab::ros::RevoluteJoint);
-  thing.property("angle", [] { return 10.0; }, unit::degree).between(-90, 90).predicate(vocab::ros::rotation);
+  thing
+      .property(
+          "angle", [] { return 10.0; }, unit::degree)
+      .between(-90, 90)
+      .predicate(vocab::ros::rotation);
   thing.property("count", [] { return std::uint8_t{7}; });
   thing.property("name", [] { return "arm 1"; });
   thing.property("mode", [] { return Mode::idle; });
@@ -157,8 +162,9 @@ TEST_CASE("a shape of the user replaces the generated one of its name and is tak
       "<#name> a sh:NodeShape ; sh:property [ sh:path rdf:value ; sh:maxLength 3 ; sh:minCount 1 ] . <#more> a sh:NodeShape .");
   bench.add(std::move(thing));
   const Answer blueprint = bench.get("/t/blueprint");
-  CHECK(missing(blueprint, "<t/blueprint#name> sh:targetNode <t/name> ; sh:property [ sh:path rdf:value ; sh:maxLength 3 ] ."
-                           "<t/blueprint#more> a sh:NodeShape .") == "");
+  CHECK(missing(blueprint,
+                "<t/blueprint#name> sh:targetNode <t/name> ; sh:property [ sh:path rdf:value ; sh:maxLength 3 ] ."
+                "<t/blueprint#more> a sh:NodeShape .") == "");
   CHECK(missing(bench.get("/blueprints/t"), "<blueprints/t#other> a sh:NodeShape .") == "");
   CHECK_FALSE(bench.get("/blueprints/t").graph().find(rdf::iri("http://localhost/blueprints/t#name")));
   CHECK(missing(bench.get("/t"), "<t> hybrit:blueprint <blueprints/t> , <t/blueprint> .") == "");

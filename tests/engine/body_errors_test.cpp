@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/body_errors.hpp"
 
 #include <array>
@@ -98,8 +99,7 @@ struct Robot {
   Bench bench;
 };
 
-std::string error(const std::string& pointer, const std::string& detail, const std::string& value,
-                  const std::string& component) {
+std::string error(const std::string& pointer, const std::string& detail, const std::string& value, const std::string& component) {
   std::string text = R"({"detail":")" + detail + R"(","pointer":"#)" + pointer + "\"";
   if (!value.empty()) text += ",\"value\":" + value;
   return text + R"(,"constraint":"sh:)" + component + R"(ConstraintComponent"})";
@@ -115,8 +115,7 @@ TEST_CASE("a value of the wrong kind is named with what belongs there", "[engine
   CHECK(r.errors("turn", "true") == "[" + error("", "expected a number, found true", "true", "Datatype") + "]");
   CHECK(r.errors("turn", "null") == "[" + error("", "expected a number, found none", "", "MinCount") + "]");
   CHECK(r.errors("lift", "\"NaN\"") == "[" + error("", "expected a finite number, found NaN", "\"NaN\"", "Pattern") + "]");
-  CHECK(r.errors("lift", "1e39") ==
-        R"([{"detail":"expected a number that a float of 32 bits can hold, found 1e39","pointer":"#"}])");
+  CHECK(r.errors("lift", "1e39") == R"([{"detail":"expected a number that a float of 32 bits can hold, found 1e39","pointer":"#"}])");
   CHECK(r.errors("count", "256") == "[" + error("", "expected an integer from 0 to 255, found 256", "256", "Datatype") + "]");
   CHECK(r.errors("count", "1.5") == "[" + error("", "expected an integer from 0 to 255, found 1.5", "1.5", "Datatype") + "]");
   CHECK(r.errors("count", "\"five\"") == "[" + error("", "expected an integer from 0 to 255, found \\\"five\\\"", "\"five\"", "Datatype") + "]");
@@ -133,31 +132,24 @@ TEST_CASE("a field is named by the name that JSON has, whether it is wrong, miss
   const auto with = [&](const std::string& field, const std::string& value) {
     const std::size_t at = good.find("\"" + field + "\":");
     std::size_t end = at + field.size() + 3;
-    for (int open = 0; end < good.size() && (open > 0 || good[end] != ','); ++end)
-      open += good[end] == '[' ? 1 : good[end] == ']' ? -1 : 0;
+    for (int open = 0; end < good.size() && (open > 0 || good[end] != ','); ++end) open += good[end] == '[' ? 1 : good[end] == ']' ? -1 : 0;
     return "{" + good.substr(0, at) + "\"" + field + "\":" + value + good.substr(end) + "}";
   };
   const auto only = [](const std::string& one) { return "[" + one + "]"; };
-  CHECK(r.errors("move", with("speed", "\"abc\"")) ==
-        only(error("/speed", "expected a number, found \\\"abc\\\"", "\"abc\"", "Datatype")));
+  CHECK(r.errors("move", with("speed", "\"abc\"")) == only(error("/speed", "expected a number, found \\\"abc\\\"", "\"abc\"", "Datatype")));
   CHECK(r.errors("move", with("speed", "\"\"")) == only(error("/speed", "expected a number, found \\\"\\\"", "\"\"", "Datatype")));
   CHECK(r.errors("move", with("speed", "2")) == only(error("/speed", "expected at most 1.5, found 2", "2", "MaxInclusive")));
-  CHECK(r.errors("move", with("speed", "null")) ==
-        only(error("/speed", "expected a number for \\\"speed\\\", found none", "", "MinCount")));
-  CHECK(r.errors("move", with("steps", "1.5")) == only(error("/steps", "expected an integer from -2147483648 to 2147483647, found 1.5", "1.5", "Datatype")));
-  CHECK(r.errors("move", with("backwards", "1")) ==
-        only(error("/backwards", "expected true or false, found 1", "1", "Datatype")));
+  CHECK(r.errors("move", with("speed", "null")) == only(error("/speed", "expected a number for \\\"speed\\\", found none", "", "MinCount")));
+  CHECK(r.errors("move", with("steps", "1.5")) ==
+        only(error("/steps", "expected an integer from -2147483648 to 2147483647, found 1.5", "1.5", "Datatype")));
+  CHECK(r.errors("move", with("backwards", "1")) == only(error("/backwards", "expected true or false, found 1", "1", "Datatype")));
   CHECK(r.errors("move", with("gait", "\"run\"")) ==
         only(error("/gait", "expected one of \\\"walk\\\", \\\"trot\\\", found \\\"run\\\"", "\"run\"", "In")));
-  CHECK(r.errors("move", with("label", "5")) ==
-        only(error("/label", "expected a text, found 5", "5", "Datatype") + "," +
-             error("/label", "expected at least 2 characters, found 5", "5", "MinLength")));
-  CHECK(r.errors("move", with("label", "\"\"")) ==
-        only(error("/label", "expected at least 2 characters, found \\\"\\\"", "\"\"", "MinLength")));
-  CHECK(r.errors("move", with("axis", "[0,1]")) ==
-        only(error("/axis", "expected a list of 3 values, found 2 values", "", "MinCount")));
-  CHECK(r.errors("move", with("axis", "[0,1,\"z\"]")) ==
-        only(error("/axis/2", "expected a number, found \\\"z\\\"", "\"z\"", "Datatype")));
+  CHECK(r.errors("move", with("label", "5")) == only(error("/label", "expected a text, found 5", "5", "Datatype") + "," +
+                                                     error("/label", "expected at least 2 characters, found 5", "5", "MinLength")));
+  CHECK(r.errors("move", with("label", "\"\"")) == only(error("/label", "expected at least 2 characters, found \\\"\\\"", "\"\"", "MinLength")));
+  CHECK(r.errors("move", with("axis", "[0,1]")) == only(error("/axis", "expected a list of 3 values, found 2 values", "", "MinCount")));
+  CHECK(r.errors("move", with("axis", "[0,1,\"z\"]")) == only(error("/axis/2", "expected a number, found \\\"z\\\"", "\"z\"", "Datatype")));
   CHECK(r.errors("move", with("axis", "7")) == only(error("/axis", "expected a list of 3 values, found 7", "7", "HasValue")));
   CHECK(r.errors("move", with("pause", "\"1s\"")) ==
         only(error("/pause", "expected a duration like \\\"PT1.5S\\\", found \\\"1s\\\"", "\"1s\"", "Or")));
@@ -165,23 +157,19 @@ TEST_CASE("a field is named by the name that JSON has, whether it is wrong, miss
   CHECK(r.errors("move", with("start", "\"noon\"")) == only(error("/start", time + "\\\"noon\\\"", "\"noon\"", "Datatype")));
   CHECK(r.errors("move", with("start", "\"2026-11-21T10:38:39\"")) ==
         only(error("/start", time + "\\\"2026-11-21T10:38:39\\\"", "\"2026-11-21T10:38:39\"", "Pattern")));
-  CHECK(r.errors("move", "{" + good + ",\"tolerance\":0}") ==
-        only(error("/tolerance", "expected more than 0, found 0", "0", "MinExclusive")));
+  CHECK(r.errors("move", "{" + good + ",\"tolerance\":0}") == only(error("/tolerance", "expected more than 0, found 0", "0", "MinExclusive")));
   CHECK(
       r.errors("move", "{" + good + ",\"speeed\":1}") ==
       R"([{"detail":"expected one of \"speed\", \"steps\", \"backwards\", \"gait\", \"label\", \"axis\", \"pause\", \"start\", \"tolerance\", found \"speeed\"","pointer":"#/speeed"}])");
-  CHECK(r.errors("move", with("speed", R"({"value":1,"unit":"km"})")) ==
-        R"([{"detail":"expected \"m\", found \"km\"","pointer":"#/speed/unit"}])");
+  CHECK(r.errors("move", with("speed", R"({"value":1,"unit":"km"})")) == R"([{"detail":"expected \"m\", found \"km\"","pointer":"#/speed/unit"}])");
   CHECK(r.calls == 1);
 }
 
 TEST_CASE("the detail of a problem has all places in one sentence", "[engine][R0.6]") {
   Robot r;
-  const Answer a = r.post(
-      "move",
-      R"({"speed":2,"steps":1,"backwards":true,"gait":"trot","axis":[0,0,1],"pause":"PT1S","start":"2026-11-21T10:38:39Z"})");
-  CHECK(a.says(
-      R"("detail":"at \"/speed\": expected at most 1.5, found 2; at \"/label\": expected a text for \"label\", found none","errors":[)"));
+  const Answer a =
+      r.post("move", R"({"speed":2,"steps":1,"backwards":true,"gait":"trot","axis":[0,0,1],"pause":"PT1S","start":"2026-11-21T10:38:39Z"})");
+  CHECK(a.says(R"("detail":"at \"/speed\": expected at most 1.5, found 2; at \"/label\": expected a text for \"label\", found none","errors":[)"));
   const Answer nested = r.post("plan", "{\"motion\":{" + good + "},\"rows\":[[1,2],[3,\"x\"]]}");
   CHECK(nested.says(R"(at \"/rows/1/1\": expected a number, found \"x\")"));
   const Answer missing = r.post("plan", "{\"rows\":[]}");
@@ -197,25 +185,20 @@ TEST_CASE("a client with a plain body and no preference gets problem details, an
   CHECK(r.post("turn", "400", "Accept: text/html\n").field("Content-Type") == "text/html; charset=utf-8");
   for (const char* type : {"text/plain", "application/cbor"}) {
     const std::string body = std::string(type) == "text/plain" ? "400" : std::string("\x19\x01\x90");
-    CHECK(r.bench.ask(std::string("POST /dog/actions/turn\nContent-Type: ") + type + "\nAccept: */*\n\n" + body)
-              .field("Content-Type") == "application/problem+json");
+    CHECK(r.bench.ask(std::string("POST /dog/actions/turn\nContent-Type: ") + type + "\nAccept: */*\n\n" + body).field("Content-Type") ==
+          "application/problem+json");
   }
   CHECK(r.post("turn", "400", "Accept: text/turtle\n").field("Content-Type") == "text/turtle");
   CHECK(r.post("turn", "400", "Accept: application/ld+json, */*;q=0.1\n").field("Content-Type") == "application/ld+json");
   for (const char* accept : {"", "Accept: */*\n"})
-    CHECK(r.bench.turtle("POST", "/dog/actions/turn", number_body("400", "maths:Degree"), accept).field("Content-Type") ==
-          "text/turtle");
+    CHECK(r.bench.turtle("POST", "/dog/actions/turn", number_body("400", "maths:Degree"), accept).field("Content-Type") == "text/turtle");
 }
 
-TEST_CASE("the report in RDF has the same messages, with the predicates, and problem details of an RDF body have the names",
-          "[engine][R0.6]") {
+TEST_CASE("the report in RDF has the same messages, with the predicates, and problem details of an RDF body have the names", "[engine][R0.6]") {
   Robot r;
   const Answer report = r.bench.turtle("POST", "/dog/actions/turn", "<> vom:numericalValue \"abc\" ; vom:unit maths:Degree .");
   CHECK(report.status == 422);
-  CHECK(missing(
-            report,
-            "[] sh:resultPath vom:numericalValue ; sh:value \"abc\" ; sh:resultMessage 'expected a number, found \"abc\"' .") ==
-        "");
+  CHECK(missing(report, "[] sh:resultPath vom:numericalValue ; sh:value \"abc\" ; sh:resultMessage 'expected a number, found \"abc\"' .") == "");
   CHECK_FALSE(report.says("e+308"));
   const std::string body =
       "@prefix d: <http://localhost/ns/vocabulary#Motion/> . <> d:steps 1 ; d:backwards true ; d:gait \"trot\" ; d:label \"abc\" ; "
@@ -230,8 +213,7 @@ TEST_CASE("the report in RDF has the same messages, with the predicates, and pro
   CHECK(json.says(error("/axis", "expected a list of 3 values, found 2 values", "", "MinCount")));
   const Answer bare =
       r.bench.turtle("POST", "/dog/actions/move", "@prefix d: <http://localhost/ns/vocabulary#Motion/> . " + body + " <> d:speed 1 .");
-  CHECK(missing(bare, "[] sh:resultMessage 'expected a number with its unit, as a node with vom:numericalValue, found 1' .") ==
-        "");
+  CHECK(missing(bare, "[] sh:resultMessage 'expected a number with its unit, as a node with vom:numericalValue, found 1' .") == "");
   CHECK(r.bench.turtle("POST", "/dog/actions/move", "", "Accept: application/json\n").says("\"pointer\":\"#/gait\""));
 }
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/engine/engine.hpp>
 
 #include "tests/support/bench.hpp"
@@ -61,8 +62,9 @@ TEST_CASE("GET with Upgrade: callback makes a subscription, described in the res
     CHECK(made.status == 201);
     CHECK(made.members("Vary") == std::set<std::string>{"Accept", "Prefer"});
     const std::string location = made.field("Location");
-    CHECK(missing(made, "<" + location + "> a hybrit:Subscription, hybrit:WebCallback ; hybrit:onResource <http://localhost/arm/angle> ; "
-                        "hybrit:callbackURL \"http://127.0.0.1:9/receiver\"^^xsd:anyURI ; hybrit:mediaType \"text/turtle\" .") == "");
+    CHECK(missing(made, "<" + location +
+                            "> a hybrit:Subscription, hybrit:WebCallback ; hybrit:onResource <http://localhost/arm/angle> ; "
+                            "hybrit:callbackURL \"http://127.0.0.1:9/receiver\"^^xsd:anyURI ; hybrit:mediaType \"text/turtle\" .") == "");
   }
   CHECK(arm.bench.get("/arm/subscriptions").linked("related").size() == 3);
 }
@@ -73,11 +75,12 @@ TEST_CASE("the container has all of Figure 4, and its entity tag does not change
   REQUIRE(arm.bench.ask("GET /arm/angle" + callback).status == 201);
   REQUIRE(arm.bench.upgrade("/arm/angle", "Accept: application/n-triples\n").channel);
   const Answer listed = arm.bench.get("/arm/subscriptions");
-  CHECK(missing(listed, "<arm/subscriptions> a ldp:Container ; ldp:contains <arm/subscriptions/i1> , <arm/subscriptions/i2> ."
-                        "<arm/subscriptions/i1> a hybrit:Subscription , hybrit:WebCallback ; hybrit:onResource <arm/angle> ;"
-                        "  hybrit:callbackURL \"http://127.0.0.1:9/receiver\"^^xsd:anyURI ; hybrit:mediaType \"text/turtle\" ; dcterms:identifier \"i1\" ."
-                        "<arm/subscriptions/i2> a hybrit:Subscription , hybrit:WebSocket ; hybrit:onResource <arm/angle> ;"
-                        "  hybrit:mediaType \"application/n-triples\" ; dcterms:identifier \"i2\" .") == "");
+  CHECK(missing(listed,
+                "<arm/subscriptions> a ldp:Container ; ldp:contains <arm/subscriptions/i1> , <arm/subscriptions/i2> ."
+                "<arm/subscriptions/i1> a hybrit:Subscription , hybrit:WebCallback ; hybrit:onResource <arm/angle> ;"
+                "  hybrit:callbackURL \"http://127.0.0.1:9/receiver\"^^xsd:anyURI ; hybrit:mediaType \"text/turtle\" ; dcterms:identifier \"i1\" ."
+                "<arm/subscriptions/i2> a hybrit:Subscription , hybrit:WebSocket ; hybrit:onResource <arm/angle> ;"
+                "  hybrit:mediaType \"application/n-triples\" ; dcterms:identifier \"i2\" .") == "");
   for (const char* counter : {"lrt:delivered", "lrt:dropped", "dcterms:created", "lrt:lastError"}) CHECK_FALSE(listed.says(counter));
   const auto due = arm.due();
   REQUIRE(due.size() == 1);
@@ -415,8 +418,9 @@ TEST_CASE("lastError has the same words whatever is at the receiver's port; the 
   Arm arm(options);
   const std::string words = "lrt:lastError \"no valid response was received\"";
   int made = 0;
-  for (const char* detail : {"127.0.0.1: Connection refused", "127.0.0.1: timed out while connecting", "it did not respond in time", "its response is not HTTP/1.1",
-                             "TLS: its certificate is not accepted", "no address of \"receiver.example\"", "its response is longer than 65536 bytes"}) {
+  for (const char* detail :
+       {"127.0.0.1: Connection refused", "127.0.0.1: timed out while connecting", "it did not respond in time", "its response is not HTTP/1.1",
+        "TLS: its certificate is not accepted", "no address of \"receiver.example\"", "its response is longer than 65536 bytes"}) {
     INFO(detail);
     const std::string id = "i" + std::to_string(++made);
     REQUIRE(arm.bench.ask("GET /arm/angle" + callback).status == 201);
@@ -469,8 +473,9 @@ TEST_CASE("POST to the container makes a callback as the Upgrade form does", "[e
   REQUIRE(made.status == 201);
   CHECK(made.field("Location") == "http://localhost/arm/subscriptions/i1");
   const Answer member = arm.bench.get("/arm/subscriptions/i1");
-  CHECK(missing(member, "<http://localhost/arm/subscriptions/i1> hybrit:mediaType \"application/n-triples\" ; lrt:queueLength 7 ; "
-                        "lrt:minimumInterval \"0.25\"^^xsd:double ; hybrit:onResource <http://localhost/arm/angle> .") == "");
+  CHECK(missing(member,
+                "<http://localhost/arm/subscriptions/i1> hybrit:mediaType \"application/n-triples\" ; lrt:queueLength 7 ; "
+                "lrt:minimumInterval \"0.25\"^^xsd:double ; hybrit:onResource <http://localhost/arm/angle> .") == "");
   CHECK_FALSE(member.says("s3cret"));
   CHECK_FALSE(made.says("s3cret"));
   const auto notice = arm.notice(arm.due().at(0));
@@ -482,11 +487,10 @@ TEST_CASE("POST to the container makes a callback as the Upgrade form does", "[e
 TEST_CASE("a description that the shape refuses gets 422 with the report and constrainedBy", "[engine][SPEC 3.5][LDP 4.2.1.6]") {
   Arm arm;
   const auto post = [&](const std::string& text) { return arm.bench.turtle("POST", "/arm/subscriptions", text); };
-  for (const std::string& bad :
-       {std::string("<> a hybrit:WebCallback ; hybrit:onResource <../arm/angle> ."),
-        std::string("<> a hybrit:WebCallback ; hybrit:callbackURL \"http://127.0.0.1:9/\"^^xsd:anyURI ."),
-        description("lrt:queueLength 1001"), description("lrt:queueLength -1"), description("lrt:minimumInterval -0.5"),
-        description("hybrit:mediaType \"text/turtle\", \"text/html\""), std::string()}) {
+  for (const std::string& bad : {std::string("<> a hybrit:WebCallback ; hybrit:onResource <../arm/angle> ."),
+                                 std::string("<> a hybrit:WebCallback ; hybrit:callbackURL \"http://127.0.0.1:9/\"^^xsd:anyURI ."),
+                                 description("lrt:queueLength 1001"), description("lrt:queueLength -1"), description("lrt:minimumInterval -0.5"),
+                                 description("hybrit:mediaType \"text/turtle\", \"text/html\""), std::string()}) {
     const Answer answer = post(bad);
     INFO(bad << answer.body);
     CHECK(answer.status == 422);
@@ -528,8 +532,10 @@ TEST_CASE("callbacks survive in what is saved: policy, secret, base and all", "[
   {
     Arm arm(options);
     CHECK_FALSE(arm.bench.engine.take_saved());
-    REQUIRE(arm.bench.turtle("POST", "/arm/subscriptions", description("lrt:queueLength 7 ; lrt:secret \"s3\\u00e9\\\"cret\" ; lrt:minimumInterval 2"),
-                             "Host: robot.local\n").status == 201);
+    REQUIRE(arm.bench
+                .turtle("POST", "/arm/subscriptions", description("lrt:queueLength 7 ; lrt:secret \"s3\\u00e9\\\"cret\" ; lrt:minimumInterval 2"),
+                        "Host: robot.local\n")
+                .status == 201);
     const Answer thing = arm.bench.ask("GET /arm" + callback);
     INFO(thing.body);
     REQUIRE(thing.status == 201);
@@ -576,9 +582,10 @@ TEST_CASE("what is saved and damaged, or allowed no more, brings nothing back an
     return "[] a hybrit:WebCallback ; dcterms:identifier \"" + id + "\" ; dcterms:isPartOf <http://localhost/> ; hybrit:onResource <" + path +
            "> ; hybrit:callbackURL \"" + url + "\" ; hybrit:mediaType \"text/turtle\" ; lrt:queueLength 0 ; lrt:minimumInterval 0 . ";
   };
-  CHECK(arm.bench.engine.restore(prefixes + entry("a", "http://127.0.0.1:9/") + entry("a", "http://127.0.0.1:9/") + entry("../b", "http://127.0.0.1:9/") +
-                                 entry("c", "http://evil.example/") + entry("d", "http://127.0.0.1:9/", "http://elsewhere/arm/angle") +
-                                 "[] a hybrit:WebCallback . " + entry("e", "http://127.0.0.1:9/", "http://localhost/not/there")));
+  CHECK(arm.bench.engine.restore(prefixes + entry("a", "http://127.0.0.1:9/") + entry("a", "http://127.0.0.1:9/") +
+                                 entry("../b", "http://127.0.0.1:9/") + entry("c", "http://evil.example/") +
+                                 entry("d", "http://127.0.0.1:9/", "http://elsewhere/arm/angle") + "[] a hybrit:WebCallback . " +
+                                 entry("e", "http://127.0.0.1:9/", "http://localhost/not/there")));
   CHECK(arm.bench.get("/arm/subscriptions").linked("related") == std::vector<std::string>{"http://localhost/arm/subscriptions/a"});
   // The one whose resource is not there waits, and so does the one that may not be called now: both stay in the file.
   const std::string kept = arm.bench.engine.take_saved().value_or(engine::SavedText{}).text;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Classes as they are, seen by clients: maps, optional records, views of text, read-only fields.
 #include <lrt/engine/engine.hpp>
 
@@ -70,7 +71,9 @@ namespace {
 Answer send(Bench& bench, const char* method, const std::string& path, const std::string& body, const char* type = "application/json") {
   return bench.ask(std::string(method) + " " + path + "\nContent-Type: " + type + "\n\n" + body);
 }
-Answer get(Bench& bench, const std::string& path, const char* accept = "application/json") { return bench.ask("GET " + path + "\nAccept: " + accept); }
+Answer get(Bench& bench, const std::string& path, const char* accept = "application/json") {
+  return bench.ask("GET " + path + "\nAccept: " + accept);
+}
 }  // namespace
 
 TEST_CASE("a map is read and written by clients, in JSON and in RDF", "[engine][R1.2]") {
@@ -95,7 +98,9 @@ TEST_CASE("a map is read and written by clients, in JSON and in RDF", "[engine][
   CHECK(refused.body.find(R"("pointer":"#/d")") != std::string::npos);
   CHECK(send(bench, "PUT", "/arm/gains", "[1]").status == 422);
   CHECK(send(bench, "PUT", "/arm/gains", R"(<> <http://www.w3.org/1999/02/22-rdf-syntax-ns#value> (
-      [ <http://schema.org/name> "a" ; <http://schema.org/value> 1 ] [ <http://schema.org/name> "a" ; <http://schema.org/value> 2 ] ) .)", "text/turtle").status == 422);
+      [ <http://schema.org/name> "a" ; <http://schema.org/value> 1 ] [ <http://schema.org/name> "a" ; <http://schema.org/value> 2 ] ) .)",
+             "text/turtle")
+            .status == 422);
   CHECK(gains.empty());
   CHECK(get(bench, "/arm").status == 200);
   CHECK(get(bench, "/arm/blueprint", "text/turtle").status == 200);

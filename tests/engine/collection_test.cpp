@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/engine/engine.hpp>
 
 #include "tests/support/bench.hpp"
@@ -37,7 +38,9 @@ TEST_CASE("POST to a collection creates a member: 201, Location, ldp:contains", 
   CHECK(missing(container, "<arm/waypoints> a ldp:BasicContainer ; ldp:contains <arm/waypoints/i1> . <arm/waypoints/i1> a ldp:RDFSource .") == "");
   CHECK(container.links_to("http://localhost/arm/waypoints/i1", "related"));
   const Answer member = r.bench.get("/arm/waypoints/i1");
-  CHECK(missing(member, "<arm/waypoints/i1> a maths:Vector3D ; maths:x [ vom:numericalValue \"1\"^^xsd:double ] ; <ns/vocabulary#Pose/frame> \"base\" .") == "");
+  CHECK(missing(member,
+                "<arm/waypoints/i1> a maths:Vector3D ; maths:x [ vom:numericalValue \"1\"^^xsd:double ] ; <ns/vocabulary#Pose/frame> \"base\" .") ==
+        "");
   CHECK(member.links_to("http://localhost/arm/waypoints", "up"));
 }
 

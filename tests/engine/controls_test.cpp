@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/engine/engine.hpp>
 
 #include "tests/support/bench.hpp"
@@ -26,13 +27,12 @@ struct Arm {
 
 }  // namespace
 
-TEST_CASE("what can be watched says so by Upgrade, as far as transport and options go",
-          "[engine][R0.12][R0.13][RFC 9110 7.8]") {
+TEST_CASE("what can be watched says so by Upgrade, as far as transport and options go", "[engine][R0.12][R0.13][RFC 9110 7.8]") {
   const std::vector<std::string> receivers = {"127.0.0.1"};
   Arm all(true, true, receivers);
   const std::string invocation = all.bench.ask("POST /arm/actions/home").field("Location").substr(16);
-  for (const std::string& path : {std::string("/arm"), std::string("/arm/tool/state"), std::string("/arm/angle"),
-                                  std::string("/arm/actions/home"), invocation})
+  for (const std::string& path :
+       {std::string("/arm"), std::string("/arm/tool/state"), std::string("/arm/angle"), std::string("/arm/actions/home"), invocation})
     for (const char* method : {"GET ", "HEAD ", "OPTIONS "}) {
       CAPTURE(method, path);
       CHECK(all.bench.ask(method + path).field("Upgrade") == "websocket, callback");
@@ -57,12 +57,10 @@ TEST_CASE("a resource that can be watched names its container and the URL of a W
   const std::string invocation = arm.bench.ask("POST /arm/actions/home").field("Location");
   for (const std::string& path : {std::string("arm/angle"), std::string("arm/actions/home"), invocation.substr(17)}) {
     CAPTURE(path);
-    CHECK(missing(arm.bench.get("/" + path),
-                  "<" + path + "> hybrit:subscriptions <arm/subscriptions> ; hybrit:websocketUrl \"ws://localhost/" + path +
-                      "\"^^xsd:anyURI .") == "");
+    CHECK(missing(arm.bench.get("/" + path), "<" + path + "> hybrit:subscriptions <arm/subscriptions> ; hybrit:websocketUrl \"ws://localhost/" +
+                                                 path + "\"^^xsd:anyURI .") == "");
   }
-  CHECK(missing(arm.bench.get("/arm"),
-                "<arm> hybrit:subscriptions <arm/subscriptions> ; hybrit:websocketUrl \"ws://localhost/arm\"^^xsd:anyURI .") ==
+  CHECK(missing(arm.bench.get("/arm"), "<arm> hybrit:subscriptions <arm/subscriptions> ; hybrit:websocketUrl \"ws://localhost/arm\"^^xsd:anyURI .") ==
         "");
   CHECK_FALSE(arm.bench.get("/arm/blueprint").says("websocketUrl"));
   CHECK_FALSE(Arm(false, true, {}).bench.get("/arm/angle").says("websocketUrl"));
@@ -90,18 +88,23 @@ TEST_CASE("a host's own HTTP server offers no WebSocket", "[engine][R0.12]") {
 
 TEST_CASE("what takes new members says how", "[engine][R1.7][R1.10]") {
   Arm arm(true, true, {}), calls(true, true, {"127.0.0.1"});
-  CHECK(missing(arm.bench.get("/arm/waypoints"), "<arm/waypoints> hybrit:binding [ a http-core:Request ; http-core:mthd http-methods:POST ;"
-                                                 " http-core:requestURI <arm/waypoints> ; http-core:body [ a maths:Vector3D ; dcterms:conformsTo <blueprints/RevoluteJoint#waypoints> ] ] .") == "");
-  const std::string container = "<arm/subscriptions> hybrit:binding [ a http-core:Request ; http-core:mthd http-methods:POST ;"
-                                " http-core:body [ a hybrit:WebCallback ; dcterms:conformsTo <blueprints/RevoluteJoint#subscriptions> ] ] .";
+  CHECK(missing(arm.bench.get("/arm/waypoints"),
+                "<arm/waypoints> hybrit:binding [ a http-core:Request ; http-core:mthd http-methods:POST ;"
+                " http-core:requestURI <arm/waypoints> ; http-core:body [ a maths:Vector3D ; dcterms:conformsTo <blueprints/RevoluteJoint#waypoints> "
+                "] ] .") == "");
+  const std::string container =
+      "<arm/subscriptions> hybrit:binding [ a http-core:Request ; http-core:mthd http-methods:POST ;"
+      " http-core:body [ a hybrit:WebCallback ; dcterms:conformsTo <blueprints/RevoluteJoint#subscriptions> ] ] .";
   CHECK(missing(arm.bench.get("/arm/subscriptions"), container) != "");  // it makes no callbacks
   CHECK(missing(calls.bench.get("/arm/subscriptions"), container) == "");
 }
 
 TEST_CASE("what can be written says how: a binding with the shape of its body", "[engine][R1.10]") {
   Arm arm(false, true, {});
-  CHECK(missing(arm.bench.get("/arm/angle"), "<arm/angle> hybrit:binding [ a http-core:Request ; http-core:mthd http-methods:PUT ;"
-                                             " http-core:requestURI <arm/angle> ; http-core:body [ a maths:Scalar ; dcterms:conformsTo <blueprints/RevoluteJoint#angle> ] ] .") == "");
+  CHECK(missing(arm.bench.get("/arm/angle"),
+                "<arm/angle> hybrit:binding [ a http-core:Request ; http-core:mthd http-methods:PUT ;"
+                " http-core:requestURI <arm/angle> ; http-core:body [ a maths:Scalar ; dcterms:conformsTo <blueprints/RevoluteJoint#angle> ] ] .") ==
+        "");
   CHECK(missing(arm.bench.get("/blueprints/RevoluteJoint"), "<blueprints/RevoluteJoint#angle> a sh:NodeShape .") == "");
   CHECK_FALSE(arm.bench.get("/arm/speed").says("hybrit:binding"));
   // What GET gives can still be sent back.

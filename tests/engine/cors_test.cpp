@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/cors.hpp"
 
 #include <set>
@@ -16,8 +17,7 @@ struct Arm {
       : bench(options(std::move(readers), std::move(commanders), std::move(authorize))) {
     bench.add(robot.arm());
   }
-  static engine::EngineOptions options(std::vector<std::string> readers, std::vector<std::string> commanders,
-                                       engine::Authorizer authorize) {
+  static engine::EngineOptions options(std::vector<std::string> readers, std::vector<std::string> commanders, engine::Authorizer authorize) {
     engine::EngineOptions o;
     o.read_origins = std::move(readers);
     o.allowed_origins = std::move(commanders);
@@ -39,8 +39,7 @@ std::string preflight(const std::string& path, const std::string& origin, const 
 
 TEST_CASE("by default no page of another origin can read, and responses have no field of CORS", "[engine][security]") {
   Arm arm({});
-  for (const std::string& request :
-       {"GET /arm" + reader, "OPTIONS /arm" + reader, preflight("/arm", reader), "GET /nowhere" + reader}) {
+  for (const std::string& request : {"GET /arm" + reader, "OPTIONS /arm" + reader, preflight("/arm", reader), "GET /nowhere" + reader}) {
     const Answer answer = arm.bench.ask(request);
     CHECK_FALSE(answer.has("Access-Control-Allow-Origin"));
     CHECK_FALSE(answer.has("Access-Control-Allow-Methods"));
@@ -57,8 +56,8 @@ TEST_CASE("no browser guesses the type of a response, and only pages that may re
   };
   Arm closed({}), listed({"https://reader.example"}), open({"*"});
   for (const std::string request :
-       {"GET /", "GET /arm", "HEAD /arm/angle", "GET /arm/speed", "OPTIONS /arm/angle", "OPTIONS *", "GET /nowhere", "GET /arm/broken",
-        "DELETE /arm", "BREW /arm", "POST /arm/actions/home", "GET /arm\nHost: elsewhere", "GET /arm\nAccept: text/html", "GET /arm\nAccept: text/event-stream"}) {
+       {"GET /", "GET /arm", "HEAD /arm/angle", "GET /arm/speed", "OPTIONS /arm/angle", "OPTIONS *", "GET /nowhere", "GET /arm/broken", "DELETE /arm",
+        "BREW /arm", "POST /arm/actions/home", "GET /arm\nHost: elsewhere", "GET /arm\nAccept: text/html", "GET /arm\nAccept: text/event-stream"}) {
     CHECK(policy(closed, request) == "same-origin");
     CHECK(policy(closed, request + reader) == "same-origin");
     CHECK(policy(listed, request) == "same-origin");
@@ -73,8 +72,8 @@ TEST_CASE("a browser runs nothing in a document of the robot, but for lrt's page
   Bench bench;
   Thing thing{"camera"};
   const auto drawing = [](const int&) { return std::string("<svg xmlns='http://www.w3.org/2000/svg'><script>move()</script></svg>"); };
-  const std::vector<std::string> active = {"image/svg+xml", "Image/SVG+XML;q=1", "application/xhtml+xml", "text/xml; charset=utf-8", "application/xml",
-                                           "text/xsl", "multipart/x-mixed-replace", "application/x-html+xml"};
+  const std::vector<std::string> active = {"image/svg+xml",   "Image/SVG+XML;q=1", "application/xhtml+xml",     "text/xml; charset=utf-8",
+                                           "application/xml", "text/xsl",          "multipart/x-mixed-replace", "application/x-html+xml"};
   const std::vector<std::string> passive = {"image/png", "application/pdf", "text/css", "text/csv", "application/octet-stream", "image/x-xmlish"};
   std::vector<PushedProperty<int>> properties;
   for (const auto* types : {&active, &passive})
@@ -106,12 +105,10 @@ TEST_CASE("a browser runs nothing in a document of the robot, but for lrt's page
   CHECK_FALSE(bench.ask("GET /camera").has("Content-Security-Policy"));
 }
 
-TEST_CASE("a listed origin may read: GET, HEAD and OPTIONS, at once and deferred, with the fields it needs",
-          "[engine][security]") {
+TEST_CASE("a listed origin may read: GET, HEAD and OPTIONS, at once and deferred, with the fields it needs", "[engine][security]") {
   Arm arm({"https://reader.example"});
   for (const std::string method : {"GET", "HEAD", "OPTIONS"})
-    for (const std::string path :
-         {"/", "/arm", "/arm/angle", "/arm/speed", "/arm/state", "/arm/blueprint", "/nowhere", "/arm/broken"}) {
+    for (const std::string path : {"/", "/arm", "/arm/angle", "/arm/speed", "/arm/state", "/arm/blueprint", "/nowhere", "/arm/broken"}) {
       CAPTURE(method, path);
       const Answer answer = arm.bench.ask(method + " " + path + reader);
       CHECK(answer.field("Access-Control-Allow-Origin") == "https://reader.example");
@@ -154,13 +151,11 @@ TEST_CASE("an origin that may send commands can do so from a browser, and reads 
     CHECK(answer.status == 204);
     CHECK(answer.field("Access-Control-Allow-Origin") == "https://dashboard.example");
     CHECK(answer.members("Access-Control-Allow-Methods").count(method) == 1);
-    for (const char* name : {"Content-Type", "If-Match", "Prefer", "Accept"})
-      CHECK(answer.members("Access-Control-Allow-Headers").count(name) == 1);
+    for (const char* name : {"Content-Type", "If-Match", "Prefer", "Accept"}) CHECK(answer.members("Access-Control-Allow-Headers").count(name) == 1);
   }
   const Answer read = arm.bench.ask("GET /arm/angle" + commander);
   CHECK(read.field("Access-Control-Allow-Origin") == "https://dashboard.example");
-  const Answer put =
-      arm.bench.ask("PUT /arm/angle" + commander + "\nContent-Type: application/json\nIf-Match: " + read.tag() + "\n\n12");
+  const Answer put = arm.bench.ask("PUT /arm/angle" + commander + "\nContent-Type: application/json\nIf-Match: " + read.tag() + "\n\n12");
   CHECK(put.status == 204);
   CHECK(put.field("Access-Control-Allow-Origin") == "https://dashboard.example");
   const Answer posted = arm.bench.ask("POST /arm/actions/home" + commander);
@@ -186,11 +181,9 @@ TEST_CASE("with \"*\" every page reads, and caches need not distinguish origins"
   CHECK(arm.bench.ask("POST /arm/actions/home" + stranger).status == 403);
 }
 
-TEST_CASE("a preflight is not judged by the authorizer, which gets no credentials with it; the request itself is",
-          "[engine][security]") {
-  Arm arm({"https://reader.example"}, {}, [](const http::Request& request) {
-    return request.find("Authorization") ? engine::Access::granted : engine::Access::unauthenticated;
-  });
+TEST_CASE("a preflight is not judged by the authorizer, which gets no credentials with it; the request itself is", "[engine][security]") {
+  Arm arm({"https://reader.example"}, {},
+          [](const http::Request& request) { return request.find("Authorization") ? engine::Access::granted : engine::Access::unauthenticated; });
   CHECK(arm.bench.ask(preflight("/arm", reader)).status == 204);
   CHECK(arm.bench.ask(preflight("/nowhere", reader)).status == 204);  // what exists is not revealed
   CHECK(arm.bench.ask(preflight("/arm", stranger)).status == 401);
@@ -207,8 +200,7 @@ TEST_CASE("what is no origin is refused as an option", "[engine][security]") {
   }
   for (const char* bad : {"", "robot.example", "https://robot.example/", "https://", "https://a.example, https://b.example"}) {
     CAPTURE(bad);
-    const auto read = engine::Engine(Arm::options({bad}, {}, {})).check(),
-               command = engine::Engine(Arm::options({}, {bad}, {})).check();
+    const auto read = engine::Engine(Arm::options({bad}, {}, {})).check(), command = engine::Engine(Arm::options({}, {bad}, {})).check();
     REQUIRE_FALSE(read);
     CHECK(read.error().code == Errc::invalid_option);
     CHECK(read.error().message.find("read_origins") == 0);

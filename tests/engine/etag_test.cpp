@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/engine/engine.hpp>
 
 #include <map>
@@ -22,14 +23,24 @@ struct Robot {
 
 TEST_CASE("an entity tag changes exactly when the bytes of its representation do", "[engine][rdf_xml][R0.11]") {
   Robot r;
-  const std::vector<std::string> paths = {"/", "/arm", "/arm/angle", "/arm/count", "/arm/tool", "/arm/tool/state", "/arm/blueprint", "/arm/subscriptions",
-                                          "/arm/actions/home", "/arm/actions/grip", "/arm/actions/grip/i1", "/arm/waypoints"};
+  const std::vector<std::string> paths = {"/",
+                                          "/arm",
+                                          "/arm/angle",
+                                          "/arm/count",
+                                          "/arm/tool",
+                                          "/arm/tool/state",
+                                          "/arm/blueprint",
+                                          "/arm/subscriptions",
+                                          "/arm/actions/home",
+                                          "/arm/actions/grip",
+                                          "/arm/actions/grip/i1",
+                                          "/arm/waypoints"};
   const std::string types[] = {"text/turtle", "application/n-triples", "application/rdf+xml", "application/ld+json"};
   const std::string hosts[] = {"localhost", "127.0.0.1"};
   REQUIRE(r.bench.ask("POST /arm/actions/grip").status == 204);
 
-  std::map<std::string, std::string> bytes_of_tag;                       // of any time: a tag never names two texts
-  std::map<std::string, std::pair<std::string, std::string>> last;       // tag and bytes, by path, type and host
+  std::map<std::string, std::string> bytes_of_tag;                  // of any time: a tag never names two texts
+  std::map<std::string, std::pair<std::string, std::string>> last;  // tag and bytes, by path, type and host
   const auto look = [&](const char* when) {
     for (const auto& path : paths)
       for (const auto& type : types)
@@ -97,8 +108,9 @@ TEST_CASE("a bit-identical value changes neither tag nor time", "[engine][R0.11]
   // -0.0 equals 0.0 but has other bits.
   pushed.publish(-0.0);
   value = -0.0;
-  CHECK(missing(bench.get("/arm/pushed"), "<arm/pushed> vom:numericalValue \"-0\"^^xsd:double ; dcterms:modified"
-                                          " \"2026-11-21T10:38:44.000000Z\"^^xsd:dateTime .") == "");
+  CHECK(missing(bench.get("/arm/pushed"),
+                "<arm/pushed> vom:numericalValue \"-0\"^^xsd:double ; dcterms:modified"
+                " \"2026-11-21T10:38:44.000000Z\"^^xsd:dateTime .") == "");
   CHECK(missing(bench.get("/arm/pulled"), "<arm/pulled> dcterms:modified \"2026-11-21T10:38:44.000000Z\"^^xsd:dateTime .") == "");
 }
 
@@ -222,12 +234,13 @@ TEST_CASE("responses that depend on Accept have Vary", "[engine][R0.11]") {
 TEST_CASE("responses that depend on Prefer say so in Vary, whether the request has it or not", "[engine][rdf_xml][R0.7][R0.11]") {
   Robot r;
   const std::string pose = "Content-Type: application/json\n\n{\"x\":1,\"y\":2,\"frame\":\"base\"}";
-  for (const std::string fields : {"", "Prefer: return=representation\n", "Prefer: return=minimal\n", "Prefer: wait=0\n", "Prefer: respond-async\n"}) {
+  for (const std::string fields :
+       {"", "Prefer: return=representation\n", "Prefer: return=minimal\n", "Prefer: wait=0\n", "Prefer: respond-async\n"}) {
     for (const std::string& request :
          {std::string("GET /\n"), std::string("HEAD /arm/subscriptions\n"), std::string("GET /arm/waypoints\nIf-None-Match: *\n"),
           std::string("GET /arm/waypoints\nAccept: image/png\n"), "PUT /arm/angle\n" + fields + "Content-Type: application/json\n\n12",
-          "PUT /arm/angle\n" + fields + "Content-Type: application/json\n\n\"x\"", "POST /arm/actions/grip\n" + fields, "POST /arm/actions/home\n" + fields,
-          "POST /arm/waypoints\n" + fields + pose}) {
+          "PUT /arm/angle\n" + fields + "Content-Type: application/json\n\n\"x\"", "POST /arm/actions/grip\n" + fields,
+          "POST /arm/actions/home\n" + fields, "POST /arm/waypoints\n" + fields + pose}) {
       CAPTURE(request);
       CHECK(r.bench.ask(request.find(fields) == std::string::npos ? request + fields : request).members("Vary") ==
             std::set<std::string>{"Accept", "Prefer"});

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/engine/engine.hpp>
 
 #include <algorithm>
@@ -31,9 +32,7 @@ struct Arm {
     for (const std::string& message : bench.messages(channel)) parser.read(message);
     return parser.take();
   }
-  std::string get(const std::string& path, const std::string& fields = {}) {
-    return bench.ask("GET " + path + "\n" + fields).body;
-  }
+  std::string get(const std::string& path, const std::string& fields = {}) { return bench.ask("GET " + path + "\n" + fields).body; }
   std::size_t subscriptions() { return bench.get("/arm/subscriptions").linked("related").size(); }
   SampleRobot robot;
   Bench bench;
@@ -69,8 +68,8 @@ TEST_CASE("an event stream begins with what GET responds, and goes on with each 
 TEST_CASE("every observable resource has event streams", "[engine][event stream][R0.12]") {
   Arm arm;
   const std::string invocation = arm.bench.ask("POST /arm/actions/grip\nPrefer: respond-async").field("Location").substr(16);
-  for (const std::string& path : {std::string("/arm/angle"), std::string("/arm/speed"), std::string("/arm"),
-                                  std::string("/arm/actions/turn"), invocation}) {
+  for (const std::string& path :
+       {std::string("/arm/angle"), std::string("/arm/speed"), std::string("/arm"), std::string("/arm/actions/turn"), invocation}) {
     CAPTURE(path);
     const Channel channel = arm.bench.open_stream(path);
     const auto events = arm.events(channel);
@@ -97,8 +96,7 @@ TEST_CASE("what cannot be observed has no event stream", "[engine][event stream]
 
 TEST_CASE("?accept= chooses the media type inside of an event stream; it must be text", "[engine][event stream][R0.17]") {
   Arm arm;
-  for (const char* type :
-       {"application/json", "text/turtle", "text/plain", "text/csv", "application/ld+json", "application/n-triples"}) {
+  for (const char* type : {"application/json", "text/turtle", "text/plain", "text/csv", "application/ld+json", "application/n-triples"}) {
     CAPTURE(type);
     const std::string path = std::string("/arm/angle?accept=") + type;
     const Bench::Sent opened = arm.bench.stream(path);
@@ -135,8 +133,7 @@ TEST_CASE("an event has a line of data for each line of the body", "[engine][eve
     REQUIRE(events.size() == 1);
     return events[0].data;
   };
-  for (const char* exact :
-       {"one", "one\ntwo", "one\n", "\n", "\n\none", "", " one", ": one", "data: one", "id: 1\ndata: two\n\n"}) {
+  for (const char* exact : {"one", "one\ntwo", "one\n", "\n", "\n\none", "", " one", ": one", "data: one", "id: 1\ndata: two\n\n"}) {
     text = exact;
     CAPTURE(text);
     CHECK(data() == text);
@@ -269,8 +266,8 @@ TEST_CASE("pages elsewhere get no event stream unless allowed_origins names them
     };
     CHECK(from("http://localhost") == 200);
     CHECK(from("https://dashboard.example") == (named ? 200 : 403));
-    for (const char* accept : {"text/event-stream", "TEXT/event-stream", "Text/Event-Stream", "text/event-stream;q=0.5",
-                               "text/turtle;q=0.1, text/event-stream"}) {
+    for (const char* accept :
+         {"text/event-stream", "TEXT/event-stream", "Text/Event-Stream", "text/event-stream;q=0.5", "text/turtle;q=0.1, text/event-stream"}) {
       CAPTURE(accept);
       CHECK(from("http://evil.example", accept) == 403);
     }

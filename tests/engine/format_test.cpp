@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/model/representation.hpp>
 
 #include <array>
@@ -79,7 +80,8 @@ TEST_CASE("a property has the formats that its encoders make, and describes them
   CHECK(camera.get("application/json").body == R"({"number":3,"width":640,"height":480})");
   CHECK(camera.encoded == 1);
   CHECK(missing(camera.bench.get("/head/image"),
-                "<http://localhost/head/image> dcterms:hasFormat <http://localhost/head/image?accept=image/jpeg>, <http://localhost/head/image?accept=image/x-raw> ;"
+                "<http://localhost/head/image> dcterms:hasFormat <http://localhost/head/image?accept=image/jpeg>, "
+                "<http://localhost/head/image?accept=image/x-raw> ;"
                 "  lrt:frame <http://localhost/head/optical> ."
                 "<http://localhost/head/image?accept=image/jpeg> a dcat:Distribution ; dcterms:format \"image/jpeg\" ;"
                 "  dcat:mediaType <https://www.iana.org/assignments/media-types/image/jpeg> ; dcat:byteSize \"256\"^^xsd:nonNegativeInteger ."
@@ -130,12 +132,13 @@ TEST_CASE("an encoder may fail or have nothing; the other formats go on", "[engi
   int state = 0;
   Thing thing{"a"};
   thing.property("v", [&] { return state; })
-      .representation("text/csv", [](const int& v) -> Result<std::string> {
-        if (v == 1) return unexpected(Errc::failed, "the codec is broken");
-        if (v == 2) throw 7;
-        if (v == 3) return unexpected(Errc::unsupported_syntax, "no table of this");
-        return std::to_string(v) + "\n";
-      })
+      .representation("text/csv",
+                      [](const int& v) -> Result<std::string> {
+                        if (v == 1) return unexpected(Errc::failed, "the codec is broken");
+                        if (v == 2) throw 7;
+                        if (v == 3) return unexpected(Errc::unsupported_syntax, "no table of this");
+                        return std::to_string(v) + "\n";
+                      })
       .representation("image/png", [](const int& v) { return v == 0 ? nullptr : std::make_shared<const std::string>("png"); });
   bench.add(std::move(thing));
   const auto csv = [&] { return bench.ask("GET /a/v\nAccept: text/csv"); };
@@ -261,7 +264,12 @@ TEST_CASE("numbers are octets on request, both ways, with their layout described
   std::array<double, 3> joints{0.5, -1, 2};
   std::vector<float> scan{1, 2};
   Thing thing{"a"};
-  thing.property("joints", [&] { return joints; }, unit::radian).octets().frame("base").on_write([&](const std::array<double, 3>& v) { joints = v; });
+  thing
+      .property(
+          "joints", [&] { return joints; }, unit::radian)
+      .octets()
+      .frame("base")
+      .on_write([&](const std::array<double, 3>& v) { joints = v; });
   thing.property("scan", [&] { return scan; }).octets();
   bench.add(std::move(thing));
   const Answer a = bench.ask("GET /a/joints\nAccept: application/octet-stream");
@@ -269,11 +277,13 @@ TEST_CASE("numbers are octets on request, both ways, with their layout described
   std::array<double, 3> got{};
   std::memcpy(got.data(), a.body.data(), 24);
   CHECK(got == joints);
-  CHECK(missing(bench.get("/a/joints"), "<http://localhost/a/joints> dcterms:hasFormat <http://localhost/a/joints?accept=application/octet-stream> ."
-                                        "<http://localhost/a/joints?accept=application/octet-stream> dcat:byteSize \"24\"^^xsd:nonNegativeInteger ;"
-                                        "lrt:elementType xsd:double ; lrt:shape ( \"3\"^^xsd:nonNegativeInteger ) ; lrt:byteOrder lrt:littleEndian ;"
-                                        "qudt:hasUnit unit:RAD ; vom:unit maths:Radian ; lrt:frame \"base\" .") == "");
-  CHECK(missing(bench.get("/a/scan"), "[] dcat:byteSize \"8\"^^xsd:nonNegativeInteger ; lrt:elementType xsd:float ; lrt:shape ( \"2\"^^xsd:nonNegativeInteger ) .") == "");
+  CHECK(missing(bench.get("/a/joints"),
+                "<http://localhost/a/joints> dcterms:hasFormat <http://localhost/a/joints?accept=application/octet-stream> ."
+                "<http://localhost/a/joints?accept=application/octet-stream> dcat:byteSize \"24\"^^xsd:nonNegativeInteger ;"
+                "lrt:elementType xsd:double ; lrt:shape ( \"3\"^^xsd:nonNegativeInteger ) ; lrt:byteOrder lrt:littleEndian ;"
+                "qudt:hasUnit unit:RAD ; vom:unit maths:Radian ; lrt:frame \"base\" .") == "");
+  CHECK(missing(bench.get("/a/scan"),
+                "[] dcat:byteSize \"8\"^^xsd:nonNegativeInteger ; lrt:elementType xsd:float ; lrt:shape ( \"2\"^^xsd:nonNegativeInteger ) .") == "");
 
   const std::array<double, 3> next{1, 2, 3};
   const std::string head = "PUT /a/joints\nContent-Type: application/octet-stream\n\n";
@@ -290,17 +300,23 @@ TEST_CASE("octets of a matrix have the shape of the present value, and a ragged 
   Bench bench;
   std::vector<std::vector<float>> rows{{1, 2, 3}, {4, 5, 6}};
   Thing thing{"a"};
-  thing.property("m", [&] { return rows; }, unit::metre).octets().on_write([&](const std::vector<std::vector<float>>& m) { rows = m; });
-  thing.property("row", [&] { return std::array<std::vector<float>, 1>{{rows[0]}}; }).octets().on_write([&](const std::array<std::vector<float>, 1>& m) {
-    rows[0] = m[0];
-  });
+  thing
+      .property(
+          "m", [&] { return rows; }, unit::metre)
+      .octets()
+      .on_write([&](const std::vector<std::vector<float>>& m) { rows = m; });
+  thing.property("row", [&] { return std::array<std::vector<float>, 1>{{rows[0]}}; })
+      .octets()
+      .on_write([&](const std::array<std::vector<float>, 1>& m) { rows[0] = m[0]; });
   bench.add(std::move(thing));
   const auto octets = [&] { return bench.ask("GET /a/m\nAccept: application/octet-stream"); };
   const std::string format = "<http://localhost/a/m?accept=application/octet-stream>";
   const auto described = [&](const std::string& bytes, const std::string& shape) {
-    return missing(bench.get("/a/m"), "<http://localhost/a/m> dcterms:hasFormat " + format + " . " + format + " dcat:byteSize \"" + bytes +
-                                          "\"^^xsd:nonNegativeInteger ; lrt:elementType xsd:float ; lrt:byteOrder lrt:littleEndian ; qudt:hasUnit unit:M ;"
-                                          " lrt:shape ( " + shape + " ) .");
+    return missing(bench.get("/a/m"),
+                   "<http://localhost/a/m> dcterms:hasFormat " + format + " . " + format + " dcat:byteSize \"" + bytes +
+                       "\"^^xsd:nonNegativeInteger ; lrt:elementType xsd:float ; lrt:byteOrder lrt:littleEndian ; qudt:hasUnit unit:M ;"
+                       " lrt:shape ( " +
+                       shape + " ) .");
   };
   std::array<float, 6> got{};
   REQUIRE(octets().body.size() == 24);
@@ -322,7 +338,9 @@ TEST_CASE("octets of a matrix have the shape of the present value, and a ragged 
   rows = {{1, 2}};
   const Answer put = bench.ask("PUT /a/m\nContent-Type: application/octet-stream\n\n" + octets().body);
   CHECK(put.status == 415);
-  CHECK(put.field("Accept") == "text/turtle, application/n-triples, application/rdf+xml, application/ld+json, application/trig, application/n-quads, application/json, text/plain, application/cbor");
+  CHECK(put.field("Accept") ==
+        "text/turtle, application/n-triples, application/rdf+xml, application/ld+json, application/trig, application/n-quads, application/json, "
+        "text/plain, application/cbor");
   CHECK(bench.ask("PUT /a/row\nContent-Type: application/octet-stream\n\n" + std::string("\0\0\x80?\0\0\0@\0\0\0\xC0", 12)).status == 204);
   CHECK(rows == std::vector<std::vector<float>>{{1, 2, -2}});
 }
@@ -442,8 +460,7 @@ TEST_CASE("text says its charset wherever it goes, and the pages of a container 
   CHECK(bench.get("/?page=2&accept=application/ld+json").says("/c"));
 }
 
-TEST_CASE("a property as a file gives its bytes to a client that accepts anything, and is not in the state",
-          "[engine][R0.17][R1.2]") {
+TEST_CASE("a property as a file gives its bytes to a client that accepts anything, and is not in the state", "[engine][R0.17][R1.2]") {
   int made = 0;
   Bench bench;
   Thing thing{"arm"};

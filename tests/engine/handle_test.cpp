@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Compiled twice: with NDEBUG (misuse of a handle is logged) and without (it is also a failed assertion).
 #include <lrt/thing.hpp>
 
@@ -78,8 +79,9 @@ constexpr bool asserts = true;
 template <class H, class = void>
 struct CanPublish : std::false_type {};
 template <class H>
-struct CanPublish<H, std::void_t<decltype(std::declval<H&>().publish(0)), decltype(std::declval<H&>().keep(1)),
-                                 decltype(std::declval<H&>().every_sample())>> : std::true_type {};
+struct CanPublish<
+    H, std::void_t<decltype(std::declval<H&>().publish(0)), decltype(std::declval<H&>().keep(1)), decltype(std::declval<H&>().every_sample())>>
+    : std::true_type {};
 template <class H, class = void>
 struct CanChange : std::false_type {};
 template <class H>
@@ -156,9 +158,9 @@ TEST_CASE("a handle never calls the log of a server that is gone, and publish af
 }
 
 TEST_CASE("a call on an empty handle has no effect, and an assertion fails in debug builds", "[engine][handles]") {
-  for (void (*use)(Handles&, engine::Engine&) : {+[](Handles&, engine::Engine&) { PushedProperty<double>().publish(1); },
-                                                 +[](Handles&, engine::Engine&) { PulledProperty<double>().changed(); },
-                                                 +[](Handles&, engine::Engine&) { Action().title("x"); }}) {
+  for (void (*use)(Handles&, engine::Engine&) :
+       {+[](Handles&, engine::Engine&) { PushedProperty<double>().publish(1); },
+        +[](Handles&, engine::Engine&) { PulledProperty<double>().changed(); }, +[](Handles&, engine::Engine&) { Action().title("x"); }}) {
     const Ended ended = in_child(use);
     CHECK(ended.log.empty());
     CHECK(ended.aborted == asserts);
@@ -168,7 +170,11 @@ TEST_CASE("a call on an empty handle has no effect, and an assertion fails in de
 TEST_CASE("facets keep what was given before", "[engine][handles]") {
   Thing thing{"arm"};
   thing.property<double>("angle", unit::radian).at_most(3).facets(Facets().above(-3));
-  thing.action("turn", [](double) { return 1.0; }).unit(unit::radian).consumes(Facets().between(-1, 1)).produces(Facets{unit::second}).produces(Facets().at_least(0));
+  thing.action("turn", [](double) { return 1.0; })
+      .unit(unit::radian)
+      .consumes(Facets().between(-1, 1))
+      .produces(Facets{unit::second})
+      .produces(Facets().at_least(0));
   thing.collection<double>("points").unit(unit::metre).below(5).facets(Facets().allow_non_finite());
   thing.property<std::string>("name").length(1, 8).facets(Facets());
   const auto spec = std::move(thing).release();

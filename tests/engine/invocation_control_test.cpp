@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/invocation_control.hpp"
 
 #include <limits>
@@ -22,8 +23,8 @@ struct Control {
   }
   std::shared_ptr<Inbox> inbox = std::make_shared<Inbox>();
   std::vector<Result<rdf::Value>> finished;
-  std::shared_ptr<InvocationControl> control = std::make_shared<InvocationControl>(
-      inbox, [this](Result<rdf::Value> result, TimePoint) { finished.push_back(std::move(result)); });
+  std::shared_ptr<InvocationControl> control =
+      std::make_shared<InvocationControl>(inbox, [this](Result<rdf::Value> result, TimePoint) { finished.push_back(std::move(result)); });
 };
 
 Result<rdf::Value> dropped() { return unexpected(Errc::dropped, "dropped"); }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/engine/engine.hpp>
 
 #include <string>
@@ -113,10 +114,12 @@ TEST_CASE("Figure 5b in JSON-LD moves the joint", "[engine][R0.7][R0.8]") {
   CHECK(r.robot.turned_to == 44);
   CHECK(r.send("POST", "/arm/actions/turn", figure_5b("0.30000000000000004", "\"https://w3id.org/lrt/context.jsonld\"")).status == 204);
   CHECK(r.robot.turned_to == 0.30000000000000004);
-  CHECK(r.send("POST", "/arm/actions/turn", R"([{"@id": "http://localhost/arm/actions/turn", "@type": ["http://vocab.arvida.de/2015/06/maths/vocab#Scalar"],
+  CHECK(r.send("POST", "/arm/actions/turn",
+               R"([{"@id": "http://localhost/arm/actions/turn", "@type": ["http://vocab.arvida.de/2015/06/maths/vocab#Scalar"],
       "http://vocab.arvida.de/2015/06/vom/vocab#numericalValue": [{"@value": "45.5", "@type": "http://www.w3.org/2001/XMLSchema#float"}],
       "http://vocab.arvida.de/2015/06/vom/vocab#unit": [{"@id": "http://vocab.arvida.de/2015/06/maths/vocab#Degree"}]}])",
-               "application/ld+json; charset=utf-8; profile=\"http://www.w3.org/ns/json-ld#expanded\"").status == 204);
+               "application/ld+json; charset=utf-8; profile=\"http://www.w3.org/ns/json-ld#expanded\"")
+            .status == 204);
   CHECK(r.robot.turned_to == 45.5);
 }
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/engine/engine.hpp>
 
 #include <atomic>
@@ -217,14 +218,15 @@ TEST_CASE("a stop on the I/O thread is carried out though too many requests wait
   Thing thing{"arm"};
   thing.property("p", [] { return 1; });
   thing.action("stop", [&] { ++stops; }).dispatch(Dispatch::io_thread);
-  thing.action("stop_later", [&](const Responder& done) {
-         ++stops;
-         done.succeed();
-       })
+  thing
+      .action("stop_later",
+              [&](const Responder& done) {
+                ++stops;
+                done.succeed();
+              })
       .dispatch(Dispatch::io_thread);
   bench.add(std::move(thing));
-  while (bench.send("GET /arm/p").ticket) {
-  }
+  while (bench.send("GET /arm/p").ticket) {}
   (void)bench.engine.take_jobs();  // the host does not poll
   CHECK(bench.send("GET /arm/p").answer.status == 503);
   CHECK(bench.ask("POST /arm/actions/stop").status == 204);
@@ -259,9 +261,8 @@ TEST_CASE("more waiting requests than the limit are 503 at once, and do nothing"
   options.max_waiting_requests = 3;
   Counting c(options);
   for (int i = 0; i < 3; ++i) CHECK(c.bench.send("GET /arm/p").ticket);
-  for (const std::string& request :
-       {std::string("GET /arm/p"), Bench::turtle_request("PUT", "/arm/p", number_body("1")), std::string("POST /arm/actions/sync"),
-        Bench::turtle_request("POST", "/arm/c", "<> vom:numericalValue 1 .")}) {
+  for (const std::string& request : {std::string("GET /arm/p"), Bench::turtle_request("PUT", "/arm/p", number_body("1")),
+                                     std::string("POST /arm/actions/sync"), Bench::turtle_request("POST", "/arm/c", "<> vom:numericalValue 1 .")}) {
     CAPTURE(request);
     const auto sent = c.bench.send(request);
     REQUIRE_FALSE(sent.ticket);

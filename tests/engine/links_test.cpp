@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/engine/engine.hpp>
 
 #include "tests/support/bench.hpp"
@@ -157,9 +158,9 @@ TEST_CASE("links lead from the root to every resource and back up", "[engine][R0
       if (seen.insert(target).second) open.push_back(target);
   }
   std::set<std::string> expected;
-  for (const char* path : {"", "all", "robot", "robot/all", "robot/state", "blueprints/robot", "robot/subscriptions", "robot/deep/b", "robot/arm", "robot/arm/state",
-                           "blueprints/arm", "robot/arm/subscriptions", "robot/arm/a", "robot/arm/actions/go", "robot/arm/actions/go/i2",
-                           "robot/arm/c", "robot/arm/c/i1"})
+  for (const char* path : {"", "all", "robot", "robot/all", "robot/state", "blueprints/robot", "robot/subscriptions", "robot/deep/b", "robot/arm",
+                           "robot/arm/state", "blueprints/arm", "robot/arm/subscriptions", "robot/arm/a", "robot/arm/actions/go",
+                           "robot/arm/actions/go/i2", "robot/arm/c", "robot/arm/c/i1"})
     expected.insert(std::string("http://localhost/") + path);
   CHECK(seen == expected);
 

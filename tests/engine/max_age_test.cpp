@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/engine/engine.hpp>
 
 #include <chrono>
@@ -23,9 +24,7 @@ Thing arm() {
   return thing;
 }
 
-std::string cache_control(Bench& bench, const std::string& request) {
-  return std::string(bench.ask(request).field("Cache-Control"));
-}
+std::string cache_control(Bench& bench, const std::string& request) { return std::string(bench.ask(request).field("Cache-Control")); }
 
 }  // namespace
 
@@ -62,8 +61,7 @@ TEST_CASE("an age is private where reading needs a right or an authorizer was as
   bench.add(arm());
   CHECK(cache_control(bench, "GET /arm/battery") == "private, max-age=5, stale-while-revalidate=10");
   const Answer first = bench.ask("GET /arm/battery");
-  CHECK(cache_control(bench, "GET /arm/battery\nIf-None-Match: " + first.tag()) ==
-        "private, max-age=5, stale-while-revalidate=10");
+  CHECK(cache_control(bench, "GET /arm/battery\nIf-None-Match: " + first.tag()) == "private, max-age=5, stale-while-revalidate=10");
 }
 
 TEST_CASE("an age is public where nobody is refused", "[engine]") {

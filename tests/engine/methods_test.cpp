@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/engine/engine.hpp>
 
 #include "tests/support/bench.hpp"
@@ -14,9 +15,11 @@ struct Robot {
     bench.add(robot.arm());
     bench.add(robot.tool());
     CHECK(bench.ask("POST /arm/actions/home").status == 204);  // i1
-    CHECK(bench.turtle("POST", "/arm/waypoints",
-                       "<> a maths:Vector3D ; maths:x [ vom:numericalValue 1 ; qudt:hasUnit unit:M ] ; maths:y [ vom:numericalValue 2 ;"
-                       " qudt:hasUnit unit:M ] ; <http://localhost/ns/vocabulary#Pose/frame> \"base\" .").status == 201);  // i2
+    CHECK(bench
+              .turtle("POST", "/arm/waypoints",
+                      "<> a maths:Vector3D ; maths:x [ vom:numericalValue 1 ; qudt:hasUnit unit:M ] ; maths:y [ vom:numericalValue 2 ;"
+                      " qudt:hasUnit unit:M ] ; <http://localhost/ns/vocabulary#Pose/frame> \"base\" .")
+              .status == 201);  // i2
   }
   SampleRobot robot;
   Bench bench;
@@ -27,13 +30,20 @@ struct Allowed {
   const char* methods;  ///< besides GET, HEAD, OPTIONS
 };
 const Allowed resources[] = {
-    {"/", ""},                           {"/ns/lrt", ""},
-    {"/arm", ""},                        {"/arm/tool/state", ""},
-    {"/arm/blueprint", ""},              {"/arm/subscriptions", "POST"},
-    {"/arm/angle", "PUT"},               {"/arm/speed", ""},
-    {"/arm/count", "PUT"},               {"/arm/actions/turn", "POST"},
-    {"/arm/actions/grip", "POST"},       {"/arm/actions/home/i1", "DELETE"},
-    {"/arm/waypoints", "POST"},          {"/arm/waypoints/i2", "DELETE"},
+    {"/", ""},
+    {"/ns/lrt", ""},
+    {"/arm", ""},
+    {"/arm/tool/state", ""},
+    {"/arm/blueprint", ""},
+    {"/arm/subscriptions", "POST"},
+    {"/arm/angle", "PUT"},
+    {"/arm/speed", ""},
+    {"/arm/count", "PUT"},
+    {"/arm/actions/turn", "POST"},
+    {"/arm/actions/grip", "POST"},
+    {"/arm/actions/home/i1", "DELETE"},
+    {"/arm/waypoints", "POST"},
+    {"/arm/waypoints/i2", "DELETE"},
 };
 
 const std::string ldp = "http://www.w3.org/ns/ldp#";
@@ -55,7 +65,8 @@ TEST_CASE("OPTIONS on every resource has the methods that it allows, and GET and
     const bool posts = expected.count("POST") != 0;
     CHECK(options.has("Accept-Post") == posts);
     if (posts) {
-      std::set<std::string> types = {"text/turtle", "application/n-triples", "application/rdf+xml", "application/ld+json", "application/trig", "application/n-quads"};
+      std::set<std::string> types = {"text/turtle",         "application/n-triples", "application/rdf+xml",
+                                     "application/ld+json", "application/trig",      "application/n-quads"};
       if (std::string(resource.path).find("subscriptions") == std::string::npos) types.insert({"application/json", "text/plain", "application/cbor"});
       CHECK(options.members("Accept-Post") == types);
     }
@@ -111,8 +122,8 @@ TEST_CASE("HEAD has the status and fields of GET", "[engine][R0.5][R0.11]") {
 TEST_CASE("every response about a resource has its LDP type", "[engine][R0.9]") {
   Robot r;
   for (const Allowed& resource : resources) {
-    const bool container = std::string(resource.path) == "/" || std::string(resource.path) == "/arm/waypoints" ||
-                           std::string(resource.path) == "/arm/subscriptions";
+    const bool container =
+        std::string(resource.path) == "/" || std::string(resource.path) == "/arm/waypoints" || std::string(resource.path) == "/arm/subscriptions";
     const std::string path = resource.path;
     const auto check = [&](const Answer& a, const char* what) {
       CAPTURE(path, what, a.status);
@@ -136,9 +147,10 @@ TEST_CASE("every response about a resource has its LDP type", "[engine][R0.9]") 
   const Answer done = r.bench.turtle("PUT", "/arm/count", number_body("1"));
   CHECK(done.status == 204);
   CHECK(done.links_to(ldp + "Resource", "type"));
-  const Answer made = r.bench.turtle("POST", "/arm/waypoints",
-                                     "<> maths:x [ vom:numericalValue 1 ; qudt:hasUnit unit:M ] ; maths:y [ vom:numericalValue 2 ; qudt:hasUnit unit:M ] ;"
-                                     " <http://localhost/ns/vocabulary#Pose/frame> \"base\" .");
+  const Answer made =
+      r.bench.turtle("POST", "/arm/waypoints",
+                     "<> maths:x [ vom:numericalValue 1 ; qudt:hasUnit unit:M ] ; maths:y [ vom:numericalValue 2 ; qudt:hasUnit unit:M ] ;"
+                     " <http://localhost/ns/vocabulary#Pose/frame> \"base\" .");
   CHECK(made.status == 201);
   CHECK(made.links_to(ldp + "BasicContainer", "type"));
   CHECK(r.bench.ask("DELETE /arm/waypoints/i2").links_to(ldp + "Resource", "type"));
@@ -173,8 +185,10 @@ TEST_CASE("a POST may not request a member that is a container", "[engine][R0.5]
       CAPTURE(model, form);
       CHECK(r.bench.turtle("POST", "/arm/waypoints", member, "Link: <" + ldp + model + ">" + form + "\n").status == 409);
     }
-  CHECK(r.bench.turtle("POST", "/arm/waypoints", member, "Link: <http://a.example/>; rel=\"type\", <" + ldp + "BasicContainer>; rel=type\n").status == 409);
-  CHECK(r.bench.turtle("POST", "/arm/waypoints", member,
-                       "Link: <" + ldp + "Resource>; rel=\"type\", <" + ldp + "RDFSource>; rel=\"type\"\n").status == 201);
+  CHECK(r.bench.turtle("POST", "/arm/waypoints", member, "Link: <http://a.example/>; rel=\"type\", <" + ldp + "BasicContainer>; rel=type\n").status ==
+        409);
+  CHECK(
+      r.bench.turtle("POST", "/arm/waypoints", member, "Link: <" + ldp + "Resource>; rel=\"type\", <" + ldp + "RDFSource>; rel=\"type\"\n").status ==
+      201);
   CHECK(r.bench.turtle("POST", "/arm/waypoints", member, "Link: <" + ldp + "BasicContainer>; rel=\"describedby\"\n").status == 201);
 }

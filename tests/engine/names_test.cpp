@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <functional>
 #include <map>
@@ -44,10 +45,8 @@ std::map<std::string, std::string> own_paths(Bench& bench) {
           {"action", linked(bench, "/arm", vocab::hybrit::action)}};
 }
 
-const std::map<std::string, std::string> usual = {{"state", "/arm/state"},
-                                                  {"blueprint", "/arm/blueprint"},
-                                                  {"subscriptions", "/arm/subscriptions"},
-                                                  {"action", "/arm/actions/turn"}};
+const std::map<std::string, std::string> usual = {
+    {"state", "/arm/state"}, {"blueprint", "/arm/blueprint"}, {"subscriptions", "/arm/subscriptions"}, {"action", "/arm/actions/turn"}};
 const std::map<std::string, std::string> aside = {{"state", "/arm/state-lrt"},
                                                   {"blueprint", "/arm/blueprint-lrt"},
                                                   {"subscriptions", "/arm/subscriptions-lrt"},
@@ -63,8 +62,7 @@ Thing arm() {
 
 }  // namespace
 
-TEST_CASE("a robot's own state, blueprint, subscriptions and actions have these names, and lrt's move aside",
-          "[engine][R0.3][R1.8]") {
+TEST_CASE("a robot's own state, blueprint, subscriptions and actions have these names, and lrt's move aside", "[engine][R0.3][R1.8]") {
   Bench bench;
   Thing thing = arm();
   thing.property<std::string>("state").publish("welding");
@@ -103,10 +101,7 @@ TEST_CASE("a Thing at the name of a sub-resource moves it aside, in either order
     if (first) bench.add(arm());
     CHECK(own_paths(bench) == aside);
     for (const std::string& name : names) {
-      CHECK(bench.get("/arm/" + name)
-                .graph()
-                .objects(rdf::iri(host + "/arm/" + name), rdf::TermView(vocab::dcterms::isPartOf))
-                .size() == 1);
+      CHECK(bench.get("/arm/" + name).graph().objects(rdf::iri(host + "/arm/" + name), rdf::TermView(vocab::dcterms::isPartOf)).size() == 1);
       CHECK(bench.get("/arm/" + name + "/state").status == 200);
       REQUIRE(bench.engine.remove("arm/" + name));
     }
@@ -210,8 +205,7 @@ TEST_CASE("a subscriber of a resource that moves stays subscribed", "[engine][R0
   CHECK(bench.ask("DELETE " + subscription).status == 204);
 }
 
-TEST_CASE("a saved callback goes on with the resource it was made for, whatever its path is after the restart",
-          "[engine][R0.13]") {
+TEST_CASE("a saved callback goes on with the resource it was made for, whatever its path is after the restart", "[engine][R0.13]") {
   struct Server {
     Server() {
       engine::EngineOptions options;
@@ -284,12 +278,12 @@ TEST_CASE("the paths that remain reserved are named in the error", "[engine][R0.
     const Result<void> added = bench.engine.add(Thing{path});
     REQUIRE_FALSE(added);
     CHECK(added.error().code == Errc::duplicate_path);
-    CHECK(added.error().message ==
-          "path \"" + std::string(path) + "\" is reserved, as are \"ns/lrt\", \"ns/vocabulary\", \"ns/context.jsonld\" and, with tokens, \"ns/session\" and \"ns/ticket\", and the path of the SPARQL endpoint: choose another name");
+    CHECK(added.error().message == "path \"" + std::string(path) +
+                                       "\" is reserved, as are \"ns/lrt\", \"ns/vocabulary\", \"ns/context.jsonld\" and, with tokens, \"ns/session\" "
+                                       "and \"ns/ticket\", and the path of the SPARQL endpoint: choose another name");
   }
   bench.add(arm());
-  CHECK(bench.engine.add(Thing{"arm/angle"}).error().message ==
-        "path \"arm/angle\" is taken already, in the thing \"arm\": choose another name");
+  CHECK(bench.engine.add(Thing{"arm/angle"}).error().message == "path \"arm/angle\" is taken already, in the thing \"arm\": choose another name");
   bench.add(Thing{"ns"});
 }
 
@@ -300,11 +294,8 @@ TEST_CASE("a path may begin with the server's root, and an error says what to wr
   thing.add(vocab::dcterms::hasPart, Object::resource("/arm/left/angle"));
   thing.property("angle", [] { return 1; });
   bench.add(std::move(thing));
-  CHECK(bench.get("/arm/left")
-            .graph()
-            .objects(rdf::iri(host + "/arm/left"), rdf::TermView(vocab::dcterms::hasPart))
-            .front()
-            .text == host + "/arm/left/angle");
+  CHECK(bench.get("/arm/left").graph().objects(rdf::iri(host + "/arm/left"), rdf::TermView(vocab::dcterms::hasPart)).front().text ==
+        host + "/arm/left/angle");
   REQUIRE(bench.engine.remove("/arm/left"));
   const auto error_of = [](const char* path) { return std::move(Thing{path}).release()->first_error->message; };
   CHECK(error_of("") == "path \"\": it is empty: write a name, for example \"arm\"");

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/engine/engine.hpp>
 
 #include <set>
@@ -77,7 +78,8 @@ TEST_CASE("the media types carry the same graph", "[engine][rdf_xml][R1.2]") {
   for (const char* path : {"/", "/arm", "/arm/pose", "/arm/gains", "/arm/blueprint", "/arm/actions/turn"}) {
     CAPTURE(path);
     const rdf::Graph turtle = bench.get(path).graph();
-    for (const char* type : {"application/n-triples", "application/rdf+xml", "application/ld+json;profile=\"https://w3id.org/lrt/ns#inlineContext\""}) {
+    for (const char* type :
+         {"application/n-triples", "application/rdf+xml", "application/ld+json;profile=\"https://w3id.org/lrt/ns#inlineContext\""}) {
       CAPTURE(type);
       const Answer a = bench.ask(std::string("GET ") + path + "\nAccept: " + type);
       REQUIRE(a.status == 200);

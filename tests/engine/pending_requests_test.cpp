@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/pending_requests.hpp"
 
 #include <chrono>
@@ -34,10 +35,13 @@ struct Pending {
     Context context(request.get(), clock.now());
     context.resource = &resource;
     context.resource_id = resource.id;
-    return pending.defer(context, max_time, [this](Ticket late, Context& c, bool runs) {
-      mark = std::string(c.request().find("X-Mark").value_or("gone"));
-      pending.respond(late, status(runs ? 202 : 503));
-    }, where);
+    return pending.defer(
+        context, max_time,
+        [this](Ticket late, Context& c, bool runs) {
+          mark = std::string(c.request().find("X-Mark").value_or("gone"));
+          pending.respond(late, status(runs ? 202 : 503));
+        },
+        where);
   }
   std::vector<int> replies() {
     std::vector<int> all;

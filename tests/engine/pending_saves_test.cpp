@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/pending_saves.hpp"
 
 #include <chrono>
@@ -52,8 +53,7 @@ TEST_CASE("the 201 of a callback and its first notification wait until it is sav
   const std::string body =
       "<> a hybrit:WebCallback ; hybrit:onResource <../arm/angle> ; hybrit:callbackURL "
       "\"http://127.0.0.1:9/receiver\"^^xsd:anyURI .";
-  for (const std::string& request :
-       {"GET /arm/angle" + callback, "GET /arm" + callback, Bench::turtle_request("POST", "/arm/subscriptions", body)}) {
+  for (const std::string& request : {"GET /arm/angle" + callback, "GET /arm" + callback, Bench::turtle_request("POST", "/arm/subscriptions", body)}) {
     INFO(request);
     const Bench::Sent sent = arm.bench.send(request);
     arm.bench.run();
@@ -118,8 +118,7 @@ TEST_CASE("a callback that cannot be saved is 503 and does not exist afterwards"
   CHECK(arm.save().find("receiver") == std::string::npos);  // nor is it left in the file
 }
 
-TEST_CASE("the 204 of a cancellation waits until the file is without it; if that fails the callback continues",
-          "[engine][saves]") {
+TEST_CASE("the 204 of a cancellation waits until the file is without it; if that fails the callback continues", "[engine][saves]") {
   Arm arm;
   const std::string path = arm.make();
   (void)arm.has_posts();

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/rdf/plain.hpp>
 
 #include <lrt/engine/engine.hpp>
@@ -88,7 +89,8 @@ TEST_CASE("a client that accepts anything gets Turtle, and plain values are sent
 TEST_CASE("a thing's state and an invocation are JSON objects", "[engine][R1.2]") {
   Robot r;
   Thing thing{"cell"};
-  thing.property("temperature", [] { return 21.5; }, unit::degree_celsius);
+  thing.property(
+      "temperature", [] { return 21.5; }, unit::degree_celsius);
   thing.property("doors/left", [] { return true; });
   thing.property<double>("silent");
   thing.action("weigh", [](double) { return 2.5; }).produces(rdf::Facets{}.unit(unit::kilogram));
@@ -99,8 +101,9 @@ TEST_CASE("a thing's state and an invocation are JSON objects", "[engine][R1.2]"
   const Answer done = r.send("POST", "/cell/actions/weigh", "application/json", "3");
   REQUIRE(done.status == 200);
   const std::string path = done.field("Location").substr(std::string("http://localhost").size());
-  CHECK(r.get(path, "application/json").body == R"({"status":"succeeded","progress":1,"created":"2026-11-21T10:38:39Z",)"
-                                                R"("startedAtTime":"2026-11-21T10:38:39Z","endedAtTime":"2026-11-21T10:38:39Z","input":3,"result":2.5})");
+  CHECK(r.get(path, "application/json").body ==
+        R"({"status":"succeeded","progress":1,"created":"2026-11-21T10:38:39Z",)"
+        R"("startedAtTime":"2026-11-21T10:38:39Z","endedAtTime":"2026-11-21T10:38:39Z","input":3,"result":2.5})");
 }
 
 TEST_CASE("PUT of a plain value does what PUT of its RDF does", "[engine][R0.5]") {
@@ -135,7 +138,8 @@ TEST_CASE("PUT may echo what GET gave, in every plain format", "[engine][R0.5]")
   Robot r;
   r.robot.pose.tolerance = 0.25;
   for (const char* path : {"/arm/angle", "/arm/count", "/arm/name", "/arm/mode", "/arm/pose", "/arm/gains"})
-    for (const char* type : {"application/json", "application/json;profile=\"https://w3id.org/lrt/ns#withUnits\"", "text/plain", "application/cbor"}) {
+    for (const char* type :
+         {"application/json", "application/json;profile=\"https://w3id.org/lrt/ns#withUnits\"", "text/plain", "application/cbor"}) {
       CAPTURE(path, type);
       const Answer before = r.get(path, type);
       CHECK(r.send("PUT", path, type, before.body, "If-Match: " + before.tag() + "\n").status == 204);
@@ -189,7 +193,9 @@ TEST_CASE("what is no JSON, not of the type or in another unit is refused with i
   CHECK(r.send("PUT", "/arm/angle", "application/octet-stream", std::string(8, '\0')).status == 415);
   const Answer a = r.send("PUT", "/arm/angle", "application/xml", "1");
   CHECK(a.status == 415);
-  CHECK(a.field("Accept") == "text/turtle, application/n-triples, application/rdf+xml, application/ld+json, application/trig, application/n-quads, application/json, text/plain, application/cbor");
+  CHECK(a.field("Accept") ==
+        "text/turtle, application/n-triples, application/rdf+xml, application/ld+json, application/trig, application/n-quads, application/json, "
+        "text/plain, application/cbor");
   CHECK(r.robot.angle == 10);
   std::string many = "[0";
   for (int i = 0; i < 10'001; ++i) many += ",0";
@@ -208,14 +214,14 @@ TEST_CASE("textual bodies are read in the encodings that clients declare", "[eng
            "</rdf:value></rdf:Description></rdf:RDF>";
   };
   const std::string subject = "<http://localhost/arm/name> ";
-  for (const auto& [type, body] : std::vector<std::pair<std::string, std::string>>{
-           {"text/turtle", "<> <" + value + "> \"" + name + "\" ."},
-           {"application/n-triples", subject + "<" + value + "> \"" + name + "\" ."},
-           {"application/rdf+xml", rdf_xml("")},
-           {"application/rdf+xml", rdf_xml("<?xml version='1.0' encoding='ISO-8859-1'?>")},
-           {"application/ld+json", R"({"@id": "", ")" + value + "\": \"" + name + "\"}"},
-           {"application/json", "\"" + name + "\""},
-           {"text/plain", name}}) {
+  for (const auto& [type, body] :
+       std::vector<std::pair<std::string, std::string>>{{"text/turtle", "<> <" + value + "> \"" + name + "\" ."},
+                                                        {"application/n-triples", subject + "<" + value + "> \"" + name + "\" ."},
+                                                        {"application/rdf+xml", rdf_xml("")},
+                                                        {"application/rdf+xml", rdf_xml("<?xml version='1.0' encoding='ISO-8859-1'?>")},
+                                                        {"application/ld+json", R"({"@id": "", ")" + value + "\": \"" + name + "\"}"},
+                                                        {"application/json", "\"" + name + "\""},
+                                                        {"text/plain", name}}) {
     CAPTURE(type, body);
     for (const char* charset : {"iso-8859-1", "ISO-8859-1", "\"Latin1\""}) {
       CHECK(put(type + "; charset=" + charset, body) == 204);
@@ -228,8 +234,10 @@ TEST_CASE("textual bodies are read in the encodings that clients declare", "[eng
   }
   CHECK(put("application/json; charset=US-ASCII", "\"grey\"") == 204);
   CHECK(r.robot.name == "grey");
-  CHECK(put("application/rdf+xml; charset=us-ascii", "<?xml version='1.0' encoding='iso-8859-1'?><rdf:RDF xmlns:rdf="
-            "'http://www.w3.org/1999/02/22-rdf-syntax-ns#'><rdf:Description rdf:about=''><rdf:value>x</rdf:value></rdf:Description></rdf:RDF>") == 204);
+  CHECK(put("application/rdf+xml; charset=us-ascii",
+            "<?xml version='1.0' encoding='iso-8859-1'?><rdf:RDF xmlns:rdf="
+            "'http://www.w3.org/1999/02/22-rdf-syntax-ns#'><rdf:Description rdf:about=''><rdf:value>x</rdf:value></rdf:Description></rdf:RDF>") ==
+        204);
   // CBOR is no text: the parameter means nothing.
   CHECK(put("application/cbor; charset=iso-8859-1", "\x63\xE2\x82\xAC") == 204);
   CHECK(r.robot.name == "\xE2\x82\xAC");
@@ -251,7 +259,8 @@ TEST_CASE("actions and collections take plain values, and respond with them wher
   CHECK(measured.body == "2.5");
   CHECK(r.bench.ask("POST /arm/actions/measure\nAccept: image/png").field("Content-Type") == "text/turtle");
 
-  const Answer made = r.send("POST", "/arm/waypoints", "application/json", R"({"x":1,"y":2,"frame":"base"})", "Accept: application/json\nPrefer: return=representation\n");
+  const Answer made = r.send("POST", "/arm/waypoints", "application/json", R"({"x":1,"y":2,"frame":"base"})",
+                             "Accept: application/json\nPrefer: return=representation\n");
   CHECK(made.status == 201);
   CHECK(made.body == R"({"x":1,"y":2,"frame":"base"})");
   CHECK(r.get(made.field("Location").substr(16), "application/json").body == made.body);
@@ -264,8 +273,9 @@ TEST_CASE("a user's own shape judges plain values literally", "[engine][R1.11]")
   double value = 1;
   Thing thing{"arm"};
   thing.property("level", [&] { return value; }).on_write([&](double v) { value = v; });
-  thing.shapes("@prefix sh: <http://www.w3.org/ns/shacl#> . @prefix vom: <http://vocab.arvida.de/2015/06/vom/vocab#> ."
-               "<#level> a sh:NodeShape ; sh:property [ sh:path vom:numericalValue ; sh:in ( 1e0 2e0 4e0 ) ] .");
+  thing.shapes(
+      "@prefix sh: <http://www.w3.org/ns/shacl#> . @prefix vom: <http://vocab.arvida.de/2015/06/vom/vocab#> ."
+      "<#level> a sh:NodeShape ; sh:property [ sh:path vom:numericalValue ; sh:in ( 1e0 2e0 4e0 ) ] .");
   bench.add(std::move(thing));
   CHECK(bench.ask("PUT /arm/level\nContent-Type: application/json\n\n4").status == 422);  // "4" is another term than "4e0"
   CHECK(bench.ask("PUT /arm/level\nContent-Type: application/json\n\n4e0").status == 204);

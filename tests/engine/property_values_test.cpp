@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/property_values.hpp"
 
 #include <functional>
@@ -41,9 +42,7 @@ struct Values {
   }
   /// A refresh whose results are kept.
   void refresh(PropertyResource& p, Encodings encodings = {}) {
-    values.refresh(p, encodings, [this](const Result<void>& result, TimePoint) {
-      results.push_back(result ? "done" : result.error().message);
-    });
+    values.refresh(p, encodings, [this](const Result<void>& result, TimePoint) { results.push_back(result ? "done" : result.error().message); });
   }
 
   FakeClock clock;
@@ -120,9 +119,10 @@ TEST_CASE("a published value that needs no user code is taken over at once", "[e
 TEST_CASE("only the encoder that is wanted runs, once for each value", "[engine][R0.17]") {
   int first = 0, second = 0;
   Thing thing{"arm"};
-  auto pushed = thing.property<int>("p")
-                    .representation("a/first", [&](int n) { return ++first, std::to_string(n); })
-                    .representation("a/second", [&](int n) { return ++second, std::to_string(n); });
+  auto pushed =
+      thing.property<int>("p").representation("a/first", [&](int n) { return ++first, std::to_string(n); }).representation("a/second", [&](int n) {
+        return ++second, std::to_string(n);
+      });
   Values v(std::move(thing));
   pushed.publish(1);
   v.refresh(v.property(), one(1));
@@ -163,9 +163,8 @@ TEST_CASE("a refresh keeps what it made until its requests have been served, who
   Values v(std::move(thing));
   pushed.publish(1);
   bool was_ready = false;
-  v.values.refresh(v.property(), one(0), [&](const Result<void>&, TimePoint) {
-    was_ready = v.values.ready(v.property(), Variant::encoded(0), true);
-  });
+  v.values.refresh(v.property(), one(0),
+                   [&](const Result<void>&, TimePoint) { was_ready = v.values.ready(v.property(), Variant::encoded(0), true); });
   v.refresh(v.property());  // of a variant that no encoder makes
   auto jobs = v.calls.take_jobs();
   for (auto& job : jobs) job.run();
@@ -179,8 +178,7 @@ TEST_CASE("a refresh keeps what it made until its requests have been served, who
 
 TEST_CASE("an encoder that fails is no failed refresh", "[engine][R0.6]") {
   Thing thing{"arm"};
-  auto pushed = thing.property<int>("p").representation(
-      "a/b", [](int) -> Result<std::string> { return unexpected(Errc::failed, "no film"); });
+  auto pushed = thing.property<int>("p").representation("a/b", [](int) -> Result<std::string> { return unexpected(Errc::failed, "no film"); });
   Values v(std::move(thing));
   pushed.publish(1);
   v.refresh(v.property(), all());
@@ -253,8 +251,8 @@ TEST_CASE("RDF states the sizes of the encodings of the value that it states", "
     CHECK(a.status == 200);
     const auto shows = [&](int number) {
       const std::string text = std::to_string(number), size = std::to_string(text.size() + 1);
-      return missing(a, "<arm/p> vom:numericalValue \"" + text + "\"^^xsd:int . <arm/p?accept=text/x-n> dcat:byteSize \"" +
-                            size + "\"^^xsd:nonNegativeInteger .") == "";
+      return missing(a, "<arm/p> vom:numericalValue \"" + text + "\"^^xsd:int . <arm/p?accept=text/x-n> dcat:byteSize \"" + size +
+                            "\"^^xsd:nonNegativeInteger .") == "";
     };
     CHECK((shows(n) || shows(n + 1)));
   }
@@ -274,8 +272,7 @@ TEST_CASE("a subscriber to an encoded variant gets the newest value, by the one 
   CHECK(e.others == 0);
 }
 
-TEST_CASE("each value that is kept reaches a queue of an encoded variant, whoever finds it",
-          "[engine][R0.12][R0.17][delivery]") {
+TEST_CASE("each value that is kept reaches a queue of an encoded variant, whoever finds it", "[engine][R0.12][R0.17][delivery]") {
   Encoded e(8);
   e.publish(1);
   const Channel queue = e.bench.open("/arm/p?accept=text/x-n&queueLength=100");

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/engine/engine.hpp>
 
 #include <algorithm>
@@ -118,7 +119,8 @@ class SmallQueries final : public engine::QueryService {
 const std::string objects_of_value = "objects%20http%3A%2F%2Fvocab.arvida.de%2F2015%2F06%2Fvom%2Fvocab%23numericalValue";
 
 struct Robot {
-  explicit Robot(engine::EngineOptions options = {}, SmallQueries::Limits limits = {}) : service(std::make_shared<SmallQueries>()), bench(with(std::move(options), limits)) {
+  explicit Robot(engine::EngineOptions options = {}, SmallQueries::Limits limits = {})
+      : service(std::make_shared<SmallQueries>()), bench(with(std::move(options), limits)) {
     bench.add(robot.arm());
   }
   std::string ask(const std::string& query, const std::string& fields = {}) { return bench.ask("GET /sparql?query=" + query + "\n" + fields).body; }
@@ -161,7 +163,8 @@ TEST_CASE("each resource is a graph by its URI, and a removed one is none", "[en
   Robot asked;
   asked.bench.add(asked.robot.tool());
   const std::string all = asked.ask("graphs");
-  for (const char* path : {"/arm;", "/arm/angle;", "/arm/speed;", "/arm/actions/turn;", "/arm/waypoints;", "/arm/tool;", "/arm/tool/weight;", "/ns/vocabulary;"}) {
+  for (const char* path :
+       {"/arm;", "/arm/angle;", "/arm/speed;", "/arm/actions/turn;", "/arm/waypoints;", "/arm/tool;", "/arm/tool/weight;", "/ns/vocabulary;"}) {
     CAPTURE(path, all);
     CHECK(all.find(path) != std::string::npos);
   }
@@ -285,7 +288,8 @@ TEST_CASE("queries are as many as the endpoint takes, and one whose client has g
 
 TEST_CASE("a standing query tells its answer, and again when it has changed", "[engine][query]") {
   Robot asked;
-  const engine::Channel channel = asked.bench.open_stream("/sparql?query=objects%20http%3A%2F%2Fvocab.arvida.de%2F2015%2F06%2Fvom%2Fvocab%23numericalValue");
+  const engine::Channel channel =
+      asked.bench.open_stream("/sparql?query=objects%20http%3A%2F%2Fvocab.arvida.de%2F2015%2F06%2Fvom%2Fvocab%23numericalValue");
   const auto first = asked.events(channel);
   REQUIRE(first.size() == 1);
   CHECK(first[0].find("10;") != std::string::npos);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/engine/engine.hpp>
 
 #include "tests/support/bench.hpp"
@@ -229,10 +230,12 @@ TEST_CASE("a property, an action and a collection may each say where their lambd
   thing.property("quick", [] { return 1; }).on_write([](int) {}).dispatch(Dispatch::io_thread);
   std::optional<Responder> kept;
   thing.action("a", [] {});
-  thing.action("quick", [&](Responder done) {
-         done.on_cancel([] {});
-         kept = done;
-       })
+  thing
+      .action("quick",
+              [&](Responder done) {
+                done.on_cancel([] {});
+                kept = done;
+              })
       .policy(ActionPolicy::parallel(4))
       .dispatch(Dispatch::io_thread);
   thing.action("server", [] {}).dispatch(Dispatch::as_server);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/representation_cache.hpp"
 
 #include <memory>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/engine/engine.hpp>
 
 #include "tests/support/bench.hpp"
@@ -18,19 +19,37 @@ struct Robot {
   Bench bench;
 };
 
-const std::vector<std::string> all_paths = {"/", "/ns/lrt", "/arm", "/arm/blueprint", "/arm/subscriptions", "/arm/angle", "/arm/speed",
-                                            "/arm/count", "/arm/name", "/arm/mode", "/arm/pose", "/arm/gains", "/arm/silent",
-                                            "/arm/actions/turn", "/arm/actions/home", "/arm/actions/grip", "/arm/waypoints",
-                                            "/arm/tool", "/arm/tool/state", "/arm/tool/weight"};
+const std::vector<std::string> all_paths = {"/",
+                                            "/ns/lrt",
+                                            "/arm",
+                                            "/arm/blueprint",
+                                            "/arm/subscriptions",
+                                            "/arm/angle",
+                                            "/arm/speed",
+                                            "/arm/count",
+                                            "/arm/name",
+                                            "/arm/mode",
+                                            "/arm/pose",
+                                            "/arm/gains",
+                                            "/arm/silent",
+                                            "/arm/actions/turn",
+                                            "/arm/actions/home",
+                                            "/arm/actions/grip",
+                                            "/arm/waypoints",
+                                            "/arm/tool",
+                                            "/arm/tool/state",
+                                            "/arm/tool/weight"};
 
 }  // namespace
 
 TEST_CASE("every resource has a URI of its own and responds to GET with Turtle there", "[engine][R0.3][R1.1][R1.2]") {
   Robot r;
   REQUIRE(r.bench.ask("POST /arm/actions/home").status == 204);
-  REQUIRE(r.bench.turtle("POST", "/arm/waypoints",
-                         "<> a maths:Vector3D ; maths:x [ vom:numericalValue 1 ; qudt:hasUnit unit:M ] ; maths:y [ vom:numericalValue 2 ; "
-                         "qudt:hasUnit unit:M ] ; <http://localhost/ns/vocabulary#Pose/frame> \"base\" .").status == 201);
+  REQUIRE(r.bench
+              .turtle("POST", "/arm/waypoints",
+                      "<> a maths:Vector3D ; maths:x [ vom:numericalValue 1 ; qudt:hasUnit unit:M ] ; maths:y [ vom:numericalValue 2 ; "
+                      "qudt:hasUnit unit:M ] ; <http://localhost/ns/vocabulary#Pose/frame> \"base\" .")
+              .status == 201);
   std::vector<std::string> paths = all_paths;
   paths.push_back("/arm/actions/home/i1");
   paths.push_back("/arm/waypoints/i2");
@@ -75,7 +94,8 @@ TEST_CASE("a thing names its subscriptions, state, blueprint, properties, action
   Robot r;
   const Answer a = r.bench.get("/arm");
   CHECK(missing(a,
-                "<arm> dcterms:title \"arm\" ; hybrit:subscriptions <arm/subscriptions> ; lrt:state <arm/state> ; hybrit:blueprint <blueprints/RevoluteJoint> ;"
+                "<arm> dcterms:title \"arm\" ; hybrit:subscriptions <arm/subscriptions> ; lrt:state <arm/state> ; hybrit:blueprint "
+                "<blueprints/RevoluteJoint> ;"
                 " hybrit:property <arm/angle> , <arm/speed> , <arm/silent> ; ros:rotation <arm/angle> ;"
                 " hybrit:action <arm/actions/turn> , <arm/actions/grip> ; lrt:collection <arm/waypoints> ;"
                 " dcterms:hasPart <arm/tool> ; rdfs:label \"Arm\"@en ."
@@ -117,7 +137,8 @@ TEST_CASE("the state is the thing's graph merged with those of its properties", 
   const Answer state = bench.get("/arm/state");
   rdf::Graph expected = bench.get("/arm").graph();
   CHECK(missing(state.graph(), expected) == "");
-  CHECK(missing(state, "<arm/a> vom:numericalValue \"1\"^^xsd:int . <arm/b> vom:numericalValue \"0.5\"^^xsd:double . <arm/c> rdf:value \"text\" .") == "");
+  CHECK(missing(state, "<arm/a> vom:numericalValue \"1\"^^xsd:int . <arm/b> vom:numericalValue \"0.5\"^^xsd:double . <arm/c> rdf:value \"text\" .") ==
+        "");
   CHECK(reads == 1);
   for (const char* path : {"/arm/b", "/arm/c"}) {
     const rdf::Graph property = bench.get(path).graph();
@@ -138,15 +159,17 @@ TEST_CASE("a property says datatype, unit and kind of quantity, also before it h
   thing.property<std::string>("name");
   thing.property<double>("load", unit::percent);
   bench.add(std::move(thing));
-  const char* quantity = "<arm/angle> qudt:dataType xsd:float ; vom:unit maths:Degree ; qudt:hasUnit unit:DEG ;"
-                         " qudt:hasQuantityKind <http://qudt.org/vocab/quantitykind/Angle> .";
+  const char* quantity =
+      "<arm/angle> qudt:dataType xsd:float ; vom:unit maths:Degree ; qudt:hasUnit unit:DEG ;"
+      " qudt:hasQuantityKind <http://qudt.org/vocab/quantitykind/Angle> .";
   CHECK(missing(bench.get("/arm/angle"), quantity) == "");
   CHECK_FALSE(bench.get("/arm/angle").says("numericalValue"));
   angle.publish(1);
   CHECK(missing(bench.get("/arm/angle"), quantity) == "");
   CHECK(missing(bench.get("/arm/count"), "<arm/count> qudt:dataType xsd:int .") == "");
-  CHECK(missing(bench.get("/arm/efforts"), "<arm/efforts> lrt:elementType xsd:double ; qudt:hasUnit unit:N-M ;"
-                                           " qudt:hasQuantityKind <http://qudt.org/vocab/quantitykind/Torque> .") == "");
+  CHECK(missing(bench.get("/arm/efforts"),
+                "<arm/efforts> lrt:elementType xsd:double ; qudt:hasUnit unit:N-M ;"
+                " qudt:hasQuantityKind <http://qudt.org/vocab/quantitykind/Torque> .") == "");
   CHECK(missing(bench.get("/arm/name"), "<arm/name> qudt:dataType xsd:string .") == "");
   CHECK_FALSE(bench.get("/arm/load").says("hasQuantityKind"));
 }
@@ -155,15 +178,17 @@ TEST_CASE("properties show every type with its datatype and unit", "[engine][R1.
   Robot r;
   r.robot.angle_handle->publish(10.5);
   const auto shows = [&](const char* path, const char* pattern) { return missing(r.bench.get(path), pattern); };
-  CHECK(shows("/arm/angle", "<arm/angle> a hybrit:Property , maths:Scalar ; vom:numericalValue \"10.5\"^^xsd:double ; vom:unit maths:Degree ;"
-                            " qudt:hasUnit unit:DEG ; rdfs:seeAlso <arm> ; dcterms:modified \"2026-11-21T10:38:39.000000Z\"^^xsd:dateTime .") == "");
+  CHECK(shows("/arm/angle",
+              "<arm/angle> a hybrit:Property , maths:Scalar ; vom:numericalValue \"10.5\"^^xsd:double ; vom:unit maths:Degree ;"
+              " qudt:hasUnit unit:DEG ; rdfs:seeAlso <arm> ; dcterms:modified \"2026-11-21T10:38:39.000000Z\"^^xsd:dateTime .") == "");
   CHECK(shows("/arm/speed", "<arm/speed> vom:numericalValue \"1.5\"^^xsd:float .") == "");
   CHECK(shows("/arm/count", "<arm/count> vom:numericalValue \"7\"^^xsd:int .") == "");
   CHECK(shows("/arm/name", "<arm/name> a hybrit:Property ; rdf:value \"arm 1\" .") == "");
   CHECK(shows("/arm/mode", "<arm/mode> rdf:value \"idle\" .") == "");
   CHECK(shows("/arm/gains", "<arm/gains> rdf:value ( \"1\"^^xsd:double \"2.5\"^^xsd:double ) .") == "");
-  CHECK(shows("/arm/pose", "<arm/pose> a maths:Vector3D ; maths:x [ a maths:Scalar ; vom:numericalValue \"0\"^^xsd:double ; qudt:hasUnit unit:M ] ;"
-                           " <ns/vocabulary#Pose/frame> \"base\" .") == "");
+  CHECK(shows("/arm/pose",
+              "<arm/pose> a maths:Vector3D ; maths:x [ a maths:Scalar ; vom:numericalValue \"0\"^^xsd:double ; qudt:hasUnit unit:M ] ;"
+              " <ns/vocabulary#Pose/frame> \"base\" .") == "");
   CHECK_FALSE(r.bench.get("/arm/pose").says("tolerance"));
   r.robot.pose.tolerance = 0.5;
   CHECK(shows("/arm/pose", "<arm/pose> <ns/vocabulary#Pose/tolerance> \"0.5\"^^xsd:double .") == "");
@@ -227,9 +252,11 @@ TEST_CASE("the generated blueprint lists types, units and bounds", "[engine][R1.
                 "<blueprints/RevoluteJoint#angle> a sh:NodeShape ; sh:class maths:Scalar ; sh:property"
                 " [ sh:path vom:numericalValue ; sh:minCount 1 ; sh:maxCount 1 ; sh:minInclusive -90 ;"
                 "   sh:maxInclusive 90 ] , [ sh:path vom:unit ; sh:minCount 1 ; sh:maxCount 1 ; sh:hasValue maths:Degree ] .") == "");
-  CHECK(missing(a,
-                "<blueprints/RevoluteJoint#actions/turn/input> a sh:NodeShape ; sh:property [ sh:path vom:numericalValue ; sh:minCount 1 ; sh:maxCount 1 ;"
-                " sh:minInclusive 0 ; sh:maxExclusive 360 ] .") == "");
+  CHECK(
+      missing(
+          a,
+          "<blueprints/RevoluteJoint#actions/turn/input> a sh:NodeShape ; sh:property [ sh:path vom:numericalValue ; sh:minCount 1 ; sh:maxCount 1 ;"
+          " sh:minInclusive 0 ; sh:maxExclusive 360 ] .") == "");
   CHECK(missing(a, "<blueprints/RevoluteJoint#mode> sh:property [ sh:path rdf:value ; sh:in ( \"idle\" \"active\" ) ] .") == "");
 }
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What many Things cost, in bytes of the allocator and in allocations, which do not depend on the machine.
 
 #include <lrt/engine/engine.hpp>
@@ -156,8 +157,7 @@ TEST_CASE("the first page of the root names 500 of many Things, and links to the
   for (std::string path = "/"; !path.empty(); ++pages) {
     const Answer page = bench.ask("GET " + path + "\nAccept: application/n-triples");
     REQUIRE(page.status == 200);
-    for (std::size_t at = page.body.find("ldp#contains"); at != std::string::npos; at = page.body.find("ldp#contains", at + 1))
-      ++things;
+    for (std::size_t at = page.body.find("ldp#contains"); at != std::string::npos; at = page.body.find("ldp#contains", at + 1)) ++things;
     const std::string next = "/?page=" + std::to_string(pages + 2);
     path = page.links_to("http://localhost" + next, "next") ? next : std::string();
   }

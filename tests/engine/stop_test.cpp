@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Action::stop(): what is served when nothing else is.
 
 #include <optional>
@@ -30,8 +31,7 @@ TEST_CASE("a stop is served though no request may wait, and whatever its body", 
   CHECK(bench.ask("POST /arm/actions/plain").status == 503);
   CHECK(bench.ask("POST /arm/actions/stop").status == 204);
   CHECK(stops == 1);
-  for (const char* field :
-       {"Content-Type: image/png", "Content-Type: application/json", "Content-Type: text/turtle", "Content-Encoding: gzip"}) {
+  for (const char* field : {"Content-Type: image/png", "Content-Type: application/json", "Content-Type: text/turtle", "Content-Encoding: gzip"}) {
     CAPTURE(field);
     CHECK(bench.ask("POST /arm/actions/stop\n" + std::string(field) + "\n\nnonsense").status == 204);
   }
@@ -39,8 +39,7 @@ TEST_CASE("a stop is served though no request may wait, and whatever its body", 
   CHECK(bench.ask("GET /arm/actions/stop").status == 200);
 }
 
-TEST_CASE("a stop that is under way is not queued and not refused: beyond its policy the oldest is cancelled",
-          "[engine][R0.6]") {
+TEST_CASE("a stop that is under way is not queued and not refused: beyond its policy the oldest is cancelled", "[engine][R0.6]") {
   Bench bench;
   std::vector<Responder> open;
   Thing thing{"arm"};
@@ -77,10 +76,8 @@ TEST_CASE("clients find stops from the root and from their Thing, in RDF and in 
     stop = thing.action("stop", [] {}).stop();
     bench.add(std::move(thing));
   }
-  CHECK(missing(bench.get("/"),
-                "</> lrt:stop <base/actions/stop> , <base/arm/actions/stop> . <base/actions/stop> a lrt:StopAction .") == "");
-  CHECK(missing(bench.get("/base"),
-                "<base> lrt:stop <base/actions/stop> . <base/actions/stop> a hybrit:Action , lrt:StopAction .") == "");
+  CHECK(missing(bench.get("/"), "</> lrt:stop <base/actions/stop> , <base/arm/actions/stop> . <base/actions/stop> a lrt:StopAction .") == "");
+  CHECK(missing(bench.get("/base"), "<base> lrt:stop <base/actions/stop> . <base/actions/stop> a hybrit:Action , lrt:StopAction .") == "");
   CHECK(missing(bench.get("/base/actions/stop"), "<base/actions/stop> a lrt:StopAction ; lrt:policy \"parallel\" .") == "");
   CHECK_FALSE(bench.get("/base/actions/go").says("StopAction"));
   const std::string root = bench.ask("GET /\nAccept: application/json").body;
@@ -120,12 +117,9 @@ TEST_CASE("a stop that would wait or takes an input is an error of add()", "[eng
   CHECK(error_of([](Thing& t) { t.action("stop", [] {}).stop().dispatch(Dispatch::executor); }).empty());
   CHECK(error_of([](Thing& t) { t.action("stop", [](double) {}).stop(); }).find("takes no input") != std::string::npos);
   for (const Dispatch where : {Dispatch::in_poll, Dispatch::as_server})
-    CHECK(error_of([&](Thing& t) { t.action("stop", [] {}).stop().dispatch(where); }).find("Server::poll") !=
-          std::string::npos);
-  for (const ActionPolicy policy :
-       {ActionPolicy::queue(3), ActionPolicy::reject(), ActionPolicy::preempt(), ActionPolicy::parallel(0)})
-    CHECK(error_of([&](Thing& t) { t.action("stop", [] {}).stop().policy(policy); }).find("ActionPolicy::parallel") !=
-          std::string::npos);
+    CHECK(error_of([&](Thing& t) { t.action("stop", [] {}).stop().dispatch(where); }).find("Server::poll") != std::string::npos);
+  for (const ActionPolicy policy : {ActionPolicy::queue(3), ActionPolicy::reject(), ActionPolicy::preempt(), ActionPolicy::parallel(0)})
+    CHECK(error_of([&](Thing& t) { t.action("stop", [] {}).stop().policy(policy); }).find("ActionPolicy::parallel") != std::string::npos);
 }
 
 }  // namespace

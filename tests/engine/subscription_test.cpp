@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/engine/engine.hpp>
 
 #include <algorithm>
@@ -36,9 +37,7 @@ std::string body(Bench& bench, const std::string& path, const std::string& field
   return bench.ask("GET " + path + (fields.empty() ? "" : "\n" + fields)).body;
 }
 
-std::vector<std::string> members(Bench& bench, const std::string& thing) {
-  return bench.get(thing + "/subscriptions").linked("related");
-}
+std::vector<std::string> members(Bench& bench, const std::string& thing) { return bench.get(thing + "/subscriptions").linked("related"); }
 
 class CountingWaker final : public Waker {
  public:
@@ -71,9 +70,10 @@ TEST_CASE("the opening response names the subscription, which lives as long as t
   CHECK(location == "http://localhost/arm/subscriptions/i1");
   CHECK(members(arm.bench, "/arm") == std::vector<std::string>{location});
   const Answer member = arm.bench.get("/arm/subscriptions/i1");
-  CHECK(missing(member, "<http://localhost/arm/subscriptions/i1> a hybrit:Subscription, hybrit:WebSocket ; "
-                        "hybrit:onResource <http://localhost/arm/angle> ; hybrit:mediaType \"text/turtle\" ; "
-                        "dcterms:identifier \"i1\" ; lrt:delivery lrt:latest ; lrt:delivered 0 ; lrt:dropped 0 .") == "");
+  CHECK(missing(member,
+                "<http://localhost/arm/subscriptions/i1> a hybrit:Subscription, hybrit:WebSocket ; "
+                "hybrit:onResource <http://localhost/arm/angle> ; hybrit:mediaType \"text/turtle\" ; "
+                "dcterms:identifier \"i1\" ; lrt:delivery lrt:latest ; lrt:delivered 0 ; lrt:dropped 0 .") == "");
   CHECK(member.field("Allow") == "GET, HEAD, OPTIONS, DELETE");
   CHECK(member.links_to("http://localhost/arm/subscriptions", "up"));
   arm.bench.engine.closed(*sent.channel);
@@ -134,8 +134,7 @@ TEST_CASE("a slow subscriber gets the newest value, and the ones between are cou
   (void)arm.bench.messages(channel);
   for (int i = 1; i <= 5; ++i) {
     arm.publish(i);
-    while (arm.bench.engine.next_ready(arm.bench.clock.now())) {
-    }  // notified, but the client takes nothing
+    while (arm.bench.engine.next_ready(arm.bench.clock.now())) {}  // notified, but the client takes nothing
   }
   const auto push = arm.bench.engine.next_push(channel, arm.bench.clock.now());
   REQUIRE(push);
@@ -151,8 +150,7 @@ TEST_CASE("with a queue a subscriber gets each change, up to its length; the old
   std::vector<std::string> expected;
   for (int i = 1; i <= 5; ++i) {
     arm.publish(i);
-    while (arm.bench.engine.next_ready(arm.bench.clock.now())) {
-    }
+    while (arm.bench.engine.next_ready(arm.bench.clock.now())) {}
     if (i > 2) expected.push_back(body(arm.bench, "/arm/angle"));
   }
   std::vector<std::string> got;
@@ -201,8 +199,7 @@ TEST_CASE("all queues together are bounded in bytes", "[engine][limits]") {
   (void)arm.bench.pushes();
   for (int i = 1; i <= 50; ++i) {
     arm.publish(i);
-    while (arm.bench.engine.next_ready(arm.bench.clock.now())) {
-    }
+    while (arm.bench.engine.next_ready(arm.bench.clock.now())) {}
   }
   std::size_t bytes = 0;
   for (const Channel c : channels) {
@@ -245,8 +242,7 @@ TEST_CASE("between two notifications is the interval that the subscriber request
   CHECK(*arm.bench.engine.next_deadline() <= arm.bench.clock.now().steady + milliseconds(100));
   arm.bench.clock.advance(milliseconds(100));
   CHECK(arm.bench.messages(channel) == std::vector<std::string>{body(arm.bench, "/arm/angle")});
-  for (const char* bad : {"-1", "abc", "1e9", "NaN"})
-    CHECK(arm.bench.upgrade(std::string("/arm/angle?minimumInterval=") + bad).answer.status == 400);
+  for (const char* bad : {"-1", "abc", "1e9", "NaN"}) CHECK(arm.bench.upgrade(std::string("/arm/angle?minimumInterval=") + bad).answer.status == 400);
 }
 
 TEST_CASE("every sample that is kept reaches a subscriber with a queue, in order, even of one step", "[engine][delivery]") {
@@ -276,8 +272,7 @@ namespace {
 
 std::uint64_t dropped(Bench& bench, const std::string& subscription) {
   const rdf::Graph graph = bench.get(subscription).graph();
-  return std::stoull(
-      std::string(graph.objects(rdf::iri("http://localhost" + subscription), rdf::TermView(vocab::lrt_::dropped)).at(0).text));
+  return std::stoull(std::string(graph.objects(rdf::iri("http://localhost" + subscription), rdf::TermView(vocab::lrt_::dropped)).at(0).text));
 }
 
 struct Large {
@@ -426,15 +421,13 @@ TEST_CASE("GET gives the newest value, however many keep() keeps", "[engine][del
     for (int i = 0; i < count; ++i) bumps.publish(++last), words.publish(std::to_string(last));
   };
   const auto shows_last = [&] {
-    for (const char* path : {"/arm/bumps", "/arm/words"})
-      CHECK(bench.get(std::string(path) + "?accept=text/plain").body == std::to_string(last));
+    for (const char* path : {"/arm/bumps", "/arm/words"}) CHECK(bench.get(std::string(path) + "?accept=text/plain").body == std::to_string(last));
   };
   publish(10'000);  // nobody is there
   shows_last();
   publish(3'000);
   std::vector<Channel> channels;
-  for (const char* path : {"/arm/bumps", "/arm/words"})
-    channels.push_back(bench.open(std::string(path) + "?queueLength=1000&accept=text/plain"));
+  for (const char* path : {"/arm/bumps", "/arm/words"}) channels.push_back(bench.open(std::string(path) + "?queueLength=1000&accept=text/plain"));
   for (const auto& [channel, push] : bench.pushes()) CHECK(*push.message == std::to_string(last));  // no news of before
   publish(4'000);
   shows_last();  // with all of them kept
@@ -594,8 +587,7 @@ TEST_CASE("observers of an action are notified of new invocations, observers of 
   // Nothing between is lost: an invocation has a queue.
   arm.robot.grips[0].progress(0.7);
   arm.bench.look();
-  while (arm.bench.engine.next_ready(arm.bench.clock.now())) {
-  }  // named, and next_push() was not called yet
+  while (arm.bench.engine.next_ready(arm.bench.clock.now())) {}  // named, and next_push() was not called yet
   arm.robot.grips[0].succeed();
   arm.bench.collect();
   told.clear();
@@ -738,8 +730,9 @@ TEST_CASE("the container's ETag moves with its members and its minimal form leav
   const Channel channel = arm.bench.open("/arm/angle");
   const Answer one = arm.bench.get("/arm/subscriptions");
   CHECK(one.tag() != empty.tag());
-  CHECK(missing(one, "<http://localhost/arm/subscriptions> a ldp:BasicContainer ; ldp:contains <http://localhost/arm/subscriptions/i1> . "
-                     "<http://localhost/arm/subscriptions/i1> a hybrit:Subscription .") == "");
+  CHECK(missing(one,
+                "<http://localhost/arm/subscriptions> a ldp:BasicContainer ; ldp:contains <http://localhost/arm/subscriptions/i1> . "
+                "<http://localhost/arm/subscriptions/i1> a hybrit:Subscription .") == "");
   (void)arm.bench.pushes();
   CHECK(arm.bench.get("/arm/subscriptions").tag() == one.tag());  // counters are the member's
   for (const char* prefer : {"return=representation; include=\"http://www.w3.org/ns/ldp#PreferMinimalContainer\"",

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/engine/engine.hpp>
 
 #include "tests/support/bench.hpp"
@@ -39,8 +40,8 @@ TEST_CASE("what names nothing is 404, also with a slash too many", "[engine][R0.
   SampleRobot robot;
   Bench bench;
   bench.add(robot.arm());
-  for (const char* path : {"/nowhere", "/arm/", "//arm", "/arm//angle", "/arm/actions", "/arm/actions/", "/arm/actions/turn/i1", "/ARM", "/arm/waypoints/x",
-                           "/arm%2Fangle", "/arm/state/x"}) {
+  for (const char* path : {"/nowhere", "/arm/", "//arm", "/arm//angle", "/arm/actions", "/arm/actions/", "/arm/actions/turn/i1", "/ARM",
+                           "/arm/waypoints/x", "/arm%2Fangle", "/arm/state/x"}) {
     CAPTURE(path);
     for (const char* method : {"GET", "HEAD", "OPTIONS", "PUT", "POST", "DELETE"}) CHECK(bench.ask(std::string(method) + " " + path).status == 404);
   }
@@ -127,7 +128,8 @@ TEST_CASE("a proxy may keep the path of the public base in targets", "[engine][R
   CHECK(bench.get("/cell7/%61rm").tag() == tag);
   CHECK(bench.get("/cell7/arm?accept=application/json-seq").status == 406);
   CHECK(bench.ask("GET http://robots.example/cell7/arm\nHost: robots.example").tag() == tag);
-  for (const char* root : {"/", "/cell7", "/cell7/"}) CHECK(missing(bench.get(root), "<https://robots.example/cell7/> ldp:contains <https://robots.example/cell7/arm> .") == "");
+  for (const char* root : {"/", "/cell7", "/cell7/"})
+    CHECK(missing(bench.get(root), "<https://robots.example/cell7/> ldp:contains <https://robots.example/cell7/arm> .") == "");
   CHECK(bench.get("/cell7/ns/lrt").status == 200);
   CHECK(bench.get("/cell78/arm").status == 404);
   CHECK(bench.get("/cell7/cell7/arm").status == 404);

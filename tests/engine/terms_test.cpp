@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <fstream>
 #include <iterator>
 #include <map>
@@ -55,7 +56,8 @@ TEST_CASE(
     "[engine][R1.5]") {
   const rdf::Graph terms = term_list();
   // Of several kinds of subjects or objects, which have no class in common.
-  const std::set<std::string> without_domain = {"lrt#frame", "lrt#elementType", "lrt#all", "lrt#stop", "hybrit#websocketUrl", "lrt#mqttBroker", "lrt#mqttTopic", "lrt#mqttCommandTopic"};
+  const std::set<std::string> without_domain = {"lrt#frame",           "lrt#elementType", "lrt#all",       "lrt#stop",
+                                                "hybrit#websocketUrl", "lrt#mqttBroker",  "lrt#mqttTopic", "lrt#mqttCommandTopic"};
   const std::set<std::string> without_range = {"lrt#state",   "lrt#frame",        "lrt#input",         "lrt#result", "lrt#mesh",
                                                "lrt#texture", "hybrit#blueprint", "hybrit#onResource", "lrt#all"};
   const std::map<std::string, std::string> judged = {
@@ -71,8 +73,7 @@ TEST_CASE(
     CHECK(count(vocab::rdfs::isDefinedBy) == 1);
     const std::string space = term.substr(0, term.find('#') + 1);
     const auto prefix = judged.find(space);
-    if (prefix == judged.end() || !terms.contains(node, rdf::TermView(vocab::rdf_::type), rdf::TermView(vocab::rdf_::Property)))
-      continue;
+    if (prefix == judged.end() || !terms.contains(node, rdf::TermView(vocab::rdf_::type), rdf::TermView(vocab::rdf_::Property))) continue;
     ++properties;
     const std::string name = prefix->second + term.substr(space.size());
     const rdf::TermView domain = rdf::iri("http://www.w3.org/2000/01/rdf-schema#domain"),
@@ -109,8 +110,7 @@ TEST_CASE("the term list has every term of vocab.hpp whose vocabulary no server 
     if (std::regex_search(line, found, std::regex("^#define LRT_VOCAB_(\\w+) \"(.*)\""))) spaces[found[1]] = found[2];
     if (!std::regex_search(line, found, std::regex("^LRT_TERM(?:_AS)?\\((\\w+),.*?\\b(\\w+)\"?\\);"))) continue;
     const std::string prefix = found[1];
-    if (prefix != "lrt" && prefix != "hybrit" && prefix != "ros" && prefix != "vom" && prefix != "maths" && prefix != "spatial")
-      continue;
+    if (prefix != "lrt" && prefix != "hybrit" && prefix != "ros" && prefix != "vom" && prefix != "maths" && prefix != "spatial") continue;
     ++terms;
     CAPTURE(line);
     CHECK(listed.count(spaces.at(prefix) + found[2].str()) == 1);

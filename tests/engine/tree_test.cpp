@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/resources/tree.hpp"
 
 #include "tests/support/bench.hpp"
@@ -119,8 +120,7 @@ TEST_CASE("the document of all Things in RDF/XML has the same triples", "[engine
 
 TEST_CASE("TriG and N-Quads have a graph for each resource, and all of them as the default graph", "[engine][R1.2]") {
   Robot r;
-  const Answer turtle = r.bench.get("/robot/all"), quads = r.get("/robot/all", "application/n-quads"),
-               trig = r.get("/robot/all", "application/trig");
+  const Answer turtle = r.bench.get("/robot/all"), quads = r.get("/robot/all", "application/n-quads"), trig = r.get("/robot/all", "application/trig");
   REQUIRE(quads.status == 200);
   REQUIRE(quads.field("Content-Type") == "application/n-quads");
   REQUIRE(trig.field("Content-Type") == "application/trig");
@@ -128,12 +128,11 @@ TEST_CASE("TriG and N-Quads have a graph for each resource, and all of them as t
   std::set<std::string> names;
   for (const auto& [name, graph] : graphs) names.insert(name);
   const std::string base = "http://localhost/robot";
-  CHECK(names == std::set<std::string>{"", base, base + "/battery", base + "/arm", base + "/arm/j%201",
-                                       base + "/arm/j%201/angle", base + "/arm/j%201/silent", base + "/arm/j%201/encoder"});
+  CHECK(names == std::set<std::string>{"", base, base + "/battery", base + "/arm", base + "/arm/j%201", base + "/arm/j%201/angle",
+                                       base + "/arm/j%201/silent", base + "/arm/j%201/encoder"});
   CHECK(graphs.at("").size() == turtle.graph().size());
   CHECK(missing(graphs.at(""), turtle.graph()) == "");
-  CHECK(missing(graphs.at(base + "/arm/j%201/angle"),
-                "<robot/arm/j%201/angle> a hybrit:Property ; vom:numericalValue \"10\"^^xsd:double .") == "");
+  CHECK(missing(graphs.at(base + "/arm/j%201/angle"), "<robot/arm/j%201/angle> a hybrit:Property ; vom:numericalValue \"10\"^^xsd:double .") == "");
   CHECK(graphs.at(base + "/arm/j%201/angle").find(vocab::dcterms::title) == std::nullopt);
   for (const std::string& name : names)
     if (!name.empty()) CHECK(trig.says("\n<" + name + "> {\n"));
@@ -148,8 +147,7 @@ TEST_CASE("TriG and N-Quads have a graph for each resource, and all of them as t
 TEST_CASE("as JSON a Thing's state has a member for each Thing below it", "[engine][R1.2]") {
   Robot r;
   CHECK(r.get("/robot/all", "application/json").body == R"({"battery":77,"arm":{"j%201":{"angle":10,"encoder":42}}})");
-  CHECK(r.get("/all", "application/json").body ==
-        R"({"robot":{"battery":77,"arm":{"j%201":{"angle":10,"encoder":42}}},"lamp":{"on":true}})");
+  CHECK(r.get("/all", "application/json").body == R"({"robot":{"battery":77,"arm":{"j%201":{"angle":10,"encoder":42}}},"lamp":{"on":true}})");
   CHECK(r.get("/lamp/all", "application/json").body == r.get("/lamp/state", "application/json").body);
 }
 

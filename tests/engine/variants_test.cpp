@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/variants.hpp"
 
 #include <algorithm>
@@ -31,9 +32,7 @@ TEST_CASE("the page stands behind what lrt writes and before a user's encoders",
   spec.representations.push_back({"image/jpeg", {}, {}, {}});
   spec.octets = true;
   const Variants all = variants_of(spec);
-  const auto at = [&](std::string_view type) {
-    return std::find(all.with_page.begin(), all.with_page.end(), type) - all.with_page.begin();
-  };
+  const auto at = [&](std::string_view type) { return std::find(all.with_page.begin(), all.with_page.end(), type) - all.with_page.begin(); };
   CHECK(at("application/cbor") < at(page_type));
   CHECK(at(page_type) < at("application/octet-stream"));
   CHECK(at("application/octet-stream") < at("image/jpeg"));

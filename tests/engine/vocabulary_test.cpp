@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The server's own terms: of C++ types and properties without predicates (SPEC 3.12, R1.5, R1.6).
 #include "src/engine/vocabulary.hpp"
 
@@ -96,12 +97,14 @@ TEST_CASE("/ns/vocabulary defines each term with label, domain, range and unit",
   Bench bench;
   bench.add(thing_with<robot::Reach>("left"));
   const Answer a = bench.get("/ns/vocabulary");
-  CHECK(missing(a, "<ns/vocabulary> a <http://www.w3.org/2002/07/owl#Ontology> . <ns/vocabulary#Gains> a rdfs:Class ; rdfs:label \"Gains\" ; rdfs:isDefinedBy <ns/vocabulary> ."
-                   "<ns/vocabulary#Gains/p> a rdf:Property ; rdfs:label \"p\" ; rdfs:domain <ns/vocabulary#Gains> ; rdfs:range xsd:double ."
-                   "<ns/vocabulary#Gains/limit> rdfs:range maths:Scalar ."
-                   "<ns/vocabulary#Gains/filter> rdfs:range rdf:List ."
-                   "<ns/vocabulary#Reach/gains> rdfs:domain ros:Link ; rdfs:range <ns/vocabulary#Gains> ."
-                   "<ns/vocabulary#Thing/value> a rdf:Property ; rdfs:domain hybrit:RoboticThing ; rdfs:range hybrit:Property .") == "");
+  CHECK(missing(a,
+                "<ns/vocabulary> a <http://www.w3.org/2002/07/owl#Ontology> . <ns/vocabulary#Gains> a rdfs:Class ; rdfs:label \"Gains\" ; "
+                "rdfs:isDefinedBy <ns/vocabulary> ."
+                "<ns/vocabulary#Gains/p> a rdf:Property ; rdfs:label \"p\" ; rdfs:domain <ns/vocabulary#Gains> ; rdfs:range xsd:double ."
+                "<ns/vocabulary#Gains/limit> rdfs:range maths:Scalar ."
+                "<ns/vocabulary#Gains/filter> rdfs:range rdf:List ."
+                "<ns/vocabulary#Reach/gains> rdfs:domain ros:Link ; rdfs:range <ns/vocabulary#Gains> ."
+                "<ns/vocabulary#Thing/value> a rdf:Property ; rdfs:domain hybrit:RoboticThing ; rdfs:range hybrit:Property .") == "");
   CHECK_FALSE(a.graph().find(rdf::iri("http://localhost/ns/vocabulary#Reach")));  // it has a class of its own
   CHECK(missing(bench.get("/"), "<> rdfs:seeAlso <ns/vocabulary> .") == "");
 }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/world.hpp>
 
 #include <atomic>
@@ -46,7 +47,9 @@ struct Robot {
   Answer patch(const std::string& body, const std::string& fields = {}) {
     return bench.ask("PATCH /world/map\nContent-Type: application/sparql-update\n" + fields + "\n" + body);
   }
-  void say(const std::string& text) { map.update([&](GraphUpdate& u) { u.add("#cup", label, text); }).value(); }
+  void say(const std::string& text) {
+    map.update([&](GraphUpdate& u) { u.add("#cup", label, text); }).value();
+  }
   Answer get(const std::string& fields = {}) { return bench.ask("GET /world/map\n" + fields); }
 
   WorldGraph map, tasks;
@@ -84,8 +87,9 @@ TEST_CASE("a graph of a World is read in every syntax, with an ETag", "[engine][
 TEST_CASE("a World lists its graphs, and is listed itself", "[engine][world]") {
   Robot r;
   const Answer a = r.bench.get("/world");
-  CHECK(missing(a, "<world> a lrt:World, ldp:BasicContainer ; ldp:contains <world/map>, <world/tasks> ; lrt:allGraphs <world?default> . "
-                   "<world/map> a lrt:WorldGraph ; dcterms:title \"map\" .") == "");
+  CHECK(missing(a,
+                "<world> a lrt:World, ldp:BasicContainer ; ldp:contains <world/map>, <world/tasks> ; lrt:allGraphs <world?default> . "
+                "<world/map> a lrt:WorldGraph ; dcterms:title \"map\" .") == "");
   CHECK(a.links_to("http://www.w3.org/ns/ldp#BasicContainer", "type"));
   CHECK(missing(r.bench.get("/"), "<> ldp:contains <world> .") == "");
 }
@@ -104,19 +108,36 @@ TEST_CASE("an update takes effect as a whole or not at all", "[engine][world]") 
   const auto before = r.map.snapshot();
   CHECK(r.map.update([](GraphUpdate& u) { u.clear().add("no iri", label, "x"); }).error().code == Errc::expected_iri);
   CHECK(r.map.update([](GraphUpdate& u) { u.clear().add_turtle("<a"); }).error().code == Errc::expected_rdf);
-  CHECK(r.map.update([](GraphUpdate& u) { u.clear(); throw std::runtime_error("no camera"); }).error().code == Errc::failed);
+  CHECK(r.map
+            .update([](GraphUpdate& u) {
+              u.clear();
+              throw std::runtime_error("no camera");
+            })
+            .error()
+            .code == Errc::failed);
   CHECK(r.map.snapshot() == before);
   CHECK_FALSE(r.map.update([](GraphUpdate& u) { u.set("#cup", label, "x").add_turtle("<#plate> rdfs:label \"x\" ."); }));  // no such prefix
   CHECK(r.map.snapshot() == before);
   r.map.update([](GraphUpdate& u) { u.set("#cup", label, "a red cup").add("#cup", pose, 7); }).value();
   CHECK(r.map.snapshot()->size() == 2);
   CHECK(before->size() == 1);
-  r.map.update([](GraphUpdate& u) { u.remove("#cup", pose, 7); CHECK(u.size() == 1); CHECK(u.graph().size() == 1); }).value();
+  r.map
+      .update([](GraphUpdate& u) {
+        u.remove("#cup", pose, 7);
+        CHECK(u.size() == 1);
+        CHECK(u.graph().size() == 1);
+      })
+      .value();
   CHECK(r.map.revision() == 4);
   r.map.update([](GraphUpdate& u) { u.add("#cup", label, "x").remove("#cup", label, "x"); }).value();
   CHECK(r.map.revision() == 4);  // nothing has changed
   r.map.update([](GraphUpdate& u) { u.add_turtle("<#cup> <p:at> [ <p:x> 1 ; <p:in> [ <p:y> 2 ] ] . <#table> <p:has> <#cup> ."); }).value();
-  r.map.update([](GraphUpdate& u) { u.remove_node("#cup"); CHECK(u.size() == 0); }).value();
+  r.map
+      .update([](GraphUpdate& u) {
+        u.remove_node("#cup");
+        CHECK(u.size() == 0);
+      })
+      .value();
   CHECK(r.map.update([&](GraphUpdate&) { r.map.update([](GraphUpdate&) {}).value(); }).error().code == Errc::refused);
 }
 
@@ -128,7 +149,8 @@ TEST_CASE("clients replace, add, remove and patch", "[engine][world]") {
   CHECK(r.bench.turtle("POST", "/world/map", "<#plate> rdfs:label \"a plate\" .").status == 204);
   CHECK(r.map.snapshot()->size() == 2);
   CHECK(r.patch("PREFIX rdfs: <http://www.w3.org/2000/01/rdf-schema#>\nDELETE DATA { <#cup> rdfs:label \"a cup\" } ;\n"
-                "INSERT DATA { <#cup> rdfs:label \"a red cup\" . <http://localhost/arm> rdfs:label 'arm' }").status == 204);
+                "INSERT DATA { <#cup> rdfs:label \"a red cup\" . <http://localhost/arm> rdfs:label 'arm' }")
+            .status == 204);
   CHECK(missing(r.get(), "<world/map#cup> rdfs:label \"a red cup\" . <arm> rdfs:label \"arm\" .") == "");
   CHECK(r.map.snapshot()->size() == 3);
   CHECK(r.bench.ask("DELETE /world/map").status == 204);
@@ -177,8 +199,10 @@ TEST_CASE("what a PATCH does not take is refused with its place, and changes not
 
 TEST_CASE("a PATCH takes what SPARQL writes otherwise than Turtle", "[engine][world]") {
   Robot r;
-  CHECK(r.patch("# a comment }\nBASE <http://example.org/>\nPREFIX : <#>\ninsert data { # and }\n <a> :b 'x}', \"\"\"y\"}\"\"\", <c#d> . :e :f 1.5 . }\n;\n"
-                "PREFIX x: <x:> INSERT DATA { x:a x:b.c 5 ; a x:\\# };").status == 204);
+  CHECK(r.patch("# a comment }\nBASE <http://example.org/>\nPREFIX : <#>\ninsert data { # and }\n <a> :b 'x}', \"\"\"y\"}\"\"\", <c#d> . :e :f 1.5 . "
+                "}\n;\n"
+                "PREFIX x: <x:> INSERT DATA { x:a x:b.c 5 ; a x:\\# };")
+            .status == 204);
   CHECK(r.map.snapshot()->size() == 6);
   CHECK(r.patch("PREFIX x: <x:> DELETE DATA { x:a x:b.c 5 }").status == 204);
   CHECK(r.map.snapshot()->size() == 5);
@@ -293,7 +317,9 @@ TEST_CASE("what the control loop publishes is in the graph, and clients cannot w
   const std::string stored = r.get().tag();
   cup.publish(0.5);
   const Answer a = r.get();
-  CHECK(missing(a, "<world/map#cup> <https://example.org/pose> <world/map/cup> . <world/map/cup> a hybrit:Property ; vom:numericalValue \"0.5\"^^xsd:double .") == "");
+  CHECK(missing(a,
+                "<world/map#cup> <https://example.org/pose> <world/map/cup> . <world/map/cup> a hybrit:Property ; vom:numericalValue "
+                "\"0.5\"^^xsd:double .") == "");
   CHECK(a.body.find("dcterms:modified") != std::string::npos);
   CHECK(a.tag() != stored);
   CHECK(missing(r.bench.get("/world/map/cup"), "<world/map/cup> vom:numericalValue \"0.5\"^^xsd:double .") == "");

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/engine/engine.hpp>
 
 #include <cmath>
@@ -56,7 +57,8 @@ TEST_CASE("PUT may echo what GET gave, in every syntax", "[engine][rdf_xml][R0.5
   Robot r;
   r.robot.pose.tolerance = 0.25;
   for (const char* path : {"/arm/angle", "/arm/count", "/arm/name", "/arm/mode", "/arm/pose", "/arm/gains"})
-    for (const char* type : {"text/turtle", "application/n-triples", "application/rdf+xml", "application/ld+json", "application/trig", "application/n-quads"}) {
+    for (const char* type :
+         {"text/turtle", "application/n-triples", "application/rdf+xml", "application/ld+json", "application/trig", "application/n-quads"}) {
       CAPTURE(path, type);
       const Answer before = r.bench.ask(std::string("GET ") + path + "\nAccept: " + type);
       const Answer put = r.bench.ask(std::string("PUT ") + path + "\nContent-Type: " + type + "\nIf-Match: " + before.tag() + "\n\n" + before.body);
@@ -85,10 +87,29 @@ TEST_CASE("numbers are taken by value from xsd:decimal, integer, float and doubl
 
 TEST_CASE("what is no number of the type is 422, says so, and changes nothing", "[engine][R0.6]") {
   Robot r;
-  for (const char* number : {"\"NaN\"^^xsd:double", "\"INF\"^^xsd:double", "\"-INF\"^^xsd:float", "1e999", "\"1e999\"^^xsd:double", "-1e999",
-                             "\"fast\"", "\"fast\"^^xsd:double", "\"1\"", "\"1\"@en", "true", "<http://example.org/1>", "[]", "( 1 )", "\" 1\"^^xsd:integer",
-                             "\"1,5\"^^xsd:decimal", "\"0x10\"^^xsd:integer", "\"1.5\"^^xsd:integer", "\"\"^^xsd:double", "\"1\"^^xsd:string", "90.0001",
-                             "-91", "1 , 2"}) {
+  for (const char* number : {"\"NaN\"^^xsd:double",
+                             "\"INF\"^^xsd:double",
+                             "\"-INF\"^^xsd:float",
+                             "1e999",
+                             "\"1e999\"^^xsd:double",
+                             "-1e999",
+                             "\"fast\"",
+                             "\"fast\"^^xsd:double",
+                             "\"1\"",
+                             "\"1\"@en",
+                             "true",
+                             "<http://example.org/1>",
+                             "[]",
+                             "( 1 )",
+                             "\" 1\"^^xsd:integer",
+                             "\"1,5\"^^xsd:decimal",
+                             "\"0x10\"^^xsd:integer",
+                             "\"1.5\"^^xsd:integer",
+                             "\"\"^^xsd:double",
+                             "\"1\"^^xsd:string",
+                             "90.0001",
+                             "-91",
+                             "1 , 2"}) {
     CAPTURE(number);
     CHECK(r.degrees(number) == 422);
   }
@@ -206,7 +227,9 @@ TEST_CASE("the focus of a body is <>, else the only subject of the target class"
 
 TEST_CASE("triples that the type does not cover are ignored", "[engine][R0.5]") {
   Robot r;
-  CHECK(r.put("angle", number_body("5", "maths:Degree") + " <> dcterms:modified \"yesterday\" ; rdfs:label \"x\" ; rdf:type hybrit:Action .").status == 204);
+  CHECK(
+      r.put("angle", number_body("5", "maths:Degree") + " <> dcterms:modified \"yesterday\" ; rdfs:label \"x\" ; rdf:type hybrit:Action .").status ==
+      204);
   CHECK(r.robot.angle == 5);
   CHECK_FALSE(r.bench.get("/arm/angle").says("yesterday"));
 }
@@ -234,10 +257,12 @@ TEST_CASE("broken Turtle is 400 with its line, and nothing is called", "[engine]
 
 TEST_CASE("other media types and codings are 415, with those that are accepted", "[engine][rdf_xml][R0.6]") {
   Robot r;
-  const std::set<std::string> types = {"text/turtle", "application/n-triples", "application/rdf+xml", "application/ld+json", "application/trig", "application/n-quads",
-                                       "application/json", "text/plain", "application/cbor"};
-  for (const char* head : {"Content-Type: application/xml", "Content-Type: text/csv", "X: y", "Content-Type: nonsense", "Content-Type: text/turtle, text/plain",
-                           "Content-Type: text/turtle; charset=latin-1", "Content-Type: text/turtle\nContent-Type: text/turtle"}) {
+  const std::set<std::string> types = {"text/turtle",      "application/n-triples", "application/rdf+xml", "application/ld+json",
+                                       "application/trig", "application/n-quads",   "application/json",    "text/plain",
+                                       "application/cbor"};
+  for (const char* head :
+       {"Content-Type: application/xml", "Content-Type: text/csv", "X: y", "Content-Type: nonsense", "Content-Type: text/turtle, text/plain",
+        "Content-Type: text/turtle; charset=latin-1", "Content-Type: text/turtle\nContent-Type: text/turtle"}) {
     CAPTURE(head);
     const Answer put = r.bench.ask(std::string("PUT /arm/angle\n") + head + "\n\n43.6");
     CHECK(put.status == 415);
@@ -252,8 +277,10 @@ TEST_CASE("other media types and codings are 415, with those that are accepted",
   CHECK(coded.status == 415);
   CHECK(coded.field("Accept-Encoding") == "identity");
   CHECK(r.put("angle", number_body("1", "maths:Degree"), "Content-Range: bytes 0-1/2\n").status == 400);
-  CHECK(r.bench.ask("PUT /arm/angle\nContent-Type: Text/Turtle;charset=\"UTF-8\"\n\n<> <http://vocab.arvida.de/2015/06/vom/vocab#numericalValue> 1 ;"
-                    " <http://qudt.org/schema/qudt/hasUnit> <http://qudt.org/vocab/unit/DEG> .").status == 204);
+  CHECK(r.bench
+            .ask("PUT /arm/angle\nContent-Type: Text/Turtle;charset=\"UTF-8\"\n\n<> <http://vocab.arvida.de/2015/06/vom/vocab#numericalValue> 1 ;"
+                 " <http://qudt.org/schema/qudt/hasUnit> <http://qudt.org/vocab/unit/DEG> .")
+            .status == 204);
 }
 
 TEST_CASE("a body of too many triples is 413", "[engine][R0.6]") {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "examples/baxter/linked_arm.hpp"
 
 #include <cmath>
@@ -66,10 +67,11 @@ class Robot {
   Answer get(const std::string& path) { return ask("GET " + path); }
   /// The request of Figure 5b.
   Answer rotate(const std::string& joint, const std::string& value, const std::string& unit = "vom:unit maths:Degree") {
-    return ask("POST /baxter/" + joint + "/actions/rotate\nContent-Type: text/turtle\n\n"
+    return ask("POST /baxter/" + joint +
+               "/actions/rotate\nContent-Type: text/turtle\n\n"
                "@prefix vom: <http://vocab.arvida.de/2015/06/vom/vocab#> . @prefix maths: <http://vocab.arvida.de/2015/06/maths/vocab#> .\n"
-               "@prefix xsd: <http://www.w3.org/2001/XMLSchema#> .\n<> a maths:Scalar ; vom:numericalValue " + value +
-               (unit.empty() ? "" : " ; " + unit) + " .");
+               "@prefix xsd: <http://www.w3.org/2001/XMLSchema#> .\n<> a maths:Scalar ; vom:numericalValue " +
+               value + (unit.empty() ? "" : " ; " + unit) + " .");
   }
   std::string status(const std::string& location) {
     const lrt::rdf::Graph graph = get(location.substr(18)).graph();
@@ -96,7 +98,8 @@ TEST_CASE("Figure 2b, corrected: right_s1 is what the paper shows", "[examples][
   REQUIRE(a.status == 200);
   CHECK(missing(a,
                 "<right_s1> a hybrit:RoboticThing , ros:RevoluteJoint ;"
-                "  hybrit:blueprint <http://example.org/blueprints/RevoluteJoint> ; hybrit:subscriptions <right_s1/subscriptions> ; hybrit:action <right_s1/actions/rotate> ;"
+                "  hybrit:blueprint <http://example.org/blueprints/RevoluteJoint> ; hybrit:subscriptions <right_s1/subscriptions> ; hybrit:action "
+                "<right_s1/actions/rotate> ;"
                 "  hybrit:property <right_s1/friction> , <right_s1/rotation> , <right_s1/jointReferenceFrame> ;"
                 "  rdfs:seeAlso <http://example.org/baxter> ; dcterms:title \"right_s1\" ;"
                 "  ros:friction <right_s1/friction> ; ros:jointReferenceFrame <right_s1/jointReferenceFrame> ; ros:rotation <right_s1/rotation> ;"
@@ -127,9 +130,11 @@ TEST_CASE("Figure 4, corrected: a callback on the rotation of right_s1, as the c
   REQUIRE(member.compare(0, container.size() + 1, container + "/") == 0);
   const Answer listed = robot.get("/baxter/right_s1/subscriptions");
   CHECK(missing(listed,
-                "<right_s1/subscriptions> a ldp:Container ; ldp:contains <" + member + "> . <" + member + "> a hybrit:Subscription , hybrit:WebCallback ;"
-                "  hybrit:onResource <right_s1/rotation> ; hybrit:callbackURL \"http://www.example.org/receiver\"^^xsd:anyURI ;"
-                "  hybrit:mediaType \"text/turtle\" ; dcterms:identifier \"" + member.substr(container.size() + 1) + "\" .",
+                "<right_s1/subscriptions> a ldp:Container ; ldp:contains <" + member + "> . <" + member +
+                    "> a hybrit:Subscription , hybrit:WebCallback ;"
+                    "  hybrit:onResource <right_s1/rotation> ; hybrit:callbackURL \"http://www.example.org/receiver\"^^xsd:anyURI ;"
+                    "  hybrit:mediaType \"text/turtle\" ; dcterms:identifier \"" +
+                    member.substr(container.size() + 1) + "\" .",
                 base) == "");
   for (int i = 0; i < 300; ++i) robot.step();
   CHECK(robot.get("/baxter/right_s1/subscriptions").tag() == listed.tag());
@@ -238,10 +243,13 @@ TEST_CASE("cancelling an invocation stops the arm, a newer one takes over", "[ex
 
 TEST_CASE("friction is read and written, within its bounds", "[examples][R0.5]") {
   Robot robot;
-  CHECK(missing(robot.get("/baxter/right_s1/friction"), "<right_s1/friction> a hybrit:Property ; vom:numericalValue \"0.7\"^^xsd:double .", base) == "");
+  CHECK(missing(robot.get("/baxter/right_s1/friction"), "<right_s1/friction> a hybrit:Property ; vom:numericalValue \"0.7\"^^xsd:double .", base) ==
+        "");
   const auto put = [&](const std::string& value) {
-    return robot.ask("PUT /baxter/right_s1/friction\nContent-Type: text/turtle\n\n<> <http://vocab.arvida.de/2015/06/vom/vocab#numericalValue> " + value +
-                     " ; <http://qudt.org/schema/qudt/hasUnit> <http://qudt.org/vocab/unit/N-M-SEC-PER-RAD> .").status;
+    return robot
+        .ask("PUT /baxter/right_s1/friction\nContent-Type: text/turtle\n\n<> <http://vocab.arvida.de/2015/06/vom/vocab#numericalValue> " + value +
+             " ; <http://qudt.org/schema/qudt/hasUnit> <http://qudt.org/vocab/unit/N-M-SEC-PER-RAD> .")
+        .status;
   };
   CHECK(put("0.9") == 204);
   CHECK(robot.arm.friction(baxter::right_s1) == 0.9);
@@ -293,7 +301,8 @@ TEST_CASE("seven joints and the links around them are reached from the root by l
   });
   for (const lrt::urdf::Joint& j : robot.model.joints) {
     const std::string joint = base + j.name;
-    for (const char* part : {"", "/state", "/rotation", "/position", "/friction", "/jointReferenceFrame", "/actions/rotate", "/blueprint", "/subscriptions"}) {
+    for (const char* part :
+         {"", "/state", "/rotation", "/position", "/friction", "/jointReferenceFrame", "/actions/rotate", "/blueprint", "/subscriptions"}) {
       CAPTURE(joint, part);
       CHECK(by_links.count(joint + part) == 1);
       CHECK(by_triples.count(joint + part) == 1);
@@ -367,10 +376,13 @@ TEST_CASE("moveTo is composed of the joints' rotate, and takes an angle for each
   for (std::size_t i = 0; i < baxter::joint_count; ++i) {
     const std::string joint = baxter::RightArm::name(i);
     CHECK(missing(a,
-                  "<actions/moveTo> a hybrit:AsynchronousAction ; dcterms:hasPart <" + joint + "/actions/rotate> ; hybrit:produces _:effect ."
-                  "_:effect <http://www.w3.org/ns/ssn/forProperty> <" + joint + "/rotation> . <" + joint + "/actions/rotate> a hybrit:Action .",
+                  "<actions/moveTo> a hybrit:AsynchronousAction ; dcterms:hasPart <" + joint +
+                      "/actions/rotate> ; hybrit:produces _:effect ."
+                      "_:effect <http://www.w3.org/ns/ssn/forProperty> <" +
+                      joint + "/rotation> . <" + joint + "/actions/rotate> a hybrit:Action .",
                   base) == "");
-    CHECK(robot.ask("GET /baxter/actions/moveTo\nAccept: application/json").says("\"href\":\"http://example.org/baxter/" + joint + "/actions/rotate\""));
+    CHECK(robot.ask("GET /baxter/actions/moveTo\nAccept: application/json")
+              .says("\"href\":\"http://example.org/baxter/" + joint + "/actions/rotate\""));
   }
   CHECK(robot.ask(angles({0, 0, 0, 0, 0, 0, 360})).status == 422);
   CHECK(robot.ask("POST /baxter/actions/moveTo\nContent-Type: application/json\n\n{\"right_s0\":1}").status == 422);

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """examples/ex_jwt with good and bad tokens. They are made here, with openssl, so that a library's own idea of a token does not count.
 
    ex_jwt_test.py EX_JWT

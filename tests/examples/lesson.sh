@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Runs a lesson and compares what it prints with the comment that ends its main.cpp.
 #
 #   lesson.sh PROGRAM MAIN_CPP

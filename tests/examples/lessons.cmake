@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Every lesson is run and compared with the output that its main.cpp states. (tests/docs compares README's program with the first one.)
 # Included from examples/CMakeLists.txt when tests are built.
 enable_testing()

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "examples/baxter/linked_arm.hpp"
 
 #include <algorithm>
@@ -25,8 +26,7 @@ int run_to_rest(RightArm& arm, std::size_t joint) {
     const double position = arm.position(joint), velocity = arm.velocity(joint), progress = arm.progress(joint);
     arm.step();
     ++steps;
-    if (arm.position(joint) < limits.lower_rad || arm.position(joint) > limits.upper_rad)
-      FAIL("position " << arm.position(joint));
+    if (arm.position(joint) < limits.lower_rad || arm.position(joint) > limits.upper_rad) FAIL("position " << arm.position(joint));
     if (std::abs(arm.velocity(joint)) > limits.velocity_rad_s) FAIL("velocity " << arm.velocity(joint));
     if (std::abs(arm.velocity(joint) - velocity) > hardest * step_period_s + 1e-9) FAIL("jump in velocity at step " << steps);
     // The way of one period lies between those at the two velocities, or, where it peaks between, just beside.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/client.hpp>
 
 #include <algorithm>
@@ -57,7 +58,8 @@ client::Response response_of(std::string_view text) {
       "@prefix hybrit: <https://hybr-it-projekt.de/ns/hybr-it#> . @prefix vom: <http://vocab.arvida.de/2015/06/vom/vocab#> . "
       "@prefix maths: <http://vocab.arvida.de/2015/06/maths/vocab#> . @prefix ldp: <http://www.w3.org/ns/ldp#> . "
       "@prefix sh: <http://www.w3.org/ns/shacl#> . @prefix rdf: <http://www.w3.org/1999/02/22-rdf-syntax-ns#> . "
-      "@prefix dcterms: <http://purl.org/dc/terms/> . @prefix h: <http://www.w3.org/2011/http#> . @prefix m: <http://www.w3.org/2011/http-methods#> . "
+      "@prefix dcterms: <http://purl.org/dc/terms/> . @prefix h: <http://www.w3.org/2011/http#> . @prefix m: <http://www.w3.org/2011/http-methods#> "
+      ". "
       "@prefix lrt: <https://w3id.org/lrt/ns#> . @prefix ssn: <http://www.w3.org/ns/ssn/> . @prefix qudt: <http://qudt.org/schema/qudt/> .\n";
   client::Response response;
   response.status = 200;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Any bytes as an event stream of a server: the events are the same in all pieces, and nothing is longer than the limit.
 #include <algorithm>
 #include <chrono>

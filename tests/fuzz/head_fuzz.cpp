@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Any bytes as the header section of a request: what the parser accepts must be unambiguous, and every field parser must survive every value.
 #include <cstddef>
 #include <cstdint>
@@ -90,8 +91,8 @@ void try_value(std::string_view text) {
   }
 
   const iri::Parts parts = iri::split(text);
-  require(parts.has_scheme + parts.has_query + parts.has_fragment + 2 * parts.has_authority + parts.scheme.size() +
-              parts.authority.size() + parts.path.size() + parts.query.size() + parts.fragment.size() ==
+  require(parts.has_scheme + parts.has_query + parts.has_fragment + 2 * parts.has_authority + parts.scheme.size() + parts.authority.size() +
+              parts.path.size() + parts.query.size() + parts.fragment.size() ==
           text.size());
   for (const std::string_view base : {"http://a/b/c/d;p?q", "urn:x:y", "http://a", "x:a/b"}) {
     const auto resolved = iri::resolve(base, text);
@@ -133,8 +134,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::string copy(reinterpret_cast<const char*>(data), size);
   const std::string_view head(copy);
   try_value(head);
-  if (const auto target = http::split_target(head))
-    require(!target->path.empty() && (target->path == "*" || target->path.front() == '/'));
+  if (const auto target = http::split_target(head)) require(!target->path.empty() && (target->path == "*" || target->path.front() == '/'));
 
   http::Request request;
   http::Framing framing;

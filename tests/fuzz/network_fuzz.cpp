@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Servers on loopback, one for each transport of the build, and clients that do what an input says: the conformance cases and the recorded
 // exchanges, mutated as bytes and in their structure. Whatever comes in, each response is whole and well framed, there are no more responses than
 // requests, 500 comes only after a lambda has thrown, and a new client is served.
@@ -59,8 +60,8 @@ using namespace lrt::test;
 constexpr char operation = '\xFF';
 
 [[noreturn]] void fail(const std::string& what, std::string_view sent = {}, std::string_view received = {}) {
-  std::fprintf(stderr, "%s\n--- sent\n%.*s\n--- received\n%.*s\n---\n", what.c_str(), static_cast<int>(sent.size()),
-               sent.data(), static_cast<int>(received.size()), received.data());
+  std::fprintf(stderr, "%s\n--- sent\n%.*s\n--- received\n%.*s\n---\n", what.c_str(), static_cast<int>(sent.size()), sent.data(),
+               static_cast<int>(received.size()), received.data());
   std::abort();
 }
 
@@ -116,8 +117,8 @@ class Receiver {
   Receiver() : listener_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)) {
     sockaddr_in address = loopback(0);
     socklen_t size = sizeof address;
-    if (::bind(listener_.get(), reinterpret_cast<sockaddr*>(&address), sizeof address) != 0 ||
-        ::listen(listener_.get(), 64) != 0 || ::getsockname(listener_.get(), reinterpret_cast<sockaddr*>(&address), &size) != 0)
+    if (::bind(listener_.get(), reinterpret_cast<sockaddr*>(&address), sizeof address) != 0 || ::listen(listener_.get(), 64) != 0 ||
+        ::getsockname(listener_.get(), reinterpret_cast<sockaddr*>(&address), &size) != 0)
       fail("the receiver cannot listen");
     host_ = "127.0.0.1:" + std::to_string(ntohs(address.sin_port));
   }
@@ -156,11 +157,9 @@ class Receiver {
       status = "200 OK";
     } else {
       const std::size_t length = client.received.find("Content-Length: ");
-      if (length < end && client.received.size() < end + 4 + std::strtoul(client.received.c_str() + length + 16, nullptr, 10))
-        return false;
+      if (length < end && client.received.size() < end + 4 + std::strtoul(client.received.c_str() + length + 16, nullptr, 10)) return false;
     }
-    const std::string response =
-        "HTTP/1.1 " + status + "\r\nConnection: close\r\nContent-Length: " + std::to_string(body.size()) + "\r\n\r\n" + body;
+    const std::string response = "HTTP/1.1 " + status + "\r\nConnection: close\r\nContent-Length: " + std::to_string(body.size()) + "\r\n\r\n" + body;
     (void)::send(client.socket.get(), response.data(), response.size(), MSG_NOSIGNAL);
     return true;
   }
@@ -179,8 +178,7 @@ struct Response {
 /// Reads all that one connection has received. What it may contain depends on what was sent.
 class Reading {
  public:
-  Reading(std::string_view transport, std::string_view sent, bool whole)
-      : libwebsockets_(transport == "libwebsockets"), whole_(whole) {
+  Reading(std::string_view transport, std::string_view sent, bool whole) : libwebsockets_(transport == "libwebsockets"), whole_(whole) {
     has_head_ = sent.find("HEAD") != std::string_view::npos;
     // A header section ends with an empty line; one without that may be refused.
     for (std::size_t i = 0; i + 1 < sent.size(); ++i)
@@ -199,8 +197,7 @@ class Reading {
   bool all(std::string_view rest, std::size_t interim) {
     if (rest.empty()) return true;
     const std::size_t end = rest.find("\r\n\r\n");
-    const std::string_view start =
-        rest.substr(0, 8) == "HTTP/1.0" ? "HTTP/1.0 " : "HTTP/1.1 ";  // libwebsockets refuses with 1.0
+    const std::string_view start = rest.substr(0, 8) == "HTTP/1.0" ? "HTTP/1.0 " : "HTTP/1.1 ";  // libwebsockets refuses with 1.0
     if (rest.substr(0, start.size()) != start.substr(0, rest.size())) return fails("expected a response");
     if (end == std::string_view::npos) return whole_ ? fails("half a header section") : true;
     const std::string_view header = rest.substr(0, end + 2);
@@ -334,9 +331,8 @@ bool is_plain(std::string_view input, std::string_view request) {
   const std::size_t end = request.find("\r\n\r\n");
   if (end == std::string_view::npos || request.find("\r\n\r\n", end + 1) != std::string_view::npos) return false;
   const std::string_view target = request.substr(request.find(' ') + 1, request.find("\r\n") - request.find(' ') - 1);
-  return target.substr(0, 1) == "/" && target.find_first_of("%\\") == std::string_view::npos &&
-         target.find("//") == std::string_view::npos && target.find("/.") == std::string_view::npos &&
-         request.find("pgrade") == std::string_view::npos;
+  return target.substr(0, 1) == "/" && target.find_first_of("%\\") == std::string_view::npos && target.find("//") == std::string_view::npos &&
+         target.find("/.") == std::string_view::npos && request.find("pgrade") == std::string_view::npos;
 }
 
 class Exchange {
@@ -387,9 +383,7 @@ class Exchange {
   Options options() {
     Options o;
     o.listen.port = 0;
-    o.listen.transport = [name = transport_](transport::TransportOptions t) {
-      return transport::make_named(name, std::move(t));
-    };
+    o.listen.transport = [name = transport_](transport::TransportOptions t) { return transport::make_named(name, std::move(t)); };
     o.threads.io = Io::in_poll;
     o.clock = &clock_;
     o.ids = std::make_shared<FixedIds>();
@@ -589,8 +583,7 @@ class Exchange {
       if (one.socket) check(one);
     Client probe;
     probe.socket = connected_to(server_.port());
-    const std::string request =
-        "GET /arm/speed HTTP/1.1\r\nHost: " + host_ + "\r\nAccept: application/json\r\nConnection: close\r\n\r\n";
+    const std::string request = "GET /arm/speed HTTP/1.1\r\nHost: " + host_ + "\r\nAccept: application/json\r\nConnection: close\r\n\r\n";
     if (::send(probe.socket.get(), request.data(), request.size(), MSG_NOSIGNAL) != static_cast<ssize_t>(request.size()))
       fail(transport_ + ": does not read");
     const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(5);
@@ -650,14 +643,12 @@ std::string input_of(const Case& from) {
       continue;
     }
     std::string request = step.request;
-    if (request.find("\nHost: ") == std::string::npos)
-      request.insert(std::min(request.find('\n'), request.size()), "\nHost: {host}");
+    if (request.find("\nHost: ") == std::string::npos) request.insert(std::min(request.find('\n'), request.size()), "\nHost: {host}");
     const std::size_t end = std::min(request.find("\n\n"), request.size());
     std::string header = request.substr(0, end), body = request.substr(std::min(request.size(), end + 2));
     header.insert(std::min(header.find('\n'), header.size()), " HTTP/1.1");
     header = replaced(std::move(header), "\n", "\r\n");
-    for (const auto& [word, value] : words)
-      header = replaced(std::move(header), word, value), body = replaced(std::move(body), word, value);
+    for (const auto& [word, value] : words) header = replaced(std::move(header), word, value), body = replaced(std::move(body), word, value);
     input += header + "\r\n";
     if (step.declared != 0)
       input += "Content-Length: " + std::to_string(step.declared) +
@@ -677,8 +668,7 @@ std::string input_of(const Case& from) {
 
 std::string input_of(const WireExchange& from) {
   std::string input;
-  for (const WireStep& step : from.steps)
-    input += step.set.empty() ? replaced(step.request, "\xFF", "\xFF\xFF") + "\xFF/" : change_of(step.set);
+  for (const WireStep& step : from.steps) input += step.set.empty() ? replaced(step.request, "\xFF", "\xFF\xFF") + "\xFF/" : change_of(step.set);
   return input + "\xFFh";
 }
 
@@ -712,8 +702,7 @@ const std::vector<std::string>& seeds() {
   static const std::vector<std::string> made = [] {
     std::vector<std::string> inputs = input_of_streams();
     for (const Case& c : read_cases(LRT_SOURCE_DIR "/tests/conformance/cases.txt")) inputs.push_back(input_of(c));
-    for (const WireExchange& e : read_recording(LRT_SOURCE_DIR "/tests/conformance/wire.txt").exchanges)
-      inputs.push_back(input_of(e));
+    for (const WireExchange& e : read_recording(LRT_SOURCE_DIR "/tests/conformance/wire.txt").exchanges) inputs.push_back(input_of(e));
     return inputs;
   }();
   return made;
@@ -806,22 +795,17 @@ class Mutator {
   }
   void insert(std::size_t at, const std::string& what) { input_.insert(at, what); }
   /// On another connection, and back.
-  std::string switched(const std::string& input) {
-    return std::string{operation, "BCD"[below(3)]} + input + std::string{operation, 'A'};
-  }
+  std::string switched(const std::string& input) { return std::string{operation, "BCD"[below(3)]} + input + std::string{operation, 'A'}; }
   void lines() {
     std::vector<std::pair<std::size_t, std::size_t>> found;  // begin and end of lines
-    for (std::size_t begin = 0, end = 0; (end = input_.find("\r\n", begin)) != std::string::npos; begin = end + 2)
-      found.emplace_back(begin, end + 2);
+    for (std::size_t begin = 0, end = 0; (end = input_.find("\r\n", begin)) != std::string::npos; begin = end + 2) found.emplace_back(begin, end + 2);
     if (found.empty()) return;
     const auto one = pick(found), other = pick(found);
     const std::string line = input_.substr(one.first, one.second - one.first);
     switch (below(3)) {
       case 0: input_.insert(other.first, line); break;
       case 1: input_.erase(one.first, line.size()); break;
-      default:
-        input_.erase(one.first, line.size());
-        input_.insert(other.first > one.first ? other.first - line.size() : other.first, line);
+      default: input_.erase(one.first, line.size()); input_.insert(other.first > one.first ? other.first - line.size() : other.first, line);
     }
   }
   void to_chunks() {
@@ -898,10 +882,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     exchange.run(input);
     const std::optional<Outcome> outcome = exchange.outcome();
     if (!first) first = outcome;
-    else if (outcome && outcome->status / 100 != first->status / 100 && first->status / 100 == 2 &&
-             is_plain(input, outcome->request))
-      fail("the transports disagree: " + std::to_string(first->status) + ", " + std::to_string(outcome->status),
-           outcome->request);
+    else if (outcome && outcome->status / 100 != first->status / 100 && first->status / 100 == 2 && is_plain(input, outcome->request))
+      fail("the transports disagree: " + std::to_string(first->status) + ", " + std::to_string(outcome->status), outcome->request);
   }
   return 0;
 }

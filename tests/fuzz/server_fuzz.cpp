@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The whole server without a socket: bytes in chunks -> HTTP session -> engine -> a robot -> responses. Whatever comes in, each is a whole HTTP
 // response with a definite status, nothing is left waiting, and a refused write has not reached the robot.
 //
@@ -18,8 +19,8 @@
 
 namespace {
 
-#define REQUIRE_THAT(condition) \
-  do {                          \
+#define REQUIRE_THAT(condition)     \
+  do {                              \
     if (!(condition)) std::abort(); \
   } while (false)
 
@@ -39,18 +40,26 @@ struct Robot {
 
 lrt::Thing make_joint(Robot& robot) {
   lrt::Thing joint{"j"};
-  joint.property("friction", [&robot] { return robot.friction; }, lrt::unit::one).between(0, 1).on_write([&robot](double v) {
-    robot.friction = v;
-    ++robot.writes;
-  });
+  joint
+      .property(
+          "friction", [&robot] { return robot.friction; }, lrt::unit::one)
+      .between(0, 1)
+      .on_write([&robot](double v) {
+        robot.friction = v;
+        ++robot.writes;
+      });
   joint.property<std::string>("label").on_write([&robot](std::string) { ++robot.writes; });
   joint.property<double>("angle", lrt::unit::radian).publish(0.5);
-  joint.action("rotate", [&robot](float target, lrt::Responder done) {
-    ++robot.commands;
-    robot.angle = static_cast<double>(target);
-    if (target < 100) done.succeed();
-    else if (target < 200) throw 1;
-  }).consumes(lrt::rdf::Facets{}.unit(lrt::unit::degree).at_least(0).below(360)).policy(lrt::ActionPolicy::preempt());
+  joint
+      .action("rotate",
+              [&robot](float target, lrt::Responder done) {
+                ++robot.commands;
+                robot.angle = static_cast<double>(target);
+                if (target < 100) done.succeed();
+                else if (target < 200) throw 1;
+              })
+      .consumes(lrt::rdf::Facets{}.unit(lrt::unit::degree).at_least(0).below(360))
+      .policy(lrt::ActionPolicy::preempt());
   joint.action("add", [](std::array<int, 2> n) { return n[0] + n[1]; });
   joint.collection<std::vector<double>>("points").on_create([](std::vector<double>) {}).on_remove([](const std::string&) {});
   return joint;

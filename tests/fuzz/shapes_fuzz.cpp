@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/shacl/validator.hpp>
 
 #include <cstdint>
@@ -67,8 +68,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   if (!back || back->size() != graph.size()) broken("a report that cannot be read", *written);
   if (!report->complete() && report->results().empty() && options.max_results != 0) broken("cut to nothing", *written);
   const auto again = lrt::shacl::validate(*shapes, *data, options);
-  if (!again || *lrt::rdf::write(again->to_graph(), Syntax::turtle) != *written)
-    broken("another report the second time", *written);
+  if (!again || *lrt::rdf::write(again->to_graph(), Syntax::turtle) != *written) broken("another report the second time", *written);
 
   // Every shape against every subject, directly.
   std::size_t tried = 0;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/query/parser.hpp"
 
 #include <algorithm>
@@ -172,7 +173,8 @@ const lrt::query::Dataset& small_dataset() {
       data->put(name, lrt::rdf::read(std::string("@prefix : <http://example.org/> . ") + turtle, lrt::rdf::Syntax::turtle, options).value());
     };
     put("http://example.org/g1", ":a :p :b, 1, 2.5, \"x\", \"y\"@en ; :q [ :p _:n ; :r 1e3 ] . :b :p :c . :c :p :a .");
-    put("http://example.org/g2", ":a :q \"2020-01-01T00:00:00Z\"^^<http://www.w3.org/2001/XMLSchema#dateTime>, true, \"z\"^^:t . :b :r ( 1 :a \"l\" ) . :d :p :d .");
+    put("http://example.org/g2",
+        ":a :q \"2020-01-01T00:00:00Z\"^^<http://www.w3.org/2001/XMLSchema#dateTime>, true, \"z\"^^:t . :b :r ( 1 :a \"l\" ) . :d :p :d .");
     return data;
   }();
   return *all;
@@ -195,7 +197,8 @@ void answer(const Query& query, const std::string& text) {
   }
   if (const auto* const table = std::get_if<lrt::query::Table>(&*found)) {
     if (table->rows() > bounds.rows) broken("more rows than the bound", text);
-    for (const auto format : {lrt::query::ResultFormat::json, lrt::query::ResultFormat::xml, lrt::query::ResultFormat::csv, lrt::query::ResultFormat::tsv})
+    for (const auto format :
+         {lrt::query::ResultFormat::json, lrt::query::ResultFormat::xml, lrt::query::ResultFormat::csv, lrt::query::ResultFormat::tsv})
       (void)lrt::query::write(*table, format);
   } else if (const auto* const graph = std::get_if<lrt::rdf::Graph>(&*found)) {
     if (graph->size() > bounds.rows) broken("more triples than the bound", text);

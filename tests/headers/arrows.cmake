@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # cmake -D ROOT=... -P arrows.cmake
 # Each #include between modules follows an arrow of arrows.txt.
 cmake_minimum_required(VERSION 3.21)

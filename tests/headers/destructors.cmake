@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Threads of lrt run until the process has ended, so no object of lrt may have a destructor that runs in exit(): objects with static storage are
 # constants, or lrt::Immortal. An object file that registers a handler all the same is named here, with the reason.
 #

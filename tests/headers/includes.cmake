@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # What arrows.cmake and third_parties.cmake have in common.
 
 # Every source file below the given directories of ROOT, relative to it.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Each claim of SECURITY.md names a test that exists: a TEST_CASE, or a case of a test in Python, whose name has underscores for spaces.
 #
 #   cmake -D ROOT=... -P security_claims.cmake

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Everything that has traits, in one object file: destructors.cmake looks at what its templates leave there.
 #include <array>
 #include <chrono>

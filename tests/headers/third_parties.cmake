@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # cmake -D ROOT=... -P third_parties.cmake
 # Each header that is neither lrt's nor of the C++ standard library is included only where third_parties.txt allows it.
 cmake_minimum_required(VERSION 3.21)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # All threads of lrt are started by start_thread(), so that they inherit nothing of a control loop.
 #
 #   cmake -D ROOT=... -P threads.cmake

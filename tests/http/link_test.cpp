@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/http/link.hpp>
 
 #include <algorithm>
@@ -32,8 +33,7 @@ TEST_CASE("what a URI may not have is percent-encoded in a link", "[http][R0.9]"
   writer.add("/gr\xC3\xB6/<\"{}|^`\\> \r\n%41%4%", "http://r/\xC3\xB6#a%20b up\"");
   http::Fields fields;
   writer.finish(fields, "");
-  CHECK(fields.find("Link") ==
-        std::string_view("</gr%C3%B6/%3C%22%7B%7D%7C%5E%60%5C%3E%20%0D%0A%41%254%25>; rel=\"http://r/%C3%B6#a%20b up%22\""));
+  CHECK(fields.find("Link") == std::string_view("</gr%C3%B6/%3C%22%7B%7D%7C%5E%60%5C%3E%20%0D%0A%41%254%25>; rel=\"http://r/%C3%B6#a%20b up%22\""));
 }
 
 TEST_CASE("lines keep to 4 KiB, all to the budget, and one link at the end leads to the rest", "[http][R0.9]") {

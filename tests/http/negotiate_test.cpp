@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/http/negotiate.hpp>
 
 #include "tests/support/catch.hpp"
@@ -6,8 +7,7 @@ using namespace lrt;
 
 namespace {
 
-const std::vector<std::string_view> offers = {"text/turtle", "application/n-triples", "application/rdf+xml", "application/json",
-                                              "text/html"};
+const std::vector<std::string_view> offers = {"text/turtle", "application/n-triples", "application/rdf+xml", "application/json", "text/html"};
 
 std::string pick(const char* accept) {
   const auto index = http::negotiate(accept, offers);
@@ -18,9 +18,8 @@ std::string pick(const char* accept) {
 
 TEST_CASE("Turtle is the variant when Accept is absent or leaves a choice", "[http][R1.1]") {
   CHECK(http::negotiate(std::nullopt, offers) == std::size_t{0});
-  for (const char* open :
-       {"", "  ", "*/*", " */* ", "*/*;q=0.1", "text/*", "text/turtle, application/json", "application/json, text/turtle",
-        "application/json;q=0.5, */*;q=0.5", "text/html;q=0.9, */*", ",", "text/html, image/gif;q=1, text/turtle"}) {
+  for (const char* open : {"", "  ", "*/*", " */* ", "*/*;q=0.1", "text/*", "text/turtle, application/json", "application/json, text/turtle",
+                           "application/json;q=0.5, */*;q=0.5", "text/html;q=0.9, */*", ",", "text/html, image/gif;q=1, text/turtle"}) {
     CAPTURE(open);
     CHECK(pick(open) == "text/turtle");
   }
@@ -74,10 +73,9 @@ TEST_CASE("a range with parameters matches what has them; charset=utf-8 is true 
 }
 
 TEST_CASE("malformed members are skipped", "[http][R1.2]") {
-  for (const char* broken :
-       {"text", "text/", "/turtle", "*/html", "text/html q=1", "text/html;q", "text/html;q=", "text/html;q=2",
-        "text/html;q=1.001", "text/html;q=0.1234", "text/html;q=-1", "text/html;q=.", "text/html;q=0.x", "text/html;q =1",
-        "text/html;\"q\"=1", "text/html;x=\"a", "t\x01/html", "\xC3\xB6/html"}) {
+  for (const char* broken : {"text", "text/", "/turtle", "*/html", "text/html q=1", "text/html;q", "text/html;q=", "text/html;q=2",
+                             "text/html;q=1.001", "text/html;q=0.1234", "text/html;q=-1", "text/html;q=.", "text/html;q=0.x", "text/html;q =1",
+                             "text/html;\"q\"=1", "text/html;x=\"a", "t\x01/html", "\xC3\xB6/html"}) {
     CAPTURE(broken);
     CHECK(pick(("application/json;q=0.1, " + std::string(broken)).c_str()) == "application/json");
     CHECK(pick(broken) == "text/turtle");  // nothing was said

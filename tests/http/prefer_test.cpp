@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/http/prefer.hpp>
 
 #include "tests/support/catch.hpp"
@@ -25,8 +26,7 @@ TEST_CASE("unknown and malformed preferences are ignored, the first of a repeate
   CHECK(http::parse_prefer("return=minimal, return=representation").return_ == Return::minimal);
   CHECK(http::parse_prefer("return=foo, return=representation").return_ == Return::representation);
   CHECK(http::parse_prefer("wait=1, wait=2").wait == seconds(1));
-  for (const char* bad :
-       {"wait", "wait=", "wait=-1", "wait=1.5", "wait=\"1", "wait 1", "=1", "wait=1;;=", "wait=1 x", "w\x01=1", "\"wait=1\""}) {
+  for (const char* bad : {"wait", "wait=", "wait=-1", "wait=1.5", "wait=\"1", "wait 1", "=1", "wait=1;;=", "wait=1 x", "w\x01=1", "\"wait=1\""}) {
     CAPTURE(bad);
     CHECK_FALSE(http::parse_prefer(bad).wait);
     CHECK(http::parse_prefer(std::string("respond-async, ") + bad).respond_async);
@@ -36,8 +36,8 @@ TEST_CASE("unknown and malformed preferences are ignored, the first of a repeate
 }
 
 TEST_CASE("include and omit of return=representation are lists of IRIs", "[http]") {
-  const auto prefer = http::parse_prefer(
-      "return=representation; include=\"http://www.w3.org/ns/ldp#PreferMinimalContainer  urn:x relative\"; OMIT=\"http://a\"");
+  const auto prefer =
+      http::parse_prefer("return=representation; include=\"http://www.w3.org/ns/ldp#PreferMinimalContainer  urn:x relative\"; OMIT=\"http://a\"");
   CHECK(prefer.include == std::vector<std::string>{"http://www.w3.org/ns/ldp#PreferMinimalContainer", "urn:x"});
   CHECK(prefer.omit == std::vector<std::string>{"http://a"});
   CHECK(http::parse_prefer("return=minimal; include=\"http://a\"").include.empty());

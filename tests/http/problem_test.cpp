@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/http/problem.hpp>
 
 #include "tests/support/catch.hpp"
@@ -5,8 +6,7 @@
 using namespace lrt;
 
 TEST_CASE("a problem is RFC 9457 JSON", "[http][R0.6]") {
-  CHECK(http::to_json({404, "no resource \"/x\""}) ==
-        R"({"type":"about:blank","title":"Not Found","status":404,"detail":"no resource \"/x\""})");
+  CHECK(http::to_json({404, "no resource \"/x\""}) == R"({"type":"about:blank","title":"Not Found","status":404,"detail":"no resource \"/x\""})");
   CHECK(http::to_json({500, ""}) == R"({"type":"about:blank","title":"Internal Server Error","status":500})");
 }
 

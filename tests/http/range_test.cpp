@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/http/range.hpp>
 
 #include "tests/support/catch.hpp"
@@ -12,10 +13,17 @@ TEST_CASE("a byte range selects part of a representation", "[http][R0.6]") {
     Kind kind;
     std::size_t first, length;
   } const cases[] = {
-      {"bytes=0-0", Kind::part, 0, 1},      {"bytes=0-9", Kind::part, 0, 10},   {"bytes=3-5", Kind::part, 3, 3},
-      {"bytes=8-", Kind::part, 8, 2},       {"bytes=0-99", Kind::part, 0, 10},  {"bytes=-3", Kind::part, 7, 3},
-      {"bytes=-99", Kind::part, 0, 10},     {"Bytes=1-1", Kind::part, 1, 1},    {"bytes=9-99999999999999999999999", Kind::part, 9, 1},
-      {"bytes=10-", Kind::unsatisfiable, 0, 0}, {"bytes=-0", Kind::unsatisfiable, 0, 0},
+      {"bytes=0-0", Kind::part, 0, 1},
+      {"bytes=0-9", Kind::part, 0, 10},
+      {"bytes=3-5", Kind::part, 3, 3},
+      {"bytes=8-", Kind::part, 8, 2},
+      {"bytes=0-99", Kind::part, 0, 10},
+      {"bytes=-3", Kind::part, 7, 3},
+      {"bytes=-99", Kind::part, 0, 10},
+      {"Bytes=1-1", Kind::part, 1, 1},
+      {"bytes=9-99999999999999999999999", Kind::part, 9, 1},
+      {"bytes=10-", Kind::unsatisfiable, 0, 0},
+      {"bytes=-0", Kind::unsatisfiable, 0, 0},
       {"bytes=99999999999999999999999-", Kind::unsatisfiable, 0, 0},
   };
   for (const auto& c : cases) {

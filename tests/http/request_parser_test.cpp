@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/http/request_parser.hpp>
 
 #include <filesystem>
@@ -78,9 +79,7 @@ void check_reading(const std::string& head) {
   CHECK(request.target == expected.target);
   CHECK(request.version == expected.version);
   CHECK(copied(request.fields) == copied(expected.fields));
-  const auto is_within = [&](std::string_view part) {
-    return part.data() >= head.data() && part.data() + part.size() <= head.data() + head.size();
-  };
+  const auto is_within = [&](std::string_view part) { return part.data() >= head.data() && part.data() + part.size() <= head.data() + head.size(); };
   for (const auto& field : request.fields) CHECK((is_within(field.name) && is_within(field.value)));
 }
 
@@ -266,8 +265,8 @@ const Refused refusals[] = {
     {"PUT / HTTP/1.1\r\nHost: a\r\nContent-Length: 5\r\nTransfer-Encoding: chunked\r\n\r\n"sv, 400, "beside Transfer-Encoding"},
     {"PUT / HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: chunked\r\ncontent-length: 5\r\n\r\n"sv, 400, "beside Transfer-Encoding"},
     {"PUT / HTTP/1.1\r\nHost: a\r\nContent-Length: 5\r\nContent-Length: 5\r\n\r\n"sv, 400, "at most one, found 2"},
-    {"PUT / HTTP/1.1\r\nHost: a\r\nContent-Length: 1\r\nX: 9\r\ncontent-length: 2\r\nContent-Length: 3\r\nContent-Length: 4\r\n\r\n"sv,
-     400, "Content-Length: expected at most one, found 4: \"1\", \"2\", \"3\", ..."},
+    {"PUT / HTTP/1.1\r\nHost: a\r\nContent-Length: 1\r\nX: 9\r\ncontent-length: 2\r\nContent-Length: 3\r\nContent-Length: 4\r\n\r\n"sv, 400,
+     "Content-Length: expected at most one, found 4: \"1\", \"2\", \"3\", ..."},
     {"PUT / HTTP/1.1\r\nHost: a\r\nContent-Length: 5, 5\r\n\r\n"sv, 400, "found \"5, 5\""},
     {"PUT / HTTP/1.1\r\nHost: a\r\nContent-Length:\r\n\r\n"sv, 400, "Content-Length: expected 1 to 19 digits, found \"\""},
     {"PUT / HTTP/1.1\r\nHost: a\r\nContent-Length: +5\r\n\r\n"sv, 400, "found \"+5\""},
@@ -292,10 +291,8 @@ const Refused refusals[] = {
     {"PUT / HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: gzip, chunked\r\nTransfer-Encoding: chunked\r\n\r\n"sv, 400,
      "found 2: \"gzip, chunked\", \"chunked\""},
     {"PUT / HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: chunked, chunked\r\n\r\n"sv, 400, "found \"chunked, chunked\""},
-    {"PUT / HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: chunked\r\nTransfer-Encoding: chunked\r\n\r\n"sv, 400,
-     "at most one, found 2"},
-    {"PUT / HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: chunked\r\nTransfer-Encoding: identity\r\n\r\n"sv, 400,
-     "at most one, found 2"},
+    {"PUT / HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: chunked\r\nTransfer-Encoding: chunked\r\n\r\n"sv, 400, "at most one, found 2"},
+    {"PUT / HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: chunked\r\nTransfer-Encoding: identity\r\n\r\n"sv, 400, "at most one, found 2"},
     {"PUT / HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: chunked;x=1\r\n\r\n"sv, 400, "found \"chunked;x=1\""},
     {"PUT / HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: chunked,\r\n\r\n"sv, 400, "found \"chunked,\""},
     {"PUT / HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: \"chunked\"\r\n\r\n"sv, 400, "found \"\\x22chunked\\x22\""},

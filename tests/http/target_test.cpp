@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/http/target.hpp>
 
 #include "tests/support/catch.hpp"
@@ -39,8 +40,7 @@ TEST_CASE("a host is split from its port", "[http][R0.1]") {
   CHECK(http::parse_host("127.0.0.1:0")->port == 0);
   CHECK(http::parse_host("[::1]:80")->host == "[::1]");
   CHECK(http::parse_host("[::1]:80")->port == 80);
-  for (const char* good : {"[::]", "[1::]", "[1:2:3:4:5:6:7:8]", "[::ffff:127.0.0.1]", "[1:2:3:4:5:6:1.2.3.4]", "[fe80::1:2]",
-                           "[1::3:4:5:6:7:8]"}) {
+  for (const char* good : {"[::]", "[1::]", "[1:2:3:4:5:6:7:8]", "[::ffff:127.0.0.1]", "[1:2:3:4:5:6:1.2.3.4]", "[fe80::1:2]", "[1::3:4:5:6:7:8]"}) {
     CAPTURE(good);
     CHECK(http::parse_host(good));
   }

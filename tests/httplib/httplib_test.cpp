@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/httplib.hpp>
 
 #include <atomic>
@@ -31,8 +32,7 @@ class Raw {
     address.sin_family = AF_INET;
     address.sin_port = htons(port);
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    if (::connect(descriptor_, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0)
-      throw std::runtime_error("connect failed");
+    if (::connect(descriptor_, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0) throw std::runtime_error("connect failed");
   }
   ~Raw() { ::close(descriptor_); }
   Raw(const Raw&) = delete;
@@ -117,8 +117,8 @@ const std::string stream_of_angle = "Accept: text/event-stream\r\n";
 }  // namespace
 
 TEST_CASE("Things are served below the prefix, with it in their IRIs, and nowhere else", "[httplib][R0.3]") {
-  const auto [prefix, root] = GENERATE(table<std::string, std::string>(
-      {{"/robot", "/robot"}, {"/robot/", "/robot"}, {"", ""}, {"/", ""}, {"/a.b/c-d_(1)", "/a.b/c-d_(1)"}}));
+  const auto [prefix, root] =
+      GENERATE(table<std::string, std::string>({{"/robot", "/robot"}, {"/robot/", "/robot"}, {"", ""}, {"/", ""}, {"/a.b/c-d_(1)", "/a.b/c-d_(1)"}}));
   Robot robot(prefix);
   const Answer all = robot.ask("GET " + root + "/\nAccept: text/turtle");
   CHECK(all.status == 200);
@@ -128,8 +128,7 @@ TEST_CASE("Things are served below the prefix, with it in their IRIs, and nowher
   if (root.empty()) return;
   CHECK(robot.ask("GET " + root + "\nAccept: text/turtle").body == all.body);
   CHECK(robot.ask("GET " + root + "?page=1").status == 200);
-  for (const char* elsewhere : {"/", "/arm", "/arm/angle", "/x/robot/arm"})
-    CHECK(robot.ask(std::string("GET ") + elsewhere).status == 404);
+  for (const char* elsewhere : {"/", "/arm", "/arm/angle", "/x/robot/arm"}) CHECK(robot.ask(std::string("GET ") + elsewhere).status == 404);
   CHECK_FALSE(robot.ask("GET " + root + "x/arm").has("Link"));
   CHECK_FALSE(robot.ask("GET /axb/c-d_(1)/arm").has("Link"));
 }
@@ -137,9 +136,7 @@ TEST_CASE("Things are served below the prefix, with it in their IRIs, and nowher
 TEST_CASE("the host's own routes and default fields stay", "[httplib]") {
   const std::string prefix = GENERATE("", "/robot");
   Robot robot(prefix, {}, [](httplib::Server& http_server) {
-    const auto own = [](const httplib::Request& request, httplib::Response& response) {
-      response.set_content("own " + request.body, "text/plain");
-    };
+    const auto own = [](const httplib::Request& request, httplib::Response& response) { response.set_content("own " + request.body, "text/plain"); };
     http_server.Get("/own", own).Post("/own", own).Put("/own", own).Delete("/own", own);
     http_server.set_default_headers({{"X-Host", "yes"}, {"Content-Type", "text/x-default"}, {"Cache-Control", "max-age=5"}});
   });
@@ -204,10 +201,7 @@ TEST_CASE("repeated fields arrive all", "[httplib]") {
   const Answer get = robot.ask("GET /robot/arm/angle");
   CHECK(robot.ask("GET /robot/arm/angle\nIf-None-Match: \"other\"\nIf-None-Match: " + get.tag()).status == 304);
   CHECK(robot.ask("GET /robot/arm/angle\nAccept: image/png\nAccept: text/plain").body == "12.5");
-  CHECK(Raw(robot.host->port())
-            .send(robot.raw("GET /robot/arm HTTP/1.1", "Host: other\r\n"))
-            .until("\r\n\r\n")
-            .compare(9, 3, "400") == 0);
+  CHECK(Raw(robot.host->port()).send(robot.raw("GET /robot/arm HTTP/1.1", "Host: other\r\n")).until("\r\n\r\n").compare(9, 3, "400") == 0);
 }
 
 TEST_CASE("a range is applied once, and only to what has it", "[httplib][R0.11]") {
@@ -262,17 +256,14 @@ TEST_CASE("bodies are bounded", "[httplib]") {
   CHECK(refused.status == 413);
   CHECK(refused.field("Connection") == "close");
   CHECK(robot.name == std::string(20, 'a'));
-  const std::string chunked = robot.raw("PUT " + prefix + "/arm/name HTTP/1.1",
-                                        "Content-Type: text/plain\r\nTransfer-Encoding: chunked\r\nConnection: close\r\n");
+  const std::string chunked =
+      robot.raw("PUT " + prefix + "/arm/name HTTP/1.1", "Content-Type: text/plain\r\nTransfer-Encoding: chunked\r\nConnection: close\r\n");
   std::atomic<bool> ended{false};
   std::thread polling([&] {
     while (!ended) robot.server->poll(), std::this_thread::yield();
   });
   CHECK(Raw(robot.host->port()).send(chunked + "3\r\nabc\r\n2\r\nde\r\n0\r\n\r\n").until("\r\n\r\n").compare(9, 3, "204") == 0);
-  CHECK(Raw(robot.host->port())
-            .send(chunked + "f\r\naaaaaaaaaaaaaaa\r\n6\r\nbbbbbb\r\n0\r\n\r\n")
-            .until("\r\n\r\n")
-            .compare(9, 3, "413") == 0);
+  CHECK(Raw(robot.host->port()).send(chunked + "f\r\naaaaaaaaaaaaaaa\r\n6\r\nbbbbbb\r\n0\r\n\r\n").until("\r\n\r\n").compare(9, 3, "413") == 0);
   ended = true;
   polling.join();
   CHECK(robot.name == "abcde");
@@ -410,8 +401,7 @@ TEST_CASE("event streams do not take all of the host's threads", "[httplib][stre
   MountOptions options;
   options.max_event_streams = 2;
   options.ping_interval = milliseconds(5);
-  Robot robot("/robot", options,
-              [](httplib::Server& http_server) { http_server.new_task_queue = [] { return new httplib::ThreadPool(4); }; });
+  Robot robot("/robot", options, [](httplib::Server& http_server) { http_server.new_task_queue = [] { return new httplib::ThreadPool(4); }; });
   const std::string request = robot.raw("GET /robot/arm/angle HTTP/1.1", stream_of_angle);
   Raw first(robot.host->port());
   first.send(request).until("data: ");
@@ -435,8 +425,7 @@ TEST_CASE("event streams do not take all of the host's threads", "[httplib][stre
 TEST_CASE("an event stream to HTTP/1.0 ends with its connection", "[httplib][stream]") {
   Robot robot;
   Raw client(robot.host->port());
-  client.send(robot.raw("GET /robot/arm/angle?accept=text/plain HTTP/1.0", stream_of_angle + "Connection: Keep-Alive\r\n"))
-      .until("data: 12.5\n");
+  client.send(robot.raw("GET /robot/arm/angle?accept=text/plain HTTP/1.0", stream_of_angle + "Connection: Keep-Alive\r\n")).until("data: 12.5\n");
   CHECK_FALSE(contains(client.received, "Transfer-Encoding"));
   CHECK(contains(client.received, "\r\nConnection: close\r\n"));
   robot.server->stop();
@@ -465,7 +454,8 @@ TEST_CASE("a user logs in at a mounted server, and at each of two", "[httplib][s
   Options others = options;
   others.listen.transport = transport::no_network;
   Server other = Server::create(std::move(others)).value();
-  Robot robot("/robot", {}, [&](httplib::Server& http_server) { mount(http_server, other, "/other"); }, std::move(options));
+  Robot robot(
+      "/robot", {}, [&](httplib::Server& http_server) { mount(http_server, other, "/other"); }, std::move(options));
   const std::string own = "\nOrigin: http://" + robot.authority();
   const auto log_in = [&](const std::string& prefix) {
     const Answer login = robot.ask("POST " + prefix + "/ns/session\nContent-Length: 0\nAuthorization: Bearer a-token" + own);
@@ -490,9 +480,7 @@ TEST_CASE("a server has its own port as well", "[httplib]") {
   server.add(Thing{"arm"}).value();
   const HttplibHost host([&](httplib::Server& http_server) { mount(http_server, server, "/robot"); });
   const auto own = [](std::uint16_t port) { return "\nAccept: text/turtle\nHost: 127.0.0.1:" + std::to_string(port); };
-  const auto iri = [](std::uint16_t port, const std::string& prefix) {
-    return "<http://127.0.0.1:" + std::to_string(port) + prefix + "/arm>";
-  };
+  const auto iri = [](std::uint16_t port, const std::string& prefix) { return "<http://127.0.0.1:" + std::to_string(port) + prefix + "/arm>"; };
   for (int i = 0; i < 3; ++i) {
     CHECK(contains(Socket(host.port()).ask("GET /robot/arm" + own(host.port())).body, iri(host.port(), "/robot")));
     CHECK(contains(Socket(server.port()).ask("GET /arm" + own(server.port())).body, iri(server.port(), "")));
@@ -510,8 +498,7 @@ TEST_CASE("web callbacks are ordered by GET with Upgrade, WebSockets are not off
   CHECK(contains(made.field("Location"), "http://" + robot.authority() + "/robot/arm/subscriptions/"));
   CHECK(robot.ask("DELETE " + made.field("Location")).status == 204);
   CHECK(robot.ask(get + "Upgrade: callback\nCallback: http://" + robot.authority() + "/robot/arm/actions/count").status == 403);
-  CHECK(robot.ask(get + "Upgrade: websocket\nSec-WebSocket-Version: 13\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==").status ==
-        200);
+  CHECK(robot.ask(get + "Upgrade: websocket\nSec-WebSocket-Version: 13\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==").status == 200);
 }
 
 TEST_CASE("JSON-LD bodies refer to the context below the prefix", "[httplib]") {
@@ -536,8 +523,7 @@ TEST_CASE("over the host's TLS representations have https", "[httplib][tls][R0.2
   options.listen.transport = transport::no_network;
   Server server = Server::create(std::move(options)).value();
   server.add(Thing{"arm"}).value();
-  auto https =
-      std::make_unique<httplib::SSLServer>(folder.put("server.pem", {&own}).c_str(), folder.put_key("key.pem", own).c_str());
+  auto https = std::make_unique<httplib::SSLServer>(folder.put("server.pem", {&own}).c_str(), folder.put_key("key.pem", own).c_str());
   const HttplibHost host(std::move(https), [&](httplib::Server& http_server) { mount(http_server, server, "/robot"); });
   Socket client(host.port(), std::make_unique<TlsLayer>(trusting.get()));
   const std::string authority_text = "127.0.0.1:" + std::to_string(host.port());
@@ -560,8 +546,8 @@ TEST_CASE("rights are those of the rules behind a host's server, too", "[httplib
   check_rights([&](const std::string& request, const std::string& token) {
     const std::size_t path = request.find('/'), body = std::min(request.find("\n\n"), request.size());
     return Socket(host.port())
-        .ask(request.substr(0, path) + "/robot" + request.substr(path, body - path) + name + (token.empty() ? "" : "\nAuthorization: Bearer " + token) +
-             request.substr(body))
+        .ask(request.substr(0, path) + "/robot" + request.substr(path, body - path) + name +
+             (token.empty() ? "" : "\nAuthorization: Bearer " + token) + request.substr(body))
         .status;
   });
   CHECK(taken == 5);

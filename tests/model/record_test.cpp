@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Classes as they are: fields by getters, setters and lambdas, C arrays, maps.
 #include <lrt/rdf/traits.hpp>
 
@@ -75,7 +76,8 @@ struct lrt::rdf::traits<Motor> : Record<Motor> {
     r.field("name", &Motor::name, &Motor::set_name);
     r.field("current", &Motor::current, &Motor::set_current);
     r.field("torque", &Motor::torque, &Motor::set_torque);
-    r.field("first_gain", [](const Motor& m) { return m.gains[0]; }, [](Motor& m, double v) { m.gains[0] = v; });
+    r.field(
+        "first_gain", [](const Motor& m) { return m.gains[0]; }, [](Motor& m, double v) { m.gains[0] = v; });
     r.field("label", &Motor::label);
     r.field("gains", &Motor::gains).at_least(0);
   }
@@ -109,7 +111,8 @@ bool survives(const T& value, const Facets& facets = {}) {
     options.base = "http://localhost/";
     rdf::Graph back = rdf::read(rdf::write(graph, syntax).value(), syntax, options).value();
     std::vector<rdf::Mismatch> mismatches;
-    const Result<Value> read = rdf::read_value(back, back.intern(rdf::iri("http://localhost/x")), traits<T>::type(), facets, "http://localhost/b", mismatches);
+    const Result<Value> read =
+        rdf::read_value(back, back.intern(rdf::iri("http://localhost/x")), traits<T>::type(), facets, "http://localhost/b", mismatches);
     if (!read) {
       UNSCOPED_INFO(read.error().message);
       return false;
@@ -232,9 +235,12 @@ TEST_CASE("a name that a map has twice is refused", "[model]") {
   rdf::ReadOptions options;
   options.base = "http://localhost/x";
   rdf::Graph graph = rdf::read(R"(@prefix schema: <http://schema.org/> . @prefix rdf: <http://www.w3.org/1999/02/22-rdf-syntax-ns#> .
-    <> rdf:value ( [ schema:name "a" ; schema:value 1 ] [ schema:name "a" ; schema:value 2 ] ) .)", rdf::Syntax::turtle, options).value();
+    <> rdf:value ( [ schema:name "a" ; schema:value 1 ] [ schema:name "a" ; schema:value 2 ] ) .)",
+                               rdf::Syntax::turtle, options)
+                         .value();
   std::vector<rdf::Mismatch> mismatches;
-  const auto read = rdf::read_value(graph, graph.intern(rdf::iri("http://localhost/x")), traits<std::map<std::string, int>>::type(), {}, "http://localhost/b", mismatches);
+  const auto read = rdf::read_value(graph, graph.intern(rdf::iri("http://localhost/x")), traits<std::map<std::string, int>>::type(), {},
+                                    "http://localhost/b", mismatches);
   REQUIRE_FALSE(read);
   CHECK(read.error().message.find("expected each name once, found \"a\" twice") != std::string::npos);
 }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/model/detail/slot.hpp>
 
 #include <array>
@@ -12,8 +13,8 @@
 #include "tests/support/fakes.hpp"
 
 using namespace lrt;
-using test::allocations;
 using model::Slot;
+using test::allocations;
 
 namespace {
 using Utc = std::chrono::system_clock::time_point;

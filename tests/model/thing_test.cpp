@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/thing.hpp>
 
 #include <functional>
@@ -111,7 +112,10 @@ TEST_CASE("the invocation fails when the last copy of its Responder is destroyed
 TEST_CASE("a thing stores its description", "[model]") {
   Thing thing{"caf\u00e9/arm 1"};
   CHECK(thing.path() == "caf%C3%A9/arm%201");
-  thing.property("deep/p", [] { return 1; }, unit::metre).between(-1, 1);
+  thing
+      .property(
+          "deep/p", [] { return 1; }, unit::metre)
+      .between(-1, 1);
   thing.property("text", [] { return "literal"; });
   thing.property<float>("pushed");
   thing.action("go", [](double) { return std::string(); });

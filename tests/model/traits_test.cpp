@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/rdf/traits.hpp>
 
 #include <cmath>
@@ -154,7 +155,8 @@ TEST_CASE("every finite double and float reads back bit-identically", "[model][R
     if (std::isfinite(d) && !through(d)) FAIL(d);
     if (std::isfinite(f) && !through(f)) FAIL(f);
   }
-  for (const double d : {0.0, -0.0, 0.1, 1e308, 5e-324, std::numeric_limits<double>::max(), std::numeric_limits<double>::min(), 1.0 / 3}) CHECK(survives(d));
+  for (const double d : {0.0, -0.0, 0.1, 1e308, 5e-324, std::numeric_limits<double>::max(), std::numeric_limits<double>::min(), 1.0 / 3})
+    CHECK(survives(d));
   for (const float f : {0.0F, -0.0F, 0.1F, 1e-45F, std::numeric_limits<float>::max(), 16777217.0F}) CHECK(survives(f));
 }
 
@@ -204,7 +206,9 @@ TEST_CASE("texts, enumerations, durations and instants read back", "[model][R0.5
   CHECK(survives(time_point<system_clock, seconds>(seconds(1795257519))));
   // Ill-formed bytes are replaced by U+FFFD.
   CHECK(round_trip(std::string("a\xff")).value() == "a\xEF\xBF\xBD");
-  CHECK(round_trip(std::string("a\0b\xff\0", 5)).value() == "a\xEF\xBF\xBD" "b\xEF\xBF\xBD\xEF\xBF\xBD");
+  CHECK(round_trip(std::string("a\0b\xff\0", 5)).value() ==
+        "a\xEF\xBF\xBD"
+        "b\xEF\xBF\xBD\xEF\xBF\xBD");
   CHECK_FALSE(traits<Gear>::decode(Value(std::string("reverse"))));
   CHECK(traits<Gear>::encode(static_cast<Gear>(7)).is_null());
 }
@@ -258,7 +262,8 @@ TEST_CASE("facets of fields are checked", "[model][R0.6]") {
 
 TEST_CASE("mismatches have the path and what was expected and found", "[model][R0.6]") {
   const rdf::Graph graph = test::turtle(
-      "<x> a <http://example.org/Car> ; <http://localhost/b#Car/name> 7 ; <http://localhost/b#Car/gear> \"up\" ; <http://localhost/b#Car/age> \"P1Y\"^^xsd:duration ;"
+      "<x> a <http://example.org/Car> ; <http://localhost/b#Car/name> 7 ; <http://localhost/b#Car/gear> \"up\" ; <http://localhost/b#Car/age> "
+      "\"P1Y\"^^xsd:duration ;"
       " <http://localhost/b#Car/matrix> () ; <http://localhost/b#Car/wheels> ( 1 2 ) .");
   std::vector<rdf::Mismatch> mismatches;
   CHECK_FALSE(rdf::read_value(graph, *graph.find(rdf::iri("http://localhost/x")), traits<Car>::type(), {}, "http://localhost/b#", mismatches));

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A program that says `using namespace` for both: each name below must mean one thing.
 #include <lrt/lrt.hpp>
 

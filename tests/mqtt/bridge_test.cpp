@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A server, its bridge, a Mosquitto and clients of it.
 #include <lrt/mqtt.hpp>
 
@@ -87,8 +88,7 @@ TEST_CASE("a bridge publishes properties, states and a birth message", "[mqtt]")
   watcher.subscribe("robots/#");
   Robot robot(broker.port(), {}, {}, GENERATE(Io::own_thread, Io::in_poll));
   robot.until(watcher, [&] {
-    return watcher.payload("robots/r1/arm/angle") == "1.5" && watcher.newest("robots/r1/arm/state") &&
-           watcher.newest("robots/r1/ns/description");
+    return watcher.payload("robots/r1/arm/angle") == "1.5" && watcher.newest("robots/r1/arm/state") && watcher.newest("robots/r1/ns/description");
   });
   const auto angle = *watcher.newest("robots/r1/arm/angle");
   CHECK(angle.content_type == "application/json");
@@ -119,8 +119,8 @@ TEST_CASE("a resource and its subscription say in RDF where they are published",
   Robot robot(broker.port(), [](mqtt::Options& o) { o.broker.public_url = "mqtts://broker.example:8883"; });
   robot.until(watcher, [&] { return watcher.newest("robots/r1/arm/angle").has_value(); });
   const std::string document = robot.get("/arm/angle", "application/n-triples");
-  CHECK_THAT(document, Catch::Matchers::Contains("ns#mqttTopic> \"robots/r1/arm/angle\"") &&
-                           Catch::Matchers::Contains("\"mqtts://broker.example:8883\""));
+  CHECK_THAT(document,
+             Catch::Matchers::Contains("ns#mqttTopic> \"robots/r1/arm/angle\"") && Catch::Matchers::Contains("\"mqtts://broker.example:8883\""));
   const std::string container = robot.get("/arm/subscriptions", "application/n-triples");
   CHECK_THAT(container, Catch::Matchers::Contains("ns#Feed>") && Catch::Matchers::Contains("\"robots/r1/arm/angle\""));
   // It goes with the bridge.
@@ -148,10 +148,8 @@ TEST_CASE("publications are chosen by path and kind", "[mqtt]") {
     o.publications = {none, binary, graphs};
     o.description.media_type = "application/n-triples";
   });
-  robot.until(watcher, [&] {
-    return watcher.newest("robots/r1/arm/angle") && watcher.newest("robots/r1/arm") &&
-           watcher.newest("robots/r1/ns/description");
-  });
+  robot.until(watcher,
+              [&] { return watcher.newest("robots/r1/arm/angle") && watcher.newest("robots/r1/arm") && watcher.newest("robots/r1/ns/description"); });
   CHECK(watcher.newest("robots/r1/arm/angle")->content_type == "application/cbor");
   CHECK(watcher.newest("robots/r1/arm/angle")->has_expiry);
   CHECK(watcher.payload("robots/r1/arm/angle") == std::string("\xFB\x3F\xF8\0\0\0\0\0\0", 9));
@@ -200,9 +198,7 @@ TEST_CASE("each change of an invocation is published", "[mqtt]") {
                       "\nContent-Type: application/json\nPrefer: respond-async\n\n5");
   const Served served = robot.server->serve(request.get());
   CHECK(served.response.status == 202);
-  robot.until(watcher, [&] {
-    return !watcher.messages.empty() && watcher.messages.back().payload.find("succeeded") != std::string::npos;
-  });
+  robot.until(watcher, [&] { return !watcher.messages.empty() && watcher.messages.back().payload.find("succeeded") != std::string::npos; });
   CHECK(watcher.messages.back().qos == 1);
   CHECK_FALSE(watcher.messages.back().retained);
   std::uint64_t expected = 0;
@@ -219,8 +215,7 @@ TEST_CASE("the Last Will tells that a robot is gone, also when it takes leave", 
   robot->until(watcher, [&] { return watcher.payload("robots/r1/ns/status").find("\"online\":true") != std::string::npos; });
   robot->bridge.reset();
   const auto end = std::chrono::steady_clock::now() + seconds(20);
-  while (watcher.payload("robots/r1/ns/status").find("\"online\":false") == std::string::npos &&
-         std::chrono::steady_clock::now() < end)
+  while (watcher.payload("robots/r1/ns/status").find("\"online\":false") == std::string::npos && std::chrono::steady_clock::now() < end)
     watcher.step(10);
   CHECK_THAT(watcher.payload("robots/r1/ns/status"), Catch::Matchers::Contains("\"online\":false"));
 }

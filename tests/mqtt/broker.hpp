@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <arpa/inet.h>
@@ -44,8 +45,7 @@ inline std::uint16_t free_port() {
   address.sin_family = AF_INET;
   address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   socklen_t size = sizeof address;
-  if (::bind(s, reinterpret_cast<sockaddr*>(&address), size) != 0 ||
-      ::getsockname(s, reinterpret_cast<sockaddr*>(&address), &size) != 0)
+  if (::bind(s, reinterpret_cast<sockaddr*>(&address), size) != 0 || ::getsockname(s, reinterpret_cast<sockaddr*>(&address), &size) != 0)
     throw std::runtime_error("no free port");
   ::close(s);
   return ntohs(address.sin_port);
@@ -72,14 +72,11 @@ class Mosquitto {
   bool start() {
     const std::string file = folder_ / "mosquitto.conf";
     std::ofstream(file) << "listener " << port_ << " 127.0.0.1\n"
-                        << further_
-                        << (::geteuid() == 0 ? "user root\n" : "")  // else it takes another user, who may not write here
-                        << "log_dest file " << (folder_ / "mosquitto.log") << "\npersistence_location "
-                        << folder_.path().string() << "/\n";
+                        << further_ << (::geteuid() == 0 ? "user root\n" : "")  // else it takes another user, who may not write here
+                        << "log_dest file " << (folder_ / "mosquitto.log") << "\npersistence_location " << folder_.path().string() << "/\n";
     std::string program = LRT_MOSQUITTO, option = "-c", name = file;
     char* arguments[] = {program.data(), option.data(), name.data(), nullptr};
-    if (::posix_spawn(&process_, program.c_str(), nullptr, nullptr, arguments, environ) != 0)
-      throw std::runtime_error("posix_spawn");
+    if (::posix_spawn(&process_, program.c_str(), nullptr, nullptr, arguments, environ) != 0) throw std::runtime_error("posix_spawn");
     const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(20);
     while (std::chrono::steady_clock::now() < until) {
       if (::waitpid(process_, nullptr, WNOHANG) == process_) {
@@ -147,16 +144,13 @@ class Watcher {
     client_ = ::mosquitto_new(nullptr, true, this);
     ::mosquitto_int_option(client_, MOSQ_OPT_PROTOCOL_VERSION, MQTT_PROTOCOL_V5);
     if (user) ::mosquitto_username_pw_set(client_, user, password);
-    ::mosquitto_connect_v5_callback_set(client_, [](mosquitto*, void* self, int code, int, const mosquitto_property*) {
-      static_cast<Watcher*>(self)->is_connected_ = code == 0;
+    ::mosquitto_connect_v5_callback_set(
+        client_, [](mosquitto*, void* self, int code, int, const mosquitto_property*) { static_cast<Watcher*>(self)->is_connected_ = code == 0; });
+    ::mosquitto_subscribe_v5_callback_set(
+        client_, [](mosquitto*, void* self, int, int, const int*, const mosquitto_property*) { ++static_cast<Watcher*>(self)->subscribed_; });
+    ::mosquitto_message_v5_callback_set(client_, [](mosquitto*, void* self, const mosquitto_message* m, const mosquitto_property* list) {
+      static_cast<Watcher*>(self)->take(*m, list);
     });
-    ::mosquitto_subscribe_v5_callback_set(client_, [](mosquitto*, void* self, int, int, const int*, const mosquitto_property*) {
-      ++static_cast<Watcher*>(self)->subscribed_;
-    });
-    ::mosquitto_message_v5_callback_set(client_,
-                                        [](mosquitto*, void* self, const mosquitto_message* m, const mosquitto_property* list) {
-                                          static_cast<Watcher*>(self)->take(*m, list);
-                                        });
   }
   ~Watcher() { ::mosquitto_destroy(client_); }
   Watcher(const Watcher&) = delete;
@@ -176,13 +170,10 @@ class Watcher {
     mosquitto_property* list = nullptr;
     if (!p.response_topic.empty()) ::mosquitto_property_add_string(&list, MQTT_PROP_RESPONSE_TOPIC, p.response_topic.c_str());
     if (!p.correlation.empty())
-      ::mosquitto_property_add_binary(&list, MQTT_PROP_CORRELATION_DATA, p.correlation.data(),
-                                      static_cast<std::uint16_t>(p.correlation.size()));
+      ::mosquitto_property_add_binary(&list, MQTT_PROP_CORRELATION_DATA, p.correlation.data(), static_cast<std::uint16_t>(p.correlation.size()));
     if (!p.content_type.empty()) ::mosquitto_property_add_string(&list, MQTT_PROP_CONTENT_TYPE, p.content_type.c_str());
-    for (const auto& pair : p.user)
-      ::mosquitto_property_add_string_pair(&list, MQTT_PROP_USER_PROPERTY, pair.first.c_str(), pair.second.c_str());
-    const int code = ::mosquitto_publish_v5(client_, nullptr, topic.c_str(), static_cast<int>(payload.size()), payload.data(),
-                                            qos, p.retain, list);
+    for (const auto& pair : p.user) ::mosquitto_property_add_string_pair(&list, MQTT_PROP_USER_PROPERTY, pair.first.c_str(), pair.second.c_str());
+    const int code = ::mosquitto_publish_v5(client_, nullptr, topic.c_str(), static_cast<int>(payload.size()), payload.data(), qos, p.retain, list);
     ::mosquitto_property_free_all(&list);
     if (code != MOSQ_ERR_SUCCESS) throw std::runtime_error(::mosquitto_strerror(code));
   }

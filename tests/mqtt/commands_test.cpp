@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Commands from a broker.
 #include <lrt/mqtt.hpp>
 
@@ -64,8 +65,7 @@ struct Arm {
     const auto end = std::chrono::steady_clock::now() + seconds(30);
     while (!condition()) {
       if (std::chrono::steady_clock::now() > end) {
-        for (const Watcher::Message& m : client.messages)
-          UNSCOPED_INFO(m.topic << " " << m.property("status") << " " << m.payload);
+        for (const Watcher::Message& m : client.messages) UNSCOPED_INFO(m.topic << " " << m.property("status") << " " << m.payload);
         UNSCOPED_INFO(log);
         FAIL("it did not come true in thirty seconds");
       }
@@ -75,8 +75,7 @@ struct Arm {
     }
   }
   /// Sends a command and waits for its response.
-  Watcher::Message command(Watcher& client, const std::string& topic, const std::string& payload,
-                           Watcher::Properties properties = {}) {
+  Watcher::Message command(Watcher& client, const std::string& topic, const std::string& payload, Watcher::Properties properties = {}) {
     properties.response_topic = "clients/c1";
     properties.correlation = "n" + std::to_string(++commands);
     client.publish("robots/r1/ns/" + topic, payload, properties);
@@ -194,8 +193,7 @@ TEST_CASE("hostile commands neither move nor end a robot", "[mqtt]") {
   CHECK(arm.command(client.watcher, "put/http://other.example/arm/speed", "1").property("status") == "404");
   CHECK(arm.command(client.watcher, "put/arm/speed HTTP/1.1", "1").property("status").substr(0, 1) == "4");
   // Response topics: of this robot, of another one's commands, with wildcards.
-  for (const char* to :
-       {"robots/r1/arm/speed", "robots/r1/ns/status", "robots/r2/ns/put/arm/speed", "ns/post/x/ns/put", "$SYS/x"}) {
+  for (const char* to : {"robots/r1/arm/speed", "robots/r1/ns/status", "robots/r2/ns/put/arm/speed", "ns/post/x/ns/put", "$SYS/x"}) {
     Watcher::Properties p;
     p.response_topic = to;
     dropped("robots/r1/ns/put/arm/speed", "9", p);
@@ -259,8 +257,8 @@ TEST_CASE("too many commands at once get 503", "[mqtt]") {
   while (refused < 3 && std::chrono::steady_clock::now() < end) {  // the server is not polled
     arm.bridge->poll();
     client.watcher.step();
-    refused = static_cast<std::size_t>(std::count_if(client.watcher.messages.begin(), client.watcher.messages.end(),
-                                                     [](const auto& m) { return m.property("status") == "503"; }));
+    refused = static_cast<std::size_t>(
+        std::count_if(client.watcher.messages.begin(), client.watcher.messages.end(), [](const auto& m) { return m.property("status") == "503"; }));
   }
   CHECK(refused == 3);
 }
@@ -297,6 +295,5 @@ TEST_CASE("options that cannot work are refused", "[mqtt]") {
   CHECK_THAT(error_of([](mqtt::Options& o) { o.broker.keep_alive = seconds(1); }), Catch::Matchers::Contains("keep_alive"));
   CHECK_THAT(error_of([](mqtt::Options& o) { o.broker.host = ""; }), Catch::Matchers::Contains("host"));
   CHECK_THAT(error_of([](mqtt::Options& o) { o.commands.token = "a b"; }), Catch::Matchers::Contains("token"));
-  CHECK_THAT(error_of([](mqtt::Options& o) { o.broker.tls.emplace().ca_file = "/nonexistent"; }),
-             Catch::Matchers::Contains("tls"));
+  CHECK_THAT(error_of([](mqtt::Options& o) { o.broker.tls.emplace().ca_file = "/nonexistent"; }), Catch::Matchers::Contains("tls"));
 }

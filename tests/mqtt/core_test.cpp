@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a bridge does, with a link that is none and a clock that is moved by hand.
 #include "src/mqtt/bridge.hpp"
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The examples on an MQTT broker: baxter --mqtt and ex_fleet, seen by mosquitto_sub.
 
   examples_test.py MOSQUITTO EX_FLEET [BAXTER]

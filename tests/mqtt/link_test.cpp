@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // libmosquitto as a link: TLS, credentials, and brokers that are none.
 #include "src/mqtt/link.hpp"
 
@@ -168,8 +169,7 @@ TEST_CASE("TLS: the broker's certificate is verified, and the robot shows its ow
   if (!has_mosquitto()) return;
   const Certificate authority = make_certificate({"authority", "", -3600, 3600, true}),
                     other = make_certificate({"another authority", "", -3600, 3600, true});
-  const Certificate own = make_certificate({"localhost", "DNS:localhost,IP:127.0.0.1"}, &authority),
-                    robot = make_certificate({"r1"}, &authority);
+  const Certificate own = make_certificate({"localhost", "DNS:localhost,IP:127.0.0.1"}, &authority), robot = make_certificate({"r1"}, &authority);
   const TlsFolder folder;
   const std::string ca = folder.put("ca.pem", {&authority});
   Mosquitto broker("allow_anonymous true\ncafile " + ca + "\ncertfile " + folder.put("broker.pem", {&own}) + "\nkeyfile " +

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/mqtt/topics.hpp"
 
 #include <string>
@@ -45,9 +46,8 @@ TEST_CASE("topics of commands name method and path", "[mqtt]") {
   REQUIRE(demand);
   CHECK(demand->command == Topics::Command::post);
   CHECK(demand->path == "/arm/actions/turn");
-  for (const char* topic :
-       {"", "robots", "robots/r1", "robots/r1/ns", "robots/r1/ns/", "robots/r1/ns/put", "robots/r1/ns/put/",
-        "robots/r1/ns/puts/x", "robots/r10/ns/put/x", "robots/r1/arm", "robots/r1/ns/get/x", "xrobots/r1/ns/put/x"})
+  for (const char* topic : {"", "robots", "robots/r1", "robots/r1/ns", "robots/r1/ns/", "robots/r1/ns/put", "robots/r1/ns/put/",
+                            "robots/r1/ns/puts/x", "robots/r10/ns/put/x", "robots/r1/arm", "robots/r1/ns/get/x", "xrobots/r1/ns/put/x"})
     CHECK_FALSE(topics.demand(topic));
 }
 
@@ -56,9 +56,8 @@ TEST_CASE("no response goes to topics of a robot or of commands", "[mqtt]") {
   CHECK(topics.may_respond_to("clients/c1"));
   CHECK(topics.may_respond_to("robots/r10/x"));
   CHECK(topics.may_respond_to("a/ns/putter"));
-  for (const std::string& topic :
-       {std::string(), std::string("robots/r1"), std::string("robots/r1/arm"), std::string("robots/r2/ns/put/arm"),
-        std::string("a/ns/post"), std::string("a/ns/putter/ns/delete/x"), std::string("a/+"), std::string("a/#"),
-        std::string("$SYS/a"), std::string("a\0b", 3), std::string("\xFF"), std::string(70'000, 'a')})
+  for (const std::string& topic : {std::string(), std::string("robots/r1"), std::string("robots/r1/arm"), std::string("robots/r2/ns/put/arm"),
+                                   std::string("a/ns/post"), std::string("a/ns/putter/ns/delete/x"), std::string("a/+"), std::string("a/#"),
+                                   std::string("$SYS/a"), std::string("a\0b", 3), std::string("\xFF"), std::string(70'000, 'a')})
     CHECK_FALSE(topics.may_respond_to(topic));
 }

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # cmake -D KIND=find_package|add_subdirectory -D WORK_DIR=... ... -P check.cmake
 # Builds and runs a consumer in an empty WORK_DIR.
 function(run what)

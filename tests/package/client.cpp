@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A host of lrt::client: it asks a robot that is not there.
 #include <lrt/client.hpp>
 

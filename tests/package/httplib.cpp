@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A host with a cpp-httplib server of its own.
 #include <lrt/httplib.hpp>
 #include <lrt/lrt.hpp>

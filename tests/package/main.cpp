@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A host of lrt, as small as it gets. Its argument is the version that it expects.
 #include <cstdio>
 #include <cstring>

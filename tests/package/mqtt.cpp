@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A host of lrt::mqtt: a bridge to a broker that is not there.
 #include <lrt/lrt.hpp>
 #include <lrt/mqtt.hpp>

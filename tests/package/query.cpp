@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A host of lrt::query: a robot that answers a question.
 #include <lrt/lrt.hpp>
 #include <lrt/query.hpp>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A host of lrt::urdf. Its argument is a URDF.
 #include <vector>
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Logging in on the page, and what pages elsewhere try with the session of its user, in a real browser.
 
    login_test.py BAXTER PAGE_ROBOT [FOLDER FOR SCREENSHOTS [CASE]...]

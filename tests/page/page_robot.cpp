@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A robot that has one of everything, for the page to show: structs, lists, enums, booleans, a picture, a collection, and a property that
 // fails; and a gantry, four joints and the links between them, that is seen as a skeleton.
 //
@@ -102,8 +103,9 @@ class Camera {
   void shoot() {
     ++number_;
     const std::string width = std::to_string(60 * number_);
-    image_->publish({number_, std::make_shared<const std::string>("<svg xmlns='http://www.w3.org/2000/svg' width='" + width +
-                                                                 "' height='60'><rect width='" + width + "' height='60' fill='#0a6e83'/><script>fetch('/sample/eye/actions/shoot', {method: 'POST'})</script></svg>")});
+    image_->publish({number_, std::make_shared<const std::string>(
+                                  "<svg xmlns='http://www.w3.org/2000/svg' width='" + width + "' height='60'><rect width='" + width +
+                                  "' height='60' fill='#0a6e83'/><script>fetch('/sample/eye/actions/shoot', {method: 'POST'})</script></svg>")});
   }
   unsigned number_ = 0;
   std::optional<lrt::PushedProperty<Picture>> image_;
@@ -147,7 +149,9 @@ class Gantry {
     axis.predicate(lrt::vocab::lrt_::axis);
     axis.publish(slides ? Translation{0, 1, 0} : Translation{0, 0, 1});
     double& value = positions_[static_cast<std::size_t>(n - 1)];
-    thing.property("position", [&value] { return value; }, slides ? lrt::unit::metre : lrt::unit::radian)
+    thing
+        .property(
+            "position", [&value] { return value; }, slides ? lrt::unit::metre : lrt::unit::radian)
         .between(slides ? 0 : -3, slides ? 0.4 : 3)
         .predicate(lrt::Iri{"http://ros.org/#position"})
         .on_write([this, &value](double v) {

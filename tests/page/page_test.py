@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The page for people in a real browser: Chromium without a window, driven by WebDriver.
 
    page_test.py BAXTER PAGE_ROBOT [FOLDER FOR SCREENSHOTS]

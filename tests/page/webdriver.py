@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """W3C WebDriver with the standard library: as much of it as the tests of the page need."""
 
 import base64

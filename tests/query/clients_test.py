@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Clients that know nothing of lrt ask a robot in SPARQL.
 
     clients_test.py BAXTER rdflib                  SPARQLStore of rdflib

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The answers of a robot to generated queries are those of rdflib on the same graphs.
 
     compare_test.py BAXTER [COUNT [SEED]]

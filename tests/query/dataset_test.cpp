@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/query/dataset.hpp"
 
 #include <lrt/rdf/vocab.hpp>
@@ -36,9 +37,7 @@ std::multiset<Text> texts(const Dataset& data, Dataset::Matches matches) {
   return found;
 }
 
-std::multiset<Text> everything(const Dataset& data, const Scope& scope) {
-  return texts(data, data.match(nothing, nothing, nothing, scope));
-}
+std::multiset<Text> everything(const Dataset& data, const Scope& scope) { return texts(data, data.match(nothing, nothing, nothing, scope)); }
 
 Graph graph_of(const std::vector<std::array<std::string, 3>>& triples) {
   Graph graph;
@@ -97,9 +96,7 @@ TEST_CASE("an empty graph is known by its name", "[query]") {
 
 TEST_CASE("the values of literals are read with them", "[query]") {
   Graph graph;
-  const auto add = [&](const char* text, lrt::Iri datatype) {
-    graph.add(ex("u:a"), ex("u:p"), lrt::rdf::literal(text, datatype));
-  };
+  const auto add = [&](const char* text, lrt::Iri datatype) { graph.add(ex("u:a"), ex("u:p"), lrt::rdf::literal(text, datatype)); };
   add("7", lrt::vocab::xsd::int_);
   add("99999999999999999999", lrt::vocab::xsd::integer);
   add("0.5", lrt::vocab::xsd::decimal);
@@ -107,9 +104,7 @@ TEST_CASE("the values of literals are read with them", "[query]") {
   add("true", lrt::vocab::xsd::boolean);
   Dataset data;
   data.put("u:g", graph);
-  const auto value = [&](const char* text, lrt::Iri datatype) {
-    return data.value(data.find(lrt::rdf::literal(text, datatype)));
-  };
+  const auto value = [&](const char* text, lrt::Iri datatype) { return data.value(data.find(lrt::rdf::literal(text, datatype))); };
   CHECK(value("7", lrt::vocab::xsd::int_).integer == 7);
   CHECK_FALSE(value("99999999999999999999", lrt::vocab::xsd::integer).fits);
   CHECK(value("0.5", lrt::vocab::xsd::decimal).real == 0.5);
@@ -162,16 +157,12 @@ TEST_CASE("a dataset that changed at random has what its graphs have, by every i
     CHECK(copy.spread().objects == objects.size());
     for (unsigned look_up = 0; look_up < 64; ++look_up) {
       const std::string s = term('n', 15), p = term('p', 4), o = term('n', 15), g = model.empty() ? "" : model.begin()->first;
-      const auto wanted = [&](unsigned bit, const std::string& text) {
-        return (look_up & bit) != 0 ? copy.find(ex(text)) : nothing;
-      };
+      const auto wanted = [&](unsigned bit, const std::string& text) { return (look_up & bit) != 0 ? copy.find(ex(text)) : nothing; };
       const auto is = [&](unsigned bit, const std::string& text, const std::string& found) {
         return (look_up & bit) == 0 || "<" + text + ">" == found;
       };
       const TermNumber terms[3] = {wanted(1, s), wanted(2, p), wanted(4, o)};
-      if (((look_up & 1) && terms[0] == nothing) || ((look_up & 2) && terms[1] == nothing) ||
-          ((look_up & 4) && terms[2] == nothing))
-        continue;
+      if (((look_up & 1) && terms[0] == nothing) || ((look_up & 2) && terms[1] == nothing) || ((look_up & 4) && terms[2] == nothing)) continue;
       const auto expected = [&](const std::set<Text>& triples) {
         std::multiset<Text> chosen;
         for (const Text& t : triples) {

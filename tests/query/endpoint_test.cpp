@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SPARQL end to end: a server, the HTTP transport, clients' sockets.
 
 #include <lrt/query.hpp>
@@ -112,11 +113,8 @@ struct Robot {
     const std::string token = who.empty() ? "" : "\nAuthorization: Bearer " + who + "-0123456789abcdef";
     return text.substr(0, line) + "\nHost: 127.0.0.1:" + std::to_string(server->port()) + token + text.substr(line);
   }
-  std::string target(const std::string& query, const std::string& more = {}) const {
-    return "/sparql?query=" + encoded(prefixes + query) + more;
-  }
-  Answer query(const std::string& query, const std::string& accept = "text/csv", const std::string& who = {},
-               const std::string& more = {}) {
+  std::string target(const std::string& query, const std::string& more = {}) const { return "/sparql?query=" + encoded(prefixes + query) + more; }
+  Answer query(const std::string& query, const std::string& accept = "text/csv", const std::string& who = {}, const std::string& more = {}) {
     return ask("GET " + target(query, more) + "\nAccept: " + accept, who);
   }
 
@@ -153,8 +151,8 @@ class Watcher {
  public:
   Watcher(const Robot& robot, const std::string& target) : socket_(robot.server->port()) {
     socket_.send("GET " + target + " HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(robot.server->port()) +
-                 "\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: " +
-                 WebSocketClient::key + "\r\n\r\n");
+                 "\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: " + WebSocketClient::key +
+                 "\r\n\r\n");
   }
   std::string next() {
     until("a message", [&] {
@@ -178,9 +176,8 @@ TEST_CASE("each form of a query is answered in each of its formats", "[query][en
   Robot robot;
   const std::string select = "SELECT ?label ?none { </world/map#cup> rdfs:label ?label OPTIONAL { ?label :no ?none } }";
   const auto type = [](const Answer& a) { return a.field("Content-Type"); };
-  const Answer json = robot.query(select, "application/sparql-results+json"),
-               xml = robot.query(select, "application/sparql-results+xml"), csv = robot.query(select, "text/csv"),
-               tsv = robot.query(select, "text/tab-separated-values");
+  const Answer json = robot.query(select, "application/sparql-results+json"), xml = robot.query(select, "application/sparql-results+xml"),
+               csv = robot.query(select, "text/csv"), tsv = robot.query(select, "text/tab-separated-values");
   CHECK(type(json) == "application/sparql-results+json");
   CHECK(json.says(R"("value":"the cup")"));
   CHECK(type(xml) == "application/sparql-results+xml");
@@ -194,11 +191,9 @@ TEST_CASE("each form of a query is answered in each of its formats", "[query][en
   CHECK(robot.query("ASK { ?s rdfs:label \"the fork\" }", "application/sparql-results+xml").says("<boolean>false</boolean>"));
   CHECK(robot.query("ASK {}", "text/csv").status == 406);
 
-  const std::string same =
-      "CONSTRUCT { ?s :is ?l . ?s :has [ rdfs:label ?l ] } WHERE { GRAPH </world/map> { ?s rdfs:label ?l } }";
+  const std::string same = "CONSTRUCT { ?s :is ?l . ?s :has [ rdfs:label ?l ] } WHERE { GRAPH </world/map> { ?s rdfs:label ?l } }";
   rdf::Graph expected =
-      turtle("@prefix e: <http://example.org/> . </world/map#cup> e:is \"the cup\" ; e:has [ rdfs:label \"the cup\" ] .",
-             robot.base + "/");
+      turtle("@prefix e: <http://example.org/> . </world/map#cup> e:is \"the cup\" ; e:has [ rdfs:label \"the cup\" ] .", robot.base + "/");
   for (const rdf::Syntax syntax : rdf::available_syntaxes()) {
     CAPTURE(rdf::media_type(syntax));
     const Answer built = robot.query(same, std::string(rdf::media_type(syntax)));
@@ -208,8 +203,7 @@ TEST_CASE("each form of a query is answered in each of its formats", "[query][en
     const Answer described = robot.query("DESCRIBE </world/map#cup>", std::string(rdf::media_type(syntax)));
     REQUIRE(described.status == 200);
     CHECK(rdf::isomorphic(described.graph(), *robot.map.snapshot()) == false);  // its IRIs have the base of the request
-    CHECK(missing(described, "</world/map#cup> rdfs:label \"the cup\" ; <http://example.org/near> </world/map#plate> .",
-                  robot.base + "/") == "");
+    CHECK(missing(described, "</world/map#cup> rdfs:label \"the cup\" ; <http://example.org/near> </world/map#plate> .", robot.base + "/") == "");
     CHECK(described.graph().size() == robot.map.snapshot()->size());
   }
 }
@@ -251,23 +245,17 @@ TEST_CASE("each resource is a named graph, and a request can say which count", "
     CAPTURE(path);
     CHECK(names.count(robot.base + path) == 1);
   }
-  const std::string map = "&default-graph-uri=" + encoded(robot.base + "/world/map"),
-                    arm = "&default-graph-uri=" + encoded(robot.base + "/arm");
+  const std::string map = "&default-graph-uri=" + encoded(robot.base + "/world/map"), arm = "&default-graph-uri=" + encoded(robot.base + "/arm");
   const std::string labels = "SELECT ?l { { ?s rdfs:label ?l } UNION { ?s dcterms:title ?l FILTER(?s = </arm>) } }";
   CHECK(rows(robot.query(labels, "text/csv", "", map)) == Rows{"the cup"});
   CHECK(rows(robot.query(labels, "text/csv", "", arm)) == Rows{"An arm"});
   CHECK(rows(robot.query(labels, "text/csv", "", arm + map)) == Rows{"An arm", "the cup"});
   CHECK(rows(robot.query("SELECT ?l FROM </world/map> { ?s rdfs:label ?l }")) == Rows{"the cup"});
-  CHECK(rows(robot.query("SELECT ?l FROM </arm> { ?s rdfs:label ?l }", "text/csv", "", map)) ==
-        Rows{"the cup"});  // the request's counts (2.1.4)
+  CHECK(rows(robot.query("SELECT ?l FROM </arm> { ?s rdfs:label ?l }", "text/csv", "", map)) == Rows{"the cup"});  // the request's counts (2.1.4)
   CHECK(rows(robot.query("SELECT ?g { GRAPH ?g {} }", "text/csv", "", "&named-graph-uri=" + encoded(robot.base + "/arm"))) ==
         Rows{robot.base + "/arm"});
-  CHECK(rows(robot.query("SELECT ?s { ?s rdfs:label ?l }", "text/csv", "",
-                         "&named-graph-uri=" + encoded(robot.base + "/world/map")))
-            .empty());
-  CHECK(
-      rows(robot.query("SELECT ?s { ?s ?p ?o }", "text/csv", "", "&default-graph-uri=" + encoded("http://example.org/unknown")))
-          .empty());
+  CHECK(rows(robot.query("SELECT ?s { ?s rdfs:label ?l }", "text/csv", "", "&named-graph-uri=" + encoded(robot.base + "/world/map"))).empty());
+  CHECK(rows(robot.query("SELECT ?s { ?s ?p ?o }", "text/csv", "", "&default-graph-uri=" + encoded("http://example.org/unknown"))).empty());
 }
 
 TEST_CASE("a query that is wrong, or an update, is refused with the place or the name", "[query][endpoint]") {
@@ -279,8 +267,8 @@ TEST_CASE("a query that is wrong, or an update, is refused with the place or the
   CHECK(update.status == 403);
   CHECK(robot.ask("GET /sparql?query=" + encoded("INSERT DATA { <a:b> <a:b> <a:b> }")).status / 100 == 4);
   CHECK(robot.ask("GET /sparql?query=" + encoded("SELECT * { SERVICE <http://127.0.0.1:1/> { ?s ?p ?o } }")).status == 403);
-  CHECK(missing(robot.ask("GET /sparql\nAccept: text/turtle"),
-                "</sparql> a <http://www.w3.org/ns/sparql-service-description#Service> .", robot.base + "/") == "");
+  CHECK(missing(robot.ask("GET /sparql\nAccept: text/turtle"), "</sparql> a <http://www.w3.org/ns/sparql-service-description#Service> .",
+                robot.base + "/") == "");
 }
 
 TEST_CASE("who asks sees in the graphs what they may read, and counts tell no more", "[query][endpoint][security]") {
@@ -305,8 +293,7 @@ TEST_CASE("who asks sees in the graphs what they may read, and counts tell no mo
     CHECK(seen.says("/arm/angle"));
     CHECK_FALSE(seen.says("veiled"));
     CHECK(seen.field("Cache-Control").find("private") != std::string::npos);
-    CHECK(rows(robot.query("ASK { ?s ?p ?o FILTER(CONTAINS(STR(?o), \"veiled\")) }", "application/sparql-results+json", who))
-              .empty());
+    CHECK(rows(robot.query("ASK { ?s ?p ?o FILTER(CONTAINS(STR(?o), \"veiled\")) }", "application/sparql-results+json", who)).empty());
     CHECK(robot.query("ASK { GRAPH </arm/veiled_angle> {} }", "application/sparql-results+json", who).says("false"));
     CHECK(robot.query("ASK { GRAPH </arm/veiled_angle> {} }", "application/sparql-results+json", "carl").says("true"));
     CHECK(robot.query("DESCRIBE </arm/veiled_angle>", "application/n-triples", who).body.empty());
@@ -330,8 +317,7 @@ TEST_CASE("who asks sees in the graphs what they may read, and counts tell no mo
     CAPTURE(name);
     const Answer got = robot.ask("GET " + name.substr(robot.base.size()) + "\nAccept: application/n-triples", "anna");
     REQUIRE(got.status == 200);
-    const Answer asked =
-        robot.query("CONSTRUCT { ?s ?p ?o } { GRAPH <" + name + "> { ?s ?p ?o } }", "application/n-triples", "anna");
+    const Answer asked = robot.query("CONSTRUCT { ?s ?p ?o } { GRAPH <" + name + "> { ?s ?p ?o } }", "application/n-triples", "anna");
     CHECK(rdf::isomorphic(got.graph(), asked.graph()));
   }
 }
@@ -357,8 +343,7 @@ TEST_CASE("nobody sees another's standing query", "[query][endpoint][security]")
   }
 }
 
-TEST_CASE("a standing query over an event stream has the answer, and the answer again when it is another",
-          "[query][endpoint]") {
+TEST_CASE("a standing query over an event stream has the answer, and the answer again when it is another", "[query][endpoint]") {
   Robot robot;
   StreamClient client(robot.server->port(), robot.target("SELECT ?v { GRAPH </arm/angle> { ?x vom:numericalValue ?v } }"));
   CHECK(events(client, 1)[0].data.find("\"value\":\"0.5\"") != std::string::npos);
@@ -460,8 +445,7 @@ TEST_CASE("explosive queries end at a limit, which the answer names, and delay n
   endpoint.max_rows = 1'000;
   Robot robot(endpoint);
   std::string optionals, doubled = "BIND(\"aaaaaaaaaaaaaaaa\" AS ?c0) ";
-  for (int i = 0; i < 12; ++i)
-    optionals += "OPTIONAL { ?s" + std::to_string(i) + " ?p" + std::to_string(i) + " ?s" + std::to_string(i + 1) + " ";
+  for (int i = 0; i < 12; ++i) optionals += "OPTIONAL { ?s" + std::to_string(i) + " ?p" + std::to_string(i) + " ?s" + std::to_string(i + 1) + " ";
   optionals += std::string(12, '}');
   for (int i = 0; i < 40; ++i)
     doubled += "BIND(CONCAT(?c" + std::to_string(i) + ", ?c" + std::to_string(i) + ") AS ?c" + std::to_string(i + 1) + ") ";
@@ -551,8 +535,7 @@ TEST_CASE("queries see whole graphs while others add and remove Things, publish 
       robot.angle->publish(i);
       robot.cup.publish(i);
       const Object number{static_cast<std::int64_t>(i)};
-      (void)robot.tasks.update(
-          [&](GraphUpdate& u) { u.set("#a", vocab::rdfs::label, number).set("#b", vocab::rdfs::label, number); });
+      (void)robot.tasks.update([&](GraphUpdate& u) { u.set("#a", vocab::rdfs::label, number).set("#b", vocab::rdfs::label, number); });
     }
   });
   StreamClient stream(robot.server->port(), robot.target("SELECT ?t { ?s dcterms:title ?t }"));

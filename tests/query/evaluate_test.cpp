@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/query/evaluate.hpp"
 
 #include <algorithm>
@@ -40,21 +41,19 @@ Dataset dataset(const std::string& text) {
 
 const std::atomic<bool> never{false};
 
-Result<Answer> run(const Dataset& data, const std::string& text, const Bounds& bounds = {},
-                   const Selection* selection = nullptr, const std::atomic<bool>& cancelled = never) {
+Result<Answer> run(const Dataset& data, const std::string& text, const Bounds& bounds = {}, const Selection* selection = nullptr,
+                   const std::atomic<bool>& cancelled = never) {
   auto query = lrt::query::parse("PREFIX : <u:> PREFIX xsd: <http://www.w3.org/2001/XMLSchema#> " + text, {});
   if (!query) FAIL(text << ": " << query.error().message);
-  return lrt::query::evaluate(**query, data, bounds, cancelled,
-                              std::chrono::system_clock::time_point(std::chrono::seconds(1'000'000'000)), selection);
+  return lrt::query::evaluate(**query, data, bounds, cancelled, std::chrono::system_clock::time_point(std::chrono::seconds(1'000'000'000)),
+                              selection);
 }
 
 std::string shortened(const lrt::rdf::TermView& term) {
-  if (term.is_iri())
-    return term.text.substr(0, 2) == "u:" ? ":" + std::string(term.text.substr(2)) : "<" + std::string(term.text) + ">";
+  if (term.is_iri()) return term.text.substr(0, 2) == "u:" ? ":" + std::string(term.text.substr(2)) : "<" + std::string(term.text) + ">";
   if (term.is_blank()) return "_:" + std::string(term.text);
   const std::size_t hash = term.datatype.find('#');
-  const std::string name =
-      hash == std::string_view::npos ? std::string(term.datatype) : std::string(term.datatype.substr(hash + 1));
+  const std::string name = hash == std::string_view::npos ? std::string(term.datatype) : std::string(term.datatype.substr(hash + 1));
   if (name == "integer") return std::string(term.text);
   if (name == "boolean") return std::string(term.text);
   if (name == "string") return "'" + std::string(term.text) + "'";
@@ -160,8 +159,7 @@ TEST_CASE("UNION, MINUS, EXISTS, VALUES and BIND", "[query]") {
 
 TEST_CASE("a query in a query is evaluated by itself", "[query]") {
   const Dataset data = dataset(":a :v 1, 2, 3 . :b :v 4 . :a :name 'A' . :b :name 'B' .");
-  CHECK(select(data, "SELECT ?n ?max { ?x :name ?n { SELECT ?x (MAX(?v) AS ?max) { ?x :v ?v } GROUP BY ?x } }") ==
-        Rows{"'A' 3", "'B' 4"});
+  CHECK(select(data, "SELECT ?n ?max { ?x :name ?n { SELECT ?x (MAX(?v) AS ?max) { ?x :v ?v } GROUP BY ?x } }") == Rows{"'A' 3", "'B' 4"});
   CHECK(select(data, "SELECT ?n { ?x :name ?n { SELECT ?x { ?x :v ?v } ORDER BY DESC(?v) LIMIT 1 } }") == Rows{"'B'"});
   // ?v of the inner query is another variable.
   CHECK(select(data, "SELECT ?x ?v { ?x :v ?v FILTER(?v < 2) { SELECT ?x { ?x :v ?v FILTER(?v > 2) } } }") == Rows{":a 1"});
@@ -175,13 +173,11 @@ TEST_CASE("aggregates, HAVING, and groups of nothing", "[query]") {
   CHECK(select(data, "SELECT (AVG(?v) AS ?a) { :a :v|:w ?v }") == Rows{"1.833333333333333333^decimal"});
   CHECK(select(data, "SELECT (COUNT(*) AS ?n) (SUM(?v) AS ?s) (MIN(?v) AS ?m) { :none :v ?v }") == Rows{"0 0 -"});
   CHECK(select(data, "SELECT ?x (COUNT(*) AS ?n) { ?x :none ?v } GROUP BY ?x").empty());
-  CHECK(rows(run(data, "SELECT (GROUP_CONCAT(?v; SEPARATOR='|') AS ?all) { SELECT ?v { :a :v ?v } ORDER BY DESC(?v) }")) ==
-        Rows{"'2|1'"});
+  CHECK(rows(run(data, "SELECT (GROUP_CONCAT(?v; SEPARATOR='|') AS ?all) { SELECT ?v { :a :v ?v } ORDER BY DESC(?v) }")) == Rows{"'2|1'"});
 }
 
 TEST_CASE("ORDER BY orders all kinds of terms, and LIMIT keeps the first", "[query]") {
-  const Dataset data =
-      dataset(":a :v 10 . :b :v 9.5 . :c :v 'x' . :d :v :iri . :e :v [] . :f :u 1 . :g :v 1e1 . :h :v 'NaN'^^xsd:double .");
+  const Dataset data = dataset(":a :v 10 . :b :v 9.5 . :c :v 'x' . :d :v :iri . :e :v [] . :f :u 1 . :g :v 1e1 . :h :v 'NaN'^^xsd:double .");
   CHECK(rows(run(data, "SELECT ?s { ?s :v|:u ?any OPTIONAL { ?s :v ?o } } ORDER BY ?o DESC(?s)")) ==
         Rows{":f", ":e", ":d", ":h", ":b", ":g", ":a", ":c"});
   CHECK(rows(run(data, "SELECT ?s { ?s :v ?o } ORDER BY DESC(?o) ?s LIMIT 3 OFFSET 1")) == Rows{":a", ":g", ":b"});
@@ -221,8 +217,7 @@ TEST_CASE("GRAPH names the graphs that a pattern is in", "[query]") {
   CHECK(select(data, "SELECT ?x { GRAPH :unknown { ?x :q ?v } }").empty());
   CHECK(select(data, "SELECT ?g { ?x :q 2 . GRAPH ?g { ?x :p 1 FILTER NOT EXISTS { ?x :q 2 } } }") == Rows{":g2"});
   CHECK(select(data, "SELECT ?g { GRAPH ?g { ?x :p 1 FILTER EXISTS { :b :q 3 } } }") == Rows{":g2"});
-  CHECK(select(data, "SELECT ?g ?n { GRAPH ?g { { SELECT (COUNT(*) AS ?n) { ?x :q ?v } } } }") ==
-        Rows{":empty 0", ":g1 1", ":g2 1"});
+  CHECK(select(data, "SELECT ?g ?n { GRAPH ?g { { SELECT (COUNT(*) AS ?n) { ?x :q ?v } } } }") == Rows{":empty 0", ":g1 1", ":g2 1"});
   CHECK(select(data, "SELECT ?x FROM :g1 { ?x :q ?v }") == Rows{":a"});
   CHECK(select(data, "SELECT ?x FROM :g1 FROM :g2 { ?x :q ?v }") == Rows{":a", ":b"});
   CHECK(select(data, "SELECT ?x FROM :unknown { ?x :q ?v }").empty());
@@ -338,8 +333,7 @@ TEST_CASE("a cross product ends at the limit of steps, with what was reached", "
   Bounds bounds;
   bounds.steps = 100'000;
   bounds.time = std::chrono::minutes(10);
-  const auto answer =
-      run(data, "SELECT ?a { ?a :value ?x . ?b :value ?y . ?c :value ?z FILTER(?x = ?y && ?y = ?z && ?z = '') }", bounds);
+  const auto answer = run(data, "SELECT ?a { ?a :value ?x . ?b :value ?y . ?c :value ?z FILTER(?x = ?y && ?y = ?z && ?z = '') }", bounds);
   CHECK(error_of(answer) == Errc::limit_exceeded);
   CHECK(contains(answer.error().message, "the query reached its limit of 100,000 steps after 100,"));
   CHECK(contains(answer.error().message, "0 rows"));
@@ -352,11 +346,9 @@ TEST_CASE("every part of an evaluation ends at its time", "[query]") {
   bounds.steps = UINT64_MAX / 2;
   bounds.bytes = std::size_t{1} << 33;
   for (const char* const text :
-       {"SELECT (COUNT(*) AS ?n) { ?a :next ?b . ?c :next ?d . ?e :next ?f }",
-        "SELECT (COUNT(*) AS ?n) { ?x :next* ?y . ?z :next* ?w }",
+       {"SELECT (COUNT(*) AS ?n) { ?a :next ?b . ?c :next ?d . ?e :next ?f }", "SELECT (COUNT(*) AS ?n) { ?x :next* ?y . ?z :next* ?w }",
         "SELECT (COUNT(*) AS ?n) { { SELECT ?a { ?a :next ?b . ?c :next ?d } } { SELECT ?e { ?e :next ?f . ?g :next ?h } } }",
-        "SELECT ?a { ?a :next ?b . ?c :next ?d } ORDER BY ?b ?d LIMIT 1",
-        "SELECT DISTINCT ?b { ?a :next ?b . ?c :next ?d . ?e :next ?f }",
+        "SELECT ?a { ?a :next ?b . ?c :next ?d } ORDER BY ?b ?d LIMIT 1", "SELECT DISTINCT ?b { ?a :next ?b . ?c :next ?d . ?e :next ?f }",
         "SELECT ?a (COUNT(DISTINCT *) AS ?n) { ?a :next ?b . ?c :next ?d . ?e :next ?f } GROUP BY ?a",
         "SELECT ?a { ?a :next ?b MINUS { ?a :next ?c . ?d :next ?e . ?f :next ?g FILTER(?e = ?g && ?c = ?d && ?b = ?g) } }",
         "SELECT ?a { ?a :next ?b . ?c :next ?d . ?e :next ?f FILTER(CONCAT(STR(?a), STR(?c), STR(?e)) = '') }",
@@ -380,11 +372,10 @@ TEST_CASE("memory is bounded wherever solutions and terms are kept", "[query]") 
       "SELECT ?z { BIND('0123456789012345678901234567890123456789' AS ?a) BIND(CONCAT(?a,?a,?a,?a,?a,?a,?a,?a,?a,?a) AS ?b) "
       "BIND(CONCAT(?b,?b,?b,?b,?b,?b,?b,?b,?b,?b) AS ?c) BIND(CONCAT(?c,?c,?c,?c,?c,?c,?c,?c,?c,?c) AS ?d) "
       "BIND(CONCAT(?d,?d,?d,?d,?d,?d,?d,?d,?d,?d) AS ?z) }";
-  const std::string replaced = "SELECT ?z { BIND('" + std::string(1000, 'a') + "' AS ?a) BIND(REPLACE(?a, 'a', '" +
-                               std::string(1000, 'b') + "') AS ?z) }";
+  const std::string replaced =
+      "SELECT ?z { BIND('" + std::string(1000, 'a') + "' AS ?a) BIND(REPLACE(?a, 'a', '" + std::string(1000, 'b') + "') AS ?z) }";
   for (const std::string& text :
-       {std::string("SELECT ?a ?c { ?a :next ?b . ?c :next ?d }"),
-        std::string("SELECT DISTINCT ?a ?c { ?a :next ?b . ?c :next ?d }"),
+       {std::string("SELECT ?a ?c { ?a :next ?b . ?c :next ?d }"), std::string("SELECT DISTINCT ?a ?c { ?a :next ?b . ?c :next ?d }"),
         std::string("SELECT ?a { ?a :next ?b . ?c :next ?d } ORDER BY ?b"),
         std::string("SELECT ?x { { SELECT ?x ?y { ?x :next ?b . ?y :next ?d } } ?x :value ?z }"),
         std::string("SELECT (GROUP_CONCAT(?a) AS ?all) { ?a :next ?b . ?c :next ?d }"),
@@ -451,8 +442,7 @@ TEST_CASE("another thread cancels an evaluation", "[query]") {
   });
   REQUIRE(thread);
   started = true;
-  const auto answer = run(data, "SELECT (COUNT(*) AS ?n) { ?a :next ?b . ?c :next ?d . ?e :next ?f . ?g :next ?h }", bounds,
-                          nullptr, cancelled);
+  const auto answer = run(data, "SELECT (COUNT(*) AS ?n) { ?a :next ?b . ?c :next ?d . ?e :next ?f . ?g :next ?h }", bounds, nullptr, cancelled);
   CHECK(error_of(answer) == Errc::cancelled);
   CHECK(contains(answer.error().message, "the query was cancelled after "));
 }

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The tests of the SPARQL 1.1 Protocol and of the Service Description of the W3C: protocol_test.py QUERY_SERVER SUITE
 
 SUITE has the folders protocol and service-description. The graphs that a test presumes are graphs of a World: the tests' IRIs of them are replaced by

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A robot with a SPARQL endpoint, for programs that test one.
 //   query_server [--graph PATH FILE]... [--joints N | --things N] [--publish-hz N] [--limit-ms N] [--threads N]
 // Prints "listening on URL", and serves until its input ends. --graph adds FILE (N-Triples) as the graph PATH of the World /world. --joints: an
@@ -65,17 +66,12 @@ int main(int argc, char** argv) {
   auto server = lrt::Server::create(std::move(options));
   if (!server) return failed(server.error());
 
-  constexpr lrt::Iri part_of{"http://example.org/robot#partOf"}, lower{"http://example.org/robot#lower"},
-      upper{"http://example.org/robot#upper"};
+  constexpr lrt::Iri part_of{"http://example.org/robot#partOf"}, lower{"http://example.org/robot#lower"}, upper{"http://example.org/robot#upper"};
   constexpr lrt::Iri joint_type{"http://example.org/robot#Joint"}, position{"http://example.org/robot#position"};
   std::vector<lrt::PushedProperty<double>> positions, velocities;
   for (std::size_t i = 0; i < joints; ++i) {
     lrt::Thing joint{"robot/joint" + std::to_string(i)};
-    joint.title("joint " + std::to_string(i))
-        .type(joint_type)
-        .add(lower, -1.5)
-        .add(upper, 1.5)
-        .add(part_of, lrt::Object::resource("robot"));
+    joint.title("joint " + std::to_string(i)).type(joint_type).add(lower, -1.5).add(upper, 1.5).add(part_of, lrt::Object::resource("robot"));
     joint.add(position, lrt::Object::resource("robot/joint" + std::to_string(i) + "/position"));
     positions.push_back(joint.property<double>("position", lrt::unit::radian));
     velocities.push_back(joint.property<double>("velocity", lrt::unit::radian_per_second));

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The questions of docs/queries.md, asked of the example baxter: each has the answer that the document shows.
 
     questions_test.py BAXTER SOURCE_DIR

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/query/answer.hpp>
 
 #include <string>
@@ -55,15 +56,16 @@ TEST_CASE("solutions are written in JSON", "[query]") {
 }
 
 TEST_CASE("solutions are written in XML", "[query]") {
-  CHECK(*write(table(), ResultFormat::xml) == R"(<?xml version="1.0"?>
+  CHECK(*write(table(), ResultFormat::xml) ==
+        R"(<?xml version="1.0"?>
 <sparql xmlns="http://www.w3.org/2005/sparql-results#">
 <head><variable name="x"/><variable name="y"/></head>
 <results>
 <result><binding name="x"><uri>http://e/a?b&amp;c</uri></binding>)"
-                                                    R"(<binding name="y"><literal>say &quot;a, b&quot;\&#10;&#9;&lt;&amp;&gt;</literal></binding></result>
+        R"(<binding name="y"><literal>say &quot;a, b&quot;\&#10;&#9;&lt;&amp;&gt;</literal></binding></result>
 <result><binding name="y"><literal xml:lang="de">grüß</literal></binding></result>
 <result><binding name="x"><bnode>b0</bnode></binding>)"
-                                                    R"(<binding name="y"><literal datatype="http://www.w3.org/2001/XMLSchema#decimal">1.50</literal></binding></result>
+        R"(<binding name="y"><literal datatype="http://www.w3.org/2001/XMLSchema#decimal">1.50</literal></binding></result>
 <result></result>
 </results>
 </sparql>

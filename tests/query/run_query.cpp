@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Runs queries for w3c_test.py. Each line of the input is a query: tab-separated, its file, the base of its IRIs, and then `default=FILE` and
 // `named=FILE=IRI` for its graphs. The graphs of FROM and FROM NAMED are files, too. Each answer is a line with its kind and size, and then
 // that many bytes: `json`, `nt`, or `error` with a message.
@@ -26,9 +27,7 @@ void print(const char* kind, const std::string& bytes) {
 Result<lrt::rdf::Graph> load(const std::string& file, const std::string& iri) {
   auto text = lrt::read_file(file, 64 << 20);
   if (!text) return lrt::unexpected(text.error());
-  const auto ends = [&](const std::string& end) {
-    return file.size() > end.size() && file.compare(file.size() - end.size(), end.size(), end) == 0;
-  };
+  const auto ends = [&](const std::string& end) { return file.size() > end.size() && file.compare(file.size() - end.size(), end.size(), end) == 0; };
   lrt::rdf::ReadOptions options;
   options.base = iri;
   return lrt::rdf::read(*text, ends(".rdf") ? lrt::rdf::Syntax::rdf_xml : lrt::rdf::Syntax::turtle, options);
@@ -89,9 +88,8 @@ int main() {
     } else if (const auto* graph = std::get_if<lrt::rdf::Graph>(&*answer)) {
       print("nt", lrt::rdf::write(*graph, lrt::rdf::Syntax::n_triples).value());
     } else {
-      auto json = std::holds_alternative<bool>(*answer)
-                      ? lrt::query::write(std::get<bool>(*answer), lrt::query::ResultFormat::json)
-                      : lrt::query::write(std::get<lrt::query::Table>(*answer), lrt::query::ResultFormat::json);
+      auto json = std::holds_alternative<bool>(*answer) ? lrt::query::write(std::get<bool>(*answer), lrt::query::ResultFormat::json)
+                                                        : lrt::query::write(std::get<lrt::query::Table>(*answer), lrt::query::ResultFormat::json);
       print("json", json.value());
     }
   }

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The evaluation tests of SPARQL 1.1 and 1.0: w3c_test.py RUN_QUERY SUITE [PATTERN]
 
 Runs each test whose IRI contains PATTERN through run_query, and compares the answer with the expected one. Fails if a test fails that is not

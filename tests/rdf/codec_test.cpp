@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/rdf/codec.hpp>
 
 #include <string>
@@ -60,8 +61,7 @@ TEST_CASE("a body is read with its effective URI as base", "[rdf]") {
   CHECK(g.size() == 4);
   CHECK(g.contains(self, vocab::rdf_::type, vocab::maths::Scalar));
   CHECK(g.contains(self, vocab::vom::numericalValue, literal("43.6", vocab::xsd::float_)));
-  CHECK(g.contains(self, lrt::rdf::iri("http://vocab.arvida.de/2015/06/vom/vocab#near"),
-                   lrt::rdf::iri("http://h/baxter/right_s1/x?y#z")));
+  CHECK(g.contains(self, lrt::rdf::iri("http://vocab.arvida.de/2015/06/vom/vocab#near"), lrt::rdf::iri("http://h/baxter/right_s1/x?y#z")));
 }
 
 TEST_CASE("an error tells line and column and what was found", "[rdf]") {
@@ -85,10 +85,9 @@ TEST_CASE("an error tells line and column and what was found", "[rdf]") {
 }
 
 TEST_CASE("each production of the Turtle grammar is accepted, and its neighbours are not", "[rdf]") {
-  for (const char* good : {"", "# comment", "<a> <b> <c>, <d>; <e> <f>;; a <g>; .", "[ <p> 1 ] .", "[ <p> 1; ] <q> 2 .",
-                           "[] <p> [] .", "( 1 .5 ( ) [ ] ) <p> ( [ a <T> ] ) .", "PREFIX : <p#> BASE <q> : :a :b.",
-                           "@prefix a: <p#> . a:a a a:a.a .", "<a> <b> true, false, 'x' @en , 'y' ^^ <t>, '''z'''.",
-                           "<a> <b> 1.", "<a> <b> 1.0.", "<a> <b> -1.e-1.", "<a> a true."}) {
+  for (const char* good : {"", "# comment", "<a> <b> <c>, <d>; <e> <f>;; a <g>; .", "[ <p> 1 ] .", "[ <p> 1; ] <q> 2 .", "[] <p> [] .",
+                           "( 1 .5 ( ) [ ] ) <p> ( [ a <T> ] ) .", "PREFIX : <p#> BASE <q> : :a :b.", "@prefix a: <p#> . a:a a a:a.a .",
+                           "<a> <b> true, false, 'x' @en , 'y' ^^ <t>, '''z'''.", "<a> <b> 1.", "<a> <b> 1.0.", "<a> <b> -1.e-1.", "<a> a true."}) {
     accepted(good);
   }
   for (const char* bad : {".",
@@ -156,9 +155,8 @@ TEST_CASE("U+0000 is a character of literals and of nothing else", "[rdf]") {
       }
       CHECK(write(g, Syntax::rdf_xml).error().code == Errc::unsupported_syntax);  // also without Redland
     }
-    for (const std::string& text :
-         {before + "<http://e/" + nul + "> .", before + "<http://e/\\u0000> .", before + nul + "\"x\" .", before + "\"x\" ." + nul,
-          before + "_:a" + nul + " .", before + "\"x\"@en" + nul + " .", nul}) {
+    for (const std::string& text : {before + "<http://e/" + nul + "> .", before + "<http://e/\\u0000> .", before + nul + "\"x\" .",
+                                    before + "\"x\" ." + nul, before + "_:a" + nul + " .", before + "\"x\"@en" + nul + " .", nul}) {
       refusal(text, syntax);
     }
   }
@@ -181,8 +179,8 @@ TEST_CASE("invalid UTF-8 is refused with its place", "[rdf]") {
 }
 
 TEST_CASE("characters that no IRI has are refused, escaped or not", "[rdf]") {
-  for (const char* iri : {"http://e/a b", "http://e/\\u0020", "http://e/\\u003C", "http://e/\\u0001", "http://e/{x}",
-                          "http://e/%zz", "http://e/\\n", "http://e/\"", "http://e/\xEF\xA3\xBF"}) {
+  for (const char* iri : {"http://e/a b", "http://e/\\u0020", "http://e/\\u003C", "http://e/\\u0001", "http://e/{x}", "http://e/%zz", "http://e/\\n",
+                          "http://e/\"", "http://e/\xEF\xA3\xBF"}) {
     refusal("<" + std::string(iri) + "> <http://e/b> <http://e/c> .");
     refusal("<" + std::string(iri) + "> <http://e/b> <http://e/c> .", Syntax::n_triples);
   }
@@ -193,8 +191,7 @@ TEST_CASE("characters that no IRI has are refused, escaped or not", "[rdf]") {
 }
 
 TEST_CASE("an N-Triples error after good lines fails the document", "[rdf]") {
-  const lrt::Error error =
-      refusal("<http://e/a> <http://e/b> <http://e/c> .\n<http://e/a> <http://e/b> .\n", Syntax::n_triples);
+  const lrt::Error error = refusal("<http://e/a> <http://e/b> <http://e/c> .\n<http://e/a> <http://e/b> .\n", Syntax::n_triples);
   CHECK(error.line == 2);
   refusal("<http://e/a> <http://e/b> <http://e/c>", Syntax::n_triples);
   refusal("<http://e/a> <http://e/b> <http://e/c> . <http://e/a> <http://e/b> <http://e/c> .", Syntax::n_triples);
@@ -228,9 +225,7 @@ TEST_CASE("nothing of one document is left for the next", "[rdf]") {
 
 TEST_CASE("more triples than allowed are refused while reading", "[rdf]") {
   std::string triples;
-  for (int i = 0; i < 1000; ++i) {
-    triples += "<http://e/a> <http://e/b> \"" + std::to_string(i) + "\" .\n";
-  }
+  for (int i = 0; i < 1000; ++i) { triples += "<http://e/a> <http://e/b> \"" + std::to_string(i) + "\" .\n"; }
   ReadOptions options{base, 999};
   CHECK(read(triples, Syntax::turtle, options).error().code == Errc::limit_exceeded);
   CHECK(read(triples, Syntax::n_triples, options).error().code == Errc::limit_exceeded);

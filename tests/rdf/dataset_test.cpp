@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/rdf/codec.hpp>
 
 #include <set>
@@ -28,8 +29,7 @@ TEST_CASE("named graphs are not read", "[rdf]") {
   options.base = "http://localhost/";
   for (const char* text : {"<a> { <b> <c> <d> . }", "{ <b> <c> <d> . }", "GRAPH <a> { <b> <c> <d> . }"})
     CHECK(rdf::read(text, Syntax::trig, options).error().code == Errc::expected_rdf);
-  CHECK(rdf::read("<http://e/b> <http://e/c> <http://e/d> <http://e/a> .\n", Syntax::n_quads, options).error().code ==
-        Errc::expected_rdf);
+  CHECK(rdf::read("<http://e/b> <http://e/c> <http://e/d> <http://e/a> .\n", Syntax::n_quads, options).error().code == Errc::expected_rdf);
 }
 
 TEST_CASE("a dataset has a default graph and named ones, whose blank nodes are their own", "[rdf]") {
@@ -65,8 +65,7 @@ TEST_CASE("a dataset without graphs is empty; a syntax without named graphs and 
   CHECK(rdf::write(rdf::Dataset(), Syntax::trig).value().empty());
   rdf::Dataset relative;
   relative.named.emplace_back("g", turtle("<a> rdf:value 1 ."));
-  for (const Syntax syntax : {Syntax::trig, Syntax::n_quads})
-    CHECK(rdf::write(relative, syntax).error().code == Errc::unsupported_syntax);
+  for (const Syntax syntax : {Syntax::trig, Syntax::n_quads}) CHECK(rdf::write(relative, syntax).error().code == Errc::unsupported_syntax);
   for (const Syntax syntax : {Syntax::turtle, Syntax::n_triples, Syntax::json_ld, Syntax::rdf_xml})
     CHECK(rdf::write(rdf::Dataset(), syntax).error().code == Errc::unsupported_syntax);
 }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/rdf/graph.hpp>
 
 #include <algorithm>
@@ -14,8 +15,7 @@ namespace vocab = lrt::vocab;
 
 namespace {
 
-const TermView s = lrt::rdf::iri("http://e/s"), p = lrt::rdf::iri("http://e/p"), q = lrt::rdf::iri("http://e/q"),
-               o = lrt::rdf::iri("http://e/o");
+const TermView s = lrt::rdf::iri("http://e/s"), p = lrt::rdf::iri("http://e/p"), q = lrt::rdf::iri("http://e/q"), o = lrt::rdf::iri("http://e/o");
 
 std::size_t count(const Graph::Matches& matches) {
   std::size_t n = 0;
@@ -43,9 +43,8 @@ TEST_CASE("a graph is a set of triples that keeps their order", "[rdf]") {
 
 TEST_CASE("terms that differ in one part only are different", "[rdf]") {
   Graph g;
-  const TermView terms[] = {
-      lrt::rdf::iri("a:"),           blank("a:"), literal("a:"), literal("a:", vocab::xsd::anyURI), tagged_literal("a:", "en"),
-      tagged_literal("a:", "en-gb"), literal("")};
+  const TermView terms[] = {lrt::rdf::iri("a:"),           blank("a:"), literal("a:"), literal("a:", vocab::xsd::anyURI), tagged_literal("a:", "en"),
+                            tagged_literal("a:", "en-gb"), literal("")};
   for (const TermView& t : terms) g.intern(t);
   for (const TermView& a : terms) {
     const auto id = g.find(a);
@@ -119,8 +118,7 @@ TEST_CASE("terms of a graph can be added to the same graph while it grows", "[rd
     g.add(lrt::rdf::iri(fresh), lrt::rdf::iri(fresh + "/p"), literal(g.term(g.triples()[i].subject).text));
   }
   CHECK(g.size() == 9001);
-  CHECK(
-      g.contains(lrt::rdf::iri("http://e/fresh2999"), p, tagged_literal("some text that is longer than a short string", "en")));
+  CHECK(g.contains(lrt::rdf::iri("http://e/fresh2999"), p, tagged_literal("some text that is longer than a short string", "en")));
   CHECK(g.contains(lrt::rdf::iri("http://e/fresh0"), q, tagged_literal("http://e/s", "en")));
 }
 
@@ -163,8 +161,7 @@ TEST_CASE("new blank nodes step over labels that were given, and both are found"
     CHECK(of->find(blank("b2")) == fresh[1]);
     CHECK(of->find(blank("b02")) == b02);
     CHECK(of->find(blank("2")) == two);
-    for (const char* label : {"", "b", "b4", "b00", "b-1", "b0 ", "c0", "b99999999999999999999"})
-      CHECK_FALSE(of->find(blank(label)));
+    for (const char* label : {"", "b", "b4", "b00", "b-1", "b0 ", "c0", "b99999999999999999999"}) CHECK_FALSE(of->find(blank(label)));
     CHECK_FALSE(of->find(lrt::rdf::iri("b0")));
     CHECK_FALSE(of->find(literal("b0")));
   }
@@ -227,8 +224,7 @@ TEST_CASE("a list is read only if it is well-formed and finite", "[rdf]") {
 TEST_CASE("a hundred thousand triples are found again", "[rdf]") {
   Graph g;
   for (int i = 0; i < 100'000; ++i) {
-    g.add(lrt::rdf::iri("http://e/" + std::to_string(i / 10)), lrt::rdf::iri("http://p/" + std::to_string(i % 10)),
-          literal(std::to_string(i)));
+    g.add(lrt::rdf::iri("http://e/" + std::to_string(i / 10)), lrt::rdf::iri("http://p/" + std::to_string(i % 10)), literal(std::to_string(i)));
   }
   REQUIRE(g.size() == 100'000);
   CHECK(g.object(lrt::rdf::iri("http://e/9999"), lrt::rdf::iri("http://p/9")) == literal("99999"));
@@ -242,8 +238,7 @@ TEST_CASE("no client can choose triples that are in one place of the hash table"
   std::size_t chosen = 0;
   for (std::uint32_t s = 0; s < 2'000; ++s) {
     for (std::uint32_t o = 2; o < 2'000; ++o) {
-      const std::uint64_t unseeded =
-          fold_multiply((static_cast<std::uint64_t>(s) << 32 | 1) ^ 0xA0761D6478BD642Fu, o ^ 0xE7037ED1A0B428DBu);
+      const std::uint64_t unseeded = fold_multiply((static_cast<std::uint64_t>(s) << 32 | 1) ^ 0xA0761D6478BD642Fu, o ^ 0xE7037ED1A0B428DBu);
       if (unseeded % slots != 0) continue;
       ++chosen;
       ++found[hash_triple(s, 1, o) % slots];

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/rdf/codec.hpp>
 
 #include <cstdint>
@@ -88,7 +89,8 @@ TEST_CASE("JSON-LD has the form that a web developer would write", "[rdf][R1.2]"
   "label": {"@language": "de", "@value": "Winkel"}
 }
 )");
-  Graph nested = test::turtle(R"(<r> a spatial:Rotation3D ; spatial:rotationAngle [ vom:numericalValue "43.6"^^xsd:float ] ; rdf:value ( 1 true "a" ) .
+  Graph nested =
+      test::turtle(R"(<r> a spatial:Rotation3D ; spatial:rotationAngle [ vom:numericalValue "43.6"^^xsd:float ] ; rdf:value ( 1 true "a" ) .
                                  <s> a hybrit:Action ; hybrit:property <r>, <s> .)");
   CHECK(json(nested, default_prefixes()) == R"({
   "@context": {
@@ -158,7 +160,8 @@ TEST_CASE("every finite double reads back bit-identically from JSON-LD, as a lit
     const auto same = lexical::parse_double(back.object(s, p)->text);
     REQUIRE(std::memcmp(&*same, &number, sizeof number) == 0);
     // As a client writes it.
-    const Graph native = parse("{\"http://e/p\": {\"@value\": " + lexical::format(number) + ", \"@type\": \"http://www.w3.org/2001/XMLSchema#double\"}}").value();
+    const Graph native =
+        parse("{\"http://e/p\": {\"@value\": " + lexical::format(number) + ", \"@type\": \"http://www.w3.org/2001/XMLSchema#double\"}}").value();
     const TermView read_as = native.term(native.triples().front().object);
     REQUIRE(read_as.datatype == vocab::xsd::double_.text);
     const auto again = lexical::parse_double(read_as.text);
@@ -226,10 +229,10 @@ TEST_CASE("well-formed lists are @list, others are not", "[rdf]") {
   const auto round = [](std::string_view turtle) { return json(test::turtle(turtle), default_prefixes()); };
   CHECK(says(round("<s> rdf:value ( 1 ( 2 () ) ) ."), R"("value": {"@list": [1, {"@list": [2, {"@list": []}]}]})"));
   CHECK(says(round("<s> hybrit:property ( <a> \"b\" ) ."), R"({"@list": ["http://localhost/a", {"@value": "b"}]})"));
-  for (const char* no_list : {"<s> rdf:value _:l . _:l rdf:first 1 .", "<s> rdf:value _:l . _:l rdf:first 1, 2 ; rdf:rest () .",
-                              "_:l rdf:first 1 ; rdf:rest _:l .", "<s> rdf:value [ rdf:first 1 ; rdf:rest () ; a rdf:List ] .",
-                              "<s> rdf:value _:l . <t> rdf:value _:l . _:l rdf:first 1 ; rdf:rest () .", "() rdf:first () ; rdf:rest 5 .",
-                              "<s> rdf:first 1 ; rdf:rest ( 2 ) .", "<s> rdf:value [ rdf:first 1 ; rdf:rest \"x\" ] ."}) {
+  for (const char* no_list :
+       {"<s> rdf:value _:l . _:l rdf:first 1 .", "<s> rdf:value _:l . _:l rdf:first 1, 2 ; rdf:rest () .", "_:l rdf:first 1 ; rdf:rest _:l .",
+        "<s> rdf:value [ rdf:first 1 ; rdf:rest () ; a rdf:List ] .", "<s> rdf:value _:l . <t> rdf:value _:l . _:l rdf:first 1 ; rdf:rest () .",
+        "() rdf:first () ; rdf:rest 5 .", "<s> rdf:first 1 ; rdf:rest ( 2 ) .", "<s> rdf:value [ rdf:first 1 ; rdf:rest \"x\" ] ."}) {
     CAPTURE(no_list);
     round(no_list);
   }
@@ -242,9 +245,9 @@ TEST_CASE("a type that is not an IRI is a value of rdf:type", "[rdf][R1.4]") {
 }
 
 TEST_CASE("invalid RDF is not written", "[rdf]") {
-  for (const auto& [subject, predicate, object] : {std::tuple{lrt::rdf::iri("rel"), p, q},
-                                                   std::tuple{s, lrt::rdf::iri("rel"), q}, std::tuple{s, p, lrt::rdf::iri("http://e/ x")},
-                                                   std::tuple{s, p, literal("x", lrt::Iri("rel"))}, std::tuple{s, p, tagged_literal("x", "d e")}}) {
+  for (const auto& [subject, predicate, object] :
+       {std::tuple{lrt::rdf::iri("rel"), p, q}, std::tuple{s, lrt::rdf::iri("rel"), q}, std::tuple{s, p, lrt::rdf::iri("http://e/ x")},
+        std::tuple{s, p, literal("x", lrt::Iri("rel"))}, std::tuple{s, p, tagged_literal("x", "d e")}}) {
     Graph g;
     g.add(subject, predicate, object);
     const auto text = write(g, Syntax::json_ld);
@@ -261,8 +264,8 @@ TEST_CASE("the context document has every term once, and every prefix without th
   CHECK(says(text, R"("sh:path": {"@type": "@id"})"));
   CHECK(parse("{\"@context\": [" + text.substr(text.find("{", 1), text.rfind('}') - text.find("{", 1)) + "], \"id\": \"a\", \"title\": \"b\"}"));
   // Under other prefixes terms keep their meaning.
-  const Prefixes mine = {{"sh", "http://other/"}, {"state", "http://x/state#"}, {"h", "https://hybr-it-projekt.de/ns/hybr-it#"}, {"odd", "http://odd/ns"},
-                         {"relative", "/somewhere"}, {"odd", "http://odd/second"}};
+  const Prefixes mine = {{"sh", "http://other/"},  {"state", "http://x/state#"}, {"h", "https://hybr-it-projekt.de/ns/hybr-it#"},
+                         {"odd", "http://odd/ns"}, {"relative", "/somewhere"},   {"odd", "http://odd/second"}};
   const std::string other = json_ld_context(mine);
   CHECK_FALSE(says(other, "/somewhere"));
   CHECK_FALSE(says(other, "http://odd/second"));
@@ -287,11 +290,13 @@ TEST_CASE("expanded and flattened documents are read", "[rdf][R1.2]") {
 }
 
 TEST_CASE("a document may refer to lrt's context", "[rdf][R1.2]") {
-  const std::string graph = "<http://localhost/arm/x> a hybrit:Property ; vom:numericalValue 4.36E1 ; vom:unit maths:Degree ; lrt:status lrt:running .";
+  const std::string graph =
+      "<http://localhost/arm/x> a hybrit:Property ; vom:numericalValue 4.36E1 ; vom:unit maths:Degree ; lrt:status lrt:running .";
   const std::string body = R"("id": "", "type": "Property", "numericalValue": 43.6, "unit": "maths:Degree", "status": "running"})";
   for (const char* by : {"\"http://localhost/ns/context.jsonld\"", "\"http://localhost/ns/context.jsonld?v=abc\"", "\"/ns/context.jsonld\"",
-                         "\"../ns/context.jsonld\"", "[\"/ns/context.jsonld\", {\"x\": \"http://x/\"}]", "[{\"numericalValue\": \"http://no/\"}, \"/ns/context.jsonld\"]",
-                         "\"https://w3id.org/lrt/context.jsonld\"", "[null, \"/ns/context.jsonld\"]"}) {
+                         "\"../ns/context.jsonld\"", "[\"/ns/context.jsonld\", {\"x\": \"http://x/\"}]",
+                         "[{\"numericalValue\": \"http://no/\"}, \"/ns/context.jsonld\"]", "\"https://w3id.org/lrt/context.jsonld\"",
+                         "[null, \"/ns/context.jsonld\"]"}) {
     CAPTURE(by);
     CHECK(differs(std::string("{\"@context\": ") + by + ", " + body, graph) == "");
   }
@@ -300,7 +305,8 @@ TEST_CASE("a document may refer to lrt's context", "[rdf][R1.2]") {
   CHECK(says(refused, "fetched"));
   CHECK(says(refused, our_context));
   CHECK(says(refused, "/@context"));
-  CHECK(says(refusal(R"({"http://e/p": {"@context": ["/ns/context.jsonld", "http://evil/ns/context.jsonld"]}})", Errc::unsupported_syntax), "/http:~1~1e~1p/@context/1"));
+  CHECK(says(refusal(R"({"http://e/p": {"@context": ["/ns/context.jsonld", "http://evil/ns/context.jsonld"]}})", Errc::unsupported_syntax),
+             "/http:~1~1e~1p/@context/1"));
 }
 
 TEST_CASE("lrt's context among others in an array hides earlier terms, and later terms hide its terms", "[rdf]") {
@@ -314,27 +320,35 @@ TEST_CASE("lrt's context among others in an array hides earlier terms, and later
             "[] <e:b> 1 ; dcterms:title 2 ; maths:x 3 .");
   read_with(R"(["/ns/context.jsonld", {"a": "e:a", "x": null}, "/ns/context.jsonld", {"x": null}])", "[] <e:a> 1 ; dcterms:title 2 .");
   read_with(R"([{"a": "e:a"}, "/ns/context.jsonld", null, {"x": "e:x"}])", "[] <e:x> 3 .");
-  CHECK(differs(R"({"@context": [{"a": "e:a"}, "/ns/context.jsonld", {"b": "e:b"}], "title": {"@context": [{"title": "e:t"}, "/ns/context.jsonld", {"a": "e:c"}],
+  CHECK(
+      differs(
+          R"({"@context": [{"a": "e:a"}, "/ns/context.jsonld", {"b": "e:b"}], "title": {"@context": [{"title": "e:t"}, "/ns/context.jsonld", {"a": "e:c"}],
                     "a": 1, "b": 2, "title": 3}, "a": 4})",
-                "[] <e:a> 4 ; dcterms:title [ <e:c> 1 ; <e:b> 2 ; dcterms:title 3 ] .") == "");
+          "[] <e:a> 4 ; dcterms:title [ <e:c> 1 ; <e:b> 2 ; dcterms:title 3 ] .") == "");
 }
 
 TEST_CASE("contexts in the document are processed", "[rdf]") {
-  CHECK(differs(R"({"@context": {"e": "http://e/", "name": "e:name", "knows": {"@id": "e:knows", "@type": "@id"}, "@base": "http://b/x/", "@language": "EN",
+  CHECK(
+      differs(
+          R"({"@context": {"e": "http://e/", "name": "e:name", "knows": {"@id": "e:knows", "@type": "@id"}, "@base": "http://b/x/", "@language": "EN",
                     "when": {"@id": "e:when", "@type": "http://e/date"}, "plain": {"@id": "e:plain", "@language": null}, "kind": "@type", "nothing": null},
                     "@id": "../s", "kind": "e:C", "name": "n", "knows": ["k", "_:b"], "when": "now", "plain": "p", "nothing": 5, "unknown": 6})",
-                R"(<http://b/s> a <http://e/C> ; <http://e/name> "n"@en ; <http://e/knows> <http://b/x/k>, [] ; <http://e/when> "now"^^<http://e/date> ;
+          R"(<http://b/s> a <http://e/C> ; <http://e/name> "n"@en ; <http://e/knows> <http://b/x/k>, [] ; <http://e/when> "now"^^<http://e/date> ;
                    <http://e/plain> "p" .)") == "");
-  CHECK(differs(R"({"@context": {"@vocab": "http://e/", "status": {"@type": "@vocab"}, "l": {"@container": "@list"}, "ll": {"@container": ["@list"], "@type": "@id"},
+  CHECK(
+      differs(
+          R"({"@context": {"@vocab": "http://e/", "status": {"@type": "@vocab"}, "l": {"@container": "@list"}, "ll": {"@container": ["@list"], "@type": "@id"},
                     "s": {"@container": "@set"}, "lang": {"@container": "@language"}, "i": {"@container": "@index"}, "r": {"@reverse": "http://e/rr"}},
                     "@id": "", "a": 1, "status": ["a", "http://x/"], "l": [1, [2, []]], "ll": "z", "s": [1], "lang": {"de": ["x", "y"], "@none": "z"},
                     "i": {"one": 1, "two": [2, {"@id": "o"}]}, "r": [{"@id": "q"}], "@reverse": {"back": "http://no/"}})",
-                "") == "at \"/@reverse/back\": expected nodes as values of a reversed property");
-  CHECK(differs(R"({"@context": {"@vocab": "http://e/", "status": {"@type": "@vocab"}, "l": {"@container": "@list"}, "ll": {"@container": ["@list"], "@type": "@id"},
+          "") == "at \"/@reverse/back\": expected nodes as values of a reversed property");
+  CHECK(
+      differs(
+          R"({"@context": {"@vocab": "http://e/", "status": {"@type": "@vocab"}, "l": {"@container": "@list"}, "ll": {"@container": ["@list"], "@type": "@id"},
                     "s": {"@container": "@set"}, "lang": {"@container": "@language"}, "i": {"@container": "@index"}, "r": {"@reverse": "http://e/rr"}},
                     "@id": "", "a": 1, "status": ["a", "http://x/"], "l": [1, [2, []]], "ll": "z", "s": [1], "lang": {"de": ["x", "y"], "@none": "z"},
                     "i": {"one": 1, "two": [2, {"@id": "o"}]}, "r": [{"@id": "q"}], "@reverse": {"back": {"@id": "t"}}})",
-                R"(<> <http://e/a> 1 ; <http://e/status> <http://e/a>, <http://x/> ; <http://e/l> ( 1 ( 2 () ) ) ; <http://e/ll> ( <z> ) ; <http://e/s> 1 ;
+          R"(<> <http://e/a> 1 ; <http://e/status> <http://e/a>, <http://x/> ; <http://e/l> ( 1 ( 2 () ) ) ; <http://e/ll> ( <z> ) ; <http://e/s> 1 ;
                    <http://e/lang> "x"@de, "y"@de, "z" ; <http://e/i> 1, 2, <o> . <q> <http://e/rr> <> . <t> <http://e/back> <> .)") == "");
   // Nested contexts; null removes all definitions.
   CHECK(differs(R"({"@context": {"p": "http://e/p"}, "p": [{"@context": {"p": "http://e/q"}, "p": 1}, {"@context": null, "p": 2, "http://e/p": 3}]})",
@@ -343,12 +357,14 @@ TEST_CASE("contexts in the document are processed", "[rdf]") {
                     "@nest": {"p": 4}, "@index": "x"})",
                 "[] <http://e/p> 1, 4 ; <http://e/q> 2 . <i> <http://e/p> 3 .") == "");
   // A term is a prefix only if its definition is simple or says @prefix.
-  CHECK(differs(R"({"@context": {"a": "http://e/a", "b": {"@id": "http://e/b", "@prefix": true}}, "a:x": 1, "b:x": 2})", "[] <a:x> 1 ; <http://e/bx> 2 .") == "");
+  CHECK(differs(R"({"@context": {"a": "http://e/a", "b": {"@id": "http://e/b", "@prefix": true}}, "a:x": 1, "b:x": 2})",
+                "[] <a:x> 1 ; <http://e/bx> 2 .") == "");
 }
 
 TEST_CASE("numbers are read by the rules of JSON-LD, and exactly", "[rdf]") {
   const auto number = [](const std::string& text, const std::string& type = "") {
-    const Result<Graph> g = parse(type.empty() ? "{\"http://e/p\": " + text + "}" : "{\"http://e/p\": {\"@value\": " + text + ", \"@type\": \"" + type + "\"}}");
+    const Result<Graph> g =
+        parse(type.empty() ? "{\"http://e/p\": " + text + "}" : "{\"http://e/p\": {\"@value\": " + text + ", \"@type\": \"" + type + "\"}}");
     if (!g) return g.error().message;
     return to_string(g->term(g->triples().front().object));
   };

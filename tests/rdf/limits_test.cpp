@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/rdf/codec.hpp>
 
 #include <string>
@@ -73,8 +74,7 @@ TEST_CASE("an IRI of more than 8 KiB is refused however it is written", "[rdf][l
 TEST_CASE("a Turtle document has at most 1000 prefix and base directives", "[rdf][limits]") {
   for (const std::string directive : {"@prefix p: <x:>.\n", "PREFIX p: <x:>\n", "@base <a:/>.\n", "BASE <b/>\n"}) {
     if (directive != "BASE <b/>\n") accepted(repeated(max_directives, directive));
-    CHECK(says(beyond(repeated(max_directives + 1, directive)),
-               directive == "BASE <b/>\n" ? "more than" : "more than 1000 prefix"));
+    CHECK(says(beyond(repeated(max_directives + 1, directive)), directive == "BASE <b/>\n" ? "more than" : "more than 1000 prefix"));
   }
 }
 
@@ -129,14 +129,12 @@ TEST_CASE("escapes and quotes of a string stand for their characters", "[rdf][li
 }
 
 TEST_CASE("relative IRIs are resolved as iri::resolve does", "[rdf]") {
-  for (const std::string from :
-       {"http://h", "http://h/", "http://h?q", "http://h#f", "http://h/a/b/c?q/r#f/g", "http://h/a/../b/./c", "http://h//a//b",
-        "http://h/a/..", "http://h/..?/../x", "file:///a/b", "urn:a:b", "urn:a/b/c", "a:/b/c"}) {
+  for (const std::string from : {"http://h", "http://h/", "http://h?q", "http://h#f", "http://h/a/b/c?q/r#f/g", "http://h/a/../b/./c",
+                                 "http://h//a//b", "http://h/a/..", "http://h/..?/../x", "file:///a/b", "urn:a:b", "urn:a/b/c", "a:/b/c"}) {
     for (const std::string to :
-         {"",      "x",        "x/",       ".",    "./",    "..", "../",     "../..",  "../../../x", "./x",
-          "x/./y", "x/../y",   "x/..",     "x/.",  "/",     "/x", "/x/../y", "/..",    "/../",       "//",
-          "//x",   "//x/../y", "?",        "?q",   "?../x", "#",  "#g",      "x?../y", "x#../y",     "...",
-          ".x",    "..x",      "a//..//b", ".//x", "..//x", "/.", "//h/.",   "x:y",    "/a//../b"}) {
+         {"",    "x",      "x/",     ".",       "./",  "..",   "../",      "../..", "../../../x", "./x", "x/./y", "x/../y", "x/..",
+          "x/.", "/",      "/x",     "/x/../y", "/..", "/../", "//",       "//x",   "//x/../y",   "?",   "?q",    "?../x",  "#",
+          "#g",  "x?../y", "x#../y", "...",     ".x",  "..x",  "a//..//b", ".//x",  "..//x",      "/.",  "//h/.", "x:y",    "/a//../b"}) {
       INFO(from << " and " << to);
       const auto expected = lrt::iri::resolve(from, to);
       REQUIRE(expected);
@@ -145,8 +143,7 @@ TEST_CASE("relative IRIs are resolved as iri::resolve does", "[rdf]") {
       options.base = from;
       const auto graph = read("<" + to + "> a <a:a> .", Syntax::turtle, options);
       REQUIRE(graph);
-      CHECK(graph->contains(lrt::rdf::iri(*expected), lrt::rdf::iri("http://www.w3.org/1999/02/22-rdf-syntax-ns#type"),
-                            lrt::rdf::iri("a:a")));
+      CHECK(graph->contains(lrt::rdf::iri(*expected), lrt::rdf::iri("http://www.w3.org/1999/02/22-rdf-syntax-ns#type"), lrt::rdf::iri("a:a")));
     }
   }
 }

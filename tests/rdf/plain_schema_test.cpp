@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/rdf/plain_schema.hpp"
 
 #include <array>
@@ -51,8 +52,7 @@ TEST_CASE("a type is described as a JSON Schema", "[rdf]") {
   CHECK(schema<std::string>() == R"({"type":"string"})");
   CHECK(schema<std::string>(Facets{}.length(1, 8)) == R"({"type":"string","minLength":1,"maxLength":8})");
   CHECK(schema<double>() == R"({"type":"number"})");
-  CHECK(schema<float>(Facets{unit::degree}.at_least(0).below(360)) ==
-        R"({"type":"number","minimum":0,"exclusiveMaximum":360,"unit":"deg"})");
+  CHECK(schema<float>(Facets{unit::degree}.at_least(0).below(360)) == R"({"type":"number","minimum":0,"exclusiveMaximum":360,"unit":"deg"})");
   CHECK(schema<double>(Facets{}.above(-0.5)) == R"({"type":"number","exclusiveMinimum":-0.5})");
   CHECK(schema<double>(Facets{}.at_most(std::numeric_limits<double>::infinity())) == R"({"type":"number"})");
   CHECK(schema<std::uint8_t>() == R"({"type":"integer","minimum":0,"maximum":255})");
@@ -67,8 +67,7 @@ TEST_CASE("a type is described as a JSON Schema", "[rdf]") {
 TEST_CASE("lists, records and optional values are described with their parts", "[rdf]") {
   CHECK(schema<std::array<double, 3>>(Facets{unit::radian}) ==
         R"({"type":"array","items":{"type":"number"},"minItems":3,"maxItems":3,"unit":"rad"})");
-  CHECK(schema<std::vector<std::int64_t>>(Facets{}.at_least(1)) ==
-        R"({"type":"array","items":{"type":"integer","minimum":1}})");
+  CHECK(schema<std::vector<std::int64_t>>(Facets{}.at_least(1)) == R"({"type":"array","items":{"type":"integer","minimum":1}})");
   CHECK(schema<std::map<std::string, double>>(Facets{unit::metre}) == R"({"type":"object","additionalProperties":{"type":"number","unit":"m"}})");
   CHECK(schema<std::optional<double>>(Facets{unit::metre}) == R"({"type":["number","null"],"unit":"m"})");
   CHECK(schema<Motion>() == R"({"type":"object","properties":{"speed":{"type":"number","minimum":0,"maximum":1.5,"unit":"m"},)"

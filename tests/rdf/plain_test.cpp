@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/rdf/plain.hpp>
 
 #include <array>
@@ -151,7 +152,8 @@ std::string literal_in(std::string_view body, Plain format = Plain::json, const 
   if (!graph) return graph.error().message;
   std::string found;
   for (const Triple& t : graph->triples())
-    if (const TermView term = graph->term(t.object); term.is_literal()) found += (found.empty() ? "" : " ") + std::string(term.text) + "^^" + abbreviate(term.datatype);
+    if (const TermView term = graph->term(t.object); term.is_literal())
+      found += (found.empty() ? "" : " ") + std::string(term.text) + "^^" + abbreviate(term.datatype);
   return found;
 }
 
@@ -161,7 +163,8 @@ std::string findings(const Graph& data, const Type& type, const Facets& facets =
   const TermId shape = graph.intern(lrt::rdf::iri("http://example.org/shape"));
   graph.add(shape, graph.intern(vocab::rdf_::type), graph.intern(vocab::sh::NodeShape));
   lrt::shacl::derive(graph, shape, type, facets, names, {type.kind != Type::Kind::optional});
-  const auto report = lrt::shacl::validate(lrt::shacl::Shapes::compile(graph).value(), data, lrt::rdf::iri(focus), lrt::rdf::iri("http://example.org/shape"));
+  const auto report =
+      lrt::shacl::validate(lrt::shacl::Shapes::compile(graph).value(), data, lrt::rdf::iri(focus), lrt::rdf::iri("http://example.org/shape"));
   return report.value().to_text();
 }
 
@@ -222,29 +225,77 @@ std::vector<Row> rows() {
       row(std::array<std::vector<std::int16_t>, 2>{{{1, 2, 3}, {4, 5, 6}}}, "[[1,2,3],[4,5,6]]", "828301020383040506", "010002000300040005000600"),
       row(std::array<std::vector<double>, 2>{}, "[[],[]]", "828080", ""),
       row(std::vector<std::vector<std::string>>{{"a"}, {}}, "[[\"a\"],[]]", "8281616180"),
-      row(std::vector<bool>(24, true), "[true,true,true,true,true,true,true,true,true,true,true,true,true,true,true,true,true,true,true,true,true,true,true,true]",
+      row(std::vector<bool>(24, true),
+          "[true,true,true,true,true,true,true,true,true,true,true,true,true,true,true,true,true,true,true,true,true,true,true,true]",
           "9818f5f5f5f5f5f5f5f5f5f5f5f5f5f5f5f5f5f5f5f5f5f5f5f5"),
       row(std::optional<int>(5), "5", "05", "05000000"),
       text(row(std::optional<int>(), "null", "f6"), ""),
       row(Step{1, Mode::fast}, "{\"x\":1,\"mode\":\"fast\"}", "a26178fb3ff0000000000000646d6f64656466617374"),
       row(plain_test::Nothing{}, "{}", "a0"),
       row(std::optional<plain_test::Nothing>(plain_test::Nothing{}), "{}", "a0"),
-      row(std::optional<plain_test::Nothing>(plain_test::Nothing{5}), "{\"count\":5}", "a1" "65" + hex("count") + "05"),
+      row(std::optional<plain_test::Nothing>(plain_test::Nothing{5}), "{\"count\":5}",
+          "a1"
+          "65" +
+              hex("count") + "05"),
       text(row(std::optional<plain_test::Nothing>(), "null", "f6"), ""),
       row(std::map<std::string, int>{}, "{}", "a0"),
-      row(std::map<std::string, int>{{"b", 1}, {"", 2}, {"a \"b", 3}}, "{\"\":2,\"a \\\"b\":3,\"b\":1}", "a3" "60" "02" "64" + hex("a \"b") + "03" "6162" "01"),
-      row(std::unordered_map<std::string, int>{{"b", 1}, {"a", 2}}, "{\"a\":2,\"b\":1}", "a2" "6161" "02" "6162" "01"),
+      row(std::map<std::string, int>{{"b", 1}, {"", 2}, {"a \"b", 3}}, "{\"\":2,\"a \\\"b\":3,\"b\":1}",
+          "a3"
+          "60"
+          "02"
+          "64" +
+              hex("a \"b") +
+              "03"
+              "6162"
+              "01"),
+      row(std::unordered_map<std::string, int>{{"b", 1}, {"a", 2}}, "{\"a\":2,\"b\":1}",
+          "a2"
+          "6161"
+          "02"
+          "6162"
+          "01"),
       row(std::map<std::string, Step>{{"value", {1, Mode::fast}}}, "{\"value\":{\"x\":1,\"mode\":\"fast\"}}",
-          "a1" "65" + hex("value") + "a26178fb3ff0000000000000646d6f64656466617374"),
-      units(row(std::map<std::string, float>{{"unit", 1}, {"value", 2}}, "{\"unit\":1,\"value\":2}", "a2" "64" + hex("unit") + "fa3f800000" "65" + hex("value") + "fa40000000"),
+          "a1"
+          "65" +
+              hex("value") + "a26178fb3ff0000000000000646d6f64656466617374"),
+      units(row(std::map<std::string, float>{{"unit", 1}, {"value", 2}}, "{\"unit\":1,\"value\":2}",
+                "a2"
+                "64" +
+                    hex("unit") +
+                    "fa3f800000"
+                    "65" +
+                    hex("value") + "fa40000000"),
             degrees, "{\"unit\":{\"value\":1,\"unit\":\"deg\"},\"value\":{\"value\":2,\"unit\":\"deg\"}}"),
-      units(row(std::vector<std::map<std::string, float>>{{{"a", 1}}, {}}, "[{\"a\":1},{}]", "82a1" "6161" "fa3f800000" "a0"), degrees,
-            "[{\"a\":{\"value\":1,\"unit\":\"deg\"}},{}]"),
-      units(row(std::map<std::string, std::vector<float>>{{"a", {1, 2}}}, "{\"a\":[1,2]}", "a1" "6161" "82fa3f800000fa40000000"), degrees,
-            "{\"a\":{\"value\":[1,2],\"unit\":\"deg\"}}"),
-      row(std::map<std::string, std::map<std::string, bool>>{{"a", {{"b", true}}}}, "{\"a\":{\"b\":true}}", "a1" "6161" "a1" "6162" "f5"),
+      units(row(std::vector<std::map<std::string, float>>{{{"a", 1}}, {}}, "[{\"a\":1},{}]",
+                "82a1"
+                "6161"
+                "fa3f800000"
+                "a0"),
+            degrees, "[{\"a\":{\"value\":1,\"unit\":\"deg\"}},{}]"),
+      units(row(std::map<std::string, std::vector<float>>{{"a", {1, 2}}}, "{\"a\":[1,2]}",
+                "a1"
+                "6161"
+                "82fa3f800000fa40000000"),
+            degrees, "{\"a\":{\"value\":[1,2],\"unit\":\"deg\"}}"),
+      row(std::map<std::string, std::map<std::string, bool>>{{"a", {{"b", true}}}}, "{\"a\":{\"b\":true}}",
+          "a1"
+          "6161"
+          "a1"
+          "6162"
+          "f5"),
       row(plain_test::Twins{1, 2, 3, 4}, "{\"maths:x\":1,\"spatial:x\":2,\"http://example.org/x\":3,\"y\":4}",
-          "a4" "67" + hex("maths:x") + "fb3ff0000000000000" "69" + hex("spatial:x") + "fb4000000000000000" "74" + hex("http://example.org/x") + "fb4008000000000000" "6179" "fb4010000000000000"),
+          "a4"
+          "67" +
+              hex("maths:x") +
+              "fb3ff0000000000000"
+              "69" +
+              hex("spatial:x") +
+              "fb4000000000000000"
+              "74" +
+              hex("http://example.org/x") +
+              "fb4008000000000000"
+              "6179"
+              "fb4010000000000000"),
       units(row(43.6F, "43.6", "fa422e6666", "66662e42"), degrees, "{\"value\":43.6,\"unit\":\"deg\"}"),
       units(row(std::array<std::uint8_t, 2>{1, 2}, "[1,2]", "820102", "0102"), degrees, "{\"value\":[1,2],\"unit\":\"deg\"}"),
       units(row(Step{1, Mode::slow}, "{\"x\":1,\"mode\":\"slow\"}", "a26178fb3ff0000000000000646d6f646564736c6f77"), degrees,
@@ -306,10 +357,19 @@ TEST_CASE("a record with a field \"value\" is not read as a value with its unit"
 
 TEST_CASE("invalid UTF-8 is replaced by U+FFFD in every format", "[rdf]") {
   const auto& type = traits<std::string>::type();
-  const Value value(std::string("a\xFF" "b"));
-  CHECK(write_plain(type, {}, value, Plain::json).value() == "\"a\xEF\xBF\xBD" "b\"");
-  CHECK(write_plain(type, {}, value, Plain::text).value() == "a\xEF\xBF\xBD" "b");
-  CHECK(write_plain(type, {}, value, Plain::cbor).value() == "\x65" "a\xEF\xBF\xBD" "b");
+  const Value value(
+      std::string("a\xFF"
+                  "b"));
+  CHECK(write_plain(type, {}, value, Plain::json).value() ==
+        "\"a\xEF\xBF\xBD"
+        "b\"");
+  CHECK(write_plain(type, {}, value, Plain::text).value() ==
+        "a\xEF\xBF\xBD"
+        "b");
+  CHECK(write_plain(type, {}, value, Plain::cbor).value() ==
+        "\x65"
+        "a\xEF\xBF\xBD"
+        "b");
 }
 
 TEST_CASE("absent members of a list are left out, as in a graph", "[rdf]") {
@@ -328,7 +388,8 @@ TEST_CASE("media types and formats correspond, independent of parameters", "[rdf
   }
   CHECK(plain_of(lrt::MediaType::parse(media_type(Plain::octets)).value()) == Plain::octets);
   CHECK(plain_of(lrt::MediaType::parse("Text/Plain; charset=utf-8").value()) == Plain::text);
-  for (const char* other : {"text/turtle", "application/ld+json", "text/json", "audio/cbor"}) CHECK_FALSE(plain_of(lrt::MediaType::parse(other).value()));
+  for (const char* other : {"text/turtle", "application/ld+json", "text/json", "audio/cbor"})
+    CHECK_FALSE(plain_of(lrt::MediaType::parse(other).value()));
 }
 
 TEST_CASE("numbers keep their digits, and get another datatype if they do not fit", "[rdf]") {
@@ -425,12 +486,18 @@ TEST_CASE("a value may have the declared unit and no other", "[rdf][R1.5]") {
   CHECK(same_graph(said<double>("{\"value\": 43.6}", Plain::json, degrees), said<double>("43.6", Plain::json, degrees)));
   CHECK(same_graph(said<double>("{\"value\": 43.6}"), said<double>("43.6")));
   CHECK(same_graph(said<std::string>("{\"value\": \"a\"}"), said<std::string>("\"a\"")));
-  CHECK(same_graph(said<double>("{\"value\": 1, \"unit\": \"http://qudt.org/vocab/unit/DEG\"}", Plain::json, code_less), said<double>("1", Plain::json, code_less)));
-  CHECK(same_graph(said<double>("{\"value\": 1, \"unit\": \"" + std::string(vocab::maths::Degree.text) + "\"}", Plain::json, only_vom), said<double>("1", Plain::json, only_vom)));
+  CHECK(same_graph(said<double>("{\"value\": 1, \"unit\": \"http://qudt.org/vocab/unit/DEG\"}", Plain::json, code_less),
+                   said<double>("1", Plain::json, code_less)));
+  CHECK(same_graph(said<double>("{\"value\": 1, \"unit\": \"" + std::string(vocab::maths::Degree.text) + "\"}", Plain::json, only_vom),
+                   said<double>("1", Plain::json, only_vom)));
   CHECK(same_graph(said<std::vector<double>>("{\"value\": [1, {\"value\": 2, \"unit\": \"deg\"}], \"unit\": \"deg\"}", Plain::json, degrees),
                    said<std::vector<double>>("[1, 2]", Plain::json, degrees)));
   CHECK(same_graph(said<Step>("{\"value\": {\"x\": {\"value\": 2}}}"), said<Step>("{\"x\": 2}")));
-  CHECK(same_graph(said<double>(unhex("a26576616c756505" "64756e6974" "63646567"), Plain::cbor, degrees), said<double>("5", Plain::json, degrees)));
+  CHECK(same_graph(said<double>(unhex("a26576616c756505"
+                                      "64756e6974"
+                                      "63646567"),
+                                Plain::cbor, degrees),
+                   said<double>("5", Plain::json, degrees)));
 
   CHECK(refusal<double>("{\"value\": 1, \"unit\": \"rad\"}", Plain::json, degrees).message == "at \"/unit\": expected \"deg\", found \"rad\"");
   CHECK(refusal<double>("{\"value\": 1, \"unit\": \"http://qudt.org/vocab/unit/DEG\"}", Plain::json, degrees).code == Errc::expected_value);
@@ -464,8 +531,7 @@ TEST_CASE("a value that RDF cannot express is refused with its position", "[rdf]
   CHECK(wrong(refusal<std::vector<int>>("{}")) == "expected an array, found an object");
   CHECK(wrong(refusal<Step>("5")) == "expected an object, found 5");
   CHECK(wrong(refusal<Step>("[]")) == "expected an object, found an array");
-  CHECK(wrong(refusal<plain_test::Nothing>("\"\"")) ==
-        "expected an object, found \"\"");  // otherwise it would be an object without members
+  CHECK(wrong(refusal<plain_test::Nothing>("\"\"")) == "expected an object, found \"\"");  // otherwise it would be an object without members
   CHECK(wrong(refusal<Move>("{\"step\": [1]}")) == "at \"/step\": expected an object, found an array");
   CHECK(wrong(refusal<Step>("{\"" + std::string(100'000, 'n') + "\": 2}")).find("(cut)") != std::string::npos);
 
@@ -594,9 +660,9 @@ TEST_CASE("octets are numbers of one shape", "[rdf]") {
   CHECK(is(octets_of(traits<std::vector<std::array<double, 3>>>::type()), vocab::xsd::double_, 8, {0, 3}));
   CHECK(is(octets_of(traits<std::array<std::vector<double>, 2>>::type()), vocab::xsd::double_, 8, {2, 0}));
   CHECK(is(octets_of(traits<std::vector<std::vector<float>>>::type()), vocab::xsd::float_, 4, {0, 0}));
-  for (const Type* none : {&traits<std::string>::type(), &traits<bool>::type(), &traits<Step>::type(), &traits<std::vector<std::vector<bool>>>::type(),
-                           &traits<std::vector<std::optional<double>>>::type(), &traits<std::vector<std::optional<std::vector<double>>>>::type(),
-                           &traits<std::chrono::seconds>::type()}) {
+  for (const Type* none : {&traits<std::string>::type(), &traits<bool>::type(), &traits<Step>::type(),
+                           &traits<std::vector<std::vector<bool>>>::type(), &traits<std::vector<std::optional<double>>>::type(),
+                           &traits<std::vector<std::optional<std::vector<double>>>>::type(), &traits<std::chrono::seconds>::type()}) {
     CHECK_FALSE(octets_of(*none));
     CHECK_FALSE(reads_octets(*none));
     CHECK(octets_of(*none, Value(Value::Sequence{})).error().code == Errc::unsupported_syntax);
@@ -611,10 +677,13 @@ TEST_CASE("octets are numbers of one shape", "[rdf]") {
   };
   CHECK(length(refusal<double>("1234567", Plain::octets)) == "expected 8 octets (1 of xsd:double), found 7");
   CHECK(length(refusal<std::array<float, 7>>("", Plain::octets)) == "expected 28 octets (7 of xsd:float), found 0");
-  CHECK(length(refusal<std::vector<std::array<std::int16_t, 3>>>("1234567", Plain::octets)) == "expected a multiple of 6 octets (3 of xsd:short), found 7");
+  CHECK(length(refusal<std::vector<std::array<std::int16_t, 3>>>("1234567", Plain::octets)) ==
+        "expected a multiple of 6 octets (3 of xsd:short), found 7");
   CHECK(refusal<std::vector<std::array<std::int16_t, 3>>>("1234567", Plain::octets).offset == 6U);
-  CHECK(length(refusal<std::array<std::vector<std::int16_t>, 3>>("12345678", Plain::octets)) == "expected a multiple of 6 octets (3 of xsd:short), found 8");
-  CHECK(findings(said<double>(unhex("000000000000f87f"), Plain::octets).value(), traits<double>::type()).find("vom:numericalValue") != std::string::npos);
+  CHECK(length(refusal<std::array<std::vector<std::int16_t>, 3>>("12345678", Plain::octets)) ==
+        "expected a multiple of 6 octets (3 of xsd:short), found 8");
+  CHECK(findings(said<double>(unhex("000000000000f87f"), Plain::octets).value(), traits<double>::type()).find("vom:numericalValue") !=
+        std::string::npos);
 }
 
 TEST_CASE("octets of lists of any length have the shape of the value, and there are none where lists differ", "[rdf]") {
@@ -654,7 +723,7 @@ TEST_CASE("octets of lists of any length have the shape of the value, and there 
   CHECK(none(Matrix{{1, 2, 3}, {4, 5}}) == "expected lists of one length, found members 3 and 2 for octets");
   CHECK(none(Matrix{{}, {1}}) == "expected lists of one length, found members 0 and 1 for octets");
   CHECK(none(Matrix{{1}, {}}) == "expected lists of one length, found members 1 and 0 for octets");
-  none(std::vector<Matrix>{{{1, 2}}, {{3, 4}, {5, 6}}});     // as many numbers as
+  none(std::vector<Matrix>{{{1, 2}}, {{3, 4}, {5, 6}}});  // as many numbers as
   none(std::vector<Matrix>{{{1, 2}, {3, 4}}, {{5}, {6}}});
   none(std::array<std::vector<double>, 2>{{{1}, {1, 2}}});
   none(std::optional<double>());
@@ -686,7 +755,8 @@ TEST_CASE("the shape refuses values that do not fit, with their path", "[rdf][sh
   CHECK(report(said<double>("", Plain::text, degrees), number, degrees).find("vom:numericalValue") != std::string::npos);
   CHECK(report(said<double>("null", Plain::json, degrees), number, degrees).find("vom:numericalValue") != std::string::npos);
   for (const char* body : {"1.5", "1e0", "300", "\"1\"", "-1"}) CHECK_FALSE(report(said<std::uint8_t>(body), traits<std::uint8_t>::type()).empty());
-  for (const char* body : {"1", "true", "[\"a\"]"}) CHECK(report(said<std::string>(body), traits<std::string>::type()).find("rdf:value") != std::string::npos);
+  for (const char* body : {"1", "true", "[\"a\"]"})
+    CHECK(report(said<std::string>(body), traits<std::string>::type()).find("rdf:value") != std::string::npos);
   for (const char* body : {"\"true\"", "1"}) CHECK(report(said<bool>(body), traits<bool>::type()).find("rdf:value") != std::string::npos);
   for (const char* body : {"\"medium\"", "0"}) CHECK(report(said<Mode>(body), traits<Mode>::type()).find("rdf:value") != std::string::npos);
   for (const char* body : {"\"soon\"", "90"})

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/rdf/codec.hpp>
 
 #include <string>
@@ -25,8 +26,8 @@ std::string repeated(std::size_t n, const std::string& text) {
 }
 
 std::string rdf_xml(const std::string& content, const std::string& namespaces = {}) {
-  return "<rdf:RDF xmlns:rdf=\"http://www.w3.org/1999/02/22-rdf-syntax-ns#\" xmlns:e=\"http://e/\" xmlns:v=\"http://v/\"" +
-         namespaces + ">\n" + content + "</rdf:RDF>";
+  return "<rdf:RDF xmlns:rdf=\"http://www.w3.org/1999/02/22-rdf-syntax-ns#\" xmlns:e=\"http://e/\" xmlns:v=\"http://v/\"" + namespaces + ">\n" +
+         content + "</rdf:RDF>";
 }
 
 ReadOptions limits(std::size_t triples = 10'000, std::size_t bytes = 64 * 1024 * 1024) {
@@ -196,8 +197,7 @@ TEST_CASE("RDF/XML that was written reads back as the same graph", "[rdf][rdf_xm
   CHECK(text->find("xmlns:maths=") != std::string::npos);
   CHECK(text->find("xmlns:ros=") == std::string::npos);
   CHECK(isomorphic(g, accepted(*text)));
-  for (int i = 0; i < 300; ++i)
-    g.add(blank("v" + std::to_string(i)), lrt::rdf::iri("http://e/p"), blank("v" + std::to_string(i + 1)));
+  for (int i = 0; i < 300; ++i) g.add(blank("v" + std::to_string(i)), lrt::rdf::iri("http://e/p"), blank("v" + std::to_string(i + 1)));
   const auto large = write(g, Syntax::rdf_xml);
   REQUIRE(large);
   CHECK(accepted(*large).size() == g.size());
@@ -205,8 +205,7 @@ TEST_CASE("RDF/XML that was written reads back as the same graph", "[rdf][rdf_xm
 
 TEST_CASE("RDF/XML elements, attributes and namespaces are limited in number", "[rdf][rdf_xml][limits]") {
   const auto nested = [](std::size_t n) {
-    return rdf_xml("<rdf:Description><v:a rdf:parseType='Literal'>" + repeated(n, "<b>") + repeated(n, "</b>") +
-                   "</v:a></rdf:Description>");
+    return rdf_xml("<rdf:Description><v:a rdf:parseType='Literal'>" + repeated(n, "<b>") + repeated(n, "</b>") + "</v:a></rdf:Description>");
   };
   accepted(nested(max_elements_deep - 3));
   CHECK(says(beyond(nested(max_elements_deep - 2)), "line 2, column 806: elements nested more than 256 deep"));
@@ -218,11 +217,9 @@ TEST_CASE("RDF/XML elements, attributes and namespaces are limited in number", "
     return out;
   };
   CHECK(accepted(rdf_xml("<rdf:Description" + numbered(max_attributes, " v:a", "=''") + "/>")).size() == 256);
-  CHECK(says(beyond(rdf_xml("<rdf:Description" + numbered(max_attributes + 1, " v:a", "=''") + "/>")),
-             "more than 256 attributes"));
+  CHECK(says(beyond(rdf_xml("<rdf:Description" + numbered(max_attributes + 1, " v:a", "=''") + "/>")), "more than 256 attributes"));
   beyond(rdf_xml("", numbered(max_attributes, " xmlns:a", "='a:'")));
-  CHECK(says(beyond(rdf_xml(numbered(max_namespaces, "<rdf:Description xmlns:a", "='a:'/>"))),
-             "more than 1000 namespace declarations"));
+  CHECK(says(beyond(rdf_xml(numbered(max_namespaces, "<rdf:Description xmlns:a", "='a:'/>"))), "more than 1000 namespace declarations"));
   accepted(rdf_xml(numbered(max_namespaces - 3, "<rdf:Description xmlns:a", "='a:'/>")));
 
   accepted(rdf_xml(repeated(29, "<rdf:Description/>")), limits(10));
@@ -238,6 +235,5 @@ TEST_CASE("tags that would lead the scanner and libxml2 apart are refused", "[rd
     CHECK(graph.error().code == Errc::expected_rdf);
     CHECK(graph.error().column > 0);
   }
-  accepted(rdf_xml(
-      "<!-- <a b=c> --><?a <b c>?><rdf:Description v:a = \"a>b'/>\"\n><v:a><![CDATA[<a b=c>]]></v:a></rdf:Description>"));
+  accepted(rdf_xml("<!-- <a b=c> --><?a <b c>?><rdf:Description v:a = \"a>b'/>\"\n><v:a><![CDATA[<a b=c>]]></v:a></rdf:Description>"));
 }

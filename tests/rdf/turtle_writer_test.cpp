@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/rdf/codec.hpp>
 
 #include <string>
@@ -76,8 +77,7 @@ TEST_CASE("writing is deterministic: it follows the order of addition", "[rdf][R
   Graph a, b;
   for (int i = 0; i < 50; ++i) {
     for (Graph* g : {&a, &b})
-      g->add(blank("n" + std::to_string(i % 7)), lrt::rdf::iri("http://e/p" + std::to_string(i % 3)),
-             literal(std::to_string(i)));
+      g->add(blank("n" + std::to_string(i % 7)), lrt::rdf::iri("http://e/p" + std::to_string(i % 3)), literal(std::to_string(i)));
   }
   for (const Syntax syntax : available_syntaxes()) CHECK(*write(a, syntax) == *write(b, syntax));
 }
@@ -220,8 +220,8 @@ TEST_CASE("a nest a hundred thousand deep is written without recursion", "[rdf]"
 }
 
 TEST_CASE("a term that no syntax can express is refused and named", "[rdf]") {
-  for (const TermView& term : {lrt::rdf::iri("relative"), lrt::rdf::iri("http://e/a b"), lrt::rdf::iri("http://e/<>"),
-                               literal("\xFF"), tagged_literal("a", "not_a_tag"), literal("a", lrt::Iri("no datatype"))}) {
+  for (const TermView& term : {lrt::rdf::iri("relative"), lrt::rdf::iri("http://e/a b"), lrt::rdf::iri("http://e/<>"), literal("\xFF"),
+                               tagged_literal("a", "not_a_tag"), literal("a", lrt::Iri("no datatype"))}) {
     Graph g;
     g.add(s, p, term);
     for (const Syntax syntax : available_syntaxes()) {

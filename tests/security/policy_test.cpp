@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/security/policy.hpp"
 
 #include <string>
@@ -11,9 +12,12 @@ using namespace lrt::security;
 
 namespace {
 
-const std::string prefixes = "@prefix acl: <http://www.w3.org/ns/auth/acl#> . @prefix foaf: <http://xmlns.com/foaf/0.1/> . @prefix lrt: <https://w3id.org/lrt/ns#> .\n";
+const std::string prefixes =
+    "@prefix acl: <http://www.w3.org/ns/auth/acl#> . @prefix foaf: <http://xmlns.com/foaf/0.1/> . @prefix lrt: <https://w3id.org/lrt/ns#> .\n";
 
-Rights at(const std::vector<Rule>& rules, const std::string& path, const Principal* who) { return Policy::create(rules).value()->view(who)->at(path); }
+Rights at(const std::vector<Rule>& rules, const std::string& path, const Principal* who) {
+  return Policy::create(rules).value()->view(who)->at(path);
+}
 
 std::string error_of(const std::string& body) {
   const auto rules = parse_rules(prefixes + body);
@@ -50,7 +54,9 @@ TEST_CASE("the nearest rules decide", "[security][R0.2]") {
 }
 
 TEST_CASE("callers with equal rights share a view, and what it gives anywhere is known", "[security]") {
-  const auto policy = Policy::create({{"/", Scope::tree, {Who::Kind::role, "reader"}, Right::read}, {"/arm", Scope::tree, {Who::Kind::principal, "bert"}, Right::write}}).value();
+  const auto policy = Policy::create({{"/", Scope::tree, {Who::Kind::role, "reader"}, Right::read},
+                                      {"/arm", Scope::tree, {Who::Kind::principal, "bert"}, Right::write}})
+                          .value();
   const Principal anna{"anna", {"reader"}}, emil{"emil", {"reader", "guest"}}, bert{"bert", {"reader"}};
   const auto view = policy->view(&anna);
   CHECK(view == policy->view(&emil));
@@ -61,18 +67,25 @@ TEST_CASE("callers with equal rights share a view, and what it gives anywhere is
 
 TEST_CASE("paths of rules are those of resources, however they are spelled", "[security][R0.3]") {
   const Principal anna{"anna", {}};
-  const std::vector<Rule> rules = {{"/%61rm/gr\xC3\xB6\xC3\x9F" "e/", Scope::here, {Who::Kind::authenticated}, Right::read}};
+  const std::vector<Rule> rules = {
+      {"/%61rm/gr\xC3\xB6\xC3\x9F"
+       "e/",
+       Scope::here,
+       {Who::Kind::authenticated},
+       Right::read}};
   CHECK(at(rules, "/arm/gr%C3%B6%C3%9Fe", &anna) == Right::read);
   CHECK(Policy::create({{"arm", Scope::here, {}, Right::read}}).error().message == "rules: expected a path such as /arm, found \"arm\"");
   CHECK(Policy::create({{"/a/../b", Scope::here, {}, Right::read}}).error().code == Errc::invalid_option);
-  CHECK(Policy::create({{"/a", Scope::here, {Who::Kind::role, ""}, Right::read}}).error().message == "rules: /a: a role or principal has a name, and nobody else");
+  CHECK(Policy::create({{"/a", Scope::here, {Who::Kind::role, ""}, Right::read}}).error().message ==
+        "rules: /a: a role or principal has a name, and nobody else");
 }
 
 TEST_CASE("rules are read from Web Access Control", "[security][R0.2]") {
-  const auto rules = parse_rules(prefixes +
-                                 "<#a> a acl:Authorization ; acl:accessTo </arm> ; acl:default </arm> ; acl:agent <#anna>, <https://anna.example/me> ; acl:mode acl:Read, "
-                                 "lrt:Subscribe .\n[] a acl:Authorization ; acl:default </> ; acl:agentGroup <#operator> ; acl:agentClass acl:AuthenticatedAgent ; acl:mode "
-                                 "acl:Write, lrt:Invoke, acl:Control .");
+  const auto rules = parse_rules(
+      prefixes +
+      "<#a> a acl:Authorization ; acl:accessTo </arm> ; acl:default </arm> ; acl:agent <#anna>, <https://anna.example/me> ; acl:mode acl:Read, "
+      "lrt:Subscribe .\n[] a acl:Authorization ; acl:default </> ; acl:agentGroup <#operator> ; acl:agentClass acl:AuthenticatedAgent ; acl:mode "
+      "acl:Write, lrt:Invoke, acl:Control .");
   REQUIRE(rules);
   const Principal anna{"anna", {}}, web{"https://anna.example/me", {}}, bert{"bert", {"operator"}};
   CHECK(at(*rules, "/arm", &anna) == (Right::read | Right::subscribe));
@@ -84,12 +97,15 @@ TEST_CASE("rules are read from Web Access Control", "[security][R0.2]") {
 
 TEST_CASE("a policy that says something else than it seems to is refused with the place", "[security]") {
   CHECK(error_of("") == "expected at least one acl:Authorization, found none");
-  CHECK(error_of("<#a> a acl:Authorization ; acl:agent <#b> ; acl:mode acl:Read .") == "the authorization <#a>: expected acl:accessTo or acl:default, found neither");
+  CHECK(error_of("<#a> a acl:Authorization ; acl:agent <#b> ; acl:mode acl:Read .") ==
+        "the authorization <#a>: expected acl:accessTo or acl:default, found neither");
   CHECK(error_of("<#a> a acl:Authorization ; acl:accessTo </x> ; acl:mode acl:Read .") ==
         "the authorization <#a>: expected acl:agent, acl:agentGroup or acl:agentClass, found none");
-  CHECK(error_of("[] a acl:Authorization ; acl:accessTo </x> ; acl:agent <#b> .") == "the authorization without an IRI: expected acl:mode, found none");
+  CHECK(error_of("[] a acl:Authorization ; acl:accessTo </x> ; acl:agent <#b> .") ==
+        "the authorization without an IRI: expected acl:mode, found none");
   CHECK(error_of("<#a> a acl:Authorization ; acl:accessTo </x> ; acl:agent <#b> ; acl:mode acl:Append .") ==
-        "the authorization <#a>: acl:mode: expected acl:Read, acl:Write, acl:Control, lrt:Invoke or lrt:Subscribe, found <http://www.w3.org/ns/auth/acl#Append>");
+        "the authorization <#a>: acl:mode: expected acl:Read, acl:Write, acl:Control, lrt:Invoke or lrt:Subscribe, found "
+        "<http://www.w3.org/ns/auth/acl#Append>");
   CHECK(error_of("<#a> a acl:Authorization ; acl:accessTo <http://other.example/x> ; acl:agent <#b> ; acl:mode acl:Read .") ==
         "the authorization <#a>: acl:accessTo: expected a path of this server such as </arm>, found <http://other.example/x>");
   CHECK(error_of("<#a> a acl:Authorization ; acl:accessTo </x> ; acl:agentClass foaf:Person ; acl:mode acl:Read .") ==
@@ -98,6 +114,8 @@ TEST_CASE("a policy that says something else than it seems to is refused with th
         "the authorization <#a>: acl:origin is not supported");
   CHECK(error_of("<#a> a acl:Authorization ; acl:accessTo </x> ; acl:agent </b> ; acl:mode acl:Read .") ==
         "the authorization <#a>: acl:agent: expected <#NAME> or an absolute IRI, found </b>");
-  CHECK(error_of("<#a> a acl:Authorization ; acl:accessTo </x> ; acl:agent \"b\" ; acl:mode acl:Read .") == "the authorization <#a>: acl:agent: expected an IRI");
-  CHECK(error_of("<#a> a acl:Authorization") == "line 2, column 25: expected ',', ';' or '.', found the end of the text");  // the place in the document
+  CHECK(error_of("<#a> a acl:Authorization ; acl:accessTo </x> ; acl:agent \"b\" ; acl:mode acl:Read .") ==
+        "the authorization <#a>: acl:agent: expected an IRI");
+  CHECK(error_of("<#a> a acl:Authorization") ==
+        "line 2, column 25: expected ',', ';' or '.', found the end of the text");  // the place in the document
 }

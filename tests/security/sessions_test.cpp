@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/security/sealed_tokens.hpp"
 
 #include <set>
@@ -62,8 +63,7 @@ TEST_CASE("a secret stands for its token until its time is over or it is removed
 TEST_CASE("one owner of sealed tokens ends only their own", "[security]") {
   SealedTokens tokens({100 * second, 4, 2});
   const std::string annas = tokens.add("anna", "", "a", start).value();
-  const std::string first = tokens.add("bert", "", "1", start).value(),
-                    second_one = tokens.add("bert", "", "2", start + second).value();
+  const std::string first = tokens.add("bert", "", "1", start).value(), second_one = tokens.add("bert", "", "2", start + second).value();
   const std::string third = tokens.add("bert", "", "3", start + 2 * second).value();
   CHECK_FALSE(tokens.find(first, "", start));
   CHECK(tokens.find(second_one, "", start) == "2");

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/security.hpp>
 
 #include <chrono>
@@ -52,7 +53,8 @@ TEST_CASE("tokens are read line by line, with roles, comments and times of expir
   CHECK_FALSE(tokens.find(bert, at(10).utc));
   REQUIRE(tokens.find("abc", at(0).utc));  // FIPS 180-4, B.1
   CHECK(tokens.find("abc", at(0).utc)->name == "carl");
-  for (const std::string& unknown : {std::string(), anna + "x", anna.substr(1), std::string("TOK-ANNA-0123456789")}) CHECK_FALSE(tokens.find(unknown, at(0).utc));
+  for (const std::string& unknown : {std::string(), anna + "x", anna.substr(1), std::string("TOK-ANNA-0123456789")})
+    CHECK_FALSE(tokens.find(unknown, at(0).utc));
   CHECK(Tokens::parse("").value().size() == 0);
 }
 
@@ -96,7 +98,8 @@ TEST_CASE("the Authorization field gives a token or a name with a password", "[s
   const Credentials colons = credentials_of(with_authorization("Basic YTpiOmM="));
   CHECK(colons.user == "a");
   CHECK(colons.secret == "b:c");
-  for (const char* bad : {"Basic", "Basic ", "Basic YTpi", "Basic YTpiOm", "Basic YTpiOmM", "Basic Y!piOmM=", "Basic YQ==", "Basic ====", "Basic YTpiOmM=="}) {
+  for (const char* bad :
+       {"Basic", "Basic ", "Basic YTpi", "Basic YTpiOm", "Basic YTpiOmM", "Basic Y!piOmM=", "Basic YQ==", "Basic ====", "Basic YTpiOmM=="}) {
     CAPTURE(bad);
     const Credentials credentials = credentials_of(with_authorization(bad));
     CHECK(credentials.scheme == Scheme::basic);

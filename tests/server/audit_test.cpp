@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/server.hpp>
 
 #include <algorithm>
@@ -48,8 +49,7 @@ class Lines {
   /// The first lines, once there are so many.
   std::vector<Json> first(std::size_t count) {
     std::unique_lock lock(mutex_);
-    if (!changed_.wait_for(lock, 10s, [&] { return lines_.size() >= count; }))
-      throw std::runtime_error("no line in ten seconds");
+    if (!changed_.wait_for(lock, 10s, [&] { return lines_.size() >= count; })) throw std::runtime_error("no line in ten seconds");
     std::vector<Json> all;
     for (const std::string& line : lines_) {
       CHECK(line.find_first_of("\r\n") == std::string::npos);
@@ -94,8 +94,7 @@ struct Audited {
 
   int status(const std::string& text, const std::string& fields = "") {
     const std::size_t body = text.find("\n\n");
-    RequestText request(text.substr(0, body) + "\nHost: localhost:4711\n" + fields +
-                        (body == std::string::npos ? "" : text.substr(body)));
+    RequestText request(text.substr(0, body) + "\nHost: localhost:4711\n" + fields + (body == std::string::npos ? "" : text.substr(body)));
     request.get().local_port = 4711;
     request.get().can_stream = true;
     request.get().peer = "192.0.2.1";
@@ -128,8 +127,7 @@ TEST_CASE("the audit says who did what to which resource with which outcome", "[
   CHECK(g.server->serve(other.get()).response.status == 421);
   const std::vector<Json> lines = g.lines.first(8);
   REQUIRE(lines.size() == 8);
-  const auto line = [](const char* principal, const char* method, const char* resource, int status,
-                       const char* reason = nullptr) {
+  const auto line = [](const char* principal, const char* method, const char* resource, int status, const char* reason = nullptr) {
     Json all = {{"time", "2026-11-21T10:38:39.000000Z"},
                 {"event", "request"},
                 {"principal", nullptr},
@@ -204,10 +202,8 @@ TEST_CASE("no token, cookie, query, callback URL or body is in the audit", "[ser
   CHECK(g.status("GET http://localhost:4711/arm/angle?hush-absolute\n" + bert) == 200);
   CHECK(g.status("PUT /arm/name\n" + bert + "\nContent-Type: text/plain\n\nhush-body") == 204);
   CHECK(g.status("PUT /arm/angle\n" + bert + "\nContent-Type: application/json\n\n\"hush-wrong\"") >= 400);
-  CHECK(g.status("GET /arm/angle\n" + bert +
-                 "\nUpgrade: callback\nConnection: Upgrade\nCallback: http://127.0.0.1:9/hush-url") == 201);
-  CHECK(g.status("GET /arm/angle\n" + bert +
-                 "\nUpgrade: callback\nConnection: Upgrade\nCallback: http://hush.example/hush-url") == 403);
+  CHECK(g.status("GET /arm/angle\n" + bert + "\nUpgrade: callback\nConnection: Upgrade\nCallback: http://127.0.0.1:9/hush-url") == 201);
+  CHECK(g.status("GET /arm/angle\n" + bert + "\nUpgrade: callback\nConnection: Upgrade\nCallback: http://hush.example/hush-url") == 403);
   CHECK(g.lines.first(7).size() == 7);
   for (const std::string& line : g.lines.all()) {
     CHECK(line.find("hush") == std::string::npos);
@@ -300,9 +296,7 @@ TEST_CASE("the audit has requests over each transport once, with their client's 
   for (const std::string_view transport : transport::names()) {
     CAPTURE(transport);
     Audited g([&](Options& options) {
-      options.listen.transport = [transport](transport::TransportOptions t) {
-        return transport::make_named(std::string(transport), std::move(t));
-      };
+      options.listen.transport = [transport](transport::TransportOptions t) { return transport::make_named(std::string(transport), std::move(t)); };
     });
     const std::string host = "\nHost: 127.0.0.1:" + std::to_string(g.server->port()) + "\n";
     const std::string put = "PUT /arm/angle" + host + bert + "\nContent-Type: application/json";
@@ -350,9 +344,8 @@ TEST_CASE("the queue of the audit has a size", "[server][security]") {
 
 TEST_CASE("the audit has what is hidden for want of a right, and not what does not exist", "[server][security]") {
   Audited g([](Options& options) {
-    options.security.rules = {
-        {"/arm", security::Scope::tree, {}, security::Rights::all()},
-        {"/arm/speed", security::Scope::tree, {security::Who::Kind::role, "reader"}, security::Right::read}};
+    options.security.rules = {{"/arm", security::Scope::tree, {}, security::Rights::all()},
+                              {"/arm/speed", security::Scope::tree, {security::Who::Kind::role, "reader"}, security::Right::read}};
   });
   CHECK(g.status("GET /arm/speed", bert) == 404);
   CHECK(g.status("GET /arm/nothing", bert) == 404);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/server/body_pool.hpp"
 
 #include <condition_variable>
@@ -12,7 +13,9 @@ using namespace lrt;
 
 namespace {
 
-engine::BodyJob job(std::string client, std::size_t bytes) { return {std::move(client), bytes, [] {}}; }
+engine::BodyJob job(std::string client, std::size_t bytes) {
+  return {std::move(client), bytes, [] {}};
+}
 
 std::string order(BodyQueue& queue, std::size_t count = 1000) {
   std::string all;

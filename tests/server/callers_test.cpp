@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/server.hpp>
 
 #include <atomic>
@@ -31,8 +32,9 @@ void put(const std::string& path, const std::string& text) { std::ofstream(path)
 /// A robot with a file of tokens, one of each role.
 struct Guarded {
   explicit Guarded(Security security = {}, std::string transport = "") {
-    put(folder / "tokens", "anna reader " + token_of_reader + "\nbert operator " + token_of_operator + "\ncarl administrator " + token_of_administrator +
-                               "\ndora operator " + token_of_expired + " 2020-01-01T00:00:00Z\nemil guest " + token_of_nobody + "\n");
+    put(folder / "tokens", "anna reader " + token_of_reader + "\nbert operator " + token_of_operator + "\ncarl administrator " +
+                               token_of_administrator + "\ndora operator " + token_of_expired + " 2020-01-01T00:00:00Z\nemil guest " +
+                               token_of_nobody + "\n");
     Options options;
     options.listen.port = 0;
     options.security = std::move(security);
@@ -70,7 +72,8 @@ const std::string callback = "Upgrade: callback\nConnection: Upgrade\nCallback: 
 TEST_CASE("with a file of tokens nobody without one gets anything but 401", "[server][security][R0.2]") {
   Guarded g;
   for (const char* method : {"GET", "HEAD", "OPTIONS", "PUT", "POST", "DELETE", "PATCH", "BREW"})
-    for (const char* path : {"/", "/arm", "/arm/angle", "/arm/actions/turn", "/arm/points", "/arm/subscriptions", "/all", "/arm/blueprint", "/ns/lrt", "/nothing", "*"}) {
+    for (const char* path : {"/", "/arm", "/arm/angle", "/arm/actions/turn", "/arm/points", "/arm/subscriptions", "/all", "/arm/blueprint", "/ns/lrt",
+                             "/nothing", "*"}) {
       CAPTURE(method, path);
       const http::Response response = g.ask(std::string(method) + " " + path);
       CHECK(response.status == 401);
@@ -188,7 +191,8 @@ TEST_CASE("tokens guard a port of each transport, WebSockets included", "[server
     CAPTURE(transport);
     Guarded g({}, std::string(transport));
     const std::string host = "\nHost: 127.0.0.1:" + std::to_string(g.server->port());
-    const std::string handshake = host + "\nConnection: Upgrade\nUpgrade: websocket\nSec-WebSocket-Version: 13\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==";
+    const std::string handshake =
+        host + "\nConnection: Upgrade\nUpgrade: websocket\nSec-WebSocket-Version: 13\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==";
     const auto status = [&](const std::string& request) { return Socket(g.server->port()).ask(request).status; };
     const std::string reader = "\nAuthorization: Bearer " + token_of_reader, other = "\nAuthorization: Bearer " + token_of_operator;
     CHECK(status("GET /arm" + host) == 401);

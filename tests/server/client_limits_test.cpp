@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/server.hpp>
 
 #include <atomic>
@@ -40,9 +41,7 @@ struct Limited {
     options.listen.port = 0;
     options.listen.transport = transport::no_network;
     if (!transport.empty())
-      options.listen.transport = [transport](transport::TransportOptions t) {
-        return transport::make_named(transport, std::move(t));
-      };
+      options.listen.transport = [transport](transport::TransportOptions t) { return transport::make_named(transport, std::move(t)); };
     options.security.clients = limits;
     if (with_tokens) {
       std::ofstream(folder / "tokens") << "anna reader " + token_of_anna + "\nbert operator " + token_of_bert + "\n";
@@ -59,15 +58,12 @@ struct Limited {
 
   http::Response ask(const std::string& text, std::string_view peer = "192.0.2.1", const std::string& fields = "") {
     const std::size_t body = text.find("\n\n");
-    RequestText request(text.substr(0, body) + "\nHost: localhost:4711\n" + fields +
-                        (body == std::string::npos ? "" : text.substr(body)));
+    RequestText request(text.substr(0, body) + "\nHost: localhost:4711\n" + fields + (body == std::string::npos ? "" : text.substr(body)));
     request.get().local_port = 4711;
     request.get().peer = peer;
     return server->serve(request.get()).response;
   }
-  int status(const std::string& text, std::string_view peer = "192.0.2.1", const std::string& fields = "") {
-    return ask(text, peer, fields).status;
-  }
+  int status(const std::string& text, std::string_view peer = "192.0.2.1", const std::string& fields = "") { return ask(text, peer, fields).status; }
   engine::HeaderVerdict judge(RequestText& request, std::optional<std::uint64_t> body_bytes) {
     request.get().local_port = 4711;
     request.get().peer = "192.0.2.1";
@@ -120,8 +116,7 @@ TEST_CASE("the addresses of one /64 network are one client, and this machine is 
     for (int i = 0; i < 20; ++i) CHECK(g.status("GET /arm", local) == 200);
 }
 
-TEST_CASE("a principal is one client wherever it is, and requests without one count for their address",
-          "[server][security][R0.2]") {
+TEST_CASE("a principal is one client wherever it is, and requests without one count for their address", "[server][security][R0.2]") {
   Limited g(Limited::two_per_second(), true);
   CHECK(g.status("GET /arm", "192.0.2.1", anna) == 200);
   CHECK(g.status("GET /arm", "127.0.0.1", anna) == 200);
@@ -152,8 +147,7 @@ TEST_CASE("a stop passes all limits of a client, for those who may invoke it", "
   CHECK(g.halted == 19);
 }
 
-TEST_CASE("bodies are limited by their bytes before they are received, and each request is counted once",
-          "[server][security][R0.2]") {
+TEST_CASE("bodies are limited by their bytes before they are received, and each request is counted once", "[server][security][R0.2]") {
   security::ClientLimits limits;
   limits.requests_per_second = 1000;
   limits.body_bytes_per_second = 1024;
@@ -273,8 +267,7 @@ TEST_CASE("limits of clients out of their range are errors of Server::create", "
   CHECK(error([](security::ClientLimits& l) { l.body_bytes_per_second = 1023; }) ==
         "security.clients.body_bytes_per_second: expected 0, or 1024 to 2^40, found 1023");
   CHECK(error([](security::ClientLimits& l) { l.burst = 0ms; }) == "security.clients.burst: expected 1 ms to 1 h, found 0 ms");
-  CHECK(error([](security::ClientLimits& l) { l.max_clients = 15; }) ==
-        "security.clients.max_clients: expected 16 to 1000000, found 15");
+  CHECK(error([](security::ClientLimits& l) { l.max_clients = 15; }) == "security.clients.max_clients: expected 16 to 1000000, found 15");
 }
 
 TEST_CASE("a request over a port is counted once, whether its body comes with it or later", "[server][security][R0.2]") {

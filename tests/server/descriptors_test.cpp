@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a process that the host starts inherits of a server: nothing.
 
 #include <lrt/server.hpp>
@@ -45,8 +46,7 @@ TEST_CASE("every descriptor of a server is close-on-exec while clients, callback
       CHECK(client.ask(receiver.subscription("angle")).status == 201);
       CHECK(client.ask("GET /arm/angle").status == 200);
       stream.send("GET /arm/angle\nAccept: text/event-stream");
-      while (!fs::exists(folder / "subscriptions") && std::chrono::steady_clock::now() < at_most)
-        REQUIRE(client.ask("GET /arm/angle").status == 200);
+      while (!fs::exists(folder / "subscriptions") && std::chrono::steady_clock::now() < at_most) REQUIRE(client.ask("GET /arm/angle").status == 200);
 
       const auto now = descriptors(true);
       for (const auto& [number, what] : now) {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Event streams end to end: a server, the HTTP transport, a client's socket.
 
 #include <lrt/server.hpp>
@@ -74,8 +75,7 @@ struct Arm {
 
 }  // namespace
 
-TEST_CASE("an event stream over a socket has the representation of GET, and then each change",
-          "[server][event stream][R0.12]") {
+TEST_CASE("an event stream over a socket has the representation of GET, and then each change", "[server][event stream][R0.12]") {
   Arm arm;
   StreamClient client(arm.server->port(), "/arm/angle");
   const Answer got = arm.ask("GET /arm/angle");
@@ -155,7 +155,8 @@ TEST_CASE("no transport opens a WebSocket or event stream for a page of another 
       CHECK(arm.ask("GET /arm/angle\nAccept: text/event-stream\nOrigin: " + foreign).status == 403);
       const Answer refused = arm.ask(
           "GET /arm/angle\nConnection: Upgrade\nUpgrade: websocket\nSec-WebSocket-Version: 13\n"
-          "Sec-WebSocket-Key: AQIDBAUGBwgJCgsMDQ4PEA==\nOrigin: " + foreign);
+          "Sec-WebSocket-Key: AQIDBAUGBwgJCgsMDQ4PEA==\nOrigin: " +
+          foreign);
       CHECK(refused.status == 403);
       CHECK(refused.field("X-Content-Type-Options") == "nosniff");
       CHECK(refused.field("Cross-Origin-Resource-Policy") == "same-origin");

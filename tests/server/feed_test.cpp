@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/feed.hpp>
 
 #include <poll.h>
@@ -150,17 +151,12 @@ TEST_CASE("things and invocations that come later are told, and the end of those
   const Feed::Channel width = arm.add("/arm/tool/width");
   arm.until([&] { return arm.newest(width) == "4"; });
   REQUIRE(arm.server->remove("arm/tool"));
-  arm.until([&] {
-    return std::any_of(arm.messages.begin(), arm.messages.end(), [&](const auto& m) { return m.channel == width && m.end; });
-  });
+  arm.until([&] { return std::any_of(arm.messages.begin(), arm.messages.end(), [&](const auto& m) { return m.channel == width && m.end; }); });
 
   arm.resources.clear();
-  RequestText request("POST /arm/actions/turn\nHost: " + arm.host() +
-                      "\nContent-Type: application/json\nPrefer: respond-async\n\n1");
+  RequestText request("POST /arm/actions/turn\nHost: " + arm.host() + "\nContent-Type: application/json\nPrefer: respond-async\n\n1");
   CHECK(arm.server->serve(request.get()).response.status == 202);
-  arm.until([&] {
-    return std::any_of(arm.resources.begin(), arm.resources.end(), [](const auto& r) { return r.kind == "invocation"; });
-  });
+  arm.until([&] { return std::any_of(arm.resources.begin(), arm.resources.end(), [](const auto& r) { return r.kind == "invocation"; }); });
 }
 
 TEST_CASE("a resource says where its feed sends its values, and no client can end that", "[server]") {

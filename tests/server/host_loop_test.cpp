@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/transport/asio_loop.hpp>
 
 #include <poll.h>
@@ -102,9 +103,7 @@ TEST_CASE("a host that sleeps on the descriptor runs lambdas when they are due",
       statuses.push_back(socket.ask("PUT /joint/angle" + host + new_angle).status);
       statuses.push_back(socket.ask("POST /joint/actions/act" + host).status);
       body = socket.ask("GET /joint/angle" + host).body;
-    } catch (const std::exception& e) {
-      body = e.what();
-    }
+    } catch (const std::exception& e) { body = e.what(); }
     done = true;
     server.wake();
   });
@@ -178,8 +177,8 @@ class Visitor {
     const auto at = more.find("\r\n\r\n");
     const std::string body = at == std::string::npos ? "" : more.substr(at + 4);
     more = more.substr(0, at);
-    say(line + " HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(socket_.remote_endpoint().port()) + "\r\nContent-Length: " +
-        std::to_string(body.size()) + "\r\n" + more + (more.empty() ? "" : "\r\n") + "\r\n" + body);
+    say(line + " HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(socket_.remote_endpoint().port()) +
+        "\r\nContent-Length: " + std::to_string(body.size()) + "\r\n" + more + (more.empty() ? "" : "\r\n") + "\r\n" + body);
   }
   void close() { socket_.close(); }
 

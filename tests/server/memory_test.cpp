@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What clients leave behind in memory. The bytes in use are those of the allocator (mallinfo2): resident memory also has what the allocator
 // keeps for later.
 
@@ -83,9 +84,8 @@ TEST_CASE("the memory of subscribers with queues is free when they have left", "
       std::this_thread::yield();
     }
   };
-  const std::string subscribe =
-      "GET /arm/angle?queueLength=256\nHost: 127.0.0.1:" + std::to_string(server.port()) +
-      "\nConnection: Upgrade\nUpgrade: websocket\nSec-WebSocket-Version: 13\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==";
+  const std::string subscribe = "GET /arm/angle?queueLength=256\nHost: 127.0.0.1:" + std::to_string(server.port()) +
+                                "\nConnection: Upgrade\nUpgrade: websocket\nSec-WebSocket-Version: 13\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==";
   std::size_t with_clients = 0;
   const auto come_and_go = [&] {
     std::vector<std::unique_ptr<Socket>> clients;
@@ -105,8 +105,7 @@ TEST_CASE("the memory of subscribers with queues is free when they have left", "
   Socket watcher(server.port());
   const auto all_left = [&] {
     return watcher
-               .ask("GET /arm/subscriptions\nAccept: application/n-triples\nHost: 127.0.0.1:" + std::to_string(server.port()),
-                    [&] { server.poll(); })
+               .ask("GET /arm/subscriptions\nAccept: application/n-triples\nHost: 127.0.0.1:" + std::to_string(server.port()), [&] { server.poll(); })
                .body.find("ldp#contains") == std::string::npos;
   };
   REQUIRE(comes_true(all_left));
@@ -115,8 +114,7 @@ TEST_CASE("the memory of subscribers with queues is free when they have left", "
     come_and_go();
     REQUIRE(comes_true(all_left));
     const bool is_free = comes_true([&] { return bytes_in_use() <= before + (with_clients - before) / 10; });
-    std::printf("200 subscribers with queues: %zu bytes in use before, %zu with them, %zu afterwards\n", before, with_clients,
-                bytes_in_use());
+    std::printf("200 subscribers with queues: %zu bytes in use before, %zu with them, %zu afterwards\n", before, with_clients, bytes_in_use());
     CHECK(is_free);
   }
 }
@@ -131,7 +129,8 @@ TEST_CASE("an idle connection needs at most half a KiB, a WebSocket two, and not
   server.add(robot.arm()).value();
   robot.angle_handle->publish(1.0);
   const std::string get = "GET /arm/angle\nHost: 127.0.0.1:" + std::to_string(server.port()),
-                    subscribe = get + "\nConnection: Upgrade\nUpgrade: websocket\nSec-WebSocket-Version: 13\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==";
+                    subscribe =
+                        get + "\nConnection: Upgrade\nUpgrade: websocket\nSec-WebSocket-Version: 13\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==";
   constexpr std::size_t count = 500;
   const auto poll = [&] { server.poll(); };
   Socket watcher(server.port());

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/options.hpp>
 
 #include <sched.h>
@@ -56,8 +57,7 @@ std::vector<Task> own_threads(const std::set<std::string>& names) {
 
 }  // namespace
 
-TEST_CASE("all threads of a server that a control loop creates are normal threads with names, and the loop stays as it is",
-          "[server][threads]") {
+TEST_CASE("all threads of a server that a control loop creates are normal threads with names, and the loop stays as it is", "[server][threads]") {
   const std::string all = this_task().cpus;
   const Folder folder;
   std::thread([&] {  // the host's
@@ -92,16 +92,14 @@ TEST_CASE("all threads of a server that a control loop creates are normal thread
       .join();
 }
 
-TEST_CASE("Threads::own is of all threads of a server, and what the system refuses is an error of create()",
-          "[server][threads]") {
+TEST_CASE("Threads::own is of all threads of a server, and what the system refuses is an error of create()", "[server][threads]") {
   Options options;
   options.listen.port = 0;
   options.threads.own.cpus = {static_cast<unsigned>(::sched_getcpu())};
   {
     Server server = Server::create(options).value();
     server.start();
-    for (const Task& task : own_threads({"lrt-io", "lrt-run"}))
-      CHECK(task.cpus == std::to_string(options.threads.own.cpus.front()));
+    for (const Task& task : own_threads({"lrt-io", "lrt-run"})) CHECK(task.cpus == std::to_string(options.threads.own.cpus.front()));
   }
   options.threads.own.cpus = {CPU_SETSIZE};
   const auto refused = Server::create(options);

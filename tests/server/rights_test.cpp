@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/server.hpp>
 
 #include <atomic>
@@ -82,7 +83,8 @@ struct Ruled {
 
   /// Whether a request gets a status within ten seconds: what the server does by itself takes a moment.
   bool becomes(int wanted, const std::string& text, const std::string& who) {
-    for (const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(10); std::chrono::steady_clock::now() < end; std::this_thread::yield())
+    for (const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(10); std::chrono::steady_clock::now() < end;
+         std::this_thread::yield())
       if (status(text, who) == wanted) return true;
     return false;
   }
@@ -95,8 +97,9 @@ struct Ruled {
   std::optional<Server> server;
 };
 
-const std::vector<std::string> types = {"text/turtle", "application/json", "application/trig", "application/n-quads", "application/ld+json", "application/n-triples",
-                                        "application/rdf+xml", "text/html", "application/cbor"};
+const std::vector<std::string> types = {"text/turtle",         "application/json",    "application/trig",
+                                        "application/n-quads", "application/ld+json", "application/n-triples",
+                                        "application/rdf+xml", "text/html",           "application/cbor"};
 
 /// The paths that occur in a text.
 std::set<std::string> paths_in(const std::string& text) {
@@ -130,11 +133,13 @@ std::map<std::string, std::string> crawl(Ruled& robot, const std::string& who) {
 TEST_CASE("what a caller may not see is in no response, header field or format", "[server][security][R0.2]") {
   Ruled robot;
   const auto everything = crawl(robot, "carl");
-  for (const char* path : {"/arm/veiled_angle", "/arm/veiled_pose", "/arm/actions/veiled_turn", "/arm/veiled_list", "/veiled_arm/weight", "/arm/veiled_tool/weight", "/arm/hand/force", "/ns/vocabulary"})
+  for (const char* path : {"/arm/veiled_angle", "/arm/veiled_pose", "/arm/actions/veiled_turn", "/arm/veiled_list", "/veiled_arm/weight",
+                           "/arm/veiled_tool/weight", "/arm/hand/force", "/ns/vocabulary"})
     CHECK(everything.count(path) == 1);
   for (const char* who : {"anna", "bert"}) {
     const auto seen = crawl(robot, who);
-    for (const char* path : {"/arm", "/arm/angle", "/arm/state", "/arm/all", "/all", "/arm/actions/turn", "/arm/list", "/arm/subscriptions", "/arm/hand/force", "/ns/vocabulary"}) {
+    for (const char* path : {"/arm", "/arm/angle", "/arm/state", "/arm/all", "/all", "/arm/actions/turn", "/arm/list", "/arm/subscriptions",
+                             "/arm/hand/force", "/ns/vocabulary"}) {
       CAPTURE(path);
       CHECK(seen.count(path) == 1);
     }
@@ -155,16 +160,19 @@ TEST_CASE("what a caller may not see cannot be told from what does not exist", "
   };
   for (const char* who : {"anna", "bert"})
     for (const char* method : {"GET", "HEAD", "OPTIONS", "PUT", "POST", "DELETE", "PATCH", "BREW"})
-      for (const std::string& fields : {std::string(), std::string("\nAccept: text/turtle"), std::string("\nAccept: text/html"), std::string("\nAccept: text/event-stream"),
-                                        std::string("\nUpgrade: callback\nConnection: Upgrade\nCallback: http://127.0.0.1:9/"), std::string("\nIf-Match: \"x\""),
-                                        std::string("\nContent-Type: application/json\n\n5")})
+      for (const std::string& fields :
+           {std::string(), std::string("\nAccept: text/turtle"), std::string("\nAccept: text/html"), std::string("\nAccept: text/event-stream"),
+            std::string("\nUpgrade: callback\nConnection: Upgrade\nCallback: http://127.0.0.1:9/"), std::string("\nIf-Match: \"x\""),
+            std::string("\nContent-Type: application/json\n\n5")})
         for (const char* query : {"", "?links=3", "?page=7", "?accept=application/json"})
-          for (const char* hidden : {"/arm/veiled_angle", "/arm/veiled_pose", "/arm/actions/veiled_turn", "/arm/veiled_list", "/veiled_arm", "/veiled_arm/state", "/arm/veiled_tool/all"}) {
+          for (const char* hidden : {"/arm/veiled_angle", "/arm/veiled_pose", "/arm/actions/veiled_turn", "/arm/veiled_list", "/veiled_arm",
+                                     "/veiled_arm/state", "/arm/veiled_tool/all"}) {
             // A path that no rule names, and one that a rule names while there is no resource, get the same.
             const std::string absent = "/arm/nothing";
             const std::string line = std::string(method) + " ";
             CAPTURE(who, line, fields, query, hidden);
-            CHECK(without_path(robot.whole(line + hidden + query + fields, who), hidden) == without_path(robot.whole(line + absent + query + fields, who), absent));
+            CHECK(without_path(robot.whole(line + hidden + query + fields, who), hidden) ==
+                  without_path(robot.whole(line + absent + query + fields, who), absent));
           }
   CHECK(robot.angle == 0);
 }
@@ -194,9 +202,12 @@ TEST_CASE("the rights are the same on each transport", "[server][security][R0.2]
               .status;
         },
         transport != "libwebsockets");  // which takes no Upgrade but websocket
-    const std::string handshake = host + "\nConnection: Upgrade\nUpgrade: websocket\nSec-WebSocket-Version: 13\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==";
+    const std::string handshake =
+        host + "\nConnection: Upgrade\nUpgrade: websocket\nSec-WebSocket-Version: 13\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==";
     const auto opens = [&](const std::string& path, const std::string& who) {
-      return Socket(robot.server->port()).ask("GET " + path + handshake + (who.empty() ? "" : "\nAuthorization: Bearer " + who + "-0123456789abcdef")).status;
+      return Socket(robot.server->port())
+          .ask("GET " + path + handshake + (who.empty() ? "" : "\nAuthorization: Bearer " + who + "-0123456789abcdef"))
+          .status;
     };
     CHECK(opens("/arm/angle", "") == 401);
     CHECK(opens("/arm/angle", "emil") == 401);
@@ -271,7 +282,9 @@ TEST_CASE("a subscription ends when the right does", "[server][security][R0.2]")
 
 TEST_CASE("nothing says how much there is that a caller may not see", "[server][security][R0.2]") {
   Ruled robot;
-  robot.book.put_rules(std::string(Rulebook::rules) + "<#hand> a acl:Authorization ; acl:accessTo </arm/hand> ; acl:default </arm/hand> ; acl:agentGroup <#administrator> ; acl:mode acl:Read .");
+  robot.book.put_rules(
+      std::string(Rulebook::rules) +
+      "<#hand> a acl:Authorization ; acl:accessTo </arm/hand> ; acl:default </arm/hand> ; acl:agentGroup <#administrator> ; acl:mode acl:Read .");
   robot.clock.advance(std::chrono::seconds(2));
   CHECK(robot.status("GET /arm/all", "carl") == 200);
   CHECK(robot.status("GET /arm/all", "anna") == 404);  // there are Things below, none of which is hers to see
@@ -287,7 +300,8 @@ TEST_CASE("nothing says how much there is that a caller may not see", "[server][
 
 TEST_CASE("a change that a subscriber may not see is not sent", "[server][security][R0.2]") {
   Ruled robot;
-  RequestText request("GET /arm/state?accept=application/json\nHost: localhost:4711\nAccept: text/event-stream\nAuthorization: Bearer anna-0123456789abcdef\n");
+  RequestText request(
+      "GET /arm/state?accept=application/json\nHost: localhost:4711\nAccept: text/event-stream\nAuthorization: Bearer anna-0123456789abcdef\n");
   request.get().local_port = 4711;
   request.get().can_stream = true;
   Served served = robot.server->serve(request.get());

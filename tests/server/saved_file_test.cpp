@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/server/saved_file.hpp"
 
 #include <sys/resource.h>
@@ -152,7 +153,10 @@ TEST_CASE("a text that cannot be written leaves the old one in its place, and is
   // The obstacle gone, the text that waits is written with the next.
   SavedFile file(path, nullptr, log.callback());
   fs::remove_all(path + ".new");
-  { SavedFile again(path, nullptr, log.callback()); again.save("new", 3); }
+  {
+    SavedFile again(path, nullptr, log.callback());
+    again.save("new", 3);
+  }
   CHECK(content(path) == "new");
 }
 
@@ -188,7 +192,8 @@ TEST_CASE("places where no file can be are errors, not exceptions", "[server][sa
     CHECK(log.lines().size() == 1);
   }
   CHECK(content(folder / "file") == "text");
-  SavedFile throwing(folder / "file/state", [](std::uint64_t, bool) { throw 1; }, [](LogLevel, std::string_view) { throw 1; });
+  SavedFile throwing(
+      folder / "file/state", [](std::uint64_t, bool) { throw 1; }, [](LogLevel, std::string_view) { throw 1; });
   throwing.save("x", 1);
 }
 

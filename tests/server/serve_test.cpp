@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/server.hpp>
 
 #include <atomic>
@@ -143,8 +144,7 @@ TEST_CASE("requests of guests and of the server's own port do not get each other
     for (int i = 0; i < 200; ++i) wrong += serve(server, "GET /arm/a\nAccept: text/plain").response.content() != "1";
   });
   Socket client(server.port());
-  for (int i = 0; i < 200; ++i)
-    wrong += client.ask("GET /arm/b\nAccept: text/plain\nHost: 127.0.0.1:" + std::to_string(server.port())).body != "2";
+  for (int i = 0; i < 200; ++i) wrong += client.ask("GET /arm/b\nAccept: text/plain\nHost: 127.0.0.1:" + std::to_string(server.port())).body != "2";
   guest.join();
   CHECK(wrong == 0);
 }
@@ -186,8 +186,7 @@ TEST_CASE("a stop answers waiting guests with 503 and ends their event streams",
     server.add(std::move(thing)).value();
     pushed.publish(1);
     std::vector<std::future<int>> waiting;
-    for (int i = 0; i < 4; ++i)
-      waiting.push_back(std::async(std::launch::async, [&] { return status(server, "GET /arm/pulled"); }));
+    for (int i = 0; i < 4; ++i) waiting.push_back(std::async(std::launch::async, [&] { return status(server, "GET /arm/pulled"); }));
     auto streaming = std::async(std::launch::async, [&] {
       Served served = serve(server, "GET /arm/pushed\nAccept: text/event-stream", true);
       if (!served.events) return false;
@@ -210,9 +209,7 @@ TEST_CASE("an event stream of a guest has the value and each change, and ends wi
     server.add(std::move(thing)).value();
     pushed.publish(0);
     const Polling polling(server);
-    const auto subscriptions = [&] {
-      return std::string(serve(server, "GET /arm/subscriptions\nAccept: text/turtle").response.content());
-    };
+    const auto subscriptions = [&] { return std::string(serve(server, "GET /arm/subscriptions\nAccept: text/turtle").response.content()); };
     {
       Served served = serve(server, "GET /arm/p?accept=text/plain\nAccept: text/event-stream", true);
       REQUIRE(served.events);
@@ -328,12 +325,11 @@ TEST_CASE("one server at two prefixes of one host knows both IRIs of a resource"
     const std::string base = "http://localhost:4711" + std::string(prefix);
     const Served read = serve(server, "GET /arm\nAccept: text/turtle", false, prefix);
     CHECK(read.response.content().find("<" + base + "/arm/p>") != std::string_view::npos);
-    const Served made = serve(
-        server,
-        "POST /arm/subscriptions\nContent-Type: text/turtle\n\n@prefix hybrit: <https://hybr-it-projekt.de/ns/hybr-it#> . <> a "
-        "hybrit:Subscription, hybrit:WebCallback ; hybrit:onResource <" +
-            base + "/arm/p> ; hybrit:callbackURL \"http://127.0.0.1:9/\"^^<http://www.w3.org/2001/XMLSchema#anyURI> .",
-        false, prefix);
+    const Served made = serve(server,
+                              "POST /arm/subscriptions\nContent-Type: text/turtle\n\n@prefix hybrit: <https://hybr-it-projekt.de/ns/hybr-it#> . <> a "
+                              "hybrit:Subscription, hybrit:WebCallback ; hybrit:onResource <" +
+                                  base + "/arm/p> ; hybrit:callbackURL \"http://127.0.0.1:9/\"^^<http://www.w3.org/2001/XMLSchema#anyURI> .",
+                              false, prefix);
     CHECK(made.response.status == 201);
     CHECK(made.response.fields.find("Location").value_or("").substr(0, base.size() + 5) == base + "/arm/");
   }
@@ -364,8 +360,7 @@ TEST_CASE("a Responder on another thread answers a waiting guest", "[server][ser
     Server server = make(io, network);
     std::thread worker;
     Thing thing{"arm"};
-    thing.action("work",
-                 [&](Responder done) { worker = std::thread([done] { done.succeed(); }); });
+    thing.action("work", [&](Responder done) { worker = std::thread([done] { done.succeed(); }); });
     server.add(std::move(thing)).value();
     {
       const Polling polling(server);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/server.hpp>
 
 #include <algorithm>
@@ -106,7 +107,9 @@ TEST_CASE("a network address needs an authorizer or the integrator's word", "[se
   Options open = any_port();
   open.listen.address = "0.0.0.0";
   SECTION("the word") { open.security.allow_unprotected_network = true; }
-  SECTION("an authorizer") { open.security.authorize = [](const http::Request&) { return engine::Access::granted; }; }
+  SECTION("an authorizer") {
+    open.security.authorize = [](const http::Request&) { return engine::Access::granted; };
+  }
   Server server = make(std::move(open));
   CHECK(Socket(server.port()).ask("GET /\nHost: 127.0.0.1:" + std::to_string(server.port())).status == 200);
 }
@@ -348,7 +351,7 @@ TEST_CASE("run ends when another thread stops the server", "[server]") {
     CHECK(running.wait_for(seconds(10)) == std::future_status::ready);
     server.stop();  // again
     CHECK(server.poll() > milliseconds(0));
-    server.run();   // returns at once
+    server.run();  // returns at once
   }
 }
 
@@ -469,10 +472,12 @@ TEST_CASE("an emergency stop works while the host is busy and a long action runs
     plan_has_ended = plan_may_end.wait();
   });
   thing.action("stop", [&] { stopped = true; }).dispatch(Dispatch::io_thread);
-  thing.action("stopAndReport", [&](const Responder& done) {
-         reported = true;
-         done.succeed();
-       })
+  thing
+      .action("stopAndReport",
+              [&](const Responder& done) {
+                reported = true;
+                done.succeed();
+              })
       .dispatch(Dispatch::io_thread);
   thing.property("enabled", [&] { return enabled.load(); }).on_write([&](bool on) { enabled = on; }).dispatch(Dispatch::io_thread);
   server.add(std::move(thing)).value();
@@ -617,9 +622,7 @@ TEST_CASE("many clients and a publishing control loop get along", "[server][R0.1
           wrong += socket.ask("GET /arm/state\n" + host).status != 200;
           wrong += socket.ask(Bench::turtle_request("PUT", "/arm/pulled", number_body(std::to_string(c * 100 + i)), host)).status != 204;
         }
-      } catch (const std::exception&) {
-        ++wrong;
-      }
+      } catch (const std::exception&) { ++wrong; }
       ++done;
     });
   double step = 0;
@@ -660,7 +663,8 @@ TEST_CASE("pictures reach four clients as they are, and the default transport co
   for (std::size_t i = 0; i < clients; ++i) {
     sockets.emplace_back(server.port());
     sockets.back().send("GET /head/image?accept=image/x-test HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(server.port()) +
-                        "\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: " + WebSocketClient::key + "\r\n\r\n");
+                        "\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: " + WebSocketClient::key +
+                        "\r\n\r\n");
   }
   std::size_t polled = 0;  // bytes allocated within poll()
   const auto until = [&](const auto& reached) {
@@ -690,7 +694,8 @@ TEST_CASE("pictures reach four clients as they are, and the default transport co
       CHECK(s.frames.back().payload == *picture.bytes);
     }
   }
-  std::printf("%s: %.0f KB allocated in poll() for 3 pictures of %.0f KB to %zu clients\n", name.c_str(), static_cast<double>(polled) / 1e3, size / 1e3, clients);
+  std::printf("%s: %.0f KB allocated in poll() for 3 pictures of %.0f KB to %zu clients\n", name.c_str(), static_cast<double>(polled) / 1e3,
+              size / 1e3, clients);
   if (name == "http") CHECK(polled < size);
   else CHECK(polled < 3 * clients * size * 5 / 2);  // libwebsockets wants a copy, and gives one back
 }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/server_thing.hpp>
 
 #include <algorithm>
@@ -33,9 +34,7 @@ struct Counted {
     options.listen.port = 0;
     options.listen.transport = transport::no_network;
     if (!transport.empty())
-      options.listen.transport = [transport](transport::TransportOptions t) {
-        return transport::make_named(transport, std::move(t));
-      };
+      options.listen.transport = [transport](transport::TransportOptions t) { return transport::make_named(transport, std::move(t)); };
     options.threads.dispatch = Dispatch::io_thread;
     options.clock = &clock;
     options.callbacks.allow = {"127.0.0.1"};
@@ -45,14 +44,11 @@ struct Counted {
   }
   http::Response ask(const std::string& text, const std::string& fields = "") {
     const std::size_t body = text.find("\n\n");
-    RequestText request(text.substr(0, body) + "\nHost: localhost:4711\n" + fields +
-                        (body == std::string::npos ? "" : text.substr(body)));
+    RequestText request(text.substr(0, body) + "\nHost: localhost:4711\n" + fields + (body == std::string::npos ? "" : text.substr(body)));
     request.get().local_port = 4711;
     return server->serve(request.get()).response;
   }
-  std::string value(const std::string& path) {
-    return std::string(ask("GET /server/" + path, "Accept: application/json").content());
-  }
+  std::string value(const std::string& path) { return std::string(ask("GET /server/" + path, "Accept: application/json").content()); }
 
   FakeClock clock;
   SampleRobot robot;
@@ -93,8 +89,7 @@ std::map<std::string, double> read_exposition(const std::string& text) {
       type = line.substr(space + 1);
       if (family != help) fail("TYPE does not follow its HELP: " + line);
       if (type != "counter" && type != "gauge" && type != "histogram") fail("TYPE: " + line);
-      if (type == "counter" && (family.size() < 6 || family.substr(family.size() - 6) != "_total"))
-        fail("a counter without _total: " + line);
+      if (type == "counter" && (family.size() < 6 || family.substr(family.size() - 6) != "_total")) fail("a counter without _total: " + line);
       last_bucket = 0;
       has_infinity = false;
       continue;
@@ -155,9 +150,8 @@ TEST_CASE("a server is a Thing that says what it has done", "[server][security]"
 TEST_CASE("the counters are text for Prometheus", "[server][security]") {
   Counted g;
   CHECK(g.ask("GET /nothing").status == 404);
-  for (const char* accept :
-       {"", "Accept: */*", "Accept: text/plain", "Accept: text/plain;version=0.0.4;q=0.5,*/*;q=0.1",
-        "Accept: application/openmetrics-text;version=1.0.0;q=0.5,text/plain;version=0.0.4;q=0.3,*/*;q=0.2"}) {
+  for (const char* accept : {"", "Accept: */*", "Accept: text/plain", "Accept: text/plain;version=0.0.4;q=0.5,*/*;q=0.1",
+                             "Accept: application/openmetrics-text;version=1.0.0;q=0.5,text/plain;version=0.0.4;q=0.3,*/*;q=0.2"}) {
     CAPTURE(accept);
     const Answer answer(g.ask("GET /server/metrics", accept));
     CHECK(answer.status == 200);
@@ -191,8 +185,7 @@ TEST_CASE("each request has one response in the counters, over each transport", 
     refused.send_header("PUT /nothing" + host + "\nContent-Type: application/json", 1, true);
     CHECK(refused.await().status == 404);
     Socket watcher(g.server->port());
-    const std::string handshake =
-        "\nConnection: Upgrade\nUpgrade: websocket\nSec-WebSocket-Version: 13\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==";
+    const std::string handshake = "\nConnection: Upgrade\nUpgrade: websocket\nSec-WebSocket-Version: 13\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==";
     CHECK(watcher.ask("GET /arm/angle" + host + handshake).status == 101);
     const ServerCounters counters = g.server->counters();
     CHECK(counters.requests == 6);

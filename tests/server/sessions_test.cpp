@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/server.hpp>
 
 #include <fstream>
@@ -22,10 +23,8 @@ using namespace lrt::test;
 
 namespace {
 
-const std::string token_of_anna = "reader-0123456789abcdef", token_of_bert = "operator-0123456789abcdef",
-                  token_of_guest = "nobody-0123456789abcdef";
-const std::string all_tokens =
-    "anna reader " + token_of_anna + "\nbert operator " + token_of_bert + "\nemil guest " + token_of_guest + "\n";
+const std::string token_of_anna = "reader-0123456789abcdef", token_of_bert = "operator-0123456789abcdef", token_of_guest = "nobody-0123456789abcdef";
+const std::string all_tokens = "anna reader " + token_of_anna + "\nbert operator " + token_of_bert + "\nemil guest " + token_of_guest + "\n";
 const std::string number = "\nContent-Type: application/json\n\n5";
 
 std::string bearer(const std::string& token) { return "\nAuthorization: Bearer " + token; }
@@ -46,10 +45,7 @@ struct Guarded {
       log.append(text).append("\n");
     };
     if (transport.empty()) options.listen.transport = transport::no_network;
-    else
-      options.listen.transport = [transport](transport::TransportOptions t) {
-        return transport::make_named(transport, std::move(t));
-      };
+    else options.listen.transport = [transport](transport::TransportOptions t) { return transport::make_named(transport, std::move(t)); };
     server.emplace(Server::create(std::move(options)).value());
     server->add(robot.arm()).value();
   }
@@ -68,8 +64,7 @@ struct Guarded {
   int status(const std::string& text, bool secure = false) { return ask(text, secure).status; }
 
   http::Response log_in(const std::string& token, const std::string& fields = "", bool secure = false) {
-    return ask("POST /ns/session" + bearer(token) + "\nOrigin: " + (secure ? "https" : "http") + "://localhost:4711" + fields,
-               secure);
+    return ask("POST /ns/session" + bearer(token) + "\nOrigin: " + (secure ? "https" : "http") + "://localhost:4711" + fields, secure);
   }
   /// The field with which a browser sends what a login has set.
   static std::string cookie_of(const http::Response& response) {
@@ -114,9 +109,8 @@ TEST_CASE("a login gives a cookie that stands for the token until the logout", "
   CHECK(who.fields.find("Cache-Control") == "private, no-store");
   CHECK(g.ask("GET /ns/session" + bearer(token_of_anna)).content() == R"({"name":"anna","roles":["reader"],"session":false})");
   CHECK(g.ask("GET /").status == 401);
-  CHECK(g.ask("GET /" + cookie)
-            .fields.joined("Link")
-            .find("<http://localhost:4711/ns/session>; rel=\"https://w3id.org/lrt/ns#session\"") != std::string::npos);
+  CHECK(g.ask("GET /" + cookie).fields.joined("Link").find("<http://localhost:4711/ns/session>; rel=\"https://w3id.org/lrt/ns#session\"") !=
+        std::string::npos);
 
   const http::Response logout = g.ask("DELETE /ns/session" + cookie + own);
   CHECK(logout.status == 204);
@@ -132,11 +126,9 @@ TEST_CASE("a browser without credentials gets a form for the token at every addr
     const http::Response response = g.ask(std::string("GET ") + path + html + "\nSec-Fetch-Mode: navigate", true);
     CHECK(response.status == 401);
     CHECK(response.fields.find("Content-Type") == "text/html; charset=utf-8");
-    CHECK(response.content().find("<form class=\"card\" data-session=\"https://localhost:4711/ns/session\">") !=
-          std::string_view::npos);
+    CHECK(response.content().find("<form class=\"card\" data-session=\"https://localhost:4711/ns/session\">") != std::string_view::npos);
     CHECK(response.content() == g.ask("GET /arm/name" + html, true).content());  // nothing tells a resource from none
-    CHECK(response.fields.find("WWW-Authenticate") ==
-          "Bearer realm=\"lrt\"");  // with Basic a browser would show its own dialog
+    CHECK(response.fields.find("WWW-Authenticate") == "Bearer realm=\"lrt\"");   // with Basic a browser would show its own dialog
     CHECK(response.fields.find("Referrer-Policy") == "no-referrer");
     CHECK(response.fields.find("X-Frame-Options") == "DENY");
     const std::string policy(response.fields.find("Content-Security-Policy").value_or(""));
@@ -158,11 +150,10 @@ TEST_CASE("a cookie counts for pages of this server only, whatever allowed_origi
   Guarded g(security);
   const std::string cookie = g.session(token_of_bert), token = bearer(token_of_bert);
   const std::string stream = "\nAccept: text/event-stream";
-  const std::string same = "\nSec-Fetch-Site: same-origin", other = "\nSec-Fetch-Site: same-site",
-                    cross = "\nSec-Fetch-Site: cross-site";
+  const std::string same = "\nSec-Fetch-Site: same-origin", other = "\nSec-Fetch-Site: same-site", cross = "\nSec-Fetch-Site: cross-site";
   CHECK(g.status("PUT /arm/angle" + token + foreign + number) == 204);
-  for (const std::string& from : {std::string(), foreign, other, cross, foreign + same, own + other, own + own,
-                                  std::string("\nOrigin: null"), std::string("\nOrigin: http://localhost:4711.example")}) {
+  for (const std::string& from : {std::string(), foreign, other, cross, foreign + same, own + other, own + own, std::string("\nOrigin: null"),
+                                  std::string("\nOrigin: http://localhost:4711.example")}) {
     CAPTURE(from);
     CHECK(g.status("PUT /arm/angle" + cookie + from + number) == 403);
     CHECK(g.status("POST /arm/actions/home" + cookie + from) == 403);
@@ -176,12 +167,10 @@ TEST_CASE("a cookie counts for pages of this server only, whatever allowed_origi
     CHECK(g.status("GET /arm/angle" + cookie + from + stream) == 200);
   }
   // Reading: what a user opens, and what pages of this server ask for.
-  const std::string opened = "\nSec-Fetch-Mode: navigate\nSec-Fetch-Dest: document",
-                    framed = "\nSec-Fetch-Mode: navigate\nSec-Fetch-Dest: iframe";
+  const std::string opened = "\nSec-Fetch-Mode: navigate\nSec-Fetch-Dest: document", framed = "\nSec-Fetch-Mode: navigate\nSec-Fetch-Dest: iframe";
   for (const std::string& from : {std::string(), same, std::string("\nSec-Fetch-Site: none"), other + opened, cross + opened})
     CHECK(g.status("GET /arm" + cookie + from) == 200);
-  for (const std::string& from :
-       {other, cross, other + framed, foreign, cross + "\nSec-Fetch-Mode: no-cors\nSec-Fetch-Dest: image"})
+  for (const std::string& from : {other, cross, other + framed, foreign, cross + "\nSec-Fetch-Mode: no-cors\nSec-Fetch-Dest: image"})
     CHECK(g.status("GET /arm" + cookie + from) == 403);
   CHECK_FALSE(g.ask("GET /arm" + cookie).fields.find("Access-Control-Allow-Credentials"));
 }
@@ -254,8 +243,7 @@ TEST_CASE("each login begins a new session, and a cookie that was set beforehand
   CHECK(first != second);
   CHECK(g.status("GET /arm" + first) == 401);
   CHECK(g.status("GET /arm" + second) == 200);
-  CHECK(g.status("GET /arm" + second + "; lrt-session-4711=" + std::string(64, 'a')) ==
-        401);  // one of them was set by somebody else
+  CHECK(g.status("GET /arm" + second + "; lrt-session-4711=" + std::string(64, 'a')) == 401);  // one of them was set by somebody else
   CHECK(g.status("GET /arm" + fixed + "; " + second.substr(second.find("lrt-"))) == 401);
   CHECK(g.status("GET /arm" + second + second) == 401);
   CHECK(g.status("GET /arm\nHost: 127.0.0.1:4711" + second) == 401);  // of another host
@@ -314,11 +302,9 @@ TEST_CASE("sessions are limited, and one principal ends no session of others", "
 
 TEST_CASE("too many failed logins of an address get 429, and others log in", "[server][security][R0.2]") {
   Guarded g;
-  const std::string wrong = "POST /ns/session" + own + bearer("wrong-0123456789abcdef"),
-                    right = "POST /ns/session" + own + bearer(token_of_anna);
+  const std::string wrong = "POST /ns/session" + own + bearer("wrong-0123456789abcdef"), right = "POST /ns/session" + own + bearer(token_of_anna);
   const std::string before = g.session(token_of_anna);
-  CHECK(g.status("POST /ns/session" + foreign + bearer("wrong-0123456789abcdef")) ==
-        403);  // a page elsewhere cannot use them up
+  CHECK(g.status("POST /ns/session" + foreign + bearer("wrong-0123456789abcdef")) == 403);  // a page elsewhere cannot use them up
   for (int i = 0; i < 10; ++i) CHECK(g.status(wrong) == 401);
   for (const std::string& login : {wrong, right}) {
     const http::Response response = g.ask(login);
@@ -361,8 +347,7 @@ TEST_CASE("a ticket opens one event stream within 30 s, and nothing else", "[ser
   const std::string elsewhere = g.ticket(token_of_bert);
   CHECK(g.status(target(elsewhere)) == 401);
   CHECK(g.status("PUT /arm/angle?ticket=" + elsewhere + number) == 401);
-  CHECK(g.status("GET /arm/angle?ticket=" + elsewhere +
-                 "\nUpgrade: callback\nConnection: Upgrade\nCallback: http://127.0.0.1:9/") == 401);
+  CHECK(g.status("GET /arm/angle?ticket=" + elsewhere + "\nUpgrade: callback\nConnection: Upgrade\nCallback: http://127.0.0.1:9/") == 401);
   CHECK(g.status(target(elsewhere) + stream) == 200);  // it was not used up by that
   const std::string late = g.ticket(token_of_anna);
   g.clock.advance(std::chrono::seconds(30));
@@ -400,8 +385,7 @@ TEST_CASE("sessions and tickets work on each transport, WebSockets included", "[
     const std::string authority = "127.0.0.1:" + std::to_string(g.server->port()), host = "\nHost: " + authority,
                       mine = "\nOrigin: http://" + authority;
     const std::string handshake =
-        host +
-        "\nConnection: Upgrade\nUpgrade: websocket\nSec-WebSocket-Version: 13\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==";
+        host + "\nConnection: Upgrade\nUpgrade: websocket\nSec-WebSocket-Version: 13\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==";
     const auto ask = [&](const std::string& request) { return Socket(g.server->port()).ask(request); };
     const Answer login = ask("POST /ns/session" + host + mine + bearer(token_of_bert) + "\nContent-Length: 0");
     REQUIRE(login.status == 204);
@@ -416,8 +400,7 @@ TEST_CASE("sessions and tickets work on each transport, WebSockets included", "[
     CHECK(ask("GET /arm/angle" + handshake + cookie + "\nOrigin: http://dashboard.example").status == 403);
     const auto ticket = [&] {
       const std::string text =
-          ask("POST /ns/ticket" + host + "\nOrigin: http://dashboard.example" + bearer(token_of_anna) + "\nContent-Length: 0")
-              .body;
+          ask("POST /ns/ticket" + host + "\nOrigin: http://dashboard.example" + bearer(token_of_anna) + "\nContent-Length: 0").body;
       const std::size_t at = text.find(":\"") + 2;
       return text.substr(at, text.find('"', at) - at);
     };
@@ -431,10 +414,10 @@ TEST_CASE("sessions and tickets work on each transport, WebSockets included", "[
 }
 
 TEST_CASE("what sessions may be is checked", "[server][security][R0.2]") {
-  for (const auto& [life, ticket_life] : {std::pair(std::chrono::seconds(-1), std::chrono::seconds(30)),
-                                          std::pair(std::chrono::seconds(1), std::chrono::seconds(0)),
-                                          std::pair(std::chrono::seconds(365 * 86'400 + 1), std::chrono::seconds(30)),
-                                          std::pair(std::chrono::seconds(1), std::chrono::seconds(3'601))}) {
+  for (const auto& [life, ticket_life] :
+       {std::pair(std::chrono::seconds(-1), std::chrono::seconds(30)), std::pair(std::chrono::seconds(1), std::chrono::seconds(0)),
+        std::pair(std::chrono::seconds(365 * 86'400 + 1), std::chrono::seconds(30)),
+        std::pair(std::chrono::seconds(1), std::chrono::seconds(3'601))}) {
     Options options;
     options.listen.transport = transport::no_network;
     options.security.authenticate = [](const http::Request&) { return std::nullopt; };

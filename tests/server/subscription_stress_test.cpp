@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Subscriptions with everything busy: for the thread sanitizer, and as a soak for the address sanitizer (LRT_SOAK_SECONDS, default 3).
 
 #include <lrt/server.hpp>
@@ -87,7 +88,8 @@ class SmallReceiver {
       for (Peer& p : peers_)
         if (items[i++].revents != 0) serve(p);
       peers_.remove_if([](const Peer& p) { return p.ended && ::close(p.descriptor) == 0; });
-      for (int d; items[0].revents != 0 && (d = ::accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK)) >= 0;) peers_.push_back({d, {}});
+      for (int d; items[0].revents != 0 && (d = ::accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK)) >= 0;)
+        peers_.push_back({d, {}});
     }
   }
   void serve(Peer& p) {
@@ -219,9 +221,7 @@ class Scene {
     return std::thread([this, f]() mutable {
       try {
         f();
-      } catch (const std::exception& e) {
-        failed(e.what());
-      }
+      } catch (const std::exception& e) { failed(e.what()); }
     });
   }
   std::vector<std::string> failures() const {
@@ -239,7 +239,8 @@ class Scene {
   std::vector<std::string> failures_;
 };
 
-constexpr const char* paths[] = {"/a/x", "/a/x?queueLength=20", "/b/y", "/b/y?queueLength=5", "/a/state", "/b/state?minimumInterval=0.01", "/a", "/a/actions/go", "/t/z", "/t"};
+constexpr const char* paths[] = {
+    "/a/x", "/a/x?queueLength=20", "/b/y", "/b/y?queueLength=5", "/a/state", "/b/state?minimumInterval=0.01", "/a", "/a/actions/go", "/t/z", "/t"};
 
 constexpr std::string_view last_x = "-42.5", last_y = "the very last";
 
@@ -254,12 +255,16 @@ class Client {
   void act() {
     const std::string path = paths[rng_() % std::size(paths)];
     switch (rng_() % 8) {
-      case 0: case 1: case 2: return open(path);
+      case 0:
+      case 1:
+      case 2: return open(path);
       case 3: return call_back(path);
-      case 4: case 5: return leave();
+      case 4:
+      case 5: return leave();
       case 6: return stop_call_back();
       default: {
-        const int status = http_.ask("POST /a/actions/go\nContent-Type: text/turtle\n\n<> <http://www.w3.org/1999/02/22-rdf-syntax-ns#value> 1.0e0 .").status;
+        const int status =
+            http_.ask("POST /a/actions/go\nContent-Type: text/turtle\n\n<> <http://www.w3.org/1999/02/22-rdf-syntax-ns#value> 1.0e0 .").status;
         if (status >= 500 && status != 503) scene_.failed("go: " + std::to_string(status));
       }
     }
@@ -281,7 +286,8 @@ class Client {
     const bool comes_and_goes = path[1] == 't';
     if (w->status() == 404 && comes_and_goes) return;
     if (!told) {
-      if (!(comes_and_goes && w->code() == 1001)) scene_.failed("opening " + path + ": " + std::to_string(w->status()) + " closed " + std::to_string(w->code()));
+      if (!(comes_and_goes && w->code() == 1001))
+        scene_.failed("opening " + path + ": " + std::to_string(w->status()) + " closed " + std::to_string(w->code()));
       return;
     }
     if (kept_.size() < 8) kept_.push_back(std::move(w));
@@ -459,7 +465,7 @@ TEST_CASE("stop() with everything busy ends all sockets with 1001, and soon", "[
   SmallReceiver receiver;
   Options options = Scene::options();
   options.callbacks.response_time = std::chrono::minutes(1);  // longer than patience: stop() does not wait for it
-  options.callbacks.max_threads = 80;                           // a quarter at one receiver: more than hang
+  options.callbacks.max_threads = 80;                         // a quarter at one receiver: more than hang
   Scene scene(options);
   std::vector<std::unique_ptr<Watcher>> watchers;
   for (int i = 0; i < 40; ++i) watchers.push_back(std::make_unique<Watcher>(scene.server.port(), paths[static_cast<std::size_t>(i) % 8]));
@@ -503,7 +509,8 @@ TEST_CASE("subscribing for long costs no memory", "[server][soak]") {
   std::size_t rounds = 0;
   const auto soak = [&](steady_clock::time_point end) {
     std::vector<std::unique_ptr<Client>> clients;
-    for (unsigned i = 0; i < client_count; ++i) clients.push_back(std::make_unique<Client>(scene, receiver, static_cast<unsigned>(1000 * ++rounds + i)));
+    for (unsigned i = 0; i < client_count; ++i)
+      clients.push_back(std::make_unique<Client>(scene, receiver, static_cast<unsigned>(1000 * ++rounds + i)));
     Busy busy(scene);
     std::vector<std::thread> threads;
     for (auto& c : clients)
@@ -535,7 +542,8 @@ TEST_CASE("subscribing for long costs no memory", "[server][soak]") {
   const std::size_t after = bytes_in_use(), resident_after = resident_bytes();
   const auto mb = [](std::size_t bytes) { return static_cast<double>(bytes) / (1024 * 1024); };
   std::printf("soak of %.0f s: resident %.1f MB at begin, %.1f MB at end; in use %.1f MB, %.1f MB; %zu notifications posted\n",
-              std::chrono::duration<double>(steady_clock::now() - start).count(), mb(resident_before), mb(resident_after), mb(before), mb(after), receiver.count());
+              std::chrono::duration<double>(steady_clock::now() - start).count(), mb(resident_before), mb(resident_after), mb(before), mb(after),
+              receiver.count());
   CHECK(mb(after) - mb(before) < 16);
   for (const std::string& f : scene.failures()) FAIL_CHECK(f);
 }

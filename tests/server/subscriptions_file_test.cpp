@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/server.hpp>
 
 #include <sys/stat.h>
@@ -48,8 +49,7 @@ std::string description(std::uint16_t port) {
          std::to_string(port) + "/arm/angle> ; hybrit:callbackURL \"http://127.0.0.1:9/\" .";
 }
 std::string post(std::uint16_t port) {
-  return "POST /arm/subscriptions\nHost: localhost:" + std::to_string(port) + "\nContent-Type: text/turtle\n\n" +
-         description(port);
+  return "POST /arm/subscriptions\nHost: localhost:" + std::to_string(port) + "\nContent-Type: text/turtle\n\n" + description(port);
 }
 
 /// Makes a callback and returns its path.
@@ -136,8 +136,7 @@ TEST_CASE("something else in the place of the file stops the start and stays", "
   const Folder folder;
   const std::string path = folder / "state";
   for (const std::string& text :
-       {std::string("not Turtle {"), std::string("<> <http://purl.org/dc/terms/title> \"of somebody else\" ."),
-        std::string(3000, '\0')}) {
+       {std::string("not Turtle {"), std::string("<> <http://purl.org/dc/terms/title> \"of somebody else\" ."), std::string(3000, '\0')}) {
     put(path, text);
     const auto server = Server::create(with_file(path));
     REQUIRE_FALSE(server);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A client subscribes what one robot does to what another one says: the receiver of a web callback is an action or a Property of another server.
 
 #include <lrt/server.hpp>
@@ -62,9 +63,8 @@ Answer ask(Robot& of, Robot& other, const std::string& text) {
 
 /// The path of a stranger's subscription at `speaking`, whose receiver is that resource of `moved`.
 std::string subscribe(Robot& speaking, Robot& moved, const std::string& receiver) {
-  const Answer made = ask(
-      speaking, moved,
-      "GET /arm/angle\nAccept: application/json\nConnection: Upgrade\nUpgrade: callback\nCallback: " + moved.url() + receiver);
+  const Answer made =
+      ask(speaking, moved, "GET /arm/angle\nAccept: application/json\nConnection: Upgrade\nUpgrade: callback\nCallback: " + moved.url() + receiver);
   REQUIRE(made.status == 201);
   return made.field("Location").substr(speaking.url().size());
 }
@@ -76,8 +76,7 @@ Answer await(Robot& speaking, Robot& moved, const std::string& subscription, Eno
   while (true) {
     Answer answer = ask(speaking, moved, "GET " + subscription);
     if (enough(answer)) return answer;
-    if (std::chrono::steady_clock::now() > until)
-      throw std::runtime_error("still " + std::to_string(answer.status) + ": " + answer.body);
+    if (std::chrono::steady_clock::now() > until) throw std::runtime_error("still " + std::to_string(answer.status) + ": " + answer.body);
   }
 }
 

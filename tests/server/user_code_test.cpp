@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // User code never runs under a lock of lrt: whatever the user hands to a server may call that server, or wait for a thread that does.
 
 #include <lrt/server.hpp>
@@ -64,9 +65,7 @@ struct Host {
     return Socket(server->port()).ask(text + fields(), [this] { server->poll(); });
   }
   Answer put(const std::string& path, const std::string& number) {
-    return Socket(server->port()).ask(Bench::turtle_request("PUT", path, number_body(number), host()), [this] {
-      server->poll();
-    });
+    return Socket(server->port()).ask(Bench::turtle_request("PUT", path, number_body(number), host()), [this] { server->poll(); });
   }
   std::string host() const { return "Host: 127.0.0.1:" + std::to_string(server->port()) + "\n"; }
   std::string fields() const { return "\n" + host(); }
@@ -362,7 +361,7 @@ TEST_CASE("a deliverer may call the server when it is notified", "[server][user 
   options.callbacks.allow = {"receiver.example"};
   options.callbacks.confirmation = subscription::Confirmation::none;
   options.callbacks.deliverer = [&](delivery::Source& source, const subscription::CallbackOptions&,
-                          LogCallback) -> Result<std::unique_ptr<delivery::Deliverer>> {
+                                    LogCallback) -> Result<std::unique_ptr<delivery::Deliverer>> {
     return std::unique_ptr<delivery::Deliverer>(std::make_unique<Calling>(source, call, posted));
   };
   Host host(io, std::move(options), "a deliverer");

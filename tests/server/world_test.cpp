@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/world.hpp>
 
 #include <sys/wait.h>
@@ -165,8 +166,9 @@ TEST_CASE("what is no file of a graph stops adding the World and stays", "[serve
     say(robot.map, "a cup");
   }
   GraphOptions strict;
-  strict.shapes = "@prefix sh: <http://www.w3.org/ns/shacl#> . <#s> a sh:NodeShape ; sh:targetSubjectsOf <http://www.w3.org/2000/01/rdf-schema#label> ;"
-                  " sh:property [ sh:path <p:q> ; sh:minCount 1 ] .";
+  strict.shapes =
+      "@prefix sh: <http://www.w3.org/ns/shacl#> . <#s> a sh:NodeShape ; sh:targetSubjectsOf <http://www.w3.org/2000/01/rdf-schema#label> ;"
+      " sh:property [ sh:path <p:q> ; sh:minCount 1 ] .";
   CHECK(Robot(file, strict).added.error().code == Errc::expected_value);
   GraphOptions small;
   small.max_triples = 0;
@@ -231,7 +233,8 @@ TEST_CASE("threads, clients and a control loop change a World at once", "[server
   Socket client(robot.server.port());
   for (int i = 0; i < 50; ++i) {
     CHECK(client.ask("GET /world/map" + host).status == 200);
-    CHECK(client.ask("PATCH /world/map" + host + "\nContent-Type: application/sparql-update\n\nINSERT DATA { <#a> <p:b> " + std::to_string(i) + " }").status == 204);
+    CHECK(client.ask("PATCH /world/map" + host + "\nContent-Type: application/sparql-update\n\nINSERT DATA { <#a> <p:b> " + std::to_string(i) + " }")
+              .status == 204);
   }
   for (std::thread& w : writers) w.join();
   done = true;
@@ -246,11 +249,13 @@ TEST_CASE("code updates a graph from its lambda that calls the server, while cli
   std::atomic<bool> done{false};
   std::thread code([&] {
     for (int i = 0; i < 20; ++i)
-      robot.map.update([&](GraphUpdate& u) {
-        u.set("#i", label, i);
-        Thing thing("thing" + std::to_string(i));
-        robot.server.add(std::move(thing)).value();  // takes the engine's lock
-      }).value();
+      robot.map
+          .update([&](GraphUpdate& u) {
+            u.set("#i", label, i);
+            Thing thing("thing" + std::to_string(i));
+            robot.server.add(std::move(thing)).value();  // takes the engine's lock
+          })
+          .value();
     done = true;
   });
   Socket client(robot.server.port());
@@ -295,10 +300,12 @@ TEST_CASE("rights of a graph are those at its path, in whatever way a request na
   const auto ask = [&](const std::string& who, const std::string& line, const std::string& rest = {}) {
     return client.ask(line + "\nHost: " + host + "\nX-Who: " + who + rest);
   };
-  const std::string body = "\nContent-Type: text/turtle\n\n<#x> <p:q> 1 .", patch = "\nContent-Type: application/sparql-update\n\nINSERT DATA { <#x> <p:q> 2 }";
+  const std::string body = "\nContent-Type: text/turtle\n\n<#x> <p:q> 1 .",
+                    patch = "\nContent-Type: application/sparql-update\n\nINSERT DATA { <#x> <p:q> 2 }";
   CHECK(ask("anna", "GET /world?default").body.find("hidden words") != std::string::npos);
   CHECK(ask("anna", "GET /world/secret/plan").status == 200);
-  for (const char* path : {"/world", "/world?default", "/world/map", "/world/map?accept=application/n-quads", "/world?default&accept=application/trig", "/world?accept=application/json"}) {
+  for (const char* path : {"/world", "/world?default", "/world/map", "/world/map?accept=application/n-quads",
+                           "/world?default&accept=application/trig", "/world?accept=application/json"}) {
     CAPTURE(path);
     const Answer a = ask("bert", "GET " + std::string(path));
     CHECK(a.status == 200);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/shacl/validator.hpp>
 
 #include <atomic>
@@ -35,8 +36,8 @@ std::string joints(int n) {
   std::string text;
   for (int i = 0; i < n; ++i) {
     const std::string self = "ex:j" + std::to_string(i);
-    text += self + " a ex:Joint ; ex:name \"j" + std::to_string(i) + "\" ; ex:angle 1.5 ; ex:next ex:j" +
-            std::to_string((i + 1) % n) + " . ex:robot ex:joint " + self + " .\n";
+    text += self + " a ex:Joint ; ex:name \"j" + std::to_string(i) + "\" ; ex:angle 1.5 ; ex:next ex:j" + std::to_string((i + 1) % n) +
+            " . ex:robot ex:joint " + self + " .\n";
   }
   return text + "ex:robot ex:name \"robot\" ; a ex:Robot . ex:Robot rdfs:subClassOf ex:Thing .\n";
 }
@@ -73,8 +74,7 @@ std::size_t steps_of(const Shapes& shapes, const Graph& data) {
 
 TEST_CASE("satisfied constraints do not allocate", "[shacl]") {
   const Shapes shapes = shacl_test::compile(shape);
-  const std::size_t few = allocations_of(shapes, shacl_test::parse(joints(100))),
-                    many = allocations_of(shapes, shacl_test::parse(joints(3000)));
+  const std::size_t few = allocations_of(shapes, shacl_test::parse(joints(100))), many = allocations_of(shapes, shacl_test::parse(joints(3000)));
   INFO(few << " and " << many << " allocations");
   CHECK(many < few + 25);  // scratch memory grows by doubling; no allocation for each node
   CHECK(few < 60);
@@ -82,8 +82,7 @@ TEST_CASE("satisfied constraints do not allocate", "[shacl]") {
 
 TEST_CASE("work grows with the focus nodes, also past a node with very many triples", "[shacl]") {
   const Shapes shapes = shacl_test::compile(shape);
-  const std::size_t few = steps_of(shapes, shacl_test::parse(joints(100))),
-                    many = steps_of(shapes, shacl_test::parse(joints(1000)));
+  const std::size_t few = steps_of(shapes, shacl_test::parse(joints(100))), many = steps_of(shapes, shacl_test::parse(joints(1000)));
   INFO(few << " and " << many << " steps");
   CHECK(many < few * 11);
   CHECK(many > few * 9);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/shacl/derive.hpp>
 
 #include <array>
@@ -61,8 +62,8 @@ namespace {
 
 using lrt::rdf::Facets;
 using lrt::rdf::Graph;
-using lrt::rdf::Type;
 using lrt::rdf::traits;
+using lrt::rdf::Type;
 namespace unit = lrt::unit;
 
 const std::string focus = "http://example.org/focus", names = "http://example.org/vocabulary#", shape_iri = "http://example.org/shape";
@@ -71,8 +72,8 @@ struct Table {
   const char* name;
   const Type* type;
   Facets facets;
-  std::vector<lrt::rdf::Value> values;    ///< written by write_value: must conform
-  std::vector<const char*> good, bad;     ///< triples about <focus>; those of test::Pose and test::Task as pose:name and task:name
+  std::vector<lrt::rdf::Value> values;  ///< written by write_value: must conform
+  std::vector<const char*> good, bad;   ///< triples about <focus>; those of test::Pose and test::Task as pose:name and task:name
 };
 
 std::vector<Table> tables() {
@@ -82,10 +83,17 @@ std::vector<Table> tables() {
   test::Pose pose{1.5, 90.f, "arm", {1, -5, 1}};
   test::Pose bare{-2, 0.f, std::nullopt, {}};
   return {
-      {"bool", &traits<bool>::type(), {}, {value(true), value(false)},
+      {"bool",
+       &traits<bool>::type(),
+       {},
+       {value(true), value(false)},
        {"<focus> rdf:value true", "<focus> rdf:value \"1\"^^xsd:boolean ; ex:more 1"},
-       {"<focus> ex:p 1", "<focus> rdf:value 1", "<focus> rdf:value \"yes\"^^xsd:boolean", "<focus> rdf:value true, false", "<focus> rdf:value \"true\"", "<focus> rdf:value ex:true"}},
-      {"float with unit and range", &traits<float>::type(), Facets().unit(unit::degree).at_least(0).below(360), {V(43.6f), V(0.0), V(359.99f)},
+       {"<focus> ex:p 1", "<focus> rdf:value 1", "<focus> rdf:value \"yes\"^^xsd:boolean", "<focus> rdf:value true, false",
+        "<focus> rdf:value \"true\"", "<focus> rdf:value ex:true"}},
+      {"float with unit and range",
+       &traits<float>::type(),
+       Facets().unit(unit::degree).at_least(0).below(360),
+       {V(43.6f), V(0.0), V(359.99f)},
        {"<focus> vom:numericalValue \"43.6\"^^xsd:float ; vom:unit maths:Degree", "<focus> vom:numericalValue 43.6 ; qudt:hasUnit unit:DEG",
         "<focus> vom:numericalValue 43 ; qudt:hasUnit unit:DEG ; vom:unit maths:Degree", "<focus> vom:numericalValue 4.36e1 ; vom:unit maths:Degree",
         "<focus> vom:numericalValue \"7\"^^xsd:unsignedByte ; vom:unit maths:Degree"},
@@ -94,77 +102,174 @@ std::vector<Table> tables() {
         "<focus> vom:numericalValue 1, 2 ; vom:unit maths:Degree", "<focus> vom:numericalValue 1", "<focus> vom:unit maths:Degree",
         "<focus> vom:numericalValue 1 ; vom:unit maths:Radian", "<focus> vom:numericalValue 1 ; vom:unit maths:Degree ; qudt:hasUnit unit:RAD",
         "<focus> vom:numericalValue 1 ; vom:unit maths:Degree, maths:Radian", "<focus> vom:numericalValue \"NaN\"^^xsd:float ; vom:unit maths:Degree",
-        "<focus> vom:numericalValue \"300\"^^xsd:byte ; vom:unit maths:Degree", "<focus> vom:numericalValue true ; vom:unit maths:Degree", "<focus> ex:p 1"}},
-      {"double without facets", &traits<double>::type(), {}, {V(0.0), V(-1e308), V(5e-324), V(std::numeric_limits<double>::max())},
+        "<focus> vom:numericalValue \"300\"^^xsd:byte ; vom:unit maths:Degree", "<focus> vom:numericalValue true ; vom:unit maths:Degree",
+        "<focus> ex:p 1"}},
+      {"double without facets",
+       &traits<double>::type(),
+       {},
+       {V(0.0), V(-1e308), V(5e-324), V(std::numeric_limits<double>::max())},
        {"<focus> vom:numericalValue 1e308", "<focus> vom:numericalValue 12345678901234567890123456789", "<focus> vom:numericalValue -0.0"},
-       {"<focus> vom:numericalValue \"INF\"^^xsd:double", "<focus> vom:numericalValue \"-INF\"^^xsd:float", "<focus> vom:numericalValue \"NaN\"^^xsd:double",
-        "<focus> rdf:value 1.0", "<focus> vom:numericalValue ex:a", "<focus> vom:numericalValue \"1\"^^ex:number"}},
-      {"float without facets", &traits<float>::type(), {}, {V(1.0), V(static_cast<double>(std::numeric_limits<float>::max())), V(static_cast<double>(-std::numeric_limits<float>::max()))},
+       {"<focus> vom:numericalValue \"INF\"^^xsd:double", "<focus> vom:numericalValue \"-INF\"^^xsd:float",
+        "<focus> vom:numericalValue \"NaN\"^^xsd:double", "<focus> rdf:value 1.0", "<focus> vom:numericalValue ex:a",
+        "<focus> vom:numericalValue \"1\"^^ex:number"}},
+      {"float without facets",
+       &traits<float>::type(),
+       {},
+       {V(1.0), V(static_cast<double>(std::numeric_limits<float>::max())), V(static_cast<double>(-std::numeric_limits<float>::max()))},
        {"<focus> vom:numericalValue 3.4e38", "<focus> vom:numericalValue 1e-60"},
        {"<focus> vom:numericalValue 3.5e38", "<focus> vom:numericalValue -1e39", "<focus> vom:numericalValue \"INF\"^^xsd:float"}},
-      {"double that may be infinite", &traits<double>::type(), Facets().allow_non_finite().at_most(10), {V(infinity), V(-infinity), V(std::nan("")), V(10.0)},
-       {"<focus> vom:numericalValue \"INF\"^^xsd:float", "<focus> vom:numericalValue \"+INF\"^^xsd:double", "<focus> vom:numericalValue \"NaN\"^^xsd:double", "<focus> vom:numericalValue 9"},
-       {"<focus> vom:numericalValue 11", "<focus> vom:numericalValue 1e400", "<focus> vom:numericalValue \"INF\"^^xsd:decimal", "<focus> vom:numericalValue \"INF\"", "<focus> ex:p 1"}},
-      {"double above, with a unit of one name", &traits<double>::type(), Facets().unit(unit::metre).above(0.5), {V(0.75)},
+      {"double that may be infinite",
+       &traits<double>::type(),
+       Facets().allow_non_finite().at_most(10),
+       {V(infinity), V(-infinity), V(std::nan("")), V(10.0)},
+       {"<focus> vom:numericalValue \"INF\"^^xsd:float", "<focus> vom:numericalValue \"+INF\"^^xsd:double",
+        "<focus> vom:numericalValue \"NaN\"^^xsd:double", "<focus> vom:numericalValue 9"},
+       {"<focus> vom:numericalValue 11", "<focus> vom:numericalValue 1e400", "<focus> vom:numericalValue \"INF\"^^xsd:decimal",
+        "<focus> vom:numericalValue \"INF\"", "<focus> ex:p 1"}},
+      {"double above, with a unit of one name",
+       &traits<double>::type(),
+       Facets().unit(unit::metre).above(0.5),
+       {V(0.75)},
        {"<focus> vom:numericalValue 0.51 ; qudt:hasUnit unit:M"},
-       {"<focus> vom:numericalValue 0.5 ; qudt:hasUnit unit:M", "<focus> vom:numericalValue 1", "<focus> vom:numericalValue 1 ; qudt:hasUnit unit:MilliM", "<focus> vom:numericalValue 1 ; qudt:hasUnit unit:M ; vom:unit maths:Metre"}},
-      {"int8", &traits<std::int8_t>::type(), {}, {value(std::int8_t{-128}), value(std::int8_t{127})},
+       {"<focus> vom:numericalValue 0.5 ; qudt:hasUnit unit:M", "<focus> vom:numericalValue 1",
+        "<focus> vom:numericalValue 1 ; qudt:hasUnit unit:MilliM", "<focus> vom:numericalValue 1 ; qudt:hasUnit unit:M ; vom:unit maths:Metre"}},
+      {"int8",
+       &traits<std::int8_t>::type(),
+       {},
+       {value(std::int8_t{-128}), value(std::int8_t{127})},
        {"<focus> vom:numericalValue 5", "<focus> vom:numericalValue \"5\"^^xsd:long", "<focus> vom:numericalValue \"+005\"^^xsd:positiveInteger"},
-       {"<focus> vom:numericalValue 128", "<focus> vom:numericalValue -129", "<focus> vom:numericalValue 5.0", "<focus> vom:numericalValue 5e0", "<focus> vom:numericalValue \"5\"", "<focus> vom:numericalValue \"-1\"^^xsd:unsignedInt", "<focus> vom:numericalValue 1, 2"}},
-      {"uint64", &traits<std::uint64_t>::type(), {}, {value(std::numeric_limits<std::uint64_t>::max()), value(std::uint64_t{0})},
+       {"<focus> vom:numericalValue 128", "<focus> vom:numericalValue -129", "<focus> vom:numericalValue 5.0", "<focus> vom:numericalValue 5e0",
+        "<focus> vom:numericalValue \"5\"", "<focus> vom:numericalValue \"-1\"^^xsd:unsignedInt", "<focus> vom:numericalValue 1, 2"}},
+      {"uint64",
+       &traits<std::uint64_t>::type(),
+       {},
+       {value(std::numeric_limits<std::uint64_t>::max()), value(std::uint64_t{0})},
        {"<focus> vom:numericalValue 18446744073709551615", "<focus> vom:numericalValue \"-0\"^^xsd:integer"},
        {"<focus> vom:numericalValue 18446744073709551616", "<focus> vom:numericalValue -1"}},
-      {"int64 with bounds", &traits<std::int64_t>::type(), Facets().at_least(-9.5).below(9007199254740994.0), {value(std::int64_t{-9}), value(std::int64_t{9007199254740993})},
-       {"<focus> vom:numericalValue 9007199254740993"}, {"<focus> vom:numericalValue 9007199254740994", "<focus> vom:numericalValue -10"}},
-      {"int16 with a bound beyond the type", &traits<std::int16_t>::type(), Facets().at_most(1e9), {value(std::int16_t{32767})}, {}, {"<focus> vom:numericalValue 32768", "<focus> vom:numericalValue -32769"}},
-      {"text", &traits<std::string>::type(), Facets().length(2, 4), {value(std::string("äöüß")), value(std::string("ab"))}, {"<focus> rdf:value \"abc\""},
-       {"<focus> rdf:value \"a\"", "<focus> rdf:value \"äöüßx\"", "<focus> rdf:value \"abc\"@en", "<focus> rdf:value 123", "<focus> rdf:value ex:abc"}},
-      {"enumeration", &traits<test::Mode>::type(), {}, {value(test::Mode::slow), value(test::Mode::fast)}, {}, {"<focus> rdf:value \"medium\"", "<focus> rdf:value \"slow\"@en", "<focus> rdf:value ex:slow", "<focus> rdf:value \"slow\", \"fast\"", "<focus> ex:p 1"}},
-      {"duration", &traits<std::chrono::nanoseconds>::type(), {}, {value(std::chrono::nanoseconds(1'500'000'000)), value(std::chrono::nanoseconds(-1))},
+      {"int64 with bounds",
+       &traits<std::int64_t>::type(),
+       Facets().at_least(-9.5).below(9007199254740994.0),
+       {value(std::int64_t{-9}), value(std::int64_t{9007199254740993})},
+       {"<focus> vom:numericalValue 9007199254740993"},
+       {"<focus> vom:numericalValue 9007199254740994", "<focus> vom:numericalValue -10"}},
+      {"int16 with a bound beyond the type",
+       &traits<std::int16_t>::type(),
+       Facets().at_most(1e9),
+       {value(std::int16_t{32767})},
+       {},
+       {"<focus> vom:numericalValue 32768", "<focus> vom:numericalValue -32769"}},
+      {"text",
+       &traits<std::string>::type(),
+       Facets().length(2, 4),
+       {value(std::string("äöüß")), value(std::string("ab"))},
+       {"<focus> rdf:value \"abc\""},
+       {"<focus> rdf:value \"a\"", "<focus> rdf:value \"äöüßx\"", "<focus> rdf:value \"abc\"@en", "<focus> rdf:value 123",
+        "<focus> rdf:value ex:abc"}},
+      {"enumeration",
+       &traits<test::Mode>::type(),
+       {},
+       {value(test::Mode::slow), value(test::Mode::fast)},
+       {},
+       {"<focus> rdf:value \"medium\"", "<focus> rdf:value \"slow\"@en", "<focus> rdf:value ex:slow", "<focus> rdf:value \"slow\", \"fast\"",
+        "<focus> ex:p 1"}},
+      {"duration",
+       &traits<std::chrono::nanoseconds>::type(),
+       {},
+       {value(std::chrono::nanoseconds(1'500'000'000)), value(std::chrono::nanoseconds(-1))},
        {"<focus> rdf:value \"PT90M\"^^xsd:dayTimeDuration", "<focus> rdf:value \"P1DT1M\"^^xsd:duration"},
-       {"<focus> rdf:value \"P1M\"^^xsd:duration", "<focus> rdf:value \"P1Y\"^^xsd:yearMonthDuration", "<focus> rdf:value \"1.5\"^^xsd:dayTimeDuration", "<focus> rdf:value \"PT1S\""}},
-      {"instant", &traits<std::chrono::system_clock::time_point>::type(), {}, {value(std::chrono::system_clock::time_point(std::chrono::seconds(1'700'000'000)))},
+       {"<focus> rdf:value \"P1M\"^^xsd:duration", "<focus> rdf:value \"P1Y\"^^xsd:yearMonthDuration",
+        "<focus> rdf:value \"1.5\"^^xsd:dayTimeDuration", "<focus> rdf:value \"PT1S\""}},
+      {"instant",
+       &traits<std::chrono::system_clock::time_point>::type(),
+       {},
+       {value(std::chrono::system_clock::time_point(std::chrono::seconds(1'700'000'000)))},
        {"<focus> rdf:value \"2024-02-29T12:00:00.5+05:30\"^^xsd:dateTime"},
-       {"<focus> rdf:value \"2024-02-29T12:00:00\"^^xsd:dateTime", "<focus> rdf:value \"2023-02-29T12:00:00Z\"^^xsd:dateTime", "<focus> rdf:value \"2024-02-29\"^^xsd:date", "<focus> rdf:value \"9999-01-01T00:00:00Z\"^^xsd:dateTime", "<focus> rdf:value \"1000-01-01T00:00:00Z\"^^xsd:dateTime"}},
-      {"array", &traits<std::array<double, 3>>::type(), Facets().at_most(10), {value(std::array<double, 3>{1, 1, 1})},
+       {"<focus> rdf:value \"2024-02-29T12:00:00\"^^xsd:dateTime", "<focus> rdf:value \"2023-02-29T12:00:00Z\"^^xsd:dateTime",
+        "<focus> rdf:value \"2024-02-29\"^^xsd:date", "<focus> rdf:value \"9999-01-01T00:00:00Z\"^^xsd:dateTime",
+        "<focus> rdf:value \"1000-01-01T00:00:00Z\"^^xsd:dateTime"}},
+      {"array",
+       &traits<std::array<double, 3>>::type(),
+       Facets().at_most(10),
+       {value(std::array<double, 3>{1, 1, 1})},
        {"<focus> rdf:value ( 1 2.5 1e0 )"},
-       {"<focus> rdf:value ( 1 2 )", "<focus> rdf:value ( 1 2 3 4 )", "<focus> rdf:value ( 1 2 11 )", "<focus> rdf:value ( 1 2 \"x\" )", "<focus> rdf:value ()", "<focus> rdf:value 1",
-        "<focus> rdf:value [ rdf:first 1 ; rdf:rest [ rdf:first 2 ; rdf:rest [ rdf:first 3 ] ] ]", "<focus> rdf:value [ rdf:first 1, 2 ; rdf:rest ( 2 3 ) ]", "<focus> rdf:value _:l . _:l rdf:first 1 ; rdf:rest _:l",
-        "<focus> rdf:value [ rdf:first 1 ; rdf:rest ( 2 3 ), ( 4 5 ) ]", "<focus> rdf:value [ rdf:rest ( 2 3 ) ]", "<focus> rdf:value ( 1 2 3 ), ( 1 2 3 )"}},
-      {"vector with unit", &traits<std::vector<float>>::type(), Facets().unit(unit::radian), {value(std::vector<float>{}), value(std::vector<float>{1, 2, 1})},
+       {"<focus> rdf:value ( 1 2 )", "<focus> rdf:value ( 1 2 3 4 )", "<focus> rdf:value ( 1 2 11 )", "<focus> rdf:value ( 1 2 \"x\" )",
+        "<focus> rdf:value ()", "<focus> rdf:value 1", "<focus> rdf:value [ rdf:first 1 ; rdf:rest [ rdf:first 2 ; rdf:rest [ rdf:first 3 ] ] ]",
+        "<focus> rdf:value [ rdf:first 1, 2 ; rdf:rest ( 2 3 ) ]", "<focus> rdf:value _:l . _:l rdf:first 1 ; rdf:rest _:l",
+        "<focus> rdf:value [ rdf:first 1 ; rdf:rest ( 2 3 ), ( 4 5 ) ]", "<focus> rdf:value [ rdf:rest ( 2 3 ) ]",
+        "<focus> rdf:value ( 1 2 3 ), ( 1 2 3 )"}},
+      {"vector with unit",
+       &traits<std::vector<float>>::type(),
+       Facets().unit(unit::radian),
+       {value(std::vector<float>{}), value(std::vector<float>{1, 2, 1})},
        {"<focus> rdf:value ( [ vom:numericalValue 1 ; vom:unit maths:Radian ] )", "<focus> rdf:value ()"},
-       {"<focus> rdf:value ( 1 )", "<focus> rdf:value ( [ vom:numericalValue 1 ] )", "<focus> rdf:value ( [ vom:numericalValue 1 ; vom:unit maths:Degree ] )", "<focus> rdf:value ( [ vom:unit maths:Radian ] )", "<focus> rdf:value \"x\"", "<focus> ex:p 1"}},
-      {"optional text", &traits<std::optional<std::string>>::type(), {}, {V(), value(std::string("x"))}, {"<focus> ex:p 1", "<focus> rdf:value \"x\""}, {"<focus> rdf:value 1", "<focus> rdf:value \"x\", \"y\""}},
-      {"optional number", &traits<std::optional<double>>::type(), Facets().unit(unit::radian), {V(), V(1.0)}, {"<focus> ex:p 1", "<focus> vom:unit maths:Degree", "<focus> vom:numericalValue 1 ; vom:unit maths:Radian"},
-       {"<focus> vom:numericalValue 1 ; vom:unit maths:Degree", "<focus> vom:numericalValue 1", "<focus> vom:numericalValue \"x\" ; vom:unit maths:Radian"}},
-      {"record", &traits<test::Pose>::type(), {}, {value(pose), value(bare)},
+       {"<focus> rdf:value ( 1 )", "<focus> rdf:value ( [ vom:numericalValue 1 ] )",
+        "<focus> rdf:value ( [ vom:numericalValue 1 ; vom:unit maths:Degree ] )", "<focus> rdf:value ( [ vom:unit maths:Radian ] )",
+        "<focus> rdf:value \"x\"", "<focus> ex:p 1"}},
+      {"optional text",
+       &traits<std::optional<std::string>>::type(),
+       {},
+       {V(), value(std::string("x"))},
+       {"<focus> ex:p 1", "<focus> rdf:value \"x\""},
+       {"<focus> rdf:value 1", "<focus> rdf:value \"x\", \"y\""}},
+      {"optional number",
+       &traits<std::optional<double>>::type(),
+       Facets().unit(unit::radian),
+       {V(), V(1.0)},
+       {"<focus> ex:p 1", "<focus> vom:unit maths:Degree", "<focus> vom:numericalValue 1 ; vom:unit maths:Radian"},
+       {"<focus> vom:numericalValue 1 ; vom:unit maths:Degree", "<focus> vom:numericalValue 1",
+        "<focus> vom:numericalValue \"x\" ; vom:unit maths:Radian"}},
+      {"record",
+       &traits<test::Pose>::type(),
+       {},
+       {value(pose), value(bare)},
        {"<focus> ex:x 1 ; pose:angle [ vom:numericalValue 5 ; vom:unit maths:Degree ] ; pose:tags ()",
-        "<focus> ex:x 1.5 ; pose:angle ex:node ; pose:tags ( 1 \"-5\"^^xsd:byte ) ; pose:frame \"abc\" . ex:node vom:numericalValue 5 ; qudt:hasUnit unit:DEG"},
+        "<focus> ex:x 1.5 ; pose:angle ex:node ; pose:tags ( 1 \"-5\"^^xsd:byte ) ; pose:frame \"abc\" . ex:node vom:numericalValue 5 ; qudt:hasUnit "
+        "unit:DEG"},
        {"<focus> pose:angle [ vom:numericalValue 5 ; vom:unit maths:Degree ] ; pose:tags ()", "<focus> ex:x 1 ; pose:angle 5 ; pose:tags ()",
-        "<focus> ex:x 1 ; pose:angle [ vom:numericalValue 360 ; vom:unit maths:Degree ] ; pose:tags ()", "<focus> ex:x 1 ; pose:angle [ vom:numericalValue 5 ; vom:unit maths:Degree ]",
-        "<focus> ex:x 1 ; pose:angle [ vom:numericalValue 5 ; vom:unit maths:Degree ] ; pose:tags ( -6 )", "<focus> ex:x 1 ; pose:angle [ vom:numericalValue 5 ; vom:unit maths:Degree ] ; pose:tags () ; pose:frame \"\"",
+        "<focus> ex:x 1 ; pose:angle [ vom:numericalValue 360 ; vom:unit maths:Degree ] ; pose:tags ()",
+        "<focus> ex:x 1 ; pose:angle [ vom:numericalValue 5 ; vom:unit maths:Degree ]",
+        "<focus> ex:x 1 ; pose:angle [ vom:numericalValue 5 ; vom:unit maths:Degree ] ; pose:tags ( -6 )",
+        "<focus> ex:x 1 ; pose:angle [ vom:numericalValue 5 ; vom:unit maths:Degree ] ; pose:tags () ; pose:frame \"\"",
         "<focus> ex:x 1 ; pose:angle [ vom:numericalValue 5 ; vom:unit maths:Degree ] ; pose:tags () ; pose:frame \"ab\", \"cd\"",
         "<focus> ex:x \"far\" ; pose:angle [ vom:numericalValue 5 ; vom:unit maths:Degree ] ; pose:tags ()"}},
-      {"optional record", &traits<std::optional<test::Pose>>::type(), {}, {V(), value(pose)},
+      {"optional record",
+       &traits<std::optional<test::Pose>>::type(),
+       {},
+       {V(), value(pose)},
        {"<focus> ex:more 1", "<focus> ex:x 1 ; pose:angle [ vom:numericalValue 5 ; vom:unit maths:Degree ] ; pose:tags ()"},
-       {"<focus> ex:x 1", "<focus> pose:tags ()", "<focus> ex:x \"far\" ; pose:angle [ vom:numericalValue 5 ; vom:unit maths:Degree ] ; pose:tags ()"}},
-      {"map", &traits<std::map<std::string, int>>::type(), Facets().at_most(9), {value(std::map<std::string, int>{}), value(std::map<std::string, int>{{"a", 1}, {"b", -2}})},
+       {"<focus> ex:x 1", "<focus> pose:tags ()",
+        "<focus> ex:x \"far\" ; pose:angle [ vom:numericalValue 5 ; vom:unit maths:Degree ] ; pose:tags ()"}},
+      {"map",
+       &traits<std::map<std::string, int>>::type(),
+       Facets().at_most(9),
+       {value(std::map<std::string, int>{}), value(std::map<std::string, int>{{"a", 1}, {"b", -2}})},
        {"<focus> rdf:value ()", "<focus> rdf:value ( [ <http://schema.org/name> \"a\" ; <http://schema.org/value> 1 ] )"},
        {"<focus> ex:p 1", "<focus> rdf:value 1", "<focus> rdf:value ( 1 )", "<focus> rdf:value ( [ <http://schema.org/name> \"a\" ] )",
         "<focus> rdf:value ( [ <http://schema.org/value> 1 ] )", "<focus> rdf:value ( [ <http://schema.org/name> 1 ; <http://schema.org/value> 1 ] )",
         "<focus> rdf:value ( [ <http://schema.org/name> \"a\", \"b\" ; <http://schema.org/value> 1 ] )",
         "<focus> rdf:value ( [ <http://schema.org/name> \"a\" ; <http://schema.org/value> 10 ] )",
         "<focus> rdf:value ( [ <http://schema.org/name> \"a\" ; <http://schema.org/value> 1, 2 ] )"}},
-      {"map with unit", &traits<std::map<std::string, double>>::type(), Facets().unit(unit::radian), {value(std::map<std::string, double>{{"a", 1}})},
+      {"map with unit",
+       &traits<std::map<std::string, double>>::type(),
+       Facets().unit(unit::radian),
+       {value(std::map<std::string, double>{{"a", 1}})},
        {"<focus> rdf:value ( [ <http://schema.org/name> \"a\" ; <http://schema.org/value> [ vom:numericalValue 1 ; vom:unit maths:Radian ] ] )"},
        {"<focus> rdf:value ( [ <http://schema.org/name> \"a\" ; <http://schema.org/value> 1 ] )"}},
-      {"record in record", &traits<test::Task>::type(), {}, {value(test::Task{test::Mode::fast, pose, {1, 2}, {bare, pose, bare}})},
-       {"<focus> task:mode \"slow\" ; task:pose [ ex:x 1 ; pose:angle [ vom:numericalValue 5 ; vom:unit maths:Degree ] ; pose:tags () ] ; task:way () ; "
+      {"record in record",
+       &traits<test::Task>::type(),
+       {},
+       {value(test::Task{test::Mode::fast, pose, {1, 2}, {bare, pose, bare}})},
+       {"<focus> task:mode \"slow\" ; task:pose [ ex:x 1 ; pose:angle [ vom:numericalValue 5 ; vom:unit maths:Degree ] ; pose:tags () ] ; task:way "
+        "() ; "
         "task:range ( [ vom:numericalValue 1 ; qudt:hasUnit unit:M ] [ vom:numericalValue 1 ; qudt:hasUnit unit:M ] )"},
-       {"<focus> task:mode \"slow\" ; task:pose \"here\" ; task:way () ; task:range ( [ vom:numericalValue 1 ; qudt:hasUnit unit:M ] [ vom:numericalValue 2 ; qudt:hasUnit unit:M ] )",
-        "<focus> task:mode \"slow\" ; task:pose [ ex:x 1 ; pose:tags () ] ; task:way () ; task:range ( [ vom:numericalValue 1 ; qudt:hasUnit unit:M ] [ vom:numericalValue 2 ; qudt:hasUnit unit:M ] )",
-        "<focus> task:mode \"slow\" ; task:pose [ ex:x 1 ; pose:angle [ vom:numericalValue 5 ; vom:unit maths:Degree ] ; pose:tags () ] ; task:way ( [ ex:x 1 ] ) ; task:range ( [ vom:numericalValue 1 ; qudt:hasUnit unit:M ] [ vom:numericalValue 2 ; qudt:hasUnit unit:M ] )",
-        "<focus> task:mode \"slow\" ; task:pose [ ex:x 1 ; pose:angle [ vom:numericalValue 5 ; vom:unit maths:Degree ] ; pose:tags () ] ; task:way () ; task:range ( 1 2 )"}},
+       {"<focus> task:mode \"slow\" ; task:pose \"here\" ; task:way () ; task:range ( [ vom:numericalValue 1 ; qudt:hasUnit unit:M ] [ "
+        "vom:numericalValue 2 ; qudt:hasUnit unit:M ] )",
+        "<focus> task:mode \"slow\" ; task:pose [ ex:x 1 ; pose:tags () ] ; task:way () ; task:range ( [ vom:numericalValue 1 ; qudt:hasUnit unit:M "
+        "] [ vom:numericalValue 2 ; qudt:hasUnit unit:M ] )",
+        "<focus> task:mode \"slow\" ; task:pose [ ex:x 1 ; pose:angle [ vom:numericalValue 5 ; vom:unit maths:Degree ] ; pose:tags () ] ; task:way ( "
+        "[ ex:x 1 ] ) ; task:range ( [ vom:numericalValue 1 ; qudt:hasUnit unit:M ] [ vom:numericalValue 2 ; qudt:hasUnit unit:M ] )",
+        "<focus> task:mode \"slow\" ; task:pose [ ex:x 1 ; pose:angle [ vom:numericalValue 5 ; vom:unit maths:Degree ] ; pose:tags () ] ; task:way "
+        "() ; task:range ( 1 2 )"}},
   };
 }
 
@@ -229,7 +334,9 @@ TEST_CASE("read_value and the derived shape accept and refuse the same", "[shacl
   for (const Table& t : tables()) {
     DYNAMIC_SECTION(t.name) {
       const auto shapes = shape_of(*t.type, t.facets);
-      const auto graph = [](const char* triples) { return shacl_test::parse("@prefix pose: <" + names + "Pose/> . @prefix task: <" + names + "Task/> . " + triples + " ."); };
+      const auto graph = [](const char* triples) {
+        return shacl_test::parse("@prefix pose: <" + names + "Pose/> . @prefix task: <" + names + "Task/> . " + triples + " .");
+      };
       for (const char* triples : t.good) {
         INFO(triples);
         const Graph body = completed(graph(triples), *t.type, t.facets);
@@ -303,7 +410,8 @@ TEST_CASE("a shape has only the bounds that were given, and one datatype", "[sha
     const Graph graph = triples_of(*type, {});
     CHECK(counts(graph, lrt::vocab::sh::datatype) == 1);
     CHECK(counts(graph, lrt::vocab::sh::or_) == 0);
-    for (const lrt::Iri bound : {lrt::vocab::sh::minInclusive, lrt::vocab::sh::maxInclusive, lrt::vocab::sh::minExclusive, lrt::vocab::sh::maxExclusive})
+    for (const lrt::Iri bound :
+         {lrt::vocab::sh::minInclusive, lrt::vocab::sh::maxInclusive, lrt::vocab::sh::minExclusive, lrt::vocab::sh::maxExclusive})
       CHECK(counts(graph, bound) == 0);
   }
   CHECK(counts(triples_of(traits<double>::type(), Facets().between(0, 1)), lrt::vocab::sh::pattern) == 0);

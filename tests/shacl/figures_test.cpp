@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/shacl/validator.hpp>
 
 #include "tests/shacl/support.hpp"
@@ -51,8 +52,7 @@ const char* const figure_5a = R"(
 Lines rotate(const std::string& body) {
   const std::string target = "http://example.org/baxter/right_s1/actions/rotate";
   const auto shapes = shacl_test::compile(figure_5a);
-  const auto report =
-      lrt::shacl::validate(shapes, shacl_test::parse(body, target), lrt::rdf::iri(target), lrt::rdf::iri(target + "#input"));
+  const auto report = lrt::shacl::validate(shapes, shacl_test::parse(body, target), lrt::rdf::iri(target), lrt::rdf::iri(target + "#input"));
   REQUIRE(report);
   Lines found;
   for (const auto& r : report->results()) {
@@ -77,8 +77,7 @@ TEST_CASE("a joint without the properties that Figure 2a requires does not confo
     return shacl_test::lines(figure_2a, changed);
   };
   const std::string joint = "http://example.org/baxter/right_s1 ";
-  CHECK(without("<right_upper_shoulder> a ros:Link .") ==
-        Lines{joint + "ros:preceedingLink http://example.org/baxter/right_upper_shoulder Class"});
+  CHECK(without("<right_upper_shoulder> a ros:Link .") == Lines{joint + "ros:preceedingLink http://example.org/baxter/right_upper_shoulder Class"});
   CHECK(without("ros:rotation <right_s1/rotation> ;") == Lines{joint + "ros:rotation - MinCount"});
   CHECK(without("spatial:AxisAngle , ") == Lines{joint + "ros:rotation http://example.org/baxter/right_s1/rotation Node"});
   CHECK(without(", hybrit:Property .\n<right_upper_shoulder> a ros:Link") ==
@@ -89,19 +88,14 @@ TEST_CASE("a joint without the properties that Figure 2a requires does not confo
 TEST_CASE("Figure 5b conforms to the input shape of Figure 5a, and other inputs are refused for the right reason", "[shacl][R1.11]") {
   CHECK(rotate("<> a maths:Scalar ; vom:numericalValue \"43.6\"^^xsd:float ; vom:unit maths:Degree .").empty());
   CHECK(rotate("<> vom:numericalValue \"0\"^^xsd:float ; vom:unit maths:Degree ; ros:friction 1 .").empty());
-  CHECK(rotate("<> vom:numericalValue \"360\"^^xsd:float ; vom:unit maths:Degree .") ==
-        Lines{"vom:numericalValue \"360\" MaxExclusive"});
-  CHECK(rotate("<> vom:numericalValue \"-1\"^^xsd:float ; vom:unit maths:Degree .") ==
-        Lines{"vom:numericalValue \"-1\" MinInclusive"});
+  CHECK(rotate("<> vom:numericalValue \"360\"^^xsd:float ; vom:unit maths:Degree .") == Lines{"vom:numericalValue \"360\" MaxExclusive"});
+  CHECK(rotate("<> vom:numericalValue \"-1\"^^xsd:float ; vom:unit maths:Degree .") == Lines{"vom:numericalValue \"-1\" MinInclusive"});
   CHECK(rotate("<> vom:numericalValue \"fast\"^^xsd:float ; vom:unit maths:Degree .") ==
-        Lines{"vom:numericalValue \"fast\" Datatype", "vom:numericalValue \"fast\" MaxExclusive",
-              "vom:numericalValue \"fast\" MinInclusive"});
+        Lines{"vom:numericalValue \"fast\" Datatype", "vom:numericalValue \"fast\" MaxExclusive", "vom:numericalValue \"fast\" MinInclusive"});
   CHECK(rotate("<> vom:numericalValue 43.6 ; vom:unit maths:Degree .") == Lines{"vom:numericalValue \"43.6\" Datatype"});
-  CHECK(rotate("<> vom:numericalValue \"1\"^^xsd:float, \"2\"^^xsd:float ; vom:unit maths:Degree .") ==
-        Lines{"vom:numericalValue - MaxCount"});
+  CHECK(rotate("<> vom:numericalValue \"1\"^^xsd:float, \"2\"^^xsd:float ; vom:unit maths:Degree .") == Lines{"vom:numericalValue - MaxCount"});
   CHECK(rotate("<> vom:numericalValue \"43.6\"^^xsd:float .") == Lines{"vom:unit - HasValue", "vom:unit - MinCount"});
   CHECK(rotate("<> vom:numericalValue \"43.6\"^^xsd:float ; vom:unit maths:Radian .") == Lines{"vom:unit - HasValue"});
-  CHECK(rotate("<> vom:numericalValue \"43.6\"^^xsd:float ; vom:unit maths:Degree, maths:Radian .") ==
-        Lines{"vom:unit - MaxCount"});
+  CHECK(rotate("<> vom:numericalValue \"43.6\"^^xsd:float ; vom:unit maths:Degree, maths:Radian .") == Lines{"vom:unit - MaxCount"});
   CHECK(rotate("") == Lines{"vom:numericalValue - MinCount", "vom:unit - HasValue", "vom:unit - MinCount"});
 }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/shacl/shapes.hpp>
 
 #include "tests/shacl/support.hpp"
@@ -9,9 +10,9 @@ using lrt::shacl::CompileOptions;
 using lrt::shacl::Shapes;
 
 struct Case {
-  const char* rule;    ///< the syntax rule of SHACL, by its name there
+  const char* rule;  ///< the syntax rule of SHACL, by its name there
   const char* shapes;
-  const char* said;    ///< part of the message
+  const char* said;  ///< part of the message
 };
 
 const Case cases[] = {
@@ -21,7 +22,8 @@ const Case cases[] = {
     {"path-node: rdf:nil", "ex:S sh:property [ sh:path () ] .", "sh:path rdf:nil: expected a property path"},
     {"path-sequence: one member", "ex:S sh:property [ sh:path ( ex:p ) ] .", "at least two paths"},
     {"path-sequence: no list", "ex:S sh:property [ sh:path [ rdf:first ex:p ] ] .", "at least two paths"},
-    {"path-alternative: one member", "ex:S sh:property [ sh:path [ sh:alternativePath ( ex:p ) ] ] .", "sh:alternativePath with a list of at least two paths"},
+    {"path-alternative: one member", "ex:S sh:property [ sh:path [ sh:alternativePath ( ex:p ) ] ] .",
+     "sh:alternativePath with a list of at least two paths"},
     {"path: two forms at once", "ex:S sh:property [ sh:path [ sh:inversePath ex:p ; sh:zeroOrMorePath ex:q ] ] .", "exactly one triple"},
     {"path: none of the forms", "ex:S sh:property [ sh:path [ ex:p ex:q ] ] .", "expected a property path"},
     {"path: nothing at all", "ex:S sh:property [ sh:path [] ] .", "exactly one triple"},
@@ -75,10 +77,14 @@ const Case cases[] = {
     {"and-node", "ex:S sh:and ex:T .", "expected a well-formed RDF list of shapes"},
     {"or-members-node", "ex:S sh:or ( [ sh:class ex:C ] 1 ) .", "expected a list of shapes"},
     {"xone-node: an endless list", "ex:S sh:xone _:l . _:l rdf:first ex:T ; rdf:rest _:l .", "expected a well-formed RDF list of shapes"},
-    {"qualifiedValueShape-scope", "ex:S a sh:NodeShape ; sh:qualifiedValueShape [ sh:class ex:C ] ; sh:qualifiedMinCount 1 .", "in property shapes only"},
-    {"qualifiedMinCount-datatype", "ex:S sh:path ex:p ; sh:qualifiedValueShape [ sh:class ex:C ] ; sh:qualifiedMinCount \"1\" .", "expected an xsd:integer"},
-    {"qualifiedValueShape-multiple", "ex:S sh:path ex:p ; sh:qualifiedValueShape [ sh:class ex:C ], [ sh:class ex:D ] ; sh:qualifiedMinCount 1 .", "one value only"},
-    {"qualifiedValueShapesDisjoint-datatype", "ex:S sh:path ex:p ; sh:qualifiedValueShape [ sh:class ex:C ] ; sh:qualifiedValueShapesDisjoint 1 .", "expected an xsd:boolean"},
+    {"qualifiedValueShape-scope", "ex:S a sh:NodeShape ; sh:qualifiedValueShape [ sh:class ex:C ] ; sh:qualifiedMinCount 1 .",
+     "in property shapes only"},
+    {"qualifiedMinCount-datatype", "ex:S sh:path ex:p ; sh:qualifiedValueShape [ sh:class ex:C ] ; sh:qualifiedMinCount \"1\" .",
+     "expected an xsd:integer"},
+    {"qualifiedValueShape-multiple", "ex:S sh:path ex:p ; sh:qualifiedValueShape [ sh:class ex:C ], [ sh:class ex:D ] ; sh:qualifiedMinCount 1 .",
+     "one value only"},
+    {"qualifiedValueShapesDisjoint-datatype", "ex:S sh:path ex:p ; sh:qualifiedValueShape [ sh:class ex:C ] ; sh:qualifiedValueShapesDisjoint 1 .",
+     "expected an xsd:boolean"},
     {"closed-datatype", "ex:S sh:closed \"true\" .", "expected an xsd:boolean"},
     {"ignoredProperties-node", "ex:S sh:closed true ; sh:ignoredProperties ex:p .", "expected a well-formed RDF list"},
     {"ignoredProperties-members-nodeKind", "ex:S sh:closed true ; sh:ignoredProperties ( \"p\" ) .", "expected a list of IRIs"},
@@ -130,7 +136,8 @@ TEST_CASE("patterns and paths beyond the limits are refused when shapes are comp
 
   std::string doubling = "ex:S sh:property [ sh:path _:p0 ] .\n";  // small as a graph, 2^20 parts as a path
   for (int i = 0; i < 20; ++i)
-    doubling += "_:p" + std::to_string(i) + " rdf:first _:p" + std::to_string(i + 1) + " ; rdf:rest [ rdf:first _:p" + std::to_string(i + 1) + " ; rdf:rest () ] .\n";
+    doubling += "_:p" + std::to_string(i) + " rdf:first _:p" + std::to_string(i + 1) + " ; rdf:rest [ rdf:first _:p" + std::to_string(i + 1) +
+                " ; rdf:rest () ] .\n";
   doubling += "_:p20 sh:inversePath ex:p .";
   refused = Shapes::compile(shacl_test::parse(doubling));
   REQUIRE_FALSE(refused);
@@ -138,7 +145,8 @@ TEST_CASE("patterns and paths beyond the limits are refused when shapes are comp
 }
 
 TEST_CASE("a shapes graph is compiled once and lists its shapes", "[shacl]") {
-  const Shapes shapes = shacl_test::compile("ex:S a sh:NodeShape ; sh:property [ sh:path ex:p ; sh:minCount 1 ] ; rdfs:label \"S\" . ex:a ex:b ex:c .");
+  const Shapes shapes =
+      shacl_test::compile("ex:S a sh:NodeShape ; sh:property [ sh:path ex:p ; sh:minCount 1 ] ; rdfs:label \"S\" . ex:a ex:b ex:c .");
   CHECK(shapes.size() == 2);
   CHECK(shapes.contains(lrt::rdf::iri(shacl_test::ex + "S")));
   CHECK_FALSE(shapes.contains(lrt::rdf::iri(shacl_test::ex + "a")));

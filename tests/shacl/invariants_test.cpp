@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/shacl/validator.hpp>
 
 #include <cstdint>
@@ -59,8 +60,7 @@ class Generator {
   }
 
   std::string shape(std::size_t depth) {
-    return "[ " + (below(3) == 0 ? "sh:path " + any_path() + " ; " + constraints(depth, true) : constraints(depth, false)) +
-           " ]";
+    return "[ " + (below(3) == 0 ? "sh:path " + any_path() + " ; " + constraints(depth, true) : constraints(depth, false)) + " ]";
   }
   std::string node_shape(std::size_t depth) { return "[ " + constraints(depth, false) + " ]"; }
   std::string property_shape(std::size_t depth) { return "[ sh:path " + any_path() + " ; " + constraints(depth, true) + " ]"; }
@@ -119,8 +119,7 @@ class Generator {
   std::mt19937 random_;
 };
 
-constexpr const char* targets =
-    "sh:targetSubjectsOf ex:p ; sh:targetObjectsOf ex:q ; sh:targetClass ex:C ; sh:targetNode ex:a, 1 ; ";
+constexpr const char* targets = "sh:targetSubjectsOf ex:p ; sh:targetObjectsOf ex:q ; sh:targetClass ex:C ; sh:targetNode ex:a, 1 ; ";
 
 Graph relabelled(const Graph& graph) {
   Graph out;
@@ -159,8 +158,8 @@ TEST_CASE("labels of blank nodes, the order of triples and unrelated triples do 
   std::size_t judged = 0, violated = 0;
   for (std::uint32_t seed = 1; seed <= rounds; ++seed) {
     Generator generator(seed);
-    const std::string shapes_text = std::string("ex:S ") + targets + generator.constraints(0, false) + " ; sh:property " +
-                                    generator.property_shape(1) + " .";
+    const std::string shapes_text =
+        std::string("ex:S ") + targets + generator.constraints(0, false) + " ; sh:property " + generator.property_shape(1) + " .";
     const std::string data_text = generator.data();
     INFO("seed " << seed << "\n" << shapes_text << "\n" << data_text);
     const Graph shapes = shacl_test::parse(shapes_text), data = shacl_test::parse(data_text);
@@ -173,8 +172,7 @@ TEST_CASE("labels of blank nodes, the order of triples and unrelated triples do 
     CHECK(results(shuffled(shapes, seed), data) == expected);
     CHECK(results(shapes, shuffled(data, seed)) == expected);
     Graph more = data;
-    more.add(lrt::rdf::iri("http://example.org/unrelated"), lrt::rdf::iri("http://example.org/unrelated"),
-             lrt::rdf::literal("x"));
+    more.add(lrt::rdf::iri("http://example.org/unrelated"), lrt::rdf::iri("http://example.org/unrelated"), lrt::rdf::literal("x"));
     CHECK(results(shapes, more) == expected);
   }
   CHECK(judged == rounds);
@@ -194,8 +192,7 @@ TEST_CASE("sh:not of a shape holds exactly where the shape does not", "[shacl]")
     const Graph data = shacl_test::parse(data_text);
     for (const char* focus : {"a", "b", "c"}) {
       const auto conforms = [&](const char* shape) {
-        const auto report =
-            lrt::shacl::validate(shapes, data, lrt::rdf::iri(shacl_test::ex + focus), lrt::rdf::iri(shacl_test::ex + shape));
+        const auto report = lrt::shacl::validate(shapes, data, lrt::rdf::iri(shacl_test::ex + focus), lrt::rdf::iri(shacl_test::ex + shape));
         if (!report) FAIL(report.error().message);
         return report->conforms();
       };
@@ -215,8 +212,8 @@ TEST_CASE("sh:not of a shape holds exactly where the shape does not", "[shacl]")
 TEST_CASE("an incomplete report is the beginning of the complete one", "[shacl]") {
   for (std::uint32_t seed = 1; seed <= 50; ++seed) {
     Generator generator(seed + 20'000);
-    const std::string text = std::string("ex:S ") + targets + generator.constraints(0, false) + " ; sh:property " +
-                             generator.property_shape(1) + " .";
+    const std::string text =
+        std::string("ex:S ") + targets + generator.constraints(0, false) + " ; sh:property " + generator.property_shape(1) + " .";
     const Shapes shapes = shacl_test::compile(text);
     const Graph data = shacl_test::parse(generator.data());
     ValidateOptions options;
@@ -227,7 +224,6 @@ TEST_CASE("an incomplete report is the beginning of the complete one", "[shacl]"
     const auto cut = lrt::shacl::validate(shapes, data, options);
     REQUIRE(cut);
     REQUIRE(cut->results().size() == options.max_results);
-    for (std::size_t i = 0; i < cut->results().size(); ++i)
-      CHECK(shacl_test::line(cut->results()[i]) == shacl_test::line(whole->results()[i]));
+    for (std::size_t i = 0; i < cut->results().size(); ++i) CHECK(shacl_test::line(cut->results()[i]) == shacl_test::line(whole->results()[i]));
   }
 }

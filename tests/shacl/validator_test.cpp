@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/shacl/validator.hpp>
 
 #include <thread>
@@ -35,8 +36,7 @@ std::string chain(int n, const char* predicate) {
 }  // namespace
 
 TEST_CASE("one focus node is validated against one shape without regard to targets", "[shacl]") {
-  const Shapes shapes = compile(
-      "ex:S sh:targetNode ex:other ; sh:property [ sh:path ex:p ; sh:minCount 1 ] . ex:P sh:path ex:p ; sh:minCount 2 .");
+  const Shapes shapes = compile("ex:S sh:targetNode ex:other ; sh:property [ sh:path ex:p ; sh:minCount 1 ] . ex:P sh:path ex:p ; sh:minCount 2 .");
   const Graph data = parse("ex:a ex:p 1 . ex:b ex:q 1 .");
   const auto check = [&](const char* focus, const char* shape) {
     const auto report = lrt::shacl::validate(shapes, data, iri(ex + focus), iri(ex + shape));
@@ -53,12 +53,12 @@ TEST_CASE("one focus node is validated against one shape without regard to targe
 }
 
 TEST_CASE("a focus node that is in neither graph equals itself", "[shacl]") {
-  const Shapes shapes = compile(
-      "ex:S sh:property [ sh:path [ sh:zeroOrMorePath ex:p ] ; sh:maxCount 1 ; sh:equals ex:q ] ; sh:nodeKind sh:Literal .");
+  const Shapes shapes =
+      compile("ex:S sh:property [ sh:path [ sh:zeroOrMorePath ex:p ] ; sh:maxCount 1 ; sh:equals ex:q ] ; sh:nodeKind sh:Literal .");
   const auto report = lrt::shacl::validate(shapes, Graph(), iri("http://example.org/new"), iri(ex + "S"));
   REQUIRE(report);
-  CHECK(lines(*report) == Lines{"http://example.org/new - http://example.org/new NodeKind",
-                                "http://example.org/new ex:p* http://example.org/new Equals"});
+  CHECK(lines(*report) ==
+        Lines{"http://example.org/new - http://example.org/new NodeKind", "http://example.org/new ex:p* http://example.org/new Equals"});
 }
 
 TEST_CASE("validation against recursive shapes ends, and a node in progress conforms", "[shacl]") {
@@ -66,13 +66,10 @@ TEST_CASE("validation against recursive shapes ends, and a node in progress conf
       "ex:Tree sh:targetNode ex:n0 ; sh:property [ sh:path ex:child ; sh:node ex:Tree ] ; sh:property [ sh:path ex:name ; "
       "sh:maxCount 1 ] .");
   CHECK(lines(judged(tree, parse("ex:n0 ex:child ex:n1 . ex:n1 ex:child ex:n2 ; ex:name 1 ."))).empty());
-  CHECK(lines(judged(tree, parse("ex:n0 ex:child ex:n1 . ex:n1 ex:child ex:n2 . ex:n2 ex:name 1, 2 ."))) ==
-        Lines{"ex:n0 ex:child ex:n1 Node"});
+  CHECK(lines(judged(tree, parse("ex:n0 ex:child ex:n1 . ex:n1 ex:child ex:n2 . ex:n2 ex:name 1, 2 ."))) == Lines{"ex:n0 ex:child ex:n1 Node"});
   CHECK(lines(judged(tree, parse("ex:n0 ex:child ex:n1, ex:n0 . ex:n1 ex:child ex:n0 ."))).empty());
   CHECK(lines(judged(compile("ex:S sh:targetNode ex:a ; sh:not ex:S ."), parse("ex:a ex:p 1 ."))) == Lines{"ex:a - ex:a Not"});
-  CHECK(
-      lines(judged(compile("ex:S sh:targetNode ex:a ; sh:node ex:S ; sh:or ( ex:S ex:T ) . ex:T sh:and ( ex:S ) ."), parse("")))
-          .empty());
+  CHECK(lines(judged(compile("ex:S sh:targetNode ex:a ; sh:node ex:S ; sh:or ( ex:S ex:T ) . ex:T sh:and ( ex:S ) ."), parse(""))).empty());
 }
 
 TEST_CASE("a validation beyond the limits gives no report", "[shacl]") {
@@ -85,8 +82,7 @@ TEST_CASE("a validation beyond the limits gives no report", "[shacl]") {
   CHECK(deep.error().code == Errc::limit_exceeded);
   CHECK(deep.error().message == "the validation was not complete within max_depth = 20");
 
-  const Shapes star =
-      compile("ex:S sh:targetNode ex:n0 ; sh:property [ sh:path [ sh:zeroOrMorePath ex:p ] ; sh:minCount 1 ] .");
+  const Shapes star = compile("ex:S sh:targetNode ex:n0 ; sh:property [ sh:path [ sh:zeroOrMorePath ex:p ] ; sh:minCount 1 ] .");
   options = {};
   options.max_path_nodes = 50;
   CHECK(lrt::shacl::validate(star, parse(chain(50, "ex:p")), options));
@@ -134,8 +130,7 @@ TEST_CASE("a hostile pattern is given up soon, which is a violation with a messa
   REQUIRE(report.results().size() == 1);
   CHECK(std::string(report.results()[0].messages[0].view().text).find("stopped at its limit of work") != std::string::npos);
   CHECK(judged(shapes, parse("ex:a ex:p \"" + std::string(5000, 'a') + "\" .")).conforms());
-  CHECK(judged(compile("ex:S sh:targetObjectsOf ex:p ; sh:pattern \"^(a|b)*$\" ."),
-               parse("ex:a ex:p \"" + std::string(3000, 'b') + "\" ."))
+  CHECK(judged(compile("ex:S sh:targetObjectsOf ex:p ; sh:pattern \"^(a|b)*$\" ."), parse("ex:a ex:p \"" + std::string(3000, 'b') + "\" ."))
             .conforms());
 
   std::string many;
@@ -157,25 +152,22 @@ TEST_CASE("messages contain what was expected and what was found, or the shape's
       all += std::string(m.view().text) + (m.view().language.empty() ? "" : "@" + std::string(m.view().language)) + ";";
     return all;
   };
-  CHECK(message("ex:S sh:targetObjectsOf ex:p ; sh:datatype xsd:double .", "ex:a ex:p \"fast\" .") ==
-        "expected a number, found \"fast\";");
+  CHECK(message("ex:S sh:targetObjectsOf ex:p ; sh:datatype xsd:double .", "ex:a ex:p \"fast\" .") == "expected a number, found \"fast\";");
   CHECK(message("ex:S sh:targetObjectsOf ex:p ; sh:datatype xsd:double .", "ex:a ex:p \"fast\"^^xsd:double .") ==
         "expected a number, found \"fast\";");
-  CHECK(message("ex:S sh:targetObjectsOf ex:p ; sh:maxExclusive 360 .", "ex:a ex:p 360.0 .") ==
-        "expected less than 360, found 360.0;");
+  CHECK(message("ex:S sh:targetObjectsOf ex:p ; sh:maxExclusive 360 .", "ex:a ex:p 360.0 .") == "expected less than 360, found 360.0;");
   CHECK(message("ex:S sh:targetNode ex:a ; sh:property [ sh:path ex:q ; sh:minCount 1 ] .", "ex:a ex:p 1 .") ==
         "expected at least 1 value, found none;");
-  CHECK(message("ex:S sh:targetObjectsOf ex:p ; sh:or ( [ sh:datatype xsd:float ] [ sh:datatype xsd:double ] ) .",
-                "ex:a ex:p 1 .") == "expected one of xsd:float, xsd:double, found 1;");
+  CHECK(message("ex:S sh:targetObjectsOf ex:p ; sh:or ( [ sh:datatype xsd:float ] [ sh:datatype xsd:double ] ) .", "ex:a ex:p 1 .") ==
+        "expected one of xsd:float, xsd:double, found 1;");
   CHECK(message("ex:S sh:targetObjectsOf ex:p ; sh:in ( maths:Degree ) .", "ex:a ex:p maths:Radian .") ==
         "expected maths:Degree, found maths:Radian;");
-  CHECK(message("ex:S sh:targetObjectsOf ex:p ; sh:class ex:C ; sh:message \"too fast\"@en, \"zu schnell\"@de .",
-                "ex:a ex:p 1 .") == "too fast@en;zu schnell@de;");
+  CHECK(message("ex:S sh:targetObjectsOf ex:p ; sh:class ex:C ; sh:message \"too fast\"@en, \"zu schnell\"@de .", "ex:a ex:p 1 .") ==
+        "too fast@en;zu schnell@de;");
   // Long text is cut at a character, so that the report can be written.
   std::string euro;
   for (int i = 0; i < 50; ++i) euro += "€";
-  const Report report =
-      judged(compile("ex:S sh:targetObjectsOf ex:p ; sh:maxLength 3 ."), parse("ex:a ex:p \"" + euro + "\" ."));
+  const Report report = judged(compile("ex:S sh:targetObjectsOf ex:p ; sh:maxLength 3 ."), parse("ex:a ex:p \"" + euro + "\" ."));
   CHECK(lrt::rdf::write(report.to_graph(), lrt::rdf::Syntax::turtle));
 }
 
@@ -190,8 +182,7 @@ TEST_CASE("the report is a graph as in SHACL 3.6", "[shacl]") {
       "sh:ClassConstraintComponent ; "
       "sh:resultSeverity sh:Warning ; sh:resultMessage \"m\" ] .");
   CHECK(lrt::rdf::isomorphic(judged(shapes, parse("ex:a ex:p ex:b .")).to_graph(), expected));
-  CHECK(lrt::rdf::isomorphic(judged(shapes, parse("ex:c ex:p ex:b .")).to_graph(),
-                             parse("[] a sh:ValidationReport ; sh:conforms true .")));
+  CHECK(lrt::rdf::isomorphic(judged(shapes, parse("ex:c ex:p ex:b .")).to_graph(), parse("[] a sh:ValidationReport ; sh:conforms true .")));
 }
 
 TEST_CASE("blank nodes of data and of shapes stay apart in a report", "[shacl]") {
@@ -256,8 +247,7 @@ TEST_CASE("a report outlives shapes and data", "[shacl]") {
 }
 
 TEST_CASE("threads share shapes and data", "[shacl]") {
-  const Shapes shapes =
-      compile("ex:S sh:targetSubjectsOf ex:p ; sh:property [ sh:path ex:p ; sh:pattern \"^x\" ; sh:class ex:C ] .");
+  const Shapes shapes = compile("ex:S sh:targetSubjectsOf ex:p ; sh:property [ sh:path ex:p ; sh:pattern \"^x\" ; sh:class ex:C ] .");
   const Graph data = parse(chain(50, "ex:p"));
   const Lines expected = lines(judged(shapes, data));
   std::vector<std::thread> threads;
@@ -275,8 +265,7 @@ TEST_CASE("threads share shapes and data", "[shacl]") {
 }
 
 TEST_CASE("a graph that holds both data and shapes validates itself", "[shacl]") {
-  const Graph graph = parse(
-      "ex:S a sh:NodeShape ; sh:targetSubjectsOf sh:property ; sh:property [ sh:path sh:property ; sh:nodeKind sh:IRI ] .");
+  const Graph graph = parse("ex:S a sh:NodeShape ; sh:targetSubjectsOf sh:property ; sh:property [ sh:path sh:property ; sh:nodeKind sh:IRI ] .");
   const auto shapes = Shapes::compile(graph);
   REQUIRE(shapes);
   CHECK(lines(judged(*shapes, graph)) == Lines{"ex:S sh:property _: NodeKind"});

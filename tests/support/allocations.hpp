@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 // Counts the allocations of a program, thread by thread. Include it in one source file of the program and no more. Under a sanitizer

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
@@ -86,8 +87,7 @@ class Bench {
   Answer turtle(const std::string& method, const std::string& path, const std::string& body, const std::string& fields = {}) {
     return ask(turtle_request(method, path, body, fields));
   }
-  static std::string turtle_request(const std::string& method, const std::string& path, const std::string& body,
-                                    const std::string& fields = {}) {
+  static std::string turtle_request(const std::string& method, const std::string& path, const std::string& body, const std::string& fields = {}) {
     std::string text = method + " " + path + "\nContent-Type: text/turtle\n" + fields + "\n";
     for (const auto& [prefix, space] : rdf::default_prefixes()) text += "@prefix " + prefix + ": <" + space + "> . ";
     return text + body;
@@ -103,9 +103,7 @@ class Bench {
     return sent(engine.handle(request.get(), clock.now()));
   }
   /// A WebSocket that opened, after the reads it needs.
-  engine::Channel open(const std::string& path, const std::string& fields = {}) {
-    return opened(upgrade(path, fields));
-  }
+  engine::Channel open(const std::string& path, const std::string& fields = {}) { return opened(upgrade(path, fields)); }
   /// GET of a path as an event stream.
   Sent stream(const std::string& path, const std::string& fields = {}, const std::string& accept = "text/event-stream") {
     RequestText request("GET " + path + "\nAccept: " + accept + "\n" + fields);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <arpa/inet.h>
@@ -72,11 +73,9 @@ class StreamClient {
     address.sin_family = AF_INET;
     address.sin_port = htons(port);
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    if (::connect(descriptor_, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0)
-      throw std::runtime_error("connect failed");
-    const std::string request = "GET " + path + " HTTP/1." + std::to_string(minor) +
-                                "\r\nHost: 127.0.0.1:" + std::to_string(port) + "\r\nAccept: text/event-stream\r\n" + fields +
-                                "\r\n";
+    if (::connect(descriptor_, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0) throw std::runtime_error("connect failed");
+    const std::string request = "GET " + path + " HTTP/1." + std::to_string(minor) + "\r\nHost: 127.0.0.1:" + std::to_string(port) +
+                                "\r\nAccept: text/event-stream\r\n" + fields + "\r\n";
     if (::send(descriptor_, request.data(), request.size(), MSG_NOSIGNAL) != static_cast<ssize_t>(request.size()))
       throw std::runtime_error("send failed");
   }

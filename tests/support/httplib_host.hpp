@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <httplib.h>
@@ -17,10 +18,8 @@ namespace lrt::test {
 class HttplibHost {
  public:
   /// @param prepare  adds routes and whatever else before it listens
-  explicit HttplibHost(const std::function<void(httplib::Server&)>& prepare)
-      : HttplibHost(std::make_unique<httplib::Server>(), prepare) {}
-  HttplibHost(std::unique_ptr<httplib::Server> server, const std::function<void(httplib::Server&)>& prepare)
-      : server_(std::move(server)) {
+  explicit HttplibHost(const std::function<void(httplib::Server&)>& prepare) : HttplibHost(std::make_unique<httplib::Server>(), prepare) {}
+  HttplibHost(std::unique_ptr<httplib::Server> server, const std::function<void(httplib::Server&)>& prepare) : server_(std::move(server)) {
     server_->set_keep_alive_max_count(1'000'000);
     server_->set_tcp_nodelay(true);
     prepare(*server_);

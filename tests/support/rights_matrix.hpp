@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <fstream>
@@ -64,7 +65,8 @@ inline Thing ruled_arm(const std::function<void(double)>& taken) {
 /// @param status  of a request: its text without Host, and its token
 /// @param makes_callbacks  by Upgrade
 inline void check_rights(const std::function<int(const std::string& request, const std::string& token)>& status, bool makes_callbacks = true) {
-  const std::string number = "\nContent-Type: application/json\n\n5", callback = "\nUpgrade: callback\nConnection: Upgrade\nCallback: http://127.0.0.1:9/";
+  const std::string number = "\nContent-Type: application/json\n\n5",
+                    callback = "\nUpgrade: callback\nConnection: Upgrade\nCallback: http://127.0.0.1:9/";
   struct Row {
     std::string request;
     int reader, other, administrator;
@@ -97,7 +99,8 @@ inline void check_rights(const std::function<int(const std::string& request, con
   for (const Row& row : rows) {
     if (!makes_callbacks && row.request.find(callback) != std::string::npos) continue;  // its Upgrade is not served at all
     CAPTURE(row.request);
-    for (const char* token : {"", "emil-0123456789abcdef", "gone-0123456789abcdef"}) CHECK(status(row.request, token) == 401);  // none, expired, unknown
+    for (const char* token : {"", "emil-0123456789abcdef", "gone-0123456789abcdef"})
+      CHECK(status(row.request, token) == 401);  // none, expired, unknown
     CHECK(status(row.request, "anna-0123456789abcdef") == row.reader);
     CHECK(status(row.request, "bert-0123456789abcdef") == row.other);
     CHECK(status(row.request, "carl-0123456789abcdef") == row.administrator);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
@@ -22,26 +23,28 @@ struct Pose {
 /// A robot that has one of everything. Its state is open to tests.
 class SampleRobot {
  public:
-  double angle = 10;            ///< [deg], pushed, writable, -90 to 90
-  float speed = 1.5F;           ///< pulled, read-only
-  std::int32_t count = 7;       ///< pulled, writable
-  std::string name = "arm 1";   ///< pulled, writable
-  Mode mode = Mode::idle;       ///< pulled, writable
-  Pose pose;                    ///< pulled, writable
+  double angle = 10;                  ///< [deg], pushed, writable, -90 to 90
+  float speed = 1.5F;                 ///< pulled, read-only
+  std::int32_t count = 7;             ///< pulled, writable
+  std::string name = "arm 1";         ///< pulled, writable
+  Mode mode = Mode::idle;             ///< pulled, writable
+  Pose pose;                          ///< pulled, writable
   std::vector<double> gains{1, 2.5};  ///< pulled, writable
-  bool locked = false;          ///< writes and grips are refused
-  bool hot = false;             ///< action grip throws
-  double turned_to = -1;        ///< by action turn
-  int homed = 0;                ///< calls of action home
-  int thrown = 0;               ///< exceptions of its lambdas
-  std::vector<Responder> grips; ///< of action grip, for the test to use
+  bool locked = false;                ///< writes and grips are refused
+  bool hot = false;                   ///< action grip throws
+  double turned_to = -1;              ///< by action turn
+  int homed = 0;                      ///< calls of action home
+  int thrown = 0;                     ///< exceptions of its lambdas
+  std::vector<Responder> grips;       ///< of action grip, for the test to use
   std::vector<std::string> stops;
   std::optional<PushedProperty<double>> angle_handle;
 
   Thing arm();
   Thing tool() {
     Thing thing{"arm/tool"};
-    thing.title("The tool").property("weight", [] { return 0.25; }, unit::kilogram);
+    thing.title("The tool")
+        .property(
+            "weight", [] { return 0.25; }, unit::kilogram);
     return thing;
   }
 };
@@ -71,14 +74,11 @@ inline lrt::Thing lrt::test::SampleRobot::arm() {
     if (locked) return unexpected(Errc::refused, "the robot is locked");
     return {};
   };
-  angle_handle = thing.property<double>("angle", unit::degree)
-                     .between(-90, 90)
-                     .predicate(vocab::ros::rotation)
-                     .on_write([this, guard](double v) {
-                       Result<void> allowed = guard();
-                       if (allowed) angle = v;
-                       return allowed;
-                     });
+  angle_handle = thing.property<double>("angle", unit::degree).between(-90, 90).predicate(vocab::ros::rotation).on_write([this, guard](double v) {
+    Result<void> allowed = guard();
+    if (allowed) angle = v;
+    return allowed;
+  });
   angle_handle->publish(angle);
   thing.property("speed", [this] { return speed; });
   thing.property("count", [this] { return count; }).on_write([this](std::int32_t v) { count = v; });
@@ -100,15 +100,18 @@ inline lrt::Thing lrt::test::SampleRobot::arm() {
     ++thrown;
     throw std::runtime_error("the motor is hot");
   });
-  thing.action("grip", [this](Responder done) {
-    if (locked) return done.fail({Errc::refused, "the robot is locked"});
-    if (hot) {
-      ++thrown;
-      throw std::runtime_error("the motor is hot");
-    }
-    done.on_cancel([this, n = grips.size()] { stops.push_back("grip " + std::to_string(n)); });
-    grips.push_back(std::move(done));
-  }).policy(ActionPolicy::parallel(3));
+  thing
+      .action("grip",
+              [this](Responder done) {
+                if (locked) return done.fail({Errc::refused, "the robot is locked"});
+                if (hot) {
+                  ++thrown;
+                  throw std::runtime_error("the motor is hot");
+                }
+                done.on_cancel([this, n = grips.size()] { stops.push_back("grip " + std::to_string(n)); });
+                grips.push_back(std::move(done));
+              })
+      .policy(ActionPolicy::parallel(3));
   thing.collection<Pose>("waypoints")
       .on_create([guard](const Pose&) { return guard(); })
       .on_remove([guard](const std::string&) { return guard(); })

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <arpa/inet.h>
@@ -79,7 +80,8 @@ class Socket {
   }
 
   /// Sends and waits, at most ten seconds; `meanwhile` is called again and again.
-  Answer ask(const std::string& text, const std::function<void()>& meanwhile = [] {}) {
+  Answer ask(
+      const std::string& text, const std::function<void()>& meanwhile = [] {}) {
     send(text);
     return await(meanwhile);
   }

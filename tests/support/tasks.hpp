@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <sched.h>
@@ -31,9 +32,7 @@ inline Task task(pid_t id) {
   std::getline(std::ifstream(folder + "/comm"), result.name);
   std::ifstream status(folder + "/status");
   for (std::string line; std::getline(status, line);) {
-    const auto value = [&](const char* field) {
-      return line.rfind(field, 0) == 0 ? line.substr(line.find('\t') + 1) : std::string();
-    };
+    const auto value = [&](const char* field) { return line.rfind(field, 0) == 0 ? line.substr(line.find('\t') + 1) : std::string(); };
     if (const std::string mask = value("SigBlk:"); !mask.empty()) result.blocked = std::strtoull(mask.c_str(), nullptr, 16);
     if (const std::string list = value("Cpus_allowed_list:"); !list.empty()) result.cpus = list;
   }

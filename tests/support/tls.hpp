@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 // The client's side of TLS for tests, on memory: what it has to say is taken from it and what comes is given to it, by whoever drives it.
@@ -44,8 +45,8 @@ class TlsFolder {
   }
   std::string put_key(const std::string& name, const Certificate& of, const char* passphrase = nullptr) const {
     FILE* const file = std::fopen(path(name).c_str(), "w");
-    PEM_write_PrivateKey(file, of.key.get(), passphrase != nullptr ? EVP_aes_128_cbc() : nullptr,
-                         reinterpret_cast<const unsigned char*>(passphrase), passphrase != nullptr ? 4 : 0, nullptr, nullptr);
+    PEM_write_PrivateKey(file, of.key.get(), passphrase != nullptr ? EVP_aes_128_cbc() : nullptr, reinterpret_cast<const unsigned char*>(passphrase),
+                         passphrase != nullptr ? 4 : 0, nullptr, nullptr);
     std::fclose(file);
     return path(name);
   }

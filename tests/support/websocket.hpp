@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <arpa/inet.h>
@@ -65,7 +66,11 @@ inline bool is_utf8(std::string_view text) {
   for (std::size_t at = 0; at < text.size();) {
     const auto byte = [&](std::size_t i) -> unsigned { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0U; };
     const unsigned first = byte(at);
-    const std::size_t size = first < 0x80 ? 1 : first >= 0xC2 && first < 0xE0 ? 2 : first >= 0xE0 && first < 0xF0 ? 3 : first >= 0xF0 && first < 0xF5 ? 4 : 0;
+    const std::size_t size = first < 0x80                    ? 1
+                             : first >= 0xC2 && first < 0xE0 ? 2
+                             : first >= 0xE0 && first < 0xF0 ? 3
+                             : first >= 0xF0 && first < 0xF5 ? 4
+                                                             : 0;
     if (size == 0) return false;
     for (std::size_t i = 1; i < size; ++i)
       if ((byte(at + i) & 0xC0) != 0x80) return false;
@@ -85,9 +90,9 @@ struct Frame {
   unsigned opcode = text;
   std::string payload;
   bool fin = true;
-  unsigned rsv = 0;           ///< 3 bits
+  unsigned rsv = 0;  ///< 3 bits
   bool masked = true;
-  int length_bytes = -1;      ///< 0, 2 or 8 after the first; -1: the fewest
+  int length_bytes = -1;                     ///< 0, 2 or 8 after the first; -1: the fewest
   std::uint64_t length = ~std::uint64_t{0};  ///< that it says it has; default: the truth
 
   std::string bytes(std::uint32_t mask = 0x37FA213D) const {

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The command lrt against the baxter example and a hostile robot: the tour of docs/command.md, errors, pipes, servers that die, terminals, completion.
 
 usage: command_test.py LRT BAXTER SOURCE_DIR

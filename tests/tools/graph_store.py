@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A store for tests that has the SPARQL 1.1 Graph Store HTTP Protocol, indirectly identified graphs, and no queries."""
 
 import http.server

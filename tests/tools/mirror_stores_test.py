@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`lrt mirror` with Virtuoso: two robots, one query over both, changes, a robot that leaves and returns, a restart with the state.
 
 usage: mirror_stores_test.py LRT BAXTER

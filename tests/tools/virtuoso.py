@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Virtuoso (Debian: virtuoso-opensource-7) as a store of a test: a database of its own in a folder, on free ports of 127.0.0.1."""
 
 import json

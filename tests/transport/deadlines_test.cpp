@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/transport/http/deadlines.hpp"
 
 #include "tests/support/catch.hpp"

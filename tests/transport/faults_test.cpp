@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/transport/named.hpp>
 
 #include <net/if.h>
@@ -83,7 +84,8 @@ int lose_the_interface() {
 }  // namespace
 
 TEST_CASE("a client that breaks off does not end the process by SIGPIPE, and the host's way with that signal stays", "[transport]") {
-  struct sigaction before {}, after {};
+  struct sigaction before {
+  }, after{};
   struct sigaction standard {};
   standard.sa_handler = SIG_DFL;
   ::sigaction(SIGPIPE, &standard, &before);
@@ -137,9 +139,7 @@ TEST_CASE("the network may go away and come back", "[transport]") {
     int outcome = not_alive;
     try {
       outcome = lose_the_interface();
-    } catch (const std::exception& e) {
-      std::fprintf(stderr, "%s\n", e.what());
-    }
+    } catch (const std::exception& e) { std::fprintf(stderr, "%s\n", e.what()); }
     std::_Exit(outcome);
   }
   int status = 0;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>
@@ -32,10 +33,7 @@ inline std::vector<FramingCase> framing_cases() {
       {"chunk sizes in upper case with leading zeros", chunked + "00A\r\n0123456789\r\n000\r\n\r\n" + next, {200, 200}, false},
       {"chunk extensions", chunked + "5;a;b=c;d=\"e \\\" f\"\r\nhello\r\n0;last\r\n\r\n" + next, {200, 200}, false},
       {"trailers", chunked + "5\r\nhello\r\n0\r\nX-Sum: 1\r\nY: \r\n\r\n" + next, {200, 200}, false},
-      {"Expect: 100-continue with the body at once",
-       post + "Expect: 100-continue\r\nContent-Length: 2\r\n\r\nhi" + next,
-       {200, 200},
-       false},
+      {"Expect: 100-continue with the body at once", post + "Expect: 100-continue\r\nContent-Length: 2\r\n\r\nhi" + next, {200, 200}, false},
       {"Connection: close ends it", get + "Connection: close\r\n\r\n" + next, {200}, true},
       {"HTTP/1.0 ends it", "GET / HTTP/1.0\r\n\r\n" + next, {200}, true},
       {"HTTP/1.0 with keep-alive", "GET / HTTP/1.0\r\nHost: a\r\nConnection: keep-alive\r\n\r\n" + next, {200, 200}, false},
@@ -74,10 +72,7 @@ inline std::vector<FramingCase> framing_cases() {
       {"an unknown expectation", post + "Expect: a-pony\r\nContent-Length: 1\r\n\r\nx", {417}, true},
 
       // Framing.
-      {"Content-Length with Transfer-Encoding",
-       post + "Content-Length: 5\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n" + next,
-       {400},
-       true},
+      {"Content-Length with Transfer-Encoding", post + "Content-Length: 5\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n" + next, {400}, true},
       {"two Content-Lengths", post + "Content-Length: 5\r\nContent-Length: 5\r\n\r\nhello", {400}, true},
       {"a list of Content-Lengths", post + "Content-Length: 5, 5\r\n\r\nhello", {400}, true},
       {"a signed Content-Length", post + "Content-Length: +5\r\n\r\nhello", {400}, true},
@@ -85,10 +80,7 @@ inline std::vector<FramingCase> framing_cases() {
       {"an unknown coding", post + "Transfer-Encoding: gzip\r\n\r\n0\r\n\r\n", {501}, true},
       {"chunked after another coding", post + "Transfer-Encoding: gzip, chunked\r\n\r\n0\r\n\r\n" + next, {501}, true},
       {"chunked before another coding", post + "Transfer-Encoding: chunked, gzip\r\n\r\n0\r\n\r\n", {400}, true},
-      {"two fields of chunked",
-       post + "Transfer-Encoding: chunked\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n" + next,
-       {400},
-       true},
+      {"two fields of chunked", post + "Transfer-Encoding: chunked\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n" + next, {400}, true},
       {"two differing Content-Lengths", post + "Content-Length: 5\r\nContent-Length: 6\r\n\r\nhello", {400}, true},
       {"a Content-Length that overflows", post + "Content-Length: 18446744073709551621\r\n\r\nhello", {400}, true},
       {"an empty Content-Length", post + "Content-Length:\r\n\r\nhello", {400}, true},
@@ -137,10 +129,7 @@ inline std::vector<FramingCase> framing_cases() {
       {"a trailer with a control character", chunked + "0\r\nX: \x7f\r\n\r\n", {400}, true},
       {"a trailer that frames", chunked + "0\r\nContent-Length: 5\r\n\r\n", {400}, true},
       {"trailers without end", chunked + "0\r\nX: " + S(20'000, 'a'), {400}, true},
-      {"chunked with HTTP/1.0",
-       "POST / HTTP/1.0\r\nHost: a\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n" + next,
-       {400},
-       true},
+      {"chunked with HTTP/1.0", "POST / HTTP/1.0\r\nHost: a\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n" + next, {400}, true},
 
       // Sizes; the tests leave the limits of the header section at 16384 and of its lines at 8000, and set the body's to 1000000.
       {"a request line above the limit", "GET /" + S(20'000, 'a') + " HTTP/1.1\r\nHost: a\r\n\r\n", {414}, true},

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 // What the transport tests share: a handler that defers on demand, a clock that is moved by hand, a raw client, and a parser of responses.
@@ -183,9 +184,7 @@ inline std::vector<Answer> parse_answers(std::string_view bytes, const std::set<
     if (answer.status == 100) continue;
     std::size_t length = 0;
     const auto field = answer.head.find("\r\nContent-Length: ");
-    if (field != std::string::npos && heads.count(answers.size()) == 0) {
-      length = std::strtoul(answer.head.c_str() + field + 18, nullptr, 10);
-    }
+    if (field != std::string::npos && heads.count(answers.size()) == 0) { length = std::strtoul(answer.head.c_str() + field + 18, nullptr, 10); }
     answer.body = std::string(bytes.substr(0, length));
     answer.complete = answer.body.size() == length;
     bytes.remove_prefix(answer.body.size());
@@ -224,11 +223,7 @@ class RawClient {
     ::fcntl(socket_, F_SETFL, O_NONBLOCK);
   }
   RawClient(RawClient&& other) noexcept
-      : received(std::move(other.received)),
-        ended(other.ended),
-        failed(other.failed),
-        socket_(other.socket_),
-        out_(std::move(other.out_)) {
+      : received(std::move(other.received)), ended(other.ended), failed(other.failed), socket_(other.socket_), out_(std::move(other.out_)) {
     other.socket_ = -1;
   }
   ~RawClient() { close(); }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/transport/transport.hpp>
 
 #include <sys/resource.h>
@@ -51,8 +52,7 @@ struct Host : TestHost {
 
 }  // namespace
 
-TEST_CASE("framing on the socket is as in the session, and the connection closes without losing the response",
-          "[transport][R0.1]") {
+TEST_CASE("framing on the socket is as in the session, and the connection closes without losing the response", "[transport][R0.1]") {
   Host host;
   for (const auto& item : framing_cases()) {
     INFO(item.name);
@@ -291,9 +291,8 @@ TEST_CASE("a large response arrives whole at a client that reads slowly", "[tran
   client.send(get("/big?30000000") + get("/"));
   REQUIRE(host.run_until_handled(client, 1));
   client.paused = false;
-  REQUIRE(host.run({&client}, [&] {
-    return client.received.size() > 30'000'000 && contains(client.received.substr(client.received.size() - 5), "hello");
-  }));
+  REQUIRE(host.run({&client},
+                   [&] { return client.received.size() > 30'000'000 && contains(client.received.substr(client.received.size() - 5), "hello"); }));
   CHECK(statuses(parse_answers(client.received)) == std::vector{200, 200});
 }
 

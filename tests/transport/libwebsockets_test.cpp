@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #if LRT_HAS_LIBWEBSOCKETS
 
 #include <lrt/transport/libwebsockets.hpp>
@@ -41,10 +42,8 @@ std::unique_ptr<transport::Transport> make(const std::function<void(transport::T
   return transport::make_libwebsockets(std::move(options));
 }
 
-std::string request(std::string_view method, std::string_view target, std::string_view fields = {},
-                    std::string_view body = {}) {
-  return std::string(method) + " " + std::string(target) + " HTTP/1.1\r\nHost: robot\r\n" + std::string(fields) + "\r\n" +
-         std::string(body);
+std::string request(std::string_view method, std::string_view target, std::string_view fields = {}, std::string_view body = {}) {
+  return std::string(method) + " " + std::string(target) + " HTTP/1.1\r\nHost: robot\r\n" + std::string(fields) + "\r\n" + std::string(body);
 }
 
 /// The response to bytes on a connection of their own.
@@ -100,8 +99,7 @@ class Channels final : public engine::Handler {
   }
   void received(Channel channel, std::string_view message, bool text, TimePoint) override {
     messages.emplace_back(message);
-    if (open.at(channel).path == "/echo")
-      open.at(channel).queue.push_back({std::make_shared<const std::string>(message), text});
+    if (open.at(channel).path == "/echo") open.at(channel).queue.push_back({std::make_shared<const std::string>(message), text});
   }
   void closed(Channel channel) noexcept override {
     open.erase(channel);
@@ -200,14 +198,12 @@ TEST_CASE("libwebsockets: the method, the target and the fields reach the handle
     INFO(method);
     CHECK(contains(ask(host, request(method, "/head", "Content-Length: 0\r\n")).body, std::string(method) + " /head\n"));
   }
-  const auto told =
-      ask(host, get("/head",
-                    "Accept: text/turtle\r\nAccept: application/ld+json\r\nPrefer: return=minimal\r\nCallback: http://a/\r\n"
-                    "If-None-Match: \"x\"\r\nLast-Event-ID: 7\r\nUser-Agent: test\r\nX-Empty:\r\n"))
-          .body;
-  for (const auto* const line :
-       {"accept=text/turtle\n", "accept=application/ld+json\n", "prefer=return=minimal\n", "callback=http://a/\n",
-        "if-none-match=\"x\"\n", "last-event-id=7\n", "user-agent=test\n", "host=robot\n"})
+  const auto told = ask(host, get("/head",
+                                  "Accept: text/turtle\r\nAccept: application/ld+json\r\nPrefer: return=minimal\r\nCallback: http://a/\r\n"
+                                  "If-None-Match: \"x\"\r\nLast-Event-ID: 7\r\nUser-Agent: test\r\nX-Empty:\r\n"))
+                        .body;
+  for (const auto* const line : {"accept=text/turtle\n", "accept=application/ld+json\n", "prefer=return=minimal\n", "callback=http://a/\n",
+                                 "if-none-match=\"x\"\n", "last-event-id=7\n", "user-agent=test\n", "host=robot\n"})
     CHECK(contains(told, line));
 }
 
@@ -361,8 +357,8 @@ TEST_CASE("libwebsockets: what frames a body in two ways, or in none, ends the c
 
 TEST_CASE("libwebsockets: what it refuses by itself never reaches the handler", "[transport][libwebsockets]") {
   TestHost host(make());
-  for (const auto& bytes : {request("BREW", "/"), request("GET", "http://robot/"), request("OPTIONS", "*"),
-                            request("GET", "/%4"), request("GET", "/", "Upgrade: callback\r\nConnection: upgrade\r\n")}) {
+  for (const auto& bytes : {request("BREW", "/"), request("GET", "http://robot/"), request("OPTIONS", "*"), request("GET", "/%4"),
+                            request("GET", "/", "Upgrade: callback\r\nConnection: upgrade\r\n")}) {
     INFO(bytes);
     auto client = host.client();
     client.send(bytes);
@@ -383,8 +379,7 @@ TEST_CASE("libwebsockets: what it refuses by itself never reaches the handler", 
   CHECK(host.is_well());
 }
 
-TEST_CASE("libwebsockets: a deferred response comes when the handler has it, and before the next of its connection",
-          "[transport][libwebsockets]") {
+TEST_CASE("libwebsockets: a deferred response comes when the handler has it, and before the next of its connection", "[transport][libwebsockets]") {
   TestHost host(make());
   auto first = host.client(), second = host.client();
   first.send(get("/defer") + get("/"));
@@ -395,8 +390,7 @@ TEST_CASE("libwebsockets: a deferred response comes when the handler has it, and
   CHECK(host.handler.requests == 3);
   host.complete(0, "one");
   host.complete(1, "two");
-  REQUIRE(host.run({&first, &second},
-                   [&] { return parse_answers(first.received).size() == 2 && parse_answers(second.received).size() == 2; }));
+  REQUIRE(host.run({&first, &second}, [&] { return parse_answers(first.received).size() == 2 && parse_answers(second.received).size() == 2; }));
   for (auto* const client : {&first, &second}) {
     const auto answers = parse_answers(client->received);
     CHECK(statuses(answers) == std::vector{200, 200});
@@ -486,7 +480,7 @@ TEST_CASE("libwebsockets: a stop is served although many come at once and keep t
   const std::vector<std::string> texts = GENERATE(values<std::vector<std::string>>({
       {"POST /stop HTTP/1.1\r\nHo"},
       {"POST /stop HTTP/1.1\r\nHost: a\r\nContent-Length: 2\r\n\r\n{"},  // the body is not complete
-      {"GET / HTTP/1.1\r\nHost: a\r\nConnection: close\r\n\r\n"},  // the connection is not closed, nor is that of the next
+      {"GET / HTTP/1.1\r\nHost: a\r\nConnection: close\r\n\r\n"},        // the connection is not closed, nor is that of the next
       {"FOO /stop HTTP/1.1\r\n\r\n"},
       {"", "POST /stop HTTP/1.1\r\nHo", "GET /defer HTTP/1.1\r\nHost: a\r\n\r\n"},
   }));
@@ -552,8 +546,7 @@ TEST_CASE("libwebsockets: addresses that cannot be listened on", "[transport][li
   TestHost host(make());
   TestHandler handler;
   const auto start = [&](const std::string& address, std::uint16_t port) {
-    const auto started =
-        make([&](transport::TransportOptions& options) { options.address = address, options.port = port; })->start(handler);
+    const auto started = make([&](transport::TransportOptions& options) { options.address = address, options.port = port; })->start(handler);
     return started ? std::optional<Errc>() : started.error().code;
   };
   CHECK(start("127.0.0.1", host.server->port()) == Errc::address_in_use);
@@ -570,8 +563,7 @@ TEST_CASE("libwebsockets: it listens on IPv6", "[transport][libwebsockets]") {
   CHECK(host.handler.peer == "::1");
 }
 
-TEST_CASE("libwebsockets: stop responds where it can, abandons the rest, and start begins anew",
-          "[transport][libwebsockets]") {
+TEST_CASE("libwebsockets: stop responds where it can, abandons the rest, and start begins anew", "[transport][libwebsockets]") {
   TestHost host(make([](transport::TransportOptions& options) { options.limits.stop_timeout = milliseconds(50); }));
   auto answered = host.client(), left = host.client();
   answered.send(get("/defer"));
@@ -615,11 +607,8 @@ TEST_CASE("libwebsockets: a handshake is the handler's decision", "[transport][l
                    "Upgrade: websocket\r\nConnection: upgrade\r\nSec-WebSocket-Version: 8\r\nSec-WebSocket-Key: "
                    "dGhlIHNhbXBsZSBub25jZQ==\r\n"),
                "\r\nConnection: close, Upgrade\r\n") == 426);
-  CHECK(status(get("/",
-                   "Upgrade: websocket\r\nConnection: upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: short\r\n")) ==
-        400);
-  CHECK(status(get(
-            "/", "Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n")) == 400);
+  CHECK(status(get("/", "Upgrade: websocket\r\nConnection: upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: short\r\n")) == 400);
+  CHECK(status(get("/", "Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n")) == 400);
   CHECK(host.handler.requests == requests);
   CHECK(host.handler.open.size() == 1);
 }
@@ -661,8 +650,7 @@ TEST_CASE("libwebsockets: a WebSocket is closed with the code of the reason", "[
     if (!host.run(client, [&] { return client.close_code() != 0 || client.ended; })) throw std::runtime_error("no close");
     const auto seen = client.close_code();
     client.end();
-    if (!host.run(client, [&] { return host.handler.closed_count == 1; }))
-      throw std::runtime_error("the handler does not hear of it");
+    if (!host.run(client, [&] { return host.handler.closed_count == 1; })) throw std::runtime_error("the handler does not hear of it");
     return seen;
   };
   CHECK(code([](auto&, auto& host) { host.handler.say(host.handler.only(), Push{nullptr, true, 4001, "enough"}); }) == 4001);
@@ -917,8 +905,7 @@ TEST_CASE("libwebsockets: TLS files that are wrong are errors of start()", "[tra
   };
   CHECK(error([](auto& tls, auto&) { tls.certificate_file = "/nowhere"; }) == Errc::io_error);
   CHECK(error([](auto& tls, auto& host) { tls.key_file = host.folder.put_key("other.pem", host.stranger); }) == Errc::io_error);
-  CHECK(error([](auto& tls, auto& host) { tls.key_file = host.folder.put_key("locked.pem", host.own, "pass"); }) ==
-        Errc::io_error);
+  CHECK(error([](auto& tls, auto& host) { tls.key_file = host.folder.put_key("locked.pem", host.own, "pass"); }) == Errc::io_error);
   CHECK(error([](auto& tls, auto&) { tls.client_ca_file = "/nowhere"; }) == Errc::io_error);
   CHECK(error([](auto& tls, auto&) { tls.require_client_certificate = true; }) == Errc::invalid_option);
 }
@@ -927,9 +914,7 @@ TEST_CASE("libwebsockets: TLS files that are wrong are errors of start()", "[tra
 
 namespace {
 
-int on_host(lws*, lws_callback_reasons reason, void*, void*, std::size_t) {
-  return reason == LWS_CALLBACK_FILTER_NETWORK_CONNECTION ? -1 : 0;
-}
+int on_host(lws*, lws_callback_reasons reason, void*, void*, std::size_t) { return reason == LWS_CALLBACK_FILTER_NETWORK_CONNECTION ? -1 : 0; }
 
 /// What a host that has an lws_context does: nothing but lws_service().
 struct HostContext {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "examples/ex_own_transport/epoll_transport.hpp"
 
 #include <poll.h>

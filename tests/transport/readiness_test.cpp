@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/transport/http/readiness.hpp"
 
 #include <sys/eventfd.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/transport/session.hpp>
 
 #include <tuple>
@@ -107,8 +108,7 @@ TEST_CASE("a refusal of a field that frames the body says what was found and whe
       {"Content-Length: 5\r\nContent-Length: 6", "Content-Length: expected at most one, found 2: \"5\", \"6\""},
       {"Content-Length: 5\r\nTransfer-Encoding: chunked", "Content-Length: found \"5\" beside Transfer-Encoding \"chunked\""},
       {"Transfer-Encoding: chunked\r\nContent-Length: 5", "Content-Length: found \"5\" beside Transfer-Encoding \"chunked\""},
-      {"Transfer-Encoding: chunked\r\nTransfer-Encoding: chunked",
-       "Transfer-Encoding: expected at most one, found 2: \"chunked\", \"chunked\""},
+      {"Transfer-Encoding: chunked\r\nTransfer-Encoding: chunked", "Transfer-Encoding: expected at most one, found 2: \"chunked\", \"chunked\""},
       {"Transfer-Encoding: gzip, chunked", "Transfer-Encoding: expected exactly \"chunked\", found \"gzip, chunked\""},
   };
   for (const auto& [fields, reason] : cases) {
@@ -140,8 +140,7 @@ TEST_CASE("the time of the first header section runs from the beginning, that of
 }
 
 TEST_CASE("the handler sees the fields in order, without those that framed the body", "[transport][R0.1]") {
-  const std::string request =
-      "POST /head?q HTTP/1.1\r\nHost: a\r\nContent-Length: 3\r\nAccept:  text/turtle \t\r\nX-Empty:\r\nx-y: 1\r\n\r\nabc";
+  const std::string request = "POST /head?q HTTP/1.1\r\nHost: a\r\nContent-Length: 3\r\nAccept:  text/turtle \t\r\nX-Empty:\r\nx-y: 1\r\n\r\nabc";
   for (std::size_t at = 0; at < request.size(); ++at) {
     Run run;
     run.receive(std::string_view(request).substr(0, at));
@@ -368,7 +367,8 @@ struct JudgedRun : Run {
 
 TEST_CASE("a request that is refused by its header section gets its response before 100 Continue and before its body", "[transport][R0.1]") {
   const std::string chunked = "POST / HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: chunked\r\n";
-  for (const std::string& header : {post_of(5, "Expect: 100-continue\r\n"), post_of(500'000), chunked + "\r\n", chunked + "Expect: 100-continue\r\n\r\n"}) {
+  for (const std::string& header :
+       {post_of(5, "Expect: 100-continue\r\n"), post_of(500'000), chunked + "\r\n", chunked + "Expect: 100-continue\r\n\r\n"}) {
     INFO(header);
     JudgedRun run(403);
     run.receive(header);

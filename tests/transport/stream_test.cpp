@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/transport/session.hpp>
 
 #include <functional>
@@ -371,8 +372,7 @@ TEST_CASE("a silent event stream gets comments", "[transport][stream]") {
   CHECK(host.handler.open.size() == 1);
 }
 
-TEST_CASE("a client that does not read its event stream costs one message on its way, and is dropped after write_timeout",
-          "[transport][stream]") {
+TEST_CASE("a client that does not read its event stream costs one message on its way, and is dropped after write_timeout", "[transport][stream]") {
   Host host;
   auto slow = host.open(request, 4096);
   slow.paused = true;
@@ -550,8 +550,9 @@ TEST_CASE("event streams come over TLS, large messages too", "[transport][stream
 
 TEST_CASE("a stream ends and its connection becomes a WebSocket while others get their messages", "[transport][R0.12]") {
   Host host;
-  auto first = host.open(request + "GET /websocket HTTP/1.1\r\nHost: a\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
-                                   "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n");
+  auto first = host.open(request +
+                         "GET /websocket HTTP/1.1\r\nHost: a\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+                         "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n");
   auto second = host.open(), third = host.open();
   const auto channels = host.handler.channels;
   host.handler.push(channels[0], StreamHandler::end());

@@ -1,5 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/transport/transport.hpp>
-
 
 #include <atomic>
 #include <deque>
@@ -64,9 +64,7 @@ const Certificate& authority() {
   static const Certificate made = make_certificate({"authority", {}, -3600, 3600, true});
   return made;
 }
-Certificate localhost(const std::string& name = "robot") {
-  return make_certificate({name, "DNS:localhost,IP:127.0.0.1"}, &authority());
-}
+Certificate localhost(const std::string& name = "robot") { return make_certificate({name, "DNS:localhost,IP:127.0.0.1"}, &authority()); }
 
 /// A client over TLS that never blocks.
 struct TlsClient {
@@ -348,7 +346,10 @@ TEST_CASE("WSS: a message to a client that does not read goes on when it does", 
 TEST_CASE("clients with certificates are known by their subject, those of others do not get in", "[transport][tls][R0.2]") {
   const bool required = GENERATE(false, true);
   const int version = GENERATE(TLS1_2_VERSION, TLS1_3_VERSION);
-  Host host([&](auto& options) { options.tls->require_client_certificate = required; options.tls->client_ca_file = options.tls->certificate_file.substr(0, options.tls->certificate_file.rfind('/')) + "/ca.pem"; });
+  Host host([&](auto& options) {
+    options.tls->require_client_certificate = required;
+    options.tls->client_ca_file = options.tls->certificate_file.substr(0, options.tls->certificate_file.rfind('/')) + "/ca.pem";
+  });
   SSL_CTX_set_max_proto_version(host.context.get(), version);
   const auto use = [&](const Certificate& certificate) {
     SSL_CTX_use_certificate(host.context.get(), certificate.certificate.get());
@@ -423,7 +424,8 @@ TEST_CASE("a client with h2 only is refused by an alert; one with http/1.1 or wi
 
 TEST_CASE("plain HTTP on the TLS port gets a plain 400", "[transport][tls][R0.2]") {
   Host host;
-  for (const std::string& text : {get("/"), std::string("G"), std::string("OPTIONS * HTTP/1.1\r\nHost: a\r\n\r\n"), "POST / HTTP/1.1\r\nHost: a\r\nContent-Length: 200000\r\n\r\n" + std::string(200'000, 'x')}) {
+  for (const std::string& text : {get("/"), std::string("G"), std::string("OPTIONS * HTTP/1.1\r\nHost: a\r\n\r\n"),
+                                  "POST / HTTP/1.1\r\nHost: a\r\nContent-Length: 200000\r\n\r\n" + std::string(200'000, 'x')}) {
     INFO(text.substr(0, 20));
     auto client = host.raw();
     client.send(text);
@@ -446,8 +448,9 @@ TEST_CASE("garbage before, within and after the handshake closes", "[transport][
   const std::string hello = TlsClientSide(host.context.get()).give();
   std::string cut = hello;
   for (std::size_t i = 60; i < cut.size(); ++i) cut[i] = '\x55';
-  for (const auto& bytes : {std::string(100, '\0'), std::string("\x80\x2e\x01\x00\x02", 5) + std::string(60, 'a'), std::string("\x16\x03\x01\xff\xff", 5) + std::string(70'000, 'x'),
-                            std::string("\x15\x03\x01\x00\x02\x02\x28", 7), std::string("\x17\x03\x03\x00\x05hello", 10), cut, hello + std::string(300, 'z')}) {
+  for (const auto& bytes : {std::string(100, '\0'), std::string("\x80\x2e\x01\x00\x02", 5) + std::string(60, 'a'),
+                            std::string("\x16\x03\x01\xff\xff", 5) + std::string(70'000, 'x'), std::string("\x15\x03\x01\x00\x02\x02\x28", 7),
+                            std::string("\x17\x03\x03\x00\x05hello", 10), cut, hello + std::string(300, 'z')}) {
     INFO(static_cast<int>(bytes[0]) << " " << bytes.size());
     auto client = host.raw();
     client.send(bytes);
@@ -491,7 +494,7 @@ TEST_CASE("a handshake has the time of the first header section", "[transport][t
   auto silent = host.raw();
   auto half = host.raw();
   half.send(TlsClientSide(host.context.get()).give().substr(0, 100));
-  auto waits = host.client();   // the handshake is complete, nothing follows
+  auto waits = host.client();  // the handshake is complete, nothing follows
   auto in_head = host.client();
   auto served = host.client();
   in_head.send("GET / HT");
@@ -659,7 +662,8 @@ TEST_CASE("start says which file of TLS is wrong and why", "[transport][tls][R0.
       {Errc::io_error, "text.pem\": expected a certificate in PEM", [&](auto& tls) { tls.certificate_file = text; }},
       {Errc::io_error, "text.pem\": expected a private key in PEM", [&](auto& tls) { tls.key_file = text; }},
       {Errc::io_error, "text.pem\": expected certificates in PEM", [&](auto& tls) { tls.client_ca_file = text; }},
-      {Errc::io_error, "other.pem\": it does not belong to the certificate in", [&](auto& tls) { tls.key_file = folder.put_key("other.pem", other); }},
+      {Errc::io_error, "other.pem\": it does not belong to the certificate in",
+       [&](auto& tls) { tls.key_file = folder.put_key("other.pem", other); }},
       {Errc::io_error, "secret.pem\": it is encrypted", [&](auto& tls) { tls.key_file = folder.put_key("secret.pem", own, "abcd"); }},
   };
   for (const auto& item : cases) {
@@ -721,7 +725,8 @@ TEST_CASE("stop ends TLS connections in any state", "[transport][tls][R0.2]") {
 TEST_CASE("a client over TLS that is killed in any state leaves the others alone", "[transport][tls][R0.2]") {
   Host host;
   for (const bool hard : {true, false}) {
-    for (const std::string& start : {std::string(), std::string("GET / HT"), get("/big?20000000"), get("/defer"), WebSocketClient::handshake("/ws")}) {
+    for (const std::string& start :
+         {std::string(), std::string("GET / HT"), get("/big?20000000"), get("/defer"), WebSocketClient::handshake("/ws")}) {
       for (const int steps : {1, 2, 10}) {
         auto client = host.client(4096);
         client.send(start);

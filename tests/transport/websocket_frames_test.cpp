@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/transport/http/websocket_frames.hpp"
 
 #include <algorithm>
@@ -346,7 +347,9 @@ TEST_CASE("output stays the same until a call or sent() changes it", "[transport
   Owner owner;
   owner.held = true;
   owner.send("0123456789");
-  const std::string frame = "\x81\x0A" "0123456789";
+  const std::string frame =
+      "\x81\x0A"
+      "0123456789";
   for (std::size_t left = frame.size(); left > 0; --left) {
     REQUIRE(output_of(*owner.frames) == frame.substr(frame.size() - left));
     REQUIRE(owner.state() == WebSocketFrames::State::open);
@@ -421,8 +424,7 @@ TEST_CASE("frames that break RFC 6455 5 get 1002", "[transport][R0.12]") {
   }
   refused("continuation of nothing", part(Frame::continuation, "Hello", true).bytes());
   refused("continuation of nothing that goes on", part(Frame::continuation, "Hello", false).bytes());
-  refused("continuation after the end",
-          part(Frame::text, "", false).bytes() + part(Frame::continuation, "", false).bytes() + Frame{15, ""}.bytes());
+  refused("continuation after the end", part(Frame::text, "", false).bytes() + part(Frame::continuation, "", false).bytes() + Frame{15, ""}.bytes());
   refused("a message within a message", part(Frame::text, "Hel", false).bytes() + text("lo").bytes());
   refused("a binary message within a message", part(Frame::text, "Hel", false).bytes() + Frame{Frame::binary, "lo"}.bytes());
 }
@@ -438,8 +440,9 @@ TEST_CASE("a length with its highest bit set is refused", "[transport][R0.12]") 
 }
 
 TEST_CASE("text that is no UTF-8 gets 1007", "[transport][R0.12]") {
-  for (const std::string wrong : {"\x80", "\xBF", "\xC0\x80", "\xC1\xBF", "\xC2", "\xC2\x41", "\xE0\x9F\xBF", "\xE2\x82", "\xE2\x28\xA1", "\xED\xA0\x80",
-                                  "\xED\xBF\xBF", "\xF0\x8F\xBF\xBF", "\xF0\x90\x8D", "\xF4\x90\x80\x80", "\xF5\x80\x80\x80", "\xFE", "\xFF"}) {
+  for (const std::string wrong :
+       {"\x80", "\xBF", "\xC0\x80", "\xC1\xBF", "\xC2", "\xC2\x41", "\xE0\x9F\xBF", "\xE2\x82", "\xE2\x28\xA1", "\xED\xA0\x80", "\xED\xBF\xBF",
+        "\xF0\x8F\xBF\xBF", "\xF0\x90\x8D", "\xF4\x90\x80\x80", "\xF5\x80\x80\x80", "\xFE", "\xFF"}) {
     INFO(base64(wrong));
     REQUIRE_FALSE(is_utf8(wrong));
     refuses(text(wrong).bytes(), 1007);
@@ -460,10 +463,9 @@ TEST_CASE("text that is no UTF-8 gets 1007", "[transport][R0.12]") {
   for (const std::string cut : {"\xC3", "\xE2", "\xE2\x82", "\xF0", "\xF0\x90", "\xF0\x90\x8D"}) {
     INFO(base64(cut));
     refuses(part(Frame::text, "a" + cut, false).bytes() + part(Frame::continuation, "", true).bytes(), 1007);
-    refuses(
-            part(Frame::text, cut, false).bytes() + part(Frame::continuation, "", false).bytes() + part(Frame::continuation, "", true).bytes(), 1007);
-    refuses(text("good").bytes() + part(Frame::text, cut, false).bytes() + part(Frame::continuation, "", true).bytes() + text("more").bytes(),
-            1007, 1);
+    refuses(part(Frame::text, cut, false).bytes() + part(Frame::continuation, "", false).bytes() + part(Frame::continuation, "", true).bytes(), 1007);
+    refuses(text("good").bytes() + part(Frame::text, cut, false).bytes() + part(Frame::continuation, "", true).bytes() + text("more").bytes(), 1007,
+            1);
   }
 }
 

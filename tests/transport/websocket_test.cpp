@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/support/websocket.hpp"
 
 #include <sys/resource.h>
@@ -138,8 +139,7 @@ class Handler final : public engine::Handler {
     return channel;
   }
   std::size_t alive_messages() const {
-    return static_cast<std::size_t>(
-        std::count_if(on_the_way.begin(), on_the_way.end(), [](const auto& message) { return !message.expired(); }));
+    return static_cast<std::size_t>(std::count_if(on_the_way.begin(), on_the_way.end(), [](const auto& message) { return !message.expired(); }));
   }
 
   struct Client {
@@ -237,8 +237,7 @@ const std::string euro = "\xE2\x82\xAC";
 
 // ------------------------------------------------------------------------------------------------------------- handshake
 
-TEST_CASE("a handshake gets 101, the handler's fields and Date, and what the handler has for the channel",
-          "[transport][R0.12][R0.14]") {
+TEST_CASE("a handshake gets 101, the handler's fields and Date, and what the handler has for the channel", "[transport][R0.12][R0.14]") {
   Host host;
   CHECK(host.server->capabilities().websocket);
   auto client = host.connect();
@@ -259,8 +258,8 @@ TEST_CASE("a handshake gets 101, the handler's fields and Date, and what the han
 
 TEST_CASE("frames that arrive with the handshake are not lost, however the bytes are split", "[transport][R0.12]") {
   Host host;
-  const std::string bytes = WebSocketClient::handshake("/echo") + Frame{Frame::text, "first"}.bytes() +
-                            Frame{Frame::ping, "p"}.bytes() + Frame{Frame::binary, std::string(3000, 'b')}.bytes();
+  const std::string bytes = WebSocketClient::handshake("/echo") + Frame{Frame::text, "first"}.bytes() + Frame{Frame::ping, "p"}.bytes() +
+                            Frame{Frame::binary, std::string(3000, 'b')}.bytes();
   const std::size_t head = WebSocketClient::handshake("/echo").size();
   for (std::size_t at = 1; at <= bytes.size(); at += at < head + 40 ? 1 : 499) {
     auto client = host.connect();
@@ -298,9 +297,7 @@ TEST_CASE("many frames that arrive with the handshake are not lost", "[transport
 
 TEST_CASE("a refused handshake leaves a connection that can try again", "[transport][R0.1][R0.12]") {
   Host host;
-  const auto instead = [](std::string text, std::string_view what, std::string_view by) {
-    return text.replace(text.find(what), what.size(), by);
-  };
+  const auto instead = [](std::string text, std::string_view what, std::string_view by) { return text.replace(text.find(what), what.size(), by); };
   const std::pair<int, std::string> cases[] = {
       {426, instead(WebSocketClient::handshake("/echo"), "Version: 13", "Version: 8")},
       {400, instead(WebSocketClient::handshake("/echo"), WebSocketClient::key, "c2hvcnQ=")},
@@ -670,7 +667,9 @@ TEST_CASE("pings are counted as messages are, and many of them are not one step 
   for (int i = 0; i < 1300; ++i) bytes += Frame{Frame::ping, ""}.bytes();
   client->send(bytes);
   while (!client->all_sent()) client->step();
-  const auto pongs = [&] { return std::count_if(client->frames.begin(), client->frames.end(), [](const Frame& f) { return f.opcode == Frame::pong; }); };
+  const auto pongs = [&] {
+    return std::count_if(client->frames.begin(), client->frames.end(), [](const Frame& f) { return f.opcode == Frame::pong; });
+  };
   for (auto before = pongs(), polls = pongs(); client->close_code() == 0; before = pongs()) {
     host.server->poll(std::chrono::microseconds(0), milliseconds(0));
     client->step();
@@ -876,7 +875,7 @@ TEST_CASE("a client that does not read costs one message on its way, and is drop
   }
   const auto most = pushed();
   CHECK(host.handler.alive_messages() <= 1);  // libwebsockets has a copy
-  host.handler.make_ready(channel);  // again and again, to no avail
+  host.handler.make_ready(channel);           // again and again, to no avail
   host.clock.advance(host.limits.write_timeout - milliseconds(1));
   host.settle({other.get()});
   CHECK(pushed() == most);
@@ -958,9 +957,7 @@ TEST_CASE("a client that does not read cannot keep a close or the end of the ser
     stuck->half_close();
     host.settle();
   }
-  SECTION("the server stops") {
-    host.server->stop();
-  }
+  SECTION("the server stops") { host.server->stop(); }
   CHECK(host.handler.open.empty());
   CHECK(host.handler.alive_messages() == 0);
 }

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """The example ex_urdf_robot as a process: a client that knows RDF and nothing of URDF finds its kinematic tree, and sees joints move.
 
     ex_urdf_robot_test.py EX_URDF_ROBOT SOURCE_DIR SHARED_DIR

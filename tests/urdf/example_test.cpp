@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "examples/ex_urdf_robot/moving_robot.hpp"
 
 #include <cstdio>
@@ -35,8 +36,7 @@ class Running {
     bench.run();
   }
   double number(const std::string& path) {
-    return std::stod(
-        std::string(bench.get(path).graph().object(rdf::iri("http://localhost" + path), vocab::vom::numericalValue).value().text));
+    return std::stod(std::string(bench.get(path).graph().object(rdf::iri("http://localhost" + path), vocab::vom::numericalValue).value().text));
   }
   Bench bench;
   MovingRobot moving;
@@ -47,8 +47,7 @@ class Running {
 TEST_CASE("a recording is read by joint names or by number, and interpolated between its lines", "[urdf][examples]") {
   const urdf::Robot robot = picker();
   std::vector<double> q(5, 9), dq(5, 9), tau(5, 9);
-  Trajectory named =
-      Trajectory::parse("time, shoulder , right_finger,dq_turret,tau_slide\r\n10,1,5,2,3\n\n11,2,5,4,3\n", robot.model()).value();
+  Trajectory named = Trajectory::parse("time, shoulder , right_finger,dq_turret,tau_slide\r\n10,1,5,2,3\n\n11,2,5,4,3\n", robot.model()).value();
   CHECK(named.duration() == 1);
   named.at(0.25, q, dq, tau);
   CHECK(q == std::vector<double>{9, 9, 1.25, 9, 9});

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <tinyxml2.h>
@@ -64,8 +65,7 @@ class ReferenceKinematics {
   Matrix origin(const tinyxml2::XMLElement* joint) const {
     const auto* e = joint->FirstChildElement("origin");
     const auto t = three(e, "xyz", {0, 0, 0}), a = three(e, "rpy", {0, 0, 0});
-    const double cr = std::cos(a[0]), sr = std::sin(a[0]), cp = std::cos(a[1]), sp = std::sin(a[1]), cy = std::cos(a[2]),
-                 sy = std::sin(a[2]);
+    const double cr = std::cos(a[0]), sr = std::sin(a[0]), cp = std::cos(a[1]), sp = std::sin(a[1]), cy = std::cos(a[2]), sy = std::sin(a[2]);
     return {{{cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr, t[0]},
              {sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr, t[1]},
              {-sp, cp * sr, cp * cr, t[2]},
@@ -74,8 +74,7 @@ class ReferenceKinematics {
   double position(const tinyxml2::XMLElement* joint, const Positions& positions) const {
     const auto* mimic = joint->FirstChildElement("mimic");
     if (!mimic) return positions.at(text(joint, "name"));
-    return mimic->DoubleAttribute("multiplier", 1) * position(by_name_.at(text(mimic, "joint")), positions) +
-           mimic->DoubleAttribute("offset", 0);
+    return mimic->DoubleAttribute("multiplier", 1) * position(by_name_.at(text(mimic, "joint")), positions) + mimic->DoubleAttribute("offset", 0);
   }
   Matrix motion(const tinyxml2::XMLElement* joint, const Positions& positions) const {
     const std::string type = text(joint, "type");

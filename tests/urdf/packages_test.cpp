@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/urdf/packages.hpp"
 
 #include <filesystem>
@@ -66,9 +67,9 @@ TEST_CASE("only files below the folder of a package are found", "[urdf]") {
   CHECK(urdf::find_file("package://arm/cloud.ply", p.options)->media_type == "application/octet-stream");
   CHECK(urdf::find_file("package://arm/inside.stl", p.options));
   CHECK(urdf::find_file("package://arm/meshes//hand.STL", p.options)->name == "meshes/hand.STL");
-  for (const char* out : {"../secret.stl", "meshes/../../secret.stl", "%2e%2e/secret.stl", "..%2Fsecret.stl",
-                          "meshes/..%2f..%2fsecret.stl", "leak.stl", "up/secret.stl", "sibling.stl", "/etc/passwd",
-                          "%2Fetc/passwd", "meshes", "", "./cloud.ply", "meshes/", "a%00b", "%FF"}) {
+  for (const char* out :
+       {"../secret.stl", "meshes/../../secret.stl", "%2e%2e/secret.stl", "..%2Fsecret.stl", "meshes/..%2f..%2fsecret.stl", "leak.stl",
+        "up/secret.stl", "sibling.stl", "/etc/passwd", "%2Fetc/passwd", "meshes", "", "./cloud.ply", "meshes/", "a%00b", "%FF"}) {
     CAPTURE(out);
     CHECK(p.error_of(std::string("package://arm/") + out) == Errc::refused);
   }
@@ -84,9 +85,8 @@ TEST_CASE("only files below the folder of a package are found", "[urdf]") {
 
 TEST_CASE("a robot's meshes are served with their types, and the description keeps the IRI of the document", "[urdf]") {
   Package p;
-  urdf::Robot robot =
-      robot_with({"package://arm/meshes/hand.STL", "package://arm/meshes/a%20b%25.dae", "package://arm/meshes/hand.STL",
-                  "package://arm/../secret.stl", "package://arm/none.stl", "hand.stl"});
+  urdf::Robot robot = robot_with({"package://arm/meshes/hand.STL", "package://arm/meshes/a%20b%25.dae", "package://arm/meshes/hand.STL",
+                                  "package://arm/../secret.stl", "package://arm/none.stl", "hand.stl"});
   const std::vector<std::string> warnings = robot.serve_meshes(p.options);
   REQUIRE(warnings.size() == 3);
   CHECK(warnings[0] == "mesh \"package://arm/../secret.stl\" is not served: its name contains \"..\"");
@@ -95,9 +95,9 @@ TEST_CASE("a robot's meshes are served with their types, and the description kee
   REQUIRE(robot.add_to(bench.engine));
   const std::string root = "http://localhost", hand = "/r/meshes/arm/meshes/hand.STL";
   for (const char* shape : {"1", "3"})
-    CHECK(missing(bench.get(std::string("/r/root/visual/") + shape),
-                  std::string("<r/root/visual/") + shape + "> lrt:mesh <package://arm/meshes/hand.STL> ; dcat:downloadURL <" +
-                      hand.substr(1) + "> .") == "");
+    CHECK(missing(bench.get(std::string("/r/root/visual/") + shape), std::string("<r/root/visual/") + shape +
+                                                                         "> lrt:mesh <package://arm/meshes/hand.STL> ; dcat:downloadURL <" +
+                                                                         hand.substr(1) + "> .") == "");
   const rdf::Graph shapes = bench.get("/r/root/state").graph();
   const auto links = [&](const char* shape) {
     return shapes.objects(rdf::iri(root + "/r/root/visual/" + shape), rdf::TermView(vocab::dcat::downloadURL)).size();
@@ -114,14 +114,12 @@ TEST_CASE("a robot's meshes are served with their types, and the description kee
   CHECK(part.status == 206);
   CHECK(part.body == "hand");
   CHECK(bench.get("/r/meshes/arm/meshes/a%20b%25.dae").body == "<COLLADA/>");
-  for (const char* out :
-       {"/r/meshes/arm/cloud.ply", "/r/meshes/arm/none.stl", "/r/meshes/secret.stl", "/r/meshes/arm/up/secret.stl"})
+  for (const char* out : {"/r/meshes/arm/cloud.ply", "/r/meshes/arm/none.stl", "/r/meshes/secret.stl", "/r/meshes/arm/up/secret.stl"})
     CHECK(bench.get(out).status == 404);
   CHECK(bench.get("/r/meshes/arm/..%2Fsecret.stl").status == 404);
 
   write(p.folder / "arm/meshes/hand.STL", "solid hand 2");  // another version
-  std::filesystem::last_write_time(p.folder / "arm/meshes/hand.STL",
-                                   std::filesystem::file_time_type::clock::now() + std::chrono::hours(1));
+  std::filesystem::last_write_time(p.folder / "arm/meshes/hand.STL", std::filesystem::file_time_type::clock::now() + std::chrono::hours(1));
   const Answer newer = bench.ask("GET " + hand + "\nIf-None-Match: " + bytes.field("ETag"));
   CHECK(newer.status == 200);
   CHECK(newer.body == "solid hand 2");

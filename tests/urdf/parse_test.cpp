@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/urdf.hpp>
 
 #include <clocale>
@@ -65,7 +66,8 @@ TEST_CASE("arguments of xacro are replaced if the options give values", "[urdf]"
   options.arguments["p"] = "left_";
   CHECK(urdf::parse(text, options).value().links[0].name == "left_base_left_");
   CHECK(refusal("<robot name='r'>\n<link name='$(arg p)base'/></robot>") ==
-        "link \"$(arg p)base\" (line 2): expected a document that xacro has expanded, found \"$(arg p)\": run xacro first, or give ParseOptions::arguments "
+        "link \"$(arg p)base\" (line 2): expected a document that xacro has expanded, found \"$(arg p)\": run xacro first, or give "
+        "ParseOptions::arguments "
         "a value for \"p\"");
   CHECK(refusal("<robot name='r'><link name='$(find x)'/></robot>") == "");
 }
@@ -157,9 +159,7 @@ TEST_CASE("all elements and attributes of links are read", "[urdf]") {
 }
 
 TEST_CASE("every joint type is read, and an axis becomes a unit vector", "[urdf]") {
-  const auto joint = [](const std::string& type, const std::string& more) {
-    return urdf::parse(two_links(type, more)).value().joints.at(0);
-  };
+  const auto joint = [](const std::string& type, const std::string& more) { return urdf::parse(two_links(type, more)).value().joints.at(0); };
   CHECK(joint("revolute", limit + "<axis xyz='0 3 4'/>").axis == std::array<double, 3>{0, 0.6, 0.8});
   CHECK(joint("continuous", "").axis == std::array<double, 3>{1, 0, 0});
   CHECK(joint("prismatic", limit + "<axis xyz=' 0\t0\n-2 '/>").axis == std::array<double, 3>{0, 0, -1});
@@ -181,8 +181,7 @@ TEST_CASE("an invalid description gives one error with the element and its line"
   CHECK(error.line == 4);
 
   CHECK(refusal("") == "expected XML, found nothing");
-  CHECK(refusal("<robot name='r'>\n<link name='a'>\n</robot>") ==
-        "line 2: expected XML, found <link> and a wrong end tag or none");
+  CHECK(refusal("<robot name='r'>\n<link name='a'>\n</robot>") == "line 2: expected XML, found <link> and a wrong end tag or none");
   CHECK(refusal("<robot name='r'>\n<link name=a/></robot>") ==
         "line 2: expected XML, found <link> with an attribute that is not quoted, not terminated or repeated");
   CHECK(refusal("<robot name='r'>\n<!-- </robot>") == "line 2: expected XML, found an unterminated comment");
@@ -205,8 +204,7 @@ TEST_CASE("an invalid description gives one error with the element and its line"
   CHECK(refusal("<sdf/>") == "sdf (line 1): expected <robot> as the outermost element");
   CHECK(refusal("<robot/>") == "robot (line 1): expected an attribute name");
   CHECK(refusal("<robot name='r'/>") == "robot \"r\" (line 1): expected at least one link");
-  CHECK(refusal("<robot name='r' version='2.0'><link name='a'/></robot>") ==
-        "robot \"r\" (line 1): expected version 1.0, 1.1 or 1.2, found \"2.0\"");
+  CHECK(refusal("<robot name='r' version='2.0'><link name='a'/></robot>") == "robot \"r\" (line 1): expected version 1.0, 1.1 or 1.2, found \"2.0\"");
   CHECK(refusal("<robot name='r'>\n<link/></robot>") == "link (line 2): expected an attribute name");
   CHECK(refusal("<robot name='r'>\n<link name=''/></robot>") == "link \"\" (line 2): expected a name, found an empty one");
   CHECK(refusal("<robot name='r'>\n<link name='a'/>\n<link name='a'/></robot>") ==
@@ -219,8 +217,8 @@ TEST_CASE("an invalid description gives one error with the element and its line"
 
 TEST_CASE("noise of rounding is corrected with a warning, a wrong number is refused", "[urdf]") {
   const auto inertial = [](const std::string& mass, const std::string& ixx, const std::string& others) {
-    return of_link("<inertial><mass value='" + mass + "'/><inertia ixx='" + ixx + "' ixy='0' ixz='0' iyy='" + others +
-                   "' iyz='0' izz='" + others + "'/></inertial>");
+    return of_link("<inertial><mass value='" + mass + "'/><inertia ixx='" + ixx + "' ixy='0' ixz='0' iyy='" + others + "' iyz='0' izz='" + others +
+                   "'/></inertial>");
   };
   const auto moment = [&](const std::string& mass, const std::string& ixx, const std::string& others) {
     const Result<urdf::Model> model = urdf::parse(inertial(mass, ixx, others));
@@ -248,16 +246,13 @@ TEST_CASE("noise of rounding is corrected with a warning, a wrong number is refu
   CHECK(limits("lower='0' upper='1' velocity='-1e-15' effort='1'").first.velocity == 0);
   CHECK_FALSE(limits("lower='0' upper='1' velocity='-1' effort='1'").first.velocity);
   CHECK(urdf::parse(two_links("continuous", "<axis xyz='6e-17 0 2'/>"))->joints[0].axis[2] == 1);
-  for (const char* axis : {"0 0 0", "1e-20 0 0"})
-    CHECK_FALSE(urdf::parse(two_links("continuous", std::string("<axis xyz='") + axis + "'/>")));
+  for (const char* axis : {"0 0 0", "1e-20 0 0"}) CHECK_FALSE(urdf::parse(two_links("continuous", std::string("<axis xyz='") + axis + "'/>")));
 }
 
 TEST_CASE("an invalid visual, collision or inertial is left out with a warning", "[urdf]") {
   const std::string inertia = "<inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'/>";
-  CHECK(warnings_of_link("<inertial>" + inertia + "</inertial>") ==
-        "inertial of link \"a\" (line 3): has no element <mass> and is left out");
-  CHECK(warnings_of_link("<inertial><mass value='1'/></inertial>") ==
-        "inertial of link \"a\" (line 3): has no element <inertia> and is left out");
+  CHECK(warnings_of_link("<inertial>" + inertia + "</inertial>") == "inertial of link \"a\" (line 3): has no element <mass> and is left out");
+  CHECK(warnings_of_link("<inertial><mass value='1'/></inertial>") == "inertial of link \"a\" (line 3): has no element <inertia> and is left out");
   CHECK(refusal(of_link("<inertial><mass value='nan'/>" + inertia + "</inertial>")) ==
         "mass of link \"a\" (line 3): expected a number as value, found \"nan\"");
   CHECK(refusal(of_link("<inertial><mass value='-1'/>" + inertia + "</inertial>")) ==
@@ -269,10 +264,9 @@ TEST_CASE("an invalid visual, collision or inertial is left out with a warning",
   CHECK(warnings_of_link("<visual/>") == "visual of link \"a\" (line 3): expected an element <geometry>; the visual is left out");
   CHECK(warnings_of_link("<visual><geometry/></visual>") ==
         "geometry of link \"a\" (line 3): expected one of the elements box, cylinder, sphere, capsule, mesh; the visual is left out");
-  CHECK(
-      warnings_of_link("<collision><geometry><plane normal='0 0 1'/></geometry></collision>") ==
-      "geometry of link \"a\" (line 3): expected one of the elements box, cylinder, sphere, capsule, mesh; found \"plane\"; the collision is "
-      "left out");
+  CHECK(warnings_of_link("<collision><geometry><plane normal='0 0 1'/></geometry></collision>") ==
+        "geometry of link \"a\" (line 3): expected one of the elements box, cylinder, sphere, capsule, mesh; found \"plane\"; the collision is "
+        "left out");
   CHECK(warnings_of_link("<visual><geometry><box size='1 2'/></geometry></visual>") ==
         "box of link \"a\" (line 3): expected 3 numbers as size, found \"1 2\"; the visual is left out");
   CHECK(warnings_of_link("<visual><geometry><mesh filename=''/></geometry></visual>") ==
@@ -313,8 +307,7 @@ TEST_CASE("an incomplete material is accepted", "[urdf]") {
   const auto warned = [&](const std::string& text) { return warnings_of_link(sphere + text + "</visual>"); };
   // Never defined: one warning for each name.
   const std::string grey = sphere + "<material name='grey'/></visual>";
-  CHECK(warnings_of_link(grey + grey) ==
-        "material of link \"a\" (line 3): \"grey\" has neither <color> nor <texture> anywhere in the document");
+  CHECK(warnings_of_link(grey + grey) == "material of link \"a\" (line 3): \"grey\" has neither <color> nor <texture> anywhere in the document");
   const urdf::Link link =
       urdf::parse(of_link(grey + sphere + "<material name='red'><color rgba='1 0 0 1'/></material></visual>" + grey)).value().links[0];
   CHECK(link.visuals[0].material->name == "grey");
@@ -324,13 +317,11 @@ TEST_CASE("an incomplete material is accepted", "[urdf]") {
 
   CHECK(warned("<material name='x'><color rgba='255 108 10 255'/></material>") ==
         "color of link \"a\" (line 3): expected an rgba of numbers from 0 to 1, found 255; the color is left out");
-  CHECK(warned("<material name='x'><color/></material>") ==
-        "color of link \"a\" (line 3): expected an attribute rgba; the color is left out");
+  CHECK(warned("<material name='x'><color/></material>") == "color of link \"a\" (line 3): expected an attribute rgba; the color is left out");
   CHECK_FALSE(material("<material name='x'><color rgba='0 0 2 1'/></material>").colour);
   CHECK(material("<material name='x'><color rgba='1 0.5 0'/></material>").colour == std::array<double, 4>{1, 0.5, 0, 1});
   CHECK(material("<material><color rgba='0 0 1 1'/></material>").colour == std::array<double, 4>{0, 0, 1, 1});
-  CHECK(material("<material name=''><color rgba='0 0 0 1'/><texture filename='t.png'/></material>").colour ==
-        std::array<double, 4>{0, 0, 0, 1});
+  CHECK(material("<material name=''><color rgba='0 0 0 1'/><texture filename='t.png'/></material>").colour == std::array<double, 4>{0, 0, 0, 1});
   CHECK_FALSE(material("<material name=''><texture filename='t.png'/></material>").colour);
   CHECK(material("<material name='x'><color rgba='0 0 0 1'/><texture filename=''/></material>").texture.empty());
   CHECK(refusal("<robot name='r'><material name='m'><color rgba='1 0 0 1'/></material>\n<material name='m'><color rgba='1 0 0 "
@@ -341,15 +332,11 @@ TEST_CASE("missing limits have no value", "[urdf]") {
   const auto limits = [](const std::string& type, const std::string& attributes) {
     return urdf::parse(two_links(type, "<limit " + attributes + "/>")).value().joints[0].limits;
   };
-  const auto warned = [](const std::string& type, const std::string& attributes) {
-    return warnings(two_links(type, "<limit " + attributes + "/>"));
-  };
+  const auto warned = [](const std::string& type, const std::string& attributes) { return warnings(two_links(type, "<limit " + attributes + "/>")); };
   const std::string at = "limit of joint \"j\" (line 5): ";
-  CHECK(warnings(two_links("revolute")) ==
-        "joint \"j\" (line 4): expected an element <limit>, which revolute joints need; taken as unlimited");
+  CHECK(warnings(two_links("revolute")) == "joint \"j\" (line 4): expected an element <limit>, which revolute joints need; taken as unlimited");
   CHECK_FALSE(urdf::parse(two_links("prismatic")).value().joints[0].limits);
-  CHECK(warned("revolute", "lower='-1' upper='1'") ==
-        at + "has no effort; taken as unlimited\n" + at + "has no velocity; taken as unlimited");
+  CHECK(warned("revolute", "lower='-1' upper='1'") == at + "has no effort; taken as unlimited\n" + at + "has no velocity; taken as unlimited");
   CHECK_FALSE(limits("revolute", "lower='-1' upper='1'")->velocity);
   CHECK_FALSE(limits("revolute", "lower='-1' upper='1'")->effort);
   CHECK(limits("revolute", "lower='-1' upper='1'")->lower == -1.0);
@@ -365,8 +352,7 @@ TEST_CASE("missing limits have no value", "[urdf]") {
   CHECK_FALSE(limits("continuous", "lower='-1' upper='1' effort='9' velocity='8'")->lower);
   CHECK(warned("fixed", "") == "");
   CHECK_FALSE(limits("fixed", ""));
-  CHECK(refusal(two_links("revolute", "<limit lower='nan' upper='1' effort='1' velocity='1'/>")) ==
-        at + "expected a number as lower, found \"nan\"");
+  CHECK(refusal(two_links("revolute", "<limit lower='nan' upper='1' effort='1' velocity='1'/>")) == at + "expected a number as lower, found \"nan\"");
 }
 
 TEST_CASE("a quaternion turns as roll, pitch and yaw do, from version 1.1 on", "[urdf]") {
@@ -440,15 +426,12 @@ TEST_CASE("errors of joints are reported", "[urdf]") {
         "axis of joint \"j\" (line 5): expected an axis with a direction, found \"0 0 0\"");
   CHECK(refusal(two_links("fixed", "<origin xyz='0 0 x'/>")) == "origin of joint \"j\" (line 5): expected a number as xyz, found \"x\"");
   CHECK(refusal(two_links("continuous", "<mimic/>")) == "mimic of joint \"j\" (line 5): expected an attribute joint");
-  CHECK(
-      refusal(two_links("continuous", "<mimic joint='j'/>")).find("mimic of joint \"j\" (line 5): expected a chain of mimic joints that ends") ==
-      0);
-  CHECK(
-      refusal(two_links("continuous", "<mimic joint='k'/>",
-                        "<link name='c'/><joint name='k' type='continuous'><parent link='a'/><child link='c'/><mimic joint='j'/></joint>"))
-          .find("expected a chain of mimic joints that ends") != std::string::npos);
-  CHECK(refusal(two_links("continuous", "<safety_controller/>")) ==
-        "safety_controller of joint \"j\" (line 5): expected an attribute k_velocity");
+  CHECK(refusal(two_links("continuous", "<mimic joint='j'/>")).find("mimic of joint \"j\" (line 5): expected a chain of mimic joints that ends") ==
+        0);
+  CHECK(refusal(two_links("continuous", "<mimic joint='k'/>",
+                          "<link name='c'/><joint name='k' type='continuous'><parent link='a'/><child link='c'/><mimic joint='j'/></joint>"))
+            .find("expected a chain of mimic joints that ends") != std::string::npos);
+  CHECK(refusal(two_links("continuous", "<safety_controller/>")) == "safety_controller of joint \"j\" (line 5): expected an attribute k_velocity");
   CHECK(refusal("<robot name='r'><link name='a'/><joint name='j' type='fixed'><child link='a'/></joint></robot>") ==
         "joint \"j\" (line 1): expected an element <parent>");
   CHECK(refusal("<robot name='r'><link name='a'/><joint name='j' type='fixed'><parent link='x'/><child link='a'/></joint></robot>") ==
@@ -462,9 +445,8 @@ TEST_CASE("a description that is not a tree is refused", "[urdf]") {
         "link \"c\" (line 6): expected to be the child of a joint: only the root link is not one, and the root link is link \"a\" (line 2)");
   CHECK(refusal(two_links("fixed", "", "<joint name='k' type='fixed'><parent link='a'/><child link='b'/></joint>")) ==
         "joint \"k\" (line 6): expected a link that is the child of one joint; \"b\" is also the child of joint \"j\" (line 4)");
-  CHECK(
-      refusal(two_links("fixed", "", "<joint name='k' type='fixed'><parent link='b'/><child link='a'/></joint>")).find("expected a tree") !=
-      std::string::npos);
+  CHECK(refusal(two_links("fixed", "", "<joint name='k' type='fixed'><parent link='b'/><child link='a'/></joint>")).find("expected a tree") !=
+        std::string::npos);
   CHECK(refusal("<robot name='r'><link name='a'/><joint name='j' type='fixed'><parent link='a'/><child link='a'/></joint></robot>") ==
         "joint \"j\" (line 1): expected a tree; the joints form a cycle through its child \"a\"");
   // A cycle beside a tree.
@@ -491,8 +473,7 @@ TEST_CASE("xacro that was not expanded is refused with a hint, unless values are
   urdf::ParseOptions options;
   options.arguments["p"] = "left_";
   const auto model = urdf::parse(
-      "<robot name='r'><xacro:arg name='p' default=''/><xacro:property name='p' value='$(arg p)'/><link name='${p}a_${p}'/></robot>",
-      options);
+      "<robot name='r'><xacro:arg name='p' default=''/><xacro:property name='p' value='$(arg p)'/><link name='${p}a_${p}'/></robot>", options);
   CHECK(model.value().links[0].name == "left_a_left_");
   CHECK(refusal("<robot name='r'><xacro:if value='${p}'/><link name='a'/></robot>", options) != "");
 }
@@ -515,8 +496,8 @@ TEST_CASE("limits are kept", "[urdf]") {
   std::string chain = "<robot name='r'><link name='l0'/>";
   for (int i = 1; i < 20'000; ++i) {
     const std::string n = std::to_string(i);
-    chain += "<link name='l" + n + "'/><joint name='j" + n + "' type='fixed'><parent link='l" + std::to_string(i - 1) +
-             "'/><child link='l" + n + "'/></joint>";
+    chain += "<link name='l" + n + "'/><joint name='j" + n + "' type='fixed'><parent link='l" + std::to_string(i - 1) + "'/><child link='l" + n +
+             "'/></joint>";
   }
   CHECK(urdf::parse(chain + "</robot>").value().joints.size() == 19'999);
 }
@@ -529,9 +510,8 @@ TEST_CASE("entities of the document's own are not expanded but refused", "[urdf]
 TEST_CASE("irregular elements are accepted with a warning", "[urdf]") {
   const auto model = urdf::parse(two_links("revolute", "<limit lower='1' upper='-1' velocity='1' effort='1'/>\n<dynamics/>"));
   REQUIRE(model);
-  CHECK(model->warnings ==
-        std::vector<std::string>{"limit of joint \"j\" (line 5): the lower limit 1 is above the upper one -1; both are left out",
-                                 "dynamics of joint \"j\" (line 6): has neither damping nor friction and is left out"});
+  CHECK(model->warnings == std::vector<std::string>{"limit of joint \"j\" (line 5): the lower limit 1 is above the upper one -1; both are left out",
+                                                    "dynamics of joint \"j\" (line 6): has neither damping nor friction and is left out"});
   CHECK_FALSE(model->joints[0].limits->lower);
   CHECK_FALSE(model->joints[0].dynamics);
   const auto inertial = [](const std::string& mass, const std::string& moments) {

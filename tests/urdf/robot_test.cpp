@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/urdf.hpp>
 
 #include <cmath>
@@ -72,8 +73,7 @@ std::size_t find_link(const urdf::Model& model, const std::string& name) {
 }
 
 double number_at(Bench& bench, const std::string& path) {
-  return std::stod(
-      std::string(bench.get(path).graph().object(rdf::iri("http://localhost" + path), vocab::vom::numericalValue).value().text));
+  return std::stod(std::string(bench.get(path).graph().object(rdf::iri("http://localhost" + path), vocab::vom::numericalValue).value().text));
 }
 
 }  // namespace
@@ -159,8 +159,8 @@ TEST_CASE("the Panda's flange is at the pose given by its maker's Denavit-Harten
   }
   // Craig's convention: of each axis a [m] and alpha [rad] before it, d [m] along it.
   constexpr double half_pi = 1.57079632679489662;
-  constexpr double table[8][3] = {{0, 0, 0.333},        {0, -half_pi, 0},      {0, half_pi, 0.316},  {0.0825, half_pi, 0},
-                                  {-0.0825, -half_pi, 0.384}, {0, half_pi, 0}, {0.088, half_pi, 0}, {0, 0, 0.107}};
+  constexpr double table[8][3] = {{0, 0, 0.333},   {0, -half_pi, 0},    {0, half_pi, 0.316}, {0.0825, half_pi, 0}, {-0.0825, -half_pi, 0.384},
+                                  {0, half_pi, 0}, {0.088, half_pi, 0}, {0, 0, 0.107}};
   auto robot = urdf::load(file).value();
   std::mt19937 random(20261122);
   double position = 0, orientation = 0;
@@ -171,8 +171,8 @@ TEST_CASE("the Panda's flange is at the pose given by its maker's Denavit-Harten
     for (std::size_t j = 0; j < 8; ++j) {
       const double a = table[j][0], alpha = table[j][1], d = table[j][2], theta = j < 7 ? q[j] : 0;
       const double c = std::cos(theta), s = std::sin(theta), ca = std::cos(alpha), sa = std::sin(alpha);
-      expected = ReferenceKinematics::product(
-          expected, {{{c, -s, 0, a}, {s * ca, c * ca, -sa, -d * sa}, {s * sa, c * sa, ca, d * ca}, {0, 0, 0, 1}}});
+      expected =
+          ReferenceKinematics::product(expected, {{{c, -s, 0, a}, {s * ca, c * ca, -sa, -d * sa}, {s * sa, c * sa, ca, d * ca}, {0, 0, 0, 1}}});
     }
     const auto [p, o] = difference(robot.pose(find_link(robot.model(), "panda_link8")), expected);
     position = std::max(position, p);
@@ -242,27 +242,22 @@ TEST_CASE("joints and links are Things as in Figure 2b", "[urdf][R1.3][R1.9]") {
                 "  lrt:positionsOf ( <picker/slide> <picker/turret> <picker/shoulder> <picker/elbow> <picker/left_finger> "
                 "<picker/right_finger> ) ."
                 "<picker/rail> a ros:Link . <picker/shoulder> a ros:Joint , ros:RevoluteJoint .") == "");
-  CHECK(
-      missing(
-          bench.get("/picker/shoulder"),
-          "<picker/shoulder> a hybrit:RoboticThing , ros:Joint , ros:RevoluteJoint ; dcterms:title \"shoulder\" ; dcterms:isPartOf "
-          "<picker> ;"
-          "  xhv:prev <picker/column> ; xhv:next <picker/upper_arm> ; ros:preceedingLink <picker/column> ; ros:succeedingLink "
-          "<picker/upper_arm> ;"
-          "  rdfs:seeAlso <picker> ;"
-          "  ros:rotation <picker/shoulder/rotation> ; ros:position <picker/shoulder/position> ; ros:velocity <picker/shoulder/velocity> ;"
-          "  ros:effort <picker/shoulder/effort> ; ros:jointReferenceFrame <picker/shoulder/jointReferenceFrame> ; hybrit:property "
-          "<picker/shoulder/limits> ,"
-          "  <picker/shoulder/axis> , <picker/shoulder/dynamics> , <picker/shoulder/safety> ."
-          "<picker/column> a ros:Link . <picker/upper_arm> a ros:Link .") == "");
-  CHECK(
-      missing(
-          bench.get("/picker/shoulder/limits"),
-          "<picker/shoulder/limits> a lrt:JointLimits ; lrt:lowerLimit [ vom:numericalValue \"-1.2\"^^xsd:double ; vom:unit maths:Radian ] ;"
-          "  lrt:velocityLimit [ vom:numericalValue \"1.5\"^^xsd:double ; qudt:hasUnit unit:RAD-PER-SEC ] .") == "");
+  CHECK(missing(bench.get("/picker/shoulder"),
+                "<picker/shoulder> a hybrit:RoboticThing , ros:Joint , ros:RevoluteJoint ; dcterms:title \"shoulder\" ; dcterms:isPartOf "
+                "<picker> ;"
+                "  xhv:prev <picker/column> ; xhv:next <picker/upper_arm> ; ros:preceedingLink <picker/column> ; ros:succeedingLink "
+                "<picker/upper_arm> ;"
+                "  rdfs:seeAlso <picker> ;"
+                "  ros:rotation <picker/shoulder/rotation> ; ros:position <picker/shoulder/position> ; ros:velocity <picker/shoulder/velocity> ;"
+                "  ros:effort <picker/shoulder/effort> ; ros:jointReferenceFrame <picker/shoulder/jointReferenceFrame> ; hybrit:property "
+                "<picker/shoulder/limits> ,"
+                "  <picker/shoulder/axis> , <picker/shoulder/dynamics> , <picker/shoulder/safety> ."
+                "<picker/column> a ros:Link . <picker/upper_arm> a ros:Link .") == "");
+  CHECK(missing(bench.get("/picker/shoulder/limits"),
+                "<picker/shoulder/limits> a lrt:JointLimits ; lrt:lowerLimit [ vom:numericalValue \"-1.2\"^^xsd:double ; vom:unit maths:Radian ] ;"
+                "  lrt:velocityLimit [ vom:numericalValue \"1.5\"^^xsd:double ; qudt:hasUnit unit:RAD-PER-SEC ] .") == "");
   CHECK(missing(bench.get("/picker/slide/limits"),
-                "<picker/slide/limits> lrt:upperLimit [ vom:numericalValue \"0.5\"^^xsd:double ; qudt:hasUnit unit:M ] .") ==
-        "");
+                "<picker/slide/limits> lrt:upperLimit [ vom:numericalValue \"0.5\"^^xsd:double ; qudt:hasUnit unit:M ] .") == "");
   CHECK(missing(bench.get("/picker/right_finger"),
                 "<picker/right_finger> a ros:PrismaticJoint ; lrt:mimics <picker/left_finger> ; ros:succeedingLink "
                 "<picker/right_finger_link> .") == "");
@@ -271,14 +266,14 @@ TEST_CASE("joints and links are Things as in Figure 2b", "[urdf][R1.3][R1.9]") {
                 "<picker/hand> a ros:Link ; xhv:prev <picker/flange> ; xhv:next <picker/left_finger> , <picker/right_finger> ; lrt:pose "
                 "<picker/hand/pose> .") == "");
   CHECK(missing(bench.get("/picker/left_finger_link"), "<picker/left_finger_link> a ros:Link ; dcterms:title \"left_finger\" .") == "");
-  CHECK(
-      missing(bench.get("/picker/left_finger_link/visual/1"),
-              "<picker/left_finger_link/visual/1> lrt:mesh <package://picker/meshes/finger.stl> ; lrt:frame <picker/left_finger_link> .") ==
-      "");
+  CHECK(missing(bench.get("/picker/left_finger_link/visual/1"),
+                "<picker/left_finger_link/visual/1> lrt:mesh <package://picker/meshes/finger.stl> ; lrt:frame <picker/left_finger_link> .") == "");
   CHECK(bench.get("/picker/hand/pose").status == 200);
-  CHECK(missing(bench.get("/picker/hand/pose"), "<picker/hand/pose> spatial:sourceCoordinateSystem <picker/rail> ; spatial:targetCoordinateSystem <picker/hand> .") == "");
+  CHECK(missing(bench.get("/picker/hand/pose"),
+                "<picker/hand/pose> spatial:sourceCoordinateSystem <picker/rail> ; spatial:targetCoordinateSystem <picker/hand> .") == "");
   CHECK(missing(bench.get("/picker/shoulder/jointReferenceFrame"),
-                "<picker/shoulder/jointReferenceFrame> a maths:CoordinateSystem , spatial:SpatialRelationship ; spatial:sourceCoordinateSystem <picker/column> ;"
+                "<picker/shoulder/jointReferenceFrame> a maths:CoordinateSystem , spatial:SpatialRelationship ; spatial:sourceCoordinateSystem "
+                "<picker/column> ;"
                 "  spatial:targetCoordinateSystem <picker/shoulder/jointReferenceFrame> .") == "");
 }
 
@@ -366,7 +361,8 @@ TEST_CASE("published positions are shown, copied by mimic joints and converted i
   CHECK(missing(bench.get("/picker/elbow/rotation"),
                 "<picker/elbow/rotation> a spatial:AxisAngle , hybrit:Property ; lrt:frame <picker/forearm> ;"
                 "  spatial:rotationAngle [ a maths:Scalar ; vom:numericalValue \"0.1\"^^xsd:float ; vom:unit maths:Radian ] ;"
-                "  spatial:rotationAxis [ a maths:Vector3D ; maths:x \"0\"^^xsd:float ; maths:y \"1\"^^xsd:float ; maths:z \"0\"^^xsd:float ] .") == "");
+                "  spatial:rotationAxis [ a maths:Vector3D ; maths:x \"0\"^^xsd:float ; maths:y \"1\"^^xsd:float ; maths:z \"0\"^^xsd:float ] .") ==
+        "");
   const std::size_t carriage = find_link(robot.model(), "carriage");
   CHECK(robot.pose(carriage).position == std::array<double, 3>{0.25, 0, 0.1});
   CHECK(missing(bench.get("/picker/carriage/pose"),
@@ -432,14 +428,13 @@ TEST_CASE("floating and planar joints are moved by a pose", "[urdf]") {
 
 TEST_CASE("a mimic of a mimic follows the first", "[urdf]") {
   urdf::Robot robot(
-      urdf::parse(
-          "<robot name='r'><link name='a'/><link name='b'/><link name='c'/><link name='d'/>"
-          "<joint name='z' type='prismatic'><parent link='a'/><child link='d'/><limit velocity='1' effort='1' lower='-9' upper='9'/>"
-          "<mimic joint='y' multiplier='2' offset='1'/></joint>"
-          "<joint name='y' type='prismatic'><parent link='a'/><child link='c'/><limit velocity='1' effort='1' lower='-9' upper='9'/>"
-          "<mimic joint='x' multiplier='-3' offset='0.5'/></joint>"
-          "<joint name='x' type='prismatic'><parent link='a'/><child link='b'/><limit velocity='1' effort='1' lower='-9' "
-          "upper='9'/></joint></robot>")
+      urdf::parse("<robot name='r'><link name='a'/><link name='b'/><link name='c'/><link name='d'/>"
+                  "<joint name='z' type='prismatic'><parent link='a'/><child link='d'/><limit velocity='1' effort='1' lower='-9' upper='9'/>"
+                  "<mimic joint='y' multiplier='2' offset='1'/></joint>"
+                  "<joint name='y' type='prismatic'><parent link='a'/><child link='c'/><limit velocity='1' effort='1' lower='-9' upper='9'/>"
+                  "<mimic joint='x' multiplier='-3' offset='0.5'/></joint>"
+                  "<joint name='x' type='prismatic'><parent link='a'/><child link='b'/><limit velocity='1' effort='1' lower='-9' "
+                  "upper='9'/></joint></robot>")
           .value());
   robot.publish(std::vector<double>{1});
   CHECK(robot.pose(1).position[0] == 1);
@@ -452,8 +447,7 @@ TEST_CASE("every name gets a unique path", "[urdf][R0.3]") {
   std::string text = "<robot name='my robot/1'><link name='root'/>";
   for (std::string name : names) {
     if (name == "<&>") name = "&lt;&amp;&gt;";
-    text +=
-        "<link name='" + name + "'/><joint name='" + name + "' type='continuous'><parent link='root'/><child link='" + name + "'/></joint>";
+    text += "<link name='" + name + "'/><joint name='" + name + "' type='continuous'><parent link='root'/><child link='" + name + "'/></joint>";
   }
   urdf::Robot robot(urdf::parse(text + "</robot>").value());
   CHECK(robot.path() == "my robot.1");
@@ -472,8 +466,7 @@ TEST_CASE("every name gets a unique path", "[urdf][R0.3]") {
 TEST_CASE("meshes with an IRI are links, others are names", "[urdf]") {
   const auto mesh = [](const std::string& name) {
     urdf::Robot robot(
-        urdf::parse("<robot name='r'><link name='a'><visual><geometry><mesh filename='" + name + "'/></geometry></visual></link></robot>")
-            .value());
+        urdf::parse("<robot name='r'><link name='a'><visual><geometry><mesh filename='" + name + "'/></geometry></visual></link></robot>").value());
     Bench bench;
     robot.add_to(bench.engine).value();
     const Answer a = bench.get("/r/a/visual/1\nAccept: application/n-triples");
@@ -542,28 +535,27 @@ TEST_CASE("publishing allocates nothing", "[urdf]") {
 TEST_CASE("descriptions from many tools become Things that conform to their Blueprints", "[urdf][R1.11]") {
   const std::string prismatic = "<limit lower='-1' upper='1'/>", free = "<limit effort='1' velocity='1'/>";
   const std::string sphere = "<geometry><sphere radius='1'/></geometry>";
-  const std::string documents[] = {
-      two_links("prismatic", prismatic),
-      two_links("revolute", free),
-      two_links("revolute", "<limit lower='0' upper='0' effort='0' velocity='0'/>"),
-      two_links("revolute", "<limit lower='-inf' upper='2' velocity='1e308'/>"),
-      two_links("revolute"),
-      two_links("fixed", "<limit/>"),
-      two_links("planar", "<axis xyz='0 0 1'/>" + prismatic),
-      two_links("floating", "<axis xyz='0 0 0'/>" + free),
-      two_links("continuous", "<mimic joint='none'/><dynamics friction='1'/><safety_controller k_velocity='0'/>"),
-      "<robot name='a/b'><link name='..'><inertial><mass value='0'/><inertia ixx='9' iyy='0' izz='1'/></inertial>"
-      "<visual name='v'>" +
-          sphere + "<material name='grey'/></visual><visual name='v'>" + sphere +
-          "<material><color rgba='9 9 9 9'/></material></visual>"
-          "<visual/><collision><geometry><capsule radius='1' "
-          "length='2'/></geometry></collision><collision><geometry><plane/></geometry></collision>"
-          "<visual><geometry><mesh filename='C:\\m\\a b.stl' scale='0 0 0'/></geometry></visual>"
-          "<visual><geometry><mesh filename='$(find p)/m.dae'/></geometry></visual><visual><geometry><mesh "
-          "filename='package://'/></geometry></visual>"
-          "<visual><geometry><mesh filename='model://m/[1].obj#a'/></geometry></visual><visual><geometry><mesh "
-          "filename='?a:b'/></geometry></visual>"
-          "</link></robot>"};
+  const std::string documents[] = {two_links("prismatic", prismatic),
+                                   two_links("revolute", free),
+                                   two_links("revolute", "<limit lower='0' upper='0' effort='0' velocity='0'/>"),
+                                   two_links("revolute", "<limit lower='-inf' upper='2' velocity='1e308'/>"),
+                                   two_links("revolute"),
+                                   two_links("fixed", "<limit/>"),
+                                   two_links("planar", "<axis xyz='0 0 1'/>" + prismatic),
+                                   two_links("floating", "<axis xyz='0 0 0'/>" + free),
+                                   two_links("continuous", "<mimic joint='none'/><dynamics friction='1'/><safety_controller k_velocity='0'/>"),
+                                   "<robot name='a/b'><link name='..'><inertial><mass value='0'/><inertia ixx='9' iyy='0' izz='1'/></inertial>"
+                                   "<visual name='v'>" +
+                                       sphere + "<material name='grey'/></visual><visual name='v'>" + sphere +
+                                       "<material><color rgba='9 9 9 9'/></material></visual>"
+                                       "<visual/><collision><geometry><capsule radius='1' "
+                                       "length='2'/></geometry></collision><collision><geometry><plane/></geometry></collision>"
+                                       "<visual><geometry><mesh filename='C:\\m\\a b.stl' scale='0 0 0'/></geometry></visual>"
+                                       "<visual><geometry><mesh filename='$(find p)/m.dae'/></geometry></visual><visual><geometry><mesh "
+                                       "filename='package://'/></geometry></visual>"
+                                       "<visual><geometry><mesh filename='model://m/[1].obj#a'/></geometry></visual><visual><geometry><mesh "
+                                       "filename='?a:b'/></geometry></visual>"
+                                       "</link></robot>"};
   std::mt19937 random(3);
   std::size_t resources = 0;
   for (const std::string& document : documents) {
@@ -605,8 +597,7 @@ TEST_CASE("descriptions from many tools become Things that conform to their Blue
 
 TEST_CASE("a capsule is shown as a capsule", "[urdf]") {
   urdf::Robot robot(
-      urdf::parse(
-          "<robot name='r'><link name='a'><collision><geometry><capsule radius='1' length='2'/></geometry></collision></link></robot>")
+      urdf::parse("<robot name='r'><link name='a'><collision><geometry><capsule radius='1' length='2'/></geometry></collision></link></robot>")
           .value());
   Bench bench;
   robot.add_to(bench.engine).value();

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -21,10 +22,10 @@ namespace lrt::tool {
 /// What the command says to the shell.
 enum Exit : int {
   success = 0,
-  failure = 1,      ///< the robot refused or failed, or there is no such name
-  usage = 2,        ///< the command line is wrong, or a file of it cannot be used
-  unreachable = 3,  ///< there is no response, or none in HTTP
-  cancelled = 4,    ///< the invocation was cancelled, by the robot or by somebody else
+  failure = 1,        ///< the robot refused or failed, or there is no such name
+  usage = 2,          ///< the command line is wrong, or a file of it cannot be used
+  unreachable = 3,    ///< there is no response, or none in HTTP
+  cancelled = 4,      ///< the invocation was cancelled, by the robot or by somebody else
   interrupted = 130,  ///< Ctrl-C
   pipe_closed = 141,  ///< the reader of standard output has gone
 };

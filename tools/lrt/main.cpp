@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The command lrt: robots that are Linked Robotic Things, from a shell. docs/command.md has a tour, lrt.1 all options.
 
 #include <algorithm>
@@ -25,18 +26,24 @@ void add_global_options(CommandLine& line) {
   app.option_defaults()->group("Options");
   app.add_option("-r,--robot", options.robot, "A URL of the robot, or of one of its Things")->envname("LRT_ROBOT")->type_name("URL");
   app.add_option("--token-file", options.token_file, "A file whose first line is a bearer token")->envname("LRT_TOKEN_FILE")->type_name("FILE");
-  app.add_option("--user", options.user, "A user of HTTP Basic; the password is that of LRT_PASSWORD, --password-file, or asked for")->type_name("NAME");
+  app.add_option("--user", options.user, "A user of HTTP Basic; the password is that of LRT_PASSWORD, --password-file, or asked for")
+      ->type_name("NAME");
   app.add_option("--password-file", options.password_file, "A file whose first line is the password")->type_name("FILE");
   app.add_option("--ca", options.ca, "Certificate authorities, PEM, instead of the system's")->type_name("FILE");
   app.add_option("--cert", options.certificate, "A certificate of the client, PEM")->type_name("FILE");
   app.add_option("--key", options.key, "Its private key, PEM; default: in the file of --cert")->type_name("FILE");
-  app.add_option("--header", options.fields, "A further header field of each request")->type_name("NAME:VALUE")->take_all()->type_size(1)->expected(1);
+  app.add_option("--header", options.fields, "A further header field of each request")
+      ->type_name("NAME:VALUE")
+      ->take_all()
+      ->type_size(1)
+      ->expected(1);
   app.add_option("--timeout", options.timeout, "The time for one response, 10 s by default")->type_name("SECONDS")->check(CLI::Range(0.001, 86400.0));
   app.add_option("--color", options.colour, "Colours: auto, always or never")
       ->type_name("WHEN")
       ->transform(CLI::CheckedTransformer(std::map<std::string, Terminal::Colour>{{"auto", Terminal::Colour::automatic},
-                                                                                 {"always", Terminal::Colour::always},
-                                                                                 {"never", Terminal::Colour::never}}).description("auto|always|never"));
+                                                                                  {"always", Terminal::Colour::always},
+                                                                                  {"never", Terminal::Colour::never}})
+                      .description("auto|always|never"));
   app.add_flag("-v,--verbose", options.verbose, "Requests and statuses on standard error");
   app.footer(
       "Examples:\n"
@@ -96,7 +103,8 @@ int run(int argc, char** argv) {
   const lrt::Result<int> result = line.run(session);
   if (terminal.failed() == EPIPE) return Exit::pipe_closed;
   if (!result) return report(terminal, result.error().message, exit_of(result.error().code));
-  if (terminal.failed() != 0) return report(terminal, std::string("cannot write to standard output: ") + std::strerror(terminal.failed()), Exit::failure);
+  if (terminal.failed() != 0)
+    return report(terminal, std::string("cannot write to standard output: ") + std::strerror(terminal.failed()), Exit::failure);
   return *result;
 }
 
@@ -106,7 +114,5 @@ int main(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);  // write() says so
   try {
     return run(argc, argv);
-  } catch (const std::exception& error) {
-    return report(Terminal(), error.what(), Exit::failure);
-  }
+  } catch (const std::exception& error) { return report(Terminal(), error.what(), Exit::failure); }
 }

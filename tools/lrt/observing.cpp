@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tools/lrt/observing.hpp"
 
 #include <poll.h>
@@ -21,9 +22,8 @@ void add_observe_options(CLI::App& command, ObserveOptions& options) {
   command.add_option("--for", options.seconds, "End after this time")->type_name("SECONDS")->check(CLI::Range(0.0, 1e9));
   command.add_option("--via", options.via, "websocket, event-stream or polling; default: the first of them that the server has")
       ->type_name("PROTOCOL")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, client::Via>{{"websocket", client::Via::websocket},
-                                                                            {"event-stream", client::Via::event_stream},
-                                                                            {"polling", client::Via::polling}}));
+      ->transform(CLI::CheckedTransformer(std::map<std::string, client::Via>{
+          {"websocket", client::Via::websocket}, {"event-stream", client::Via::event_stream}, {"polling", client::Via::polling}}));
 }
 
 Result<void> Observer::find() {
@@ -68,7 +68,8 @@ void Observer::take(std::size_t index, const Change& change) {
   }
   const Result<rdf::Graph> graph = change.graph();
   const client::Property& property = properties_[index];
-  const Result<rdf::TermId> node = graph ? property.value_node(*graph, client::find_focus(*graph, property.url())) : Result<rdf::TermId>(unexpected(graph.error()));
+  const Result<rdf::TermId> node =
+      graph ? property.value_node(*graph, client::find_focus(*graph, property.url())) : Result<rdf::TermId>(unexpected(graph.error()));
   if (!node) {
     seen.kind = Observed::Kind::gap;
     seen.reason = printable(node.error().message);
@@ -133,7 +134,8 @@ Result<int> Observer::run(const ObserveHooks& hooks) {
     milliseconds pause = hooks.pause;
     if (end) pause = std::min(pause, std::chrono::ceil<milliseconds>(*end - now));
     // Standard output is looked at, too: a reader that has gone ends a watch without changes.
-    pollfd events[4] = {{(*client)->descriptor(), POLLIN, 0}, {signals.descriptor(), POLLIN, 0}, {STDOUT_FILENO, 0, 0}, {reads_keys ? STDIN_FILENO : -1, POLLIN, 0}};
+    pollfd events[4] = {
+        {(*client)->descriptor(), POLLIN, 0}, {signals.descriptor(), POLLIN, 0}, {STDOUT_FILENO, 0, 0}, {reads_keys ? STDIN_FILENO : -1, POLLIN, 0}};
     ::poll(events, 4, static_cast<int>(pause.count()));
     while (const int signal = signals.take()) {
       if (ends_command(signal)) return 128 + signal;
@@ -158,8 +160,7 @@ std::string formatted(system_clock::time_point time, bool here) {
   if (here) ::localtime_r(&seconds, &parts);
   else ::gmtime_r(&seconds, &parts);
   char text[96];
-  if (here)
-    std::snprintf(text, sizeof text, "%02d:%02d:%02d.%03ld", parts.tm_hour, parts.tm_min, parts.tm_sec, micros / 1000);
+  if (here) std::snprintf(text, sizeof text, "%02d:%02d:%02d.%03ld", parts.tm_hour, parts.tm_min, parts.tm_sec, micros / 1000);
   else
     std::snprintf(text, sizeof text, "%04d-%02d-%02dT%02d:%02d:%02d.%06ldZ", parts.tm_year + 1900, parts.tm_mon + 1, parts.tm_mday, parts.tm_hour,
                   parts.tm_min, parts.tm_sec, micros);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -40,8 +41,8 @@ struct ObserveHooks {
   std::function<void()> on_pause{};                ///< at least every `pause`, and after changes
   std::chrono::milliseconds pause{500};
   std::function<void(std::size_t property)> on_lost{};  ///< the connection; without it there is a sentence on standard error
-  std::function<void(int signal)> on_signal{};     ///< SIGWINCH, SIGCONT
-  std::function<bool(char key)> on_key{};          ///< of standard input, if it is set; false: enough
+  std::function<void(int signal)> on_signal{};          ///< SIGWINCH, SIGCONT
+  std::function<bool(char key)> on_key{};               ///< of standard input, if it is set; false: enough
 };
 
 /// Observes properties until a signal, the end of the time or of the count, or the end of all watches.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tools/lrt/plot.hpp"
 
 #include <algorithm>
@@ -108,7 +109,8 @@ std::string Plot::draw(std::size_t width, std::size_t height, Time now) {
   for (std::size_t i = 0; i < curves_.size(); ++i) {
     const Curve& curve = curves_[i];
     const std::string colour = colours_ ? "\033[" + std::to_string(colours[i % std::size(colours)]) + "m" : "";
-    const std::string text = cut(curve.name + "  " + (curve.last.empty() ? "-" : curve.last) + (curve.unit.empty() ? "" : " " + curve.unit), width > 2 ? width - 2 : 0);
+    const std::string text =
+        cut(curve.name + "  " + (curve.last.empty() ? "-" : curve.last) + (curve.unit.empty() ? "" : " " + curve.unit), width > 2 ? width - 2 : 0);
     lines.push_back(colour + (unicode_ ? "━" : "-") + (colours_ ? "\033[0m " : " ") + text);
   }
   constexpr std::size_t least = 2;  // rows of the canvas

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tools/lrt/terminal.hpp"
 
 #include <fcntl.h>
@@ -42,8 +43,8 @@ Character first_character(std::string_view text) noexcept {
 
 /// Controls, and what changes the direction or the lines of what stands beside it.
 bool is_unsafe(char32_t c) noexcept {
-  return c < 0x20 || (c >= 0x7F && c <= 0x9F) || c == 0x061C || c == 0x200E || c == 0x200F || (c >= 0x2028 && c <= 0x202E) || (c >= 0x2066 && c <= 0x2069) ||
-         c == 0xFEFF || (c >= 0xFFF9 && c <= 0xFFFB) || (c >= 0xE0000 && c <= 0xE0FFF);
+  return c < 0x20 || (c >= 0x7F && c <= 0x9F) || c == 0x061C || c == 0x200E || c == 0x200F || (c >= 0x2028 && c <= 0x202E) ||
+         (c >= 0x2066 && c <= 0x2069) || c == 0xFEFF || (c >= 0xFFF9 && c <= 0xFFFB) || (c >= 0xE0000 && c <= 0xE0FFF);
 }
 
 std::string hex(unsigned value, int digits) {
@@ -82,8 +83,9 @@ std::string json_escape(const Character& c) {
 
 std::size_t columns_of(char32_t c) noexcept {
   const auto within = [c](char32_t low, char32_t high) { return c >= low && c <= high; };
-  if (within(0x300, 0x36F) || within(0x483, 0x489) || within(0x591, 0x5BD) || within(0x610, 0x61A) || within(0x64B, 0x65F) || within(0x1AB0, 0x1AFF) ||
-      within(0x1DC0, 0x1DFF) || within(0x200B, 0x200D) || within(0x20D0, 0x20FF) || within(0xFE00, 0xFE0F) || within(0xFE20, 0xFE2F))
+  if (within(0x300, 0x36F) || within(0x483, 0x489) || within(0x591, 0x5BD) || within(0x610, 0x61A) || within(0x64B, 0x65F) ||
+      within(0x1AB0, 0x1AFF) || within(0x1DC0, 0x1DFF) || within(0x200B, 0x200D) || within(0x20D0, 0x20FF) || within(0xFE00, 0xFE0F) ||
+      within(0xFE20, 0xFE2F))
     return 0;
   if (within(0x1100, 0x115F) || within(0x2E80, 0x303E) || within(0x3041, 0xA4CF) || within(0xAC00, 0xD7A3) || within(0xF900, 0xFAFF) ||
       within(0xFE30, 0xFE6F) || within(0xFF00, 0xFF60) || within(0xFFE0, 0xFFE6) || within(0x1F300, 0x1F64F) || within(0x1F680, 0x1F6FF) ||
@@ -112,7 +114,9 @@ void write_all(int descriptor, std::string_view text) noexcept {
 std::string printable(std::string_view text) { return escaped(text, visible); }
 
 std::string printable_lines(std::string_view text) {
-  return escaped(text, [](const Character& c) { return c.valid && (c.code == '\n' || c.code == '\t') ? std::string(1, static_cast<char>(c.code)) : visible(c); });
+  return escaped(text, [](const Character& c) {
+    return c.valid && (c.code == '\n' || c.code == '\t') ? std::string(1, static_cast<char>(c.code)) : visible(c);
+  });
 }
 
 std::string printable_styled(std::string_view text) {
@@ -203,7 +207,8 @@ std::size_t Terminal::height() const noexcept {
 bool Terminal::has_colours() const noexcept {
   const char* const term = std::getenv("TERM");
   const char* const no_colour = std::getenv("NO_COLOR");  // https://no-color.org
-  return colour_ == Colour::always || (colour_ == Colour::automatic && out_is_terminal_ && !(no_colour && *no_colour) && term && std::string_view(term) != "dumb");
+  return colour_ == Colour::always ||
+         (colour_ == Colour::automatic && out_is_terminal_ && !(no_colour && *no_colour) && term && std::string_view(term) != "dumb");
 }
 
 std::string Terminal::styled(std::string_view text, Style style) const {

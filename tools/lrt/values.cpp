@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tools/lrt/values.hpp"
 
 #include <algorithm>
@@ -50,11 +51,12 @@ std::string_view local_name(std::string_view iri) noexcept {
 
 /// Predicates that describe the resource and are no part of its value.
 bool describes_resource(std::string_view predicate) {
-  static constexpr std::string_view own[] = {"https://hybr-it-projekt.de/ns/hybr-it#", "http://purl.org/dc/terms/", "http://www.w3.org/1999/xhtml/vocab#",
-                                             "http://www.w3.org/ns/ldp#"};
+  static constexpr std::string_view own[] = {"https://hybr-it-projekt.de/ns/hybr-it#", "http://purl.org/dc/terms/",
+                                             "http://www.w3.org/1999/xhtml/vocab#", "http://www.w3.org/ns/ldp#"};
   for (const std::string_view space : own)
     if (predicate.substr(0, space.size()) == space) return true;
-  for (const Iri one : {vocab::rdf_::type, vocab::rdfs::seeAlso, vocab::vom::unit, vocab::qudt::hasUnit, vocab::lrt_::frame, vocab::vom::quantityKind})
+  for (const Iri one :
+       {vocab::rdf_::type, vocab::rdfs::seeAlso, vocab::vom::unit, vocab::qudt::hasUnit, vocab::lrt_::frame, vocab::vom::quantityKind})
     if (predicate == one.text) return true;
   return predicate == "http://qudt.org/schema/qudt/dataType" || predicate == "http://qudt.org/schema/qudt/hasQuantityKind" ||
          predicate == "http://qudt.org/schema/qudt/unit" || predicate == "https://w3id.org/lrt/ns#elementType";
@@ -148,7 +150,8 @@ class Reader {
             rdf::write_plain(rdf::traits<float>::type(), {}, rdf::Value(static_cast<double>(static_cast<float>(*number))), rdf::Plain::json);
         if (text) return *text;
       }
-    if (is_one_of({xsd::integer, xsd::byte_, xsd::short_, xsd::int_, xsd::long_, xsd::unsignedByte, xsd::unsignedShort, xsd::unsignedInt, xsd::unsignedLong})) {
+    if (is_one_of({xsd::integer, xsd::byte_, xsd::short_, xsd::int_, xsd::long_, xsd::unsignedByte, xsd::unsignedShort, xsd::unsignedInt,
+                   xsd::unsignedLong})) {
       std::string_view digits = term.text;
       const bool negative = !digits.empty() && digits.front() == '-';
       if (!digits.empty() && (digits.front() == '-' || digits.front() == '+')) digits.remove_prefix(1);
@@ -173,8 +176,8 @@ std::string media_type_of_name(std::string_view name) {
   const std::size_t dot = name.rfind('.');
   const std::string_view suffix = dot == std::string_view::npos ? std::string_view() : name.substr(dot + 1);
   constexpr std::pair<std::string_view, std::string_view> known[] = {
-      {"ttl", "text/turtle"}, {"nt", "application/n-triples"}, {"rdf", "application/rdf+xml"}, {"jsonld", "application/ld+json"},
-      {"json", "application/json"}, {"cbor", "application/cbor"}, {"bin", "application/octet-stream"}};
+      {"ttl", "text/turtle"},       {"nt", "application/n-triples"}, {"rdf", "application/rdf+xml"},     {"jsonld", "application/ld+json"},
+      {"json", "application/json"}, {"cbor", "application/cbor"},    {"bin", "application/octet-stream"}};
   for (const auto& [end, type] : known)
     if (suffix == end) return std::string(type);
   return {};
@@ -195,11 +198,13 @@ PlainValue value_at(const Graph& graph, TermId node, const client::Schema* schem
     if (const Result<rdf::Value> value = schema->read_value(graph, node)) {
       const Type& type = schema->type();
       const bool nested = type.kind == Type::Kind::record || type.kind == Type::Kind::map;
-      const Result<std::string> json = rdf::write_plain(type, nested ? schema->facets() : rdf::Facets(), *value, nested ? rdf::Plain::json_with_units : rdf::Plain::json);
+      const Result<std::string> json =
+          rdf::write_plain(type, nested ? schema->facets() : rdf::Facets(), *value, nested ? rdf::Plain::json_with_units : rdf::Plain::json);
       if (json) {
         result.json = printable_json(*json);
         if (const double* real = value->real()) result.number = *real;
-        if (const std::int64_t* integer = value->integer(); integer && type.kind == Type::Kind::integer) result.number = static_cast<double>(*integer);
+        if (const std::int64_t* integer = value->integer(); integer && type.kind == Type::Kind::integer)
+          result.number = static_cast<double>(*integer);
         if (const std::string* text = value->text()) result.text = printable_lines(*text);
         if (!nested) result.unit = printable(client::unit_label(schema->facets().unit()));
       }
@@ -241,7 +246,8 @@ std::string bounds_of(const Type& type, const rdf::Facets& facets) {
   if (const auto min = facets.min()) text += std::string(facets.min_exclusive() ? "above " : "from ") + number_text(*min);
   if (const auto max = facets.max()) text += (text.empty() ? "" : " ") + std::string(facets.max_exclusive() ? "below " : "to ") + number_text(*max);
   if (facets.min() && facets.max() && facets.max_exclusive()) text.insert(text.rfind("below"), "to ");
-  if (facets.max_length() != std::numeric_limits<std::size_t>::max()) text += (text.empty() ? "" : ", ") + std::string("at most ") + std::to_string(facets.max_length()) + " characters";
+  if (facets.max_length() != std::numeric_limits<std::size_t>::max())
+    text += (text.empty() ? "" : ", ") + std::string("at most ") + std::to_string(facets.max_length()) + " characters";
   if (type.kind == Type::Kind::list && (type.shortest > 0 || type.longest != std::numeric_limits<std::size_t>::max())) {
     text += text.empty() ? "" : ", ";
     if (type.shortest == type.longest) text += std::to_string(type.shortest) + " members";
@@ -286,10 +292,10 @@ std::string description_of(const client::Schema& schema) {
   const Type* type = &schema.type();
   while (type->kind == Type::Kind::optional && type->element) type = type->element;
   const std::string unit = printable(client::unit_label(schema.facets().unit())), bounds = bounds_of(*type, schema.facets());
-  std::string text = type->kind == Type::Kind::record ? "a record " + name_of(*type)
+  std::string text = type->kind == Type::Kind::record                                             ? "a record " + name_of(*type)
                      : type->kind == Type::Kind::enumeration || type->kind == Type::Kind::boolean ? "one of " + name_of(*type)
-                     : type->kind == Type::Kind::integer ? "an integer"
-                                                         : "a " + name_of(*type);
+                     : type->kind == Type::Kind::integer                                          ? "an integer"
+                                                                                                  : "a " + name_of(*type);
   if (!unit.empty()) text += " in " + unit;
   if (!bounds.empty()) text += ", " + bounds;
   return text;
@@ -335,7 +341,9 @@ Result<Input> input_of(const Body& body, const std::string& url, const std::opti
       return Input{*std::move(graph), *focus};
     }
     if (const auto parsed = MediaType::parse(type)) format = rdf::plain_of(*parsed);
-    if (!format) return unexpected(Errc::invalid_option, "\"" + type + "\" is neither RDF nor a plain value; expected text/turtle, application/json, text/plain ...");
+    if (!format)
+      return unexpected(Errc::invalid_option,
+                        "\"" + type + "\" is neither RDF nor a plain value; expected text/turtle, application/json, text/plain ...");
   }
   if (!schema) {
     return unexpected(Errc::expected_value, "\"" + url + "\" publishes no shape that says what a plain value means; give RDF, such as @value.ttl");

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <optional>
@@ -12,9 +13,9 @@ namespace lrt::tool {
 
 /// A value without RDF.
 struct PlainValue {
-  std::string json;  ///< printable
-  std::string text;  ///< of a number or a text without quotes; else as `json`. Printable
-  std::string unit;  ///< UCUM code, or the last part of its IRI; empty: none
+  std::string json;                ///< printable
+  std::string text;                ///< of a number or a text without quotes; else as `json`. Printable
+  std::string unit;                ///< UCUM code, or the last part of its IRI; empty: none
   std::optional<double> number{};  ///< if it is one
 };
 

@@ -1,11 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
 #include <string>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/language.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 /// One instant on two clocks. Deadlines use the steady clock, which never jumps. Representations and Date use UTC.
 struct TimePoint {
@@ -15,7 +18,7 @@ struct TimePoint {
 
 /// The source of time. It is injected, so tests can set it. Modules below `transport` do not read the system's clocks.
 /// @par Threads  now() is called from any thread, also concurrently, and must not throw.
-class Clock {
+class LRT_API Clock {
  public:
   virtual ~Clock() = default;
   virtual TimePoint now() const noexcept = 0;
@@ -24,9 +27,10 @@ class Clock {
 };
 
 /// The system's clocks. The object exists until the program ends.
-const Clock& system_clock() noexcept;
+LRT_API const Clock& system_clock() noexcept;
 
 /// xsd:dateTime in UTC with microseconds, "2026-11-21T10:38:39.000125Z".
-std::string to_xsd_date_time(std::chrono::system_clock::time_point utc);
+LRT_API std::string to_xsd_date_time(std::chrono::system_clock::time_point utc);
 
+}  // namespace v0
 }  // namespace lrt

@@ -1,14 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/language.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 /// The source of ids: the last path segments of invocations, members and subscriptions.
 /// @par Threads  One thread at a time.
-class IdSource {
+class LRT_API IdSource {
  public:
   virtual ~IdSource() = default;
   /// A new id of unreserved URI characters. A source never returns the same id twice.
@@ -16,9 +19,10 @@ class IdSource {
 };
 
 /// Random UUIDs (RFC 9562 version 4) from the system's entropy: unpredictable, and unique across restarts.
-class RandomIds final : public IdSource {
+class LRT_API RandomIds final : public IdSource {
  public:
   std::string next() override;
 };
 
+}  // namespace v0
 }  // namespace lrt

@@ -1,9 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <new>
 #include <utility>
 
 namespace lrt {
+inline namespace v0 {
 
 /// A value in static storage that is never destroyed. Threads of lrt run until the process has ended, so what they use must not have a destructor
 /// that runs in exit(). Write it in traits of your own, too:
@@ -33,4 +35,5 @@ class Immortal {
   alignas(T) unsigned char storage_[sizeof(T)];
 };
 
+}  // namespace v0
 }  // namespace lrt

@@ -1,11 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>
 #include <string_view>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 /// A view of a text that is an IRI, for constants and arguments: `Iri{"http://example.org/ns#colour"}`. Vocabulary terms have this type.
 /// The text must outlive the view.
@@ -20,7 +23,11 @@ struct Iri {
   friend constexpr bool operator!=(Iri a, Iri b) noexcept { return !(a == b); }
 };
 
-namespace iri {
+}  // namespace v0
+}  // namespace lrt
+
+namespace lrt::iri {
+inline namespace v0 {
 
 /// The five parts of an IRI reference (RFC 3986 3, RFC 3987). Views into the text given to split().
 struct Parts {
@@ -29,25 +36,25 @@ struct Parts {
 };
 
 /// Splits a reference and does not validate its characters (RFC 3986 appendix B).
-Parts split(std::string_view reference) noexcept;
+LRT_API Parts split(std::string_view reference) noexcept;
 
 /// True if `text` has a scheme and only characters that RFC 3987 2.2 allows (UTF-8, no controls, no space, none of <>"{}|^`\,
 /// well-formed percent escapes).
-bool is_absolute(std::string_view text) noexcept;
+LRT_API bool is_absolute(std::string_view text) noexcept;
 
 /// True if `text` is an IRI reference, absolute or relative, of allowed characters only.
-bool is_reference(std::string_view text) noexcept;
+LRT_API bool is_reference(std::string_view text) noexcept;
 
 /// Resolves a reference against an absolute base (RFC 3986 5.2, strict).
 /// @par Errors  expected_iri, if either is not valid
-Result<std::string> resolve(std::string_view base, std::string_view reference);
+LRT_API Result<std::string> resolve(std::string_view base, std::string_view reference);
 
 /// Percent-encodes a name for use as one path segment: everything but RFC 3986 unreserved and "!$&'()*+,;=:@" as UTF-8 bytes.
-std::string encode_segment(std::string_view name);
+LRT_API std::string encode_segment(std::string_view name);
 
 /// Decodes percent escapes.
 /// @par Errors  expected_iri: an incomplete or non-hex escape, with its offset
-Result<std::string> decode(std::string_view text);
+LRT_API Result<std::string> decode(std::string_view text);
 
-}  // namespace iri
-}  // namespace lrt
+}  // namespace v0
+}  // namespace lrt::iri

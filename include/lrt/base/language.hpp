@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 // What lrt needs of the compiler. Each public header includes this before anything else of lrt.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <functional>
@@ -6,6 +7,7 @@
 #include <lrt/base/language.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 enum class LogLevel : unsigned char { debug, info, warning, error };
 
@@ -13,4 +15,5 @@ enum class LogLevel : unsigned char { debug, info, warning, error };
 /// @par Threads  Called from any thread of lrt, also concurrently.
 using LogCallback = std::function<void(LogLevel, std::string_view)>;
 
+}  // namespace v0
 }  // namespace lrt

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>
@@ -5,13 +6,15 @@
 #include <utility>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 /// A media type with parameters (RFC 9110 8.3.1): `type "/" subtype *( OWS ";" OWS [ name "=" ( token / quoted-string ) ] )`.
 /// Type, subtype and parameter names are lower-cased; values are unquoted.
-struct MediaType {
+struct LRT_API MediaType {
   std::string type;
   std::string subtype;
   std::vector<std::pair<std::string, std::string>> parameters;
@@ -27,4 +30,5 @@ struct MediaType {
   std::string_view parameter(std::string_view name) const noexcept;
 };
 
+}  // namespace v0
 }  // namespace lrt

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cassert>
@@ -7,12 +8,14 @@
 #include <type_traits>
 #include <utility>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/error.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 /// Thrown by Result::value() if there is no value. Holds the error.
-class BadResult : public std::runtime_error {
+class LRT_API BadResult : public std::runtime_error {
  public:
   explicit BadResult(Error error) : std::runtime_error(error.message), error_(std::move(error)) {}
   const Error& error() const noexcept { return error_; }
@@ -31,7 +34,11 @@ inline Unexpected unexpected(Errc code, std::string message) { return Unexpected
 /// For user code: the robot refuses, because its state or limits exclude the request. The client gets 409 with the reason.
 inline Unexpected refused(std::string reason) { return unexpected(Errc::refused, std::move(reason)); }
 
-namespace detail {
+}  // namespace v0
+}  // namespace lrt
+
+namespace lrt::detail {
+inline namespace v0 {
 
 /// Deletes copies of what derives from it if T cannot be copied.
 template <bool copyable>
@@ -80,7 +87,11 @@ struct ValueOrError {
   }
 };
 
-}  // namespace detail
+}  // namespace v0
+}  // namespace lrt::detail
+
+namespace lrt {
+inline namespace v0 {
 
 /// A value, or the Error that explains why there is none. The names are those of std::expected. The definition is the same in every
 /// language mode, so hosts of any C++ standard link with one build of the library.
@@ -149,4 +160,5 @@ class [[nodiscard]] Result<void> {
   std::optional<Error> error_;
 };
 
+}  // namespace v0
 }  // namespace lrt

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>
@@ -9,6 +10,7 @@
 #include <lrt/base/immortal.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 /// A vector that is one pointer, and owns no memory while it is empty. For members of which most objects have none.
 template <class T>
@@ -54,4 +56,5 @@ class ThinVector {
   std::unique_ptr<std::vector<T>> items_;  // null: empty
 };
 
+}  // namespace v0
 }  // namespace lrt

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -5,6 +6,7 @@
 #include <vector>
 
 namespace lrt {
+inline namespace v0 {
 
 /// Scheduling policies of threads (sched(7)).
 enum class Scheduling : std::uint8_t {
@@ -27,4 +29,5 @@ struct ThreadOptions {
   std::size_t stack_bytes = 0;
 };
 
+}  // namespace v0
 }  // namespace lrt

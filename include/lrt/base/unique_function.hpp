@@ -1,19 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <memory>
 #include <type_traits>
 #include <utility>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/language.hpp>
 
-namespace lrt {
-
-namespace detail {
+namespace lrt::detail {
+inline namespace v0 {
 /// Owns the callable of a UniqueFunction of any signature.
-struct Callable {
+struct LRT_API Callable {
   virtual ~Callable() = default;
 };
-}  // namespace detail
+}  // namespace v0
+}  // namespace lrt::detail
+
+namespace lrt {
+inline namespace v0 {
 
 template <class Signature>
 class UniqueFunction;
@@ -24,8 +29,8 @@ template <class R, class... Args>
 class UniqueFunction<R(Args...)> {
  public:
   UniqueFunction() noexcept = default;
-  template <class F, class = std::enable_if_t<!std::is_same_v<std::decay_t<F>, UniqueFunction> &&
-                                              std::is_invocable_r_v<R, std::decay_t<F>&, Args...>>>
+  template <class F,
+            class = std::enable_if_t<!std::is_same_v<std::decay_t<F>, UniqueFunction> && std::is_invocable_r_v<R, std::decay_t<F>&, Args...>>>
   UniqueFunction(F&& f) : impl_(new Holder<std::decay_t<F>>(std::forward<F>(f))) {}  // NOLINT: as std::function
 
   explicit operator bool() const noexcept { return impl_ != nullptr; }
@@ -48,4 +53,5 @@ class UniqueFunction<R(Args...)> {
   std::unique_ptr<detail::Callable> impl_;
 };
 
+}  // namespace v0
 }  // namespace lrt

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -5,21 +6,24 @@
 #include <string>
 #include <string_view>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/language.hpp>
 
 namespace lrt::utf8 {
+inline namespace v0 {
 
 /// The offset of the first byte that is not part of well-formed UTF-8 (RFC 3629: no surrogates, no overlong forms, at most
 /// U+10FFFF), or nullopt when all is well.
-std::optional<std::size_t> find_invalid(std::string_view text) noexcept;
+LRT_API std::optional<std::size_t> find_invalid(std::string_view text) noexcept;
 
 /// Whether the text ends with an incomplete character. @pre the text is well-formed up to that character
-bool ends_within_character(std::string_view text) noexcept;
+LRT_API bool ends_within_character(std::string_view text) noexcept;
 
 /// Appends one code point. @pre it is a scalar value
-void append(std::string& out, char32_t code_point);
+LRT_API void append(std::string& out, char32_t code_point);
 
 /// Reads the code point at `offset` and advances past it. @pre the text is well-formed and offset < size
-char32_t decode(std::string_view text, std::size_t& offset) noexcept;
+LRT_API char32_t decode(std::string_view text, std::size_t& offset) noexcept;
 
+}  // namespace v0
 }  // namespace lrt::utf8

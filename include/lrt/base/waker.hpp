@@ -1,11 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/language.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 /// Ends the wait of another thread, such as a transport's poll(). It may outlive the object that waits; then wake() has no effect.
-class Waker {
+class LRT_API Waker {
  public:
   virtual ~Waker() = default;
   /// @par Threads  Any.
@@ -13,4 +16,5 @@ class Waker {
   virtual void wake() noexcept = 0;
 };
 
+}  // namespace v0
 }  // namespace lrt

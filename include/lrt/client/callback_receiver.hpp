@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -8,6 +9,7 @@
 #include <string>
 #include <string_view>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/log.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/base/thread_options.hpp>
@@ -15,6 +17,7 @@
 #include <lrt/transport/transport.hpp>
 
 namespace lrt::client {
+inline namespace v0 {
 
 /// How a CallbackReceiver is reached. Set-up only.
 struct CallbackReceiverOptions {
@@ -43,7 +46,7 @@ struct CallbackReceiverOptions {
 ///
 /// @par Threads  Any.
 /// @par Implements  R0.13, R0.16, WebSub 5.3, 7.1, 8
-class CallbackReceiver {
+class LRT_API CallbackReceiver {
  public:
   struct Counts {
     std::uint64_t notifications = 0;  ///< that were handed on
@@ -84,4 +87,5 @@ class CallbackReceiver {
   CallbackReceiver& operator=(const CallbackReceiver&) = delete;
 };
 
+}  // namespace v0
 }  // namespace lrt::client

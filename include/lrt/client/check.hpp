@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -6,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/client/options.hpp>
 
@@ -15,6 +17,7 @@
 ///     if (report) std::cout << lrt::client::conformance::to_text(*report);
 ///     return lrt::client::conformance::exit_status(report);
 namespace lrt::client::conformance {
+inline namespace v0 {
 
 enum class Outcome : unsigned char {
   pass,
@@ -22,18 +25,18 @@ enum class Outcome : unsigned char {
   not_applicable,  ///< the server has nothing to which the requirement applies, or it is one on clients
   not_testable,    ///< it cannot be seen from outside, or not with these options; the detail has the reason
 };
-std::string_view to_string(Outcome outcome) noexcept;
+LRT_API std::string_view to_string(Outcome outcome) noexcept;
 
 /// How strong the sentence of the specification is (RFC 2119). A failed `may` is advice.
 enum class Level : unsigned char { must, should, may };
-std::string_view to_string(Level level) noexcept;
+LRT_API std::string_view to_string(Level level) noexcept;
 
 /// How sure the verdict is.
 enum class Certainty : unsigned char {
   certain,  ///< the evidence alone decides
   likely,   ///< another explanation exists, and the detail names it
 };
-std::string_view to_string(Certainty certainty) noexcept;
+LRT_API std::string_view to_string(Certainty certainty) noexcept;
 
 /// One request and its response, shortened.
 struct Evidence {
@@ -68,7 +71,7 @@ struct Requirement {
   std::string reason;   ///< of an outcome without a finding
 };
 
-struct Report {
+struct LRT_API Report {
   std::string url;
   std::chrono::system_clock::time_point started{};
   std::string product;  ///< value of Server, if there is one
@@ -120,21 +123,22 @@ struct CheckOptions {
 /// @par Errors   expected_iri, invalid_option; io_error, timed_out, closed, expected_http: the URL has no response; failed: it is no success
 /// @par Threads  Any. Blocks, at most `total_time` and one wait of the client's limits.
 /// @par Implements  SPEC 1
-Result<Report> run(const std::string& url, const CheckOptions& options = {});
+LRT_API Result<Report> run(const std::string& url, const CheckOptions& options = {});
 
 struct TextOptions {
   bool colour = false;
   bool all = false;  ///< what passed, too, with its evidence
 };
 /// For people: what is not fulfilled with its evidence, then a line for each requirement.
-std::string to_text(const Report& report, const TextOptions& options = {});
+LRT_API std::string to_text(const Report& report, const TextOptions& options = {});
 /// The report as a JSON document.
-std::string to_json(const Report& report);
+LRT_API std::string to_json(const Report& report);
 /// The report in Turtle, with the terms of EARL 1.0 (W3C Working Draft of 2017): an earl:Assertion for each finding. A failed `should` or `may` is
 /// earl:failed too; earl:info has the level.
-std::string to_earl(const Report& report);
+LRT_API std::string to_earl(const Report& report);
 
 /// 0: no `must` has failed; 1: one has, or with `strict` a `should`; 2: the check could not be run.
-int exit_status(const Result<Report>& report, bool strict = false) noexcept;
+LRT_API int exit_status(const Result<Report>& report, bool strict = false) noexcept;
 
+}  // namespace v0
 }  // namespace lrt::client::conformance

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -5,15 +6,19 @@
 #include <string>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/client/schema.hpp>
 #include <lrt/rdf/graph.hpp>
 
 namespace lrt {
+inline namespace v0 {
 class Client;
-}
+}  // namespace v0
+}  // namespace lrt
 
 namespace lrt::client {
+inline namespace v0 {
 
 class Robot;
 
@@ -86,17 +91,19 @@ struct Description {
 ///
 /// @par Errors  limit_exceeded: DescribeOptions
 /// @par Time    Linear in the graph for a robot's own shapes
-Result<Description> describe(const rdf::Graph& graph, const DescribeOptions& options = {});
+LRT_API Result<Description> describe(const rdf::Graph& graph, const DescribeOptions& options = {});
 
 /// Describes a live robot: reads the documents of its Things, Properties, Actions and Blueprints, and of shapes that these refer to. Only what
 /// has an origin of one of its Things is read. A document that cannot be read is a warning.
 /// @par Errors  limit_exceeded: DescribeOptions
-Result<Description> describe(lrt::Client& client, const Robot& robot, const DescribeOptions& options = {});
+LRT_API Result<Description> describe(lrt::Client& client, const Robot& robot, const DescribeOptions& options = {});
 /// The documents that describe() reads, as one graph: written to a file, it describes the robot without a connection.
 /// @param problems  receives a sentence for each document that cannot be read, at most DescribeOptions::max_warnings
-Result<rdf::Graph> read_documents(lrt::Client& client, const Robot& robot, std::vector<std::string>& problems, const DescribeOptions& options = {});
+LRT_API Result<rdf::Graph> read_documents(lrt::Client& client, const Robot& robot, std::vector<std::string>& problems,
+                                          const DescribeOptions& options = {});
 
 /// Adds the triples of another document. Its blank nodes get labels that `to` does not have.
-void merge_document(rdf::Graph& to, const rdf::Graph& document);
+LRT_API void merge_document(rdf::Graph& to, const rdf::Graph& document);
 
+}  // namespace v0
 }  // namespace lrt::client

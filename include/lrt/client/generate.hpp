@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -5,10 +6,12 @@
 #include <string_view>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/client/description.hpp>
 
 namespace lrt::client {
+inline namespace v0 {
 
 struct GenerateOptions {
   std::string name_space = "robot";          ///< "robot" or "acme::robot"; no part may be "lrt" or "std"
@@ -37,11 +40,12 @@ struct Generated {
 /// of, with a digest, for check().
 ///
 /// @par Errors  invalid_option: the namespace; limit_exceeded: max_bytes
-Result<Generated> generate(const Description& robot, const GenerateOptions& options = {});
+LRT_API Result<Generated> generate(const Description& robot, const GenerateOptions& options = {});
 
 /// Compares a generated header with what a robot describes now. One sentence for each difference, with the kind of Thing, the property or action,
 /// and the field. Empty: the header still fits. The host and the port of the robot do not count.
 /// @par Errors  expected_value: the text was not made by generate(), or its list has been changed
-Result<std::vector<std::string>> check(std::string_view header, const Description& robot, const GenerateOptions& options = {});
+LRT_API Result<std::vector<std::string>> check(std::string_view header, const Description& robot, const GenerateOptions& options = {});
 
+}  // namespace v0
 }  // namespace lrt::client

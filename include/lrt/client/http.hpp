@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>
@@ -5,20 +6,22 @@
 #include <utility>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/http/message.hpp>
 
 namespace lrt::client {
+inline namespace v0 {
 
 /// A request for Client::send().
 struct Request {
   std::string method = "GET";
-  std::string url;  ///< absolute http or https URL; a fragment is not sent
+  std::string url;                                            ///< absolute http or https URL; a fragment is not sent
   std::vector<std::pair<std::string, std::string>> fields{};  ///< Content-Type, Accept, If-Match, ...
   std::string body{};
 };
 
 /// A complete response.
-struct Response {
+struct LRT_API Response {
   int status = 0;
   http::Fields fields{};
   std::string body{};
@@ -38,6 +41,7 @@ struct Link {
 };
 /// The links of all Link fields, of at most `max` links. What is ill-formed is left out.
 /// @param base  URL of the response
-std::vector<Link> links(const http::Fields& fields, std::string_view base, std::size_t max = 10'000);
+LRT_API std::vector<Link> links(const http::Fields& fields, std::string_view base, std::size_t max = 10'000);
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <atomic>
@@ -12,6 +13,7 @@
 #include <lrt/client/watch.hpp>
 
 namespace lrt::client {
+inline namespace v0 {
 
 /// The newest value of a watched resource, for a control loop: a joint that follows a joint of another robot.
 ///
@@ -67,7 +69,8 @@ class Latest {
   bool is_connected() const noexcept { return watch_.is_connected(); }
   Counts counts() const noexcept {
     if (!shared_) return {};
-    return {shared_->values.load(std::memory_order_relaxed), shared_->gaps.load(std::memory_order_relaxed), shared_->unreadable.load(std::memory_order_relaxed)};
+    return {shared_->values.load(std::memory_order_relaxed), shared_->gaps.load(std::memory_order_relaxed),
+            shared_->unreadable.load(std::memory_order_relaxed)};
   }
   /// The server has ended the subscription or refuses it. Nothing follows.
   bool has_ended() const noexcept { return shared_ && shared_->ended.load(std::memory_order_acquire); }
@@ -124,4 +127,5 @@ class Latest {
   Watch watch_;
 };
 
+}  // namespace v0
 }  // namespace lrt::client

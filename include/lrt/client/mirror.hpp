@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -9,11 +10,13 @@
 #include <string>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/client/options.hpp>
 
 /// Copies of the graphs of robots in an RDF store.
 namespace lrt::client {
+inline namespace v0 {
 
 /// A store that has the SPARQL 1.1 Graph Store HTTP Protocol.
 struct StoreOptions {
@@ -34,8 +37,8 @@ struct MirrorEvent {
     robot_left,      ///< it cannot be read; its graphs stay, and it is marked
     robot_returned,  ///< it is no longer marked
     graph_sent,
-    graph_deleted,  ///< the robot does not have the resource any more
-    graph_refused,  ///< by the store, for a reason of this graph. It is sent again when it has changed; after 500, also with the next reading
+    graph_deleted,      ///< the robot does not have the resource any more
+    graph_refused,      ///< by the store, for a reason of this graph. It is sent again when it has changed; after 500, also with the next reading
     graph_overwritten,  ///< somebody else had changed it in the store: its entity tag was another one
     store_lost,         ///< it does not respond or has no room; what is to be sent waits
     store_returned,
@@ -54,18 +57,15 @@ struct MirrorOptions {
   /// store. Empty: it is kept in memory only.
   std::string state_file;
 
-  std::size_t max_requests = 4;                      ///< to the store at a time
-  double max_rate = 100;                             ///< requests to the store in one second; 0: any number
-  std::size_t max_readers = 8;                       ///< robots that are read at a time
-  std::size_t max_graphs = 1'000'000;                ///< of all robots
-  std::size_t max_waiting_bytes = 64 * 1024 * 1024;  ///< of graphs that wait; what is beyond is read again when its turn comes
-  std::size_t max_watches_per_robot = 200;  ///< each is a connection; further resources are read every refresh_interval
-  std::chrono::milliseconds minimum_interval{
-      1'000};  ///< between two changes of a resource that a robot sends; the newest counts
-  std::chrono::milliseconds refresh_interval{
-      60'000};  ///< between two readings of all resources of a robot, most of which respond 304
-  std::chrono::milliseconds first_pause{
-      500};  ///< after a failure of a store or a robot; then twice that, and so on, times 0.5 to 1.5
+  std::size_t max_requests = 4;                        ///< to the store at a time
+  double max_rate = 100;                               ///< requests to the store in one second; 0: any number
+  std::size_t max_readers = 8;                         ///< robots that are read at a time
+  std::size_t max_graphs = 1'000'000;                  ///< of all robots
+  std::size_t max_waiting_bytes = 64 * 1024 * 1024;    ///< of graphs that wait; what is beyond is read again when its turn comes
+  std::size_t max_watches_per_robot = 200;             ///< each is a connection; further resources are read every refresh_interval
+  std::chrono::milliseconds minimum_interval{1'000};   ///< between two changes of a resource that a robot sends; the newest counts
+  std::chrono::milliseconds refresh_interval{60'000};  ///< between two readings of all resources of a robot, most of which respond 304
+  std::chrono::milliseconds first_pause{500};          ///< after a failure of a store or a robot; then twice that, and so on, times 0.5 to 1.5
   std::chrono::milliseconds max_pause{30'000};
   std::chrono::milliseconds patience{30'000};  ///< of copy(): how long the store may fail
 
@@ -100,7 +100,7 @@ struct MirrorCounts {
 ///     mirror.start().value();
 ///
 /// @par Threads  Any; stop() and the destructor: not in a callback.
-class Mirror {
+class LRT_API Mirror {
  public:
   /// @par Errors  invalid_option: also a state file of another store, or one that another mirror uses; expected_iri: of a robot; io_error
   static Result<Mirror> create(MirrorOptions options);
@@ -131,6 +131,7 @@ class Mirror {
 };
 
 /// The name of the graph that marks a robot: its URL with the fragment "mirror".
-std::string mirror_mark_of(const std::string& robot);
+LRT_API std::string mirror_mark_of(const std::string& robot);
 
+}  // namespace v0
 }  // namespace lrt::client

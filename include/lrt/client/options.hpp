@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -10,16 +11,17 @@
 #include <lrt/base/thread_options.hpp>
 
 namespace lrt::client {
+inline namespace v0 {
 
 /// As whom a client sends requests. Only the origins that the program itself names get it: those of Client::open(), and trusted_origins. A link or a
 /// redirect to another origin is followed without it.
 struct Identity {
-  std::string token;             ///< bearer token (RFC 6750)
-  std::string token_file;        ///< a file whose first line is the token; read again when a server responds 401
-  std::string user, password;    ///< HTTP Basic (RFC 7617), only over TLS or to this machine
-  std::string certificate_file;  ///< certificate of the client with its chain, PEM; shown to these origins only
-  std::string key_file;          ///< its private key, PEM
-  std::vector<std::string> trusted_origins;  ///< "https://robot.example:8443"
+  std::string token;                                        ///< bearer token (RFC 6750)
+  std::string token_file;                                   ///< a file whose first line is the token; read again when a server responds 401
+  std::string user, password;                               ///< HTTP Basic (RFC 7617), only over TLS or to this machine
+  std::string certificate_file;                             ///< certificate of the client with its chain, PEM; shown to these origins only
+  std::string key_file;                                     ///< its private key, PEM
+  std::vector<std::string> trusted_origins;                 ///< "https://robot.example:8443"
   std::vector<std::pair<std::string, std::string>> fields;  ///< further header fields of each request to these origins
 };
 
@@ -43,7 +45,7 @@ struct Limits {
 
 /// Where the callbacks of a client run.
 enum class Callbacks : unsigned char {
-  in_poll,     ///< in Client::poll(): a program that is a robot and a client has one loop
+  in_poll,        ///< in Client::poll(): a program that is a robot and a client has one loop
   in_background,  ///< on a thread of lrt
 };
 
@@ -57,7 +59,8 @@ struct Options {
   bool validate = true;  ///< an input that violates the published shape is not sent
   Callbacks callbacks = Callbacks::in_poll;
   ThreadOptions threads;  ///< of the threads of the client
-  LogCallback log;  ///< debug: each request with its status, "GET http://robot/arm: 200"
+  LogCallback log;        ///< debug: each request with its status, "GET http://robot/arm: 200"
 };
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -7,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/rdf/plain.hpp>
 #include <lrt/rdf/traits.hpp>
@@ -23,6 +25,7 @@
 /// `at` is in seconds since the beginning. `value` is the value as Plain::json_with_units, `unit` the UCUM code of a number. `gap`: changes before this line may
 /// be missing. Unknown members are ignored.
 namespace lrt::client {
+inline namespace v0 {
 
 struct RecordedChange {
   std::chrono::microseconds at{0};
@@ -40,18 +43,18 @@ struct RecordingHeader {
 };
 
 /// The lines of a recording, each with its line feed.
-std::string to_line(const RecordingHeader& header);
-std::string to_line(const RecordedChange& change);
+LRT_API std::string to_line(const RecordingHeader& header);
+LRT_API std::string to_line(const RecordedChange& change);
 
 struct RecordingLimits {
-  std::size_t max_line_bytes = 1024 * 1024;     ///< a longer line counts as damaged
+  std::size_t max_line_bytes = 1024 * 1024;  ///< a longer line counts as damaged
   std::size_t max_changes = 10'000'000;
   std::size_t max_bytes = 1024 * 1024 * 1024;
 };
 
 /// A recording that was read. A program that stops while it writes, or a disk that is full, leaves an incomplete line: damaged lines are left out and
 /// counted, all others are read.
-class Recording {
+class LRT_API Recording {
  public:
   /// @par Errors  expected_value: the first line is no header, or one of a later version; limit_exceeded
   static Result<Recording> parse(std::string_view text, const RecordingLimits& limits = {});
@@ -83,7 +86,8 @@ Result<T> value_of(const RecordedChange& change, const lrt::Unit& unit = lrt::un
   const rdf::Facets facets = rdf::Facets(unit).allow_non_finite();
   constexpr std::size_t max_values = 1'000'000;
   constexpr std::string_view vocabulary = "urn:vocabulary";
-  if (Result<void> read = rdf::read_plain(change.value, rdf::Plain::json, rdf::traits<T>::type(), facets, vocabulary, max_values, graph, focus); !read)
+  if (Result<void> read = rdf::read_plain(change.value, rdf::Plain::json, rdf::traits<T>::type(), facets, vocabulary, max_values, graph, focus);
+      !read)
     return unexpected(std::move(read).error());
   std::vector<rdf::Mismatch> mismatches;
   Result<rdf::Value> value = rdf::read_value(graph, focus, rdf::traits<T>::type(), facets, vocabulary, mismatches);
@@ -124,4 +128,5 @@ class Playback {
   std::size_t at_ = 0;
 };
 
+}  // namespace v0
 }  // namespace lrt::client

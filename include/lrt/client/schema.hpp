@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -7,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/rdf/graph.hpp>
 #include <lrt/rdf/plain.hpp>
@@ -16,6 +18,7 @@
 #include <lrt/rdf/value_codec.hpp>
 
 namespace lrt::client {
+inline namespace v0 {
 
 /// Limits of what is read from a stranger's shapes. Beyond them there is no Schema but Errc::limit_exceeded, with the limit.
 /// Facets keep the units that they name for the life of the process: of units that lrt does not know, the first 4,096 are kept, and a further one is a
@@ -58,7 +61,7 @@ struct SchemaOptions {
 /// the type accepts it, so it should be validated (shacl::validate with shape()).
 ///
 /// @par Threads  Any: immutable. Copies share their data.
-class Schema {
+class LRT_API Schema {
  public:
   /// Reads a shape.
   /// @param shape  a node shape of `shapes`; a property shape is read for what it says of its values, as focus nodes
@@ -98,4 +101,5 @@ class Schema {
   std::shared_ptr<const Data> data_;
 };
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -9,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/client/latest.hpp>
 #include <lrt/client/representation.hpp>
@@ -18,10 +20,13 @@
 #include <lrt/rdf/value_codec.hpp>
 
 namespace lrt {
+inline namespace v0 {
 class Client;
-}
+}  // namespace v0
+}  // namespace lrt
 
 namespace lrt::client {
+inline namespace v0 {
 
 class Session;
 
@@ -44,7 +49,7 @@ struct Names {
 
 /// A Property of a Thing (R1.9): a resource of its own, or a node in the graph of its Thing.
 /// @par Threads  Any. Functions that return a Result wait for the server, at most the times of Limits. Not for a control loop; see latest().
-class Property {
+class LRT_API Property {
  public:
   const std::string& url() const noexcept { return url_; }
   const Names& names() const noexcept { return names_; }
@@ -127,13 +132,13 @@ class Property {
 };
 
 /// One run of an action (SPEC 3.1).
-class Invocation {
+class LRT_API Invocation {
  public:
   enum class Status : unsigned char { pending, running, succeeded, failed, cancelled, unknown };
   struct State {
     Status status = Status::unknown;
-    std::optional<double> progress{};  ///< 0 to 1
-    std::string error{};               ///< the robot's reason, if it failed
+    std::optional<double> progress{};    ///< 0 to 1
+    std::string error{};                 ///< the robot's reason, if it failed
     RepresentationPtr representation{};  ///< null: the response to the request said all
   };
 
@@ -174,13 +179,13 @@ class Invocation {
 };
 
 struct InvokeOptions {
-  lrt::Unit unit{};    ///< as WriteOptions::unit
-  bool async = false;  ///< `Prefer: respond-async`: the response does not wait until the robot has begun
+  lrt::Unit unit{};                                           ///< as WriteOptions::unit
+  bool async = false;                                         ///< `Prefer: respond-async`: the response does not wait until the robot has begun
   std::vector<std::pair<std::string, std::string>> fields{};  ///< further header fields
 };
 
 /// An Action of a Thing (R1.10).
-class Action {
+class LRT_API Action {
  public:
   const std::string& url() const noexcept { return url_; }
   const Names& names() const noexcept { return names_; }
@@ -228,7 +233,7 @@ class Action {
 };
 
 /// A Thing as Client::open() has found it. Its links and types are those of that moment; see Robot::refresh().
-class Thing {
+class LRT_API Thing {
  public:
   const std::string& url() const noexcept { return representation_->url; }
   const Names& names() const noexcept { return names_; }
@@ -264,14 +269,14 @@ class Thing {
 
 /// Which actions are looked for. What is empty does not count.
 struct ActionQuery {
-  Iri consumes{};  ///< class of the input, maths:Scalar
-  Iri produces{};  ///< class of the output or of the effect
+  Iri consumes{};         ///< class of the input, maths:Scalar
+  Iri produces{};         ///< class of the output or of the effect
   std::string affects{};  ///< a Property that an effect names: its URL, or a predicate by which its Thing refers to it
   std::string thing{};    ///< URL of the Thing
 };
 
 /// All that Client::open() has found from one URL.
-class Robot {
+class LRT_API Robot {
  public:
   const std::string& url() const noexcept { return url_; }
   const std::vector<Thing>& things() const noexcept { return *things_; }
@@ -303,9 +308,10 @@ class Robot {
   std::size_t requests_ = 0;
 };
 
-std::string_view to_string(Invocation::Status status) noexcept;
+LRT_API std::string_view to_string(Invocation::Status status) noexcept;
 inline bool has_ended(Invocation::Status status) noexcept {
   return status == Invocation::Status::succeeded || status == Invocation::Status::failed || status == Invocation::Status::cancelled;
 }
 
+}  // namespace v0
 }  // namespace lrt::client

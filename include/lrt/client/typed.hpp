@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -8,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/client/things.hpp>
 #include <lrt/rdf/traits.hpp>
@@ -16,10 +18,11 @@
 
 /// What headers of generate() are made of: properties and actions whose C++ types are known.
 namespace lrt::client {
+inline namespace v0 {
 
 /// The type with another datatype for its literals: xsd:date for a text, xsd:decimal for a double. Of a list, map or optional: for its values.
 /// Lives as long as the process. For constants of generated headers.
-const rdf::Type& with_datatype(const rdf::Type& type, Iri datatype);
+LRT_API const rdf::Type& with_datatype(const rdf::Type& type, Iri datatype);
 
 /// How the values of a C++ type are written.
 struct ValueForm {
@@ -169,7 +172,7 @@ class TypedAction<void, Out> : public UntypedAction {
 };
 
 /// Finds the members of a Thing of a generated class, and notes what is missing.
-class Members {
+class LRT_API Members {
  public:
   /// @param kind     name of the class, for messages
   /// @param classes  IRIs that the Thing must have as rdf:type
@@ -198,4 +201,5 @@ std::vector<T> all_of(const Robot& robot) {
   return all;
 }
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -1,13 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/rdf/unit.hpp>
 
 namespace lrt::client {
+inline namespace v0 {
 
 /// A number with the unit that was written beside it.
 struct Quantity {
@@ -19,7 +22,7 @@ struct Quantity {
 /// known_units() or one of the other names of its table: "turn", "rpm", "h", "kph", "C", "degC", "\u00b0", "\u00b0C", "Nm", "N*m" ...
 /// Upper and lower case are different: "mm" is no "Mm".
 /// @par Errors  expected_value: no number, with the offset; an unknown unit, with the units that there are
-Result<Quantity> parse_quantity(std::string_view text);
+LRT_API Result<Quantity> parse_quantity(std::string_view text);
 
 /// The number in another unit of the same kind of quantity: turn, rad and deg; rad/s, deg/s and rpm; m, mm, cm, km, ft and in; m/s, mm/s, km/h;
 /// s, ms, us, min and h; N and kN; N.m and kN.m; kg, g; Cel, K and degF; V, mV; A, mA; 1 and %; Hz and kHz.
@@ -29,21 +32,22 @@ Result<Quantity> parse_quantity(std::string_view text);
 /// converts to itself bit-identically.
 /// @param from, to  UCUM codes; both may also be one unknown code
 /// @par Errors  expected_value: a unit is unknown, or the two are of different kinds. The sentence has both, and the units that would fit.
-Result<double> convert(double number, std::string_view from, std::string_view to);
+LRT_API Result<double> convert(double number, std::string_view from, std::string_view to);
 
 /// The number in `unit`, as a person wrote it: "30 deg" for unit::radian. A number without a unit is taken as it is.
 /// @param unit  of the property or field; none: a written unit is an error
 /// @par Errors  expected_value: as parse_quantity() and convert(); a unit that has no UCUM code accepts only numbers without a unit
-Result<double> number_in(std::string_view text, const Unit& unit);
+LRT_API Result<double> number_in(std::string_view text, const Unit& unit);
 
 /// The UCUM codes that convert() knows, in the order of the kinds.
-const std::vector<std::string_view>& known_units();
+LRT_API const std::vector<std::string_view>& known_units();
 /// The UCUM codes that convert to a unit; empty: it is unknown.
-std::vector<std::string_view> units_like(std::string_view unit);
+LRT_API std::vector<std::string_view> units_like(std::string_view unit);
 
 /// The unit of lrt with these IRIs, with its code and its other IRI; else one that has only these IRIs. Both may be empty.
-Unit find_unit(std::string_view vom, std::string_view qudt);
+LRT_API Unit find_unit(std::string_view vom, std::string_view qudt);
 /// The UCUM code of a unit, "deg"; else the last part of its IRI; else an empty text.
-std::string unit_label(const Unit& unit);
+LRT_API std::string unit_label(const Unit& unit);
 
+}  // namespace v0
 }  // namespace lrt::client

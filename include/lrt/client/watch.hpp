@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -8,10 +9,12 @@
 #include <optional>
 #include <string>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/rdf/graph.hpp>
 
 namespace lrt::client {
+inline namespace v0 {
 
 class CallbackReceiver;
 
@@ -30,8 +33,8 @@ struct WatchOptions {
   /// event stream do not say which of several the server has chosen.
   std::string accept;
   std::chrono::milliseconds minimum_interval{0};  ///< between two messages
-  std::size_t queue_length = 0;                  ///< 0: the newest value; else the server keeps so many changes
-  std::chrono::milliseconds poll_period{1'000};  ///< of Via::polling
+  std::size_t queue_length = 0;                   ///< 0: the newest value; else the server keeps so many changes
+  std::chrono::milliseconds poll_period{1'000};   ///< of Via::polling
   // After a loss the client connects again after first_pause, then after twice that, and so on up to max_pause, each times a random factor of
   // 0.5 to 1.5, and not before what Retry-After or `retry` of the server says. A value counts as a success. A resource that was connected before and is
   // now 404 may belong to a server that is starting: it is tried again for max_pause.
@@ -47,7 +50,7 @@ struct WatchOptions {
 };
 
 /// What a watch reports.
-struct Change {
+struct LRT_API Change {
   enum class Kind : unsigned char {
     value,  ///< a representation, the same as GET would have received
     gap,    ///< connected again: changes since the last value may be missing. The next value is the present one
@@ -57,8 +60,8 @@ struct Change {
   std::string url{};         ///< of the resource
   std::string media_type{};  ///< without parameters
   std::shared_ptr<const std::string> body{};
-  std::string entity_tag{};  ///< where the protocol transfers it
-  std::uint64_t dropped = 0;  ///< values that this program has not taken in time, before this one
+  std::string entity_tag{};       ///< where the protocol transfers it
+  std::uint64_t dropped = 0;      ///< values that this program has not taken in time, before this one
   std::optional<Error> reason{};  ///< of ended; of a gap: why the connection was lost
   std::chrono::steady_clock::time_point received{};
   std::size_t max_triples = 500'000;  ///< of graph(): Limits::max_triples
@@ -74,10 +77,10 @@ using OnChange = std::function<void(const Change&)>;
 /// After stop() or destruction the callback is not called again: they wait for one that runs, unless they are called in it. So the caller must not
 /// hold a lock that the callback needs.
 /// @par Threads  Any.
-class Watch {
+class LRT_API Watch {
  public:
   struct Counts {
-    std::uint64_t values = 0;   ///< received
+    std::uint64_t values = 0;  ///< received
     std::uint64_t gaps = 0;
     std::uint64_t dropped = 0;  ///< of the values: not taken in time
   };
@@ -104,4 +107,5 @@ class Watch {
   std::shared_ptr<Impl> impl_;
 };
 
+}  // namespace v0
 }  // namespace lrt::client

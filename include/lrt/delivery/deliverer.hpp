@@ -1,9 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <memory>
 #include <optional>
 #include <string_view>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/log.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/subscription/channel.hpp>
@@ -11,10 +13,11 @@
 #include <lrt/subscription/options.hpp>
 
 namespace lrt::delivery {
+inline namespace v0 {
 
 /// Provides the notifications. The server implements it on top of the engine.
 /// @par Threads  Both functions are called from any thread.
-class Source {
+class LRT_API Source {
  public:
   virtual ~Source() = default;
   /// The notification to post now for a callback subscription. The deliverer then calls delivered() once, unless it is stopped, and
@@ -28,7 +31,7 @@ class Source {
 /// Posts notifications to web callbacks. In a server the only part that opens connections to other hosts.
 ///
 /// @par Threads  notify: any. stop: once, not from one of the deliverer's threads.
-class Deliverer {
+class LRT_API Deliverer {
  public:
   virtual ~Deliverer() = default;
   /// A channel has a notification to post. Each channel has at most one exchange at a time; the source defines the order.
@@ -56,6 +59,7 @@ class Deliverer {
 /// - A response that is incomplete, too long or not HTTP/1.1 counts as a failure.
 ///
 /// @par Errors  invalid_option (an entry of `allow`, a limit of 0, or lrt was built without LRT_CALLBACKS), io_error
-Result<std::unique_ptr<Deliverer>> make_deliverer(Source& source, const subscription::CallbackOptions& options, LogCallback log);
+LRT_API Result<std::unique_ptr<Deliverer>> make_deliverer(Source& source, const subscription::CallbackOptions& options, LogCallback log);
 
+}  // namespace v0
 }  // namespace lrt::delivery

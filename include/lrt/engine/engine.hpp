@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -11,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/clock.hpp>
 #include <lrt/base/ids.hpp>
 #include <lrt/base/log.hpp>
@@ -29,16 +31,19 @@
 #include <lrt/thing.hpp>
 
 namespace lrt::security {
+inline namespace v0 {
 class Sessions;
-}
+}  // namespace v0
+}  // namespace lrt::security
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// The verdict of an authorizer.
 enum class Access : std::uint8_t {
   granted,
-  unauthenticated,  ///< 401, with Security::challenge
-  forbidden,        ///< 403
+  unauthenticated,    ///< 401, with Security::challenge
+  forbidden,          ///< 403
   too_many_requests,  ///< 429, with Retry-After
 };
 /// Judges a request by its header section: its body has not been received, and `body` is empty. A GET with `Upgrade: callback` makes the
@@ -52,35 +57,35 @@ struct Caller {
   std::shared_ptr<const security::Principal> principal{};  ///< nullptr: nobody in particular
   std::shared_ptr<const security::View> view{};            ///< what it may do to each resource; nullptr: everything
   std::string challenge{};                                 ///< WWW-Authenticate of a 401; empty: EngineOptions::challenge
-  bool by_cookie = false;  ///< known by the cookie of a session, which browsers send on their own: only pages of this server may use it
-  std::string client{};                                    ///< for whom invocations and subscriptions are counted (ClientLimits); empty: they are not
-  std::chrono::seconds retry_after{1};                     ///< of a 429
+  bool by_cookie = false;               ///< known by the cookie of a session, which browsers send on their own: only pages of this server may use it
+  std::string client{};                 ///< for whom invocations and subscriptions are counted (ClientLimits); empty: they are not
+  std::chrono::seconds retry_after{1};  ///< of a 429
 };
 /// Finds out who sends a request by its header section.
 using Authentication = std::function<Caller(const http::Request&)>;
 
 /// Bounds of what clients can make grow in the engine: time and memory.
 struct Limits {
-  std::chrono::milliseconds host_timeout{2'000};       ///< a request waits so long for the host to run a lambda; then 503, or 202 if it runs
-  std::chrono::seconds retry_after{1};                 ///< of a 503
-  std::chrono::seconds max_wait{60};                   ///< of `Prefer: wait`; more is taken as this
-  std::size_t max_waiting_requests = 1'000;            ///< more at once, or twice as many calls that the host has not run yet: 503. Those for
-                                                       ///< lambdas on the I/O thread are counted separately
-  std::size_t max_finished_invocations = 32;           ///< kept per action, the newest
-  std::size_t max_page_members = 500;                  ///< members of a container in one page
-  std::size_t max_cache_bytes = 32 * 1024 * 1024;      ///< of representations that are kept; least recently used ones go first
-  std::size_t max_link_bytes = 8 * 1024;               ///< of Link fields in one response (R0.9)
+  std::chrono::milliseconds host_timeout{2'000};   ///< a request waits so long for the host to run a lambda; then 503, or 202 if it runs
+  std::chrono::seconds retry_after{1};             ///< of a 503
+  std::chrono::seconds max_wait{60};               ///< of `Prefer: wait`; more is taken as this
+  std::size_t max_waiting_requests = 1'000;        ///< more at once, or twice as many calls that the host has not run yet: 503. Those for
+                                                   ///< lambdas on the I/O thread are counted separately
+  std::size_t max_finished_invocations = 32;       ///< kept per action, the newest
+  std::size_t max_page_members = 500;              ///< members of a container in one page
+  std::size_t max_cache_bytes = 32 * 1024 * 1024;  ///< of representations that are kept; least recently used ones go first
+  std::size_t max_link_bytes = 8 * 1024;           ///< of Link fields in one response (R0.9)
   /// Numbers, texts and so on of a resource in RDF. A value with more is available in JSON or CBOR, and its RDF is 406. If it has octets
   /// (octets() of a property), the RDF describes those instead of each number.
   std::size_t max_value_members = 100'000;
-  std::size_t max_rdf_xml_triples = 5'000;             ///< of a representation in RDF/XML, 20 us each; more: 406
-  std::size_t max_body_triples = 10'000;               ///< of a request body; more: 413
-  std::size_t max_body_text_bytes = 16 * 1024 * 1024;  ///< of a request body's IRIs and literals, written out; more: 413
-  std::size_t max_list_members = 10'000;               ///< of one list in a request body; more: 413
-  std::size_t small_body_bytes = 2 * 1024;             ///< a request body up to this is judged by the thread that serves, a larger one by
-                                                       ///< Threads::body_threads
+  std::size_t max_rdf_xml_triples = 5'000;                ///< of a representation in RDF/XML, 20 us each; more: 406
+  std::size_t max_body_triples = 10'000;                  ///< of a request body; more: 413
+  std::size_t max_body_text_bytes = 16 * 1024 * 1024;     ///< of a request body's IRIs and literals, written out; more: 413
+  std::size_t max_list_members = 10'000;                  ///< of one list in a request body; more: 413
+  std::size_t small_body_bytes = 2 * 1024;                ///< a request body up to this is judged by the thread that serves, a larger one by
+                                                          ///< Threads::body_threads
   std::size_t max_waiting_body_bytes = 64 * 1024 * 1024;  ///< of larger bodies that wait to be judged, a quarter of it from one address; more: 503
-  std::size_t max_all_bytes = 16 * 1024 * 1024;        ///< of a document of a Thing and all Things below it; more: 406
+  std::size_t max_all_bytes = 16 * 1024 * 1024;           ///< of a document of a Thing and all Things below it; more: 406
   /// Of a request body for one number, or where no value is expected; more: 413. A resource whose type has a fixed size takes 1 KiB more for
   /// each number, text and field of it, a text with length() its bytes besides. All others, such as a list without a maximum, take
   /// transport::Limits::max_body_bytes. max_body_bytes() of a property, action or collection says otherwise.
@@ -89,29 +94,29 @@ struct Limits {
 
 /// The rules of one server; see the groups of lrt::Options, from which Server makes them.
 struct EngineOptions : Limits {
-  std::string public_base;                             ///< Listen::public_base
-  std::vector<std::string> allowed_hosts;              ///< Security::allowed_hosts
-  std::vector<std::string> allowed_origins;            ///< Security::allowed_origins
-  Authentication authorize;                            ///< Security, empty: everybody may do everything
+  std::string public_base;                   ///< Listen::public_base
+  std::vector<std::string> allowed_hosts;    ///< Security::allowed_hosts
+  std::vector<std::string> allowed_origins;  ///< Security::allowed_origins
+  Authentication authorize;                  ///< Security, empty: everybody may do everything
   /// What the owner of a subscription may do now; nullopt: there is no such principal any more. nullptr: nobody in particular. Calls no user code.
   std::function<std::optional<Caller>(const security::Principal* owner)> renew;
-  std::string challenge = "Bearer";                    ///< Security::challenge
-  std::shared_ptr<security::Sessions> sessions;        ///< made by Server; nullptr: nobody can log in
-  Dispatch dispatch = Dispatch::in_poll;               ///< Threads::dispatch
+  std::string challenge = "Bearer";              ///< Security::challenge
+  std::shared_ptr<security::Sessions> sessions;  ///< made by Server; nullptr: nobody can log in
+  Dispatch dispatch = Dispatch::in_poll;         ///< Threads::dispatch
   subscription::SubscriptionOptions subscriptions;
   subscription::CallbackOptions callbacks;
   rdf::Prefixes prefixes = rdf::default_prefixes();
-  std::string vocabulary;                              ///< Options::vocabulary
-  const Clock* clock = nullptr;                        ///< nullptr: system_clock()
-  std::shared_ptr<IdSource> ids;                       ///< nullptr: RandomIds
+  std::string vocabulary;         ///< Options::vocabulary
+  const Clock* clock = nullptr;   ///< nullptr: system_clock()
+  std::shared_ptr<IdSource> ids;  ///< nullptr: RandomIds
   LogCallback log;
-  std::shared_ptr<const PageSource> page;              ///< HTML for people; nullptr: none
-  std::shared_ptr<const QueryService> query;           ///< Options::query
-  std::vector<std::string> read_origins;               ///< Security::read_origins
-  std::vector<std::string> notification_senders;       ///< Security::notification_senders
-  bool body_jobs = false;                              ///< bodies above small_body_bytes become BodyJobs; else every body is judged at once
-  bool reports_subscriptions = false;                  ///< take_subscription_events() has something
-  security::ClientLimits clients;                      ///< Security::clients, of which the engine has max_invocations and max_subscriptions
+  std::shared_ptr<const PageSource> page;         ///< HTML for people; nullptr: none
+  std::shared_ptr<const QueryService> query;      ///< Options::query
+  std::vector<std::string> read_origins;          ///< Security::read_origins
+  std::vector<std::string> notification_senders;  ///< Security::notification_senders
+  bool body_jobs = false;                         ///< bodies above small_body_bytes become BodyJobs; else every body is judged at once
+  bool reports_subscriptions = false;             ///< take_subscription_events() has something
+  security::ClientLimits clients;                 ///< Security::clients, of which the engine has max_invocations and max_subscriptions
   /// A request that makes or cancels a web callback waits so long for saved(); then 503, and nothing has changed. nullopt: it does not wait.
   std::optional<std::chrono::milliseconds> save_timeout;
   /// `authorize` refuses nobody who only reads and whose view is not restricted. False: shared caches must not keep what it has let pass.
@@ -129,9 +134,9 @@ struct SubscriptionEvent {
   enum class Kind : std::uint8_t { made, ended };
   Kind kind;
   std::string path;
-  std::string resource;           ///< path of what it observes
-  std::string_view protocol;      ///< "websocket", "event_stream", "callback" or "feed"
-  bool requested = true;          ///< made by a request, whose response has its IRI as Location; false: restored
+  std::string resource;       ///< path of what it observes
+  std::string_view protocol;  ///< "websocket", "event_stream", "callback" or "feed"
+  bool requested = true;      ///< made by a request, whose response has its IRI as Location; false: restored
 };
 
 /// What an engine has at present, and what subscribers got since it was created.
@@ -170,7 +175,7 @@ struct BodyJob {
 ///
 /// @par Threads  One at a time. Jobs may run on any thread, and Responders and publish() work from any. authorize(): any.
 /// @par Implements  R0.3-R0.17, R1.1-R1.12
-class Engine final : public Handler {
+class LRT_API Engine final : public Handler {
  public:
   explicit Engine(EngineOptions options = {});
   ~Engine() override;
@@ -277,4 +282,5 @@ class Engine final : public Handler {
   std::unique_ptr<Impl> impl_;
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

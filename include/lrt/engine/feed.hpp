@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -14,6 +15,7 @@
 #include <lrt/subscription/channel.hpp>
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// A resource that can be observed, as a feed finds it.
 struct ObservableResource {
@@ -51,8 +53,8 @@ struct FeedMessage {
   std::shared_ptr<const std::string> body{};  ///< the representation; nullptr with `end`
   bool end = false;                           ///< the resource is gone, or the right to it: nothing follows on this channel
   bool queued = false;                        ///< of a subscription with a queue
-  std::uint64_t missed =
-      0;  ///< changes between the message before and this one that had no place in the queue, or were superseded
+  std::uint64_t missed = 0;                   ///< changes between the message before and this one that had no place in the queue, or were superseded
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -11,11 +12,13 @@
 #include <variant>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/clock.hpp>
 #include <lrt/http/message.hpp>
 #include <lrt/subscription/channel.hpp>
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// Names a request whose response is deferred. Never 0, never used twice by one handler.
 enum class Ticket : std::uint64_t {};
@@ -51,9 +54,9 @@ struct Reply {
 
 /// The verdict on a request by its header section, before its body is received.
 struct HeaderVerdict {
-  std::optional<http::Response> response{};  ///< final: the body is not received; nullopt: it may be
+  std::optional<http::Response> response{};                              ///< final: the body is not received; nullopt: it may be
   std::size_t max_body_bytes = std::numeric_limits<std::size_t>::max();  ///< of the body; more: 413
-  bool ignores_body = false;  ///< the transport may discard the body, and handle() gets the request without it
+  bool ignores_body = false;             ///< the transport may discard the body, and handle() gets the request without it
   std::shared_ptr<const void> judged{};  ///< without `response`: for http::Request::judged
 };
 
@@ -87,7 +90,7 @@ struct PushRequest {
 /// transport has taken for it, which is one message or a few short ones, and nothing else.
 ///
 /// @par Threads  all functions are called by the transport, from one thread at a time.
-class Handler {
+class LRT_API Handler {
  public:
   virtual ~Handler() = default;
 
@@ -154,11 +157,10 @@ class Handler {
     }
   }
   /// A complete message of the client. next_push() may have something afterwards.
-  virtual void received(Channel channel, std::string_view message, bool text, TimePoint now) {
-    (void)channel, (void)message, (void)text, (void)now;
-  }
+  virtual void received(Channel channel, std::string_view message, bool text, TimePoint now) { (void)channel, (void)message, (void)text, (void)now; }
   /// The connection of a channel has ended, whoever ended it; called once for each Upgraded or Streamed, the channel is forgotten.
   virtual void closed(Channel channel) noexcept { (void)channel; }
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

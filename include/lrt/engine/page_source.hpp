@@ -1,18 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <memory>
 #include <string>
 #include <string_view>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/http/message.hpp>
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// HTML for people, as one more variant of every resource. The bytes are the same for all resources: the page's script uses its own
 /// address and reads the rest as any client does.
 ///
 /// @par Threads  const: any.
-class PageSource {
+class LRT_API PageSource {
  public:
   virtual ~PageSource() = default;
   virtual const std::shared_ptr<const std::string>& html() const = 0;
@@ -32,4 +35,5 @@ class PageSource {
   virtual void add_fields(http::Fields& fields) const = 0;
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

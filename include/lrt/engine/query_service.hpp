@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <atomic>
@@ -10,11 +11,13 @@
 #include <string_view>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/clock.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/rdf/graph.hpp>
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// A graph of a snapshot: the representation of a resource, by its URI.
 struct NamedGraph {
@@ -25,16 +28,16 @@ struct NamedGraph {
 
 /// What a query may depend on besides the graphs that it is asked of.
 struct QueryDependencies {
-  bool everything = false;                 ///< any triple may count
-  std::vector<std::string> predicates;     ///< without `everything`: only triples with these count
-  std::vector<std::string> graphs{};       ///< only triples of these count; empty: those of all
-  bool time = false;                       ///< NOW(), RAND() and the like: the answer changes although no graph does
+  bool everything = false;              ///< any triple may count
+  std::vector<std::string> predicates;  ///< without `everything`: only triples with these count
+  std::vector<std::string> graphs{};    ///< only triples of these count; empty: those of all
+  bool time = false;                    ///< NOW(), RAND() and the like: the answer changes although no graph does
 };
 
 /// A query that was parsed. Immutable.
 ///
 /// @par Threads  any
-class PreparedQuery {
+class LRT_API PreparedQuery {
  public:
   virtual ~PreparedQuery() = default;
   /// The media types that its answers can have, best first, as http::negotiate() takes them. They live as long as the program.
@@ -47,7 +50,7 @@ class PreparedQuery {
 /// The answer to a query. Immutable.
 ///
 /// @par Threads  any
-class QueryAnswer {
+class LRT_API QueryAnswer {
  public:
   virtual ~QueryAnswer() = default;
   /// @param type  an index into PreparedQuery::types()
@@ -62,7 +65,7 @@ class QueryAnswer {
 };
 
 /// The graphs that one audience sees, with what makes them fast to query.
-class QueryData {
+class LRT_API QueryData {
  public:
   virtual ~QueryData() = default;
   /// Takes note of graphs that were made or replaced, or are gone. Cheap: the work is done by the next evaluation.
@@ -73,20 +76,20 @@ class QueryData {
 /// What an engine needs to answer queries: lrt::query::endpoint() makes one.
 ///
 /// @par Threads  const: any
-class QueryService {
+class LRT_API QueryService {
  public:
   struct Limits {
-    std::string path = "/sparql";                  ///< of the endpoint: "/" and one or more segments that are unreserved characters (RFC 3986)
-    unsigned threads = 1;                          ///< on which queries run; they start with the first query
-    std::chrono::milliseconds time{2'000};          ///< of one evaluation; more: 503. A query waits at most as long again to begin
-    std::size_t max_queries = 32;                  ///< that run or wait to run; more: 503
-    std::size_t max_text_bytes = 16 * 1024;        ///< of a query; more: 413
-    std::size_t max_standing = 64;                 ///< different standing queries; more: 503
-    std::size_t max_standing_rows = 1'000;         ///< of the answer of one; more: its subscriptions end
-    std::chrono::milliseconds min_interval{100};   ///< between two evaluations of a standing query
-    std::chrono::milliseconds max_age{100};        ///< a property that is read by a lambda is read again if its value is older
-    std::size_t max_value_members = 1'000;         ///< a property whose value has more numbers, texts and so on is not in the graphs
-    std::size_t max_views = 8;                     ///< sets of graphs that are kept, for callers with different rights or different Host fields
+    std::string path = "/sparql";                 ///< of the endpoint: "/" and one or more segments that are unreserved characters (RFC 3986)
+    unsigned threads = 1;                         ///< on which queries run; they start with the first query
+    std::chrono::milliseconds time{2'000};        ///< of one evaluation; more: 503. A query waits at most as long again to begin
+    std::size_t max_queries = 32;                 ///< that run or wait to run; more: 503
+    std::size_t max_text_bytes = 16 * 1024;       ///< of a query; more: 413
+    std::size_t max_standing = 64;                ///< different standing queries; more: 503
+    std::size_t max_standing_rows = 1'000;        ///< of the answer of one; more: its subscriptions end
+    std::chrono::milliseconds min_interval{100};  ///< between two evaluations of a standing query
+    std::chrono::milliseconds max_age{100};       ///< a property that is read by a lambda is read again if its value is older
+    std::size_t max_value_members = 1'000;        ///< a property whose value has more numbers, texts and so on is not in the graphs
+    std::size_t max_views = 8;                    ///< sets of graphs that are kept, for callers with different rights or different Host fields
   };
 
   virtual ~QueryService() = default;
@@ -104,4 +107,5 @@ class QueryService {
                                                               TimePoint now, std::optional<std::size_t> max_rows) const = 0;
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

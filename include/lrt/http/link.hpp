@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -7,15 +8,17 @@
 #include <utility>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/http/message.hpp>
 
 namespace lrt::http {
+inline namespace v0 {
 
 /// Builds Link field lines (RFC 8288) that clients with small limits can read: several links share a line of at most 4 KiB, and
 /// all lines together keep to a budget. A link that does not fit is left out whole, with all that follow; finish() then says
 /// where the rest is.
 /// @par Implements  R0.9
-class LinkWriter {
+class LRT_API LinkWriter {
  public:
   explicit LinkWriter(std::size_t budget = 8 * 1024) : budget_(budget) {}
 
@@ -48,4 +51,5 @@ class LinkWriter {
   std::size_t required_ = 0;  // of these, before skip()
 };
 
+}  // namespace v0
 }  // namespace lrt::http

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -9,9 +10,11 @@
 #include <utility>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/language.hpp>
 
 namespace lrt::http {
+inline namespace v0 {
 
 struct Field {
   std::string_view name;   ///< as received; compare with iequals
@@ -19,24 +22,24 @@ struct Field {
 };
 
 /// ASCII case-insensitive comparison, for field names and tokens.
-bool iequals(std::string_view a, std::string_view b) noexcept;
+LRT_API bool iequals(std::string_view a, std::string_view b) noexcept;
 
 /// A request whose header section http::parse_request_header() has accepted and whose body is complete. All views belong to the transport and
 /// live for the call.
-struct Request {
+struct LRT_API Request {
   std::string_view method;
-  std::string_view target;     ///< as received: origin-form, absolute-form, or "*"
-  int version = 11;            ///< 10 or 11; 11 also for a later minor version
-  std::vector<Field> fields;   ///< in the order received, without those that framed the body (trailers are dropped)
+  std::string_view target;    ///< as received: origin-form, absolute-form, or "*"
+  int version = 11;           ///< 10 or 11; 11 also for a later minor version
+  std::vector<Field> fields;  ///< in the order received, without those that framed the body (trailers are dropped)
   std::string_view body;
-  std::string_view peer;       ///< numeric address of the client, "127.0.0.1"
-  bool secure = false;         ///< came over TLS
+  std::string_view peer;                  ///< numeric address of the client, "127.0.0.1"
+  bool secure = false;                    ///< came over TLS
   std::string_view client_certificate{};  ///< subject of the client's verified certificate (RFC 2253); empty: it showed none
-  bool can_upgrade = false;    ///< the transport can turn this connection into a WebSocket
-  bool must_upgrade_now = false;  ///< with can_upgrade: the transport cannot wait with the handshake for a deferred response
-  bool can_stream = false;     ///< the transport can send a response that goes on: an event stream
-  std::string_view mount{};    ///< path prefix under which a host's own HTTP server serves this, "/robot"; taken off the target
-  std::uint16_t local_port = 0;  ///< of that server; 0: the request came over lrt's own transport
+  bool can_upgrade = false;               ///< the transport can turn this connection into a WebSocket
+  bool must_upgrade_now = false;          ///< with can_upgrade: the transport cannot wait with the handshake for a deferred response
+  bool can_stream = false;                ///< the transport can send a response that goes on: an event stream
+  std::string_view mount{};               ///< path prefix under which a host's own HTTP server serves this, "/robot"; taken off the target
+  std::uint16_t local_port = 0;           ///< of that server; 0: the request came over lrt's own transport
   /// What engine::Handler::judge_header() found out when it let this request pass (HeaderVerdict::judged): who sends it is not asked again. Only what
   /// calls that function sets it. nullptr: the header section has not been judged.
   std::shared_ptr<const void> judged{};
@@ -51,7 +54,7 @@ struct Request {
 };
 
 /// Header fields as the bytes that go on the wire, `Name: value CRLF` each; to send them is to copy bytes.
-class Fields {
+class LRT_API Fields {
  public:
   /// Names whose presence is known without a search.
   enum class Known : std::uint8_t { date = 1, content_length = 2, transfer_encoding = 4, upgrade = 8, content_type_options = 16 };
@@ -98,7 +101,7 @@ enum class Denial : std::uint8_t {
 };
 inline constexpr std::size_t denial_count = 10;
 /// The enumerator's name; empty for `none`.
-std::string_view to_string(Denial denial) noexcept;
+LRT_API std::string_view to_string(Denial denial) noexcept;
 
 /// A response. The transport adds Date, Content-Length and Connection; a body given for HEAD is counted, not sent.
 struct Response {
@@ -113,7 +116,7 @@ struct Response {
 };
 
 /// "Not Found"; an empty view for a code that RFC 9110 does not know.
-std::string_view reason_phrase(int status) noexcept;
+LRT_API std::string_view reason_phrase(int status) noexcept;
 
 /// False for 1xx, 204 and 304, which have no body and no Content-Length here.
 constexpr bool may_have_body(int status) noexcept { return status >= 200 && status != 204 && status != 304; }
@@ -126,7 +129,7 @@ struct AddedFields {
 };
 /// Connection names `close`, and `Upgrade` if the response has that field (RFC 9110 7.8).
 /// @param version  of the request: an HTTP/1.0 client whose connection is kept gets Connection: keep-alive
-AddedFields added_fields(const Response& response, bool keep_alive, int version) noexcept;
+LRT_API AddedFields added_fields(const Response& response, bool keep_alive, int version) noexcept;
 
 /// How a client finds the end of a response's body (RFC 9112 6.3).
 enum class BodyEnd : std::uint8_t {
@@ -137,7 +140,8 @@ enum class BodyEnd : std::uint8_t {
 
 /// Writes the header section of a response with its empty line. Date and Content-Length are left out where `response.fields` has them.
 /// @param date  an IMF-fixdate
-void write_response_header(std::string& out, const Response& response, std::string_view date, bool keep_alive, int version,
-                           BodyEnd end = BodyEnd::length);
+LRT_API void write_response_header(std::string& out, const Response& response, std::string_view date, bool keep_alive, int version,
+                                   BodyEnd end = BodyEnd::length);
 
+}  // namespace v0
 }  // namespace lrt::http

@@ -1,16 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
 #include <string_view>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/language.hpp>
 
 namespace lrt::http {
+inline namespace v0 {
 
 /// What a Range field requests of a representation (RFC 9110 14.1.2, 14.2).
 struct ByteRange {
   enum class Kind : unsigned char {
-    whole,          ///< no byte range, a malformed one, or several: the field is ignored
+    whole,  ///< no byte range, a malformed one, or several: the field is ignored
     part,
     unsatisfiable,  ///< 416
   };
@@ -20,6 +23,7 @@ struct ByteRange {
 };
 
 /// Reads `bytes=first-last`, `bytes=first-` and `bytes=-suffix` against a representation of `size` bytes.
-ByteRange parse_range(std::string_view field, std::size_t size) noexcept;
+LRT_API ByteRange parse_range(std::string_view field, std::size_t size) noexcept;
 
+}  // namespace v0
 }  // namespace lrt::http

@@ -1,12 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
 #include <optional>
 #include <string_view>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/language.hpp>
 
 namespace lrt::http {
+inline namespace v0 {
 
 /// The parts of a request target (RFC 9112 3.2), as views of it:
 ///
@@ -20,10 +23,10 @@ struct Target {
   std::string_view path;       ///< "/...", percent-encoded as received; "/" if there is none; "*" for the asterisk-form
   std::string_view query;      ///< without '?'
   bool absolute = false;
-  bool secure = false;         ///< absolute-form with https
+  bool secure = false;  ///< absolute-form with https
 };
 /// Returns nullopt for any other form, and for an authority that parse_host() refuses.
-std::optional<Target> split_target(std::string_view target) noexcept;
+LRT_API std::optional<Target> split_target(std::string_view target) noexcept;
 
 /// Host and port of a Host field (RFC 9110 7.2) or of an authority (RFC 3986 3.2.2, 3.2.3):
 ///
@@ -33,6 +36,7 @@ struct HostPort {
   std::optional<std::uint16_t> port;
 };
 /// Returns nullopt for userinfo, a comma, an empty host, an ill-formed IPv6 address, and a port above 65535.
-std::optional<HostPort> parse_host(std::string_view authority) noexcept;
+LRT_API std::optional<HostPort> parse_host(std::string_view authority) noexcept;
 
+}  // namespace v0
 }  // namespace lrt::http

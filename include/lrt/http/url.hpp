@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -5,9 +6,11 @@
 #include <string>
 #include <string_view>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 
 namespace lrt::http {
+inline namespace v0 {
 
 /// The parts of an http or https URL (RFC 9110 4.2).
 struct Url {
@@ -25,6 +28,7 @@ struct Url {
 /// @par Errors  expected_iri: the URL is not absolute, not http(s), or longer than `longest` bytes; it has userinfo, a fragment, a byte that
 ///              RFC 3986 does not allow, a host that is neither an address nor a host name (percent escapes, empty labels), or an invalid
 ///              port (0, empty, leading zeros)
-Result<Url> parse_url(std::string_view url, std::size_t longest = 8 * 1024);
+LRT_API Result<Url> parse_url(std::string_view url, std::size_t longest = 8 * 1024);
 
+}  // namespace v0
 }  // namespace lrt::http

@@ -1,30 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <optional>
 #include <string>
 #include <string_view>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/http/request_parser.hpp>
 #include <lrt/http/message.hpp>
 
 namespace lrt::http {
+inline namespace v0 {
 
 /// Whether a request names a protocol in Upgrade (RFC 9110 7.8): a member of the Upgrade fields has that name, compared without
 /// case and without a version ("websocket", "callback").
-bool requests_upgrade(const Request& request, std::string_view protocol) noexcept;
+LRT_API bool requests_upgrade(const Request& request, std::string_view protocol) noexcept;
 
 /// Whether a request with `Upgrade: websocket` is an opening handshake: GET, HTTP/1.1, no body, `Connection` with `upgrade`, one
 /// Sec-WebSocket-Version of 13 (else 426, with `Sec-WebSocket-Version: 13`), one Sec-WebSocket-Key of 16 bytes in
 /// base64 (else 400).
 /// @par Implements  R0.12, RFC 6455 4.2.1, 4.4
-std::optional<Refusal> check_websocket(const Request& request);
+LRT_API std::optional<Refusal> check_websocket(const Request& request);
 
 /// Whether a close may have this payload: nothing, or a code that an endpoint may send with a reason in UTF-8 (RFC 6455 5.5.1, 7.4; 1012 and 1013 are
 /// registered by IANA).
-bool is_close_payload(std::string_view payload) noexcept;
+LRT_API bool is_close_payload(std::string_view payload) noexcept;
 
 /// The value of Sec-WebSocket-Accept (RFC 6455 4.2.2).
 /// @param key  value of Sec-WebSocket-Key
-std::string websocket_accept(std::string_view key);
+LRT_API std::string websocket_accept(std::string_view key);
 
+}  // namespace v0
 }  // namespace lrt::http

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -14,6 +15,7 @@
 #include <lrt/rdf/unit.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 /// Immutable bytes, shared by all clients without a copy. Null: no bytes.
 using Bytes = std::shared_ptr<const std::string>;
@@ -22,13 +24,17 @@ using Bytes = std::shared_ptr<const std::string>;
 struct Layout {
   enum class ByteOrder : std::uint8_t { little_endian, big_endian };
 
-  Iri element_type;                  ///< xsd:double: IEEE 754 binary64; xsd:float: binary32; xsd:unsignedByte ... xsd:long by their size
-  std::vector<std::size_t> shape;    ///< length of each axis, the last one varies fastest: {480, 640, 3}
+  Iri element_type;                ///< xsd:double: IEEE 754 binary64; xsd:float: binary32; xsd:unsignedByte ... xsd:long by their size
+  std::vector<std::size_t> shape;  ///< length of each axis, the last one varies fastest: {480, 640, 3}
   ByteOrder byte_order = ByteOrder::little_endian;
-  Unit unit{};                       ///< of the numbers; empty: as the property
+  Unit unit{};  ///< of the numbers; empty: as the property
 };
 
-namespace model {
+}  // namespace v0
+}  // namespace lrt
+
+namespace lrt::model {
+inline namespace v0 {
 
 /// A representation that a user's encoder makes of a property's values.
 struct RepresentationSpec {
@@ -57,5 +63,5 @@ Result<Bytes> to_bytes(Encoded&& encoded) {
   }
 }
 
-}  // namespace model
-}  // namespace lrt
+}  // namespace v0
+}  // namespace lrt::model

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cassert>
@@ -10,10 +11,13 @@
 #include <lrt/model/detail/spec.hpp>
 
 namespace lrt {
+inline namespace v0 {
 class Action;
-}
+}  // namespace v0
+}  // namespace lrt
 
 namespace lrt::model {
+inline namespace v0 {
 
 /// Whether a callable that returns R can refuse by it, or never refuses.
 template <class R>
@@ -93,9 +97,7 @@ class ResourceHandle {
   }
   /// Adds dcterms:title, for people.
   Self& title(std::string text) {
-    return edit("title", [&](auto& s) {
-      s.statements.push_back({std::string(vocab::dcterms::title.text), Object(std::move(text))});
-    });
+    return edit("title", [&](auto& s) { s.statements.push_back({std::string(vocab::dcterms::title.text), Object(std::move(text))}); });
   }
   /// Adds a triple about the resource (R1.12).
   Self& add(Iri predicate, Object object) {
@@ -128,4 +130,5 @@ class ResourceHandle {
   friend class ::lrt::Action;  // reads the properties that it changes
 };
 
+}  // namespace v0
 }  // namespace lrt::model

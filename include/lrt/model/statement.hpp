@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
@@ -7,28 +8,28 @@
 #include <utility>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/iri.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 /// The object of a statement: an IRI, a literal, or another resource of the same server.
-class Object {
+class LRT_API Object {
  public:
   enum class Kind : std::uint8_t { iri, literal, resource };
 
-  Object(Iri iri) : kind_(Kind::iri), text_(iri.text) {}                                    // NOLINT: reads like Turtle
-  Object(std::string text) : Object(std::move(text), std::string(), std::string()) {}       // NOLINT
-  Object(std::string_view text) : Object(std::string(text)) {}                              // NOLINT
-  Object(const char* text) : Object(std::string(text)) {}                                   // NOLINT
-  Object(double number);                                                                    // NOLINT: xsd:double
+  Object(Iri iri) : kind_(Kind::iri), text_(iri.text) {}                               // NOLINT: reads like Turtle
+  Object(std::string text) : Object(std::move(text), std::string(), std::string()) {}  // NOLINT
+  Object(std::string_view text) : Object(std::string(text)) {}                         // NOLINT
+  Object(const char* text) : Object(std::string(text)) {}                              // NOLINT
+  Object(double number);                                                               // NOLINT: xsd:double
   template <class T, class = std::enable_if_t<std::is_integral_v<T>>>
   Object(T number) : Object(std::is_same_v<T, bool> ? truth(number) : whole(static_cast<std::int64_t>(number))) {}  // NOLINT
 
   /// A resource of this server by its path, "baxter/right_upper_shoulder". Its IRI has the base of the representation it appears in.
   static Object resource(std::string path) { return Object(Kind::resource, std::move(path)); }
-  static Object typed(std::string lexical, Iri datatype) {
-    return Object(std::move(lexical), std::string(datatype.text), std::string());
-  }
+  static Object typed(std::string lexical, Iri datatype) { return Object(std::move(lexical), std::string(datatype.text), std::string()); }
   static Object tagged(std::string text, std::string language) {
     for (char& c : language)  // tags are case-insensitive (RDF 1.1 Concepts 3.3)
       if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
@@ -57,4 +58,5 @@ struct Statement {
   Object object;
 };
 
+}  // namespace v0
 }  // namespace lrt

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -9,11 +10,13 @@
 #include <variant>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/rdf/codec.hpp>
 #include <lrt/rdf/graph.hpp>
 
 namespace lrt::query {
+inline namespace v0 {
 
 /// The solutions of a SELECT, in order: a row for each, a column for each selected variable.
 ///
@@ -40,14 +43,16 @@ class Table {
     ++rows_;
   }
   /// Sets a cell of the last row.
-  void set(std::size_t column, const rdf::TermView& term) { cells_[cells_.size() - columns() + column] = static_cast<std::uint32_t>(terms_.intern(term)); }
+  void set(std::size_t column, const rdf::TermView& term) {
+    cells_[cells_.size() - columns() + column] = static_cast<std::uint32_t>(terms_.intern(term));
+  }
 
  private:
   static constexpr std::uint32_t none = 0xFFFFFFFF;
   std::vector<std::string> variables_;
-  rdf::Graph terms_;                  // without triples: each term once
+  rdf::Graph terms_;  // without triples: each term once
   std::vector<std::uint32_t> cells_;
-  std::size_t rows_ = 0;              // also of a table without columns
+  std::size_t rows_ = 0;  // also of a table without columns
 };
 
 /// SELECT gives a Table, ASK a bool, CONSTRUCT and DESCRIBE a Graph.
@@ -56,13 +61,14 @@ using Answer = std::variant<Table, bool, rdf::Graph>;
 /// The formats of the answers to SELECT and ASK: SPARQL 1.1 Query Results JSON, XML (2nd edition), CSV and TSV. CSV and TSV have no ASK.
 enum class ResultFormat : std::uint8_t { json, xml, csv, tsv };
 /// "application/sparql-results+json", "application/sparql-results+xml", "text/csv", "text/tab-separated-values"
-std::string_view media_type(ResultFormat format) noexcept;
+LRT_API std::string_view media_type(ResultFormat format) noexcept;
 
 /// Writes solutions.
 /// @par Errors  unsupported_syntax: XML cannot have a character of a term (XML 1.0 2.2)
-Result<std::string> write(const Table& table, ResultFormat format);
+LRT_API Result<std::string> write(const Table& table, ResultFormat format);
 /// Writes the answer to ASK.
 /// @par Errors  unsupported_syntax: CSV and TSV have no such answer
-Result<std::string> write(bool yes, ResultFormat format);
+LRT_API Result<std::string> write(bool yes, ResultFormat format);
 
+}  // namespace v0
 }  // namespace lrt::query

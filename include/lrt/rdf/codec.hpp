@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -7,30 +8,32 @@
 #include <utility>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/rdf/graph.hpp>
 
 namespace lrt::rdf {
+inline namespace v0 {
 
 /// The RDF syntaxes that lrt knows.
 enum class Syntax : unsigned char { turtle, n_triples, rdf_xml, json_ld, trig, n_quads };
 /// Those that this build reads and writes, in the order in which they are offered: RDF/XML is absent without Redland
 /// (CMake option LRT_REDLAND).
-const std::vector<Syntax>& available_syntaxes();
+LRT_API const std::vector<Syntax>& available_syntaxes();
 
 /// "text/turtle", "application/n-triples", "application/rdf+xml", "application/ld+json", "application/trig", "application/n-quads".
-std::string_view media_type(Syntax syntax) noexcept;
+LRT_API std::string_view media_type(Syntax syntax) noexcept;
 /// The available syntax of a media type without parameters, in lower case.
-std::optional<Syntax> syntax_of(std::string_view media_type) noexcept;
+LRT_API std::optional<Syntax> syntax_of(std::string_view media_type) noexcept;
 
 /// Prefix and namespace IRI, for writing Turtle, RDF/XML and JSON-LD.
 using Prefixes = std::vector<std::pair<std::string, std::string>>;
 /// The prefixes of the vocabularies that lrt uses: hybrit, vom, maths, spatial, ros, xhv, ldp, sh, dcterms, rdf, rdfs, xsd, prov, ...
-const Prefixes& default_prefixes();
+LRT_API const Prefixes& default_prefixes();
 
 struct ReadOptions {
-  std::string_view base;                  ///< absolute IRI that relative ones are resolved against; may be empty for N-Triples
-  std::size_t max_triples = 100'000;      ///< as written, repeated ones too; more: Errc::limit_exceeded
+  std::string_view base;              ///< absolute IRI that relative ones are resolved against; may be empty for N-Triples
+  std::size_t max_triples = 100'000;  ///< as written, repeated ones too; more: Errc::limit_exceeded
   /// Of the IRIs and literals of all triples, written out, each time they occur; more: Errc::limit_exceeded. What a document
   /// needs in memory and time grows with this rather than with its own size: prefixes and bases are shorthand.
   /// What is resolved against a base of more than 256 bytes counts more where it takes more time: in Turtle 16 times the base
@@ -70,7 +73,7 @@ struct ReadOptions {
 /// @par Threads  Any. RDF/XML: each call borrows a Redland world; there are as many as calls have run at once, and they are kept.
 /// @par Time     Turtle: 1.3 us for 4 triples, 2 us for 12, 10 ms for 1 MiB of properties. N-Triples: 2 ms for 1 MiB.
 /// @par Implements  R1.2, RDF 1.1 Turtle, N-Triples, RDF/XML, JSON-LD 1.1
-Result<Graph> read(std::string_view text, Syntax syntax, const ReadOptions& options);
+LRT_API Result<Graph> read(std::string_view text, Syntax syntax, const ReadOptions& options);
 
 /// Writes a graph. Deterministic: the same triples in the same order give the same bytes. IRIs are written absolute or with a prefix,
 /// never relative. Only used prefixes are declared.
@@ -85,8 +88,7 @@ Result<Graph> read(std::string_view text, Syntax syntax, const ReadOptions& opti
 /// @par Errors   unsupported_syntax: the syntax is not available, or it cannot express the graph (RDF/XML: a predicate without a local
 ///               name, a character that XML 1.0 does not have), or a term is not valid RDF (a relative IRI, invalid UTF-8)
 /// @par Time     Turtle, N-Triples, JSON-LD: 3 us for 12 triples; JSON-LD with its context inside: 8. RDF/XML: 150, and it is read back.
-Result<std::string> write(const Graph& graph, Syntax syntax, const Prefixes& prefixes = default_prefixes(),
-                          std::string_view context = {});
+LRT_API Result<std::string> write(const Graph& graph, Syntax syntax, const Prefixes& prefixes = default_prefixes(), std::string_view context = {});
 
 /// Graphs of one document. Blank nodes belong to their graph, also where labels are equal.
 struct Dataset {
@@ -97,14 +99,15 @@ struct Dataset {
 constexpr bool has_named_graphs(Syntax syntax) noexcept { return syntax == Syntax::trig || syntax == Syntax::n_quads; }
 /// Writes a dataset in TriG or N-Quads.
 /// @par Errors  as write() of a graph; unsupported_syntax: the syntax has no named graphs
-Result<std::string> write(const Dataset& dataset, Syntax syntax, const Prefixes& prefixes = default_prefixes());
+LRT_API Result<std::string> write(const Dataset& dataset, Syntax syntax, const Prefixes& prefixes = default_prefixes());
 
 /// The JSON-LD context of lrt, as a document of type application/ld+json. It contains the prefixes, `id` and `type`, and the local names of
 /// terms of hybrit, lrt, vom and other vocabularies. Links, times and units are typed, so that their values are strings. A prefix with
 /// the name of a term is left out.
-std::string json_ld_context(const Prefixes& prefixes = default_prefixes());
+LRT_API std::string json_ld_context(const Prefixes& prefixes = default_prefixes());
 
 /// Denotes json_ld_context() in documents that are not made for one server. lrt never fetches it.
 inline constexpr std::string_view json_ld_context_iri = "https://w3id.org/lrt/context.jsonld";
 
+}  // namespace v0
 }  // namespace lrt::rdf

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -8,10 +9,12 @@
 #include <string_view>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/rdf/detail/hash_index.hpp>
 #include <lrt/rdf/term.hpp>
 
 namespace lrt::rdf {
+inline namespace v0 {
 
 /// The number of a term in one Graph: small and dense, in order of first use. Not valid in another graph.
 enum class TermId : std::uint32_t {};
@@ -30,7 +33,7 @@ struct Triple {
 ///
 /// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
 /// @par Time     add, contains, find: constant on average. match: proportional to the rarest bound term's triples.
-class Graph {
+class LRT_API Graph {
  public:
   class Matches;
 
@@ -161,6 +164,7 @@ class Graph::Matches {
 
 /// True if the graphs are equal except for the labels of their blank nodes (RDF 1.1 Concepts 3.6).
 /// @par Time  Exponential in the worst case (graphs with many interchangeable blank nodes); for tests and small graphs.
-bool isomorphic(const Graph& a, const Graph& b);
+LRT_API bool isomorphic(const Graph& a, const Graph& b);
 
+}  // namespace v0
 }  // namespace lrt::rdf

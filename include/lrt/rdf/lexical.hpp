@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -6,62 +7,97 @@
 #include <string>
 #include <string_view>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/language.hpp>
 
 /// Lexical forms of XML Schema datatypes (XSD 1.1 part 2) and their values. White space is not collapsed: in RDF a lexical form with
 /// surrounding white space is ill-typed.
 namespace lrt::rdf::lexical {
+inline namespace v0 {
 
-bool is_integer(std::string_view text) noexcept;  ///< [+-]?[0-9]+
-bool is_decimal(std::string_view text) noexcept;  ///< [+-]?([0-9]+(\.[0-9]*)?|\.[0-9]+)
-bool is_double(std::string_view text) noexcept;   ///< also of xsd:float: decimal, exponent, INF, NaN
+LRT_API bool is_integer(std::string_view text) noexcept;  ///< [+-]?[0-9]+
+LRT_API bool is_decimal(std::string_view text) noexcept;  ///< [+-]?([0-9]+(\.[0-9]*)?|\.[0-9]+)
+LRT_API bool is_double(std::string_view text) noexcept;   ///< also of xsd:float: decimal, exponent, INF, NaN
 
 /// The nearest double of a decimal, float or double lexical form. Overflow gives infinity, as in XSD. nullopt: not such a form.
-std::optional<double> parse_double(std::string_view text) noexcept;
+LRT_API std::optional<double> parse_double(std::string_view text) noexcept;
 /// nullopt: not an integer, or out of the range of int64/uint64.
-std::optional<std::int64_t> parse_int64(std::string_view text) noexcept;
-std::optional<std::uint64_t> parse_uint64(std::string_view text) noexcept;
-std::optional<bool> parse_boolean(std::string_view text) noexcept;  ///< true, false, 1, 0
+LRT_API std::optional<std::int64_t> parse_int64(std::string_view text) noexcept;
+LRT_API std::optional<std::uint64_t> parse_uint64(std::string_view text) noexcept;
+LRT_API std::optional<bool> parse_boolean(std::string_view text) noexcept;  ///< true, false, 1, 0
 
 /// An xsd:dayTimeDuration, or an xsd:duration without years and months. Decimals after the ninth are ignored. nullopt: not such a form, or
 /// out of the range of int64 nanoseconds.
-std::optional<std::chrono::nanoseconds> parse_duration(std::string_view text) noexcept;
+LRT_API std::optional<std::chrono::nanoseconds> parse_duration(std::string_view text) noexcept;
 /// An xsd:dateTime with a time zone. nullopt: not such a form, without a zone, or out of the range of int64 nanoseconds from 1970.
-std::optional<std::chrono::nanoseconds> parse_instant(std::string_view text) noexcept;
+LRT_API std::optional<std::chrono::nanoseconds> parse_instant(std::string_view text) noexcept;
 
 /// The shortest form that reads back bit-identically: "43.6", "1e+06", "NaN", "INF", "-INF".
-std::string format(double value);
-std::string format(float value);
-std::string format(std::chrono::nanoseconds duration);  ///< canonical xsd:dayTimeDuration, "PT1.5S"
+LRT_API std::string format(double value);
+LRT_API std::string format(float value);
+LRT_API std::string format(std::chrono::nanoseconds duration);  ///< canonical xsd:dayTimeDuration, "PT1.5S"
 /// xsd:dateTime in UTC with as many decimals as needed.
-std::string format_instant(std::chrono::nanoseconds since_epoch);
+LRT_API std::string format_instant(std::chrono::nanoseconds since_epoch);
 
 /// The datatypes with a known lexical space: those of RDF 1.1 Concepts 5.1, and rdf:langString, rdf:HTML, rdf:XMLLiteral.
 enum class Datatype : std::uint8_t {
   unknown,
-  string, boolean, decimal, integer, double_, float_,
-  long_, int_, short_, byte_, unsigned_long, unsigned_int, unsigned_short, unsigned_byte,
-  non_negative_integer, positive_integer, non_positive_integer, negative_integer,
-  date_time, date_time_stamp, date, time, g_year, g_year_month, g_month, g_month_day, g_day,
-  duration, day_time_duration, year_month_duration,
-  hex_binary, base64_binary, any_uri, language, normalized_string, token, nmtoken, name, ncname,
-  lang_string, html, xml_literal,
+  string,
+  boolean,
+  decimal,
+  integer,
+  double_,
+  float_,
+  long_,
+  int_,
+  short_,
+  byte_,
+  unsigned_long,
+  unsigned_int,
+  unsigned_short,
+  unsigned_byte,
+  non_negative_integer,
+  positive_integer,
+  non_positive_integer,
+  negative_integer,
+  date_time,
+  date_time_stamp,
+  date,
+  time,
+  g_year,
+  g_year_month,
+  g_month,
+  g_month_day,
+  g_day,
+  duration,
+  day_time_duration,
+  year_month_duration,
+  hex_binary,
+  base64_binary,
+  any_uri,
+  language,
+  normalized_string,
+  token,
+  nmtoken,
+  name,
+  ncname,
+  lang_string,
+  html,
+  xml_literal,
 };
 
-Datatype datatype_of(std::string_view iri) noexcept;
-constexpr bool is_integer_type(Datatype d) noexcept {
-  return d == Datatype::integer || (d >= Datatype::long_ && d <= Datatype::negative_integer);
-}
+LRT_API Datatype datatype_of(std::string_view iri) noexcept;
+constexpr bool is_integer_type(Datatype d) noexcept { return d == Datatype::integer || (d >= Datatype::long_ && d <= Datatype::negative_integer); }
 
 /// Whether the text is in the lexical space of the datatype, including the ranges of integer types and the calendar. True for every text of
 /// an unknown datatype and of xsd:anyURI, rdf:langString, rdf:HTML and rdf:XMLLiteral, and for every text of xsd:string without U+0000.
-bool is_well_formed(std::string_view text, Datatype datatype) noexcept;
+LRT_API bool is_well_formed(std::string_view text, Datatype datatype) noexcept;
 
 /// Compares two decimals of any length exactly: negative for a < b, 0 for a = b, positive for a > b. @pre is_decimal() of both
-int compare_decimal(std::string_view a, std::string_view b) noexcept;
+LRT_API int compare_decimal(std::string_view a, std::string_view b) noexcept;
 
 /// The nearest float of a lexical form, rounded once.
-std::optional<float> parse_float(std::string_view text) noexcept;
+LRT_API std::optional<float> parse_float(std::string_view text) noexcept;
 
 /// A point on the time line of XSD 1.1: xsd:dateTime, dateTimeStamp, date, time, gYear, gYearMonth.
 struct Moment {
@@ -70,7 +106,7 @@ struct Moment {
   bool zoned = false;
 };
 /// nullopt: another datatype, not well-formed, or a year of more than nine digits.
-std::optional<Moment> parse_moment(std::string_view text, Datatype datatype) noexcept;
+LRT_API std::optional<Moment> parse_moment(std::string_view text, Datatype datatype) noexcept;
 
 /// An xsd:duration, dayTimeDuration or yearMonthDuration. Months and seconds have the same sign.
 struct Duration {
@@ -79,6 +115,7 @@ struct Duration {
   bool negative = false;      ///< also if only the fraction is not 0
 };
 /// nullopt: not well-formed, or out of the range of int64.
-std::optional<Duration> parse_full_duration(std::string_view text, Datatype datatype) noexcept;
+LRT_API std::optional<Duration> parse_full_duration(std::string_view text, Datatype datatype) noexcept;
 
+}  // namespace v0
 }  // namespace lrt::rdf::lexical

@@ -1,12 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
 #include <string>
 #include <string_view>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/iri.hpp>
 
 namespace lrt::rdf {
+inline namespace v0 {
 
 enum class TermKind : std::uint8_t { iri, blank, literal };
 
@@ -36,12 +39,10 @@ struct TermView {
 constexpr TermView iri(std::string_view text) noexcept { return {TermKind::iri, text}; }
 constexpr TermView blank(std::string_view label) noexcept { return {TermKind::blank, label}; }
 /// A plain literal: datatype xsd:string.
-TermView literal(std::string_view lexical) noexcept;
-constexpr TermView literal(std::string_view lexical, Iri datatype) noexcept {
-  return {TermKind::literal, lexical, datatype.text};
-}
+LRT_API TermView literal(std::string_view lexical) noexcept;
+constexpr TermView literal(std::string_view lexical, Iri datatype) noexcept { return {TermKind::literal, lexical, datatype.text}; }
 /// A language-tagged literal. @pre `language` is in lower case
-TermView tagged_literal(std::string_view lexical, std::string_view language) noexcept;
+LRT_API TermView tagged_literal(std::string_view lexical, std::string_view language) noexcept;
 
 /// A term that owns its text.
 class Term {
@@ -60,6 +61,7 @@ class Term {
 };
 
 /// The term in N-Triples, for messages: `<iri>`, `_:label`, `"lexical"^^<datatype>`. Long texts are not shortened.
-std::string to_string(const TermView& term);
+LRT_API std::string to_string(const TermView& term);
 
+}  // namespace v0
 }  // namespace lrt::rdf

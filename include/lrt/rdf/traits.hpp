@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>
@@ -19,22 +20,24 @@
 #include <variant>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/immortal.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/rdf/type.hpp>
 #include <lrt/rdf/value.hpp>
 
 namespace lrt::rdf {
+inline namespace v0 {
 
 namespace detail {
 template <class... T>
 inline constexpr bool always_false = false;
 
 template <class T>
-inline constexpr bool is_character = std::is_same_v<T, char> || std::is_same_v<T, wchar_t> || std::is_same_v<T, char16_t> ||
-                                     std::is_same_v<T, char32_t>
+inline constexpr bool is_character =
+    std::is_same_v<T, char> || std::is_same_v<T, wchar_t> || std::is_same_v<T, char16_t> || std::is_same_v<T, char32_t>
 #ifdef __cpp_char8_t
-                                     || std::is_same_v<T, char8_t>
+    || std::is_same_v<T, char8_t>
 #endif
     ;
 template <class T>
@@ -50,8 +53,7 @@ auto undescribed() {
 }
 template <class... T>
 auto a_character() {
-  static_assert(always_false<T...>,
-                "lrt: a character is neither a number nor a text; write std::string for a text, std::int8_t for a number");
+  static_assert(always_false<T...>, "lrt: a character is neither a number nor a text; write std::string for a text, std::int8_t for a number");
 }
 template <class... T>
 auto a_text_view() {
@@ -95,22 +97,22 @@ struct NoTraits {
   static bool same(const T& a, const T& b) noexcept;
 };
 
-const Type& boolean_type() noexcept;
-const Type& text_type() noexcept;
-const Type& float_type() noexcept;
-const Type& double_type() noexcept;
-const Type& duration_type() noexcept;
-const Type& instant_type() noexcept;
-Type integer_type(std::int64_t lowest, std::uint64_t highest, std::size_t bytes);
-Type list_type(const Type& element, std::size_t shortest, std::size_t longest);
-Type optional_type(const Type& element);
-Type map_type(const Type& element);
+LRT_API const Type& boolean_type() noexcept;
+LRT_API const Type& text_type() noexcept;
+LRT_API const Type& float_type() noexcept;
+LRT_API const Type& double_type() noexcept;
+LRT_API const Type& duration_type() noexcept;
+LRT_API const Type& instant_type() noexcept;
+LRT_API Type integer_type(std::int64_t lowest, std::uint64_t highest, std::size_t bytes);
+LRT_API Type list_type(const Type& element, std::size_t shortest, std::size_t longest);
+LRT_API Type optional_type(const Type& element);
+LRT_API Type map_type(const Type& element);
 /// True if traits<T>::encode is code of the user. Specialisations of lrt say so by a fifth member, runs_user_code().
 template <class T>
 bool runs_user_code() noexcept;
-Unexpected not_a_value_of(const char* what);
-Unexpected does_not_fit(const char* what);
-Unexpected read_only();
+LRT_API Unexpected not_a_value_of(const char* what);
+LRT_API Unexpected does_not_fit(const char* what);
+LRT_API Unexpected read_only();
 }  // namespace detail
 
 /// Maps a C++ type to RDF and to every other representation. lrt provides it for bool, integers, float, double, std::string, durations,
@@ -179,7 +181,7 @@ template <class T>
 struct traits<T, std::enable_if_t<std::is_integral_v<T> && !std::is_same_v<T, bool> && !detail::is_character<T>>> {
   static const Type& type() {
     static const Immortal<Type> t(detail::integer_type(static_cast<std::int64_t>(std::numeric_limits<T>::min()),
-                                               static_cast<std::uint64_t>(std::numeric_limits<T>::max()), sizeof(T)));
+                                                       static_cast<std::uint64_t>(std::numeric_limits<T>::max()), sizeof(T)));
     return *t;
   }
   static Value encode(T v) {
@@ -241,9 +243,7 @@ template <class Rep, class Period>
 struct traits<std::chrono::duration<Rep, Period>> {
   using T = std::chrono::duration<Rep, Period>;
   static const Type& type() noexcept { return detail::duration_type(); }
-  static Value encode(const T& v) {
-    return Value(static_cast<std::int64_t>(std::chrono::duration_cast<std::chrono::nanoseconds>(v).count()));
-  }
+  static Value encode(const T& v) { return Value(static_cast<std::int64_t>(std::chrono::duration_cast<std::chrono::nanoseconds>(v).count())); }
   static Result<T> decode(const Value& v) {
     if (const std::int64_t* ns = v.integer()) return std::chrono::duration_cast<T>(std::chrono::nanoseconds(*ns));
     return detail::not_a_value_of("a duration");
@@ -477,9 +477,9 @@ inline constexpr bool is_result<Result<T>> = true;
 class FieldName {
  public:
   FieldName(Iri term) : name(term.text.substr(term.text.find_last_of("#/") + 1)), predicate(term.text) {}  // NOLINT: an argument of field()
-  FieldName(std::string_view own) : name(own), predicate("#" + name) {}  // NOLINT
-  FieldName(const std::string& own) : FieldName(std::string_view(own)) {}  // NOLINT
-  FieldName(const char* own) : FieldName(std::string_view(own)) {}  // NOLINT
+  FieldName(std::string_view own) : name(own), predicate("#" + name) {}                                    // NOLINT
+  FieldName(const std::string& own) : FieldName(std::string_view(own)) {}                                  // NOLINT
+  FieldName(const char* own) : FieldName(std::string_view(own)) {}                                         // NOLINT
 
   std::string name, predicate;
 };
@@ -505,9 +505,9 @@ constexpr std::string_view type_name() noexcept {
   return text;
 }
 /// The name with '-' for each run of characters that a term does not have: "LimitsOf-true".
-std::string term_name(std::string_view name);
+LRT_API std::string term_name(std::string_view name);
 /// Puts "#name" predicates below the type's name, and gives a record without classes its own.
-void place_terms(Type& record);
+LRT_API void place_terms(Type& record);
 }  // namespace detail
 
 /// Base of `traits` for a struct or class. The user lists its fields:
@@ -631,7 +631,8 @@ class Record {
     Result<void> decode(const Value& v, S& s) const override {
       const std::string* found = v.text();
       if (!found) return detail::not_a_value_of("a text");
-      if (found->size() >= N || found->find('\0') != std::string::npos) return detail::not_a_value_of("a text that fits into its array, without U+0000");
+      if (found->size() >= N || found->find('\0') != std::string::npos)
+        return detail::not_a_value_of("a text that fits into its array, without U+0000");
       std::memset(s.*pointer, 0, N);
       std::memcpy(s.*pointer, found->data(), found->size());
       return {};
@@ -763,8 +764,7 @@ class Record {
                         "lrt: the setter of a field expects a member function or a callable (S&, value) that takes what the getter returns; give a "
                         "callable: field(name, get, [](S& s, T value) { ... })");
         } else {
-          return add(std::move(name), traits<M>::type(), true, read_only,
-                     std::make_unique<GetterOf<M, Get, Set>>(std::move(get), std::move(set)));
+          return add(std::move(name), traits<M>::type(), true, read_only, std::make_unique<GetterOf<M, Get, Set>>(std::move(get), std::move(set)));
         }
       }
     }
@@ -807,4 +807,5 @@ bool runs_user_code() noexcept {
 }
 }  // namespace detail
 
+}  // namespace v0
 }  // namespace lrt::rdf

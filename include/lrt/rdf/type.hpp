@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -13,6 +14,7 @@
 #include <lrt/rdf/unit.hpp>
 
 namespace lrt::rdf {
+inline namespace v0 {
 
 /// The unit of a value and restrictions beyond its type. Bounds are compared as numbers.
 ///
@@ -70,12 +72,12 @@ struct Type;
 
 /// One field of a record.
 struct FieldType {
-  std::string name;          ///< for people and JSON
-  std::string predicate;     ///< a term: an absolute IRI, or "#Type/name" of the server's vocabulary
+  std::string name;       ///< for people and JSON
+  std::string predicate;  ///< a term: an absolute IRI, or "#Type/name" of the server's vocabulary
   const Type* type = nullptr;
   Facets facets;
-  bool read_only = false;    ///< values of the record cannot be decoded
-  bool takes_unit = false;   ///< the unit of the record is that of this field, and not of other fields
+  bool read_only = false;   ///< values of the record cannot be decoded
+  bool takes_unit = false;  ///< the unit of the record is that of this field, and not of other fields
 };
 
 /// Describes the values of a C++ type for every representation. Made by rdf::traits<T>::type().
@@ -83,20 +85,20 @@ struct Type {
   enum class Kind : std::uint8_t { boolean, integer, real, text, enumeration, duration, instant, list, optional, record, map };
 
   Kind kind = Kind::text;
-  Iri datatype;                          ///< of the literal; empty for list, optional, record and map
-  std::int64_t lowest = 0;               ///< integer: range of the C++ type
+  Iri datatype;             ///< of the literal; empty for list, optional, record and map
+  std::int64_t lowest = 0;  ///< integer: range of the C++ type
   std::uint64_t highest = 0;
-  bool single = false;                   ///< real: float, not double
-  std::vector<std::string> names;        ///< enumeration: names in the given order
-  const Type* element = nullptr;         ///< list, optional, map: type of the members or of the value
-  std::size_t shortest = 0;              ///< list: minimum number of members
+  bool single = false;             ///< real: float, not double
+  std::vector<std::string> names;  ///< enumeration: names in the given order
+  const Type* element = nullptr;   ///< list, optional, map: type of the members or of the value
+  std::size_t shortest = 0;        ///< list: minimum number of members
   std::size_t longest = std::numeric_limits<std::size_t>::max();
-  std::string name;                      ///< record: that of the C++ type, "PidGains"; empty: it has no terms of its own
-  std::vector<std::string> classes;      ///< record: its rdf:types, terms: absolute IRIs, or "#Type" of the server's vocabulary
-  std::vector<FieldType> fields;         ///< record
-  std::string value_predicate;           ///< record: from its node to a node that has its fields; empty: its own node has them
+  std::string name;                        ///< record: that of the C++ type, "PidGains"; empty: it has no terms of its own
+  std::vector<std::string> classes;        ///< record: its rdf:types, terms: absolute IRIs, or "#Type" of the server's vocabulary
+  std::vector<FieldType> fields;           ///< record
+  std::string value_predicate;             ///< record: from its node to a node that has its fields; empty: its own node has them
   std::vector<std::string> value_classes;  ///< record with a value_predicate: rdf:types of that node
-  Iri quantity_kind;                     ///< record: object of vom:quantityKind
+  Iri quantity_kind;                       ///< record: object of vom:quantityKind
 
   bool is_number() const noexcept { return kind == Kind::integer || kind == Kind::real; }
 };
@@ -113,8 +115,11 @@ inline Facets field_facets(const FieldType& field, const Facets& record) {
   return field.takes_unit ? Facets(field.facets).unit_of(record) : field.facets;
 }
 
+}  // namespace v0
 }  // namespace lrt::rdf
 
 namespace lrt {
+inline namespace v0 {
 using rdf::Facets;
-}
+}  // namespace v0
+}  // namespace lrt

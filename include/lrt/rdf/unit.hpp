@@ -1,17 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string_view>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/rdf/vocab.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 /// A unit of measurement with its names in three vocabularies. It documents the meaning of a number; numbers are never converted.
 struct Unit {
-  Iri qudt;                ///< object of qudt:hasUnit
-  Iri vom;                 ///< object of vom:unit; empty: the ARVIDA vocabulary does not have it
-  std::string_view ucum;   ///< code for JSON, "deg"
-  Iri quantity_kind{};     ///< object of qudt:hasQuantityKind; empty: the unit is used for several kinds of quantity
+  Iri qudt;               ///< object of qudt:hasUnit
+  Iri vom;                ///< object of vom:unit; empty: the ARVIDA vocabulary does not have it
+  std::string_view ucum;  ///< code for JSON, "deg"
+  Iri quantity_kind{};    ///< object of qudt:hasQuantityKind; empty: the unit is used for several kinds of quantity
 
   constexpr bool empty() const noexcept { return qudt.empty() && vom.empty(); }
   friend constexpr bool operator==(const Unit& a, const Unit& b) noexcept { return a.qudt == b.qudt && a.vom == b.vom; }
@@ -37,11 +40,17 @@ inline constexpr Unit percent{vocab::unit_::PERCENT, {}, "%"};
 inline constexpr Unit one{vocab::unit_::UNITLESS, {}, "1"};
 }  // namespace unit
 
-namespace rdf::detail {
+}  // namespace v0
+}  // namespace lrt
+
+namespace lrt::rdf {
+inline namespace v0 {
+namespace detail {
 
 /// The one copy of a unit that the process keeps, with its texts. It is never destroyed.
 /// @par Threads  Any. Locks and may allocate.
-const Unit& kept_unit(const Unit& unit);
+LRT_API const Unit& kept_unit(const Unit& unit);
 
-}  // namespace rdf::detail
-}  // namespace lrt
+}  // namespace detail
+}  // namespace v0
+}  // namespace lrt::rdf

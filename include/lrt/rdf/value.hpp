@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
@@ -6,9 +7,11 @@
 #include <variant>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/language.hpp>
 
 namespace lrt::rdf {
+inline namespace v0 {
 
 /// The common form of values between C++ and all representations: rdf::traits<T> converts a T to it, every codec reads and writes it. A Type
 /// describes its structure; a Value does not contain its datatype.
@@ -16,7 +19,7 @@ namespace lrt::rdf {
 /// null: an absent optional. boolean. integer: int64, or uint64 above its range; durations and instants in nanoseconds. real: float and
 /// double. text: strings and names of enumerators. sequence: lists, records in the order of their fields, and maps as
 /// sequences of two, the name and the value, in the order of the names.
-class Value {
+class LRT_API Value {
  public:
   using Sequence = std::vector<Value>;
 
@@ -47,6 +50,7 @@ class Value {
 };
 
 /// True if both are bit-identical: NaN equals NaN, 0.0 does not equal -0.0.
-bool same(const Value& a, const Value& b) noexcept;
+LRT_API bool same(const Value& a, const Value& b) noexcept;
 
+}  // namespace v0
 }  // namespace lrt::rdf

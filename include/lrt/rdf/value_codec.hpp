@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <optional>
@@ -5,12 +6,14 @@
 #include <string_view>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/rdf/graph.hpp>
 #include <lrt/rdf/type.hpp>
 #include <lrt/rdf/value.hpp>
 
 namespace lrt::rdf {
+inline namespace v0 {
 
 /// Conversion between values and graphs.
 ///
@@ -25,10 +28,10 @@ namespace lrt::rdf {
 /// Adds the triples of `value` to `graph` at `focus`.
 /// @param vocabulary  namespace of the server's own terms, "http://robot/ns/vocabulary#"
 /// @pre `value` is of that type
-void write_value(Graph& graph, TermId focus, const Type& type, const Facets& facets, const Value& value, std::string_view vocabulary);
+LRT_API void write_value(Graph& graph, TermId focus, const Type& type, const Facets& facets, const Value& value, std::string_view vocabulary);
 
 /// The IRI of a term: an absolute IRI itself, "#Type" and "#Type/name" in the vocabulary.
-std::string term_iri(std::string_view term, std::string_view vocabulary);
+LRT_API std::string term_iri(std::string_view term, std::string_view vocabulary);
 
 /// A difference between a graph and a type.
 struct Mismatch {
@@ -41,8 +44,8 @@ struct Mismatch {
 /// @param mismatches  receives at most 16 mismatches
 /// @return the value, if there is no mismatch
 /// @par Errors  expected_value, out_of_range: the first mismatch as a sentence
-Result<Value> read_value(const Graph& graph, TermId focus, const Type& type, const Facets& facets, std::string_view vocabulary,
-                         std::vector<Mismatch>& mismatches);
+LRT_API Result<Value> read_value(const Graph& graph, TermId focus, const Type& type, const Facets& facets, std::string_view vocabulary,
+                                 std::vector<Mismatch>& mismatches);
 
 /// The graph of a body with what a client may leave out or write in another way, so that it conforms to the derived shape if its values fit
 /// (SPEC 3.3):
@@ -50,15 +53,16 @@ Result<Value> read_value(const Graph& graph, TermId focus, const Type& type, con
 /// - a number of another numeric datatype has the datatype of the C++ type, if that can hold it;
 /// - a unit that is stated in one vocabulary is stated in the other one, too.
 /// @return  nullopt: nothing is missing
-std::optional<Graph> completed(const Graph& graph, TermId focus, const Type& type, const Facets& facets, std::string_view vocabulary);
+LRT_API std::optional<Graph> completed(const Graph& graph, TermId focus, const Type& type, const Facets& facets, std::string_view vocabulary);
 
 /// Checks a value that was not read from RDF (a C++ value, JSON) against facets.
-bool within(const Type& type, const Facets& facets, const Value& value) noexcept;
+LRT_API bool within(const Type& type, const Facets& facets, const Value& value) noexcept;
 
 /// The class of nodes with such a value: maths:Scalar for numbers, the first class of a record, else empty.
-std::string target_class(const Type& type, std::string_view vocabulary);
+LRT_API std::string target_class(const Type& type, std::string_view vocabulary);
 
 /// "vom:numericalValue" if a default prefix fits, else "<iri>".
-std::string abbreviate(std::string_view iri);
+LRT_API std::string abbreviate(std::string_view iri);
 
+}  // namespace v0
 }  // namespace lrt::rdf

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <lrt/base/iri.hpp>
@@ -5,9 +6,12 @@
 /// The vocabulary terms that lrt uses, spelled as in their vocabularies (R1.5, SPEC section 4). Each vocabulary is a namespace with the name of
 /// its usual prefix. The prefixes rdf, unit and lrt are namespaces of lrt already; these vocabularies are rdf_, unit_ and lrt_.
 namespace lrt::vocab {
+inline namespace v0 {
 
-#define LRT_TERM(prefix, name) inline constexpr Iri name{LRT_VOCAB_##prefix #name}
-#define LRT_TERM_AS(prefix, cpp, name) inline constexpr Iri cpp{LRT_VOCAB_##prefix name}
+#define LRT_TERM(prefix, name) \
+  inline constexpr Iri name { LRT_VOCAB_##prefix #name }
+#define LRT_TERM_AS(prefix, cpp, name) \
+  inline constexpr Iri cpp { LRT_VOCAB_##prefix name }
 
 #define LRT_VOCAB_rdf "http://www.w3.org/1999/02/22-rdf-syntax-ns#"
 namespace rdf_ {
@@ -555,4 +559,5 @@ LRT_TERM(lrt, unreachableSince);
 #undef LRT_VOCAB_ssn
 #undef LRT_VOCAB_lrt
 
+}  // namespace v0
 }  // namespace lrt::vocab

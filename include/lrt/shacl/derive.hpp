@@ -1,11 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string_view>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/rdf/graph.hpp>
 #include <lrt/rdf/type.hpp>
 
 namespace lrt::shacl {
+inline namespace v0 {
 
 /// What a derived shape is for.
 struct DeriveOptions {
@@ -30,7 +33,8 @@ struct DeriveOptions {
 ///
 /// @par Time        Allocates.
 /// @par Implements  R1.11
-void derive(rdf::Graph& graph, rdf::TermId shape, const rdf::Type& type, const rdf::Facets& facets, std::string_view vocabulary,
-            const DeriveOptions& options = {});
+LRT_API void derive(rdf::Graph& graph, rdf::TermId shape, const rdf::Type& type, const rdf::Facets& facets, std::string_view vocabulary,
+                    const DeriveOptions& options = {});
 
+}  // namespace v0
 }  // namespace lrt::shacl

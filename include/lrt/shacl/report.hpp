@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -8,15 +9,17 @@
 #include <utility>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/rdf/graph.hpp>
 #include <lrt/rdf/term.hpp>
 
 namespace lrt::shacl {
+inline namespace v0 {
 
 struct Plan;
 
 /// The property path of a result (SHACL 2.3.1). It has value semantics and shares ownership of the shapes.
-class PropertyPath {
+class LRT_API PropertyPath {
  public:
   PropertyPath() = default;
   /// A path of one predicate.
@@ -55,7 +58,7 @@ struct ValidationResult {
 
 /// The result of a validation (SHACL 3.6). It has value semantics.
 /// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
-class Report {
+class LRT_API Report {
  public:
   /// True if there is no result of any severity (SHACL 3.6.1.1).
   bool conforms() const noexcept { return results_.empty(); }
@@ -76,4 +79,5 @@ class Report {
   bool complete_ = true;
 };
 
+}  // namespace v0
 }  // namespace lrt::shacl

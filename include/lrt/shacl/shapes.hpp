@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -5,11 +6,13 @@
 #include <utility>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/rdf/graph.hpp>
 #include <lrt/rdf/term.hpp>
 
 namespace lrt::shacl {
+inline namespace v0 {
 
 struct Plan;
 
@@ -30,7 +33,7 @@ struct CompileOptions {
 /// not followed.
 ///
 /// @par Threads  Any: immutable. Copies share their data.
-class Shapes {
+class LRT_API Shapes {
  public:
   /// @par Errors  expected_value: an ill-formed shape, with the triple. unsupported_syntax: see CompileOptions. limit_exceeded.
   /// @par Time    Linear in the graph. Allocates.
@@ -52,4 +55,5 @@ class Shapes {
   std::shared_ptr<const Plan> plan_;
 };
 
+}  // namespace v0
 }  // namespace lrt::shacl

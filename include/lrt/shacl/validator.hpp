@@ -1,7 +1,9 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/rdf/graph.hpp>
 #include <lrt/rdf/term.hpp>
@@ -22,6 +24,7 @@
 ///    work, the value violates the constraint, and the message says so.
 ///  - rdfs:subClassOf is read from the data graph, rdf:type and rdfs:subClassOf of shapes from the shapes graph.
 namespace lrt::shacl {
+inline namespace v0 {
 
 /// Limits of a validation. Beyond them there is no report but Errc::limit_exceeded, with the limit.
 struct ValidateOptions {
@@ -39,13 +42,14 @@ struct ValidateOptions {
 /// @par Time     Linear in the number of focus nodes. A satisfied constraint does not allocate. Scratch memory grows with the largest set of
 ///               value nodes.
 /// @par Implements  SHACL 3
-Result<Report> validate(const Shapes& shapes, const rdf::Graph& data, const ValidateOptions& options = {});
+LRT_API Result<Report> validate(const Shapes& shapes, const rdf::Graph& data, const ValidateOptions& options = {});
 
 /// Validates one focus node against one shape, without regard to targets (SHACL 3.4). The focus node need not occur in the data.
 ///
 /// @par Errors   expected_value: there is no such shape. limit_exceeded.
 /// @par Implements  SPEC 3.3
-Result<Report> validate(const Shapes& shapes, const rdf::Graph& data, const rdf::TermView& focus, const rdf::TermView& shape,
-                        const ValidateOptions& options = {});
+LRT_API Result<Report> validate(const Shapes& shapes, const rdf::Graph& data, const rdf::TermView& focus, const rdf::TermView& shape,
+                                const ValidateOptions& options = {});
 
+}  // namespace v0
 }  // namespace lrt::shacl

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>
@@ -7,10 +8,12 @@
 #include <string_view>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/http/url.hpp>
 
 namespace lrt::subscription {
+inline namespace v0 {
 
 /// The receivers that web callbacks may go to. Without entries there are none.
 ///
@@ -34,7 +37,7 @@ namespace lrt::subscription {
 ///
 /// @par Threads     const: any
 /// @par Implements  R0.13, R0.16
-class AllowedHosts {
+class LRT_API AllowedHosts {
  public:
   AllowedHosts() = default;
   /// @par Errors  invalid_option, with the entry
@@ -63,6 +66,7 @@ class AllowedHosts {
 using CallbackUrl = http::Url;
 /// Parses a callback URL of at most 2,048 bytes.
 /// @par Errors  expected_iri, as http::parse_url()
-Result<CallbackUrl> parse_callback_url(std::string_view url);
+LRT_API Result<CallbackUrl> parse_callback_url(std::string_view url);
 
+}  // namespace v0
 }  // namespace lrt::subscription

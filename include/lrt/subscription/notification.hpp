@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <memory>
@@ -7,6 +8,7 @@
 #include <lrt/subscription/channel.hpp>
 
 namespace lrt::subscription {
+inline namespace v0 {
 
 /// A web callback that has a notification to post.
 struct ReadyCallback {
@@ -16,21 +18,22 @@ struct ReadyCallback {
 
 /// A notification for a web callback, or the question whether the receiver wants the subscription.
 struct Notification {
-  std::string url;                          ///< has passed parse_callback_url() and AllowedHosts::names()
-  http::Fields fields;                      ///< Content-Type, ETag, Link (SPEC 3.6)
+  std::string url;      ///< has passed parse_callback_url() and AllowedHosts::names()
+  http::Fields fields;  ///< Content-Type, ETag, Link (SPEC 3.6)
   std::shared_ptr<const std::string> body;
-  std::string secret;                       ///< signs the body; empty: unsigned
-  bool failed_before = false;               ///< the last delivery to this subscriber failed
+  std::string secret;          ///< signs the body; empty: unsigned
+  bool failed_before = false;  ///< the last delivery to this subscriber failed
   /// Not empty: instead of a POST, a GET of the URL with `query` added to its query. See CallbackOptions::confirmation.
   std::string challenge{}, query{};
 };
 
 /// The outcome of one delivery.
 struct DeliveryResult {
-  int status = 0;        ///< of the receiver's response; 0: no response was received
-  std::string error{};   ///< the reason, if no response was received
-  bool refused = false;  ///< no address of the receiver is allowed; a retry would fail too
+  int status = 0;          ///< of the receiver's response; 0: no response was received
+  std::string error{};     ///< the reason, if no response was received
+  bool refused = false;    ///< no address of the receiver is allowed; a retry would fail too
   bool confirmed = false;  ///< the body of the response is the challenge
 };
 
+}  // namespace v0
 }  // namespace lrt::subscription

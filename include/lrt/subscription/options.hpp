@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -9,6 +10,7 @@
 #include <lrt/base/thread_options.hpp>
 
 namespace lrt::subscription {
+inline namespace v0 {
 
 /// Which receivers of web callbacks must confirm that they want a subscription, before its first notification.
 enum class Confirmation : unsigned char {
@@ -56,11 +58,11 @@ struct CallbackOptions {
 
 /// Subscriptions: limits, and how changes get from the control loop to the engine.
 struct SubscriptionOptions {
-  std::size_t max_subscriptions = 1'500;  ///< of the server; beyond: 503. Less than Limits::max_connections, so that requests are served
-  std::size_t max_queue_length = 1'000;   ///< notifications that a client may request to be queued; beyond: 422, in a query 400
-  std::size_t default_queue_length = 64;  ///< for actions and invocations, if the client requests no length
-  std::size_t max_queue_bytes = 256 * 1024;               ///< queued for one subscriber; beyond: the oldest are dropped
-  std::size_t max_total_queue_bytes = 32 * 1024 * 1024;   ///< queued for all subscribers; beyond: each queue keeps one notification
+  std::size_t max_subscriptions = 1'500;     ///< of the server; beyond: 503. Less than Limits::max_connections, so that requests are served
+  std::size_t max_queue_length = 1'000;      ///< notifications that a client may request to be queued; beyond: 422, in a query 400
+  std::size_t default_queue_length = 64;     ///< for actions and invocations, if the client requests no length
+  std::size_t max_queue_bytes = 256 * 1024;  ///< queued for one subscriber; beyond: the oldest are dropped
+  std::size_t max_total_queue_bytes = 32 * 1024 * 1024;  ///< queued for all subscribers; beyond: each queue keeps one notification
   /// Memory for the published values that one property keeps between two scans while a subscriber has a queue: at most max_queue_length
   /// values, fewer if they are large (PushedProperty::keep). Made for the first such subscriber and freed with the property. The size of
   /// values that own memory is taken from their RDF and representations, of the last value that was scanned; if a property has
@@ -83,4 +85,5 @@ struct SubscriptionOptions {
   std::size_t max_feed_subscriptions = 20'000;  ///< of all feeds (lrt::Feed), besides max_subscriptions, so that neither can exhaust the other
 };
 
+}  // namespace v0
 }  // namespace lrt::subscription

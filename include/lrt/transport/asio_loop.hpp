@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <memory>
@@ -14,6 +15,7 @@ class io_context;
 }
 
 namespace lrt::transport {
+inline namespace v0 {
 
 #ifdef BOOST_VERSION
 namespace detail {
@@ -32,4 +34,5 @@ inline std::unique_ptr<Transport> make_http(TransportOptions options, boost::asi
 }
 #endif
 
+}  // namespace v0
 }  // namespace lrt::transport

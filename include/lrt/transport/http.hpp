@@ -1,12 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <memory>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/transport/transport.hpp>
 
 namespace lrt::transport {
+inline namespace v0 {
 
 /// The HTTP server of lrt: HTTP/1.1, WebSocket and TLS on one port. One event loop on an epoll set, no threads of its own.
-std::unique_ptr<Transport> make_http(TransportOptions options);
+LRT_API std::unique_ptr<Transport> make_http(TransportOptions options);
 
+}  // namespace v0
 }  // namespace lrt::transport

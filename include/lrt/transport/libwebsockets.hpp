@@ -1,12 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <memory>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/transport/transport.hpp>
 
 struct lws_context;
 
 namespace lrt::transport {
+inline namespace v0 {
 
 /// HTTP/1.1 and WebSocket on one port by libwebsockets 4.1 or later, which owns the sockets, parses the requests, frames the messages, speaks
 /// TLS and runs the loop. For hosts that use libwebsockets anyway: the built-in transport is stricter, faster, and keeps all limits.
@@ -40,7 +43,7 @@ namespace lrt::transport {
 ///
 /// libwebsockets ignores SIGPIPE in the whole process. Its log is the whole process's, too: while a transport lives on an lws_context of its
 /// own, warnings and errors go to TransportOptions::log of the last that was started.
-std::unique_ptr<Transport> make_libwebsockets(TransportOptions options);
+LRT_API std::unique_ptr<Transport> make_libwebsockets(TransportOptions options);
 
 /// The same as a vhost of the host's lws_context: the thread that runs lws_service() serves and calls the lambdas of Things; there is nothing to poll.
 /// Needs Io::in_poll. The host's context decides header_timeout, max_header_bytes, and where libwebsockets' log goes. stop() ends all connections at once,
@@ -49,6 +52,7 @@ std::unique_ptr<Transport> make_libwebsockets(TransportOptions options);
 /// @param context  must outlive the transport; made with LWS_SERVER_OPTION_DO_SSL_GLOBAL_INIT if options.security.tls is set
 /// @par Threads  That which runs lws_service(), of which there is one: start(), stop() and destruction on it, outside of callbacks of
 ///               libwebsockets, or while no thread is in lws_service(). waker() and reload_tls(): any.
-std::unique_ptr<Transport> make_libwebsockets(TransportOptions options, lws_context* context);
+LRT_API std::unique_ptr<Transport> make_libwebsockets(TransportOptions options, lws_context* context);
 
+}  // namespace v0
 }  // namespace lrt::transport

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
@@ -6,16 +7,18 @@
 #include <string>
 #include <utility>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/transport/transport.hpp>
 
 namespace lrt::transport {
+inline namespace v0 {
 
 /// Requests and responses in the same process, without a network: for tests, and for hosts that have an HTTP server of their own and hand its
 /// requests over. A request goes through http::check_request(); what only the bytes of its header section show is up to the host's server,
 /// and so are Date, Content-Length, Connection, and the missing body of HEAD.
 ///
 /// @par Threads  One thread at a time; what waker() returns: any.
-class Loopback final : public Transport {
+class LRT_API Loopback final : public Transport {
  public:
   /// What the client of a request gets that may become an event stream. Called from submit(), resume(), poll(), stop() and the destructor;
   /// may call submit(), resume() and cancel().
@@ -59,4 +62,5 @@ class Loopback final : public Transport {
 /// For Listen::transport of a server without a port of its own, whose requests come from Server::serve().
 inline std::unique_ptr<Transport> no_network(TransportOptions options) { return std::make_unique<Loopback>(std::move(options)); }
 
+}  // namespace v0
 }  // namespace lrt::transport

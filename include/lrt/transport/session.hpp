@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -9,12 +10,14 @@
 #include <string_view>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/engine/handler.hpp>
 #include <lrt/http/message.hpp>
 #include <lrt/transport/detail/body_buffer.hpp>
 #include <lrt/transport/transport.hpp>
 
 namespace lrt::transport {
+inline namespace v0 {
 
 /// Bytes to write, in this order. An owner may leave `third` out: then it is the first part of the next output.
 struct Output {
@@ -28,7 +31,7 @@ struct Output {
 struct Exchange;
 
 /// What the sessions of one transport share.
-class SessionContext {
+class LRT_API SessionContext {
  public:
   explicit SessionContext(const Limits& limits);
   ~SessionContext();
@@ -71,7 +74,7 @@ class SessionContext {
 ///
 /// @par Threads     One at a time, also for all sessions of a context.
 /// @par Implements  R0.1
-class Session {
+class LRT_API Session {
  public:
   /// What the session waits for.
   enum class Phase : unsigned char {
@@ -187,12 +190,13 @@ class Session {
   bool only_stops_ = false;
   bool keep_alive_ = true;
   bool header_only_ = false;
-  std::uint8_t version_ = 11;      ///< of the request
-  std::uint8_t empty_lines_ = 0;   ///< before the request
-  std::size_t discarded_ = 0;      ///< while lingering
+  std::uint8_t version_ = 11;     ///< of the request
+  std::uint8_t empty_lines_ = 0;  ///< before the request
+  std::size_t discarded_ = 0;     ///< while lingering
   std::size_t requests_ = 0;
   std::optional<engine::Ticket> ticket_;
   std::optional<engine::Channel> channel_;  ///< of the open event stream
 };
 
+}  // namespace v0
 }  // namespace lrt::transport

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -8,6 +9,7 @@
 #include <optional>
 #include <string>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/clock.hpp>
 #include <lrt/base/log.hpp>
 #include <lrt/base/result.hpp>
@@ -15,13 +17,14 @@
 #include <lrt/engine/handler.hpp>
 
 namespace lrt::transport {
+inline namespace v0 {
 
 /// Bounds of what a client can use: memory, connections and time. The same on every transport that has them.
 struct Limits {
-  std::size_t max_header_bytes = 16 * 1024;         ///< of a header section: request line and fields; more: 431
-  std::size_t max_line_bytes = 8000;                ///< of a line of it, as RFC 9112 3 recommends at least; more: 431, of the request line: 414
-  std::size_t max_body_bytes = 1024 * 1024;         ///< without the chunked coding; more: 413. Most resources take less:
-                                                    ///< engine::Limits::max_scalar_body_bytes
+  std::size_t max_header_bytes = 16 * 1024;  ///< of a header section: request line and fields; more: 431
+  std::size_t max_line_bytes = 8000;         ///< of a line of it, as RFC 9112 3 recommends at least; more: 431, of the request line: 414
+  std::size_t max_body_bytes = 1024 * 1024;  ///< without the chunked coding; more: 413. Most resources take less:
+                                             ///< engine::Limits::max_scalar_body_bytes
   /// Of the bodies of all requests together while they are received; more: 503 with Retry-After. A body that arrives with its header section
   /// does not count, nor do the first 4 KiB of any other, so that small commands are served while large bodies use up the limit.
   std::size_t max_total_body_bytes = 64 * 1024 * 1024;
@@ -43,45 +46,45 @@ struct Limits {
   /// From the first byte of a header section to its end; more: 408. For the first of a connection: from accept(2) on; a connection without
   /// a byte is closed without a response.
   std::chrono::milliseconds header_timeout{10'000};
-  std::chrono::milliseconds body_timeout{30'000};   ///< from the end of the header section to the end of the body; more: 408
-  std::chrono::milliseconds idle_timeout{60'000};   ///< between requests; before the first: header_timeout
-  std::chrono::milliseconds write_timeout{30'000};  ///< in which the client must read some bytes of a response or message
-  std::chrono::milliseconds linger_timeout{2'000};  ///< RFC 9112 9.6: for the client to close, after an early refusal
-  std::size_t max_linger_bytes = 256 * 1024;        ///< discarded during that time
-  std::chrono::milliseconds stop_timeout{1'000};    ///< for open responses when the server stops
+  std::chrono::milliseconds body_timeout{30'000};      ///< from the end of the header section to the end of the body; more: 408
+  std::chrono::milliseconds idle_timeout{60'000};      ///< between requests; before the first: header_timeout
+  std::chrono::milliseconds write_timeout{30'000};     ///< in which the client must read some bytes of a response or message
+  std::chrono::milliseconds linger_timeout{2'000};     ///< RFC 9112 9.6: for the client to close, after an early refusal
+  std::size_t max_linger_bytes = 256 * 1024;           ///< discarded during that time
+  std::chrono::milliseconds stop_timeout{1'000};       ///< for open responses when the server stops
   std::size_t max_websocket_message_bytes = 4 * 1024;  ///< of one message of a client; more: close 1009
-  std::size_t max_websocket_messages = 64;          ///< messages and pings of a client within ping_interval; more: close 1008
+  std::size_t max_websocket_messages = 64;             ///< messages and pings of a client within ping_interval; more: close 1008
   /// A WebSocket is pinged after this time without a byte of the client, an event stream gets a comment after this time without an event.
   std::chrono::milliseconds ping_interval{20'000};
-  std::chrono::milliseconds pong_timeout{10'000};   ///< from a ping to the next byte of the client; more: the connection is closed
-  std::chrono::milliseconds close_timeout{2'000};   ///< for the client's half of the closing handshake of a WebSocket
+  std::chrono::milliseconds pong_timeout{10'000};  ///< from a ping to the next byte of the client; more: the connection is closed
+  std::chrono::milliseconds close_timeout{2'000};  ///< for the client's half of the closing handshake of a WebSocket
 };
 
 /// TLS on the port, 1.2 or later (R0.2). Files are PEM.
 struct TlsOptions {
-  std::string certificate_file;              ///< the server's certificate, followed by those between it and its authority
-  std::string key_file;                      ///< its private key, without a passphrase
-  std::string client_ca_file;                ///< authorities of clients' certificates; empty: lrt requests none
-  bool require_client_certificate = false;   ///< with client_ca_file: the handshake of a client without one fails
+  std::string certificate_file;             ///< the server's certificate, followed by those between it and its authority
+  std::string key_file;                     ///< its private key, without a passphrase
+  std::string client_ca_file;               ///< authorities of clients' certificates; empty: lrt requests none
+  bool require_client_certificate = false;  ///< with client_ca_file: the handshake of a client without one fails
 };
 
 struct TransportOptions {
   std::string address = "127.0.0.1";  ///< numeric address to listen on
   std::uint16_t port = 8080;          ///< 0: any free one
   Limits limits;
-  std::optional<TlsOptions> tls;      ///< nullopt: plain HTTP
-  const Clock* clock = nullptr;       ///< nullptr: system_clock()
-  LogCallback log;                    ///< may be empty
+  std::optional<TlsOptions> tls;  ///< nullopt: plain HTTP
+  const Clock* clock = nullptr;   ///< nullptr: system_clock()
+  LogCallback log;                ///< may be empty
   /// Called on the host's event loop when a transport with Capabilities::on_host_loop has pending work. It polls the transport, and does what
   /// else is due. Set by Server.
   std::function<void()> turn;
 };
 
 struct Capabilities {
-  bool network = true;        ///< has a port
-  bool websocket = false;     ///< can accept upgrades
-  bool tls = false;           ///< can serve TransportOptions::tls
-  bool on_host_loop = false;  ///< calls TransportOptions::turn: the host does not poll, and no other thread may
+  bool network = true;           ///< has a port
+  bool websocket = false;        ///< can accept upgrades
+  bool tls = false;              ///< can serve TransportOptions::tls
+  bool on_host_loop = false;     ///< calls TransportOptions::turn: the host does not poll, and no other thread may
   bool callback_upgrade = true;  ///< hands a GET with `Upgrade: callback` over, as any request
 };
 
@@ -89,7 +92,7 @@ struct Capabilities {
 /// shows how. The handler calls none of these functions.
 ///
 /// @par Threads  One thread at a time; waker() and what it returns: any.
-class Transport {
+class LRT_API Transport {
  public:
   virtual ~Transport() = default;
 
@@ -121,4 +124,5 @@ class Transport {
   virtual std::uint16_t port() const noexcept = 0;
 };
 
+}  // namespace v0
 }  // namespace lrt::transport

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <map>
@@ -8,6 +9,7 @@
 #include "src/client/check/probe.hpp"
 
 namespace lrt::client::conformance {
+inline namespace v0 {
 
 /// A table in constant storage.
 template <class T>
@@ -58,4 +60,5 @@ class Verdicts {
 /// The requirements of the paper, with the worst outcome of their findings.
 std::vector<Requirement> summarise(const std::vector<Finding>& findings);
 
+}  // namespace v0
 }  // namespace lrt::client::conformance

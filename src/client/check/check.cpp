@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/client/check.hpp>
 
 #include <algorithm>
@@ -6,6 +7,7 @@
 #include "src/exchange/no_sigpipe.hpp"
 
 namespace lrt::client::conformance {
+inline namespace v0 {
 
 std::string_view to_string(Outcome outcome) noexcept {
   switch (outcome) {
@@ -81,4 +83,5 @@ int exit_status(const Result<Report>& report, bool strict) noexcept {
   return failed ? 1 : 0;
 }
 
+}  // namespace v0
 }  // namespace lrt::client::conformance

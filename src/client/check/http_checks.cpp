@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // R0.1 and R0.2: what the bytes of a connection show.
 
 #include <algorithm>
@@ -7,6 +8,7 @@
 #include "src/exchange/resolve.hpp"
 
 namespace lrt::client::conformance {
+inline namespace v0 {
 namespace {
 
 constexpr const char* hidden_target = "/lrt-check-hidden-request";
@@ -304,4 +306,5 @@ void check_http(Context& context) {
   check_responses(context);
 }
 
+}  // namespace v0
 }  // namespace lrt::client::conformance

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // R1.2 to R1.12: representations in RDF.
 
 #include <algorithm>
@@ -12,6 +13,7 @@
 #include "src/client/representation.hpp"
 
 namespace lrt::client::conformance {
+inline namespace v0 {
 namespace {
 
 constexpr std::string_view turtle = "text/turtle";
@@ -274,4 +276,5 @@ void check_linked_data(Context& context) {
   check_blueprints(context);
 }
 
+}  // namespace v0
 }  // namespace lrt::client::conformance

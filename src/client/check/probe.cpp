@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/client/check/probe.hpp"
 
 #include <algorithm>
@@ -9,6 +10,7 @@
 #include "src/base/ascii.hpp"
 
 namespace lrt::client::conformance {
+inline namespace v0 {
 namespace {
 
 using exchange::Instant;
@@ -396,4 +398,5 @@ void Probe::record(const Exchange& exchange, const std::string& method) {
   }
 }
 
+}  // namespace v0
 }  // namespace lrt::client::conformance

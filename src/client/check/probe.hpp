@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -16,6 +17,7 @@
 #include "src/client/http_client.hpp"
 
 namespace lrt::client::conformance {
+inline namespace v0 {
 
 using FieldList = std::vector<std::pair<std::string, std::string>>;
 
@@ -121,4 +123,5 @@ std::string without_fragment(const std::string& url);
 /// Printable, at most `max` bytes.
 std::string shortened(std::string_view text, std::size_t max);
 
+}  // namespace v0
 }  // namespace lrt::client::conformance

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/client/check/receiver.hpp"
 
 #include <arpa/inet.h>
@@ -19,6 +20,7 @@
 #include "src/exchange/resolve.hpp"
 
 namespace lrt::client::conformance {
+inline namespace v0 {
 namespace {
 
 using Instant = std::chrono::steady_clock::time_point;
@@ -209,4 +211,5 @@ std::optional<Receiver::Notification> Receiver::wait(Instant until) {
   return std::exchange(notification_, std::nullopt);
 }
 
+}  // namespace v0
 }  // namespace lrt::client::conformance

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -14,6 +15,7 @@
 #include "src/base/thread.hpp"
 
 namespace lrt::client::conformance {
+inline namespace v0 {
 
 /// Receives web callbacks on a port of its own: one connection after the other, within limits. A request for confirmation (WebSub 5.3) is confirmed.
 /// @par Threads  Any.
@@ -51,4 +53,5 @@ class Receiver {
   Thread thread_;
 };
 
+}  // namespace v0
 }  // namespace lrt::client::conformance

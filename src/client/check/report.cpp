@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The formats of a report: text, JSON, EARL.
 
 #include <algorithm>
@@ -8,6 +9,7 @@
 #include <lrt/rdf/vocab.hpp>
 
 namespace lrt::client::conformance {
+inline namespace v0 {
 namespace {
 
 constexpr std::string_view check_namespace = "https://w3id.org/lrt/check#";
@@ -236,4 +238,5 @@ std::string to_earl(const Report& report) {
   return rdf::write(graph, rdf::Syntax::turtle, prefixes).value_or(std::string());
 }
 
+}  // namespace v0
 }  // namespace lrt::client::conformance

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // R0.3 to R0.6 and R0.9 to R0.11: what each resource shows to GET, HEAD and OPTIONS.
 
 #include <algorithm>
@@ -9,6 +10,7 @@
 #include "src/client/check/survey.hpp"
 
 namespace lrt::client::conformance {
+inline namespace v0 {
 namespace {
 
 using lrt::detail::trim;
@@ -263,4 +265,5 @@ void check_resources(Context& context) {
     context.verdicts.otherwise(id, Outcome::not_testable, "no two responses show it");
 }
 
+}  // namespace v0
 }  // namespace lrt::client::conformance

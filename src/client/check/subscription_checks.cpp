@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // R0.12 to R0.17: WebSockets and web callbacks.
 
 #include <algorithm>
@@ -12,6 +13,7 @@
 #include "src/client/check/websocket.hpp"
 
 namespace lrt::client::conformance {
+inline namespace v0 {
 namespace {
 
 constexpr std::size_t max_candidates = 4;
@@ -339,4 +341,5 @@ void check_subscriptions(Context& context) {
   check_callback(context);
 }
 
+}  // namespace v0
 }  // namespace lrt::client::conformance

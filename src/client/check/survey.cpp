@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/client/check/survey.hpp"
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 #include "src/base/ascii.hpp"
 
 namespace lrt::client::conformance {
+inline namespace v0 {
 namespace {
 
 constexpr int max_link_pages = 10;            // rel=next of one resource
@@ -228,4 +230,5 @@ Result<void> survey(Context& context) {
   return {};
 }
 
+}  // namespace v0
 }  // namespace lrt::client::conformance

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <optional>
@@ -12,6 +13,7 @@
 #include "src/client/check/probe.hpp"
 
 namespace lrt::client::conformance {
+inline namespace v0 {
 
 /// A resource that was visited.
 struct Resource {
@@ -65,4 +67,5 @@ void check_http(Context& context);           ///< R0.1, R0.2
 void check_subscriptions(Context& context);  ///< R0.12 to R0.17
 void check_writes(Context& context);         ///< R0.5 to R0.8, for resources that the user named
 
+}  // namespace v0
 }  // namespace lrt::client::conformance

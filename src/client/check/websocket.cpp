@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/client/check/websocket.hpp"
 
 #include <algorithm>
@@ -9,6 +10,7 @@
 #include "src/base/random.hpp"
 
 namespace lrt::client::conformance {
+inline namespace v0 {
 namespace {
 
 constexpr unsigned text_opcode = 1, binary_opcode = 2, close_opcode = 8, ping_opcode = 9, pong_opcode = 10;
@@ -164,4 +166,5 @@ bool WebSocket::close(exchange::Instant until) {
   return false;
 }
 
+}  // namespace v0
 }  // namespace lrt::client::conformance

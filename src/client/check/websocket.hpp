@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <optional>
@@ -6,6 +7,7 @@
 #include "src/client/check/probe.hpp"
 
 namespace lrt::client::conformance {
+inline namespace v0 {
 
 /// The client's side of a WebSocket (RFC 6455), as strict about the server as the RFC is.
 class WebSocket {
@@ -52,4 +54,5 @@ class WebSocket {
   bool closed_ = false;
 };
 
+}  // namespace v0
 }  // namespace lrt::client::conformance

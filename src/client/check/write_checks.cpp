@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // R0.5 to R0.8 and R0.11: requests that change something, for resources that the user has named.
 
 #include <algorithm>
@@ -9,6 +10,7 @@
 #include "src/client/check/survey.hpp"
 
 namespace lrt::client::conformance {
+inline namespace v0 {
 namespace {
 
 constexpr const char* turtle = "text/turtle";
@@ -189,4 +191,5 @@ void check_writes(Context& context) {
                                context.options.invoke.empty() ? "nothing may be invoked: no action was named for it" : "no response shows it");
 }
 
+}  // namespace v0
 }  // namespace lrt::client::conformance

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/resources/action.hpp"
 
 #include <algorithm>
@@ -22,6 +23,7 @@
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -106,7 +108,11 @@ void InvocationResource::describe_types(About& about, const Description&) const 
 
 std::optional<PlainValue> InvocationResource::plain_value(const Audience&) const {
   static const rdf::Facets no_facets;
-  rdf::Value::Sequence values = {rdf::Value(status_name(status)), rdf::Value(progress), instant(created), instant(started), instant(ended),
+  rdf::Value::Sequence values = {rdf::Value(status_name(status)),
+                                 rdf::Value(progress),
+                                 instant(created),
+                                 instant(started),
+                                 instant(ended),
                                  status == Status::failed ? rdf::Value(result.error().message) : rdf::Value()};
   if (action.spec->input) values.push_back(input);
   if (action.spec->output) values.push_back(status == Status::succeeded ? *result : rdf::Value());
@@ -324,4 +330,5 @@ void ActionResource::link_related(http::LinkWriter& links, const std::string& ba
   for (const auto& i : invocations) links.add(base + i->path, "related");
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

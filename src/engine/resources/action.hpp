@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -19,6 +20,7 @@
 #include "src/engine/resource.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 class ActionResource;
 
@@ -66,10 +68,10 @@ class InvocationResource final : public Resource {
   double progress = 0;
   Result<rdf::Value> result{rdf::Value()};
   Utc created{}, started{}, ended{};
-  std::shared_ptr<CancelToken> token;      ///< of the call that starts it, once there is one
+  std::shared_ptr<CancelToken> token;  ///< of the call that starts it, once there is one
   DeadlineQueue<ResourceId>::Place start_deadline;
   std::vector<WaitingRequest> waiting;
-  ClientCounts::Share share;               ///< of its client, until it has ended
+  ClientCounts::Share share;  ///< of its client, until it has ended
 };
 
 /// A command: what it consumes and produces, its binding, its invocations (R1.10, paper 5.4).
@@ -120,4 +122,5 @@ class ActionResource final : public Resource {
   void describe_effects(About& about, const Description& d) const;
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

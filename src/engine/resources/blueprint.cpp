@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/resources/blueprint.hpp"
 
 #include <algorithm>
@@ -18,6 +19,7 @@
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -119,9 +121,7 @@ void BlueprintResource::overview(Overview& o) const {
   o.link("kind", *thing->kind);
 }
 
-void BlueprintResource::for_each_property(FunctionRef<void(PropertyResource&)> visit) const {
-  thing->state.for_each_property(visit);
-}
+void BlueprintResource::for_each_property(FunctionRef<void(PropertyResource&)> visit) const { thing->state.for_each_property(visit); }
 
 /// Names and shapes are resolved against its path, so what was made with them is made again.
 void BlueprintResource::path_changed() {
@@ -145,4 +145,5 @@ Result<shacl::Shapes> compiled_shapes(ThingNode& thing, std::size_t base, const 
   return compiled;
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/resources/collection.hpp"
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 void describe_container_types(About& about) { about.a(vocab::ldp::BasicContainer).a(vocab::ldp::Container).a(vocab::ldp::RDFSource); }
 
@@ -80,10 +82,13 @@ void MemberResource::describe_types(About& about, const Description& d) const {
   describe_value_types(about, *collection.spec->type, d.engine.vocabulary(d.base));
 }
 
-std::optional<PlainValue> MemberResource::plain_value(const Audience&) const { return PlainValue{collection.spec->type, &collection.spec->facets, &value}; }
+std::optional<PlainValue> MemberResource::plain_value(const Audience&) const {
+  return PlainValue{collection.spec->type, &collection.spec->facets, &value};
+}
 
 void MemberResource::summarize(Overview& o) const {
-  if (const Result<std::string> json = rdf::write_plain(*collection.spec->type, collection.spec->facets, value, rdf::Plain::json)) o.json("value", *json);
+  if (const Result<std::string> json = rdf::write_plain(*collection.spec->type, collection.spec->facets, value, rdf::Plain::json))
+    o.json("value", *json);
 }
 
 std::string MemberResource::up() const { return collection.path; }
@@ -102,7 +107,8 @@ Methods CollectionResource::methods() const noexcept {
 
 Outcome CollectionResource::post(Context& context, Parts& parts) {
   // LDP 5.2.3.4: the requested interaction model must be one that a member has.
-  if (requests_other_model(context.request().joined("Link"))) return parts.responses.problem(context, 409, "members of this container are ldp:RDFSource");
+  if (requests_other_model(context.request().joined("Link")))
+    return parts.responses.problem(context, 409, "members of this container are ldp:RDFSource");
   auto read = parts.bodies.read_value(context, *spec->type, spec->facets, spec);
   if (auto outcome = outcome_of(read)) return *std::move(outcome);
   if (auto response = parts.representations.failed_precondition(context)) return *std::move(response);
@@ -124,7 +130,8 @@ Outcome CollectionResource::post(Context& context, Parts& parts) {
   return Deferred{*ticket};
 }
 
-void CollectionResource::created(const std::string& new_id, rdf::Value value, const Result<void>& result, Ticket ticket, Parts& parts, TimePoint now) {
+void CollectionResource::created(const std::string& new_id, rdf::Value value, const Result<void>& result, Ticket ticket, Parts& parts,
+                                 TimePoint now) {
   calls_.erase(ticket);
   --creating_;
   MemberResource* member = nullptr;
@@ -138,7 +145,9 @@ void CollectionResource::created(const std::string& new_id, rdf::Value value, co
   }
   const Context* context = parts.pending.resume(ticket, now);
   if (!context) return;
-  if (!member) return parts.pending.respond(ticket, parts.responses.refused(*context, "the collection \"" + path + "\" did not take the member", result.error()));
+  if (!member)
+    return parts.pending.respond(ticket,
+                                 parts.responses.refused(*context, "the collection \"" + path + "\" did not take the member", result.error()));
   const std::string location = parts.responses.iri(*context, member->path);
   http::Response response;
   if (context->wants_representation()) {
@@ -173,7 +182,8 @@ void CollectionResource::describe(const Description& d) const {
 
 void CollectionResource::describe_controls(About& about, const Description& d) const {
   Resource::describe_controls(about, d);
-  if (d.audience.methods(*this).post) describe_binding(about, d, *this, vocab::http_methods::POST, rdf::target_class(*spec->type, d.engine.vocabulary(d.base)));
+  if (d.audience.methods(*this).post)
+    describe_binding(about, d, *this, vocab::http_methods::POST, rdf::target_class(*spec->type, d.engine.vocabulary(d.base)));
 }
 
 void CollectionResource::describe_types(About& about, const Description&) const { describe_container_types(about); }
@@ -191,4 +201,5 @@ std::vector<Resource*> CollectionResource::members() const {
   return all;
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

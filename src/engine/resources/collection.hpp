@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -13,6 +14,7 @@
 #include "src/engine/resource.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 class CollectionResource;
 
@@ -73,12 +75,13 @@ class CollectionResource final : public Resource {
   void created(const std::string& new_id, rdf::Value value, const Result<void>& result, Ticket ticket, Parts& parts, TimePoint now);
 
   std::vector<std::unique_ptr<MemberResource>> members_;
-  std::size_t creating_ = 0;                                ///< on their way through the create lambda
-  std::map<Ticket, std::shared_ptr<CancelToken>> calls_;    ///< create and remove lambdas under way
+  std::size_t creating_ = 0;                              ///< on their way through the create lambda
+  std::map<Ticket, std::shared_ptr<CancelToken>> calls_;  ///< create and remove lambdas under way
 };
 
 /// What every container says of itself: its types, and its members page by page (LDP 5.2, 7.2).
 void describe_container(About& about, const Resource& container, const Description& d);
 void describe_container_types(About& about);
 
+}  // namespace v0
 }  // namespace lrt::engine

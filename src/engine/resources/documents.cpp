@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/resources/documents.hpp"
 
 #include <algorithm>
@@ -15,6 +16,7 @@
 #include "src/engine/vocabulary.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 constexpr std::string_view title = "Robotic Things";
@@ -77,4 +79,5 @@ void TermsResource::describe(const Description& d) const {
   if (const Result<rdf::Graph> terms = rdf::read(term_list(), rdf::Syntax::turtle, options)) d.graph.merge(*terms);
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

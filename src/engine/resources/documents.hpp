@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>
@@ -7,6 +8,7 @@
 #include "src/engine/resource.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 class ActionResource;
 
@@ -67,4 +69,5 @@ class ContextResource final : public Resource {
   const std::string text_;
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

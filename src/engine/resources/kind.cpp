@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/resources/kind.hpp"
 
 #include <algorithm>
@@ -25,14 +26,13 @@
 #include "src/engine/vocabulary.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
 using rdf::TermId;
 
-bool has_own_bounds(const rdf::Type& type) {
-  return type.kind == rdf::Type::Kind::optional ? has_own_bounds(*type.element) : type.is_number();
-}
+bool has_own_bounds(const rdf::Type& type) { return type.kind == rdf::Type::Kind::optional ? has_own_bounds(*type.element) : type.is_number(); }
 
 bool has_equal_bounds(const rdf::Facets& a, const rdf::Facets& b) {
   return std::tuple(a.min(), a.max(), a.min_exclusive(), a.max_exclusive()) == std::tuple(b.min(), b.max(), b.min_exclusive(), b.max_exclusive());
@@ -249,7 +249,8 @@ void KindResource::describe(const Description& d) const { describe(d, true); }
 
 std::vector<ThingNode*> KindResource::members_seen_by(const Audience& audience) const {
   std::vector<ThingNode*> seen = things;
-  if (audience.is_restricted()) seen.erase(std::remove_if(seen.begin(), seen.end(), [&](const ThingNode* t) { return !audience.sees(t->self); }), seen.end());
+  if (audience.is_restricted())
+    seen.erase(std::remove_if(seen.begin(), seen.end(), [&](const ThingNode* t) { return !audience.sees(t->self); }), seen.end());
   return seen;
 }
 
@@ -284,7 +285,8 @@ void KindResource::describe(const Description& d, bool with_targets) const {
     };
     const auto& all = d.engine.registry.things();
     if (!spec.classes.empty() && std::none_of(all.begin(), all.end(), is_other)) about.link(vocab::sh::targetClass, spec.classes.back());
-    else for (const ThingNode* t : members) about.link(vocab::sh::targetNode, d.base + t->self.path);
+    else
+      for (const ThingNode* t : members) about.link(vocab::sh::targetNode, d.base + t->self.path);
   }
 
   about.add(vocab::sh::class_, rdf::TermView(vocab::hybrit::RoboticThing));
@@ -357,14 +359,14 @@ void KindResource::describe(const Description& d, bool with_targets) const {
     if (const std::string of = rdf::target_class(*p.type, vocabulary); !promised && !of.empty()) constraint.link(vocab::sh::class_, of);
     constraint.add(vocab::sh::node, promised && p.type->kind != rdf::Type::Kind::optional ? with_value : any);
     Structure more(graph, constraint.subject());
-    const auto all_have = [&](auto has) { return std::all_of(members.begin(), members.end(), [&](const ThingNode* t) { return has(*t->properties[i]->spec); }); };
+    const auto all_have = [&](auto has) {
+      return std::all_of(members.begin(), members.end(), [&](const ThingNode* t) { return has(*t->properties[i]->spec); });
+    };
     if (all_have([](const model::PropertySpec& s) { return s.frame != nullptr; })) more.path(frame_predicate(*p.type), 1, 1);
     // What the Property says of its values, where their shape does not.
     const Quantity quantity = quantity_of(*p.type, p.facets);
     const bool has_unit_in_shape = has_shape && (p.type->is_number() || p.type->kind == rdf::Type::Kind::record);
-    const auto require = [&](Iri what, Iri object) {
-      more.path(what, 0).add(vocab::sh::hasValue, rdf::TermView(object));
-    };
+    const auto require = [&](Iri what, Iri object) { more.path(what, 0).add(vocab::sh::hasValue, rdf::TermView(object)); };
     if (!quantity.unit.empty() && !has_unit_in_shape) {
       if (quantity.unit.vom.empty()) require(vocab::qudt::hasUnit, quantity.unit.qudt);
       else require(vocab::vom::unit, quantity.unit.vom);
@@ -395,7 +397,8 @@ void KindResource::describe(const Description& d, bool with_targets) const {
     shacl::derive(graph, shape, *shapes[i].type, facets, vocabulary, {true, shapes[i].input});
   }
   const std::string subscriptions = first.subscriptions.input_shape();
-  if (d.engine.makes_callbacks && !has_user_shape(first, subscriptions) && least([&](const ThingNode& t) { return d.audience.sees(t.subscriptions); }) > 0)
+  if (d.engine.makes_callbacks && !has_user_shape(first, subscriptions) &&
+      least([&](const ThingNode& t) { return d.audience.sees(t.subscriptions); }) > 0)
     describe_subscription_shape(graph, self + "#" + subscriptions, d.engine.options.subscriptions);
 }
 
@@ -443,4 +446,5 @@ void Kinds::leave(ThingNode& thing) {
   kinds_.erase(kinds_.find(kind.signature));
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

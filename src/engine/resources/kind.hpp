@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>
@@ -16,6 +17,7 @@
 #include "src/engine/resources/blueprint.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 struct ThingNode;
 
@@ -24,7 +26,7 @@ struct ValueShape {
   std::string name;  ///< "rotation", "actions/rotate/input"
   const rdf::Type* type;
   const rdf::Facets* facets;
-  bool input;        ///< clients send such values
+  bool input;  ///< clients send such values
 };
 
 /// The value shapes of a Thing, in the order of registration. Equal Things have as many.
@@ -103,4 +105,5 @@ class Kinds {
   std::map<std::string, unsigned> first_free_;                  ///< by name: no lower number is free; absent: 1 may be
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

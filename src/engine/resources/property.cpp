@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/resources/property.hpp"
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 PropertyResource::PropertyResource(std::string its_path, ThingNode* its_thing, std::shared_ptr<model::PropertySpec> s)
     : Resource(std::move(its_path), its_thing), spec(std::move(s)) {
@@ -23,9 +25,7 @@ Methods PropertyResource::methods() const noexcept {
   return methods;
 }
 
-void PropertyResource::for_each_property(FunctionRef<void(PropertyResource&)> visit) const {
-  visit(const_cast<PropertyResource&>(*this));
-}
+void PropertyResource::for_each_property(FunctionRef<void(PropertyResource&)> visit) const { visit(const_cast<PropertyResource&>(*this)); }
 
 // ------------------------------------------------------------------------------------------------------- description
 
@@ -33,8 +33,7 @@ void PropertyResource::describe(const Description& d) const {
   About about(d.graph, d.base + path);
   describe_types(about, d);
   about.link(vocab::rdfs::seeAlso, d.base + thing->self.path);
-  if (!value.is_null() && !only_octets)
-    rdf::write_value(d.graph, about.subject(), *spec->type, spec->facets, value, d.engine.vocabulary(d.base));
+  if (!value.is_null() && !only_octets) rdf::write_value(d.graph, about.subject(), *spec->type, spec->facets, value, d.engine.vocabulary(d.base));
   describe_quantity(about, *spec->type, spec->facets);
   about.when(vocab::dcterms::modified, modified);
   if (spec->frame) about.add(frame_predicate(*spec->type), object_term(d.graph, *spec->frame, d.base));
@@ -44,7 +43,8 @@ void PropertyResource::describe(const Description& d) const {
 
 void PropertyResource::describe_controls(About& about, const Description& d) const {
   Resource::describe_controls(about, d);
-  if (d.audience.methods(*this).put) describe_binding(about, d, *this, vocab::http_methods::PUT, rdf::target_class(*spec->type, d.engine.vocabulary(d.base)));
+  if (d.audience.methods(*this).put)
+    describe_binding(about, d, *this, vocab::http_methods::PUT, rdf::target_class(*spec->type, d.engine.vocabulary(d.base)));
 }
 
 void PropertyResource::describe_types(About& about, const Description& d) const {
@@ -79,8 +79,8 @@ void PropertyResource::describe_formats(About& about, const Description& d) cons
     std::vector<rdf::TermId> shape;
     for (const std::size_t n : layout.shape) shape.push_back(count(n));
     format.add(vocab::lrt_::elementType, rdf::TermView(element_type)).add(vocab::lrt_::shape, graph.add_list(shape));
-    format.add(vocab::lrt_::byteOrder, rdf::TermView(layout.byte_order == Layout::ByteOrder::little_endian ? vocab::lrt_::littleEndian
-                                                                                                          : vocab::lrt_::bigEndian));
+    format.add(vocab::lrt_::byteOrder,
+               rdf::TermView(layout.byte_order == Layout::ByteOrder::little_endian ? vocab::lrt_::littleEndian : vocab::lrt_::bigEndian));
     describe_unit(format, layout.unit.empty() ? spec->facets.unit() : layout.unit);
     if (spec->frame) format.add(frame_predicate(*spec->type), object_term(graph, *spec->frame, d.base));
   };
@@ -224,7 +224,8 @@ void PropertyResource::judge_write(Ticket ticket, Parts& parts, TimePoint now, b
         if (s->slot) s->slot->forget();
         if (Result<void> result = s->write(*value); !result) return Unexpected{std::move(result).error()};
         // The write has succeeded: without a T of its own the value just has no encodings.
-        auto decoded = guarded<std::shared_ptr<const void>>([&]() -> Result<std::shared_ptr<const void>> { return s->whole ? s->whole(*value) : nullptr; });
+        auto decoded =
+            guarded<std::shared_ptr<const void>>([&]() -> Result<std::shared_ptr<const void>> { return s->whole ? s->whole(*value) : nullptr; });
         return Written{decoded ? *std::move(decoded) : nullptr};
       },
       [this, &parts, ref = Ref(*this)](Result<Written> written, TimePoint at) {
@@ -283,4 +284,5 @@ void PropertyResource::removed(Parts& parts) {
   parts.values.cancel(*this, parts.clock.now());
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -17,6 +18,7 @@
 #include "src/engine/resource.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// A Property: its value with time, unit and frame, readable, observable, and writable if the user says so (R1.9, paper 5.2).
 class PropertyResource final : public Resource {
@@ -27,9 +29,7 @@ class PropertyResource final : public Resource {
   Outcome put(Context& context, Parts& parts) override;
   Input input(const EngineOptions& options) const override { return input_of(*spec, *spec->type, spec->facets, options); }
   /// @pre published values were taken
-  bool is_up_to_date() const noexcept override {
-    return spec->slot && !spec->slot->has_change() && !is_refreshing() && !has_writes();
-  }
+  bool is_up_to_date() const noexcept override { return spec->slot && !spec->slot->has_change() && !is_refreshing() && !has_writes(); }
   std::string input_shape() const override { return spec->path; }
   bool takes_plain_values() const noexcept override { return true; }
 
@@ -75,9 +75,9 @@ class PropertyResource final : public Resource {
   rdf::Value value;                   ///< null: none yet
   std::shared_ptr<const void> whole;  ///< the T of the value, for the user's encoders
   Utc modified{};
-  bool only_octets = false;           ///< the value has too many members for RDF, which describes its octets instead
+  bool only_octets = false;  ///< the value has too many members for RDF, which describes its octets instead
 
-  std::vector<Encoding> encodings;    ///< of the present value, by the user's encoders; of the same index
+  std::vector<Encoding> encodings;                 ///< of the present value, by the user's encoders; of the same index
   std::unique_ptr<PropertyRefresh> refresh_state;  ///< PropertyValues'; null: none was needed yet
   bool is_refreshing() const noexcept { return refresh_state && refresh_state->running; }
   /// The last read of a pulled property failed.
@@ -87,13 +87,13 @@ class PropertyResource final : public Resource {
     Resource& graph;
     std::chrono::milliseconds expires_after{0};  ///< without a new value; zero: never
   };
-  std::unique_ptr<const InGraph> in_graph;         ///< nullptr: it belongs to a Thing
+  std::unique_ptr<const InGraph> in_graph;  ///< nullptr: it belongs to a Thing
   /// What has the value besides: its graph, or the state of its Thing.
   Resource& whole_resource() const;
   std::uint32_t watchers = 0;
   std::uint32_t queues = 0;                      ///< observers with a queue, for which the slot keeps values; PropertyValues'
   DeadlineQueue<ResourceId>::Place next_sample;  ///< ChangeScanner's, of a pulled property
-  std::uint64_t seen_lost = 0;        ///< of the slot's lost values, those that observers know of
+  std::uint64_t seen_lost = 0;                   ///< of the slot's lost values, those that observers know of
 
  private:
   struct Write {
@@ -129,4 +129,5 @@ class PropertyResource final : public Resource {
   std::unique_ptr<Writes> writes_;                ///< nullptr: there are none
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

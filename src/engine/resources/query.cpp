@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/resources/query.hpp"
 
 #include <utility>
@@ -8,15 +9,20 @@
 #include "src/engine/parts.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
 /// The IRIs by which service descriptions name the formats of answers (https://www.w3.org/ns/formats/).
 constexpr std::string_view formats[] = {
-    "http://www.w3.org/ns/formats/SPARQL_Results_JSON", "http://www.w3.org/ns/formats/SPARQL_Results_XML",
-    "http://www.w3.org/ns/formats/SPARQL_Results_CSV",  "http://www.w3.org/ns/formats/SPARQL_Results_TSV",
-    "http://www.w3.org/ns/formats/Turtle",              "http://www.w3.org/ns/formats/N-Triples",
-    "http://www.w3.org/ns/formats/RDF_XML",             "http://www.w3.org/ns/formats/JSON-LD",
+    "http://www.w3.org/ns/formats/SPARQL_Results_JSON",
+    "http://www.w3.org/ns/formats/SPARQL_Results_XML",
+    "http://www.w3.org/ns/formats/SPARQL_Results_CSV",
+    "http://www.w3.org/ns/formats/SPARQL_Results_TSV",
+    "http://www.w3.org/ns/formats/Turtle",
+    "http://www.w3.org/ns/formats/N-Triples",
+    "http://www.w3.org/ns/formats/RDF_XML",
+    "http://www.w3.org/ns/formats/JSON-LD",
 };
 
 /// The media types that the answers to a query can have.
@@ -93,4 +99,5 @@ void StandingQuery::Watch::resource_changed() { owner_.mark_dirty(); }
 void StandingQuery::Watch::resource_removed() { owner_.unwatch(*this); }
 void StandingQuery::unwatch(Watch& watch) { owner_.unwatch(*this, watch); }
 
+}  // namespace v0
 }  // namespace lrt::engine

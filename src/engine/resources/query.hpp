@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -17,6 +18,7 @@
 #include "src/engine/snapshots.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 class Queries;
 class StandingQuery;
@@ -99,19 +101,19 @@ class StandingQuery final : public Resource {
 
   const std::shared_ptr<const PreparedQuery> query;
   const std::shared_ptr<Snapshot> snapshot;
-  std::string key;                          ///< by which equal queries share it; empty: it is for one subscriber alone
+  std::string key;  ///< by which equal queries share it; empty: it is for one subscriber alone
   bool tells_changes = false;
-  std::chrono::milliseconds interval{0};    ///< between two evaluations
-  std::vector<Waiter> waiters;              ///< requests that subscribe when there is an answer
+  std::chrono::milliseconds interval{0};                              ///< between two evaluations
+  std::vector<Waiter> waiters;                                        ///< requests that subscribe when there is an answer
   std::unordered_map<std::uint64_t, std::unique_ptr<Watch>> watches;  ///< by ResourceId
-  std::vector<std::uint32_t> predicates;    ///< of its dependencies, hashed
-  std::uint64_t seen_version = 0;           ///< of the snapshot: what was described later may have to be watched
+  std::vector<std::uint32_t> predicates;                              ///< of its dependencies, hashed
+  std::uint64_t seen_version = 0;                                     ///< of the snapshot: what was described later may have to be watched
   bool is_dirty = true;
   bool is_running = false;
   std::shared_ptr<std::atomic<bool>> cancelled;  ///< of the evaluation that runs
   std::chrono::steady_clock::time_point last_start{};
   std::shared_ptr<const QueryAnswer> latest, previous;
-  std::uint64_t sequence = 0;               ///< of `latest`, from 1
+  std::uint64_t sequence = 0;  ///< of `latest`, from 1
 
  private:
   const QueryResource& endpoint_;
@@ -119,4 +121,5 @@ class StandingQuery final : public Resource {
   Variants variants_;
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

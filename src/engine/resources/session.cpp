@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/resources/session.hpp"
 
 #include <optional>
@@ -13,6 +14,7 @@
 #include "src/security/authentication.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 namespace {
 
 http::Response json(int status, std::string text) {
@@ -82,4 +84,5 @@ http::Response TicketResource::respond(const Context& context, const Caller& cal
   return json(200, "{\"ticket\":" + http::json_string(*ticket) + "," + life + "}");
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <memory>
@@ -7,6 +8,7 @@
 #include "src/security/sessions.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// What is about who sends a request, and not about the robot. It needs a principal and no right, takes no body, and no cache may keep it.
 class CallerResource : public Resource {
@@ -46,4 +48,5 @@ class TicketResource final : public CallerResource {
   http::Response respond(const Context& context, const Caller& caller, const Responses& responses) override;
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

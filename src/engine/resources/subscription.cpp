@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/resources/subscription.hpp"
 
 #include <lrt/engine/engine.hpp>
@@ -12,6 +13,7 @@
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -165,7 +167,8 @@ void SubscriptionsResource::describe(const Description& d) const {
 
 void SubscriptionsResource::describe_controls(About& about, const Description& d) const {
   Resource::describe_controls(about, d);
-  if (d.engine.makes_callbacks && d.audience.methods(*this).post) describe_binding(about, d, *this, vocab::http_methods::POST, std::string(vocab::hybrit::WebCallback.text));
+  if (d.engine.makes_callbacks && d.audience.methods(*this).post)
+    describe_binding(about, d, *this, vocab::http_methods::POST, std::string(vocab::hybrit::WebCallback.text));
 }
 
 void SubscriptionsResource::describe_types(About& about, const Description&) const { describe_container_types(about); }
@@ -206,4 +209,5 @@ void describe_subscription_shape(rdf::Graph& graph, const std::string& iri, cons
       .add(vocab::sh::maxLength, rdf::literal(integer(max_secret), vocab::xsd::integer));
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
@@ -17,6 +18,7 @@
 #include "src/subscription/retry_policy.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 class Subscriptions;
 
@@ -35,13 +37,13 @@ struct SubscriptionRequest {
   std::string url, secret;  ///< of a callback
   Variant variant;
   subscription::Policy policy;
-  bool provisional = false;          ///< SubscriptionResource::provisional
-  bool has_confirmed = false;        ///< SubscriptionResource::has_confirmed
-  bool restored = false;             ///< from a file, without a request
-  bool begins_with_refresh = false;  ///< the first notification waits until the value has been read
-  std::string client;       ///< Caller::client
-  std::string known_tag;    ///< of the representation that the client of an event stream has
-  Audience audience{};      ///< whose subscription it is
+  bool provisional = false;                    ///< SubscriptionResource::provisional
+  bool has_confirmed = false;                  ///< SubscriptionResource::has_confirmed
+  bool restored = false;                       ///< from a file, without a request
+  bool begins_with_refresh = false;            ///< the first notification waits until the value has been read
+  std::string client;                          ///< Caller::client
+  std::string known_tag;                       ///< of the representation that the client of an event stream has
+  Audience audience{};                         ///< whose subscription it is
   std::shared_ptr<const FeedProtocol> feed{};  ///< of a feed
 };
 
@@ -85,34 +87,34 @@ class SubscriptionResource final : public Resource, public Observer {
   const Channel channel;
   Resource& observed;
   const Protocol protocol;
-  const std::size_t base;                    ///< of its representations (SPEC 3.7)
+  const std::size_t base;  ///< of its representations (SPEC 3.7)
   const Variant its_variant;
-  const std::string url, receiver, secret;   ///< of a callback; receiver: as in subscription::ReadyCallback
+  const std::string url, receiver, secret;  ///< of a callback; receiver: as in subscription::ReadyCallback
   const Utc created;
-  Audience audience;                         ///< whose it is; its notifications show what these may see
-  ClientCounts::Share share;                 ///< of its client
+  Audience audience;          ///< whose it is; its notifications show what these may see
+  ClientCounts::Share share;  ///< of its client
 
   subscription::Backlog backlog;
-  std::string last_tag;                      ///< of the representation that was sent last
+  std::string last_tag;  ///< of the representation that was sent last
   std::uint64_t delivered = 0;
-  bool marked = false;                       ///< has a queue, and a change that is not in it yet
-  bool failing = false;                      ///< its representation could not be made the last time
-  bool ready_announced = false;              ///< its channel was named to the transport, which has not got nullopt since
+  bool marked = false;                              ///< has a queue, and a change that is not in it yet
+  bool failing = false;                             ///< its representation could not be made the last time
+  bool ready_announced = false;                     ///< its channel was named to the transport, which has not got nullopt since
   DeadlineQueue<Channel>::Place next_notification;  ///< when it waits for its minimum interval or for another attempt
 
   // Of a callback.
   subscription::RetryPolicy retry;
   subscription::Item under_way;
-  bool must_confirm = false;                 ///< nothing is sent before the receiver has confirmed
-  bool has_confirmed;                        ///< the receiver has confirmed, perhaps before a restart
-  bool confirming = false;                   ///< the receiver has been asked, and has not responded yet
+  bool must_confirm = false;   ///< nothing is sent before the receiver has confirmed
+  bool has_confirmed;          ///< the receiver has confirmed, perhaps before a restart
+  bool confirming = false;     ///< the receiver has been asked, and has not responded yet
   std::string last_error;      ///< what the subscriber learns
   std::string logged_error;    ///< in detail, for the operator
   bool provisional;            ///< not saved yet: nothing is delivered, and it goes if it cannot be saved
   unsigned cancellations = 0;  ///< requests that wait until it is no longer in the file
   bool awaits_confirmation() const noexcept { return must_confirm && !has_confirmed; }
   bool is_cancelling() const noexcept { return cancellations != 0; }
-  std::string saved_text;      ///< how it stands in the file; empty: not made yet
+  std::string saved_text;  ///< how it stands in the file; empty: not made yet
 
   // Of a feed.
   const std::shared_ptr<const FeedProtocol> feed;
@@ -152,4 +154,5 @@ void describe_subscription_shape(rdf::Graph& graph, const std::string& shape, co
 inline constexpr std::chrono::seconds max_interval{86'400};
 inline constexpr std::size_t max_secret = 200;
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/resources/thing.hpp"
 
 #include <algorithm>
@@ -18,11 +19,16 @@
 #include "src/engine/vocabulary.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 // ------------------------------------------------------------------------------------------------------------- the Thing
 
-std::string_view ThingResource::cache_control() const noexcept { return thing->spec->cache_control ? *thing->spec->cache_control : Resource::cache_control(); }
-std::string_view StateResource::cache_control() const noexcept { return thing->spec->cache_control ? *thing->spec->cache_control : Resource::cache_control(); }
+std::string_view ThingResource::cache_control() const noexcept {
+  return thing->spec->cache_control ? *thing->spec->cache_control : Resource::cache_control();
+}
+std::string_view StateResource::cache_control() const noexcept {
+  return thing->spec->cache_control ? *thing->spec->cache_control : Resource::cache_control();
+}
 
 void ThingResource::describe(const Description& d) const {
   const ThingNode& node = *thing;
@@ -36,7 +42,7 @@ void ThingResource::describe(const Description& d) const {
   about.link(vocab::lrt_::state, d.base + node.state.path);
   if (!node.children.empty()) about.link(vocab::lrt_::all, d.base + node.tree.path);
   if (node.parent) about.link(vocab::dcterms::isPartOf, d.base + node.parent->self.path);
-  for (const ActionResource* a : actions) about.link(vocab::hybrit::action, d.base + a->path);        // R1.10
+  for (const ActionResource* a : actions) about.link(vocab::hybrit::action, d.base + a->path);  // R1.10
   for (const ActionResource* a : actions)
     if (a->spec->stop) about.link(vocab::lrt_::stop, d.base + a->path);
   for (const auto& p : node.properties) about.link(vocab::hybrit::property, d.base + p->path);  // R1.9
@@ -203,9 +209,7 @@ void StateProperties::iterator::skip_files() {
   while (at_ != end_ && (*at_)->spec->file) ++at_;
 }
 
-bool ThingNode::adds_shapes() const {
-  return !user_shapes().empty() || (kind && !kind->shares_all_bounds());
-}
+bool ThingNode::adds_shapes() const { return !user_shapes().empty() || (kind && !kind->shares_all_bounds()); }
 
 const rdf::Graph& ThingNode::statements() const noexcept { return (texts ? *texts : no_texts()).statements; }
 const rdf::Graph& ThingNode::user_shapes() const noexcept { return (texts ? *texts : no_texts()).shapes; }
@@ -226,9 +230,7 @@ void ThingNode::shapes_moved() {
 }
 
 std::string ThingNode::shape_name(std::string name, std::string_view rest) const {
-  const auto is_users = [&](const auto& r) {
-    return r->path.size() == name.size() + rest.size() && r->path == name + std::string(rest);
-  };
+  const auto is_users = [&](const auto& r) { return r->path.size() == name.size() + rest.size() && r->path == name + std::string(rest); };
   while (std::any_of(spec->properties.begin(), spec->properties.end(), is_users) ||
          std::any_of(spec->collections.begin(), spec->collections.end(), is_users))
     name += name_aside;
@@ -251,4 +253,5 @@ std::vector<Resource*> ThingNode::resources() {
   return all;
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

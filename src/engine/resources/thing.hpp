@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -18,6 +19,7 @@
 #include "src/engine/resources/tree.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 class ActionResource;
 class CollectionResource;
@@ -136,11 +138,11 @@ struct ThingNode {
   std::vector<Resource*> resources();
 
   const std::unique_ptr<model::ThingSpec> spec;
-  std::unique_ptr<ThingTexts> texts;                    ///< null: there are none
-  ThinVector<CompiledShapes> compiled_shapes;           ///< of a Thing with a Blueprint of its own, from the first body on
+  std::unique_ptr<ThingTexts> texts;           ///< null: there are none
+  ThinVector<CompiledShapes> compiled_shapes;  ///< of a Thing with a Blueprint of its own, from the first body on
   const std::unique_ptr<ThingResource> own_self;
   ThingResource& self;
-  WorldResource* const world;                           ///< `self` of a World; nullptr: it is no World
+  WorldResource* const world;  ///< `self` of a World; nullptr: it is no World
   StateResource state;
   BlueprintResource blueprint;
   SubscriptionsResource subscriptions;
@@ -148,9 +150,10 @@ struct ThingNode {
   std::vector<std::unique_ptr<PropertyResource>> properties;
   ThinVector<std::unique_ptr<ActionResource>> actions;
   ThinVector<std::unique_ptr<CollectionResource>> collections;
-  KindResource* kind = nullptr;                         ///< set while it is registered
-  ThingNode* parent = nullptr;                          ///< nullptr: below the root
-  ThinVector<ThingNode*> children;                      ///< in the order of registration
+  KindResource* kind = nullptr;     ///< set while it is registered
+  ThingNode* parent = nullptr;      ///< nullptr: below the root
+  ThinVector<ThingNode*> children;  ///< in the order of registration
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/resources/tree.hpp"
 
 #include <utility>
@@ -11,6 +12,7 @@
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -103,8 +105,7 @@ bool TreeResource::is_shown_to(const Audience& audience) const {
 
 std::uint64_t TreeResource::state(std::uint64_t structure) const noexcept {
   std::uint64_t mixed = structure;
-  for_each_property(
-      [&](PropertyResource& p) { mixed = (mixed ^ (2 * p.revision + (is_readable(p) ? 0 : 1))) * 1099511628211U; });
+  for_each_property([&](PropertyResource& p) { mixed = (mixed ^ (2 * p.revision + (is_readable(p) ? 0 : 1))) * 1099511628211U; });
   return mixed;
 }
 
@@ -116,4 +117,5 @@ void TreeResource::for_each_property(FunctionRef<void(PropertyResource&)> visit)
   });
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -11,6 +12,7 @@
 #include "src/engine/resource.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// The states of a Thing and of all Things below it as one document, or of all Things of the server (lrt:all): one request instead of
 /// hundreds. A property that cannot be read now has no value in it.
@@ -46,4 +48,5 @@ class TreeResource final : public Resource {
   mutable std::list<rdf::Type> types_;  ///< of the last plain_value()
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/engine/resources/world.hpp"
 
 #include <algorithm>
@@ -15,6 +16,7 @@
 #include "src/engine/resources/collection.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -47,7 +49,11 @@ Input input_of(const GraphOptions& options) {
 // ----------------------------------------------------------------------------------------------------------------- graph
 
 WorldGraphResource::WorldGraphResource(WorldResource& its_world, std::shared_ptr<GraphState> state, bool created)
-    : Resource(state->path(), its_world.thing), world(its_world), graph_state(std::move(state)), is_created(created), version_(graph_state->version()) {}
+    : Resource(state->path(), its_world.thing),
+      world(its_world),
+      graph_state(std::move(state)),
+      is_created(created),
+      version_(graph_state->version()) {}
 
 WorldGraphResource::~WorldGraphResource() { graph_state->set_listener(nullptr); }
 
@@ -245,7 +251,8 @@ void WorldGraphResource::set_observed(bool observed, ChangeScanner& scanner) {
 
 // ------------------------------------------------------------------------------------------------------------ all graphs
 
-AllGraphsResource::AllGraphsResource(WorldResource& its_world, std::string its_path) : Resource(std::move(its_path), its_world.thing), world_(its_world) {}
+AllGraphsResource::AllGraphsResource(WorldResource& its_world, std::string its_path)
+    : Resource(std::move(its_path), its_world.thing), world_(its_world) {}
 
 void AllGraphsResource::describe(const Description& d) const {
   for (const auto& graph : world_.graphs())
@@ -279,7 +286,8 @@ void AllGraphsResource::for_each_property(FunctionRef<void(PropertyResource&)> v
 
 // ------------------------------------------------------------------------------------------------------------- new graph
 
-NewGraphResource::NewGraphResource(WorldResource& its_world, std::string its_path) : Resource(std::move(its_path), its_world.thing), world_(its_world) {}
+NewGraphResource::NewGraphResource(WorldResource& its_world, std::string its_path)
+    : Resource(std::move(its_path), its_world.thing), world_(its_world) {}
 
 Methods NewGraphResource::methods() const noexcept {
   Methods methods;
@@ -312,7 +320,8 @@ Methods WorldResource::methods() const noexcept {
 Input WorldResource::input(const EngineOptions& options) const { return takes_graphs() ? input_of(spec.options.created) : Resource::input(options); }
 
 Outcome WorldResource::post(Context& context, Parts& parts) {
-  if (requests_other_model(context.request().joined("Link"))) return parts.responses.problem(context, 409, "members of this container are ldp:RDFSource");
+  if (requests_other_model(context.request().joined("Link")))
+    return parts.responses.problem(context, 409, "members of this container are ldp:RDFSource");
   if (!context.judged)
     if (auto response = parts.representations.failed_precondition(context)) return *std::move(response);
   return make_graph(context, parts, path + "/" + parts.options.ids->next());
@@ -390,7 +399,8 @@ std::string WorldResource::named_path(std::string_view target, const Parts& part
     if (named->compare(0, path.size(), path) != 0 && named->compare(0, prefix.size(), prefix) == 0) named->erase(0, prefix.size());
   }
   const Result<std::string> canonical = named ? canonical_path(*named) : Result<std::string>(std::string());
-  if (!canonical || canonical->compare(0, path.size(), path) != 0 || canonical->size() <= path.size() + 1 || (*canonical)[path.size()] != '/') return {};
+  if (!canonical || canonical->compare(0, path.size(), path) != 0 || canonical->size() <= path.size() + 1 || (*canonical)[path.size()] != '/')
+    return {};
   const std::string_view below = std::string_view(*canonical).substr(path.size() + 1);
   const auto names = static_cast<std::size_t>(std::count(below.begin(), below.end(), '/')) + 1;
   if (below.size() > max_name_bytes || names > max_names || below.back() == '/' || below.find("//") != std::string_view::npos) return {};
@@ -436,4 +446,5 @@ void WorldResource::link_related(http::LinkWriter& links, const std::string& bas
   links.add(base + all_.path, "related");
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <atomic>
@@ -11,6 +12,7 @@
 #include "src/model/graph_state.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 class WorldResource;
 
@@ -82,9 +84,9 @@ class WorldGraphResource final : public Resource {
   model::GraphState::Version version_;
   std::string epoch_;  ///< of entity tags: another one after a restart
   std::vector<Published> published_;
-  const Clock* clock_ = nullptr;  ///< set by attach()
+  const Clock* clock_ = nullptr;                                                                  ///< set by attach()
   std::shared_ptr<std::atomic<bool>> changes_wait_ = std::make_shared<std::atomic<bool>>(false);  ///< a message for take_changes() is on its way
-  mutable std::shared_ptr<const rdf::Graph> whole_;  ///< graph(), with the revision that it had
+  mutable std::shared_ptr<const rdf::Graph> whole_;                                               ///< graph(), with the revision that it had
   mutable std::uint64_t whole_revision_ = 0;
 };
 
@@ -168,4 +170,5 @@ class WorldResource final : public ThingResource {
   std::size_t created_ = 0;
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/base/iri.hpp>
 
 #include "src/rdf/codecs.hpp"
@@ -6,6 +7,7 @@
 #include "src/rdf/redland/redland.hpp"
 
 namespace lrt::rdf {
+inline namespace v0 {
 namespace {
 
 /// Refuses what Raptor passes and no writer could write again: relative or illegal IRIs, odd language tags.
@@ -35,4 +37,5 @@ Result<Graph> read_rdf_xml(std::string_view text, const ReadOptions& options) {
   return checked(redland::parse_rdf_xml(text, options));
 }
 
+}  // namespace v0
 }  // namespace lrt::rdf

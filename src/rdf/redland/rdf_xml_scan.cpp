@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/rdf/redland/rdf_xml_scan.hpp"
 
 #include <algorithm>
@@ -8,6 +9,7 @@
 #include "src/rdf/limits.hpp"
 
 namespace lrt::rdf {
+inline namespace v0 {
 namespace {
 
 constexpr std::size_t npos = std::string_view::npos;
@@ -163,4 +165,5 @@ Result<void> scan_rdf_xml(std::string_view text, const ReadOptions& options) {
   return root == npos ? Result<void>() : TagScanner(text, options).scan(root);
 }
 
+}  // namespace v0
 }  // namespace lrt::rdf

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <vector>
 
@@ -11,6 +12,7 @@
 // RDF/XML is written by Raptor. It does not notice what XML cannot carry, so that is judged before, and its text is read back.
 
 namespace lrt::rdf {
+inline namespace v0 {
 namespace {
 
 constexpr std::string_view rdf_namespace = "http://www.w3.org/1999/02/22-rdf-syntax-ns#";  // Raptor declares it itself
@@ -23,8 +25,7 @@ bool is_xml(std::string_view text) noexcept {
   for (std::size_t i = 0; i < text.size(); ++i) {
     const auto c = static_cast<unsigned char>(text[i]);
     if (c < 0x20 && c != '\t' && c != '\n' && c != '\r') return false;
-    if (c == 0xEF && text.size() - i > 2 && text[i + 1] == '\xBF' && (text[i + 2] == '\xBE' || text[i + 2] == '\xBF'))
-      return false;
+    if (c == 0xEF && text.size() - i > 2 && text[i + 1] == '\xBF' && (text[i + 2] == '\xBE' || text[i + 2] == '\xBF')) return false;
   }
   return true;
 }
@@ -94,4 +95,5 @@ Result<std::string> write_rdf_xml(const Graph& graph, const Prefixes& prefixes) 
   return unexpected(Errc::unsupported_syntax, "RDF/XML cannot carry this graph");
 }
 
+}  // namespace v0
 }  // namespace lrt::rdf

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/rdf/redland/redland.hpp"
 
 #include <algorithm>
@@ -187,11 +188,14 @@ class Lease {
   static World* make() {
     World* world = nullptr;
     std::exception_ptr exception;
-    start_thread("lrt-raptor", {}, [&] {
-      try {
-        if (load_raptor()) world = new World;
-      } catch (...) { exception = std::current_exception(); }
-    }).value().join();
+    start_thread("lrt-raptor", {},
+                 [&] {
+                   try {
+                     if (load_raptor()) world = new World;
+                   } catch (...) { exception = std::current_exception(); }
+                 })
+        .value()
+        .join();
     if (exception) std::rethrow_exception(exception);
     if (!world) return nullptr;
     [[maybe_unused]] static const bool closes = ThirdPartyCall::close_at_exit();
@@ -267,8 +271,7 @@ struct Sink {
     try {
       if (!sink.within_limits(*statement)) return raptor().parser_parse_abort(sink.parser);
       char subject[16], object[16];
-      sink.graph.add(sink.term(statement->subject, subject), iri(view(statement->predicate->value.uri)),
-                     sink.term(statement->object, object));
+      sink.graph.add(sink.term(statement->subject, subject), iri(view(statement->predicate->value.uri)), sink.term(statement->object, object));
     } catch (...) {
       sink.exception = std::current_exception();
       raptor().parser_parse_abort(sink.parser);
@@ -293,7 +296,7 @@ OwnedTerm make_term(raptor_world* world, const TermView& term, TermId id) {
   } else if (!term.language.empty()) {
     const std::string language(term.language);
     made.reset(raptor().new_term_from_counted_literal(world, bytes(text), text.size(), nullptr, bytes(language),
-                                                    static_cast<unsigned char>(language.size())));
+                                                      static_cast<unsigned char>(language.size())));
   } else {
     const Uri datatype = term.datatype == vocab::xsd::string.text ? Uri() : make_uri(world, term.datatype);
     made.reset(raptor().new_term_from_counted_literal(world, bytes(text), text.size(), datatype.get(), nullptr, 0));
@@ -335,8 +338,7 @@ Result<Graph> parse_rdf_xml(std::string_view text, const ReadOptions& options) {
     for (std::size_t i = 0; i < sink.graph.term_count(); ++i) {
       const TermView term = sink.graph.term(TermId{static_cast<std::uint32_t>(i)});
       if (term.is_iri() && term.text.substr(0, no_base.size()) == no_base) {
-        return unexpected(Errc::expected_rdf,
-                          "relative IRI <" + std::string(term.text.substr(no_base.size())) + "> and no base");
+        return unexpected(Errc::expected_rdf, "relative IRI <" + std::string(term.text.substr(no_base.size())) + "> and no base");
       }
     }
   }
@@ -352,9 +354,7 @@ Result<std::string> serialize_rdf_xml(const Graph& graph, const Prefixes& prefix
   if (!serializer) throw std::bad_alloc();
   raptor().serializer_set_option(serializer.get(), RAPTOR_OPTION_RELATIVE_URIS, nullptr, 0);
   raptor().serializer_set_option(serializer.get(), RAPTOR_OPTION_WRITE_BASE_URI, nullptr, 0);
-  for (const auto& [name, iri] : prefixes) {
-    raptor().serializer_set_namespace(serializer.get(), make_uri(w, iri).get(), bytes(name.c_str()));
-  }
+  for (const auto& [name, iri] : prefixes) { raptor().serializer_set_namespace(serializer.get(), make_uri(w, iri).get(), bytes(name.c_str())); }
   struct Text {
     void* bytes = nullptr;
     std::size_t length = 0;

@@ -1,8 +1,10 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/shacl/components/all.hpp"
 
 #include <lrt/base/immortal.hpp>
 
 namespace lrt::shacl {
+inline namespace v0 {
 
 const std::vector<const Component*>& all_components() {
   using namespace components;
@@ -21,4 +23,5 @@ const std::vector<const Component*>& all_components() {
   return *all;
 }
 
+}  // namespace v0
 }  // namespace lrt::shacl

@@ -1,10 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "src/shacl/compiler.hpp"
 
 /// The constraint components of SHACL Core. Each is one class and one of these; a file has those of one subsection of section
 /// 4.
-namespace lrt::shacl::components {
+namespace lrt::shacl {
+inline namespace v0 {
+namespace components {
 
 extern const Component class_, datatype, node_kind;                                 // value_type.cpp
 extern const Component min_count, max_count;                                        // cardinality.cpp
@@ -15,4 +18,6 @@ extern const Component not_, and_, or_, xone;                                   
 extern const Component node, property, qualified_value_shape;                       // shape_based.cpp
 extern const Component closed, has_value, in;                                       // other.cpp
 
-}  // namespace lrt::shacl::components
+}  // namespace components
+}  // namespace v0
+}  // namespace lrt::shacl

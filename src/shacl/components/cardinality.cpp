@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SHACL 4.2 Cardinality Constraint Components
 
 #include <lrt/rdf/vocab.hpp>
@@ -7,6 +8,7 @@
 #include "src/shacl/messages.hpp"
 
 namespace lrt::shacl {
+inline namespace v0 {
 namespace sh = vocab::sh;
 namespace {
 
@@ -14,8 +16,7 @@ namespace {
 class MinCount final : public Constraint {
  public:
   static void build(Compiler& compiler, const Draft& shape) {
-    if (const auto n = compiler.integer(shape, sh::minCount); n && *n > 0)
-      compiler.add<MinCount>(shape, static_cast<std::uint64_t>(*n));
+    if (const auto n = compiler.integer(shape, sh::minCount); n && *n > 0) compiler.add<MinCount>(shape, static_cast<std::uint64_t>(*n));
   }
   explicit MinCount(std::uint64_t min) noexcept : Constraint(sh::MinCountConstraintComponent), min_(min) {}
 
@@ -25,8 +26,8 @@ class MinCount final : public Constraint {
       if (std::string text = list_violation(run, scene); !text.empty()) return text;
       const std::string words = expectation(run.plan(), scene.shape.id), name = for_name(run.plan(), scene.shape.id);
       const bool one = min_ == 1 && !(words.empty() && name.empty());
-      return "expected " + (one ? (words.empty() ? "a value" : words) : "at least " + counted(min_, "value", "values")) + name +
-             ", found " + (scene.size() == 0 ? "none" : std::to_string(scene.size()));
+      return "expected " + (one ? (words.empty() ? "a value" : words) : "at least " + counted(min_, "value", "values")) + name + ", found " +
+             (scene.size() == 0 ? "none" : std::to_string(scene.size()));
     });
   }
 
@@ -46,8 +47,7 @@ class MaxCount final : public Constraint {
     if (static_cast<std::int64_t>(scene.size()) <= max_) return;
     run.violation(scene, *this, std::nullopt, [&] {
       if (std::string text = list_violation(run, scene); !text.empty()) return text;
-      return (max_ <= 0 ? "expected no value"
-                        : "expected at most " + counted(static_cast<std::size_t>(max_), "value", "values")) +
+      return (max_ <= 0 ? "expected no value" : "expected at most " + counted(static_cast<std::size_t>(max_), "value", "values")) +
              for_name(run.plan(), scene.shape.id) + ", found " + std::to_string(scene.size());
     });
   }
@@ -61,4 +61,5 @@ class MaxCount final : public Constraint {
 const Component components::min_count{{{sh::minCount, true}}, true, &MinCount::build};
 const Component components::max_count{{{sh::maxCount, true}}, true, &MaxCount::build};
 
+}  // namespace v0
 }  // namespace lrt::shacl

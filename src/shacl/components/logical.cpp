@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SHACL 4.6 Logical Constraint Components
 
 #include <lrt/rdf/vocab.hpp>
@@ -7,6 +8,7 @@
 #include "src/shacl/messages.hpp"
 
 namespace lrt::shacl {
+inline namespace v0 {
 namespace sh = vocab::sh;
 namespace {
 
@@ -65,8 +67,7 @@ class And final : public Several {
       for (const ShapeIndex shape : shapes_) {
         if (run.conforms(node, shape)) continue;
         run.violation_within(scene, *this, node, shape, [&] {
-          return "expected a value that conforms to all of " + std::to_string(shapes_.size()) + " shapes, found " +
-                 shown(run.term(node));
+          return "expected a value that conforms to all of " + std::to_string(shapes_.size()) + " shapes, found " + shown(run.term(node));
         });
         break;
       }
@@ -122,8 +123,7 @@ class Or final : public Several {
       const bool excludes_value = reason.rfind("expected no value", 0) == 0;  // of no use to a client that gave one
       if (!reason.empty() && !excludes_value) text += (text.empty() ? "" : "; or ") + reason;
     }
-    if (text.empty())
-      text = "expected what conforms to one of " + std::to_string(shapes_.size()) + " shapes, found " + shown(run.term(node));
+    if (text.empty()) text = "expected what conforms to one of " + std::to_string(shapes_.size()) + " shapes, found " + shown(run.term(node));
     return text + (shapes_.size() > max_shown ? "; or ..." : "");
   }
 };
@@ -144,8 +144,8 @@ class Xone final : public Several {
       }
       if (count == 1) continue;
       run.violation(scene, *this, node, [&] {
-        return "expected a value that conforms to exactly one of " + std::to_string(shapes_.size()) + " shapes, " +
-               shown(run.term(node)) + (count == 0 ? " conforms to none" : " conforms to several");
+        return "expected a value that conforms to exactly one of " + std::to_string(shapes_.size()) + " shapes, " + shown(run.term(node)) +
+               (count == 0 ? " conforms to none" : " conforms to several");
       });
     }
   }
@@ -158,4 +158,5 @@ const Component components::and_{{{sh::and_, false}}, false, &And::build};
 const Component components::or_{{{sh::or_, false}}, false, &Or::build};
 const Component components::xone{{{sh::xone, false}}, false, &Xone::build};
 
+}  // namespace v0
 }  // namespace lrt::shacl

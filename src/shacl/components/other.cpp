@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SHACL 4.8 Other Constraint Components
 
 #include <algorithm>
@@ -9,6 +10,7 @@
 #include "src/shacl/messages.hpp"
 
 namespace lrt::shacl {
+inline namespace v0 {
 namespace sh = vocab::sh;
 namespace {
 
@@ -90,8 +92,7 @@ class In final : public Constraint {
       const Node node = run.node(i);
       run.step(members_.size() / 8);
       if (std::any_of(members_.begin(), members_.end(), [&](Constant c) { return run.node_of(c) == node; })) continue;
-      run.violation(scene, *this, node,
-                    [&] { return "expected " + one_of(run.plan(), members_) + ", found " + shown(run.term(node)); });
+      run.violation(scene, *this, node, [&] { return "expected " + one_of(run.plan(), members_) + ", found " + shown(run.term(node)); });
     }
   }
 
@@ -105,4 +106,5 @@ const Component components::closed{{{sh::closed, true}, {sh::ignoredProperties, 
 const Component components::has_value{{{sh::hasValue, false}}, false, &HasValue::build};
 const Component components::in{{{sh::in_, true}}, false, &In::build};
 
+}  // namespace v0
 }  // namespace lrt::shacl

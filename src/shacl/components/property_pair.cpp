@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SHACL 4.5 Property Pair Constraint Components
 
 #include <lrt/rdf/vocab.hpp>
@@ -8,6 +9,7 @@
 #include "src/shacl/messages.hpp"
 
 namespace lrt::shacl {
+inline namespace v0 {
 namespace sh = vocab::sh;
 namespace {
 
@@ -34,15 +36,13 @@ class Equals final : public Pair {
     for (std::size_t i = scene.begin; i < scene.end && !run.done(); ++i) {
       const Node node = run.node(i);
       if (run.has(scene.focus, predicate, node)) continue;
-      run.violation(scene, *this, node,
-                    [&] { return "expected a value of " + name(run) + " as well, found " + shown(run.term(node)); });
+      run.violation(scene, *this, node, [&] { return "expected a value of " + name(run) + " as well, found " + shown(run.term(node)); });
     }
     Run::Set values(run);
     for (std::size_t i = scene.begin; i < scene.end; ++i) values.insert(run.node(i));
     run.each_object(scene.focus, predicate, [&](Node object) {
       if (!values.contains(object))
-        run.violation(scene, *this, object,
-                      [&] { return "expected the values of " + name(run) + ", found no " + shown(run.term(object)); });
+        run.violation(scene, *this, object, [&] { return "expected the values of " + name(run) + ", found no " + shown(run.term(object)); });
       return run.step() && !run.done();
     });
   }
@@ -59,8 +59,7 @@ class Disjoint final : public Pair {
     for (std::size_t i = scene.begin; i < scene.end && !run.done(); ++i) {
       const Node node = run.node(i);
       if (!run.has(scene.focus, predicate, node)) continue;
-      run.violation(scene, *this, node,
-                    [&] { return "expected no value of " + name(run) + ", found " + shown(run.term(node)); });
+      run.violation(scene, *this, node, [&] { return "expected no value of " + name(run) + ", found " + shown(run.term(node)); });
     }
   }
 };
@@ -80,8 +79,8 @@ class Less : public Pair {
         const Order order = compare(value, Comparable(other));
         if (order != Order::less && !(or_equal_ && order == Order::equal)) {
           run.violation(scene, *this, node, [&] {
-            return "expected a value " + std::string(or_equal_ ? "of at most " : "below ") + shown(other) + " (" + name(run) +
-                   "), found " + shown(term) + (order == Order::unordered ? ", which cannot be compared with it" : "");
+            return "expected a value " + std::string(or_equal_ ? "of at most " : "below ") + shown(other) + " (" + name(run) + "), found " +
+                   shown(term) + (order == Order::unordered ? ", which cannot be compared with it" : "");
           });
         }
         return run.step() && !run.done();
@@ -118,4 +117,5 @@ const Component components::disjoint{{{sh::disjoint, false}}, false, &Disjoint::
 const Component components::less_than{{{sh::lessThan, false}}, true, &LessThan::build};
 const Component components::less_than_or_equals{{{sh::lessThanOrEquals, false}}, true, &LessThanOrEquals::build};
 
+}  // namespace v0
 }  // namespace lrt::shacl

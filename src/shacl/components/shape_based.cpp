@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SHACL 4.7 Shape-based Constraint Components
 
 #include <algorithm>
@@ -9,6 +10,7 @@
 #include "src/shacl/messages.hpp"
 
 namespace lrt::shacl {
+inline namespace v0 {
 namespace sh = vocab::sh;
 namespace {
 
@@ -71,10 +73,8 @@ class Qualified final : public Constraint {
     if (!value) return;  // the counts alone declare no constraint
     std::vector<ShapeIndex> siblings;
     if (disjoint) siblings = siblings_of(compiler, shape, *value);
-    if (min)
-      compiler.add<Qualified>(shape, sh::QualifiedMinCountConstraintComponent, compiler.shape(*value), siblings, *min, true);
-    if (max)
-      compiler.add<Qualified>(shape, sh::QualifiedMaxCountConstraintComponent, compiler.shape(*value), siblings, *max, false);
+    if (min) compiler.add<Qualified>(shape, sh::QualifiedMinCountConstraintComponent, compiler.shape(*value), siblings, *min, true);
+    if (max) compiler.add<Qualified>(shape, sh::QualifiedMaxCountConstraintComponent, compiler.shape(*value), siblings, *max, false);
   }
   Qualified(Iri component_iri, ShapeIndex shape, std::vector<ShapeIndex> siblings, std::int64_t count, bool is_minimum)
       : Constraint(component_iri), shape_(shape), siblings_(std::move(siblings)), count_(count), is_minimum_(is_minimum) {}
@@ -90,8 +90,8 @@ class Qualified final : public Constraint {
     if (run.done() || (is_minimum_ ? found >= count_ : found <= count_)) return;
     run.violation(scene, *this, std::nullopt, [&] {
       return "expected at " + std::string(is_minimum_ ? "least " : "most ") + std::to_string(count_) +
-             (count_ == 1 ? " value that conforms to " : " values that conform to ") + shown_shape(run.plan(), shape_) +
-             ", found " + (found == 0 ? "none" : std::to_string(found));
+             (count_ == 1 ? " value that conforms to " : " values that conform to ") + shown_shape(run.plan(), shape_) + ", found " +
+             (found == 0 ? "none" : std::to_string(found));
     });
   }
   void references(std::vector<ShapeIndex>& out) const override {
@@ -126,11 +126,10 @@ class Qualified final : public Constraint {
 
 const Component components::node{{{sh::node, false}}, false, &NodeConstraint::build};
 const Component components::property{{{sh::property, false}}, false, &Property::build};
-const Component components::qualified_value_shape{{{sh::qualifiedValueShape, true},
-                                                   {sh::qualifiedValueShapesDisjoint, true},
-                                                   {sh::qualifiedMinCount, true},
-                                                   {sh::qualifiedMaxCount, true}},
-                                                  true,
-                                                  &Qualified::build};
+const Component components::qualified_value_shape{
+    {{sh::qualifiedValueShape, true}, {sh::qualifiedValueShapesDisjoint, true}, {sh::qualifiedMinCount, true}, {sh::qualifiedMaxCount, true}},
+    true,
+    &Qualified::build};
 
+}  // namespace v0
 }  // namespace lrt::shacl

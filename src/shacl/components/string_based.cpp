@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SHACL 4.4 String-based Constraint Components
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 #include "src/shacl/messages.hpp"
 
 namespace lrt::shacl {
+inline namespace v0 {
 namespace sh = vocab::sh;
 namespace {
 
@@ -34,9 +36,7 @@ class MinLength final : public Constraint {
       const Node node = run.node(i);
       const rdf::TermView term = run.term(node);
       if (!term.is_blank() && (term.text.size() / 4 >= min_ || length_of(term) >= min_)) continue;
-      run.violation(scene, *this, node, [&] {
-        return "expected at least " + counted(min_, "character", "characters") + ", found " + shown(term);
-      });
+      run.violation(scene, *this, node, [&] { return "expected at least " + counted(min_, "character", "characters") + ", found " + shown(term); });
     }
   }
 
@@ -58,8 +58,7 @@ class MaxLength final : public Constraint {
       const rdf::TermView term = run.term(node);
       if (!term.is_blank() && static_cast<std::int64_t>(length_of(term)) <= max_) continue;
       run.violation(scene, *this, node, [&] {
-        return "expected at most " + std::to_string(max_) + (max_ == 1 ? " character" : " characters") + ", found " +
-               shown(term);
+        return "expected at most " + std::to_string(max_) + (max_ == 1 ? " character" : " characters") + ", found " + shown(term);
       });
     }
   }
@@ -79,14 +78,12 @@ class Pattern final : public Constraint {
     Result<Regex> regex = Regex::compile(*pattern, flags.value_or(std::string_view()), compiler.options().max_pattern_length);
     if (!regex) {
       const bool about_flags = regex.error().message.rfind("unknown flag", 0) == 0;
-      return compiler.fail(shape.id, about_flags ? sh::flags : sh::pattern,
-                           *compiler.value(shape, about_flags ? sh::flags : sh::pattern),
+      return compiler.fail(shape.id, about_flags ? sh::flags : sh::pattern, *compiler.value(shape, about_flags ? sh::flags : sh::pattern),
                            "a regular expression: " + regex.error().message, regex.error().code);
     }
     compiler.add<Pattern>(shape, *std::move(regex), std::string(*pattern));
   }
-  Pattern(Regex regex, std::string text)
-      : Constraint(sh::PatternConstraintComponent), regex_(std::move(regex)), text_(std::move(text)) {}
+  Pattern(Regex regex, std::string text) : Constraint(sh::PatternConstraintComponent), regex_(std::move(regex)), text_(std::move(text)) {}
 
   void check(Run& run, const Scene& scene) const override {
     for (std::size_t i = scene.begin; i < scene.end && !run.done(); ++i) {
@@ -119,8 +116,7 @@ class Pattern final : public Constraint {
 bool language_matches(std::string_view tag, std::string_view range) noexcept {
   if (tag.empty()) return false;
   if (range == "*") return true;
-  return tag.substr(0, range.size()) == range &&
-         (tag.size() == range.size() || (tag.size() > range.size() && tag[range.size()] == '-'));
+  return tag.substr(0, range.size()) == range && (tag.size() == range.size() || (tag.size() > range.size() && tag[range.size()] == '-'));
 }
 
 /// SHACL 4.4.4 sh:languageIn: every value node is a text with a language that matches one of the ranges. One list of xsd:string.
@@ -133,8 +129,7 @@ class LanguageIn final : public Constraint {
     std::vector<std::string> ranges;
     for (const rdf::TermId m : *members) {
       const rdf::TermView term = compiler.term(m);
-      if (!term.is_literal() || term.datatype != vocab::xsd::string.text)
-        return compiler.fail(shape.id, sh::languageIn, m, "a list of xsd:string");
+      if (!term.is_literal() || term.datatype != vocab::xsd::string.text) return compiler.fail(shape.id, sh::languageIn, m, "a list of xsd:string");
       std::string range(term.text);
       for (char& c : range)
         if (c >= 'A' && c <= 'Z') c = static_cast<char>(c + 32);
@@ -142,15 +137,13 @@ class LanguageIn final : public Constraint {
     }
     compiler.add<LanguageIn>(shape, std::move(ranges));
   }
-  explicit LanguageIn(std::vector<std::string> ranges)
-      : Constraint(sh::LanguageInConstraintComponent), ranges_(std::move(ranges)) {}
+  explicit LanguageIn(std::vector<std::string> ranges) : Constraint(sh::LanguageInConstraintComponent), ranges_(std::move(ranges)) {}
 
   void check(Run& run, const Scene& scene) const override {
     for (std::size_t i = scene.begin; i < scene.end && !run.done(); ++i) {
       const Node node = run.node(i);
       const rdf::TermView term = run.term(node);
-      if (std::any_of(ranges_.begin(), ranges_.end(), [&](const std::string& r) { return language_matches(term.language, r); }))
-        continue;
+      if (std::any_of(ranges_.begin(), ranges_.end(), [&](const std::string& r) { return language_matches(term.language, r); })) continue;
       run.violation(scene, *this, node, [&] {
         std::string text = "expected a text in";
         for (const std::string& r : ranges_) text += (&r == &ranges_.front() ? " \"" : ", \"") + r + '"';
@@ -182,8 +175,7 @@ class UniqueLang final : public Constraint {
     std::sort(tags.begin(), tags.end());
     for (std::size_t i = 1; i < tags.size() && !run.done(); ++i) {
       if (tags[i] != tags[i - 1] || (i > 1 && tags[i] == tags[i - 2])) continue;
-      run.violation(scene, *this, std::nullopt,
-                    [&] { return "expected at most one text in \"" + std::string(tags[i]) + "\", found several"; });
+      run.violation(scene, *this, std::nullopt, [&] { return "expected at most one text in \"" + std::string(tags[i]) + "\", found several"; });
     }
   }
 };
@@ -196,4 +188,5 @@ const Component components::pattern{{{sh::pattern, true}, {sh::flags, true}}, fa
 const Component components::language_in{{{sh::languageIn, true}}, false, &LanguageIn::build};
 const Component components::unique_lang{{{sh::uniqueLang, true}}, true, &UniqueLang::build};
 
+}  // namespace v0
 }  // namespace lrt::shacl

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SHACL 4.3 Value Range Constraint Components
 
 #include <string>
@@ -12,6 +13,7 @@
 #include "src/shacl/messages.hpp"
 
 namespace lrt::shacl {
+inline namespace v0 {
 namespace sh = vocab::sh;
 namespace {
 
@@ -25,8 +27,8 @@ class Range : public Constraint {
       const Order order = compare(Comparable(term), bound_.comparable);
       if (order == strict_ || (inclusive_ && order == Order::equal)) continue;
       run.violation(scene, *this, node, [&] {
-        const std::string words = order == Order::unordered ? unordered(run.plan(), scene, term)
-                                                            : std::string(expected_) + " " + shown_value(bound_.term);
+        const std::string words =
+            order == Order::unordered ? unordered(run.plan(), scene, term) : std::string(expected_) + " " + shown_value(bound_.term);
         return "expected " + words + ", found " + shown_value(term);
       });
     }
@@ -66,32 +68,28 @@ class Range : public Constraint {
 class MinExclusive final : public Range {
  public:
   static void build(Compiler& c, const Draft& shape) { build_as<MinExclusive>(c, shape, sh::minExclusive); }
-  explicit MinExclusive(const rdf::TermView& bound)
-      : Range(sh::MinExclusiveConstraintComponent, bound, Order::greater, false, "more than") {}
+  explicit MinExclusive(const rdf::TermView& bound) : Range(sh::MinExclusiveConstraintComponent, bound, Order::greater, false, "more than") {}
 };
 
 /// SHACL 4.3.2 sh:minInclusive: every value node is greater or equal.
 class MinInclusive final : public Range {
  public:
   static void build(Compiler& c, const Draft& shape) { build_as<MinInclusive>(c, shape, sh::minInclusive); }
-  explicit MinInclusive(const rdf::TermView& bound)
-      : Range(sh::MinInclusiveConstraintComponent, bound, Order::greater, true, "at least") {}
+  explicit MinInclusive(const rdf::TermView& bound) : Range(sh::MinInclusiveConstraintComponent, bound, Order::greater, true, "at least") {}
 };
 
 /// SHACL 4.3.3 sh:maxExclusive: every value node is less.
 class MaxExclusive final : public Range {
  public:
   static void build(Compiler& c, const Draft& shape) { build_as<MaxExclusive>(c, shape, sh::maxExclusive); }
-  explicit MaxExclusive(const rdf::TermView& bound)
-      : Range(sh::MaxExclusiveConstraintComponent, bound, Order::less, false, "less than") {}
+  explicit MaxExclusive(const rdf::TermView& bound) : Range(sh::MaxExclusiveConstraintComponent, bound, Order::less, false, "less than") {}
 };
 
 /// SHACL 4.3.4 sh:maxInclusive: every value node is less or equal.
 class MaxInclusive final : public Range {
  public:
   static void build(Compiler& c, const Draft& shape) { build_as<MaxInclusive>(c, shape, sh::maxInclusive); }
-  explicit MaxInclusive(const rdf::TermView& bound)
-      : Range(sh::MaxInclusiveConstraintComponent, bound, Order::less, true, "at most") {}
+  explicit MaxInclusive(const rdf::TermView& bound) : Range(sh::MaxInclusiveConstraintComponent, bound, Order::less, true, "at most") {}
 };
 
 }  // namespace
@@ -101,4 +99,5 @@ const Component components::min_inclusive{{{sh::minInclusive, true}}, false, &Mi
 const Component components::max_exclusive{{{sh::maxExclusive, true}}, false, &MaxExclusive::build};
 const Component components::max_inclusive{{{sh::maxInclusive, true}}, false, &MaxInclusive::build};
 
+}  // namespace v0
 }  // namespace lrt::shacl

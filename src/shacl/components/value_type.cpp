@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SHACL 4.1 Value Type Constraint Components
 
 #include <lrt/rdf/lexical.hpp>
@@ -8,6 +9,7 @@
 #include "src/shacl/messages.hpp"
 
 namespace lrt::shacl {
+inline namespace v0 {
 namespace sh = vocab::sh;
 namespace {
 
@@ -48,11 +50,9 @@ class Class final : public Constraint {
 class Datatype final : public Constraint {
  public:
   static void build(Compiler& compiler, const Draft& shape) {
-    for (const Constant c : compiler.iris(shape, sh::datatype))
-      compiler.add<Datatype>(shape, std::string(compiler.term(c).text));
+    for (const Constant c : compiler.iris(shape, sh::datatype)) compiler.add<Datatype>(shape, std::string(compiler.term(c).text));
   }
-  explicit Datatype(std::string iri)
-      : Constraint(sh::DatatypeConstraintComponent), iri_(std::move(iri)), known_(rdf::lexical::datatype_of(iri_)) {}
+  explicit Datatype(std::string iri) : Constraint(sh::DatatypeConstraintComponent), iri_(std::move(iri)), known_(rdf::lexical::datatype_of(iri_)) {}
 
   void check(Run& run, const Scene& scene) const override {
     for (std::size_t i = scene.begin; i < scene.end && !run.done(); ++i) {
@@ -63,11 +63,11 @@ class Datatype final : public Constraint {
       run.violation(scene, *this, node, [&] {
         const std::string words = expectation(run.plan(), scene.shape.id);
         // A number that rdf::completed() could not give the datatype.
-        if (is_number(term) && iri_ == vocab::xsd::float_.text) return "expected a number that a float of 32 bits can hold, found " + shown_value(term);
+        if (is_number(term) && iri_ == vocab::xsd::float_.text)
+          return "expected a number that a float of 32 bits can hold, found " + shown_value(term);
         if (is_number(term) && iri_ == vocab::xsd::double_.text) return "expected a finite number, found " + shown_value(term);
         if (!words.empty()) return "expected " + words + ", found " + (typed || is_number(term) ? shown_value(term) : shown(term));
-        return "expected a " + std::string(typed ? "well-formed " : "") + shown(Iri(std::string_view(iri_))) + ", found " +
-               shown(term);
+        return "expected a " + std::string(typed ? "well-formed " : "") + shown(Iri(std::string_view(iri_))) + ", found " + shown(term);
       });
     }
   }
@@ -107,8 +107,7 @@ class NodeKind final : public Constraint {
       if ((allowed_ & kind) != 0) continue;
       run.violation(scene, *this, node, [&] {
         const std::string words = allowed_ == (blank | iri) ? words_for_node(run.plan(), scene.shape.id) : std::string();
-        return "expected " + (words.empty() ? std::string(expected_) : words) + ", found " +
-               (words.empty() ? shown(term) : shown_value(term));
+        return "expected " + (words.empty() ? std::string(expected_) : words) + ", found " + (words.empty() ? shown(term) : shown_value(term));
       });
     }
   }
@@ -125,4 +124,5 @@ const Component components::class_{{{sh::class_, false}}, false, &Class::build};
 const Component components::datatype{{{sh::datatype, true}}, false, &Datatype::build};
 const Component components::node_kind{{{sh::nodeKind, true}}, false, &NodeKind::build};
 
+}  // namespace v0
 }  // namespace lrt::shacl

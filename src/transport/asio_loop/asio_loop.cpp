@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/transport/asio_loop.hpp>
 
 #include <fcntl.h>
@@ -14,6 +15,7 @@
 #include <lrt/transport/http.hpp>
 
 namespace lrt::transport {
+inline namespace v0 {
 namespace {
 
 /// Watches a descriptor on a host's io_context from start() to stop(): waits until it is readable, takes a turn, waits again. Shared with the
@@ -67,9 +69,7 @@ class DescriptorWatch final : public std::enable_shared_from_this<DescriptorWatc
     }
     try {
       turn_();
-    } catch (...) {
-      log_exception();
-    }
+    } catch (...) { log_exception(); }
     const std::lock_guard lock(mutex_);
     taker_ = std::thread::id();
     turn_ended_.notify_all();
@@ -79,8 +79,7 @@ class DescriptorWatch final : public std::enable_shared_from_this<DescriptorWatc
   void log_exception() noexcept {
     try {
       if (log_) log_(LogLevel::error, "a turn on the host's io_context threw");
-    } catch (...) {
-    }
+    } catch (...) {}
   }
 
   std::mutex mutex_;  // not held in a turn
@@ -150,4 +149,5 @@ std::unique_ptr<Transport> detail::make_http_on_loop(TransportOptions options, b
 }
 template std::unique_ptr<Transport> detail::make_http_on_loop<BOOST_VERSION>(TransportOptions options, boost::asio::io_context& io);
 
+}  // namespace v0
 }  // namespace lrt::transport

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -10,6 +11,7 @@
 #include "src/base/client_key.hpp"
 
 namespace lrt::transport {
+inline namespace v0 {
 
 /// How many connections each client (client_key) has (Limits::max_connections_per_address). Those of this machine are not counted.
 class Addresses {
@@ -62,4 +64,5 @@ class Addresses {
   std::map<std::string, std::size_t> counts_;  ///< not a hash table: clients choose their IPv6 addresses
 };
 
+}  // namespace v0
 }  // namespace lrt::transport

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <sys/timerfd.h>
@@ -10,6 +11,7 @@
 #include "src/transport/http/readiness.hpp"
 
 namespace lrt::transport {
+inline namespace v0 {
 
 /// Makes a Readiness ready at an instant, which waits of whole milliseconds would miss. One timerfd: setting it is one system call.
 class Alarm final : public Watched {
@@ -60,4 +62,5 @@ class Alarm final : public Watched {
   bool expired_ = false;
 };
 
+}  // namespace v0
 }  // namespace lrt::transport

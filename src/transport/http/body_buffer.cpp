@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/transport/detail/body_buffer.hpp>
 
 #include <sys/mman.h>
@@ -13,6 +14,7 @@
 #include "src/base/client_key.hpp"
 
 namespace lrt::transport {
+inline namespace v0 {
 namespace {
 
 /// Only pages that have been written to use memory.
@@ -46,12 +48,12 @@ bool BodyBudget::take(const std::string& client, std::size_t bytes) noexcept {
   if (bytes == 0) return true;
   if (bytes > limit_ - used_) return false;
   if (!client.empty()) try {
-    const auto known = clients_.find(client);
-    const std::size_t before = known == clients_.end() ? 0 : known->second;
-    if (before > client_limit_ || bytes > client_limit_ - before) return false;
-    if (known != clients_.end()) known->second += bytes;
-    else clients_.emplace(client, bytes);
-  } catch (const std::bad_alloc&) { return false; }
+      const auto known = clients_.find(client);
+      const std::size_t before = known == clients_.end() ? 0 : known->second;
+      if (before > client_limit_ || bytes > client_limit_ - before) return false;
+      if (known != clients_.end()) known->second += bytes;
+      else clients_.emplace(client, bytes);
+    } catch (const std::bad_alloc&) { return false; }
   used_ += bytes;
   return true;
 }
@@ -104,4 +106,5 @@ void BodyBuffer::clear() noexcept {
   size_ = capacity_ = 0;
 }
 
+}  // namespace v0
 }  // namespace lrt::transport

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/transport/detail/chunks.hpp>
 
 #include <algorithm>
@@ -5,6 +6,7 @@
 #include <lrt/http/message.hpp>
 
 namespace lrt::transport {
+inline namespace v0 {
 namespace {
 
 constexpr std::size_t max_size_digits = 15;
@@ -165,8 +167,7 @@ ChunkDecoder::Status ChunkDecoder::size_line() {
 
 ChunkDecoder::Status ChunkDecoder::trailer_line() {
   std::string_view rest = line_;
-  if (!take_token(rest) || rest.empty() || rest.front() != ':')
-    return fail("a trailer does not begin with a field name and ':'");
+  if (!take_token(rest) || rest.empty() || rest.front() != ':') return fail("a trailer does not begin with a field name and ':'");
   const auto name = std::string_view(line_).substr(0, line_.size() - rest.size());
   if (!std::all_of(rest.begin(), rest.end(), is_text_char)) return fail("a trailer contains a control character");
   for (const std::string_view framing : {"Content-Length", "Transfer-Encoding", "Host"}) {
@@ -182,4 +183,5 @@ ChunkDecoder::Status ChunkDecoder::fail(std::string_view problem) noexcept {
   return Status::bad;
 }
 
+}  // namespace v0
 }  // namespace lrt::transport

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/transport/http/client.hpp"
 
 #include <netinet/in.h>
@@ -8,6 +9,7 @@
 #include <utility>
 
 namespace lrt::transport {
+inline namespace v0 {
 namespace {
 
 /// A client that does not read costs so much, or one message.
@@ -86,4 +88,5 @@ void PushRound::add(Client& client) {
   clients.push_back(&client);
 }
 
+}  // namespace v0
 }  // namespace lrt::transport

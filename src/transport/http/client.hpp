@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <sys/types.h>
@@ -12,6 +13,7 @@
 #include "src/transport/http/output_parts.hpp"
 
 namespace lrt::transport {
+inline namespace v0 {
 
 /// A client's place in the loop: an HTTP connection, or the WebSocket that it became. Either may carry a channel of the handler: an event
 /// stream or a WebSocket's messages, which are pulled from the handler when those before have been sent.
@@ -77,4 +79,5 @@ class Client : public Watched, public Linked<TurnTag>, public std::enable_shared
   std::optional<engine::Channel> channel_;
 };
 
+}  // namespace v0
 }  // namespace lrt::transport

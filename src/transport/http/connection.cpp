@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/transport/http/connection.hpp"
 
 #include <sys/socket.h>
@@ -11,6 +12,7 @@
 #include "src/transport/http/websocket.hpp"
 
 namespace lrt::transport {
+inline namespace v0 {
 namespace {
 
 /// Reads of one turn: a fast sender must not delay the others.
@@ -339,4 +341,5 @@ void Connection::watch() {
   close();
 }
 
+}  // namespace v0
 }  // namespace lrt::transport

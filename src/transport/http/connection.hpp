@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -13,6 +14,7 @@
 #include "src/transport/http/tls.hpp"
 
 namespace lrt::transport {
+inline namespace v0 {
 
 /// A Session on a socket: waits for readiness, reads and writes without blocking, keeps the session's deadline, and pulls the messages of
 /// its event stream.
@@ -46,9 +48,7 @@ class Connection final : public Client, public Deadlines::Entry, public Linked<I
   /// Reads input that on_ready() may not have seen.
   void read_pending() { read(false); }
   /// True between requests and before the first, unless there is input that on_ready() has not seen.
-  bool is_idle() const noexcept {
-    return !closed_ && !reserved_ && session_.phase() == Session::Phase::idle && !(tls_ && tls_->is_under_way());
-  }
+  bool is_idle() const noexcept { return !closed_ && !reserved_ && session_.phase() == Session::Phase::idle && !(tls_ && tls_->is_under_way()); }
 
  private:
   std::size_t room_for_messages() const noexcept override {
@@ -76,7 +76,7 @@ class Connection final : public Client, public Deadlines::Entry, public Linked<I
   Addresses::Place place_;
   std::uint32_t epoch_ = 0;
   std::uint64_t ticket_ = 0;  ///< that loop_.tickets has for this connection; 0: none
-  bool blocked_ = false;       ///< the socket takes no more for now
+  bool blocked_ = false;      ///< the socket takes no more for now
   bool writes_later_ = false;
   bool reads_later_ = false;
   bool half_closed_ = false;
@@ -86,4 +86,5 @@ class Connection final : public Client, public Deadlines::Entry, public Linked<I
   bool closed_ = false;
 };
 
+}  // namespace v0
 }  // namespace lrt::transport

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>
@@ -10,6 +11,7 @@
 #include "src/transport/http/list.hpp"
 
 namespace lrt::transport {
+inline namespace v0 {
 
 /// Deadlines of any number of connections, without a timer for each. Every kind of deadline has one length, so the entries of a kind are
 /// ordered by being appended: setting, clearing and finding the next are O(1) and never allocate.
@@ -18,7 +20,7 @@ class Deadlines {
 
  public:
   using Instant = std::chrono::steady_clock::time_point;
-  static constexpr std::size_t phases = 6;  ///< the kinds below this are the phases of a Session that have a time
+  static constexpr std::size_t phases = 6;      ///< the kinds below this are the phases of a Session that have a time
   static constexpr std::size_t blocked = 3;     ///< as Session::Phase::writing: limits.write_timeout
   static constexpr std::size_t silent = 5;      ///< as Session::Phase::streaming: limits.ping_interval
   static constexpr std::size_t unanswered = 6;  ///< limits.pong_timeout
@@ -71,4 +73,5 @@ class Deadlines {
   std::array<List<Entry, Tag>, kinds> kinds_;
 };
 
+}  // namespace v0
 }  // namespace lrt::transport

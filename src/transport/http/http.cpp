@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/transport/http.hpp>
 
 #include <algorithm>
@@ -18,6 +19,7 @@
 #include "src/transport/http/websocket.hpp"
 
 namespace lrt::transport {
+inline namespace v0 {
 namespace {
 
 using std::chrono::milliseconds;
@@ -94,8 +96,8 @@ class HttpTransport final : public Transport {
   WakeSignal wake_signal_;
   Alarm alarm_;
   Listener listener_;
-  bool left_ = false;  ///< the budget ended before what the handler has
-  bool descriptor_used_ = false;  ///< the host may sleep on descriptor()
+  bool left_ = false;                        ///< the budget ended before what the handler has
+  bool descriptor_used_ = false;             ///< the host may sleep on descriptor()
   std::atomic<std::size_t> connections_{0};  ///< at the end of the last turn
 };
 
@@ -309,4 +311,5 @@ void HttpTransport::close_all() {
 
 std::unique_ptr<Transport> make_http(TransportOptions options) { return std::make_unique<HttpTransport>(std::move(options)); }
 
+}  // namespace v0
 }  // namespace lrt::transport

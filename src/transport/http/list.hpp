@@ -1,6 +1,8 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 namespace lrt::transport {
+inline namespace v0 {
 
 /// Base of what has a place in a List with this Tag; leaves it when it is destroyed.
 template <class Tag>
@@ -63,4 +65,5 @@ class List {
   Root root_;
 };
 
+}  // namespace v0
 }  // namespace lrt::transport

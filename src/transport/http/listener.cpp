@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/transport/http/listener.hpp"
 
 #include <arpa/inet.h>
@@ -17,6 +18,7 @@
 #include "src/transport/http/connection.hpp"
 
 namespace lrt::transport {
+inline namespace v0 {
 namespace {
 
 constexpr int backlog = 4096;  // the system has a limit of its own
@@ -25,8 +27,7 @@ constexpr int accepts_per_turn = 16;
 constexpr int max_tried = 16;
 constexpr int discards_at_once = 16;
 constexpr std::chrono::milliseconds pause_time{100};
-constexpr std::string_view overloaded =
-    "HTTP/1.1 503 Service Unavailable\r\nContent-Length: 0\r\nRetry-After: 1\r\nConnection: close\r\n\r\n";
+constexpr std::string_view overloaded = "HTTP/1.1 503 Service Unavailable\r\nContent-Length: 0\r\nRetry-After: 1\r\nConnection: close\r\n\r\n";
 
 int open_reserve() noexcept { return ::open("/dev/null", O_RDONLY | O_CLOEXEC); }
 
@@ -73,7 +74,7 @@ void refuse_at_once(int descriptor, bool secure) noexcept {
   [[maybe_unused]] const auto sent = secure ? 0 : ::send(descriptor, overloaded.data(), overloaded.size(), MSG_NOSIGNAL);
   ::shutdown(descriptor, SHUT_WR);
   char discarded[4096];
-  for (int turn = 0; turn < discards_at_once && ::recv(descriptor, discarded, sizeof discarded, 0) > 0; ++turn) {}
+  for (int turn = 0; turn<discards_at_once&& ::recv(descriptor, discarded, sizeof discarded, 0)> 0; ++turn) {}
   ::close(descriptor);
 }
 
@@ -245,4 +246,5 @@ bool Listener::accept_with_reserve() {
   return descriptor >= 0;
 }
 
+}  // namespace v0
 }  // namespace lrt::transport

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -20,6 +21,7 @@
 #include "src/transport/http/tls.hpp"
 
 namespace lrt::transport {
+inline namespace v0 {
 
 class Client;
 class Connection;
@@ -74,17 +76,18 @@ struct Loop {
   Deadlines deadlines;
   IdleOrder idle;
   std::vector<std::shared_ptr<Client>> clients;
-  std::unordered_map<std::uint64_t, Connection*> tickets;    ///< that wait for a deferred response
+  std::unordered_map<std::uint64_t, Connection*> tickets;  ///< that wait for a deferred response
   std::unordered_map<std::uint64_t, Client*> channels;
   TurnOrder turns;
   PushRound pushes;
-  std::uint64_t turn = 0;            ///< turns taken so far
+  std::uint64_t turn = 0;  ///< turns taken so far
   std::vector<engine::ReadyChannel> ready;
-  std::vector<Client*> candidates;   ///< for the next turns, while they are put in order
+  std::vector<Client*> candidates;  ///< for the next turns, while they are put in order
   ReservedOrder reserved;
   std::size_t reserved_count = 0;                            ///< connections that serve only stops, in `reserved` or not
   std::size_t refused = 0;                                   ///< connections over the limit that are being sent a 503
   std::vector<char> scratch = std::vector<char>(64 * 1024);  ///< for received bytes during a read
 };
 
+}  // namespace v0
 }  // namespace lrt::transport

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <sys/uio.h>
@@ -6,6 +7,7 @@
 #include <string_view>
 
 namespace lrt::transport {
+inline namespace v0 {
 
 /// Bytes for one writing system call, in this order.
 class OutputParts {
@@ -26,4 +28,5 @@ class OutputParts {
   iovec parts_[max_parts];  // those that are not used are not set: this is made for each call
 };
 
+}  // namespace v0
 }  // namespace lrt::transport

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/transport/http/readiness.hpp"
 
 #include <algorithm>
@@ -5,6 +6,7 @@
 #include "src/transport/http/client.hpp"
 
 namespace lrt::transport {
+inline namespace v0 {
 
 bool Readiness::open() {
   if (!set_.is_open()) set_ = Socket(::epoll_create1(EPOLL_CLOEXEC));
@@ -117,4 +119,5 @@ bool Readiness::serve_turns() {
   return true;
 }
 
+}  // namespace v0
 }  // namespace lrt::transport

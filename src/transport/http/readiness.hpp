@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <sys/epoll.h>
@@ -14,6 +15,7 @@
 #include "src/transport/http/socket.hpp"
 
 namespace lrt::transport {
+inline namespace v0 {
 
 class Client;
 struct LaterTag;
@@ -103,4 +105,5 @@ class Readiness {
   std::vector<std::shared_ptr<Client>> deferred_;
 };
 
+}  // namespace v0
 }  // namespace lrt::transport

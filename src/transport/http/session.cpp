@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/transport/session.hpp>
 
 #include <algorithm>
@@ -13,6 +14,7 @@
 #include <lrt/transport/detail/chunks.hpp>
 
 namespace lrt::transport {
+inline namespace v0 {
 namespace {
 
 /// RFC 9112 2.2 requires to ignore "at least one" empty line before a request line.
@@ -319,7 +321,7 @@ bool Session::take_header(TimePoint now) {
       if (exchange_->rest[1] != '\n' || ++empty_lines_ > max_empty_lines) {
         refuse(400,
                exchange_->rest[1] != '\n' ? "a carriage return without a line feed before the request line"
-                                : "too many empty lines before the request line",
+                                          : "too many empty lines before the request line",
                now);
         return false;
       }
@@ -359,7 +361,8 @@ void Session::begin_body(std::string_view header, TimePoint now) {
   exchange_->request.can_stream = context_.streams && !context_.stopping;
   const bool has_body = exchange_->framing.chunked || exchange_->framing.length > 0;
   exchange_->max_body_bytes = context_.limits().max_body_bytes;
-  if (!exchange_->framing.chunked && exchange_->framing.length > exchange_->max_body_bytes) return refuse_size(std::to_string(exchange_->framing.length), now);
+  if (!exchange_->framing.chunked && exchange_->framing.length > exchange_->max_body_bytes)
+    return refuse_size(std::to_string(exchange_->framing.length), now);
   remove_framing_fields();
   if (only_stops_ && !context_.handler->is_stop(exchange_->request)) return refuse(503, "too many connections", now);
   if (!has_body) return dispatch(now);
@@ -498,7 +501,8 @@ void Session::reply(engine::Reply reply, TimePoint now) {
 
 /// Copies what a WebSocket needs of the request, whose bytes are about to be discarded.
 void Session::keep_handshake() {
-  if (!exchange_->request.can_upgrade || !http::requests_upgrade(exchange_->request, "websocket") || http::check_websocket(exchange_->request)) return;
+  if (!exchange_->request.can_upgrade || !http::requests_upgrade(exchange_->request, "websocket") || http::check_websocket(exchange_->request))
+    return;
   exchange_->upgrade = std::make_unique<Upgrade>();
   exchange_->upgrade->key = std::string(exchange_->request.find("Sec-WebSocket-Key").value_or(""));
 }
@@ -676,9 +680,7 @@ void Session::abandon() noexcept {
 // ------------------------------------------------------------------------------------------------------------------ time
 
 void Session::expire(TimePoint now) {
-  const auto within = [](std::chrono::milliseconds time) {
-    return " was not complete within " + std::to_string(time.count()) + " ms";
-  };
+  const auto within = [](std::chrono::milliseconds time) { return " was not complete within " + std::to_string(time.count()) + " ms"; };
   switch (phase_) {
     case Phase::header: refuse(408, "the head" + within(context_.limits().header_timeout), now); break;
     case Phase::body:
@@ -699,4 +701,5 @@ void Session::expire(TimePoint now) {
   }
 }
 
+}  // namespace v0
 }  // namespace lrt::transport

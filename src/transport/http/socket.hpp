@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <unistd.h>
@@ -6,6 +7,7 @@
 #include <utility>
 
 namespace lrt::transport {
+inline namespace v0 {
 
 class Watched;
 
@@ -37,4 +39,5 @@ class Socket {
   std::uint32_t events_ = 0;
 };
 
+}  // namespace v0
 }  // namespace lrt::transport

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/transport/http/tls.hpp"
 
 #include <openssl/bio.h>
@@ -16,6 +17,7 @@
 #include "src/base/third_party_call.hpp"
 
 namespace lrt::transport {
+inline namespace v0 {
 namespace {
 
 /// A connection is closed when more than this is owed to a client that does not read.
@@ -90,8 +92,7 @@ void TlsStream::End::operator()(ssl_st* ssl) const noexcept {
   if (const ThirdPartyCall call; call) SSL_free(ssl);
 }
 
-TlsStream::TlsStream(ssl_ctx_st* context, int descriptor, std::string& scratch)
-    : descriptor_(descriptor), scratch_(scratch) {
+TlsStream::TlsStream(ssl_ctx_st* context, int descriptor, std::string& scratch) : descriptor_(descriptor), scratch_(scratch) {
   const ThirdPartyCall call;
   if (!call) throw std::bad_alloc();  // the process ends
   ssl_.reset(SSL_new(context));
@@ -318,11 +319,10 @@ Result<std::shared_ptr<ssl_ctx_st>> make_context(const TlsOptions& tls) {
   if (context == nullptr) return unexpected(Errc::io_error, "TLS: " + last_error("no context"));
   SSL_CTX_set_min_proto_version(context, TLS1_2_VERSION);
   // With TLS 1.2: forward secrecy and authenticated encryption (RFC 9325 4.2).
-  if (SSL_CTX_set_cipher_list(context, "ECDHE+AESGCM:ECDHE+CHACHA20") != 1)
-    return unexpected(Errc::io_error, "TLS: " + last_error("no ciphers"));
+  if (SSL_CTX_set_cipher_list(context, "ECDHE+AESGCM:ECDHE+CHACHA20") != 1) return unexpected(Errc::io_error, "TLS: " + last_error("no ciphers"));
   SSL_CTX_set_options(context, SSL_OP_NO_COMPRESSION | SSL_OP_NO_RENEGOTIATION);
   SSL_CTX_set_mode(context, SSL_MODE_RELEASE_BUFFERS | SSL_MODE_ENABLE_PARTIAL_WRITE | SSL_MODE_ACCEPT_MOVING_WRITE_BUFFER);
-  SSL_CTX_set_read_ahead(context, 1);  // one recv() for a record and its header
+  SSL_CTX_set_read_ahead(context, 1);                           // one recv() for a record and its header
   SSL_CTX_set_session_cache_mode(context, SSL_SESS_CACHE_OFF);  // tickets need no memory here
   static constexpr unsigned char name[] = "lrt";
   SSL_CTX_set_session_id_context(context, name, sizeof name - 1);  // without it sessions with client certificates do not resume
@@ -343,8 +343,8 @@ Result<std::shared_ptr<ssl_ctx_st>> make_context(const TlsOptions& tls) {
   SSL_CTX_set_default_passwd_cb_userdata(context, nullptr);
   SSL_CTX_set_default_passwd_cb(context, nullptr);
   if (encrypted) return ERR_clear_error(), failed(key, tls.key_file, "it is encrypted; expected one without a passphrase");
-  const bool mismatch = !has_key && ERR_GET_REASON(ERR_peek_last_error()) == X509_R_KEY_VALUES_MISMATCH &&
-                        ERR_GET_LIB(ERR_peek_last_error()) == ERR_LIB_X509;
+  const bool mismatch =
+      !has_key && ERR_GET_REASON(ERR_peek_last_error()) == X509_R_KEY_VALUES_MISMATCH && ERR_GET_LIB(ERR_peek_last_error()) == ERR_LIB_X509;
   if (mismatch || (has_key && SSL_CTX_check_private_key(context) != 1))
     return ERR_clear_error(), failed(key, tls.key_file, "it does not belong to the certificate in \"" + tls.certificate_file + "\"");
   if (!has_key) return failed(key, tls.key_file, pem_error("a private key"));
@@ -380,9 +380,8 @@ std::unique_ptr<TlsStream> TlsContext::make(int descriptor) {
   }
   try {
     return context ? std::make_unique<TlsStream>(context.get(), descriptor, scratch_) : nullptr;
-  } catch (const std::bad_alloc&) {
-    return nullptr;
-  }
+  } catch (const std::bad_alloc&) { return nullptr; }
 }
 
+}  // namespace v0
 }  // namespace lrt::transport

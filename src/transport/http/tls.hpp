@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <sys/types.h>
@@ -17,6 +18,7 @@ struct ssl_st;
 struct ssl_ctx_st;
 
 namespace lrt::transport {
+inline namespace v0 {
 
 /// The server's side of TLS on one socket that does not block, to be used in place of recv() and sendmsg().
 ///
@@ -71,9 +73,9 @@ class TlsStream {
   std::unique_ptr<ssl_st, End> ssl_;
   const int descriptor_;
   std::string& scratch_;
-  std::string out_;               ///< encrypted, not taken by the socket
-  std::size_t encrypted_ = 0;     ///< bytes at the front of what send() gets that are in out_, or were
-  bool drained_ = false;          ///< the socket had fewer bytes than the buffer takes
+  std::string out_;            ///< encrypted, not taken by the socket
+  std::size_t encrypted_ = 0;  ///< bytes at the front of what send() gets that are in out_, or were
+  bool drained_ = false;       ///< the socket had fewer bytes than the buffer takes
   bool begun_ = false;
   bool open_ = false;
   bool plain_ = false;
@@ -101,4 +103,5 @@ class TlsContext {
   std::string scratch_;
 };
 
+}  // namespace v0
 }  // namespace lrt::transport

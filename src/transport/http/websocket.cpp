@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/transport/http/websocket.hpp"
 
 #include <sys/socket.h>
@@ -10,6 +11,7 @@
 #include <lrt/http/websocket.hpp>
 
 namespace lrt::transport {
+inline namespace v0 {
 namespace {
 
 constexpr int reads_per_turn = 4;
@@ -325,4 +327,5 @@ void WebSocket::update(TimePoint) {
   close();
 }
 
+}  // namespace v0
 }  // namespace lrt::transport

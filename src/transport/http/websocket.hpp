@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <sys/types.h>
@@ -17,6 +18,7 @@
 #include "src/transport/http/websocket_frames.hpp"
 
 namespace lrt::transport {
+inline namespace v0 {
 
 /// A client after its opening handshake: WebSocketFrames on the socket that was a Connection's.
 ///
@@ -47,7 +49,7 @@ class WebSocket final : public Client {
   static constexpr std::size_t max_messages_at_once = 30;
 
   enum class Phase : unsigned char {
-    opening,    ///< the 101 is being sent
+    opening,  ///< the 101 is being sent
     open,
     closing,    ///< the client's half of the closing handshake is awaited; limits.close_timeout from here to the end
     lingering,  ///< half-closed: the client should close the connection
@@ -76,7 +78,9 @@ class WebSocket final : public Client {
   bool wants_input() const noexcept;
   bool has_more() const noexcept;
 
-  std::size_t room_for_messages() const noexcept override { return phase_ == Phase::open && !blocked_ && !frames_.has_output() ? max_messages_at_once : 0; }
+  std::size_t room_for_messages() const noexcept override {
+    return phase_ == Phase::open && !blocked_ && !frames_.has_output() ? max_messages_at_once : 0;
+  }
   void send_messages(engine::Push* pushes, std::size_t count, TimePoint now) override;
   bool write(TimePoint now);
   void send_all(TimePoint now);
@@ -103,7 +107,7 @@ class WebSocket final : public Client {
   Phase phase_ = Phase::opening;
   std::string header_;  ///< the 101
   std::size_t header_sent_ = 0;
-  std::string early_;            ///< bytes that came with the handshake
+  std::string early_;  ///< bytes that came with the handshake
   std::size_t early_used_ = 0;
   Timer life_{*this, &WebSocket::on_silence};
   Timer progress_{*this, &WebSocket::on_stuck};
@@ -111,10 +115,11 @@ class WebSocket final : public Client {
   std::size_t window_messages_ = 0;
   std::size_t pings_ = 0;  ///< that are counted
   std::size_t discarded_ = 0;
-  bool blocked_ = false;      ///< the socket takes no more for now
-  bool unfinished_ = false;   ///< the frames may have more messages in the bytes received
-  bool pinged_ = false;       ///< no byte of the client since the ping
-  bool owes_ping_ = false;    ///< a ping waits behind a message
+  bool blocked_ = false;     ///< the socket takes no more for now
+  bool unfinished_ = false;  ///< the frames may have more messages in the bytes received
+  bool pinged_ = false;      ///< no byte of the client since the ping
+  bool owes_ping_ = false;   ///< a ping waits behind a message
 };
 
+}  // namespace v0
 }  // namespace lrt::transport

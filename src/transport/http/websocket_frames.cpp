@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/transport/http/websocket_frames.hpp"
 
 #include <algorithm>
@@ -8,6 +9,7 @@
 #include <lrt/http/websocket.hpp>
 
 namespace lrt::transport {
+inline namespace v0 {
 namespace {
 
 /// RFC 6455 5.2
@@ -49,8 +51,7 @@ unsigned char write_header(std::array<char, 10>& header, unsigned opcode, std::u
   const int length_bytes = size < 126 ? 0 : size <= 0xFFFF ? 2 : 8;
   header[0] = static_cast<char>(0x80U | opcode);
   header[1] = static_cast<char>(length_bytes == 0 ? size : length_bytes == 2 ? 126U : 127U);
-  for (int i = 0; i < length_bytes; ++i)
-    header[static_cast<std::size_t>(2 + i)] = static_cast<char>(size >> (8 * (length_bytes - 1 - i)));
+  for (int i = 0; i < length_bytes; ++i) header[static_cast<std::size_t>(2 + i)] = static_cast<char>(size >> (8 * (length_bytes - 1 - i)));
   return static_cast<unsigned char>(2 + length_bytes);
 }
 
@@ -58,8 +59,7 @@ void clear(std::string& buffer) { std::string().swap(buffer); }
 
 }  // namespace
 
-WebSocketFrames::WebSocketFrames(std::size_t max_message_bytes) noexcept
-    : max_message_bytes_(std::max<std::size_t>(max_message_bytes, 1)) {}
+WebSocketFrames::WebSocketFrames(std::size_t max_message_bytes) noexcept : max_message_bytes_(std::max<std::size_t>(max_message_bytes, 1)) {}
 
 // ---------------------------------------------------------------------------------------------------------------- reading
 
@@ -88,8 +88,7 @@ std::optional<WebSocketFrames::Message> WebSocketFrames::next() {
 std::optional<WebSocketFrames::Message> WebSocketFrames::take_payload() {
   const std::size_t size = std::min<std::size_t>(left_, input_.size() - used_);
   if (!closing_) {
-    for (std::size_t i = 0; i < size; ++i)
-      message_ += static_cast<char>(input_[used_ + i] ^ mask_[(mask_at_ + i) % mask_bytes]);
+    for (std::size_t i = 0; i < size; ++i) message_ += static_cast<char>(input_[used_ + i] ^ mask_[(mask_at_ + i) % mask_bytes]);
   }
   mask_at_ = (mask_at_ + size) % mask_bytes;
   used_ += size;
@@ -266,4 +265,5 @@ void WebSocketFrames::end() noexcept {
   used_ = 0;
 }
 
+}  // namespace v0
 }  // namespace lrt::transport

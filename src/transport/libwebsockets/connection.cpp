@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/transport/libwebsockets/connection.hpp"
 
 #include <libwebsockets.h>
@@ -33,9 +34,7 @@ std::string peer_of(lws* wsi) {
   return text;
 }
 
-http::Refusal pipelined() {
-  return {503, "a request with a body, or for another protocol, is not taken before the response to the one before it"};
-}
+http::Refusal pipelined() { return {503, "a request with a body, or for another protocol, is not taken before the response to the one before it"}; }
 
 std::int64_t to_microseconds(std::chrono::milliseconds time) { return std::chrono::microseconds(time).count(); }
 
@@ -72,8 +71,8 @@ int Connection::on_request() {
   if (framing_.length > limits.max_body_bytes) return refuse_size(limits.max_body_bytes);
   if (framing_.length > 0 && is_pipelined()) return refuse(pipelined());
   // libwebsockets takes what follows POST, PUT and PATCH without Content-Length for a body that has no end.
-  const bool delimited = request.find("Content-Length").has_value() ||
-                         (request.method != "POST" && request.method != "PUT" && request.method != "PATCH");
+  const bool delimited =
+      request.find("Content-Length").has_value() || (request.method != "POST" && request.method != "PUT" && request.method != "PATCH");
   reusable_ = !only_stops_ && !dying_ && delimited && framing_.keep_alive && requests_ < limits.max_requests_per_connection;
   incoming_.strip_framing_fields();
   request.judged = nullptr;
@@ -199,9 +198,7 @@ int Connection::on_timer() {
     if (refusal_) {
       response = *std::exchange(refusal_, std::nullopt);
     } else {
-      http::set_problem(
-          response,
-          {408, "the body was not complete within " + std::to_string(vhost_.options().limits.body_timeout.count()) + " ms"});
+      http::set_problem(response, {408, "the body was not complete within " + std::to_string(vhost_.options().limits.body_timeout.count()) + " ms"});
     }
     prepare(std::move(response));
     wait_for_writable();
@@ -356,9 +353,7 @@ void Connection::begin_stop() {
   else if (phase_ == Phase::idle || phase_ == Phase::reading || phase_ == Phase::streaming) kill();
 }
 
-bool Connection::is_busy() const noexcept {
-  return phase_ == Phase::waiting || phase_ == Phase::writing || phase_ == Phase::upgraded;
-}
+bool Connection::is_busy() const noexcept { return phase_ == Phase::waiting || phase_ == Phase::writing || phase_ == Phase::upgraded; }
 
 /// libwebsockets calls on_timer() in the next round, before it reads; what has arrived by then is read before the connection ends.
 void Connection::give_way() noexcept {

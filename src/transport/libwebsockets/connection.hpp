@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>
@@ -101,7 +102,7 @@ class Connection {
   bool only_stops_ = false;
   bool dying_ = false;
   bool ignores_body_ = false;  ///< the body is discarded, and the request served
-  bool reusable_ = false;  ///< another request may follow
+  bool reusable_ = false;      ///< another request may follow
   std::optional<engine::Ticket> ticket_;
   std::optional<engine::Channel> stream_;
   bool owes_comment_ = false;  ///< the event stream was silent for long

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/transport/libwebsockets/incoming.hpp"
 
 #include <libwebsockets.h>
@@ -11,10 +12,9 @@ namespace lrt::libwebsockets {
 namespace {
 
 constexpr std::pair<lws_token_indexes, std::string_view> methods[] = {
-    {WSI_TOKEN_GET_URI, "GET"},     {WSI_TOKEN_HEAD_URI, "HEAD"},     {WSI_TOKEN_POST_URI, "POST"},
+    {WSI_TOKEN_GET_URI, "GET"}, {WSI_TOKEN_HEAD_URI, "HEAD"},     {WSI_TOKEN_POST_URI, "POST"},
 #if defined(LWS_WITH_HTTP_UNCOMMON_HEADERS) || defined(LWS_HTTP_HEADERS_ALL)
-    {WSI_TOKEN_PUT_URI, "PUT"},     {WSI_TOKEN_DELETE_URI, "DELETE"}, {WSI_TOKEN_OPTIONS_URI, "OPTIONS"},
-    {WSI_TOKEN_PATCH_URI, "PATCH"},
+    {WSI_TOKEN_PUT_URI, "PUT"}, {WSI_TOKEN_DELETE_URI, "DELETE"}, {WSI_TOKEN_OPTIONS_URI, "OPTIONS"}, {WSI_TOKEN_PATCH_URI, "PATCH"},
 #endif
 };
 
@@ -58,9 +58,7 @@ bool append_fragment(lws* wsi, lws_token_indexes token, int fragment, std::strin
 void append_encoded(std::string& out, std::string_view decoded, std::string_view others) {
   constexpr std::string_view sub_delims = "!$'()*,;=";
   for (const char c : decoded) {
-    if (detail::is(c, detail::unreserved) || sub_delims.find(c) != std::string_view::npos ||
-        others.find(c) != std::string_view::npos)
-      out += c;
+    if (detail::is(c, detail::unreserved) || sub_delims.find(c) != std::string_view::npos || others.find(c) != std::string_view::npos) out += c;
     else detail::append_percent(out, c);
   }
 }
@@ -163,9 +161,7 @@ void Incoming::read_other_fields(lws* wsi) {
   std::vector<std::string> names;
   lws_hdr_custom_name_foreach(
       wsi,
-      [](const char* name, int size, void* to) {
-        static_cast<std::vector<std::string>*>(to)->emplace_back(name, static_cast<std::size_t>(size));
-      },
+      [](const char* name, int size, void* to) { static_cast<std::vector<std::string>*>(to)->emplace_back(name, static_cast<std::size_t>(size)); },
       &names);
   std::sort(names.begin(), names.end());
   names.erase(std::unique(names.begin(), names.end()), names.end());
@@ -186,8 +182,7 @@ void Incoming::strip_framing_fields() {
   auto& fields = request.fields;
   fields.erase(std::remove_if(fields.begin(), fields.end(),
                               [](const http::Field& field) {
-                                return http::iequals(field.name, "Content-Length") ||
-                                       http::iequals(field.name, "Transfer-Encoding");
+                                return http::iequals(field.name, "Content-Length") || http::iequals(field.name, "Transfer-Encoding");
                               }),
                fields.end());
 }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/transport/libwebsockets.hpp>
 
 #include <libwebsockets.h>
@@ -16,6 +17,7 @@
 #include "src/transport/libwebsockets/vhost.hpp"
 
 namespace lrt::transport {
+inline namespace v0 {
 namespace {
 
 using libwebsockets::to_seconds;
@@ -129,8 +131,8 @@ Result<void> OwnContext::start(engine::Handler& handler) {
   const auto& limits = options_.limits;
   lws_context_creation_info info{};
   info.port = CONTEXT_PORT_NO_LISTEN;
-  info.options = LWS_SERVER_OPTION_EXPLICIT_VHOSTS | LWS_SERVER_OPTION_SKIP_SERVER_CANONICAL_NAME |
-                 LWS_SERVER_OPTION_VALIDATE_UTF8 | (options_.tls ? LWS_SERVER_OPTION_DO_SSL_GLOBAL_INIT : 0);
+  info.options = LWS_SERVER_OPTION_EXPLICIT_VHOSTS | LWS_SERVER_OPTION_SKIP_SERVER_CANONICAL_NAME | LWS_SERVER_OPTION_VALIDATE_UTF8 |
+                 (options_.tls ? LWS_SERVER_OPTION_DO_SSL_GLOBAL_INIT : 0);
   info.fd_limit_per_thread = static_cast<unsigned>(vhost_->max_clients()) + other_descriptors;
   info.max_http_header_data2 = static_cast<unsigned>(std::min<std::size_t>(limits.max_header_bytes, 65535));
   info.max_http_header_pool2 = info.fd_limit_per_thread;  // a connection without a header table would wait until another one ends
@@ -176,8 +178,7 @@ milliseconds OwnContext::poll(std::chrono::microseconds budget, milliseconds wai
     if (vhost_->events() == events) relieve();
     if (wait > milliseconds(0)) pause_after_nothing(events);
     wait = milliseconds(0);
-    if ((!vhost_->deliver() && vhost_->events() == events) || SteadyClock::now() >= end)
-      break;  // what was given is written in the next round
+    if ((!vhost_->deliver() && vhost_->events() == events) || SteadyClock::now() >= end) break;  // what was given is written in the next round
   }
   count_connections();
   auto rest = vhost_->has_connections() ? timer_period : max_wait;
@@ -206,8 +207,7 @@ void OwnContext::stop() {
   vhost_->begin_stop();
   // Bounded by the machine's time, whatever the clock of the options says.
   const auto end = SteadyClock::now() + options_.limits.stop_timeout;
-  for (auto time = SteadyClock::now(); vhost_->is_busy() && time < end; time = SteadyClock::now())
-    poll(milliseconds(10), until(end, time));
+  for (auto time = SteadyClock::now(); vhost_->is_busy() && time < end; time = SteadyClock::now()) poll(milliseconds(10), until(end, time));
   vhost_->close();
   destroy_context();
 }
@@ -287,4 +287,5 @@ std::unique_ptr<Transport> make_libwebsockets(TransportOptions options, lws_cont
   return std::make_unique<HostContext>(std::move(options), context);
 }
 
+}  // namespace v0
 }  // namespace lrt::transport

@@ -1,5 +1,7 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/log.hpp>
 
 namespace lrt::libwebsockets {
@@ -8,7 +10,7 @@ namespace lrt::libwebsockets {
 /// to standard error, as libwebsockets has it.
 ///
 /// @par Threads  Any.
-class Log {
+class LRT_INTERNAL_API Log {
  public:
   explicit Log(LogCallback log);
   ~Log();

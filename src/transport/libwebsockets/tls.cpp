@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/transport/libwebsockets/tls.hpp"
 
 #include <openssl/bio.h>
@@ -28,10 +29,8 @@ int no_passphrase(char*, int, int, void*) { return 0; }
 Result<void> load_tls(SSL_CTX* context, const transport::TlsOptions& options) {
   SSL_CTX_set_default_passwd_cb(context, &no_passphrase);
   ERR_clear_error();
-  if (SSL_CTX_use_certificate_chain_file(context, options.certificate_file.c_str()) != 1)
-    return file_error(options.certificate_file);
-  if (SSL_CTX_use_PrivateKey_file(context, options.key_file.c_str(), SSL_FILETYPE_PEM) != 1)
-    return file_error(options.key_file);
+  if (SSL_CTX_use_certificate_chain_file(context, options.certificate_file.c_str()) != 1) return file_error(options.certificate_file);
+  if (SSL_CTX_use_PrivateKey_file(context, options.key_file.c_str(), SSL_FILETYPE_PEM) != 1) return file_error(options.key_file);
   if (SSL_CTX_check_private_key(context) != 1) return file_error(options.key_file);
   if (!set_up_tls(context, options)) return file_error(options.client_ca_file);
   return {};

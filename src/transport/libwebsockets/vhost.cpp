@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/transport/libwebsockets/vhost.hpp"
 
 #include <fcntl.h>
@@ -77,8 +78,7 @@ Vhost::~Vhost() {
 
 // -------------------------------------------------------------------------------------------------------- beginning and end
 
-Result<void> Vhost::open(const std::shared_ptr<Vhost>& self, lws_context* context, engine::Handler& handler,
-                         std::function<void()> on_event) {
+Result<void> Vhost::open(const std::shared_ptr<Vhost>& self, lws_context* context, engine::Handler& handler, std::function<void()> on_event) {
   bool is_v6 = false;
   if (auto free = check_address(self->options_.address, self->options_.port, is_v6); !free) return free;
   self->handler_ = &handler;
@@ -90,8 +90,7 @@ Result<void> Vhost::open(const std::shared_ptr<Vhost>& self, lws_context* contex
 }
 
 Result<void> Vhost::listen(lws_context* context, bool is_v6) {
-  static const lws_protocols protocols[] = {{name, &Vhost::on_lws, 0, 4096, 0, nullptr, 0},
-                                            {nullptr, nullptr, 0, 0, 0, nullptr, 0}};
+  static const lws_protocols protocols[] = {{name, &Vhost::on_lws, 0, 4096, 0, nullptr, 0}, {nullptr, nullptr, 0, 0, 0, nullptr, 0}};
   const auto& limits = options_.limits;
   lws_context_creation_info info{};
   info.port = options_.port;
@@ -119,8 +118,7 @@ Result<void> Vhost::listen(lws_context* context, bool is_v6) {
   bool ignored = false;
   const auto port = vhost_ != nullptr ? static_cast<std::uint16_t>(lws_get_vhost_listen_port(vhost_)) : std::uint16_t{0};
   if (port == 0 || check_address(options_.address, port, ignored))
-    return unexpected(Errc::io_error,
-                      "libwebsockets cannot listen on " + options_.address + ", port " + std::to_string(options_.port));
+    return unexpected(Errc::io_error, "libwebsockets cannot listen on " + options_.address + ", port " + std::to_string(options_.port));
   if (!watch_waker()) return unexpected(Errc::io_error, "libwebsockets takes no event descriptor to wake the transport with");
   return {};
 }
@@ -129,8 +127,7 @@ Result<void> Vhost::listen(lws_context* context, bool is_v6) {
 bool Vhost::watch_waker() {
   lws_sock_file_fd_type descriptor;
   descriptor.filefd = ::fcntl(waker_->descriptor(), F_DUPFD_CLOEXEC, 0);  // libwebsockets closes its own
-  if (descriptor.filefd >= 0)
-    waker_wsi_ = lws_adopt_descriptor_vhost(vhost_, LWS_ADOPT_RAW_FILE_DESC, descriptor, name, nullptr);
+  if (descriptor.filefd >= 0) waker_wsi_ = lws_adopt_descriptor_vhost(vhost_, LWS_ADOPT_RAW_FILE_DESC, descriptor, name, nullptr);
   return waker_wsi_ != nullptr;
 }
 
@@ -158,8 +155,7 @@ std::uint16_t Vhost::port() const noexcept {
 
 /// Unlike lws_tls_cert_updated() this reads the authorities of clients, too, and says what is wrong.
 void Vhost::reload_tls() {
-  if (auto loaded = load_tls(ssl_context_, *options_.tls); !loaded && options_.log)
-    options_.log(LogLevel::error, loaded.error().message);
+  if (auto loaded = load_tls(ssl_context_, *options_.tls); !loaded && options_.log) options_.log(LogLevel::error, loaded.error().message);
 }
 
 void Vhost::begin_stop() {
@@ -168,8 +164,7 @@ void Vhost::begin_stop() {
 }
 
 bool Vhost::is_busy() const noexcept {
-  return std::any_of(connections_.begin(), connections_.end(),
-                     [](const Connection* connection) { return connection->is_busy(); });
+  return std::any_of(connections_.begin(), connections_.end(), [](const Connection* connection) { return connection->is_busy(); });
 }
 
 // ------------------------------------------------------------------------------------------------------ from the handler
@@ -227,8 +222,7 @@ unsigned char* Vhost::scratch(std::size_t size) {
 int Vhost::on_lws(lws* wsi, lws_callback_reasons reason, void* user, void* in, std::size_t size) noexcept {
   // Returned is whether to refuse; `size` says whether OpenSSL takes the certificate for valid.
   if (reason == LWS_CALLBACK_OPENSSL_PERFORM_CLIENT_CERT_VERIFICATION) return size != 0 ? 0 : 1;
-  if (reason == LWS_CALLBACK_PROTOCOL_INIT || reason == LWS_CALLBACK_PROTOCOL_DESTROY)
-    return 0;  // the latter comes after on_freed()
+  if (reason == LWS_CALLBACK_PROTOCOL_INIT || reason == LWS_CALLBACK_PROTOCOL_DESTROY) return 0;  // the latter comes after on_freed()
   Vhost* const vhost = owner_of(wsi);
   if (vhost == nullptr) return 0;
   if (reason == LWS_CALLBACK_OPENSSL_LOAD_EXTRA_SERVER_VERIFY_CERTS) {
@@ -288,8 +282,7 @@ int Vhost::dispatch(lws* wsi, lws_callback_reasons reason, void* in, std::size_t
     case LWS_CALLBACK_HTTP_BODY_COMPLETION: return followed(connection->on_body_end());
     case LWS_CALLBACK_HTTP_WRITEABLE: return followed(connection->on_writable());
     case LWS_CALLBACK_TIMER: return connection->on_timer();
-    case LWS_CALLBACK_ADD_HEADERS:
-      return websocket != nullptr ? websocket->add_fields(*static_cast<lws_process_html_args*>(in)) : 0;
+    case LWS_CALLBACK_ADD_HEADERS: return websocket != nullptr ? websocket->add_fields(*static_cast<lws_process_html_args*>(in)) : 0;
     case LWS_CALLBACK_ESTABLISHED: return websocket != nullptr ? followed(websocket->on_open()) : -1;
     case LWS_CALLBACK_RECEIVE: return websocket != nullptr ? followed(websocket->on_received(bytes, size)) : -1;
     case LWS_CALLBACK_WS_PEER_INITIATED_CLOSE: return websocket != nullptr ? followed(websocket->on_client_close({bytes, size})) : -1;
@@ -322,8 +315,7 @@ void Vhost::remove(lws* wsi) noexcept {
   lws_set_opaque_user_data(wsi, nullptr);
   connections_.erase(connection);
   const auto counted = connection->serves_only_stops() ? addresses_.end() : addresses_.find(client_key(connection->peer()));
-  if (counted != addresses_.end() && --counted->second == 0)
-    addresses_.erase(counted);
+  if (counted != addresses_.end() && --counted->second == 0) addresses_.erase(counted);
   delete connection;
 }
 
@@ -338,11 +330,10 @@ void Vhost::begin_round() {
 /// Returns 0 for a client that may come in. While the listening socket is not to be read, libwebsockets ends its loop of accepts.
 int Vhost::filter(int descriptor) {
   const auto& limits = options_.limits;
-  if (accepts_left_ && *accepts_left_ > 0 && --*accepts_left_ == 0)
-    allow_reading(listening_wsi_, false);
+  if (accepts_left_ && *accepts_left_ > 0 && --*accepts_left_ == 0) allow_reading(listening_wsi_, false);
   if (stopping_) return -1;
-  const auto taken = static_cast<std::size_t>(std::count_if(
-      connections_.begin(), connections_.end(), [](const Connection* c) { return !c->serves_only_stops() && !c->is_dying(); }));
+  const auto taken = static_cast<std::size_t>(
+      std::count_if(connections_.begin(), connections_.end(), [](const Connection* c) { return !c->serves_only_stops() && !c->is_dying(); }));
   char peer[64] = "";
   lws_get_peer_simple_fd(descriptor, peer, sizeof peer);
   const auto counted = addresses_.find(client_key(peer));

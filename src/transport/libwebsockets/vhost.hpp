@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <libwebsockets.h>
@@ -46,8 +47,7 @@ class Vhost {
 
   /// Listens, as a vhost of `context`. `self` is kept until libwebsockets frees the vhost.
   /// @param on_event  called after each event that the handler may have something to give after; may be empty
-  static Result<void> open(const std::shared_ptr<Vhost>& self, lws_context* context, engine::Handler& handler,
-                           std::function<void()> on_event);
+  static Result<void> open(const std::shared_ptr<Vhost>& self, lws_context* context, engine::Handler& handler, std::function<void()> on_event);
   /// No handler from here on; open tickets are abandoned, channels closed.
   void close();
   /// After close(): libwebsockets ends the connections as it comes to it.
@@ -127,9 +127,9 @@ class Vhost {
   transport::BodyBudget bodies_;
   std::chrono::seconds date_second_{-1};
   std::string date_;
-  bool next_is_reserved_ = false;  ///< what filter() has decided of the client that is being accepted
-  std::vector<int> reserve_;       ///< descriptors for clients that come when there are no others
-  bool scarce_ = false;            ///< the next client gets one of the reserve
+  bool next_is_reserved_ = false;            ///< what filter() has decided of the client that is being accepted
+  std::vector<int> reserve_;                 ///< descriptors for clients that come when there are no others
+  bool scarce_ = false;                      ///< the next client gets one of the reserve
   std::optional<std::size_t> accepts_left_;  ///< in this round; none on a host's context, whose rounds are not known
   std::size_t events_ = 0;
   bool woken_ = false;

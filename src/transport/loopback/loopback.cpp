@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/transport/loopback.hpp>
 
 #include <algorithm>
@@ -13,6 +14,7 @@
 #include "src/base/event_waker.hpp"
 
 namespace lrt::transport {
+inline namespace v0 {
 namespace {
 
 using std::chrono::milliseconds;
@@ -37,8 +39,8 @@ struct Loopback::Impl {
     StreamClient client;
     std::optional<engine::Ticket> ticket;    ///< of the response
     std::optional<engine::Channel> channel;  ///< once it streams
-    bool taking = false;   ///< client.message is being called
-    bool resumed = false;  ///< meanwhile
+    bool taking = false;                     ///< client.message is being called
+    bool resumed = false;                    ///< meanwhile
     bool paused = false;
   };
 
@@ -240,13 +242,14 @@ void Loopback::stop() {
 }
 
 void Loopback::submit(const http::Request& request, std::function<void(http::Response)> done) {
-  impl_->handle(request,
-                [this, done = std::move(done)](engine::Reply reply) {
-                  if (!reply.channel) return done(std::move(reply.response));
-                  impl_->handler->closed(*reply.channel);
-                  done(problem(500, "there are no WebSockets and event streams here"));
-                },
-                nullptr);
+  impl_->handle(
+      request,
+      [this, done = std::move(done)](engine::Reply reply) {
+        if (!reply.channel) return done(std::move(reply.response));
+        impl_->handler->closed(*reply.channel);
+        done(problem(500, "there are no WebSockets and event streams here"));
+      },
+      nullptr);
 }
 
 Loopback::StreamId Loopback::submit(const http::Request& request, StreamClient client) {
@@ -255,7 +258,8 @@ Loopback::StreamId Loopback::submit(const http::Request& request, StreamClient c
   http::Request streamable = request;
   streamable.can_stream = true;
   std::optional<engine::Ticket> ticket;
-  impl_->handle(streamable, [this, id](engine::Reply reply) { impl_->begin(id, std::move(reply)); }, &ticket);
+  impl_->handle(
+      streamable, [this, id](engine::Reply reply) { impl_->begin(id, std::move(reply)); }, &ticket);
   const auto found = impl_->streams.find(static_cast<std::uint64_t>(id));
   if (found != impl_->streams.end()) found->second.ticket = ticket;
   return id;
@@ -283,4 +287,5 @@ void Loopback::cancel(StreamId stream) {
   }
 }
 
+}  // namespace v0
 }  // namespace lrt::transport

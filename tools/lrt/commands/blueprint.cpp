@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <set>
 
 #include <lrt/client/units.hpp>
@@ -141,7 +142,10 @@ void add_blueprint(CommandLine& line) {
                                      "  lrt blueprint right_s1/friction              # SHACL, in Turtle\n"
                                      "  lrt blueprint right_s1 --for-people          # a table: field, type, unit, bounds, required",
                                      options, blueprint);
-  command->add_option("NAME", options->words, "The name of a Thing, a property or an action, or its URL")->required()->type_name("[ROBOT] NAME")->expected(1, 2);
+  command->add_option("NAME", options->words, "The name of a Thing, a property or an action, or its URL")
+      ->required()
+      ->type_name("[ROBOT] NAME")
+      ->expected(1, 2);
   command->add_flag("-p,--for-people", options->for_people, "A table of the fields");
 }
 

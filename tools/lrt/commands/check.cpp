@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/client/check.hpp>
 
 #include "tools/lrt/command_line.hpp"
@@ -62,23 +63,38 @@ Result<int> check(Session& session, CheckOptions& options) {
 
 void add_check(CommandLine& line) {
   auto options = std::make_shared<CheckOptions>();
-  CLI::App* const command = line.add("check", "Tell whether a server is a Linked Robotic Thing, requirement by requirement",
-                                     "Nothing is written or invoked but what is named. Exit status: 0 fulfilled; 1 not; 2 usage; 3 no response. Examples:\n"
-                                     "  lrt check http://127.0.0.1:8080/baxter/right_s1\n"
-                                     "  lrt check URL --write URL/friction --invoke URL/actions/rotate input.ttl\n"
-                                     "  lrt check URL --format earl > report.ttl",
-                                     options, check);
-  command->add_option("FROM", options->words, "A URL of the server, or better of one of its Things; default: --robot")->type_name("[URL]")->expected(0, 1);
-  command->add_option("--format", options->format, "text, json or earl (EARL in Turtle)")->type_name("FORMAT")->check(CLI::IsMember({"text", "json", "earl"}));
+  CLI::App* const command =
+      line.add("check", "Tell whether a server is a Linked Robotic Thing, requirement by requirement",
+               "Nothing is written or invoked but what is named. Exit status: 0 fulfilled; 1 not; 2 usage; 3 no response. Examples:\n"
+               "  lrt check http://127.0.0.1:8080/baxter/right_s1\n"
+               "  lrt check URL --write URL/friction --invoke URL/actions/rotate input.ttl\n"
+               "  lrt check URL --format earl > report.ttl",
+               options, check);
+  command->add_option("FROM", options->words, "A URL of the server, or better of one of its Things; default: --robot")
+      ->type_name("[URL]")
+      ->expected(0, 1);
+  command->add_option("--format", options->format, "text, json or earl (EARL in Turtle)")
+      ->type_name("FORMAT")
+      ->check(CLI::IsMember({"text", "json", "earl"}));
   command->add_flag("--all", options->all, "Also what is fulfilled, with its evidence");
   command->add_flag("--strict", options->strict, "Exit status 1 also if a SHOULD is not fulfilled");
-  command->add_option("--write", options->write, "A resource whose present representation may be sent back")->type_name("URL")->take_all()->type_size(1)->expected(1);
-  command->add_option("--invoke", options->invoke, "An action that may be invoked, and a file with a valid input; \"\": it has none")->type_name("URL FILE");
+  command->add_option("--write", options->write, "A resource whose present representation may be sent back")
+      ->type_name("URL")
+      ->take_all()
+      ->type_size(1)
+      ->expected(1);
+  command->add_option("--invoke", options->invoke, "An action that may be invoked, and a file with a valid input; \"\": it has none")
+      ->type_name("URL FILE");
   command->add_option("--root", options->root, "The URL of the root resource, where it is not found by itself")->type_name("URL");
-  command->add_option("--callback-address", options->callback_address, "Where this machine receives callbacks of the server")->type_name("ADDRESS:PORT");
+  command->add_option("--callback-address", options->callback_address, "Where this machine receives callbacks of the server")
+      ->type_name("ADDRESS:PORT");
   command->add_flag("--no-subscriptions", options->no_subscriptions, "Open no subscriptions");
-  command->add_option("--resources", options->resources, "How many resources it visits, 40 by default")->type_name("N")->check(CLI::Range(1, 100'000));
-  command->add_option("--for", options->seconds, "The time of the whole check, 120 s by default")->type_name("SECONDS")->check(CLI::Range(1.0, 86400.0));
+  command->add_option("--resources", options->resources, "How many resources it visits, 40 by default")
+      ->type_name("N")
+      ->check(CLI::Range(1, 100'000));
+  command->add_option("--for", options->seconds, "The time of the whole check, 120 s by default")
+      ->type_name("SECONDS")
+      ->check(CLI::Range(1.0, 86400.0));
 }
 
 }  // namespace lrt::tool

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
 #include "tools/lrt/command_line.hpp"
@@ -53,7 +54,8 @@ Result<int> completion(Session& session, CompletionOptions& options) {
 /// Names come from the robot, and shells put them on a command line: only those without a meaning for a shell are offered.
 bool is_harmless(std::string_view name) {
   constexpr std::string_view allowed = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_./:@%+,-";
-  return !name.empty() && name.front() != '-' && name.front() != '.' && name.size() < 200 && name.find_first_not_of(allowed) == std::string_view::npos;
+  return !name.empty() && name.front() != '-' && name.front() != '.' && name.size() < 200 &&
+         name.find_first_not_of(allowed) == std::string_view::npos;
 }
 
 /// The words before the one to be completed, as far as they matter.
@@ -101,7 +103,8 @@ Typed read(CommandLine& line, const std::vector<std::string>& words) {
 std::vector<std::string> names_of(const client::Robot& robot, const std::string& command) {
   std::vector<std::string> result;
   const bool things = command == "ls" || command == "subs" || command == "blueprint";
-  const bool properties = command == "get" || command == "set" || command == "watch" || command == "record" || command == "blueprint" || command == "validate";
+  const bool properties =
+      command == "get" || command == "set" || command == "watch" || command == "record" || command == "blueprint" || command == "validate";
   const bool actions = command == "invoke" || command == "blueprint" || command == "validate";
   for (const client::Thing& thing : robot.things()) {
     if (things) result.push_back(thing.name());
@@ -131,9 +134,12 @@ std::vector<std::string> values_of(const CLI::Option& option) {
   if (name == "color") return {"auto", "always", "never"};
   if (name == "via") return {"websocket", "event-stream", "polling"};
   if (name == "format") return {"text", "json", "earl"};
-  if (name == "unit") return {"rad", "deg", "turn", "m", "mm", "cm", "s", "ms", "min", "h", "m/s", "km/h", "rad/s", "deg/s", "rpm", "N", "N.m", "kg", "Cel", "K", "V", "A", "%"};
+  if (name == "unit")
+    return {"rad",   "deg",   "turn", "m", "mm",  "cm", "s",   "ms", "min", "h", "m/s", "km/h",
+            "rad/s", "deg/s", "rpm",  "N", "N.m", "kg", "Cel", "K",  "V",   "A", "%"};
   if (name == "accept" || name == "type")
-    return {"text/turtle", "application/n-triples", "application/ld+json", "application/rdf+xml", "application/json", "text/plain", "application/cbor"};
+    return {"text/turtle", "application/n-triples", "application/ld+json", "application/rdf+xml", "application/json",
+            "text/plain",  "application/cbor"};
   return {};
 }
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -27,7 +28,8 @@ Result<rdf::Graph> documents(Session& session, GenerateOptions& options) {
     read.max_triples = 2'000'000;
     Result<rdf::Graph> graph = rdf::read(file->bytes, rdf::syntax_of(file->media_type).value_or(rdf::Syntax::turtle), read);
     if (graph) return graph;
-    return unexpected(Errc::invalid_option, "\"" + options.words.front() + "\", line " + std::to_string(graph.error().line) + ": " + graph.error().message);
+    return unexpected(Errc::invalid_option,
+                      "\"" + options.words.front() + "\", line " + std::to_string(graph.error().line) + ": " + graph.error().message);
   }
   if (!options.words.empty()) session.use_robot(options.words.front());
   const Result<const client::Robot*> robot = session.robot();
@@ -101,10 +103,15 @@ void add_generate(CommandLine& line) {
                                      "  lrt generate blueprints.ttl -o robot.hpp\n"
                                      "  lrt generate --check robot.hpp         # exit status 1 and the differences if the robot has moved on",
                                      options, generate);
-  command->add_option("FROM", options->words, "A URL of the robot, or a file with its documents; default: --robot")->type_name("[URL|FILE]")->expected(0, 1);
+  command->add_option("FROM", options->words, "A URL of the robot, or a file with its documents; default: --robot")
+      ->type_name("[URL|FILE]")
+      ->expected(0, 1);
   auto* const output = command->add_option("-o,--output", options->output, "The header; default: standard output")->type_name("FILE");
   auto* const name_space = command->add_option("--namespace", options->name_space, "The C++ namespace; default: robot")->type_name("NAME");
-  command->add_option("--check", options->check, "Write nothing, and compare this header with the robot")->type_name("HEADER")->excludes(output)->excludes(name_space);
+  command->add_option("--check", options->check, "Write nothing, and compare this header with the robot")
+      ->type_name("HEADER")
+      ->excludes(output)
+      ->excludes(name_space);
 }
 
 }  // namespace lrt::tool

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/rdf/codec.hpp>
 
 #include "tools/lrt/command_line.hpp"
@@ -25,7 +26,8 @@ Result<int> get_bytes(Session& session, const client::Property& property, const 
   const bool is_text = type.substr(0, 5) == "text/" || type.find("json") != std::string::npos || type.find("xml") != std::string::npos ||
                        rdf::syntax_of(type).has_value();
   if (!is_text)
-    return unexpected(Errc::invalid_option, "the response is " + std::to_string(response->body.size()) + " bytes of " + type + ", not shown on a terminal; add > FILE");
+    return unexpected(Errc::invalid_option,
+                      "the response is " + std::to_string(response->body.size()) + " bytes of " + type + ", not shown on a terminal; add > FILE");
   std::string text = printable_lines(response->body);
   if (text.empty() || text.back() != '\n') text += '\n';
   return terminal.print(text) ? Exit::success : Exit::failure;
@@ -50,7 +52,8 @@ Result<int> get(Session& session, GetOptions& options) {
   }
   Terminal& terminal = session.terminal();
   if (options.json) {
-    std::string text = "{\"name\":" + json_string(session.label(property->url())) + ",\"url\":" + json_string(property->url()) + ",\"value\":" + value.json;
+    std::string text =
+        "{\"name\":" + json_string(session.label(property->url())) + ",\"url\":" + json_string(property->url()) + ",\"value\":" + value.json;
     if (!value.unit.empty()) text += ",\"unit\":" + json_string(value.unit);
     return terminal.print_line(text + "}") ? Exit::success : Exit::failure;
   }

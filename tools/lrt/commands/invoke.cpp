@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <poll.h>
 
 #include <algorithm>
@@ -89,7 +90,7 @@ Result<int> print_result(Session& session, const client::Action& action, const I
   Terminal& terminal = session.terminal();
   if (json) {
     return terminal.print_line("{\"value\":" + value.json + (value.unit.empty() ? "" : ",\"unit\":" + json_string(value.unit)) + "}") ? Exit::success
-                                                                                                                                 : Exit::failure;
+                                                                                                                                      : Exit::failure;
   }
   std::string text = value.text;
   if (terminal.is_for_people() && !value.unit.empty()) text += " " + terminal.styled(value.unit, Style::faint);
@@ -152,10 +153,12 @@ Result<int> invoke(Session& session, InvokeOptions& options) {
     const Result<client::RepresentationPtr> found = action ? action->get() : Result<client::RepresentationPtr>(unexpected(action.error()));
     if (!found) return unexpected(found.error());
     const std::vector<std::string> types = (*found)->types();
-    const bool is_action = std::find(types.begin(), types.end(), vocab::hybrit::Action.text) != types.end() || !(*found)->objects(vocab::hybrit::consumes).empty();
+    const bool is_action =
+        std::find(types.begin(), types.end(), vocab::hybrit::Action.text) != types.end() || !(*found)->objects(vocab::hybrit::consumes).empty();
     if (!is_action) session.take_robot(options.words, 1);
   }
-  if (options.words.empty() || options.words.size() > 2) return unexpected(Errc::invalid_option, "invoke takes a name, and an input if the action has one");
+  if (options.words.empty() || options.words.size() > 2)
+    return unexpected(Errc::invalid_option, "invoke takes a name, and an input if the action has one");
   const std::string& name = options.words[0];
   std::optional<Body> body;
   if (options.words.size() == 2) {
@@ -194,18 +197,22 @@ Result<int> invoke(Session& session, InvokeOptions& options) {
 
 void add_invoke(CommandLine& line) {
   auto options = std::make_shared<InvokeOptions>();
-  CLI::App* const command = line.add("invoke", "Invoke an action, wait for its end, and print its result",
-                                     "Ctrl-C cancels the invocation. Exit status: 0 succeeded; 1 refused or failed; 4 cancelled by the robot or somebody\n"
-                                     "else; 130 cancelled by Ctrl-C. Examples:\n"
-                                     "  lrt invoke right_s1/rotate 43.6\n"
-                                     "  lrt invoke right_s1/rotate 0.5rad      # converted to deg, which the action takes\n"
-                                     "  lrt invoke right_s1/rotate 90 --async  # print the URL of the invocation, and do not wait",
-                                     options, invoke);
+  CLI::App* const command =
+      line.add("invoke", "Invoke an action, wait for its end, and print its result",
+               "Ctrl-C cancels the invocation. Exit status: 0 succeeded; 1 refused or failed; 4 cancelled by the robot or somebody\n"
+               "else; 130 cancelled by Ctrl-C. Examples:\n"
+               "  lrt invoke right_s1/rotate 43.6\n"
+               "  lrt invoke right_s1/rotate 0.5rad      # converted to deg, which the action takes\n"
+               "  lrt invoke right_s1/rotate 90 --async  # print the URL of the invocation, and do not wait",
+               options, invoke);
   command->add_option("INPUT", options->words, "The name of an action, and its input: a value, @FILE, or -")
       ->type_name("[ROBOT] NAME [INPUT]")
       ->expected(0, 3);
   auto* const async = command->add_flag("--async", options->async, "Print the URL of the invocation, and do not wait");
-  command->add_option("--wait", options->wait, "Wait at most this long; the invocation then goes on")->type_name("SECONDS")->check(CLI::Range(0.0, 1e6))->excludes(async);
+  command->add_option("--wait", options->wait, "Wait at most this long; the invocation then goes on")
+      ->type_name("SECONDS")
+      ->check(CLI::Range(0.0, 1e6))
+      ->excludes(async);
   command->add_option("--type", options->type, "The media type of the input, such as text/turtle")->type_name("TYPE");
   command->add_option("--cancel", options->cancel, "Cancel the invocation with this URL")->type_name("URL");
   command->add_flag("--json", options->json, "Print the result as an object with value and unit");

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
 #include <lrt/rdf/codec.hpp>
@@ -20,9 +21,7 @@ std::string_view local_name(std::string_view iri) noexcept {
 }
 
 /// Whether a class is the one that a person means: by its IRI, with a prefix, or by its local name.
-bool is_meant(std::string_view iri, const std::string& name) {
-  return iri == name || rdf::abbreviate(iri) == name || local_name(iri) == name;
-}
+bool is_meant(std::string_view iri, const std::string& name) { return iri == name || rdf::abbreviate(iri) == name || local_name(iri) == name; }
 
 /// The types of a Thing without hybrit:RoboticThing, which all have.
 std::vector<std::string> kinds_of(const client::Thing& thing) {
@@ -91,8 +90,11 @@ Result<int> list_thing(Session& session, const client::Thing& thing, const LsOpt
     const std::string access = !found.problem.empty() ? "unreadable" : found.writable ? "read, write" : "read";
     const bool shows_unit = session.terminal().is_for_people();
     std::vector<Table::Cell> row{{printable(property.name()), Style::strong}};
-    if (shows_unit) row.push_back({!found.problem.empty() ? found.problem : found.value.text.empty() ? "-" : found.value.text + (found.value.unit.empty() ? "" : " " + found.value.unit),
-                                   found.problem.empty() ? Style::plain : Style::bad});
+    if (shows_unit)
+      row.push_back({!found.problem.empty()     ? found.problem
+                     : found.value.text.empty() ? "-"
+                                                : found.value.text + (found.value.unit.empty() ? "" : " " + found.value.unit),
+                     found.problem.empty() ? Style::plain : Style::bad});
     else row.insert(row.end(), {{found.value.text}, {found.value.unit}});
     row.push_back({access, Style::faint});
     if (options.details) row.push_back({printable(property.url()), Style::faint});
@@ -127,7 +129,8 @@ Result<int> list_robot(Session& session, const client::Robot& robot, const LsOpt
   bool found_any = false;
   for (const client::Thing& thing : robot.things()) {
     const std::vector<std::string> types = thing.types();
-    if (!options.type.empty() && std::none_of(types.begin(), types.end(), [&](const std::string& type) { return is_meant(type, options.type); })) continue;
+    if (!options.type.empty() && std::none_of(types.begin(), types.end(), [&](const std::string& type) { return is_meant(type, options.type); }))
+      continue;
     found_any = true;
     names += printable(thing.name()) + "\n";
     std::vector<std::string> kinds;
@@ -137,11 +140,13 @@ Result<int> list_robot(Session& session, const client::Robot& robot, const LsOpt
                {std::to_string(thing.actions().size())},
                {joined(kinds, " ")},
                {printable(thing.url()), Style::faint}});
-    json += (json.size() > 1 ? "," : "") + std::string("{\"name\":") + json_string(thing.name()) + ",\"url\":" + json_string(thing.url()) + ",\"types\":[";
+    json += (json.size() > 1 ? "," : "") + std::string("{\"name\":") + json_string(thing.name()) + ",\"url\":" + json_string(thing.url()) +
+            ",\"types\":[";
     for (const std::string& type : types) json += (json.back() == '[' ? "" : ",") + json_string(type);
     json += "],\"properties\":" + std::to_string(thing.properties().size()) + ",\"actions\":" + std::to_string(thing.actions().size()) + "}";
   }
-  if (!found_any && !options.type.empty()) return unexpected(Errc::unknown_path, "\"" + robot.url() + "\" has no Thing of type \"" + options.type + "\"");
+  if (!found_any && !options.type.empty())
+    return unexpected(Errc::unknown_path, "\"" + robot.url() + "\" has no Thing of type \"" + options.type + "\"");
   if (!found_any) return unexpected(Errc::unknown_path, "\"" + robot.url() + "\" leads to no Thing");
   const bool printed = options.json      ? session.terminal().print_line(json + "]")
                        : options.details ? table.print(session.terminal(), {"name", "properties", "actions", "types", "URL"})

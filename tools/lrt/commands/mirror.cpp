@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <poll.h>
 
 #include <cstdlib>
@@ -25,19 +26,14 @@ struct MirrorCommandOptions {
 Result<std::string> first_line(const std::string& name) {
   std::ifstream file(name);
   std::string line;
-  if (!file || (!std::getline(file, line) && !file.eof()))
-    return unexpected(Errc::invalid_option, "cannot read \"" + name + "\"");
+  if (!file || (!std::getline(file, line) && !file.eof())) return unexpected(Errc::invalid_option, "cannot read \"" + name + "\"");
   if (!line.empty() && line.back() == '\r') line.pop_back();
   return line;
 }
 
-std::chrono::milliseconds milliseconds_of(double seconds) {
-  return std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1000));
-}
+std::chrono::milliseconds milliseconds_of(double seconds) { return std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1000)); }
 
-std::string count_of(std::uint64_t number, const char* noun) {
-  return std::to_string(number) + " " + noun + (number == 1 ? "" : "s");
-}
+std::string count_of(std::uint64_t number, const char* noun) { return std::to_string(number) + " " + noun + (number == 1 ? "" : "s"); }
 
 /// Prints what is worth a line; single graphs only with --verbose.
 class Reporter {
@@ -76,8 +72,7 @@ Result<client::MirrorOptions> options_of(Session& session, const MirrorCommandOp
   options.client = *std::move(client);
   options.robots = given.robots;
   if (options.robots.empty() && !session.options().robot.empty()) options.robots.push_back(session.options().robot);
-  if (options.robots.empty())
-    return unexpected(Errc::invalid_option, "which robots? Give their URLs, --robot URL, or set LRT_ROBOT");
+  if (options.robots.empty()) return unexpected(Errc::invalid_option, "which robots? Give their URLs, --robot URL, or set LRT_ROBOT");
   options.store.endpoint = given.endpoint;
   options.store.user = given.user;
   if (!given.user.empty()) {
@@ -88,8 +83,7 @@ Result<client::MirrorOptions> options_of(Session& session, const MirrorCommandOp
       if (!line) return unexpected(std::move(line).error());
       options.store.password = *std::move(line);
     } else {
-      return unexpected(Errc::invalid_option,
-                        "no password for \"" + given.user + "\"; set LRT_STORE_PASSWORD or give --to-password-file");
+      return unexpected(Errc::invalid_option, "no password for \"" + given.user + "\"; set LRT_STORE_PASSWORD or give --to-password-file");
     }
   }
   if (!given.token_file.empty()) {
@@ -150,31 +144,22 @@ Result<int> mirror(Session& session, MirrorCommandOptions& given) {
 
 void add_mirror(CommandLine& line) {
   auto options = std::make_shared<MirrorCommandOptions>();
-  CLI::App* const command = line.add(
-      "mirror", "Keep the graphs of robots in an RDF store",
-      "Ctrl-C ends it. The store has the SPARQL 1.1 Graph Store HTTP Protocol. Examples:\n"
-      "  lrt mirror http://cell7:8080/ http://cell8:8080/ --to http://127.0.0.1:3030/robots/data --state robots.state\n"
-      "  lrt mirror http://cell7:8080/ --to http://127.0.0.1:8890/sparql-graph-crud-auth --to-user dba --once\n"
-      "  lrt mirror http://cell7:8080/ --to 'https://store.example/graphs/{graph}' --to-token-file token",
-      options, mirror);
-  command->add_option("ROBOT", options->robots, "URLs of robots; default: that of --robot")
-      ->type_name("ROBOT...")
-      ->expected(0, 10'000);
-  command->add_option("--to", options->endpoint, "The store: a URL that gets ?graph=, or one with {graph} in it")
-      ->required()
-      ->type_name("URL");
+  CLI::App* const command =
+      line.add("mirror", "Keep the graphs of robots in an RDF store",
+               "Ctrl-C ends it. The store has the SPARQL 1.1 Graph Store HTTP Protocol. Examples:\n"
+               "  lrt mirror http://cell7:8080/ http://cell8:8080/ --to http://127.0.0.1:3030/robots/data --state robots.state\n"
+               "  lrt mirror http://cell7:8080/ --to http://127.0.0.1:8890/sparql-graph-crud-auth --to-user dba --once\n"
+               "  lrt mirror http://cell7:8080/ --to 'https://store.example/graphs/{graph}' --to-token-file token",
+               options, mirror);
+  command->add_option("ROBOT", options->robots, "URLs of robots; default: that of --robot")->type_name("ROBOT...")->expected(0, 10'000);
+  command->add_option("--to", options->endpoint, "The store: a URL that gets ?graph=, or one with {graph} in it")->required()->type_name("URL");
   command
-      ->add_option(
-          "--to-user", options->user,
-          "A user of the store, by HTTP Digest or Basic; the password is that of LRT_STORE_PASSWORD or --to-password-file")
+      ->add_option("--to-user", options->user,
+                   "A user of the store, by HTTP Digest or Basic; the password is that of LRT_STORE_PASSWORD or --to-password-file")
       ->type_name("NAME");
-  command->add_option("--to-password-file", options->password_file, "A file whose first line is the password")
-      ->type_name("FILE");
-  command->add_option("--to-token-file", options->token_file, "A file whose first line is a bearer token for the store")
-      ->type_name("FILE");
-  command
-      ->add_option("--state", options->state, "A file that keeps what the store has: the next run sends only what has changed")
-      ->type_name("FILE");
+  command->add_option("--to-password-file", options->password_file, "A file whose first line is the password")->type_name("FILE");
+  command->add_option("--to-token-file", options->token_file, "A file whose first line is a bearer token for the store")->type_name("FILE");
+  command->add_option("--state", options->state, "A file that keeps what the store has: the next run sends only what has changed")->type_name("FILE");
   command->add_flag("--once", options->once, "Copy what is there now, and end");
   command->add_option("--requests", options->requests, "Requests to the store at a time, 4 by default")
       ->type_name("N")

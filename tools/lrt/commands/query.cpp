@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
 #include <lrt/http/url.hpp>
@@ -78,7 +79,8 @@ Result<int> query(Session& session, QueryOptions& options) {
   const Result<Client*> client = session.client();
   if (!client) return unexpected(client.error());
   if (options.endpoint.empty()) {
-    if (session.options().robot.empty()) return unexpected(Errc::invalid_option, "no robot is given: set LRT_ROBOT, or use --robot URL or --endpoint URL");
+    if (session.options().robot.empty())
+      return unexpected(Errc::invalid_option, "no robot is given: set LRT_ROBOT, or use --robot URL or --endpoint URL");
     Result<std::string> found = find_endpoint(**client, session.options().robot);
     if (!found) return unexpected(std::move(found).error());
     options.endpoint = *std::move(found);
@@ -93,7 +95,8 @@ Result<int> query(Session& session, QueryOptions& options) {
   bool printed;
   if (!options.accept.empty()) printed = terminal.print(terminal.is_for_people() ? printable_lines(response->body) : response->body);
   else if (type == "text/csv") printed = print_rows(terminal, response->body);
-  else if (type == "application/sparql-results+json") printed = terminal.print_line(response->body.find("true") != std::string::npos ? "true" : "false");
+  else if (type == "application/sparql-results+json")
+    printed = terminal.print_line(response->body.find("true") != std::string::npos ? "true" : "false");
   else printed = terminal.print(terminal.is_for_people() ? printable_lines(response->body) : response->body);
   return printed ? Exit::success : Exit::failure;
 }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <poll.h>
 
 #include <algorithm>
@@ -71,7 +72,8 @@ Result<int> replay(Session& session, ReplayOptions& options) {
   if (session.options().robot.empty())
     return unexpected(Errc::invalid_option, "which robot is to be driven? Give --to URL; the recording is of " + recording->header().robot);
   if (const std::size_t damaged = recording->damaged_lines(); damaged > 0)
-    session.warn("\"" + options.file + "\": " + std::to_string(damaged) + (damaged == 1 ? " damaged line is left out" : " damaged lines are left out"));
+    session.warn("\"" + options.file + "\": " + std::to_string(damaged) +
+                 (damaged == 1 ? " damaged line is left out" : " damaged lines are left out"));
   const Result<std::map<std::string, Driven>> driven = find(session, *recording);
   if (!driven) return unexpected(driven.error());
 
@@ -98,7 +100,8 @@ Result<int> replay(Session& session, ReplayOptions& options) {
         ++written;
         continue;
       }
-      const std::string sentence = "\"" + change->name + "\" at " + std::to_string(static_cast<double>(change->at.count()) / 1e6) + " s: " + done.error().message;
+      const std::string sentence =
+          "\"" + change->name + "\" at " + std::to_string(static_cast<double>(change->at.count()) / 1e6) + " s: " + done.error().message;
       if (!options.keep_going || exit_of(done.error().code) == Exit::unreachable) return unexpected(done.error().code, sentence);
       session.warn(sentence);
       ++refused;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tools/lrt/command_line.hpp"
 
 namespace lrt::tool {
@@ -41,7 +42,10 @@ void add_set(CommandLine& line) {
                                      "  lrt set arm/pose '{\"x\": 1, \"y\": 2}'    # a record, as JSON\n"
                                      "  lrt set arm/pose @pose.ttl             # a file: .ttl, .nt, .rdf, .jsonld, .json, .cbor; - is standard input",
                                      options, set);
-  command->add_option("VALUE", options->words, "The name of a property, and its new value")->required()->type_name("[ROBOT] NAME VALUE")->expected(2, 3);
+  command->add_option("VALUE", options->words, "The name of a property, and its new value")
+      ->required()
+      ->type_name("[ROBOT] NAME VALUE")
+      ->expected(2, 3);
   command->add_option("--if-match", options->if_match, "Write only if the value still has this entity tag")->type_name("TAG");
   command->add_option("--type", options->type, "The media type of the value, such as text/turtle")->type_name("TYPE");
 }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/rdf/value_codec.hpp>
 
 #include "tools/lrt/command_line.hpp"
@@ -89,7 +90,8 @@ Result<int> subs(Session& session, SubsOptions& options) {
   Result<Client*> client = session.client();
   if (!client) return unexpected(client.error());
 
-  const bool needs_list = options.cancel.empty() || std::any_of(options.cancel.begin(), options.cancel.end(), [](const std::string& c) { return !is_url(c); });
+  const bool needs_list =
+      options.cancel.empty() || std::any_of(options.cancel.begin(), options.cancel.end(), [](const std::string& c) { return !is_url(c); });
   std::vector<Subscription> all;
   if (needs_list) {
     std::vector<std::string> containers;
@@ -126,8 +128,11 @@ Result<int> subs(Session& session, SubsOptions& options) {
     for (const Subscription& one : all) {
       json += (json.size() > 1 ? "," : "") + std::string("{\"url\":") + json_string(one.url) + ",\"protocol\":" + json_string(one.protocol) +
               ",\"resource\":" + json_string(one.resource);
-      for (const auto& [name, value] : {std::pair{"receiver", &one.receiver}, {"delivered", &one.delivered}, {"dropped", &one.dropped},
-                                        {"created", &one.created}, {"lastError", &one.last_error}})
+      for (const auto& [name, value] : {std::pair{"receiver", &one.receiver},
+                                        {"delivered", &one.delivered},
+                                        {"dropped", &one.dropped},
+                                        {"created", &one.created},
+                                        {"lastError", &one.last_error}})
         if (!value->empty()) json += std::string(",\"") + name + "\":" + json_string(*value);
       json += "}";
     }
@@ -143,7 +148,8 @@ Result<int> subs(Session& session, SubsOptions& options) {
                {one.dropped.empty() ? "-" : printable(one.dropped)},
                {one.last_error.empty() ? "-" : printable(one.last_error), Style::bad}});
   }
-  return table.print(session.terminal(), {"id", "protocol", "resource", "receiver", "delivered", "dropped", "last error"}) ? Exit::success : Exit::failure;
+  return table.print(session.terminal(), {"id", "protocol", "resource", "receiver", "delivered", "dropped", "last error"}) ? Exit::success
+                                                                                                                           : Exit::failure;
 }
 
 }  // namespace
@@ -157,7 +163,11 @@ void add_subs(CommandLine& line) {
                                      "  lrt subs --cancel 3536846b-66f8-42ce-a09b-001677e9f675",
                                      options, subs);
   command->add_option("NAME", options->words, "The name of a Thing")->type_name("[ROBOT] [NAME]")->expected(0, 2);
-  command->add_option("--cancel", options->cancel, "Cancel the subscription with this URL or id")->type_name("URL|ID")->take_all()->type_size(1)->expected(1);
+  command->add_option("--cancel", options->cancel, "Cancel the subscription with this URL or id")
+      ->type_name("URL|ID")
+      ->take_all()
+      ->type_size(1)
+      ->expected(1);
   command->add_flag("--json", options->json, "Print JSON");
 }
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <csignal>
 
 #include "tools/lrt/observing.hpp"
@@ -39,7 +40,8 @@ std::string json_line(const std::string& name, const std::string& url, const Obs
 
 std::string csv_line(const std::string& name, const Observed& seen) {
   const bool is_value = seen.kind == Observed::Kind::value;
-  return utc(seen.time) + "," + csv_field(name) + "," + (is_value ? csv_field(seen.value.text) : "") + "," + (is_value ? csv_field(seen.value.unit) : "") + "," +
+  return utc(seen.time) + "," + csv_field(name) + "," + (is_value ? csv_field(seen.value.text) : "") + "," +
+         (is_value ? csv_field(seen.value.unit) : "") + "," +
          (is_value ? "" : csv_field((seen.kind == Observed::Kind::gap ? "gap: " : "ended: ") + seen.reason));
 }
 
@@ -94,7 +96,8 @@ Result<int> watch_plot(Session& session, Observer& observer, const WatchOptions&
       else text += c;
     }
     text += "\033[K\033[J";
-    if (height > 1) text += "\033[" + std::to_string(height) + ";1H" + terminal.styled(last, message.empty() ? Style::faint : Style::warning) + "\033[K";
+    if (height > 1)
+      text += "\033[" + std::to_string(height) + ";1H" + terminal.styled(last, message.empty() ? Style::faint : Style::warning) + "\033[K";
     terminal.print(text + "\033[?2026l");
   };
   hooks.on_signal = [&](int signal) {
@@ -139,7 +142,10 @@ void add_watch(CommandLine& line) {
   auto* const json = command->add_flag("--json", options->json, "A JSON object for each change");
   auto* const csv = command->add_flag("--csv", options->csv, "Comma-separated values")->excludes(json);
   auto* const plot = command->add_flag("--plot", options->plot, "Draw the values as curves")->excludes(json)->excludes(csv);
-  command->add_option("--window", options->window, "The time that --plot shows, 30 s by default")->type_name("SECONDS")->check(CLI::Range(0.1, 1e6))->needs(plot);
+  command->add_option("--window", options->window, "The time that --plot shows, 30 s by default")
+      ->type_name("SECONDS")
+      ->check(CLI::Range(0.1, 1e6))
+      ->needs(plot);
 }
 
 }  // namespace lrt::tool

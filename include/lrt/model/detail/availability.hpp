@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <atomic>
@@ -7,6 +8,7 @@
 #include <lrt/model/detail/wake_signal.hpp>
 
 namespace lrt::model {
+inline namespace v0 {
 
 /// Whether an action can be invoked now, and why not. Many threads set it, the engine reads it. State and reason are one pointer, so that no
 /// reader sees the reason of another state.
@@ -34,4 +36,5 @@ class Availability {
   std::atomic<ChangeSignal*> changes_{nullptr};
 };
 
+}  // namespace v0
 }  // namespace lrt::model

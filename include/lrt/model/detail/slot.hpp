@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>
@@ -10,15 +11,17 @@
 #include <utility>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/clock.hpp>
 #include <lrt/model/detail/wake_signal.hpp>
 #include <lrt/rdf/traits.hpp>
 #include <lrt/rdf/value.hpp>
 
 namespace lrt::model {
+inline namespace v0 {
 
 /// Passes the latest value of a pushed property from the control loop to the engine. One writer, one reader.
-class SlotBase : public ChangeSource {
+class LRT_API SlotBase : public ChangeSource {
  public:
   using Utc = std::chrono::system_clock::time_point;
 
@@ -198,11 +201,11 @@ class KeepingSlot : public SlotBase {
   };
   static constexpr std::size_t any = static_cast<std::size_t>(-1);
 
-  std::uint64_t taken_ = 0;                           // used by the reader
-  std::unique_ptr<std::shared_ptr<const T>> held_;    // used by the reader; null without hold()
-  std::size_t wanted_ = any;                          // by keep()
-  std::atomic<Ring*> ring_{nullptr};                  // made by the engine, owned; used by writer and reader
-  std::atomic<bool> first_{false};                    // the next value is the first since start_keeping()
+  std::uint64_t taken_ = 0;                         // used by the reader
+  std::unique_ptr<std::shared_ptr<const T>> held_;  // used by the reader; null without hold()
+  std::size_t wanted_ = any;                        // by keep()
+  std::atomic<Ring*> ring_{nullptr};                // made by the engine, owned; used by writer and reader
+  std::atomic<bool> first_{false};                  // the next value is the first since start_keeping()
 };
 
 /// For types that own no memory: numbers, structs and arrays of such types, fixed sizes of Eigen. The criterion is a trivial destructor,
@@ -300,4 +303,5 @@ class Slot<T, false> final : public KeepingSlot<T> {
   std::atomic<Sample<T>*> newest_{nullptr};
 };
 
+}  // namespace v0
 }  // namespace lrt::model

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <atomic>
@@ -13,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/error.hpp>
 #include <lrt/base/log.hpp>
 #include <lrt/base/result.hpp>
@@ -27,13 +29,14 @@
 #include <lrt/responder.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 /// Where user lambdas run.
 enum class Dispatch : std::uint8_t {
-  as_server,   ///< as the server does (the default of a Thing; of a property, action or collection it is what its thing does)
-  in_poll,     ///< inside Server::poll, on the host's thread (the default of a server): robot code needs no locks
-  io_thread,   ///< on the I/O thread: shortest response time; for fast, thread-safe code
-  executor,    ///< passed to Threads::executor
+  as_server,  ///< as the server does (the default of a Thing; of a property, action or collection it is what its thing does)
+  in_poll,    ///< inside Server::poll, on the host's thread (the default of a server): robot code needs no locks
+  io_thread,  ///< on the I/O thread: shortest response time; for fast, thread-safe code
+  executor,   ///< passed to Threads::executor
 };
 
 /// What happens to an invocation while another one of the same action is pending or running.
@@ -42,17 +45,21 @@ struct ActionPolicy {
   Kind kind = Kind::queue;
   std::size_t limit = 16;  ///< queue: waiting invocations; parallel: running invocations; beyond: 429
 
-  static constexpr ActionPolicy preempt() noexcept { return {Kind::preempt, 1}; }              ///< the older one is cancelled
-  static constexpr ActionPolicy queue(std::size_t n) noexcept { return {Kind::queue, n}; }     ///< one after another
-  static constexpr ActionPolicy reject() noexcept { return {Kind::reject, 1}; }                ///< 409
+  static constexpr ActionPolicy preempt() noexcept { return {Kind::preempt, 1}; }           ///< the older one is cancelled
+  static constexpr ActionPolicy queue(std::size_t n) noexcept { return {Kind::queue, n}; }  ///< one after another
+  static constexpr ActionPolicy reject() noexcept { return {Kind::reject, 1}; }             ///< 409
   static constexpr ActionPolicy parallel(std::size_t n) noexcept { return {Kind::parallel, n}; }
 };
 
-namespace model {
+}  // namespace v0
+}  // namespace lrt
+
+namespace lrt::model {
+inline namespace v0 {
 
 /// Passes messages about the use of handles to the server's log callback, as long as the server exists.
 /// @par Threads  Any.
-class HandleLog {
+class LRT_API HandleLog {
  public:
   explicit HandleLog(LogCallback log) : log_(std::move(log)) {}
   void write(std::string_view message) noexcept;
@@ -66,25 +73,25 @@ class HandleLog {
 
 /// What the handles of a Thing's resources need of it, also when it is gone.
 struct HandleContext {
-  std::string path;                      ///< ThingSpec::path
-  std::shared_ptr<HandleLog> log{};      ///< of the server, set before the resources are sealed
+  std::string path;                  ///< ThingSpec::path
+  std::shared_ptr<HandleLog> log{};  ///< of the server, set before the resources are sealed
 };
 
 /// What all registered resources have in common.
-struct ResourceSpec {
+struct LRT_API ResourceSpec {
   enum class Kind : std::uint8_t { property, action, collection };
 
   explicit ResourceSpec(Kind its_kind) noexcept : kind(its_kind) {}
 
-  std::string path;                      ///< percent-encoded, relative to its thing
+  std::string path;  ///< percent-encoded, relative to its thing
   std::shared_ptr<HandleContext> thing;
-  ThinVector<std::string> classes;       ///< further rdf:types
-  ThinVector<std::string> predicates;    ///< domain predicates from the thing to it
+  ThinVector<std::string> classes;     ///< further rdf:types
+  ThinVector<std::string> predicates;  ///< domain predicates from the thing to it
   ThinVector<Statement> statements;
   std::optional<std::size_t> max_body_bytes;  ///< nullopt: what the type needs
   const Kind kind;
-  std::optional<Dispatch> dispatch;      ///< nullopt: as the thing
-  std::atomic<bool> sealed{false};       ///< registered: set-up calls of the handle have no effect
+  std::optional<Dispatch> dispatch;  ///< nullopt: as the thing
+  std::atomic<bool> sealed{false};   ///< registered: set-up calls of the handle have no effect
 
   /// Its usual path below the root: "/arm/angle", "/arm/actions/turn".
   std::string location() const;
@@ -96,29 +103,29 @@ struct ResourceSpec {
 /// The result of reading a property.
 struct Reading {
   rdf::Value value;
-  std::shared_ptr<const void> whole;     ///< the T itself, for the user's encoders; null: there are no encoders
+  std::shared_ptr<const void> whole;  ///< the T itself, for the user's encoders; null: there are no encoders
 };
 
 struct PropertySpec : ResourceSpec {
   PropertySpec() noexcept : ResourceSpec(Kind::property) {}
   const rdf::Type* type = nullptr;
   rdf::Facets facets;
-  std::shared_ptr<SlotBase> slot;                              ///< of a pushed property; null: the property is pulled
-  UniqueFunction<Reading()> read;                              ///< of a pulled property
-  std::shared_ptr<ChangeSignal> changes;                       ///< of a pulled property
-  std::optional<std::chrono::milliseconds> sample_period;      ///< of a pulled property; nullopt: SubscriptionOptions::sample_period
-  UniqueFunction<Result<void>(const rdf::Value&)> write;       ///< empty: read-only
+  std::shared_ptr<SlotBase> slot;                          ///< of a pushed property; null: the property is pulled
+  UniqueFunction<Reading()> read;                          ///< of a pulled property
+  std::shared_ptr<ChangeSignal> changes;                   ///< of a pulled property
+  std::optional<std::chrono::milliseconds> sample_period;  ///< of a pulled property; nullopt: SubscriptionOptions::sample_period
+  UniqueFunction<Result<void>(const rdf::Value&)> write;   ///< empty: read-only
   ThinVector<RepresentationSpec> representations;
   UniqueFunction<std::shared_ptr<const void>(const rdf::Value&)> whole;  ///< makes the T of a written value; returns null if it cannot
-  bool octets = false;                                         ///< rdf::Plain::octets is offered
-  bool file = false;                                           ///< not in the state; the first representation is the default
-  std::unique_ptr<const Object> frame;                         ///< null: none
-  std::unique_ptr<const std::string> cache_control;            ///< null: "no-cache"
+  bool octets = false;                                                   ///< rdf::Plain::octets is offered
+  bool file = false;                                                     ///< not in the state; the first representation is the default
+  std::unique_ptr<const Object> frame;                                   ///< null: none
+  std::unique_ptr<const std::string> cache_control;                      ///< null: "no-cache"
 };
 
 /// What a successful invocation of an action leaves in a property: any value, the input, or `value`.
 struct EffectSpec {
-  std::string property;                        ///< its location
+  std::string property;  ///< its location
   bool from_input = false;
   std::shared_ptr<const PropertySpec> spec{};  ///< of the property, if there is a value
   std::optional<rdf::Value> value{};
@@ -126,17 +133,17 @@ struct EffectSpec {
 
 struct ActionSpec : ResourceSpec {
   ActionSpec() noexcept : ResourceSpec(Kind::action) {}
-  const rdf::Type* input = nullptr;      ///< nullptr: no input
-  const rdf::Type* output = nullptr;     ///< nullptr: no output
-  rdf::Facets facets, output_facets;     ///< of the input and of the output
+  const rdf::Type* input = nullptr;   ///< nullptr: no input
+  const rdf::Type* output = nullptr;  ///< nullptr: no output
+  rdf::Facets facets, output_facets;  ///< of the input and of the output
   ActionPolicy policy;
   bool asynchronous = false;
-  bool stop = false;                     ///< Action::stop()
+  bool stop = false;  ///< Action::stop()
   Availability availability;
   std::vector<EffectSpec> effects;
-  std::vector<std::string> effect_turtle;                       ///< documents; their base is the action
-  std::vector<std::pair<std::string, std::string>> headers;     ///< names and values of header fields of its binding
-  std::vector<std::string> parts;                               ///< locations of the actions that it is composed of
+  std::vector<std::string> effect_turtle;                    ///< documents; their base is the action
+  std::vector<std::pair<std::string, std::string>> headers;  ///< names and values of header fields of its binding
+  std::vector<std::string> parts;                            ///< locations of the actions that it is composed of
   std::optional<Error> first_error;
   /// Starts an invocation. It or a responder finishes the link. Exceptions of user code pass through.
   UniqueFunction<void(const rdf::Value&, const std::shared_ptr<InvocationLink>&)> start;
@@ -146,7 +153,7 @@ struct CollectionSpec : ResourceSpec {
   CollectionSpec() noexcept : ResourceSpec(Kind::collection) {}
   const rdf::Type* type = nullptr;
   rdf::Facets facets;
-  std::size_t max_members = 1000;        ///< beyond: 409
+  std::size_t max_members = 1000;                                                 ///< beyond: 409
   UniqueFunction<Result<void>(const std::string& id, const rdf::Value&)> create;  ///< empty: no POST
   UniqueFunction<Result<void>(const std::string& id)> remove;                     ///< empty: no DELETE
 };
@@ -154,31 +161,31 @@ struct CollectionSpec : ResourceSpec {
 struct WorldSpec;
 
 struct ThingSpec {
-  std::string path;                      ///< percent-encoded, without leading or trailing '/'
+  std::string path;                        ///< percent-encoded, without leading or trailing '/'
   std::shared_ptr<HandleContext> handles;  ///< null: it has no resources
   ThinVector<std::string> classes;
   std::string title;
   ThinVector<Statement> statements;
-  ThinVector<std::string> turtle;        ///< documents; their base is the thing
-  std::string blueprint;                 ///< IRI of an external one; empty: generated
-  ThinVector<std::string> shapes;        ///< Turtle documents; their base is the blueprint
+  ThinVector<std::string> turtle;  ///< documents; their base is the thing
+  std::string blueprint;           ///< IRI of an external one; empty: generated
+  ThinVector<std::string> shapes;  ///< Turtle documents; their base is the blueprint
   Dispatch dispatch = Dispatch::as_server;
   std::vector<std::shared_ptr<PropertySpec>> properties;
   ThinVector<std::shared_ptr<ActionSpec>> actions;
   ThinVector<std::shared_ptr<CollectionSpec>> collections;
-  std::unique_ptr<const Error> first_error;  ///< null: none
-  std::shared_ptr<WorldSpec> world;      ///< of a World; null: it is no World
+  std::unique_ptr<const Error> first_error;          ///< null: none
+  std::shared_ptr<WorldSpec> world;                  ///< of a World; null: it is no World
   std::unique_ptr<const std::string> cache_control;  ///< of the Thing and its state; null: "no-cache"
 };
 
 /// The value of Cache-Control (RFC 9111 5.2.2, RFC 5861 3), in whole seconds; null for less than one second.
-std::unique_ptr<const std::string> cache_control_of(std::chrono::milliseconds age, std::chrono::milliseconds while_revalidating);
+LRT_API std::unique_ptr<const std::string> cache_control_of(std::chrono::milliseconds age, std::chrono::milliseconds while_revalidating);
 
 /// Percent-encodes each segment of a path.
 /// @par Errors  expected_iri: empty, an empty segment, "." or ".."; the message says what to write
-Result<std::string> encode_path(std::string_view path);
+LRT_API Result<std::string> encode_path(std::string_view path);
 /// The same of a path below the server's root, which may begin with a '/'.
-Result<std::string> encode_path_from_root(std::string_view path);
+LRT_API Result<std::string> encode_path_from_root(std::string_view path);
 
-}  // namespace model
-}  // namespace lrt
+}  // namespace v0
+}  // namespace lrt::model

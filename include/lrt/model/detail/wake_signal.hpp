@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <atomic>
@@ -6,9 +7,11 @@
 #include <utility>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/waker.hpp>
 
 namespace lrt::model {
+inline namespace v0 {
 
 /// Wakes the engine while it sleeps; costs one atomic load while it is awake. Urgent signals wake it always. Many threads signal, one thread
 /// sleeps.
@@ -56,7 +59,7 @@ class WakeSignal {
 };
 
 /// Something that can change on the robot. It signals the engine while it is observed.
-class ChangeSource {
+class LRT_API ChangeSource {
  public:
   virtual ~ChangeSource() = default;
 
@@ -81,7 +84,7 @@ class ChangeSource {
 
 /// A flag that the host sets: PulledProperty::changed() requests that a property is read again, Action::available() that the availability of the
 /// actions is read.
-class ChangeSignal final : public ChangeSource {
+class LRT_API ChangeSignal final : public ChangeSource {
  public:
   /// Any thread; wait-free.
   void changed() noexcept {
@@ -95,4 +98,5 @@ class ChangeSignal final : public ChangeSource {
   std::atomic<bool> changed_{false};
 };
 
+}  // namespace v0
 }  // namespace lrt::model

@@ -1,13 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
+
 namespace lrt::detail {
+inline namespace v0 {
 
 /// Finds numbers by the hash of what they number. Open addressing; at most two thirds of the slots are in use.
-class HashIndex {
+class LRT_API HashIndex {
  public:
   static constexpr std::uint32_t none = 0xFFFFFFFF;
 
@@ -46,4 +50,5 @@ class HashIndex {
   std::size_t used_ = 0;
 };
 
+}  // namespace v0
 }  // namespace lrt::detail

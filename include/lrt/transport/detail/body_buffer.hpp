@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -6,15 +7,17 @@
 #include <string>
 #include <string_view>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/language.hpp>
 
 namespace lrt::transport {
+inline namespace v0 {
 
 struct Limits;
 
 /// The bytes of all bodies that a transport is receiving, and their limits (Limits::max_total_body_bytes, max_total_body_bytes_per_address).
 /// @par Threads  One at a time.
-class BodyBudget {
+class LRT_API BodyBudget {
  public:
   /// Of each body, not counted: small commands are received while large bodies use up the limit. max_connections bounds these.
   static constexpr std::size_t free_bytes = 4096;
@@ -37,7 +40,7 @@ class BodyBudget {
 
 /// The bytes of one body. They are a memory mapping, which grows without a copy and is returned to the system by clear(): a freed block of
 /// malloc() would stay with the process.
-class BodyBuffer {
+class LRT_API BodyBuffer {
  public:
   /// @param peer  numeric address of the client
   BodyBuffer(BodyBudget& budget, std::string_view peer);
@@ -63,4 +66,5 @@ class BodyBuffer {
   std::size_t size_ = 0, capacity_ = 0;
 };
 
+}  // namespace v0
 }  // namespace lrt::transport

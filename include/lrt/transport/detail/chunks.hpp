@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -5,16 +6,18 @@
 #include <string>
 #include <string_view>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/language.hpp>
 #include <lrt/transport/detail/body_buffer.hpp>
 
 namespace lrt::transport {
+inline namespace v0 {
 
 /// Takes a chunked body apart (RFC 9112 7.1), fed in pieces of any size. Stricter than the grammar where parsers are known to
 /// differ: white space only around ';' and '=' of extensions, at most 15 hexadecimal digits, CRLF only, no framing field in a
 /// trailer. Extensions and trailers are checked and dropped.
 /// @par Implements  R0.1
-class ChunkDecoder {
+class LRT_API ChunkDecoder {
  public:
   enum class Status : unsigned char {
     more,       ///< all of the input was taken, and the body is not complete
@@ -51,4 +54,5 @@ class ChunkDecoder {
   std::string_view problem_;
 };
 
+}  // namespace v0
 }  // namespace lrt::transport
