@@ -43,8 +43,8 @@ void follow(const lrt::client::Property& position) {
 }
 
 void without_waiting(lrt::Client& client, lrt::client::Property& position) {
-  client.async([&] { return position.read<double>(); },                  // on a thread of the client
-               [](const lrt::Result<double>& value) {                    // in client.poll()
+  client.async([&] { return position.read<double>(); },  // on a thread of the client
+               [](const lrt::Result<double>& value) {    // in client.poll()
                  if (value) std::printf("%g\n", *value);
                });
 }

@@ -36,10 +36,11 @@ struct Base {
 
 lrt::PushedProperty<Twist> make_base(lrt::Server& server, Base& base) {
   lrt::Thing thing{"base"};
-  auto velocity = thing.property<Twist>("velocity");                                   // the topic /odom: subscribe
-  thing.property("command", [&base] { return base.wanted; })                           // the topic /cmd_vel: publish
+  auto velocity = thing.property<Twist>("velocity");  // the topic /odom: subscribe
+  thing
+      .property("command", [&base] { return base.wanted; })  // the topic /cmd_vel: publish
       .on_write([&base](const Twist& wanted) { base.wanted = wanted; });
-  thing.action("reset", [&base] { base.reset(); });                                    // the service /reset: call_service
+  thing.action("reset", [&base] { base.reset(); });  // the service /reset: call_service
   server.add(std::move(thing)).value();
   return velocity;
 }
@@ -55,13 +56,17 @@ lrt::PushedProperty<bool> make_lamp(lrt::Server& server, Lamp& lamp) {
   lrt::Thing thing{"lamp"};
   thing.title("My Lamp").type(lrt::Iri{"https://webthings.io/schemas#Light"});
   thing.property("on", [&lamp] { return lamp.on; }).title("On/Off").on_write([&lamp](bool on) { lamp.on = on; });
-  thing.property("brightness", [&lamp] { return lamp.brightness; }, lrt::unit::percent)
+  thing
+      .property(
+          "brightness", [&lamp] { return lamp.brightness; }, lrt::unit::percent)
       .between(0, 100)
       .on_write([&lamp](int level) { lamp.brightness = level; });
-  thing.action("fade", [&lamp](int level, lrt::Responder done) {
-         lamp.brightness = level;
-         done.succeed();
-       })
+  thing
+      .action("fade",
+              [&lamp](int level, lrt::Responder done) {
+                lamp.brightness = level;
+                done.succeed();
+              })
       .consumes(lrt::Facets{lrt::unit::percent}.between(0, 100));
   auto overheated = thing.property<bool>("overheated");  // an event: publish, and clients watch with a queue
   overheated.urgent();
@@ -77,10 +82,12 @@ struct Boiler {
 };
 
 lrt::PushedProperty<double> make_boiler(lrt::Server& server, Boiler& boiler) {
-  lrt::Thing thing{"plant/boiler"};  // the folder "plant" is a Thing, if you add one
+  lrt::Thing thing{"plant/boiler"};                                                     // the folder "plant" is a Thing, if you add one
   auto temperature = thing.property<double>("temperature", lrt::unit::degree_celsius);  // a variable that is read and monitored
   temperature.between(-20, 150);                                                        // EURange
-  thing.property("setpoint", [&boiler] { return boiler.setpoint; }, lrt::unit::degree_celsius)
+  thing
+      .property(
+          "setpoint", [&boiler] { return boiler.setpoint; }, lrt::unit::degree_celsius)
       .between(20, 90)
       .on_write([&boiler](double wanted) { boiler.setpoint = wanted; });
   thing.action("start", [&boiler]() -> lrt::Result<void> {  // a method

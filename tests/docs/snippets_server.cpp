@@ -23,15 +23,15 @@ namespace docs {
 lrt::Result<void> add_and_remove(lrt::Server& server) {
   std::vector<lrt::Thing> things;
   things.emplace_back("arm");
-  things.emplace_back("arm/j1");  // below "arm": its part
+  things.emplace_back("arm/j1");                                         // below "arm": its part
   if (auto added = server.add(std::move(things)); !added) return added;  // all of them, or none
   return server.remove("arm");                                           // and all Things below it
 }
 
 lrt::Result<lrt::Server> with_public_base() {
   lrt::Options options;
-  options.listen.address = "127.0.0.1";                            // the proxy is on this machine
-  options.listen.public_base = "https://robots.example/cell7";     // the IRIs that clients see
+  options.listen.address = "127.0.0.1";                         // the proxy is on this machine
+  options.listen.public_base = "https://robots.example/cell7";  // the IRIs that clients see
   return lrt::Server::create(std::move(options));
 }
 
@@ -45,23 +45,23 @@ lrt::WorldGraph make_map(lrt::World& world) {
 // threads.md
 
 void dispatch(lrt::Thing& arm) {
-  arm.dispatch(lrt::Dispatch::io_thread);  // all lambdas of this Thing
+  arm.dispatch(lrt::Dispatch::io_thread);                                                     // all lambdas of this Thing
   arm.property("mode", [] { return std::string("idle"); }).dispatch(lrt::Dispatch::in_poll);  // except this one
 }
 
 lrt::Options real_time() {
   lrt::Options options;
-  options.threads.own.cpus = {0};                  // lrt's threads stay on CPU 0
-  options.threads.own.stack_bytes = 1024 * 1024;   // for mlockall()
-  options.threads.body_threads = 1;                // parses request bodies above 2 KiB
+  options.threads.own.cpus = {0};                 // lrt's threads stay on CPU 0
+  options.threads.own.stack_bytes = 1024 * 1024;  // for mlockall()
+  options.threads.body_threads = 1;               // parses request bodies above 2 KiB
   return options;
 }
 
 template <class Robot>
 void control_loop(Robot& robot, lrt::Server& server, lrt::PushedProperty<double>& position) {
   while (robot.ok()) {
-    position.publish(robot.step());                // no lock, no allocation
-    server.poll(std::chrono::microseconds(100));   // runs lambdas that are due, never waits
+    position.publish(robot.step());               // no lock, no allocation
+    server.poll(std::chrono::microseconds(100));  // runs lambdas that are due, never waits
     robot.wait_for_next_period();
   }
 }
@@ -80,7 +80,11 @@ constexpr lrt::Unit pascal{lrt::Iri{"http://qudt.org/vocab/unit/PA"}, {}, "Pa", 
 void units_and_bounds(lrt::Thing& press) {
   double pressure = 101'325;
   auto set_pressure = [&](double wanted) { pressure = wanted; };
-  press.property("pressure", [&] { return pressure; }, pascal).between(0, 2e6).on_write(set_pressure);
+  press
+      .property(
+          "pressure", [&] { return pressure; }, pascal)
+      .between(0, 2e6)
+      .on_write(set_pressure);
   press.property("name", [] { return std::string("press 1"); });
   press.property<std::array<double, 6>>("joints", lrt::unit::radian);  // published
 }
@@ -100,11 +104,12 @@ class Slide {
 };
 
 void compose(lrt::Thing& arm, lrt::Action& lift_action, lrt::Action& slide_action, Lift& lift, Slide& slide) {
-  arm.action("moveTo", [&](double height, lrt::Responder done) {
-       std::vector<lrt::Responder> parts = done.split(2);  // one responder for each part
-       lift.start(height, parts[0]);
-       slide.start(0.5 * height, parts[1]);
-     })
+  arm.action("moveTo",
+             [&](double height, lrt::Responder done) {
+               std::vector<lrt::Responder> parts = done.split(2);  // one responder for each part
+               lift.start(height, parts[0]);
+               slide.start(0.5 * height, parts[1]);
+             })
       .composed_of(lift_action)
       .composed_of(slide_action);
 }
@@ -143,9 +148,7 @@ lrt::Options with_audit() {
   return options;
 }
 
-lrt::Result<void> with_counters(lrt::Server& server) {
-  return server.add(lrt::server_thing(server));
-}
+lrt::Result<void> with_counters(lrt::Server& server) { return server.add(lrt::server_thing(server)); }
 
 lrt::Options with_rules() {
   using namespace lrt::security;
@@ -171,8 +174,8 @@ lrt::Options by_name() {
 
 lrt::Options behind_proxy() {
   lrt::Options options;
-  options.listen.public_base = "https://robot.example";   // base of all IRIs, Links and Locations, with the scheme and port that clients use
-  options.security.allowed_hosts = {"alias.example"};     // further names by which the proxy is known
+  options.listen.public_base = "https://robot.example";  // base of all IRIs, Links and Locations, with the scheme and port that clients use
+  options.security.allowed_hosts = {"alias.example"};    // further names by which the proxy is known
   return options;
 }
 
@@ -205,7 +208,7 @@ void refuse(lrt::Thing& arm, bool& brakes_on) {
 void ages(lrt::Thing& joint) {
   const auto read_temperature = [] { return 36.5; };
   joint.property("temperature", read_temperature, lrt::unit::degree_celsius).max_age(std::chrono::seconds(5), std::chrono::seconds(5));
-  joint.max_age(std::chrono::seconds(1));   // the Thing and its state
+  joint.max_age(std::chrono::seconds(1));  // the Thing and its state
 }
 
 }  // namespace docs
