@@ -15,8 +15,8 @@
 namespace lrt::delivery {
 inline namespace v0 {
 
-/// Provides the notifications. The server implements it on top of the engine.
-/// @par Threads  Both functions are called from any thread.
+/// Provides the notifications of a Deliverer. The server implements it on top of the engine.
+/// @par Threads  Any, concurrently.
 class LRT_API Source {
  public:
   virtual ~Source() = default;
@@ -28,18 +28,18 @@ class LRT_API Source {
   virtual void delivered(subscription::Channel channel, subscription::DeliveryResult receipt) noexcept = 0;
 };
 
-/// Posts notifications to web callbacks. In a server the only part that opens connections to other hosts.
+/// Posts notifications to web callbacks. It is the only part of a server that opens connections to other hosts.
 ///
 /// @par Threads  notify: any. stop: once, not from one of the deliverer's threads.
 class LRT_API Deliverer {
  public:
   virtual ~Deliverer() = default;
-  /// A channel has a notification to post. Each channel has at most one exchange at a time; the source defines the order.
+  /// Reports that a channel has a notification to post. Each channel has at most one exchange at a time; the source defines the order.
   /// @param receiver  scheme, host and port of the URL, in one spelling
   virtual void notify(subscription::Channel channel, std::string_view receiver) = 0;
   /// Cancels running exchanges and ends all threads. Does not wait for receivers. Waits for running calls of the source, so the caller must
-  /// not hold a lock that these need; afterwards the source is not called. A thread inside the system's resolver cannot be interrupted: it
-  /// is not waited for, ends when the resolver returns, and until then uses only memory of its own.
+  /// not hold a lock that these need; afterwards the source is not called. A thread inside the system's resolver cannot be interrupted: stop() does
+  /// not wait for it. It ends when the resolver returns, and until then uses only memory of its own.
   virtual void stop() noexcept = 0;
 };
 

@@ -15,7 +15,7 @@
 namespace lrt::subscription {
 inline namespace v0 {
 
-/// The receivers that web callbacks may go to. Without entries there are none.
+/// The receivers to which web callbacks may be posted. Without entries: none.
 ///
 /// An entry is one of
 ///
@@ -35,15 +35,16 @@ inline namespace v0 {
 /// - An IPv4-mapped IPv6 address counts as its IPv4 address. ::/0 contains every IPv6 address and no IPv4 address.
 /// - A dot at the end of a name is ignored.
 ///
-/// @par Threads     const: any
+/// @par Threads     Constant functions: any, concurrently.
 /// @par Implements  R0.13, R0.16
 class LRT_API AllowedHosts {
  public:
   AllowedHosts() = default;
+  /// Parses entries.
   /// @par Errors  invalid_option, with the entry
   static Result<AllowedHosts> parse(const std::vector<std::string>& entries);
 
-  bool empty() const noexcept { return entries_.empty(); }
+  bool empty() const noexcept { return entries_.empty(); }  ///< whether no receiver is allowed
   /// Whether a URL with this host is allowed. Does not resolve the name.
   /// @param host  as in the URL: a name, an IPv4 address, or an IPv6 address in brackets; case-insensitive
   bool names(std::string_view host, std::uint16_t port) const;
@@ -63,6 +64,7 @@ class LRT_API AllowedHosts {
   std::vector<Entry> entries_;
 };
 
+/// The URL of a web callback.
 using CallbackUrl = http::Url;
 /// Parses a callback URL of at most 2,048 bytes.
 /// @par Errors  expected_iri, as http::parse_url()
