@@ -33,10 +33,11 @@ class Collection : public model::ResourceHandle<Collection<T>, model::Collection
   /// An empty handle, to be assigned later.
   Collection() noexcept = default;
 
-  /// Allows POST: the server reads and validates the body as a T, makes an id, and calls `create`. If it succeeds, the server adds the member, and the
-  /// response is 201 with Location. Without on_create() a POST is answered 405.
+  /// Allows POST: the server reads and validates the body as a T, makes an id, and calls `create`. If it succeeds, the
+  /// server adds the member, and the response is 201 with Location. Without on_create() a POST is answered 405.
   ///
-  /// @param create  callable `(const std::string& id, T)` or `(T)` that returns void or Result<void>. `id` is the last path segment of the member's IRI
+  /// @param create  callable `(const std::string& id, T)` or `(T)` that returns void or Result<void>. `id` is the last
+  ///                path segment of the member's IRI
   /// @par Errors  of `create`; no member is added. refused, out_of_range, limit_exceeded: 409 with the message. expected_value: 422. Another error,
   ///              or an exception: 500. A body that is not a T within the bounds is answered 400, 415 or 422, and `create` is not called.
   template <class F>

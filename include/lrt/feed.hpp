@@ -22,9 +22,10 @@ class Server;
 
 /// Subscriptions and requests of a host that connects a server to another protocol. lrt::mqtt::Bridge uses it.
 ///
-/// The subscriptions are those of any client: the same limits of queues, the same counters, newest value or queue, minimum interval. They are resources
-/// that clients can read. Messages are pulled: while the host takes none, a subscription stores one flag, or its queue, and nothing else.
-/// publish() in the control loop is not affected. take() reports Things that are added later, and invocations.
+/// The subscriptions are those of any client: the same limits of queues, the same counters, newest value or queue,
+/// minimum interval. They are resources that clients can read. Messages are pulled: while the host takes none, a
+/// subscription stores one flag, or its queue, and nothing else. publish() in the control loop is not affected. take()
+/// reports Things that are added later, and invocations.
 ///
 /// A feed must not outlive its server. After Server::stop() it returns nothing more.
 ///
@@ -79,7 +80,8 @@ class LRT_API Feed {
   /// Marks the present representations of all its subscriptions without a queue as messages again, although they were taken.
   void repeat_all();
 
-  /// Handles a request as Server::serve() does, with the same authorization, and does not wait. The views of `request` need to be valid during the call.
+  /// Handles a request as Server::serve() does, with the same authorization, and does not wait. The views of `request`
+  /// need to be valid during the call.
   /// @return  the number of its response, which take() returns, perhaps only after Server::poll()
   std::uint64_t send(const http::Request& request, As as = As::sender);
 

@@ -67,10 +67,11 @@ struct Security {
   std::string policy_file;
   /// What clients without credentials may do if `token_file`, `certificates` or `authenticate` is set. Default: nothing; they get 401.
   security::Rights anyone{};
-  /// Sessions and tickets for clients that have a bearer token of `token_file` or `authenticate`. A browser that opens a page without credentials gets
-  /// a form for the token. POST /ns/session with `Authorization: Bearer TOKEN`, from a page of this server, sets a cookie that replaces the token
-  /// until DELETE /ns/session; only requests of this server's own pages may use it. POST /ns/ticket returns a ticket, with which a script on another
-  /// site opens one WebSocket or event stream (`?ticket=`).
+  /// Sessions and tickets for clients that have a bearer token of `token_file` or `authenticate`. A browser that opens
+  /// a page without credentials gets a form for the token. POST /ns/session with `Authorization: Bearer TOKEN`, from a
+  /// page of this server, sets a cookie that replaces the token until DELETE /ns/session; only requests of this
+  /// server's own pages may use it. POST /ns/ticket returns a ticket, with which a script on another site opens one
+  /// WebSocket or event stream (`?ticket=`).
   security::SessionOptions sessions;
   /// Authorizes each request, after the options above. Empty: clients may do what their roles allow, and everything if none of the options is set. It
   /// is called once for each request, when its header section is complete and before its body is received (`body` is empty), on the thread that
@@ -92,9 +93,10 @@ struct Security {
   /// not concerned. With "*", each page that somebody visits can read the robot if the visitor's browser can connect to it, also where the robot
   /// itself cannot be reached from the Internet. Commands, WebSockets and event streams depend on allowed_origins.
   std::vector<std::string> read_origins;
-  /// Servers whose notifications this server carries out as commands, by their base IRI ("http://arm.example:8080"); "*": all but its own.
-  /// Default: none; a PUT, POST or DELETE with the field Lrt-Notification-Of gets 403. Otherwise a client of another robot that may call this one could
-  /// subscribe an action or a writable Property of this robot to that robot's resource, and so move this robot.
+  /// Servers whose notifications this server carries out as commands, by their base IRI ("http://arm.example:8080");
+  /// "*": all but its own. Default: none; a PUT, POST or DELETE with the field Lrt-Notification-Of gets 403. Otherwise
+  /// a client of another robot that may call this one could subscribe an action or a writable Property of this robot to
+  /// that robot's resource, and so move this robot.
   std::vector<std::string> notification_senders;
   /// Limits of one principal or one address: requests, bytes, invocations, subscriptions.
   security::ClientLimits clients;
@@ -107,11 +109,12 @@ struct Limits : transport::Limits, engine::Limits {};
 
 /// Web callbacks: receivers, retries, and how they are posted and kept.
 struct Callbacks : subscription::CallbackOptions {
-  /// The file that stores web callbacks across restarts. Empty: they are not stored. A thread of lrt replaces it atomically after each change (also
-  /// with Io::in_poll). It contains the callbacks' secrets and has mode 0600. Missing directories are created with mode 0700. Server::create() returns
-  /// an error and changes nothing if that path (or `file` + ".new") has something other than a file of lrt, or if another process uses the file (a
-  /// lock on `file` + ".lock"). If the file is damaged, what can be read is restored, the file is kept as `file` + ".damaged-1", and the log says so.
-  /// Two servers of one process need different files.
+  /// The file that stores web callbacks across restarts. Empty: they are not stored. A thread of lrt replaces it
+  /// atomically after each change (also with Io::in_poll). It contains the callbacks' secrets and has mode 0600.
+  /// Missing directories are created with mode 0700. Server::create() returns an error and changes nothing if that path
+  /// (or `file` + ".new") has something other than a file of lrt, or if another process uses the file (a lock on `file`
+  /// + ".lock"). If the file is damaged, what can be read is restored, the file is kept as `file` + ".damaged-1", and
+  /// the log says so. Two servers of one process need different files.
   std::string file;
   /// Makes the deliverer. Empty: delivery::make_deliverer. Not called if `allow` is empty.
   std::function<Result<std::unique_ptr<delivery::Deliverer>>(delivery::Source&, const subscription::CallbackOptions&, LogCallback)> deliverer;
@@ -131,9 +134,9 @@ struct Threads {
   /// Number of lrt's threads that parse and judge request bodies above Limits::small_body_bytes, so that neither the control loop nor other clients
   /// wait for them. They start with the first such body and run no lambda. 0: the I/O thread judges every body; 1 MiB takes up to 0.2 s.
   unsigned body_threads = 1;
-  /// Policy, CPUs and stack of all threads that the server starts: lrt-io (Io::own_thread), lrt-run (Server::start), lrt-callback, lrt-resolve, lrt-save,
-  /// lrt-body, lrt-audit. They do not inherit those of the thread that creates the server. They block all signals; a process that a lambda starts on
-  /// such a thread inherits the mask.
+  /// Policy, CPUs and stack of all threads that the server starts: lrt-io (Io::own_thread), lrt-run (Server::start),
+  /// lrt-callback, lrt-resolve, lrt-save, lrt-body, lrt-audit. They do not inherit those of the thread that creates the
+  /// server. They block all signals; a process that a lambda starts on such a thread inherits the mask.
   ThreadOptions own;
 };
 

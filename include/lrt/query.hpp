@@ -14,11 +14,12 @@
 ///     options.query = lrt::query::endpoint();
 ///     auto server = lrt::Server::create(std::move(options));
 ///
-/// The server then answers queries at /sparql (SPARQL 1.1 Protocol, GET and POST), on the values at the time of the query. Each resource of a Thing is a
-/// named graph with the resource's URI as its name; it contains the triples that GET of that URI returns. The default graph is their union. A client
-/// sees only what it may read. The same GET with `Upgrade: websocket`, `Upgrade: callback` or `Accept: text/event-stream` makes a standing query: the
-/// subscriber gets the result, and again whenever it has changed, at most each `minimumInterval` seconds; with `changes=true` it gets the new rows and
-/// the removed rows.
+/// The server then answers queries at /sparql (SPARQL 1.1 Protocol, GET and POST), on the values at the time of the
+/// query. Each resource of a Thing is a named graph with the resource's URI as its name; it contains the triples that
+/// GET of that URI returns. The default graph is their union. A client sees only what it may read. The same GET with
+/// `Upgrade: websocket`, `Upgrade: callback` or `Accept: text/event-stream` makes a standing query: the subscriber gets
+/// the result, and again whenever it has changed, at most each `minimumInterval` seconds; with `changes=true` it gets
+/// the new rows and the removed rows.
 namespace lrt::query {
 inline namespace v0 {
 

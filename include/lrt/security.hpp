@@ -36,11 +36,11 @@ class Rights {
  public:
   constexpr Rights() noexcept = default;
   /// A set of one right.
-  constexpr Rights(Right right) noexcept : bits_(static_cast<std::uint8_t>(right)) {}  // NOLINT: one right is a set
-  static constexpr Rights all() noexcept { return Rights(std::uint8_t{0x1F}); }        ///< every right
+  constexpr Rights(Right right) noexcept : bits_(static_cast<std::uint8_t>(right)) {}                         // NOLINT: one right is a set
+  static constexpr Rights all() noexcept { return Rights(std::uint8_t{0x1F}); }                               ///< every right
   constexpr bool has(Right right) const noexcept { return (bits_ & static_cast<std::uint8_t>(right)) != 0; }  ///< whether it contains a right
-  constexpr bool empty() const noexcept { return bits_ == 0; }                         ///< whether it contains no right
-  constexpr std::uint8_t bits() const noexcept { return bits_; }                       ///< the values of Right, added
+  constexpr bool empty() const noexcept { return bits_ == 0; }                                                ///< whether it contains no right
+  constexpr std::uint8_t bits() const noexcept { return bits_; }                                              ///< the values of Right, added
   friend constexpr Rights operator|(Rights a, Rights b) noexcept { return Rights(static_cast<std::uint8_t>(a.bits_ | b.bits_)); }
   friend constexpr bool operator==(Rights a, Rights b) noexcept { return a.bits_ == b.bits_; }
   friend constexpr bool operator!=(Rights a, Rights b) noexcept { return a.bits_ != b.bits_; }
@@ -90,7 +90,7 @@ struct Who {
 /// above that has some (Web Access Control, effective ACL). Rules with the same path and scope add up. A right that no rule gives is refused. So a
 /// rule for a lower path replaces those for a higher one.
 struct Rule {
-  std::string path;  ///< from the root, "/arm/left"; "/": the list of Things
+  std::string path;           ///< from the root, "/arm/left"; "/": the list of Things
   Scope scope = Scope::tree;  ///< which resources
   Who who{};                  ///< which clients
   Rights rights{};            ///< what they may do
@@ -107,14 +107,14 @@ LRT_API Result<std::vector<Rule>> parse_rules(std::string_view turtle);
 /// @par Errors  io_error, and those above
 LRT_API Result<std::vector<Rule>> load_rules(const std::string& file);
 
-/// Finds the principal of a request from its header section; nullopt: it knows none. Called on the thread that serves the request, without a lock of lrt,
-/// before the body has been received.
+/// Finds the principal of a request from its header section; nullopt: it knows none. Called on the thread that serves
+/// the request, without a lock of lrt, before the body has been received.
 using Authenticate = std::function<std::optional<Principal>(const http::Request&)>;
 
 /// Limits of what replaces a token: sessions of browsers whose users have logged in, and tickets.
 struct SessionOptions {
-  /// Life of a session from the login on; at most a year. It ends earlier when its token expires, at logout, and when the browser is closed. 0: nobody
-  /// can log in, and there are no tickets.
+  /// Life of a session from the login on; at most a year. It ends earlier when its token expires, at logout, and when
+  /// the browser is closed. 0: nobody can log in, and there are no tickets.
   std::chrono::seconds life{12 * 60 * 60};
   std::size_t max_sessions = 1'000;             ///< at a time; more: 503
   std::size_t max_sessions_per_principal = 16;  ///< a further one ends the oldest of that principal
@@ -161,10 +161,11 @@ class LRT_API Tokens {
   std::vector<std::uint32_t> places_;  ///< where an entry stands: its index and 1; 0: none. Where a digest belongs is a secret of this process
 };
 
-/// Limits of one client. A client is a principal, by its name; for requests without one, an IPv4 address or the /64 network of an IPv6 address, because
-/// one host can use all addresses of its /64. Beyond a limit: 429 with Retry-After (RFC 6585 4). These limits never refuse a stop (Action::stop()).
-/// Requests from this machine without a principal are not limited, because a proxy has one address for all its clients, and the integrator controls the
-/// other programs of the robot.
+/// Limits of one client. A client is a principal, by its name; for requests without one, an IPv4 address or the /64
+/// network of an IPv6 address, because one host can use all addresses of its /64. Beyond a limit: 429 with Retry-After
+/// (RFC 6585 4). These limits never refuse a stop (Action::stop()). Requests from this machine without a principal are
+/// not limited, because a proxy has one address for all its clients, and the integrator controls the other programs of
+/// the robot.
 struct ClientLimits {
   /// Requests per second, on average; 0 to 1,000,000; 0: not limited. The default lets a client at 1 kHz send ten requests in each period, and is
   /// about a tenth of what one core serves. A request is counted once, when its header section is complete; a request that gets 429 is not counted.
@@ -199,11 +200,12 @@ struct ClientLimits {
 /// | `reason`    | http::Denial |
 /// | `dropped`   | number of lines that are missing before this one |
 ///
-/// Texts of more than 1,024 bytes are cut. Queries, header fields and bodies are not logged. Requests that the transport itself refuses (400, 408, 414, 431
-/// and so on) are not logged either.
+/// Texts of more than 1,024 bytes are cut. Queries, header fields and bodies are not logged. Requests that the
+/// transport itself refuses (400, 408, 414, 431 and so on) are not logged either.
 struct Audit {
-  /// Gets each line, without a line feed. Called on a thread of its own (lrt-audit), one line at a time. It may block; Server::stop() waits until it has
-  /// got all lines. If it throws, the log says so, and the line counts as dropped. Empty: no audit and no thread.
+  /// Gets each line, without a line feed. Called on a thread of its own (lrt-audit), one line at a time. It may block;
+  /// Server::stop() waits until it has got all lines. If it throws, the log says so, and the line counts as dropped.
+  /// Empty: no audit and no thread.
   std::function<void(std::string_view line)> sink;
   bool reads = false;  ///< also requests that change nothing
   /// Lines that wait for the sink; 1 to 1,000,000, about 300 bytes each. A further one is dropped, and the next line counts it.

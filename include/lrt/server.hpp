@@ -31,8 +31,9 @@ struct ServerCounters;
 /// A server may have static storage, and exit() may be called at any time: what lrt's threads use is never destroyed. What the lambdas use must exist
 /// as long as they may be called: until stop(), or until the process has ended.
 ///
-/// A server belongs to the process that created it. In a child of fork() its functions return at once and have no effect: add, remove and reload_tls
-/// return Errc::closed, serve and judge_header respond with 503. The destructor has no effect there; exec or the end of the child closes the descriptors.
+/// A server belongs to the process that created it. In a child of fork() its functions return at once and have no
+/// effect: add, remove and reload_tls return Errc::closed, serve and judge_header respond with 503. The destructor has
+/// no effect there; exec or the end of the child closes the descriptors.
 ///
 /// @par Threads  add, remove, stop, wake: any. poll, run: one thread at a time, the host's. The others say it themselves. User lambdas run without a
 ///               lock of lrt, where their Dispatch says.

@@ -60,10 +60,10 @@ struct WorldOptions {
 struct PublishedOptions {
   /// Only a unit.
   PublishedOptions(const Unit& its_unit = unit::none) : unit(its_unit) {}  // NOLINT: most have a unit only
-  Unit unit;                      ///< of the numbers, which are not converted
-  std::optional<Object> frame{};  ///< of the numbers, see model::PropertyHandle::frame()
-  /// If publish() is not called for this time, the value leaves the graph until the next publish(). Each publish() then counts as a change, also of the
-  /// same value. Zero: never.
+  Unit unit;                                                               ///< of the numbers, which are not converted
+  std::optional<Object> frame{};                                           ///< of the numbers, see model::PropertyHandle::frame()
+  /// If publish() is not called for this time, the value leaves the graph until the next publish(). Each publish() then
+  /// counts as a change, also of the same value. Zero: never.
   std::chrono::milliseconds expires_after{0};
 };
 

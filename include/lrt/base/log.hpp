@@ -17,7 +17,8 @@ enum class LogLevel : unsigned char {
   error,    ///< misuse by the program, or a failure of the system
 };
 
-/// Receives the log messages of lrt. lrt itself never prints. The text is one sentence in UTF-8 without a line end; the view is valid during the call.
+/// Receives the log messages of lrt. lrt itself never prints. The text is one sentence in UTF-8 without a line end; the
+/// view is valid during the call.
 ///
 /// The callback may throw; lrt ignores the exception. It must not call functions of the server or client that owns it.
 ///

@@ -12,8 +12,8 @@
 namespace lrt {
 inline namespace v0 {
 
-/// A vector whose object is one pointer, and which owns no memory while it is empty. For members that are empty in most objects. The functions are those
-/// of std::vector.
+/// A vector whose object is one pointer, and which owns no memory while it is empty. For members that are empty in most
+/// objects. The functions are those of std::vector.
 template <class T>
 class ThinVector {
  public:

@@ -50,19 +50,20 @@ enum class Access : std::uint8_t {
 /// post to a URL, so do not grant it to clients that may only read.
 ///
 /// @par Errors   An exception is answered 500.
-/// @par Threads  Called without a lock of lrt: on the I/O thread (Io::own_thread), in poll() (Io::in_poll), or on the thread that calls Server::serve().
+/// @par Threads  Called without a lock of lrt: on the I/O thread (Io::own_thread), in poll() (Io::in_poll), or on the
+///               thread that calls Server::serve().
 using Authorizer = std::function<Access(const http::Request&)>;
 
 /// The authenticated client of a request, as far as it is known before the resource is found.
 struct Caller {
   /// A caller without a principal. Implicit, because an Authorizer returns only the verdict.
   Caller(Access verdict = Access::granted) noexcept : access(verdict) {}  // NOLINT: an Authorizer returns no more
-  Access access;                                           ///< the verdict
-  std::shared_ptr<const security::Principal> principal{};  ///< nullptr: none
-  std::shared_ptr<const security::View> view{};            ///< what it may do to each resource; nullptr: everything
-  std::string challenge{};                                 ///< WWW-Authenticate of a 401; empty: EngineOptions::challenge
-  bool by_cookie = false;  ///< known by the cookie of a session, which browsers send automatically: only pages of this server may use it
-  std::string client{};    ///< name under which invocations and subscriptions are counted (ClientLimits); empty: they are not counted
+  Access access;                                                          ///< the verdict
+  std::shared_ptr<const security::Principal> principal{};                 ///< nullptr: none
+  std::shared_ptr<const security::View> view{};                           ///< what it may do to each resource; nullptr: everything
+  std::string challenge{};                                                ///< WWW-Authenticate of a 401; empty: EngineOptions::challenge
+  bool by_cookie = false;               ///< known by the cookie of a session, which browsers send automatically: only pages of this server may use it
+  std::string client{};                 ///< name under which invocations and subscriptions are counted (ClientLimits); empty: they are not counted
   std::chrono::seconds retry_after{1};  ///< of a 429
 };
 /// Finds the caller of a request by its header section.
@@ -79,8 +80,8 @@ struct Limits {
   std::size_t max_page_members = 500;              ///< members of a container in one page
   std::size_t max_cache_bytes = 32 * 1024 * 1024;  ///< of cached representations; the least recently used ones are removed first
   std::size_t max_link_bytes = 8 * 1024;           ///< of Link fields in one response (R0.9)
-  /// Number of scalars (numbers, texts and so on) of a resource in RDF. A value with more is available in JSON or CBOR; its RDF is 406. If it has octets
-  /// (octets() of a property), the RDF describes those instead of each number.
+  /// Number of scalars (numbers, texts and so on) of a resource in RDF. A value with more is available in JSON or CBOR;
+  /// its RDF is 406. If it has octets (octets() of a property), the RDF describes those instead of each number.
   std::size_t max_value_members = 100'000;
   std::size_t max_rdf_xml_triples = 5'000;                ///< of a representation in RDF/XML, 20 us each; more: 406
   std::size_t max_body_triples = 10'000;                  ///< of a request body; more: 413
@@ -102,26 +103,26 @@ struct EngineOptions : Limits {
   std::vector<std::string> allowed_hosts;    ///< Security::allowed_hosts
   std::vector<std::string> allowed_origins;  ///< Security::allowed_origins
   Authentication authorize;                  ///< Security; empty: every client may do everything
-  /// The present rights of the owner of a subscription; nullopt: the principal no longer exists. nullptr: a subscription without a principal. Calls no
-  /// user code.
+  /// The present rights of the owner of a subscription; nullopt: the principal no longer exists. nullptr: a
+  /// subscription without a principal. Calls no user code.
   std::function<std::optional<Caller>(const security::Principal* owner)> renew;
-  std::string challenge = "Bearer";                    ///< Security::challenge
-  std::shared_ptr<security::Sessions> sessions;        ///< made by Server; nullptr: nobody can log in
-  Dispatch dispatch = Dispatch::in_poll;               ///< Threads::dispatch
-  subscription::SubscriptionOptions subscriptions;     ///< Options::subscriptions
-  subscription::CallbackOptions callbacks;             ///< Options::callbacks
-  rdf::Prefixes prefixes = rdf::default_prefixes();    ///< Options::prefixes
-  std::string vocabulary;         ///< Options::vocabulary
-  const Clock* clock = nullptr;   ///< nullptr: system_clock()
-  std::shared_ptr<IdSource> ids;  ///< nullptr: RandomIds
-  LogCallback log;  ///< Options::log
-  std::shared_ptr<const PageSource> page;         ///< HTML for people; nullptr: none
-  std::shared_ptr<const QueryService> query;      ///< Options::query
-  std::vector<std::string> read_origins;          ///< Security::read_origins
-  std::vector<std::string> notification_senders;  ///< Security::notification_senders
-  bool body_jobs = false;                         ///< bodies above small_body_bytes become BodyJobs; else every body is judged at once
-  bool reports_subscriptions = false;             ///< take_subscription_events() returns events
-  security::ClientLimits clients;                 ///< Security::clients; the engine enforces max_invocations and max_subscriptions
+  std::string challenge = "Bearer";                  ///< Security::challenge
+  std::shared_ptr<security::Sessions> sessions;      ///< made by Server; nullptr: nobody can log in
+  Dispatch dispatch = Dispatch::in_poll;             ///< Threads::dispatch
+  subscription::SubscriptionOptions subscriptions;   ///< Options::subscriptions
+  subscription::CallbackOptions callbacks;           ///< Options::callbacks
+  rdf::Prefixes prefixes = rdf::default_prefixes();  ///< Options::prefixes
+  std::string vocabulary;                            ///< Options::vocabulary
+  const Clock* clock = nullptr;                      ///< nullptr: system_clock()
+  std::shared_ptr<IdSource> ids;                     ///< nullptr: RandomIds
+  LogCallback log;                                   ///< Options::log
+  std::shared_ptr<const PageSource> page;            ///< HTML for people; nullptr: none
+  std::shared_ptr<const QueryService> query;         ///< Options::query
+  std::vector<std::string> read_origins;             ///< Security::read_origins
+  std::vector<std::string> notification_senders;     ///< Security::notification_senders
+  bool body_jobs = false;                            ///< bodies above small_body_bytes become BodyJobs; else every body is judged at once
+  bool reports_subscriptions = false;                ///< take_subscription_events() returns events
+  security::ClientLimits clients;                    ///< Security::clients; the engine enforces max_invocations and max_subscriptions
   /// How long a request that makes or cancels a web callback waits for saved(); then 503, and nothing has changed. nullopt: it does not wait.
   std::optional<std::chrono::milliseconds> save_timeout;
   /// `authorize` lets every client read, and no view is restricted. False: shared caches must not store responses.
@@ -175,19 +176,20 @@ struct SavedText {
 struct Job {
   Dispatch where = Dispatch::in_poll;  ///< where it runs
   UniqueFunction<void()> run;          ///< the code
-  bool is_stop = false;  ///< of Action::stop(): runs before the others
+  bool is_stop = false;                ///< of Action::stop(): runs before the others
 };
 
 /// A request body to judge or a query to evaluate, on any thread and without the engine's lock. It calls no user code and never throws. If it is
 /// destroyed without being run, its request gets 503 at its time limit.
 struct BodyJob {
-  std::string client;     ///< numeric address of the client
-  std::size_t bytes = 0;  ///< size of the body; the work is about proportional to it
+  std::string client;          ///< numeric address of the client
+  std::size_t bytes = 0;       ///< size of the body; the work is about proportional to it
   UniqueFunction<void()> run;  ///< the work
 };
 
-/// The requirements R0 and R1 as a function of request, state and time. It has no sockets, no threads and no clock of its own. Of user code it calls only
-/// the authorizer and the log callback; all other user code becomes a Job. Most programs use Server instead.
+/// The requirements R0 and R1 as a function of request, state and time. It has no sockets, no threads and no clock of
+/// its own. Of user code it calls only the authorizer and the log callback; all other user code becomes a Job. Most
+/// programs use Server instead.
 ///
 /// @par Threads  One thread at a time. Jobs, Responders, publish() and authorize(): any.
 /// @par Implements  R0.3-R0.17, R1.1-R1.12
@@ -218,7 +220,8 @@ class LRT_API Engine final : public Handler {
   /// Sets the waker that is called when a job or Responder has made something available to next_reply().
   void set_waker(std::shared_ptr<Waker> waker);
 
-  /// Calls the authorizer, without the body. Not needed for a request that judge_header() has accepted. Errors and exceptions of it are in the Result.
+  /// Calls the authorizer, without the body. Not needed for a request that judge_header() has accepted. Errors and
+  /// exceptions of it are in the Result.
   Result<Caller> authorize(const http::Request& request) const;
   /// As Handler::judge_header(), for a caller that authorize() has returned.
   HeaderVerdict judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes, const Result<Caller>& caller, TimePoint now);

@@ -29,13 +29,13 @@ struct ObservableResource {
 struct FeedSubscription {
   std::string path;        ///< as in ObservableResource
   std::string media_type;  ///< one that the resource has; empty: its first, which is text/turtle
-  /// 0: no queue, only the newest representation is sent. nullopt: SubscriptionOptions::default_queue_length for actions and invocations, 0 for others.
-  /// More than SubscriptionOptions::max_queue_length is reduced to that.
+  /// 0: no queue, only the newest representation is sent. nullopt: SubscriptionOptions::default_queue_length for
+  /// actions and invocations, 0 for others. More than SubscriptionOptions::max_queue_length is reduced to that.
   std::optional<std::size_t> queue_length{};
   std::chrono::milliseconds minimum_interval{0};  ///< between two messages, at most a day
   std::string protocol = "feed";                  ///< protocol with which the host forwards messages, one word, for overviews
-  /// Where the host sends the messages, for example "lrt:mqttTopic". These statements are in the description of the subscription, and in the resource's
-  /// own document (like hybrit:websocketUrl) for clients that may subscribe to it.
+  /// Where the host sends the messages, for example "lrt:mqttTopic". These statements are in the description of the
+  /// subscription, and in the resource's own document (like hybrit:websocketUrl) for clients that may subscribe to it.
   std::vector<Statement> statements{};
   /// The principal that owns the subscription, which shows what this principal may read. nullptr: everything. lrt::Feed sets it.
   std::shared_ptr<const security::Principal> owner{};

@@ -34,9 +34,10 @@ struct Upgraded {
   Channel channel;          ///< identifies the subscriber
   http::Response response;  ///< fields of the 101
 };
-/// The response is an event stream (WHATWG HTML 9.2): the transport sends the header section of `response`, which has status 200 and no body,
-/// without Content-Length, and then each message of the channel unchanged, until Push::close or the end of the connection. After
-/// limits.ping_interval without a message it sends the comment ":\n\n", so that proxies and clients do not time out. Only if Request::can_stream is set.
+/// The response is an event stream (WHATWG HTML 9.2): the transport sends the header section of `response`, which has
+/// status 200 and no body, without Content-Length, and then each message of the channel unchanged, until Push::close or
+/// the end of the connection. After limits.ping_interval without a message it sends the comment ":\n\n", so that
+/// proxies and clients do not time out. Only if Request::can_stream is set.
 struct Streamed {
   Channel channel;          ///< identifies the subscriber
   http::Response response;  ///< the header section
@@ -46,9 +47,9 @@ using Outcome = std::variant<http::Response, Deferred, Upgraded, Streamed>;
 
 /// A deferred response that is ready. With `channel` it is Upgraded if the status is 101, else Streamed.
 struct Reply {
-  Ticket ticket;                      ///< of the request
-  http::Response response;            ///< the response
-  std::optional<Channel> channel{};   ///< nullopt: an ordinary response
+  Ticket ticket;                     ///< of the request
+  http::Response response;           ///< the response
+  std::optional<Channel> channel{};  ///< nullopt: an ordinary response
 };
 
 /// The verdict on a request by its header section, before its body is received.
@@ -110,8 +111,8 @@ class LRT_API Handler {
     (void)request;
     return false;
   }
-  /// Responds to a complete request or defers the response. Never throws, and does not call the transport. The views of `request` are valid during the
-  /// call.
+  /// Responds to a complete request or defers the response. Never throws, and does not call the transport. The views of
+  /// `request` are valid during the call.
   virtual Outcome handle(const http::Request& request, TimePoint now) = 0;
   /// The next deferred response that is ready or overdue at `now`. Call it until it returns nullopt, after wake() and after next_deadline().
   virtual std::optional<Reply> next_reply(TimePoint now) = 0;
@@ -125,9 +126,10 @@ class LRT_API Handler {
   /// cancelled; other responses are sent as usual. The ticket stays valid.
   virtual void input_ended(Ticket ticket) noexcept { (void)ticket; }
 
-  /// The next channel that has a push at `now`. Call it until it returns nullopt whenever next_reply() is called, and at every poll while a channel is
-  /// open: a write of one client changes what others observe, without a wake. Urgent channels come first. A transport without WebSockets must call it
-  /// as well: the handler then scans for changes that web callbacks observe; until it is called, next_deadline() stays in the past.
+  /// The next channel that has a push at `now`. Call it until it returns nullopt whenever next_reply() is called, and
+  /// at every poll while a channel is open: a write of one client changes what others observe, without a wake. Urgent
+  /// channels come first. A transport without WebSockets must call it as well: the handler then scans for changes that
+  /// web callbacks observe; until it is called, next_deadline() stays in the past.
   virtual std::optional<Channel> next_ready(TimePoint now) {
     (void)now;
     return std::nullopt;

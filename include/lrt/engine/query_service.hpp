@@ -106,7 +106,8 @@ class LRT_API QueryService {
   /// Parses a query.
   /// @param text            the query in UTF-8
   /// @param base            base of relative IRIs
-  /// @param default_graphs  with named_graphs: the dataset, instead of the one of the query (SPARQL 1.1 Protocol 2.1.4); both empty: that of the query
+  /// @param default_graphs  with named_graphs: the dataset, instead of the one of the query (SPARQL 1.1 Protocol
+  ///                        2.1.4); both empty: that of the query
   /// @param named_graphs    see default_graphs
   /// @par Errors  expected_rdf, whose message states the position; limit_exceeded; unsupported_syntax: SERVICE, an update
   virtual Result<std::shared_ptr<const PreparedQuery>> parse(std::string_view text, std::string_view base, std::vector<std::string> default_graphs,

@@ -32,11 +32,11 @@ LRT_API bool iequals(std::string_view a, std::string_view b) noexcept;
 /// @par Threads  Distinct objects: any thread. One object: any number of reading threads.
 /// @par Implements  R0.1, RFC 9110, RFC 9112
 struct LRT_API Request {
-  std::string_view method;  ///< case-sensitive, as received: "GET"
-  std::string_view target;    ///< as received: origin-form, absolute-form, or "*"
-  int version = 11;           ///< 10 or 11; 11 also for a later minor version
-  std::vector<Field> fields;  ///< in the order received, without those that framed the body (trailers are dropped)
-  std::string_view body;  ///< without the chunked coding; empty: none
+  std::string_view method;                ///< case-sensitive, as received: "GET"
+  std::string_view target;                ///< as received: origin-form, absolute-form, or "*"
+  int version = 11;                       ///< 10 or 11; 11 also for a later minor version
+  std::vector<Field> fields;              ///< in the order received, without those that framed the body (trailers are dropped)
+  std::string_view body;                  ///< without the chunked coding; empty: none
   std::string_view peer;                  ///< numeric address of the client, "127.0.0.1"
   bool secure = false;                    ///< came over TLS
   std::string_view client_certificate{};  ///< subject of the client's verified certificate (RFC 2253); empty: the client sent none
@@ -101,7 +101,7 @@ class LRT_API Fields {
 
 /// Why a server refused a request, for counters and audit. It is not sent to the client.
 enum class Denial : std::uint8_t {
-  none,  ///< the request was not refused
+  none,           ///< the request was not refused
   credentials,    ///< 401: the request has no valid credentials
   right,          ///< 403, or 404 to hide the resource: the client does not have the right
   origin,         ///< 403: a page of another origin
@@ -116,13 +116,14 @@ inline constexpr std::size_t denial_count = 10;  ///< the number of enumerators 
 /// The enumerator's name; empty for `none`.
 LRT_API std::string_view to_string(Denial denial) noexcept;
 
-/// A response. The transport adds Date, Content-Length and Connection. The body of a response to HEAD is not sent, but Content-Length states its size.
+/// A response. The transport adds Date, Content-Length and Connection. The body of a response to HEAD is not sent, but
+/// Content-Length states its size.
 struct Response {
-  int status = 200;  ///< status code (RFC 9110 15)
-  Fields fields;  ///< without those that the transport adds
+  int status = 200;                         ///< status code (RFC 9110 15)
+  Fields fields;                            ///< without those that the transport adds
   std::shared_ptr<const std::string> body;  ///< nullptr: none. Shared, so that one cached representation is sent to many clients without a copy
   bool close = false;                       ///< the transport closes the connection after this response
-  Denial denial = Denial::none;  ///< why the request was refused
+  Denial denial = Denial::none;             ///< why the request was refused
 
   /// The body; empty if there is none.
   std::string_view content() const noexcept { return body ? std::string_view(*body) : std::string_view(); }
@@ -139,7 +140,7 @@ constexpr bool may_have_body(int status) noexcept { return status >= 200 && stat
 /// @par Implements  RFC 9110 6.6.1, 8.6, RFC 9112 9.6
 /// The fields that a transport adds to a response.
 struct AddedFields {
-  bool date = false;  ///< the response has no Date yet
+  bool date = false;            ///< the response has no Date yet
   bool content_length = false;  ///< with the size of response.content()
   std::string_view connection;  ///< value of Connection; empty: none
 };

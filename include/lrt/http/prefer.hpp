@@ -29,7 +29,7 @@ struct Preferences {
   /// IRIs of `return=representation; include="..."` and `omit="..."`.
   std::vector<std::string> include, omit;
   /// @}
-/// Parses the joined Prefer fields of a request.
+  /// Parses the joined Prefer fields of a request.
 };
 /// @param prefer  the joined Prefer fields
 LRT_API Preferences parse_prefer(std::string_view prefer);

@@ -12,7 +12,7 @@ inline namespace v0 {
 
 /// Problem details (RFC 9457 3.1). `type` is about:blank, `title` is the reason phrase of the status.
 struct Problem {
-  int status = 500;  ///< status code of the response
+  int status = 500;         ///< status code of the response
   std::string detail;       ///< a sentence for people: what was found, where, and what was expected
   std::string errors = {};  ///< value of the extension member `errors`, as JSON (RFC 9457 3.2); empty: none
 };

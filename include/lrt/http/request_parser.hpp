@@ -21,7 +21,7 @@ struct Refusal {
 
 /// How the body of a request is framed, and whether its connection stays open.
 struct Framing {
-  bool chunked = false;  ///< Transfer-Encoding: chunked
+  bool chunked = false;           ///< Transfer-Encoding: chunked
   std::uint64_t length = 0;       ///< size of a body that is not chunked, in bytes
   bool expects_continue = false;  ///< the client waits for 100 (Continue): the request is HTTP/1.1 and has content (RFC 9110 10.1.1)
   bool keep_alive = true;         ///< the connection stays open after the response (RFC 9112 9.3)

@@ -22,8 +22,8 @@ struct Target {
   std::string_view authority;  ///< host and port of an absolute-form; empty for the other forms
   std::string_view path;       ///< "/...", percent-encoded as received; "/" if there is none; "*" for the asterisk-form
   std::string_view query;      ///< without '?'
-  bool absolute = false;  ///< the target is an absolute-form
-  bool secure = false;  ///< absolute-form with https
+  bool absolute = false;       ///< the target is an absolute-form
+  bool secure = false;         ///< absolute-form with https
 };
 /// Parses a request target. Does not allocate.
 /// @return  nullopt: the target has another form, or an authority that parse_host() refuses
@@ -33,7 +33,7 @@ LRT_API std::optional<Target> split_target(std::string_view target) noexcept;
 ///
 ///     Host = ( IPv4address / IPv6 literal in brackets / reg-name without ',' ) [ ":" *DIGIT ]
 struct HostPort {
-  std::string_view host;  ///< `[::1]:80` gives `[::1]`
+  std::string_view host;              ///< `[::1]:80` gives `[::1]`
   std::optional<std::uint16_t> port;  ///< nullopt: none
 };
 /// Parses host and port. Does not allocate.

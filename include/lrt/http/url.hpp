@@ -14,7 +14,7 @@ inline namespace v0 {
 
 /// The parts of an http or https URL (RFC 9110 4.2).
 struct Url {
-  bool secure = false;  ///< the scheme is https
+  bool secure = false;      ///< the scheme is https
   std::string host;         ///< lower-case; IPv6 in brackets
   std::uint16_t port = 80;  ///< port of the URL, or else the default port of the scheme
   std::string authority;    ///< for the Host field: the host, and the port unless it is the scheme's default

@@ -28,7 +28,7 @@ struct Layout {
   Iri element_type;                ///< xsd:double: IEEE 754 binary64; xsd:float: binary32; xsd:unsignedByte ... xsd:long by their size
   std::vector<std::size_t> shape;  ///< length of each axis, the last one varies fastest: {480, 640, 3}
   ByteOrder byte_order = ByteOrder::little_endian;  ///< order of the bytes of each number
-  Unit unit{};  ///< of the numbers; empty: the property's unit
+  Unit unit{};                                      ///< of the numbers; empty: the property's unit
 };
 
 }  // namespace v0

@@ -22,7 +22,7 @@ class LRT_API Object {
   enum class Kind : std::uint8_t { iri, literal, resource };
 
   /// An IRI.
-  Object(Iri iri) : kind_(Kind::iri), text_(iri.text) {}                               // NOLINT: reads like Turtle
+  Object(Iri iri) : kind_(Kind::iri), text_(iri.text) {}  // NOLINT: reads like Turtle
   /// @{
   /// A literal without a language: xsd:string; of a number or truth value: xsd:double, xsd:integer, xsd:boolean.
   Object(std::string text) : Object(std::move(text), std::string(), std::string()) {}  // NOLINT

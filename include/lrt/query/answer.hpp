@@ -31,7 +31,8 @@ class Table {
   const std::vector<std::string>& variables() const noexcept { return variables_; }
   std::size_t rows() const noexcept { return rows_; }                 ///< number of rows
   std::size_t columns() const noexcept { return variables_.size(); }  ///< number of columns
-  /// The term in a cell; nullopt: the variable is not bound. A blank node has the same label everywhere in the table. Valid until the table is changed.
+  /// The term in a cell; nullopt: the variable is not bound. A blank node has the same label everywhere in the table.
+  /// Valid until the table is changed.
   /// @pre row < rows(), column < columns()
   std::optional<rdf::TermView> at(std::size_t row, std::size_t column) const noexcept {
     const std::uint32_t cell = cells_[row * columns() + column];

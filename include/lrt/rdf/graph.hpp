@@ -52,9 +52,9 @@ class LRT_API Graph {
   /// Adds every triple of `other`. Blank nodes with equal labels become one.
   void merge(const Graph& other);
 
-  std::size_t size() const noexcept { return triples_.size(); }                     ///< number of triples
-  bool empty() const noexcept { return triples_.empty(); }                          ///< whether there are no triples
-  const std::vector<Triple>& triples() const noexcept { return triples_; }          ///< all triples, in the order in which they were added
+  std::size_t size() const noexcept { return triples_.size(); }             ///< number of triples
+  bool empty() const noexcept { return triples_.empty(); }                  ///< whether there are no triples
+  const std::vector<Triple>& triples() const noexcept { return triples_; }  ///< all triples, in the order in which they were added
 
   /// The number of a term. The term is added if the graph does not have it.
   TermId intern(const TermView& term);
@@ -161,9 +161,9 @@ class Graph::Matches {
     std::uint32_t at_ = Graph::none;
   };
 
-  iterator begin() const noexcept { return {this, first_}; }             ///< the first triple
-  iterator end() const noexcept { return {this, Graph::none}; }          ///< the end
-  bool empty() const noexcept { return first_ == Graph::none; }          ///< whether no triple matches
+  iterator begin() const noexcept { return {this, first_}; }     ///< the first triple
+  iterator end() const noexcept { return {this, Graph::none}; }  ///< the end
+  bool empty() const noexcept { return first_ == Graph::none; }  ///< whether no triple matches
 
  private:
   friend class Graph;

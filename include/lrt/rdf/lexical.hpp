@@ -109,7 +109,7 @@ LRT_API std::optional<float> parse_float(std::string_view text) noexcept;
 struct Moment {
   std::int64_t seconds = 0;   ///< from 1970-01-01T00:00:00; without a zone it is taken as UTC
   std::string_view fraction;  ///< decimals of the second without trailing zeros; a view into the text
-  bool zoned = false;  ///< the text has a time zone
+  bool zoned = false;         ///< the text has a time zone
 };
 /// Parses a moment. nullopt: another datatype, not well-formed, or a year of more than nine digits.
 LRT_API std::optional<Moment> parse_moment(std::string_view text, Datatype datatype) noexcept;

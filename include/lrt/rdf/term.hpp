@@ -18,9 +18,9 @@ enum class TermKind : std::uint8_t { iri, blank, literal };
 /// xsd:string by default, rdf:langString if it has a language. The texts must outlive the view.
 struct TermView {
   TermKind kind = TermKind::iri;  ///< kind of the term
-  std::string_view text;      ///< the IRI, the blank node's label without "_:", or the lexical form
-  std::string_view datatype;  ///< literals only: the datatype IRI
-  std::string_view language;  ///< literals only: the language tag, in lower case
+  std::string_view text;          ///< the IRI, the blank node's label without "_:", or the lexical form
+  std::string_view datatype;      ///< literals only: the datatype IRI
+  std::string_view language;      ///< literals only: the language tag, in lower case
 
   constexpr TermView() noexcept = default;
   /// An IRI.
@@ -64,8 +64,10 @@ class Term {
   /// @{
   /// A view of the term. Valid until the object is changed.
   TermView view() const noexcept { return {kind_, text_, datatype_, language_}; }
-  operator TermView() const noexcept { return view(); }  // NOLINT: an owner converts to a view
-  /// @}
+  operator TermView() const noexcept {
+    return view();
+  }  // NOLINT: an owner converts to a view
+     /// @}
 
  private:
   TermKind kind_ = TermKind::iri;

@@ -266,7 +266,8 @@ struct traits<std::chrono::duration<Rep, Period>> {
   static bool same(const T& a, const T& b) noexcept { return a == b; }
 };
 
-/// Instants of the system clock, as xsd:dateTime in UTC, in nanoseconds within 292 years of 1970. An instant from a client is truncated to `Duration`.
+/// Instants of the system clock, as xsd:dateTime in UTC, in nanoseconds within 292 years of 1970. An instant from a
+/// client is truncated to `Duration`.
 template <class Duration>
 struct traits<std::chrono::time_point<std::chrono::system_clock, Duration>> {
   using T = std::chrono::time_point<std::chrono::system_clock, Duration>;
@@ -573,8 +574,8 @@ class Record {
  public:
   /// Adds an rdf:type.
   Record& is(Iri type) { return type_.classes.emplace_back(type.text), *this; }
-  /// Sets the name of the C++ type in the server's vocabulary: letters, digits, '-' and '_'. Use it if two namespaces have types of the same name, and
-  /// to keep the terms when the C++ type is renamed.
+  /// Sets the name of the C++ type in the server's vocabulary: letters, digits, '-' and '_'. Use it if two namespaces
+  /// have types of the same name, and to keep the terms when the C++ type is renamed.
   Record& named(std::string_view name) { return type_.name = detail::term_name(name), *this; }
   /// @{
   /// Adds a field: a data member, or a read-only field by a getter or a callable of const S&.

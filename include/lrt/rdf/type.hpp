@@ -63,14 +63,14 @@ class Facets {
   bool empty() const noexcept {
     return unit_->empty() && !has_min_ && !has_max_ && !non_finite_ && min_length_ == 0 && max_length_ == std::numeric_limits<std::size_t>::max();
   }
-  const Unit& unit() const noexcept { return *unit_; }                                             ///< unit::none: none is set
+  const Unit& unit() const noexcept { return *unit_; }                                                  ///< unit::none: none is set
   std::optional<double> min() const noexcept { return has_min_ ? std::optional(min_) : std::nullopt; }  ///< lower bound
   std::optional<double> max() const noexcept { return has_max_ ? std::optional(max_) : std::nullopt; }  ///< upper bound
-  bool min_exclusive() const noexcept { return min_exclusive_; }   ///< the lower bound itself is not allowed
-  bool max_exclusive() const noexcept { return max_exclusive_; }   ///< the upper bound itself is not allowed
-  bool allows_non_finite() const noexcept { return non_finite_; }  ///< clients may send NaN and infinities
-  std::size_t min_length() const noexcept { return min_length_; }  ///< of a text, in code points
-  std::size_t max_length() const noexcept { return max_length_; }  ///< of a text, in code points
+  bool min_exclusive() const noexcept { return min_exclusive_; }                                        ///< the lower bound itself is not allowed
+  bool max_exclusive() const noexcept { return max_exclusive_; }                                        ///< the upper bound itself is not allowed
+  bool allows_non_finite() const noexcept { return non_finite_; }                                       ///< clients may send NaN and infinities
+  std::size_t min_length() const noexcept { return min_length_; }                                       ///< of a text, in code points
+  std::size_t max_length() const noexcept { return max_length_; }                                       ///< of a text, in code points
 
  private:
   const Unit* unit_ = &unit::none;  // kept for the life of the process
@@ -83,8 +83,8 @@ struct Type;
 
 /// One field of a record.
 struct FieldType {
-  std::string name;       ///< for people and JSON
-  std::string predicate;  ///< a term: an absolute IRI, or "#Type/name" of the server's vocabulary
+  std::string name;            ///< for people and JSON
+  std::string predicate;       ///< a term: an absolute IRI, or "#Type/name" of the server's vocabulary
   const Type* type = nullptr;  ///< of its values
   Facets facets;               ///< unit and bounds of its values
   bool read_only = false;      ///< values of the record cannot be decoded
@@ -96,16 +96,16 @@ struct Type {
   /// Which C++ types it describes: see rdf::traits.
   enum class Kind : std::uint8_t { boolean, integer, real, text, enumeration, duration, instant, list, optional, record, map };
 
-  Kind kind = Kind::text;      ///< which of the members below have a meaning
-  Iri datatype;                ///< of the literal; empty for list, optional, record and map
-  std::int64_t lowest = 0;     ///< integer: smallest value of the C++ type
-  std::uint64_t highest = 0;   ///< integer: largest value of the C++ type
-  bool single = false;             ///< real: float, not double
-  std::vector<std::string> names;  ///< enumeration: names in the given order
-  const Type* element = nullptr;   ///< list, optional, map: type of the members or of the value
-  std::size_t shortest = 0;        ///< list: minimum number of members
+  Kind kind = Kind::text;                                         ///< which of the members below have a meaning
+  Iri datatype;                                                   ///< of the literal; empty for list, optional, record and map
+  std::int64_t lowest = 0;                                        ///< integer: smallest value of the C++ type
+  std::uint64_t highest = 0;                                      ///< integer: largest value of the C++ type
+  bool single = false;                                            ///< real: float, not double
+  std::vector<std::string> names;                                 ///< enumeration: names in the given order
+  const Type* element = nullptr;                                  ///< list, optional, map: type of the members or of the value
+  std::size_t shortest = 0;                                       ///< list: minimum number of members
   std::size_t longest = std::numeric_limits<std::size_t>::max();  ///< list: maximum number of members
-  std::string name;                        ///< record: name of the C++ type, "PidGains"; empty: it has no terms of its own
+  std::string name;                                               ///< record: name of the C++ type, "PidGains"; empty: it has no terms of its own
   std::vector<std::string> classes;        ///< record: its rdf:types, terms: absolute IRIs, or "#Type" of the server's vocabulary
   std::vector<FieldType> fields;           ///< record: its fields in order
   std::string value_predicate;             ///< record: from its node to a node that has its fields; empty: the fields are at its own node

@@ -18,8 +18,8 @@ struct ReadyCallback {
 
 /// A notification for a web callback, or the request for confirmation of a subscription.
 struct Notification {
-  std::string url;      ///< has passed parse_callback_url() and AllowedHosts::names()
-  http::Fields fields;  ///< Content-Type, ETag, Link (SPEC 3.6)
+  std::string url;                          ///< has passed parse_callback_url() and AllowedHosts::names()
+  http::Fields fields;                      ///< Content-Type, ETag, Link (SPEC 3.6)
   std::shared_ptr<const std::string> body;  ///< the representation
   std::string secret;                       ///< signs the body; empty: unsigned
   bool failed_before = false;               ///< the last delivery to this subscriber failed

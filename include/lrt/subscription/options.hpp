@@ -39,7 +39,7 @@ struct CallbackOptions {
   std::chrono::milliseconds max_pause{30'000};        ///< see attempts
   std::chrono::milliseconds suspended_pause{60'000};  ///< see attempts
   unsigned suspended_attempts = 10;                   ///< see attempts
-  ThreadOptions threads;  ///< of the threads that deliver; a server sets them to its Threads::own
+  ThreadOptions threads;                              ///< of the threads that deliver; a server sets them to its Threads::own
 
   /// A receiver confirms a subscription as in WebSub (5.3): it gets a GET of the callback URL with the parameters hub.mode=subscribe,
   /// hub.topic (the resource) and hub.challenge (a random text), and responds with a status 2xx and the challenge as body. Otherwise the
@@ -48,8 +48,9 @@ struct CallbackOptions {
   /// with a file of subscriptions it is not asked again after a restart.
   Confirmation confirmation = Confirmation::not_loopback;
 
-  /// Time for resolving the name of a receiver, including the wait for a thread; more than 0. Beyond it the notification has failed. It is not part of
-  /// response_time, and a notification that waits for a name uses none of max_threads.
+  /// Time for resolving the name of a receiver, including the wait for a thread; more than 0. Beyond it the
+  /// notification has failed. It is not part of response_time, and a notification that waits for a name uses none of
+  /// max_threads.
   std::chrono::milliseconds resolve_time{2'000};
   /// Threads that resolve names, besides max_threads; at least 1. They exist while they resolve: one for each name, half of them for names with
   /// the same two last labels. The system's resolver cannot be interrupted, so a name whose server hangs keeps its thread after resolve_time.

@@ -13,9 +13,9 @@
 namespace lrt::transport {
 inline namespace v0 {
 
-/// Requests and responses in the same process, without a network: for tests, and for hosts that pass on the requests of their own HTTP server. A
-/// request is checked by http::check_request(). The host's server checks what only the raw bytes show, and adds Date, Content-Length and Connection. It
-/// does not send the body of a response to HEAD.
+/// Requests and responses in the same process, without a network: for tests, and for hosts that pass on the requests of
+/// their own HTTP server. A request is checked by http::check_request(). The host's server checks what only the raw
+/// bytes show, and adds Date, Content-Length and Connection. It does not send the body of a response to HEAD.
 ///
 /// @par Threads  One thread at a time; the object that waker() returns: any.
 class LRT_API Loopback final : public Transport {

@@ -21,9 +21,9 @@ inline namespace v0 {
 
 /// Bytes to write, in this order. An owner may leave `third` out; it is then the first part of the next output.
 struct Output {
-  std::string_view first;    ///< the first part
-  std::string_view second;   ///< the second part
-  std::string_view third{};  ///< the third part
+  std::string_view first;                                                  ///< the first part
+  std::string_view second;                                                 ///< the second part
+  std::string_view third{};                                                ///< the third part
   bool empty() const noexcept { return first.empty() && second.empty(); }  ///< whether there is nothing to write
 };
 
@@ -44,9 +44,9 @@ class LRT_API SessionContext {
   /// Memory of the bodies that the sessions receive.
   BodyBudget& bodies() noexcept { return bodies_; }
   engine::Handler* handler = nullptr;  ///< gets the requests; set before the first receive()
-  bool websockets = false;  ///< the owner carries WebSockets
-  bool streams = false;     ///< the owner carries event streams: it calls push() for channel()
-  bool stopping = false;    ///< every response is the last of its connection
+  bool websockets = false;             ///< the owner carries WebSockets
+  bool streams = false;                ///< the owner carries event streams: it calls push() for channel()
+  bool stopping = false;               ///< every response is the last of its connection
 
   /// IMF-fixdate (RFC 9110 5.6.7), made once a second.
   std::string_view date(std::chrono::system_clock::time_point utc);

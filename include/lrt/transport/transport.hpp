@@ -31,18 +31,19 @@ struct Limits {
   /// The share of it that one IPv4 address, or one /64 network of IPv6 addresses, can use; more: that client gets 503 with Retry-After, and other
   /// clients are served. nullopt: half of max_total_body_bytes. Clients on this machine are not limited: a proxy has one address for all its clients.
   std::optional<std::size_t> max_total_body_bytes_per_address;
-  /// A new connection beyond this number closes the one that has been idle for longest (between requests, or before the first byte of the
-  /// first, without pending input). If none is idle, the new one becomes one of reserved_connections: a request other than a stop gets 503 with
-  /// Retry-After there, and the connection is closed. 64 of these at a time linger for linger_timeout; the others are closed at once, so a client whose
-  /// request arrives later may see a reset.
-  /// Event streams and WebSockets count and are never idle: subscription::SubscriptionOptions::max_subscriptions leaves some connections to requests.
+  /// A new connection beyond this number closes the one that has been idle for longest (between requests, or before the
+  /// first byte of the first, without pending input). If none is idle, the new one becomes one of reserved_connections:
+  /// a request other than a stop gets 503 with Retry-After there, and the connection is closed. 64 of these at a time
+  /// linger for linger_timeout; the others are closed at once, so a client whose request arrives later may see a reset.
+  /// Event streams and WebSockets count and are never idle: subscription::SubscriptionOptions::max_subscriptions leaves
+  /// some connections to requests.
   std::size_t max_connections = 2048;
   /// Connections of one IPv4 address, or of one /64 network of IPv6 addresses (one host can use all of them); a further one gets 503. Clients on this
   /// machine are not counted: a proxy has one address for all its clients.
   std::size_t max_connections_per_address = 256;
-  /// Connections beyond max_connections and max_connections_per_address that may only carry a request to a stop (Action::stop()): one request, then the
-  /// connection is closed. Other requests get 503 there. If all are in use, a new one replaces the one that has waited longest for its request.
-  /// 0: none.
+  /// Connections beyond max_connections and max_connections_per_address that may only carry a request to a stop
+  /// (Action::stop()): one request, then the connection is closed. Other requests get 503 there. If all are in use, a
+  /// new one replaces the one that has waited longest for its request. 0: none.
   std::size_t reserved_connections = 16;
   std::size_t max_requests_per_connection = 1'000'000;  ///< the last response has Connection: close
   /// From the first byte of a header section to its end; longer: 408. For the first request of a connection: from accept(2) on; a connection without
@@ -74,10 +75,10 @@ struct TlsOptions {
 struct TransportOptions {
   std::string address = "127.0.0.1";  ///< numeric address to listen on
   std::uint16_t port = 8080;          ///< 0: any free one
-  Limits limits;  ///< limits of clients
-  std::optional<TlsOptions> tls;  ///< nullopt: plain HTTP
-  const Clock* clock = nullptr;   ///< nullptr: system_clock()
-  LogCallback log;                ///< may be empty
+  Limits limits;                      ///< limits of clients
+  std::optional<TlsOptions> tls;      ///< nullopt: plain HTTP
+  const Clock* clock = nullptr;       ///< nullptr: system_clock()
+  LogCallback log;                    ///< may be empty
   /// Called on the host's event loop when a transport with Capabilities::on_host_loop has pending work. It polls the transport and runs all other due
   /// work. Set by Server.
   std::function<void()> turn;
@@ -107,8 +108,9 @@ class LRT_API Transport {
   /// and expired times gets a step. The next call continues without waiting. Throws nothing but std::bad_alloc.
   /// @return  how long no work will be due if nothing arrives: 0 if work is left, milliseconds::max() for ever
   virtual std::chrono::milliseconds poll(std::chrono::microseconds budget, std::chrono::milliseconds wait) = 0;
-  /// A descriptor that is readable whenever poll() has work, including expired times and work that a budget left over, for the host's own poll(), epoll
-  /// or select. The transport owns it, from start() to stop(). Do not read from it. -1: there is none, and poll() returns how long to sleep.
+  /// A descriptor that is readable whenever poll() has work, including expired times and work that a budget left over,
+  /// for the host's own poll(), epoll or select. The transport owns it, from start() to stop(). Do not read from it.
+  /// -1: there is none, and poll() returns how long to sleep.
   virtual int descriptor() noexcept { return -1; }
   /// Wakes poll(), from any thread.
   virtual std::shared_ptr<Waker> waker() const noexcept = 0;

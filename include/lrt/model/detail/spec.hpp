@@ -46,10 +46,10 @@ struct ActionPolicy {
   Kind kind = Kind::queue;  ///< which rule
   std::size_t limit = 16;   ///< queue: number of waiting invocations; parallel: of running invocations; beyond it the client gets 429
 
-  static constexpr ActionPolicy preempt() noexcept { return {Kind::preempt, 1}; }                  ///< the older invocation is cancelled
-  static constexpr ActionPolicy queue(std::size_t n) noexcept { return {Kind::queue, n}; }         ///< one runs, at most `n` wait for it
-  static constexpr ActionPolicy reject() noexcept { return {Kind::reject, 1}; }                    ///< the newer invocation is refused: 409
-  static constexpr ActionPolicy parallel(std::size_t n) noexcept { return {Kind::parallel, n}; }   ///< at most `n` run at the same time
+  static constexpr ActionPolicy preempt() noexcept { return {Kind::preempt, 1}; }                 ///< the older invocation is cancelled
+  static constexpr ActionPolicy queue(std::size_t n) noexcept { return {Kind::queue, n}; }        ///< one runs, at most `n` wait for it
+  static constexpr ActionPolicy reject() noexcept { return {Kind::reject, 1}; }                   ///< the newer invocation is refused: 409
+  static constexpr ActionPolicy parallel(std::size_t n) noexcept { return {Kind::parallel, n}; }  ///< at most `n` run at the same time
 };
 
 }  // namespace v0
