@@ -2,6 +2,7 @@
 #   - without the inline namespace of the ABI, which users do not write;
 #   - with a sentence for members that need none in the header: moves and copies, and what each specialisation of rdf::traits has;
 #   - with comments behind a member closed, because doxygen would add the next member's comment to them;
+#   - with `@par Threads` as a heading and the rest of the line as its text;
 #   - with the terms of the vocabularies, which a macro declares.
 function documented() { return (previous ~ /^ *\/\/\/ / && previous !~ /@}/) || grouped }
 function describe(text) { sub(/[^ ]/, "/** " text " */ &") }
@@ -11,6 +12,11 @@ function describe(text) { sub(/[^ ]/, "/** " text " */ &") }
 /^ *\/\/\/ @\{/ { grouped = 1 }
 /^ *\/\/\/ @\}/ { grouped = 0 }
 /^inline namespace v0 \{$/ || /^}  \/\/ namespace v0$/ { $0 = "" }
+
+match($0, /@par [A-Z][a-z]+ +/) {
+  split(substr($0, RSTART, RLENGTH), word, " ")
+  $0 = substr($0, 1, RSTART - 1) "@heading{" word[2] "} " substr($0, RSTART + RLENGTH)
+}
 
 /^  +[A-Za-z]+\([A-Za-z]+&&( [a-z]+)?\)/ && !documented() { describe("Moves. The moved-from object may only be assigned or destroyed.") }
 /^  +[A-Za-z]+& operator=\([A-Za-z]+&&( [a-z]+)?\)/ && !documented() { describe("Moves. The moved-from object may only be assigned or destroyed.") }
