@@ -30,7 +30,6 @@ class Server;
 /// A feed must not outlive its server. After Server::stop() it returns nothing more.
 ///
 /// @par Threads  One thread at a time, any; not from a lambda of the server. waker() returns an object whose wake() any thread may call.
-/// @par Implements  R0.12, R0.14 for other protocols
 class LRT_API Feed {
  public:
   using Channel = subscription::Channel;  ///< identifies a subscription

@@ -96,9 +96,9 @@ class Mount {
 
  private:
   using SteadyClock = std::chrono::steady_clock;
-  /// So long can an open event stream delay the end of the host's server.
+  /// The longest time by which an open event stream can delay the end of the host's server.
   static constexpr std::chrono::milliseconds longest_wait{200};
-  /// Of the body of a refused request, so that its connection can be kept.
+  /// Size of the body of a refused request that is read and discarded, so that its connection can be kept.
   static constexpr std::size_t max_discarded_body_bytes = 16 * 1024;
 
   /// An open event stream.
@@ -119,7 +119,7 @@ class Mount {
   }
   static bool may_have_content(std::string_view method) { return method == "POST" || method == "PUT" || method == "PATCH" || method == "DELETE"; }
 
-  /// The target as it was received, but for the prefix. The prefix may contain percent escapes (RFC 3986 6.2.2.2).
+  /// The target as it was received, without the prefix. The prefix may contain percent escapes (RFC 3986 6.2.2.2).
   std::optional<std::string> without_prefix(const std::string& target) const {
     if (prefix_.empty() || target.empty()) return target;
     std::size_t begin = 0;
@@ -188,7 +188,7 @@ class Mount {
     return std::nullopt;
   }
 
-  /// Of a request whose body may have bytes left on the connection: that can serve no other request then.
+  /// For a request whose body may have unread bytes on the connection: the connection is closed.
   static http::Response problem(int status, std::string detail) {
     http::Response response;
     http::set_problem(response, {status, std::move(detail)});
@@ -227,7 +227,7 @@ class Mount {
         stream->written = SteadyClock::now();
         return sink.write(bytes.data(), bytes.size());
       };
-      if (sink.is_writable && !sink.is_writable()) return false;  // the client is gone
+      if (sink.is_writable && !sink.is_writable()) return false;  // the client has disconnected
       const EventSource::Event event = stream->events.next(std::min(longest_wait, ping_interval));
       if (event.bytes) return write(*event.bytes);
       if (event.end) {

@@ -172,7 +172,6 @@ struct Counters {
 /// A bridge must not outlive its server. The robot's program never waits for it.
 ///
 /// @par Threads  After start(): any. Before: one thread at a time. Not from a lambda of the server.
-/// @par Implements  MQTT 5.0
 class LRT_API Bridge {
  public:
   /// Makes a bridge. It does not connect yet; start() or the first poll() does.

@@ -72,7 +72,8 @@ class LRT_API Server {
   int descriptor() noexcept;
   /// Calls poll() and waits, until stop().
   void run() noexcept;
-  /// Calls run() on a thread of lrt. Throws std::system_error if the system has no further thread.
+  /// Calls run() on a thread of lrt. A second call has no effect.
+  /// @throws BadResult  the system refuses a further thread, or its options (Threads::own)
   void start();
   /// Interrupts a blocking run().
   /// @par Threads  Any.

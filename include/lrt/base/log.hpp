@@ -12,7 +12,7 @@ inline namespace v0 {
 /// How important a log message is.
 enum class LogLevel : unsigned char {
   debug,    ///< details for developers
-  info,     ///< normal events: a failed invocation, a subscription that ended
+  info,     ///< normal events, for example a failed invocation
   warning,  ///< something needs attention, and lrt continues: a lambda that failed, a limit that was reached
   error,    ///< misuse by the program, or a failure of the system
 };

@@ -32,9 +32,10 @@ inline namespace v0 {
 /// - A record is an object with its fields by name. Two fields with the same name get prefixes ("maths:x") or their IRIs as names.
 /// - A map is an object with its members by name, in the order of the names. Its values state their units one by one.
 /// - A duration is the text of an xsd:dayTimeDuration, an instant the text of an xsd:dateTime.
-/// - An absent value is left out of its record or list; as the whole value it is null.
+/// - An absent value is left out of its record or list; as a whole value it is null.
 /// - NaN and infinities are the texts "NaN", "INF", "-INF" in JSON, as in XML Schema.
 /// - A record with a field "value" cannot have a unit of its own.
+///
 /// In text an absent value is the empty text, so an optional text cannot be empty.
 enum class Plain : unsigned char { json, json_with_units, text, cbor, octets };
 inline constexpr std::array<Plain, 4> all_plain = {Plain::json, Plain::json_with_units, Plain::text, Plain::cbor};  ///< without octets
@@ -70,7 +71,7 @@ LRT_API bool reads_octets(const Type& type);
 LRT_API Result<std::string> write_plain(const Type& type, const Facets& facets, const Value& value, Plain format);
 
 /// Reads a value and adds to `graph` at `focus` the triples that write_value() would add, so the same shape validates it. A value of the
-/// wrong type is added as it is (a text where a number is expected). A missing or null value is left out. A number gets the type's
+/// wrong type is added unchanged (a text where a number is expected). A missing or null value is left out. A number gets the type's
 /// datatype and keeps its digits. If the type is an integer, a number with a fraction or an exponent becomes an xsd:double, and a number
 /// out of range an xsd:integer.
 ///
@@ -79,7 +80,7 @@ LRT_API Result<std::string> write_plain(const Type& type, const Facets& facets, 
 ///
 /// Format text: a text is the body, byte for byte. White space around other scalars is ignored. Lists, records and maps are JSON.
 ///
-/// @param mismatch  receives, with the error expected_value, the JSON Pointer of what was refused and the sentence about it
+/// @param mismatch  receives, with the error expected_value, the JSON Pointer of the refused member and the message
 /// @par Errors  After an error the graph must be discarded.
 ///              expected_rdf, with the position: invalid JSON, CBOR or UTF-8; U+0000; two members with the same name; octets of a wrong
 ///              length; in CBOR also tags, byte strings, undefined.

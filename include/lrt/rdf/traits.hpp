@@ -128,7 +128,7 @@ LRT_API Unexpected read_only();
 ///     Result<T> decode(const Value& value);        // may refuse values that the Type allows
 ///     bool same(const T& a, const T& b) noexcept;  // true: both have the same representations; does not allocate
 ///
-/// @par Errors   decode(): expected_value or out_of_range; the client gets 422. An exception of encode(): 500.
+/// @par Errors   decode(): expected_value, if the value is not a T; the client gets 422. An exception of encode(): 500.
 /// @par Threads  Any, also concurrently: the members have no state. encode() of a pulled property and decode() of what a client sends run on the
 ///               thread of the user's lambda (see Dispatch). Of a pushed property, publish() calls same() on the publishing thread, and the engine's
 ///               thread calls encode() unless traits of the user take part.
@@ -446,11 +446,11 @@ struct traits<std::unordered_map<K, T, Hash, Equal, Allocator>> : detail::NoTrai
 ///       static void describe(Enumeration<Mode>& e) { e.name(Mode::slow, "slow").name(Mode::fast, "fast"); }
 ///     };
 ///
-/// A value without a name has no representation: it is treated as absent. A name that is not in the set is refused: expected_value.
+/// A value without a name has no representation: it is null, like an absent value. A name that is not in the set is refused: expected_value.
 template <class E>
 class Enumeration {
  public:
-  /// Names an enumerator. Each name may be given once.
+  /// Gives an enumerator its name.
   Enumeration& name(E value, std::string text) {
     type_.names.push_back(std::move(text));
     values_.push_back(value);

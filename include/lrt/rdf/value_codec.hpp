@@ -39,7 +39,7 @@ struct Mismatch {
   std::string message;  ///< "expected a number of at least 0 and below 360, found \"360\"^^xsd:float"
 };
 
-/// Reads the value at `focus`. Triples that the type does not describe are ignored. A floating-point value may be given as xsd:float, double,
+/// Reads the value at `focus`. Triples outside the type are ignored. A floating-point value may be given as xsd:float, double,
 /// decimal or an integer. Bounds, datatypes, missing and repeated values and units are checked (SPEC 3.3).
 /// @param mismatches  receives at most 16 mismatches
 /// @return the value, if there is no mismatch
@@ -47,21 +47,21 @@ struct Mismatch {
 LRT_API Result<Value> read_value(const Graph& graph, TermId focus, const Type& type, const Facets& facets, std::string_view vocabulary,
                                  std::vector<Mismatch>& mismatches);
 
-/// The graph of a body with what a client may leave out or write in another way, so that it conforms to the derived shape if its values fit
-/// (SPEC 3.3):
+/// Completes the graph of a body: adds what a client may leave out or write in another form, so that the graph conforms to the derived shape if its
+/// values fit (SPEC 3.3):
 /// - the node of a value that has no rdf:type, or one of the value's classes, has all of them;
 /// - a number of another numeric datatype has the datatype of the C++ type, if that can hold it;
 /// - a unit that is stated in one vocabulary is stated in the other one, too.
-/// @return  nullopt: nothing is missing
+/// @return  the completed graph; nullopt: nothing is missing
 LRT_API std::optional<Graph> completed(const Graph& graph, TermId focus, const Type& type, const Facets& facets, std::string_view vocabulary);
 
-/// Checks a value that was not read from RDF (a C++ value, JSON) against facets.
+/// Whether a value that was not read from RDF (a C++ value, JSON) is within the facets.
 LRT_API bool within(const Type& type, const Facets& facets, const Value& value) noexcept;
 
-/// The class of nodes with such a value: maths:Scalar for numbers, the first class of a record, else empty.
+/// The class of nodes with such a value: maths:Scalar for numbers, the first class of a record, otherwise empty.
 LRT_API std::string target_class(const Type& type, std::string_view vocabulary);
 
-/// "vom:numericalValue" if a default prefix fits, else "<iri>".
+/// An IRI with a default prefix, "vom:numericalValue", or else "<iri>".
 LRT_API std::string abbreviate(std::string_view iri);
 
 }  // namespace v0

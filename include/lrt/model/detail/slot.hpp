@@ -27,21 +27,21 @@ class LRT_API SlotBase : public ChangeSource {
 
   /// True if take() would return a value. Any thread.
   bool has_change() const noexcept { return (middle_.load(std::memory_order_seq_cst) & fresh) != 0; }
-  /// Takes the next value and the time of its publish(): the oldest of those that are kept, else the newest. For the reader.
+  /// Takes the next value and the time of its publish(): the oldest kept value, or else the newest one. For the reader.
   /// @return  false: every value has been taken
   virtual bool take(rdf::Value& value, Utc& since) = 0;
-  /// Of the values that could be taken now, only the newest is left; the others count as lost. For the reader.
+  /// Drops all values that could be taken now except the newest; they count as lost. For the reader.
   virtual void skip_to_newest() noexcept = 0;
   /// Counts values that were taken but not used. For the reader.
   void count_lost(std::uint64_t values) noexcept { lost_.fetch_add(values, std::memory_order_relaxed); }
-  /// The number of values that take() may give at once. For the reader.
+  /// The maximum number of values that take() can return in a row. For the reader.
   virtual std::size_t available() const noexcept = 0;
   /// Sets the number of values that are kept, instead of the one that start_keeping() finds. Call before the first publish().
   virtual void keep(std::size_t samples) = 0;
 
   // Keeping: between start and stop the writer puts each value into a ring, so that the reader can take each. publish() stays wait-free.
-  /// Begins to keep values. Values that were published before are not given as kept ones. The ring is made at the first call and remains.
-  /// @param samples  that are enough
+  /// Begins to keep values. Values that were published before are not kept. The first call allocates the ring, which remains.
+  /// @param samples  number of values to keep
   /// @param bytes    limit of the ring, see set_value_bytes()
   /// @par Threads  The engine's; the reader may be in take().
   virtual void start_keeping(std::size_t samples, std::size_t bytes) = 0;
@@ -57,7 +57,7 @@ class LRT_API SlotBase : public ChangeSource {
   /// The T that was taken last; null without hold(). For the reader.
   virtual std::shared_ptr<const void> whole() const noexcept = 0;
   virtual bool owns_memory() const noexcept = 0;
-  /// take() calls traits that the user wrote.
+  /// Whether take() calls traits of the user.
   virtual bool runs_user_code() const noexcept = 0;
 
   /// Makes the next publish() count as a change even if it repeats the last value. Any thread.

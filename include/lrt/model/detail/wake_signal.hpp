@@ -13,7 +13,7 @@
 namespace lrt::model {
 inline namespace v0 {
 
-/// Wakes the engine while it sleeps; costs one atomic load while it is awake. Urgent signals wake it always. Many threads signal, one thread
+/// Wakes the engine if it sleeps; costs one atomic load while it is awake. Urgent signals always wake it. Many threads signal, one thread
 /// sleeps.
 ///
 /// The engine scans for changes periodically. Before it stops, it calls sleep() and scans once more. A change made after that scan finds
@@ -39,7 +39,7 @@ class WakeSignal {
 
   // For the engine.
   bool is_urgent() const noexcept { return urgent_.load(std::memory_order_acquire); }
-  /// To be called before the scan.
+  /// Resets is_urgent(). Call it before the scan.
   void take_urgent() noexcept { urgent_.exchange(false, std::memory_order_acq_rel); }
   void sleep() noexcept { asleep_.store(true, std::memory_order_seq_cst); }
   void stay_awake() noexcept { asleep_.store(false, std::memory_order_seq_cst); }
@@ -58,7 +58,7 @@ class WakeSignal {
   std::vector<std::shared_ptr<Waker>> wakers_;
 };
 
-/// Something that can change on the robot. It signals the engine while it is observed.
+/// A value of the robot that can change. It signals the engine while it is observed.
 class LRT_API ChangeSource {
  public:
   virtual ~ChangeSource() = default;
