@@ -27,8 +27,8 @@ inline constexpr FromInput from_input{};
 
 /// Handle to an Action of a Thing: a command that clients invoke by POST. Thing::action() makes it.
 ///
-/// Unit and bounds (unit(), between(), ...) are those of the input. available() has an effect before and after Server::add(), until the thing is
-/// removed.
+/// Unit and bounds (unit(), between(), ...) are those of the input. available() has an effect before and after
+/// Server::add(), until the thing is removed.
 ///
 /// @par Threads  Set-up: one thread at a time, before Server::add(). available(): any.
 /// @par Implements  R0.5, R0.8, R1.10, paper 5.4
@@ -45,25 +45,30 @@ class LRT_API Action : public model::ResourceHandle<Action, model::ActionSpec> {
   Action& produces(const rdf::Facets& f) {
     return edit("produces", [&](auto& s) { s.output_facets.merge(f); });
   }
-  /// Sets what happens to an invocation while another one of this action is pending or running. Default: ActionPolicy::queue(16).
+  /// Sets what happens to an invocation while another one of this action is pending or running. Default:
+  /// ActionPolicy::queue(16).
   Action& policy(ActionPolicy p) {
     return edit("policy", [&](auto& s) { s.policy = p; });
   }
 
-  /// Marks the action as a stop: it brings the robot to a standstill, and the server serves it even when every limit is reached.
+  /// Marks the action as a stop: it brings the robot to a standstill, and the server serves it even when every limit is
+  /// reached.
   ///
-  /// - The lambda runs on the I/O thread (Dispatch::io_thread), before all other lambdas that wait there. It should set an atomic flag that the
-  ///   control loop obeys, and return. With Io::in_poll that thread is the one that polls.
-  /// - Connections: transport::Limits::reserved_connections are kept for it. Requests: the limits of waiting requests and of open calls do not apply.
-  /// - Invocations run in parallel and are neither queued nor refused. If `policy().limit` of them (default: 16) have not ended, the oldest is
-  ///   cancelled.
+  /// - The lambda runs on the I/O thread (Dispatch::io_thread), before all other lambdas that wait there. It should set
+  ///   an atomic flag that the control loop obeys, and return. With Io::in_poll that thread is the one that polls.
+  /// - Connections: transport::Limits::reserved_connections are kept for it. Requests: the limits of waiting requests
+  ///   and of open calls do not apply.
+  /// - Invocations run in parallel and are neither queued nor refused. If `policy().limit` of them (default: 16) have
+  ///   not ended, the oldest is cancelled.
   /// - A body and its header fields are ignored. TLS, the authorizer and the check of foreign origins apply.
-  /// - Clients find it by lrt:stop at the root and at its Thing, and by the class lrt:StopAction; in JSON by `stops` of the root and `stop` of the
-  ///   action. The console page shows its button in each view.
+  /// - Clients find it by lrt:stop at the root and at its Thing, and by the class lrt:StopAction; in JSON by `stops` of
+  ///   the root and `stop` of the action. The console page shows its button in each view.
   ///
-  /// A later call of dispatch() may set Dispatch::executor, and a later call of policy() another limit by ActionPolicy::parallel(n).
+  /// A later call of dispatch() may set Dispatch::executor, and a later call of policy() another limit by
+  /// ActionPolicy::parallel(n).
   ///
-  /// @par Errors  invalid_option, from Server::add(): the action has an input, a dispatch that waits for Server::poll, or another policy
+  /// @par Errors  invalid_option, from Server::add(): the action has an input, a dispatch that waits for Server::poll,
+  ///              or another policy
   Action& stop() {
     return edit("stop", [](auto& s) {
       s.stop = true;
@@ -73,15 +78,17 @@ class LRT_API Action : public model::ResourceHandle<Action, model::ActionSpec> {
   }
 
   /// @{
-  /// States the effect: what a successful invocation changes. Clients can search for the action that leads to their goal. The action gets
-  /// hybrit:produces with a shape that refers to the property by ssn:forProperty. The property's representation conforms to this shape afterwards.
-  /// Each call adds an effect. lrt publishes the statement and does not verify it.
+  /// States the effect: what a successful invocation changes. Clients can search for the action that leads to their
+  /// goal. The action gets hybrit:produces with a shape that refers to the property by ssn:forProperty. The property's
+  /// representation conforms to this shape afterwards. Each call adds an effect. lrt publishes the statement and does
+  /// not verify it.
   ///
   ///     joint.action("rotate", ...).effect(rotation, lrt::from_input);   // the property gets the value of the input, in its own unit
   ///     gripper.action("open", ...).effect(state, GripperState::open);   // the property gets this value
   ///     arm.action("calibrate", ...).effect(offset);                     // the property gets another value
   ///
-  /// @param property  a handle; or, without a value, the path of a property below the server's root: "baxter/right_s1/rotation"
+  /// @param property  a handle; or, without a value, the path of a property below the server's root:
+  ///                  "baxter/right_s1/rotation"
   /// @par Errors  expected_iri (a path), invalid_option (from_input without an input): from Server::add()
   /// @par Implements  paper 5.4, Figure 5a
   template <class Self, class T>
@@ -99,23 +106,25 @@ class LRT_API Action : public model::ResourceHandle<Action, model::ActionSpec> {
   Action& effect(std::string_view property) { return add_effect(property, false); }
   Action& effect(std::string_view property, FromInput) { return add_effect(property, true); }
   /// @}
-  /// States the effect by a shape in Turtle with the name `<#effect>`. The base IRI is the action, so `<../rotation>` is the property "rotation" of
-  /// its thing.
+  /// States the effect by a shape in Turtle with the name `<#effect>`. The base IRI is the action, so `<../rotation>`
+  /// is the property "rotation" of its thing.
   /// @par Errors  expected_rdf: from Server::add()
   Action& effect_turtle(std::string text) {
     return edit("effect_turtle", [&](auto& s) { s.effect_turtle.push_back(std::move(text)); });
   }
 
-  /// Adds a header field of the request to the action's binding (http-core:headers), for example one that a proxy or an authorizer requires. lrt
-  /// states Content-Type (if there is an input) and Accept, both with text/turtle; a field with one of these names replaces lrt's.
+  /// Adds a header field of the request to the action's binding (http-core:headers), for example one that a proxy or an
+  /// authorizer requires. lrt states Content-Type (if there is an input) and Accept, both with text/turtle; a field
+  /// with one of these names replaces lrt's.
   /// @par Errors  expected_http: from Server::add()
   Action& header(std::string name, std::string value) {
     return edit("header", [&](auto& s) { s.headers.emplace_back(std::move(name), std::move(value)); });
   }
 
   /// @{
-  /// States that this action is composed of another one (dcterms:hasPart), as moving an arm is composed of turning its joints. Each call adds one
-  /// part. The lambda calls the parts itself; Responder::split() passes progress and cancellation between them.
+  /// States that this action is composed of another one (dcterms:hasPart), as moving an arm is composed of turning its
+  /// joints. Each call adds one part. The lambda calls the parts itself; Responder::split() passes progress and
+  /// cancellation between them.
   /// @param part  a handle; or the path of an action below the server's root: "baxter/right_s1/actions/rotate"
   /// @par Errors  expected_iri (a path): from Server::add()
   /// @par Implements  paper 5.4
@@ -125,16 +134,18 @@ class LRT_API Action : public model::ResourceHandle<Action, model::ActionSpec> {
 
   /// Sets whether the action can be invoked now. Default: true.
   ///
-  /// While it is not available, its Thing does not link to it (Link fields, hybrit:action, overviews), a POST is answered 409 with the reason, and
-  /// a queued invocation fails with the reason when it would begin. If this is called on the thread where the action's lambda runs, the lambda is not
-  /// called afterwards. Running invocations continue. GET of the action still works and states the reason in lrt:unavailable. Observers of the
-  /// Thing, of its state and of the action get the new representation.
+  /// While it is not available, its Thing does not link to it (Link fields, hybrit:action, overviews), a POST is
+  /// answered 409 with the reason, and a queued invocation fails with the reason when it would begin. If this is called
+  /// on the thread where the action's lambda runs, the lambda is not called afterwards. Running invocations continue.
+  /// GET of the action still works and states the reason in lrt:unavailable. Observers of the Thing, of its state and
+  /// of the action get the new representation.
   ///
   /// @param yes     whether it can be invoked
-  /// @param reason  a string literal, for people: "the gripper is empty". Only its address is stored, so nothing is allocated. For several reasons
-  ///                write several calls.
+  /// @param reason  a string literal, for people: "the gripper is empty". Only its address is stored, so nothing is
+  ///                allocated. For several reasons write several calls.
   /// @par Threads  Any; the last call counts.
-  /// @par Time     No lock and no allocation. One system call, only if the state changes while something is observed and the engine sleeps.
+  /// @par Time     No lock and no allocation. One system call, only if the state changes while something is observed
+  ///               and the engine sleeps.
   /// @par Implements  R1.10, paper 5.4
   template <class Reason>
   Action& available(bool yes, Reason&& reason) noexcept {
@@ -171,7 +182,8 @@ class LRT_API Action : public model::ResourceHandle<Action, model::ActionSpec> {
 namespace lrt::model {
 inline namespace v0 {
 
-/// The parameters and the result of a callable. `known` is false for generic lambdas, std::bind, and types that are not callable.
+/// The parameters and the result of a callable. `known` is false for generic lambdas, std::bind, and types that are not
+/// callable.
 template <class F, class = void>
 struct Signature {
   static constexpr bool known = false;

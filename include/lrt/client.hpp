@@ -20,8 +20,8 @@
 namespace lrt {
 inline namespace v0 {
 
-/// A client for robots that are Linked Robotic Things, of lrt or of others. It gets one URL and finds the rest by links and shapes, never by known
-/// paths.
+/// A client for robots that are Linked Robotic Things, of lrt or of others. It gets one URL and finds the rest by links
+/// and shapes, never by known paths.
 ///
 ///     lrt::Client client = lrt::Client::create().value();
 ///     auto robot = client.open("http://127.0.0.1:8080/").value();
@@ -30,8 +30,8 @@ inline namespace v0 {
 ///     auto run = joint.action("rotate").value().invoke(43.6F).value();
 ///     run.wait(std::chrono::seconds(10)).value();
 ///
-/// Functions that send requests block until the response, at most the times of client::Limits. A program with its own loop passes blocking calls to
-/// async(), and gets results and changes in poll().
+/// Functions that send requests block until the response, at most the times of client::Limits. A program with its own
+/// loop passes blocking calls to async(), and gets results and changes in poll().
 ///
 /// @par Errors   of an exchange: timed_out, io_error (no connection, TLS), expected_http (an invalid response),
 ///               limit_exceeded (client::Limits), closed (after stop()); for a status of 400 or more see
@@ -48,12 +48,15 @@ class LRT_API Client {
   /// Calls stop().
   ~Client();
 
-  /// Finds the Things that are linked, directly or through others, from a URL: by Link fields, by hybrit:property and hybrit:action, by members of
-  /// containers, and by any other predicate whose object is of the same origin. The identity of the options is sent to this origin.
-  /// @par Errors  of the exchange with this URL; limit_exceeded. Robot::problems() lists other resources that cannot be read
+  /// Finds the Things that are linked, directly or through others, from a URL: by Link fields, by hybrit:property and
+  /// hybrit:action, by members of containers, and by any other predicate whose object is of the same origin. The
+  /// identity of the options is sent to this origin.
+  /// @par Errors  of the exchange with this URL; limit_exceeded. Robot::problems() lists other resources that cannot be
+  ///              read
   Result<client::Robot> open(const std::string& url);
   /// @{
-  /// A Property or an Action with a known URL. Nothing is requested yet. The identity of the options is sent to its origin.
+  /// A Property or an Action with a known URL. Nothing is requested yet. The identity of the options is sent to its
+  /// origin.
   /// @par Errors  expected_iri
   Result<client::Property> property(const std::string& url);
   Result<client::Action> action(const std::string& url);
@@ -67,8 +70,8 @@ class LRT_API Client {
   /// Sends any request, within the limits. A response with a status of 400 or more is not an error.
   Result<client::Response> send(const client::Request& request);
 
-  /// Begins to watch a resource. `on_change` gets its values, gaps, and the end (also a refusal by the server), on the thread of Options::callbacks.
-  /// The identity of the options is sent to its origin.
+  /// Begins to watch a resource. `on_change` gets its values, gaps, and the end (also a refusal by the server), on the
+  /// thread of Options::callbacks. The identity of the options is sent to its origin.
   /// @par Errors  expected_iri, invalid_option; closed: after stop()
   Result<client::Watch> watch(const std::string& url, const client::WatchOptions& options, client::OnChange on_change);
 

@@ -29,7 +29,8 @@ class Server;
 ///
 /// A feed must not outlive its server. After Server::stop() it returns nothing more.
 ///
-/// @par Threads  One thread at a time, any; not from a lambda of the server. waker() returns an object whose wake() any thread may call.
+/// @par Threads  One thread at a time, any; not from a lambda of the server. waker() returns an object whose wake() any
+///               thread may call.
 class LRT_API Feed {
  public:
   using Channel = subscription::Channel;  ///< identifies a subscription
@@ -72,11 +73,13 @@ class LRT_API Feed {
   ~Feed();
 
   /// Subscribes to a resource. Its first message is the present representation.
-  /// @par Errors  unknown_path; refused; unsupported_syntax; limit_exceeded: SubscriptionOptions::max_feed_subscriptions; closed
+  /// @par Errors  unknown_path; refused; unsupported_syntax; limit_exceeded:
+  ///              SubscriptionOptions::max_feed_subscriptions; closed
   Result<Channel> add(engine::FeedSubscription subscription);
   /// Ends a subscription. No message of it follows.
   void remove(Channel channel);
-  /// Marks the present representations of all its subscriptions without a queue as messages again, although they were taken.
+  /// Marks the present representations of all its subscriptions without a queue as messages again, although they were
+  /// taken.
   void repeat_all();
 
   /// Handles a request as Server::serve() does, with the same authorization, and does not wait. The views of `request`
@@ -86,7 +89,8 @@ class LRT_API Feed {
 
   /// Takes what is available, within the bounds, and does not wait. Channels take turns.
   Batch take(const Bounds& bounds);
-  /// A descriptor that is readable while take() has something to return, or after wake() of waker(). take() makes it unreadable.
+  /// A descriptor that is readable while take() has something to return, or after wake() of waker(). take() makes it
+  /// unreadable.
   int descriptor() const noexcept;
   /// An object whose wake() makes the descriptor readable, from any thread.
   std::shared_ptr<Waker> waker() const;

@@ -24,10 +24,12 @@
 namespace lrt {
 inline namespace v0 {
 
-/// Limits of what a mounted server uses of its host. The host's own settings (connections, times, payload length) apply as well.
+/// Limits of what a mounted server uses of its host. The host's own settings (connections, times, payload length) apply
+/// as well.
 struct MountOptions {
   std::size_t max_body_bytes = transport::Limits().max_body_bytes;  ///< of a request's body; more: 413
-  /// Event streams at a time; more: 503. Each one occupies one of the host's threads, and cpp-httplib has eight by default.
+  /// Event streams at a time; more: 503. Each one occupies one of the host's threads, and cpp-httplib has eight by
+  /// default.
   std::size_t max_event_streams = 4;
   std::chrono::milliseconds ping_interval{15'000};  ///< an event stream gets a comment after this time without an event
 };
@@ -279,18 +281,21 @@ inline namespace v0 {
 /// Below a prefix the server gets every request. Without a prefix the host's routes precede if they were added before;
 /// then a POST, PUT or PATCH without Content-Length waits for the host's read timeout with some releases (0.11).
 ///
-/// Below a prefix the server judges a request by its header section before its body is read (engine::Handler::judge_header()). Without a prefix
-/// cpp-httplib reads the body first, up to its own limit. The host sends `100 Continue` before that, unless
-/// set_expect_100_continue_handler() was called. Each body occupies a thread of the host, so the number of threads limits the memory.
+/// Below a prefix the server judges a request by its header section before its body is read
+/// (engine::Handler::judge_header()). Without a prefix cpp-httplib reads the body first, up to its own limit. The host
+/// sends `100 Continue` before that, unless set_expect_100_continue_handler() was called. Each body occupies a thread
+/// of the host, so the number of threads limits the memory.
 ///
-/// A request must name in Host the host server's port on this machine, or with that port one of Security::allowed_hosts, or the host of
-/// Listen::public_base. There are no WebSockets; clients make web callbacks by POST or GET with `Upgrade: callback` as elsewhere.
-/// http::Request::client_certificate is empty. A waiting request and each event stream occupy one of the host's threads.
+/// A request must name in Host the host server's port on this machine, or with that port one of
+/// Security::allowed_hosts, or the host of Listen::public_base. There are no WebSockets; clients make web callbacks by
+/// POST or GET with `Upgrade: callback` as elsewhere. http::Request::client_certificate is empty. A waiting request and
+/// each event stream occupy one of the host's threads.
 ///
 /// For a server without a port of its own set `options.listen.transport = lrt::transport::no_network`.
 ///
 /// @param http_server  must not listen yet
-/// @param server       must not be moved, and must exist until http_server has stopped listening; it may be stopped before
+/// @param server       must not be moved, and must exist until http_server has stopped listening; it may be stopped
+///                     before
 /// @param prefix       a path without percent escapes, "/robot"; empty or "/": all paths
 /// @par Implements     R0.3-R0.11, R1.1-R1.12 as far as there is no WebSocket
 inline void mount(httplib::Server& http_server, Server& server, std::string prefix = {}, MountOptions options = {}) {

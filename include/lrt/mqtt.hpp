@@ -45,7 +45,8 @@ struct Publication {
   std::string media_type = "application/json";  ///< one that the resource has, such as application/cbor, text/turtle, application/ld+json
   int qos = 0;                                  ///< 0, 1 or 2; reduced to the broker's maximum
   bool retain = false;                          ///< the broker sends the newest message to those who subscribe later
-  /// nullopt: only the newest representation is sent; of actions and invocations each change (the server's default_queue_length).
+  /// nullopt: only the newest representation is sent; of actions and invocations each change (the server's
+  /// default_queue_length).
   std::optional<std::size_t> queue_length{};
   std::chrono::milliseconds minimum_interval{0};  ///< between two messages of one resource
   std::chrono::seconds expiry{0};                 ///< the broker deletes a message that it has kept for this time; 0: never
@@ -82,8 +83,8 @@ struct Broker {
   std::chrono::milliseconds max_pause{30'000};  ///< see first_pause
 };
 
-/// The description of the robot: the document of all Things (/all), at PREFIX/ns/description. It is published when the broker is connected, and when
-/// Things or actions are added, removed or changed.
+/// The description of the robot: the document of all Things (/all), at PREFIX/ns/description. It is published when the
+/// broker is connected, and when Things or actions are added, removed or changed.
 struct Description {
   bool publish = true;                                ///< whether it is published
   std::string media_type = "text/turtle";             ///< one that the resource has
@@ -97,13 +98,15 @@ struct Description {
 /// header fields. The response goes to the message's response topic with its correlation data: the body, its content
 /// type, the user property `status`, and `location` and `etag` if the response has them.
 ///
-/// Retained messages and responses of other bridges are not carried out. Messages that are sent while the robot is not connected are lost.
+/// Retained messages and responses of other bridges are not carried out. Messages that are sent while the robot is not
+/// connected are lost.
 struct Commands {
   bool enabled = false;  ///< whether the bridge subscribes to commands
-  /// Token for messages without one: it names the principal that represents the broker, if only authorized clients may publish to the robot's topics
-  /// there. Empty: such messages have no credentials.
+  /// Token for messages without one: it names the principal that represents the broker, if only authorized clients may
+  /// publish to the robot's topics there. Empty: such messages have no credentials.
   std::string token;
-  /// Allows commands although the server has no Security that could refuse them: whoever may publish to the broker can move the robot.
+  /// Allows commands although the server has no Security that could refuse them: whoever may publish to the broker can
+  /// move the robot.
   bool allow_unprotected = false;
   int qos = 1;  ///< maximum, of the broker's messages to the robot. With 1 a repeated message may be carried out twice, with 0 and 2 not
   std::string default_content_type = "application/json";  ///< for messages with a payload and without a content type
@@ -136,7 +139,8 @@ struct Options {
   Description description;                                         ///< the robot's description
   Commands commands;                                               ///< commands from the broker
   Limits limits;                                                   ///< memory
-  /// The principal whose view is published: what it may read. It must be one of the server's Security. nullptr: everything.
+  /// The principal whose view is published: what it may read. It must be one of the server's Security. nullptr:
+  /// everything.
   std::shared_ptr<const security::Principal> owner;
   ThreadOptions thread;  ///< of the thread of start()
   LogCallback log;       ///< empty: messages are dropped
@@ -175,7 +179,8 @@ struct Counters {
 class LRT_API Bridge {
  public:
   /// Makes a bridge. It does not connect yet; start() or the first poll() does.
-  /// @par Errors  invalid_option; insecure_address: commands that nothing restricts (Commands::allow_unprotected); closed; io_error
+  /// @par Errors  invalid_option; insecure_address: commands that nothing restricts (Commands::allow_unprotected);
+  ///              closed; io_error
   static Result<Bridge> create(Server& server, Options options);
   Bridge(Bridge&&) noexcept;
   Bridge& operator=(Bridge&&) noexcept;
@@ -191,7 +196,8 @@ class LRT_API Bridge {
   std::chrono::milliseconds poll(std::chrono::microseconds budget = std::chrono::microseconds(500)) noexcept;
   /// A descriptor that is readable whenever poll() has work, including expired times. The bridge owns it.
   int descriptor() noexcept;
-  /// Disconnects from the broker, which then publishes the Last Will, and ends the thread. Waiting messages are not sent.
+  /// Disconnects from the broker, which then publishes the Last Will, and ends the thread. Waiting messages are not
+  /// sent.
   void stop() noexcept;
 
   /// Numbers since its creation.

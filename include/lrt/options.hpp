@@ -33,39 +33,48 @@ enum class Io : std::uint8_t {
 
 /// Where the server listens, and the name by which clients know it.
 struct Listen {
-  /// An address, or a host name ("localhost", "robot.local"), which is resolved when the server is created. Its IPv4 addresses come first, and the
-  /// first address that this machine has is used. Requests may name that host, and Server::url() contains it.
+  /// An address, or a host name ("localhost", "robot.local"), which is resolved when the server is created. Its IPv4
+  /// addresses come first, and the first address that this machine has is used. Requests may name that host, and
+  /// Server::url() contains it.
   std::string address = "127.0.0.1";
   std::uint16_t port = 8080;  ///< 0: any free one, see Server::port()
-  /// Absolute IRI that representations use as base, "https://robot.example/cell7". Empty: the base is from each request's Host (SPEC 3.7). A reverse
-  /// proxy may keep its path in the target of a request or remove it. It must remove it if a Thing's path begins with it ("cell7/arm").
+  /// Absolute IRI that representations use as base, "https://robot.example/cell7". Empty: the base is from each
+  /// request's Host (SPEC 3.7). A reverse proxy may keep its path in the target of a request or remove it. It must
+  /// remove it if a Thing's path begins with it ("cell7/arm").
   std::string public_base;
   /// Makes the transport. Empty: the first of transport::names() is used.
   std::function<std::unique_ptr<transport::Transport>(transport::TransportOptions)> transport;
 };
 
-/// Who may do what (R0.2). By default programs on this machine may do everything, and the server listens on no other address.
+/// Who may do what (R0.2). By default programs on this machine may do everything, and the server listens on no other
+/// address.
 struct Security {
   /// Certificate and key. If set, the port accepts HTTPS only.
   std::optional<transport::TlsOptions> tls;
-  /// A file with the tokens of principals and their roles, in the format of security::Tokens. The server checks it once a second. A token that was
-  /// removed from it is refused from then on. If the file cannot be read, the previous tokens stay valid and the log says so. To change it, rename
-  /// another file to it: a file that is written in place may be read half-written. A client sends its token as `Authorization: Bearer TOKEN`,
-  /// or as the password of HTTP Basic, which is accepted over TLS only. The user of a browser logs in with it.
+  /// A file with the tokens of principals and their roles, in the format of security::Tokens. The server checks it once
+  /// a second. A token that was removed from it is refused from then on. If the file cannot be read, the previous
+  /// tokens stay valid and the log says so. To change it, rename another file to it: a file that is written in place
+  /// may be read half-written. A client sends its token as `Authorization: Bearer TOKEN`, or as the password of HTTP
+  /// Basic, which is accepted over TLS only. The user of a browser logs in with it.
   std::string token_file;
-  /// Principals by the subject of their client certificate (RFC 2253), see http::Request::client_certificate. Requires `tls` with a client_ca_file.
+  /// Principals by the subject of their client certificate (RFC 2253), see http::Request::client_certificate. Requires
+  /// `tls` with a client_ca_file.
   std::map<std::string, security::Principal> certificates;
-  /// Finds the principal of a request that has neither a known token nor a known certificate: for JWT, cookies and so on.
+  /// Finds the principal of a request that has neither a known token nor a known certificate: for JWT, cookies and so
+  /// on.
   security::Authenticate authenticate;
   /// What each role may do in the whole server.
   security::Roles roles = security::default_roles();
-  /// What principals and other clients may do to single resources and parts of the tree. With rules, only they decide, and `roles` and `anyone` are
-  /// ignored: a right that no rule gives is refused. No response reveals a resource that the client may not read.
+  /// What principals and other clients may do to single resources and parts of the tree. With rules, only they decide,
+  /// and `roles` and `anyone` are ignored: a right that no rule gives is refused. No response reveals a resource that
+  /// the client may not read.
   std::vector<security::Rule> rules;
-  /// A file with further rules: Web Access Control in Turtle, see security::parse_rules(). It is checked once a second as `token_file` is: if it
-  /// cannot be read, the previous rules stay valid and the log says so. A subscription ends when its right is removed.
+  /// A file with further rules: Web Access Control in Turtle, see security::parse_rules(). It is checked once a second
+  /// as `token_file` is: if it cannot be read, the previous rules stay valid and the log says so. A subscription ends
+  /// when its right is removed.
   std::string policy_file;
-  /// What clients without credentials may do if `token_file`, `certificates` or `authenticate` is set. Default: nothing; they get 401.
+  /// What clients without credentials may do if `token_file`, `certificates` or `authenticate` is set. Default:
+  /// nothing; they get 401.
   security::Rights anyone{};
   /// Sessions and tickets for clients that have a bearer token of `token_file` or `authenticate`. A browser that opens
   /// a page without credentials gets a form for the token. POST /ns/session with `Authorization: Bearer TOKEN`, from a
@@ -73,25 +82,29 @@ struct Security {
   /// server's own pages may use it. POST /ns/ticket returns a ticket, with which a script on another site opens one
   /// WebSocket or event stream (`?ticket=`).
   security::SessionOptions sessions;
-  /// Authorizes each request, after the options above. Empty: clients may do what their roles allow, and everything if none of the options is set. It
-  /// is called once for each request, when its header section is complete and before its body is received (`body` is empty), on the thread that
-  /// serves the request, without a lock of lrt. The verdict is valid until the response.
+  /// Authorizes each request, after the options above. Empty: clients may do what their roles allow, and everything if
+  /// none of the options is set. It is called once for each request, when its header section is complete and before its
+  /// body is received (`body` is empty), on the thread that serves the request, without a lock of lrt. The verdict is
+  /// valid until the response.
   engine::Authorizer authorize;
   std::string challenge = "Bearer";  ///< WWW-Authenticate of a 401
-  /// Further hosts that a request may name in Host, besides the listening address, the names of this machine's loopback addresses, and the host
-  /// of the public base: "robot.local" (with the listening port, or that of the public base) or "name:port". Others get 421. This prevents a web
-  /// page whose own host name resolves to this machine from reading or commanding the robot (DNS rebinding).
+  /// Further hosts that a request may name in Host, besides the listening address, the names of this machine's loopback
+  /// addresses, and the host of the public base: "robot.local" (with the listening port, or that of the public base) or
+  /// "name:port". Others get 421. This prevents a web page whose own host name resolves to this machine from reading or
+  /// commanding the robot (DNS rebinding).
   std::vector<std::string> allowed_hosts;
-  /// Pages of other origins ("https://dashboard.example") that may send commands and open WebSockets and event streams from a browser, besides
-  /// those of this server; "*": any. Others get 403. A client that sends no Origin is not a page in a browser, and is not concerned.
+  /// Pages of other origins ("https://dashboard.example") that may send commands and open WebSockets and event streams
+  /// from a browser, besides those of this server; "*": any. Others get 403. A client that sends no Origin is not a
+  /// page in a browser, and is not concerned.
   std::vector<std::string> allowed_origins;
-  /// Allows listening on an address other than loopback without TLS and without an authorizer. Then every client that can connect to the port
-  /// can move the robot.
+  /// Allows listening on an address other than loopback without TLS and without an authorizer. Then every client that
+  /// can connect to the port can move the robot.
   bool allow_unprotected_network = false;
-  /// Pages of other origins ("https://dashboard.example") that may read responses in a browser (GET, HEAD, OPTIONS; CORS), besides those of
-  /// this server and of allowed_origins; "*": any. Default: none; browsers hide the responses from all other pages. Other clients than browsers are
-  /// not concerned. With "*", each page that somebody visits can read the robot if the visitor's browser can connect to it, also where the robot
-  /// itself cannot be reached from the Internet. Commands, WebSockets and event streams depend on allowed_origins.
+  /// Pages of other origins ("https://dashboard.example") that may read responses in a browser (GET, HEAD, OPTIONS;
+  /// CORS), besides those of this server and of allowed_origins; "*": any. Default: none; browsers hide the responses
+  /// from all other pages. Other clients than browsers are not concerned. With "*", each page that somebody visits can
+  /// read the robot if the visitor's browser can connect to it, also where the robot itself cannot be reached from the
+  /// Internet. Commands, WebSockets and event streams depend on allowed_origins.
   std::vector<std::string> read_origins;
   /// Servers whose notifications this server carries out as commands, by their base IRI ("http://arm.example:8080");
   /// "*": all but its own. Default: none; a PUT, POST or DELETE with the field Lrt-Notification-Of gets 403. Otherwise
@@ -118,9 +131,10 @@ struct Callbacks : subscription::CallbackOptions {
   std::string file;
   /// Makes the deliverer. Empty: delivery::make_deliverer. Not called if `allow` is empty.
   std::function<Result<std::unique_ptr<delivery::Deliverer>>(delivery::Source&, const subscription::CallbackOptions&, LogCallback)> deliverer;
-  /// The response to a request that creates a web callback (201) or cancels one (204) waits until `file` is on the disk; requests that arrive
-  /// together are written together. If the file cannot be written, the response is 503 and nothing has changed: the new callback does not exist,
-  /// the cancelled one continues. false: responses do not wait, and a crash loses what was not written yet.
+  /// The response to a request that creates a web callback (201) or cancels one (204) waits until `file` is on the
+  /// disk; requests that arrive together are written together. If the file cannot be written, the response is 503 and
+  /// nothing has changed: the new callback does not exist, the cancelled one continues. false: responses do not wait,
+  /// and a crash loses what was not written yet.
   bool respond_when_saved = true;
   std::chrono::milliseconds save_timeout{10'000};  ///< how long a request waits for the file; then 503 as above
 };
@@ -129,10 +143,12 @@ struct Callbacks : subscription::CallbackOptions {
 struct Threads {
   Io io = Io::own_thread;                 ///< which thread does the I/O
   Dispatch dispatch = Dispatch::in_poll;  ///< of things that do not set their own
-  /// Runs the lambdas of things with Dispatch::executor. It must run each function exactly once, at any time, on any thread.
+  /// Runs the lambdas of things with Dispatch::executor. It must run each function exactly once, at any time, on any
+  /// thread.
   std::function<void(std::function<void()>)> executor;
-  /// Number of lrt's threads that parse and judge request bodies above Limits::small_body_bytes, so that neither the control loop nor other clients
-  /// wait for them. They start with the first such body and run no lambda. 0: the I/O thread judges every body; 1 MiB takes up to 0.2 s.
+  /// Number of lrt's threads that parse and judge request bodies above Limits::small_body_bytes, so that neither the
+  /// control loop nor other clients wait for them. They start with the first such body and run no lambda. 0: the I/O
+  /// thread judges every body; 1 MiB takes up to 0.2 s.
   unsigned body_threads = 1;
   /// Policy, CPUs and stack of all threads that the server starts: lrt-io (Io::own_thread), lrt-run (Server::start),
   /// lrt-callback, lrt-resolve, lrt-save, lrt-body, lrt-audit. They do not inherit those of the thread that creates the
@@ -152,9 +168,10 @@ struct Options {
   LogCallback log;                                   ///< empty: messages are dropped
   std::shared_ptr<IdSource> ids;                     ///< of invocations, members and subscriptions; nullptr: RandomIds
   rdf::Prefixes prefixes = rdf::default_prefixes();  ///< for Turtle and other syntaxes
-  /// The namespace of the terms that lrt makes of C++ types: `<vocabulary>Type/field`. An absolute IRI that ends with '#' or '/'. Empty:
-  /// "<base>/ns/vocabulary#", a document of this server. If the robots of a fleet have the same namespace, they have the same terms, so that
-  /// one query finds the values of all. Each robot still serves its terms at /ns/vocabulary; the integrator serves the namespace itself.
+  /// The namespace of the terms that lrt makes of C++ types: `<vocabulary>Type/field`. An absolute IRI that ends with
+  /// '#' or '/'. Empty: "<base>/ns/vocabulary#", a document of this server. If the robots of a fleet have the same
+  /// namespace, they have the same terms, so that one query finds the values of all. Each robot still serves its terms
+  /// at /ns/vocabulary; the integrator serves the namespace itself.
   std::string vocabulary;
   /// Answers queries: lrt::query::endpoint() of query.hpp. nullptr: there is no endpoint.
   std::shared_ptr<const engine::QueryService> query;

@@ -34,8 +34,9 @@ struct EndpointOptions : engine::QueryService::Limits {
 
 /// Makes an endpoint that answers queries of a server, for Options::query. Several servers may use one endpoint.
 ///
-/// Threads of the server evaluate the queries, on immutable graphs: neither the control loop nor other clients wait for them. The graphs are cached
-/// from one query to the next, and only resources that have changed are described again. Without queries nothing is cached.
+/// Threads of the server evaluate the queries, on immutable graphs: neither the control loop nor other clients wait for
+/// them. The graphs are cached from one query to the next, and only resources that have changed are described again.
+/// Without queries nothing is cached.
 ///
 /// @par Time        100 us for a query over 50 joints, 1 us for each triple that has changed.
 /// @par Implements  SPARQL 1.1 Query, SPARQL 1.1 Protocol 2.1

@@ -86,9 +86,9 @@ struct Who {
 
 /// What clients may do to a resource, or to those below it.
 ///
-/// For each resource the nearest rules apply: those for the resource itself if there are any, else those with Scope::below of the nearest path
-/// above that has some (Web Access Control, effective ACL). Rules with the same path and scope add up. A right that no rule gives is refused. So a
-/// rule for a lower path replaces those for a higher one.
+/// For each resource the nearest rules apply: those for the resource itself if there are any, else those with
+/// Scope::below of the nearest path above that has some (Web Access Control, effective ACL). Rules with the same path
+/// and scope add up. A right that no rule gives is refused. So a rule for a lower path replaces those for a higher one.
 struct Rule {
   std::string path;           ///< from the root, "/arm/left"; "/": the list of Things
   Scope scope = Scope::tree;  ///< which resources
@@ -98,9 +98,10 @@ struct Rule {
 
 class View;
 
-/// Reads rules from Turtle (Web Access Control): each acl:Authorization with acl:accessTo or acl:default (`</arm>`, a path of the server),
-/// acl:agent (`<#anna>`, the principal of that name; any other IRI is a name as a whole), acl:agentGroup (`<#operator>`, the role) or
-/// acl:agentClass (foaf:Agent, acl:AuthenticatedAgent), and acl:mode: acl:Read, acl:Write, acl:Control (Right::manage), lrt:Invoke, lrt:Subscribe.
+/// Reads rules from Turtle (Web Access Control): each acl:Authorization with acl:accessTo or acl:default (`</arm>`, a
+/// path of the server), acl:agent (`<#anna>`, the principal of that name; any other IRI is a name as a whole),
+/// acl:agentGroup (`<#operator>`, the role) or acl:agentClass (foaf:Agent, acl:AuthenticatedAgent), and acl:mode:
+/// acl:Read, acl:Write, acl:Control (Right::manage), lrt:Invoke, lrt:Subscribe.
 /// @par Errors  expected_rdf; invalid_option: names the authorization and what is wrong with it
 LRT_API Result<std::vector<Rule>> parse_rules(std::string_view turtle);
 /// The same from a file of at most 1 MiB.
@@ -124,21 +125,25 @@ struct SessionOptions {
   std::size_t max_tickets_per_principal = 100;  ///< a further one ends the oldest of that principal
 };
 
-/// Bearer tokens (RFC 6750) of principals. They are stored as SHA-256 digests, so neither memory nor a core file contains a token.
+/// Bearer tokens (RFC 6750) of principals. They are stored as SHA-256 digests, so neither memory nor a core file
+/// contains a token.
 ///
-/// @par Threads  Distinct objects: any thread. find() and the other constant functions of one object: any thread, concurrently.
+/// @par Threads  Distinct objects: any thread. find() and the other constant functions of one object: any thread,
+///               concurrently.
 class LRT_API Tokens {
  public:
-  /// Reads lines `NAME ROLE[,ROLE]... TOKEN [EXPIRES]`, separated by spaces or tabs. `#` begins a comment, and empty lines are skipped. TOKEN is the
-  /// token, of 16 to 512 characters of RFC 6750 (letters, digits, `-._~+/` and `=` at the end), or `sha256:` and the 64 hexadecimal digits of its
-  /// digest. EXPIRES is an xsd:dateTime with a time zone; from then on the token is unknown. A name may have several tokens.
+  /// Reads lines `NAME ROLE[,ROLE]... TOKEN [EXPIRES]`, separated by spaces or tabs. `#` begins a comment, and empty
+  /// lines are skipped. TOKEN is the token, of 16 to 512 characters of RFC 6750 (letters, digits, `-._~+/` and `=` at
+  /// the end), or `sha256:` and the 64 hexadecimal digits of its digest. EXPIRES is an xsd:dateTime with a time zone;
+  /// from then on the token is unknown. A name may have several tokens.
   /// @par Errors  invalid_option, with the number of the line and without the token
   static Result<Tokens> parse(std::string_view text);
   /// The same from a file of at most 1 MiB.
   /// @par Errors  io_error, invalid_option
   static Result<Tokens> load(const std::string& file);
 
-  /// The principal of a token; nullptr: the token is unknown or has expired. The time of the call reveals nothing about the known tokens.
+  /// The principal of a token; nullptr: the token is unknown or has expired. The time of the call reveals nothing about
+  /// the known tokens.
   std::shared_ptr<const Principal> find(std::string_view token, std::chrono::system_clock::time_point now) const;
   /// A principal by name, with the roles of its first token that has not expired; nullptr: there is none.
   std::shared_ptr<const Principal> find_name(std::string_view name, std::chrono::system_clock::time_point now) const;
@@ -167,25 +172,28 @@ class LRT_API Tokens {
 /// not limited, because a proxy has one address for all its clients, and the integrator controls the other programs of
 /// the robot.
 struct ClientLimits {
-  /// Requests per second, on average; 0 to 1,000,000; 0: not limited. The default lets a client at 1 kHz send ten requests in each period, and is
-  /// about a tenth of what one core serves. A request is counted once, when its header section is complete; a request that gets 429 is not counted.
+  /// Requests per second, on average; 0 to 1,000,000; 0: not limited. The default lets a client at 1 kHz send ten
+  /// requests in each period, and is about a tenth of what one core serves. A request is counted once, when its header
+  /// section is complete; a request that gets 429 is not counted.
   std::uint32_t requests_per_second = 10'000;
-  /// Bytes of request bodies per second, on average; 0, or 1 KiB to 1 TiB; 0: not limited. The default is eight of the largest bodies
-  /// (transport::Limits::max_body_bytes). A body is counted by Content-Length before it is received; a chunked body as the largest that its resource
-  /// takes. A client that has not used up its share may send a body of any size, and then waits until the average is within the limit again.
+  /// Bytes of request bodies per second, on average; 0, or 1 KiB to 1 TiB; 0: not limited. The default is eight of the
+  /// largest bodies (transport::Limits::max_body_bytes). A body is counted by Content-Length before it is received; a
+  /// chunked body as the largest that its resource takes. A client that has not used up its share may send a body of
+  /// any size, and then waits until the average is within the limit again.
   std::uint64_t body_bytes_per_second = 8 * 1024 * 1024;
   /// A client that was idle may use what these rates give in this time at once; 1 ms to 1 h.
   std::chrono::milliseconds burst{2'000};
   std::size_t max_invocations = 64;     ///< at a time, including those in the queue of an action; 0: not limited
   std::size_t max_subscriptions = 256;  ///< WebSockets, event streams and web callbacks at a time; 0: not limited
-  /// Number of principals, and of addresses, whose rates are stored; 16 to 1,000,000, about 64 bytes each. For a further one, the server replaces the
-  /// one of 16 clients that has used least of its share. So no client is refused because of others. To lose its record, a client would need
-  /// 16 further addresses that have used more.
+  /// Number of principals, and of addresses, whose rates are stored; 16 to 1,000,000, about 64 bytes each. For a
+  /// further one, the server replaces the one of 16 clients that has used least of its share. So no client is refused
+  /// because of others. To lose its record, a client would need 16 further addresses that have used more.
   std::size_t max_clients = 4'096;
 };
 
-/// A log of who did what to which resource, with the result: each request that changes or commands something, each subscription that is made or
-/// ends, and each refusal (401, 403, 404 because of a missing right, 421, 429). One line is one JSON object in ASCII:
+/// A log of who did what to which resource, with the result: each request that changes or commands something, each
+/// subscription that is made or ends, and each refusal (401, 403, 404 because of a missing right, 421, 429). One line
+/// is one JSON object in ASCII:
 ///
 ///     {"time":"2026-11-21T10:38:39.000125Z","event":"request","principal":"anna","address":"192.0.2.7","method":"PUT",
 ///      "resource":"/arm/angle","status":403,"reason":"right"}
@@ -208,7 +216,8 @@ struct Audit {
   /// Empty: no audit and no thread.
   std::function<void(std::string_view line)> sink;
   bool reads = false;  ///< also requests that change nothing
-  /// Lines that wait for the sink; 1 to 1,000,000, about 300 bytes each. A further one is dropped, and the next line counts it.
+  /// Lines that wait for the sink; 1 to 1,000,000, about 300 bytes each. A further one is dropped, and the next line
+  /// counts it.
   std::size_t max_waiting_lines = 4'096;
 };
 

@@ -28,15 +28,15 @@ struct ServerCounters;
 
 /// Serves Things. It owns them, the transport and, with Io::own_thread, a thread.
 ///
-/// A server may have static storage, and exit() may be called at any time: what lrt's threads use is never destroyed. What the lambdas use must exist
-/// as long as they may be called: until stop(), or until the process has ended.
+/// A server may have static storage, and exit() may be called at any time: what lrt's threads use is never destroyed.
+/// What the lambdas use must exist as long as they may be called: until stop(), or until the process has ended.
 ///
 /// A server belongs to the process that created it. In a child of fork() its functions return at once and have no
 /// effect: add, remove and reload_tls return Errc::closed, serve and judge_header respond with 503. The destructor has
 /// no effect there; exec or the end of the child closes the descriptors.
 ///
-/// @par Threads  add, remove, stop, wake: any. poll, run: one thread at a time, the host's. The others say it themselves. User lambdas run without a
-///               lock of lrt, where their Dispatch says.
+/// @par Threads  add, remove, stop, wake: any. poll, run: one thread at a time, the host's. The others say it
+///               themselves. User lambdas run without a lock of lrt, where their Dispatch says.
 /// @par Implements  R0.1 to R0.17, R1.1 to R1.12
 class LRT_API Server {
  public:
@@ -49,7 +49,8 @@ class LRT_API Server {
   ~Server();
 
   /// Registers a thing. When it returns, the thing is served.
-  /// @par Errors      the thing's first error, duplicate_path, expected_rdf, closed; after an error nothing is registered
+  /// @par Errors      the thing's first error, duplicate_path, expected_rdf, closed; after an error nothing is
+  ///                  registered
   /// @par Implements  R0.3
   Result<void> add(Thing thing);
   /// Registers several things: all of them at once, or none.
@@ -60,14 +61,14 @@ class LRT_API Server {
 
   /// Runs lambdas that are due. With Io::in_poll it also serves the network. Never waits.
   ///
-  /// When `budget` is used up, at most one more lambda is started. With Io::in_poll the current step is completed: at most 1 ms, except for a
-  /// large body, which limits.max_body_bytes bounds (see Threads::body_threads). When idle, poll() does not allocate; it makes no system call with
-  /// Io::own_thread and one with Io::in_poll.
+  /// When `budget` is used up, at most one more lambda is started. With Io::in_poll the current step is completed: at
+  /// most 1 ms, except for a large body, which limits.max_body_bytes bounds (see Threads::body_threads). When idle,
+  /// poll() does not allocate; it makes no system call with Io::own_thread and one with Io::in_poll.
   /// @param budget  time after which no further work is started, except as above
   /// @return        how long the caller may sleep; zero: work is left
   std::chrono::milliseconds poll(std::chrono::microseconds budget = std::chrono::microseconds(200)) noexcept;
-  /// A descriptor for the host's own poll(), epoll or select. It is readable whenever poll() has work, including expired times and work that a
-  /// budget left over. The server owns it, until stop(). Do not read from it.
+  /// A descriptor for the host's own poll(), epoll or select. It is readable whenever poll() has work, including
+  /// expired times and work that a budget left over. The server owns it, until stop(). Do not read from it.
   /// @return  -1: the transport has no descriptor; sleep as long as poll() returns
   int descriptor() noexcept;
   /// Calls poll() and waits, until stop().
@@ -79,20 +80,23 @@ class LRT_API Server {
   /// @par Threads  Any.
   /// @par Time     No lock, no allocation, at most one system call.
   void wake() noexcept;
-  /// Responds to waiting requests with 503, closes connections and ends the threads; run() returns. Waits until a running lambda has returned.
+  /// Responds to waiting requests with 503, closes connections and ends the threads; run() returns. Waits until a
+  /// running lambda has returned.
   /// @par Threads  Any, also from a lambda.
   void stop() noexcept;
 
-  /// Serves a request that the host's own HTTP server received, and waits for the response. http::check_request() must have accepted the request.
-  /// The host's server checks what only the raw bytes show, and adds Date, Content-Length and Connection. It does not send the body of a response
-  /// to HEAD. lrt::mount() in httplib.hpp uses this function.
-  /// @param request  `mount` and `local_port` state where the host's server serves; `can_stream`: it can send event streams
+  /// Serves a request that the host's own HTTP server received, and waits for the response. http::check_request() must
+  /// have accepted the request. The host's server checks what only the raw bytes show, and adds Date, Content-Length
+  /// and Connection. It does not send the body of a response to HEAD. lrt::mount() in httplib.hpp uses this function.
+  /// @param request  `mount` and `local_port` state where the host's server serves; `can_stream`: it can send event
+  ///                 streams
   /// @par Threads     Any, many at once; not from a lambda of this server.
   /// @par Time        At most Limits::host_timeout, or the time of `Prefer: wait`.
   Served serve(const http::Request& request);
 
-  /// Checks a request for serve() before its body is received: whether the client may send it, and whether its resource takes a body of this size. If
-  /// the verdict has no response, store its `judged` in `request.judged` for serve(), which then does not call the authorizer again.
+  /// Checks a request for serve() before its body is received: whether the client may send it, and whether its resource
+  /// takes a body of this size. If the verdict has no response, store its `judged` in `request.judged` for serve(),
+  /// which then does not call the authorizer again.
   /// @param request     its header section; `body` is empty
   /// @param body_bytes  Content-Length, more than 0; nullopt: the body is chunked
   /// @par Threads     As serve().
@@ -108,7 +112,8 @@ class LRT_API Server {
   ServerCounters counters() const;
 
   std::uint16_t port() const noexcept;  ///< the port that it listens on
-  /// URL with Listen::address as it was given, and the port: "http://127.0.0.1:8080/", "http://robot.local:8080/"; with TLS "https://..."
+  /// URL with Listen::address as it was given, and the port: "http://127.0.0.1:8080/", "http://robot.local:8080/"; with
+  /// TLS "https://..."
   std::string url() const;
 
  private:
@@ -125,7 +130,8 @@ class LRT_API Server {
   std::unique_ptr<Impl, End> impl_;
 };
 
-/// The events of one event stream that Server::serve() has opened. Destroying it ends the subscription. It must not outlive the server.
+/// The events of one event stream that Server::serve() has opened. Destroying it ends the subscription. It must not
+/// outlive the server.
 ///
 /// @par Threads  One thread at a time.
 /// @par Implements  WHATWG HTML 9.2 (server-sent events)

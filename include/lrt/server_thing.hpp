@@ -26,7 +26,8 @@ struct TimeCounts {
   double maximum = 0;                                     ///< [s]
 };
 
-/// Counters of a server since it was created, and present numbers. Requests that the transport itself refuses are not counted.
+/// Counters of a server since it was created, and present numbers. Requests that the transport itself refuses are not
+/// counted.
 struct ServerCounters {
   std::uint64_t requests = 0;                                ///< all requests that the engine got
   std::array<std::uint64_t, 5> responses{};                  ///< by class of status: 1xx, 2xx, 3xx, 4xx, 5xx
@@ -48,11 +49,12 @@ struct ServerCounters {
   std::size_t feeds = 0;               ///< subscriptions of lrt::Feed, for example of an MQTT bridge
 };
 
-/// The counters in the text format 0.0.4 of Prometheus, `text/plain;version=0.0.4;charset=utf-8`. The names begin with `lrt_`.
+/// The counters in the text format 0.0.4 of Prometheus, `text/plain;version=0.0.4;charset=utf-8`. The names begin with
+/// `lrt_`.
 LRT_API std::string prometheus_text(const ServerCounters& counters);
 
-/// A Thing with the counters of a server, to be added to that server. Each client that may read it sees them. Its property `metrics` is the text of
-/// prometheus_text():
+/// A Thing with the counters of a server, to be added to that server. Each client that may read it sees them. Its
+/// property `metrics` is the text of prometheus_text():
 ///
 ///     server.add(lrt::server_thing(server));   // scrape_configs: metrics_path: /server/metrics
 ///

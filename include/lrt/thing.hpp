@@ -17,20 +17,22 @@
 namespace lrt {
 inline namespace v0 {
 
-/// The description of a Linked Robotic Thing: its types, properties, actions and collections. Pass it to Server::add() when it is complete.
-/// The thing stores the first error of its calls, and add() returns it.
+/// The description of a Linked Robotic Thing: its types, properties, actions and collections. Pass it to Server::add()
+/// when it is complete. The thing stores the first error of its calls, and add() returns it.
 ///
-/// @par Names    Things, properties, actions and collections may have any name. lrt uses names of its own below a thing: `state`, `blueprint`,
-///               `subscriptions`, `all`, and `actions/` before the name of an action. If the user gives one of these paths to something else, also
-///               later and as the path of another Thing, lrt's resource gets `-lrt` after its name ("arm/state-lrt", "arm/actions-lrt/turn") as
-///               long as the user's resource exists. The same holds for the Blueprints of kinds below "blueprints". Clients follow links, so they
-///               find both. Three paths are reserved: "ns/lrt", "ns/vocabulary" and "ns/context.jsonld".
+/// @par Names    Things, properties, actions and collections may have any name. lrt uses names of its own below a
+///               thing: `state`, `blueprint`, `subscriptions`, `all`, and `actions/` before the name of an action. If
+///               the user gives one of these paths to something else, also later and as the path of another Thing,
+///               lrt's resource gets `-lrt` after its name ("arm/state-lrt", "arm/actions-lrt/turn") as long as the
+///               user's resource exists. The same holds for the Blueprints of kinds below "blueprints". Clients follow
+///               links, so they find both. Three paths are reserved: "ns/lrt", "ns/vocabulary" and "ns/context.jsonld".
 /// @par Implements  R0.3, R1.1, R1.3
 class LRT_API Thing {
  public:
-  /// @param path  its path below the server's root: "baxter/right_s1" or "/baxter/right_s1". A Thing at a prefix of the path is its parent.
-  ///              Names are percent-encoded.
-  /// @par Errors  expected_iri (an empty name, "." or ".."; the message says what to write), duplicate_path: from Server::add()
+  /// @param path  its path below the server's root: "baxter/right_s1" or "/baxter/right_s1". A Thing at a prefix of the
+  ///              path is its parent. Names are percent-encoded.
+  /// @par Errors  expected_iri (an empty name, "." or ".."; the message says what to write), duplicate_path: from
+  ///              Server::add()
   explicit Thing(std::string_view path);
   Thing(Thing&&) noexcept;
   Thing& operator=(Thing&&) noexcept;
@@ -46,10 +48,11 @@ class LRT_API Thing {
   Thing& add_turtle(std::string text);
   /// Refers to an external Blueprint by its IRI instead of the generated one (R1.11).
   Thing& blueprint(Iri external);
-  /// Adds SHACL shapes in Turtle to the thing's own Blueprint, whose IRI is their base. A shape with one of these names replaces the
-  /// generated one: `<#rotation>` for values of the property "rotation", `<#actions/rotate/input>` for the input of the action "rotate"
-  /// (`<#actions-lrt/rotate/input>` if there is a property "actions/rotate/input"), `<#waypoints>` for members of the collection "waypoints",
-  /// `<>` for the thing. If a body does not conform, the client gets 422 with the report, and no lambda is called.
+  /// Adds SHACL shapes in Turtle to the thing's own Blueprint, whose IRI is their base. A shape with one of these names
+  /// replaces the generated one: `<#rotation>` for values of the property "rotation", `<#actions/rotate/input>` for the
+  /// input of the action "rotate" (`<#actions-lrt/rotate/input>` if there is a property "actions/rotate/input"),
+  /// `<#waypoints>` for members of the collection "waypoints", `<>` for the thing. If a body does not conform, the
+  /// client gets 422 with the report, and no lambda is called.
   /// @par Errors      expected_rdf, expected_value (an ill-formed shape, with its triple): from Server::add()
   /// @par Implements  R1.11, paper 5.1
   Thing& shapes(std::string turtle);
@@ -95,8 +98,8 @@ class LRT_API Thing {
       return PulledProperty<T>(std::move(spec));
     }
   }
-  /// Exposes a value as a pushed Property: the control loop passes it to publish(), and the server answers GET without the host's thread. Before
-  /// the first publish() the property has no value.
+  /// Exposes a value as a pushed Property: the control loop passes it to publish(), and the server answers GET without
+  /// the host's thread. Before the first publish() the property has no value.
   ///
   /// @tparam T    type of the value, with rdf::traits<T>, a default constructor and copies
   /// @param path  relative to the thing, without a leading '/'
@@ -121,8 +124,8 @@ class LRT_API Thing {
 
   /// Exposes a command as an Action below `actions/`.
   ///
-  /// The response to a POST tells what happened to the command. The server waits, at most Limits::host_timeout, for the result of a synchronous `f`
-  /// and for the return of an asynchronous one.
+  /// The response to a POST tells what happened to the command. The server waits, at most Limits::host_timeout, for the
+  /// result of a synchronous `f` and for the return of an asynchronous one.
   ///
   /// | status                      | meaning |
   /// |-----------------------------|---------|
@@ -134,9 +137,9 @@ class LRT_API Thing {
   /// | 503                         | `f` did not begin within the time, and will never begin |
   ///
   /// @param path  relative to `actions/`: "rotate"
-  /// @param f     `R()`, `R(In)`: synchronous, R is void, a type with traits, or a Result of these;
-  ///              `void(Responder)`, `void(In, Responder)`, `void(In, ResponderOf<Out>)`: asynchronous.
-  ///              In may be std::string_view or const char* if the action is synchronous: the text is valid during the call.
+  /// @param f     `R()`, `R(In)`: synchronous, R is void, a type with traits, or a Result of these; `void(Responder)`,
+  ///              `void(In, Responder)`, `void(In, ResponderOf<Out>)`: asynchronous. In may be std::string_view or
+  ///              const char* if the action is synchronous: the text is valid during the call.
   /// @return      handle, for unit and bounds, policy, effects and availability
   ///
   /// @par Errors   expected_iri, duplicate_path: from Server::add()

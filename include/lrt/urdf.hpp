@@ -28,8 +28,9 @@
 namespace lrt::urdf {
 inline namespace v0 {
 
-/// Position [m] and orientation of one frame in another. The orientation is a unit quaternion in the order x y z w. The type has no Eigen
-/// members, because their alignment depends on compiler flags; `Eigen::Map<const Eigen::Quaterniond>(p.orientation.data())` is a view.
+/// Position [m] and orientation of one frame in another. The orientation is a unit quaternion in the order x y z w. The
+/// type has no Eigen members, because their alignment depends on compiler flags; `Eigen::Map<const
+/// Eigen::Quaterniond>(p.orientation.data())` is a view.
 struct Pose {
   std::array<double, 3> position{0, 0, 0};        ///< x y z [m]
   std::array<double, 4> orientation{0, 0, 0, 1};  ///< x y z w, norm 1
@@ -40,8 +41,8 @@ enum class JointType : std::uint8_t { revolute, continuous, prismatic, fixed, fl
 /// The enumerator's name, "revolute".
 LRT_API std::string_view to_string(JointType type) noexcept;
 
-/// The limits of a joint: rad, rad/s and N m for revolute and continuous joints, m, m/s and N for others. A limit that is missing or infinite
-/// in the document has no value.
+/// The limits of a joint: rad, rad/s and N m for revolute and continuous joints, m, m/s and N for others. A limit that
+/// is missing or infinite in the document has no value.
 struct Limits {
   /// @{
   /// Limits of the position of a revolute or prismatic joint; no values if lower > upper in the document.
@@ -155,15 +156,15 @@ struct Model {
 struct ParseOptions {
   /// The path of the robot's Thing; empty: the robot's name.
   std::string path;
-  /// Values for `${name}` and `$(arg name)`. A xacro:arg or xacro:property of a name with a value is ignored. Other xacro elements and other
-  /// `${...}` are errors; other `$(...)` are plain text.
+  /// Values for `${name}` and `$(arg name)`. A xacro:arg or xacro:property of a name with a value is ignored. Other
+  /// xacro elements and other `${...}` are errors; other `$(...)` are plain text.
   std::map<std::string, std::string> arguments;
   std::size_t max_bytes = 16 * 1024 * 1024;  ///< of the document; more: limit_exceeded
   std::size_t max_elements = 100'000;        ///< of the document; more: limit_exceeded
 };
 
-/// Reads a description in URDF 1.0 to 1.2. Elements that are not part of URDF (gazebo, transmission, ...) are ignored, and so are the limits
-/// of acceleration, deceleration and jerk of version 1.2.
+/// Reads a description in URDF 1.0 to 1.2. Elements that are not part of URDF (gazebo, transmission, ...) are ignored,
+/// and so are the limits of acceleration, deceleration and jerk of version 1.2.
 ///
 /// Joints, links and masses must be valid: names, references, numbers; the mass, ixx, iyy and izz must not be negative.
 /// Irregular limits, mimics of unknown joints, products of inertia, shapes and materials are common in real files: they
@@ -172,10 +173,11 @@ struct ParseOptions {
 /// velocity or an effort that are wrong by at most 1e-9 of their size (or of 1). If an element is repeated where one is
 /// allowed, the first one is used, with a warning.
 ///
-/// @par Errors   The first error, with the element and its line. expected_value: invalid XML; no tree; an invalid number; a missing element
-///               or attribute; a duplicate name; an unknown type; xacro that was not expanded. limit_exceeded.
-/// @par Threads  Any. liburdfdom logs to a process-wide handler. During the call its messages on this thread are captured; the handler is
-///               restored afterwards.
+/// @par Errors   The first error, with the element and its line. expected_value: invalid XML; no tree; an invalid
+///               number; a missing element or attribute; a duplicate name; an unknown type; xacro that was not
+///               expanded. limit_exceeded.
+/// @par Threads  Any. liburdfdom logs to a process-wide handler. During the call its messages on this thread are
+///               captured; the handler is restored afterwards.
 LRT_API Result<Model> parse(std::string_view text, const ParseOptions& options = {});
 
 namespace detail {
@@ -187,8 +189,8 @@ struct IsDense<Container, std::void_t<decltype(Container::InnerStrideAtCompileTi
     : std::bool_constant<int(Container::InnerStrideAtCompileTime) == 1> {};
 }  // namespace detail
 
-/// A view of contiguous numbers for the duration of a call: a std::vector, std::array or Eigen::VectorXd of double. A row of an Eigen matrix
-/// is not contiguous and does not compile.
+/// A view of contiguous numbers for the duration of a call: a std::vector, std::array or Eigen::VectorXd of double. A
+/// row of an Eigen matrix is not contiguous and does not compile.
 class Numbers {
  public:
   Numbers() = default;
@@ -208,15 +210,16 @@ class Numbers {
 
 /// The files of ROS packages that may be served.
 struct PackageOptions {
-  /// The folder of each package: {"pr2_description", "/opt/ros/noetic/share/pr2_description"}. Files of other packages are not served.
+  /// The folder of each package: {"pr2_description", "/opt/ros/noetic/share/pr2_description"}. Files of other packages
+  /// are not served.
   std::map<std::string, std::string> folders;
   std::size_t max_bytes = 64 * 1024 * 1024;  ///< of a file; larger files are not served
 };
 
 /// The Things of a robot, and its kinematics.
 ///
-/// `/<robot>` is a ros:Robot; its joints and links are `/<robot>/<name>`. A '/' in a name becomes '.'. If two paths would be equal, the link's
-/// gets the suffix "_link" and the joint's "_joint".
+/// `/<robot>` is a ros:Robot; its joints and links are `/<robot>/<name>`. A '/' in a name becomes '.'. If two paths
+/// would be equal, the link's gets the suffix "_link" and the joint's "_joint".
 ///
 ///   robot  dcterms:hasPart: joints and links; lrt:rootLink. Property `positions` (lrt:positions): the positions of all joints that have one, in
 ///          the order of the list of joints lrt:positionsOf (only up to 512 joints)
@@ -229,10 +232,12 @@ struct PackageOptions {
 ///          `visual/1` ... (lrt:visual), `collision/1` ... (lrt:collision); these link to meshes (lrt:mesh) and textures (lrt:texture): by IRI if
 ///          the document has IRIs, by xsd:anyURI literals if it has relative names
 ///
-/// examples/MODELLING.md lists the predicate of each field. A pose states its frames by spatial:sourceCoordinateSystem and
-/// spatial:targetCoordinateSystem; other values whose coordinates refer to a frame name it by lrt:frame. The IRI of a link also denotes its frame.
+/// examples/MODELLING.md lists the predicate of each field. A pose states its frames by spatial:sourceCoordinateSystem
+/// and spatial:targetCoordinateSystem; other values whose coordinates refer to a frame name it by lrt:frame. The IRI of
+/// a link also denotes its frame.
 ///
-/// @par Threads     Set-up: one thread at a time. publish, move, pose: one thread at a time, for example the control loop's.
+/// @par Threads     Set-up: one thread at a time. publish, move, pose: one thread at a time, for example the control
+///                  loop's.
 /// @par Implements  R0.3, R1.3, R1.9, paper Figures 2b and 3
 class LRT_API Robot {
  public:
@@ -245,7 +250,8 @@ class LRT_API Robot {
   ~Robot();
 
   const Model& model() const noexcept;  ///< the description
-  /// The path of its Thing, "baxter": without a leading '/' and not encoded, as Thing and Object::resource expect paths.
+  /// The path of its Thing, "baxter": without a leading '/' and not encoded, as Thing and Object::resource expect
+  /// paths.
   const std::string& path() const noexcept;
   const std::string& joint_path(std::size_t joint) const noexcept;  ///< path of a joint's Thing, "baxter/right_s1"; see path()
   const std::string& link_path(std::size_t link) const noexcept;    ///< path of a link's Thing; see path()
@@ -256,14 +262,16 @@ class LRT_API Robot {
   Thing& joint(std::size_t joint) noexcept;
   Thing& link(std::size_t link) noexcept;
   /// @}
-  /// The property `position`. It is bounded by the joint's limits, unless the joint mimics another. on_write() makes it writable.
+  /// The property `position`. It is bounded by the joint's limits, unless the joint mimics another. on_write() makes it
+  /// writable.
   /// @pre model().joints[joint].has_position()
   PushedProperty<double>& position(std::size_t joint) noexcept;
 
-  /// Serves the meshes that the description names by `package://` IRIs, so that a web client can draw them. They are files
-  /// (model::PropertyHandle::as_file) below `<robot>/meshes/<package>/`, one for each mesh, with the media type that IANA has registered for
-  /// the ending of the name (model/stl, model/vnd.collada+xml, model/obj, model/gltf-binary, ...; else application/octet-stream). Shapes link to
-  /// them by dcat:downloadURL, beside lrt:mesh, which keeps the IRI of the document.
+  /// Serves the meshes that the description names by `package://` IRIs, so that a web client can draw them. They are
+  /// files (model::PropertyHandle::as_file) below `<robot>/meshes/<package>/`, one for each mesh, with the media type
+  /// that IANA has registered for the ending of the name (model/stl, model/vnd.collada+xml, model/obj,
+  /// model/gltf-binary, ...; else application/octet-stream). Shapes link to them by dcat:downloadURL, beside lrt:mesh,
+  /// which keeps the IRI of the document.
   ///
   /// Only files that the description names are served, and only regular files below the folder of their package, after
   /// symbolic links are resolved; this is checked again whenever a file is read. A file is read when a client requests
@@ -280,13 +288,14 @@ class LRT_API Robot {
     return host.add(things());
   }
 
-  /// Publishes the positions of the joints: one number for each of model().variables, in that order. The positions of mimic joints and the poses
-  /// of all links are computed from them. A missing or non-finite number leaves its joint unchanged. Missing velocities and efforts are not
-  /// published.
+  /// Publishes the positions of the joints: one number for each of model().variables, in that order. The positions of
+  /// mimic joints and the poses of all links are computed from them. A missing or non-finite number leaves its joint
+  /// unchanged. Missing velocities and efforts are not published.
   /// @par Time  No lock, no allocation: about 10 us for 50 links (tests/bench/urdf_bench.cpp).
   void publish(Numbers positions, Numbers velocities = {}, Numbers efforts = {}) noexcept;
-  /// Sets the pose of the child of a floating or planar joint in the joint's frame, for the next publish(). Has no effect on other joints, and for
-  /// a pose that is not finite or whose quaternion does not have the length 1 (within 1e-6).
+  /// Sets the pose of the child of a floating or planar joint in the joint's frame, for the next publish(). Has no
+  /// effect on other joints, and for a pose that is not finite or whose quaternion does not have the length 1 (within
+  /// 1e-6).
   void move(std::size_t joint, const Pose& to) noexcept;
   /// The pose of a link in the frame of the root link, as of the last publish().
   Pose pose(std::size_t link) const noexcept;

@@ -34,15 +34,17 @@ inline namespace v0 {
 /// Options of one graph of a World.
 struct GraphOptions {
   std::string title;  ///< dcterms:title; empty: the last name of its path
-  /// SHACL shapes in Turtle. A write, by code or by a client, is refused unless the resulting graph conforms to the shapes that have targets. What is
-  /// published() is not checked. Their base is the World's own Blueprint, where clients read them.
+  /// SHACL shapes in Turtle. A write, by code or by a client, is refused unless the resulting graph conforms to the
+  /// shapes that have targets. What is published() is not checked. Their base is the World's own Blueprint, where
+  /// clients read them.
   std::string shapes;
   bool clients_may_write = false;            ///< by PUT, POST, PATCH and DELETE; the client also needs the right to write
   std::size_t max_triples = 100'000;         ///< of the resulting graph; a write beyond it is refused (413)
   std::size_t max_bytes = 32 * 1024 * 1024;  ///< of its IRIs and literals, written in full at each occurrence; also of a request body (413)
-  /// File that stores the graph across restarts: N-Triples with a first line of lrt. A thread of lrt replaces it atomically after each change, so it
-  /// always contains one state of the graph, without what is published(). If the file was changed or truncated, it is kept as FILE.damaged-1, the
-  /// log says so, and the graph begins with `turtle`. Only one process may write a file. Empty: the graph is not stored.
+  /// File that stores the graph across restarts: N-Triples with a first line of lrt. A thread of lrt replaces it
+  /// atomically after each change, so it always contains one state of the graph, without what is published(). If the
+  /// file was changed or truncated, it is kept as FILE.damaged-1, the log says so, and the graph begins with `turtle`.
+  /// Only one process may write a file. Empty: the graph is not stored.
   std::string file;
   std::string turtle;  ///< first content, unless there is a stored file. Its base is the graph's IRI
 };
@@ -51,8 +53,8 @@ struct GraphOptions {
 struct WorldOptions {
   bool clients_may_create = false;  ///< new graphs, by PUT or POST below the World; the client also needs the right to write the World
   std::size_t max_created = 100;    ///< graphs of clients at a time; more: 409
-  /// Options of each graph that a client creates. Clients may write and delete it, whatever clients_may_write says; `file`, `title` and `turtle` are
-  /// ignored.
+  /// Options of each graph that a client creates. Clients may write and delete it, whatever clients_may_write says;
+  /// `file`, `title` and `turtle` are ignored.
   GraphOptions created{};
 };
 
@@ -67,10 +69,11 @@ struct PublishedOptions {
   std::chrono::milliseconds expires_after{0};
 };
 
-/// Changes to a graph, inside WorldGraph::update(). They take effect together, or not at all. update() returns the first error.
+/// Changes to a graph, inside WorldGraph::update(). They take effect together, or not at all. update() returns the
+/// first error.
 ///
-/// A subject is an IRI. A relative one is resolved against the graph's IRI: `#cup` in the graph "map" of the World "world" is
-/// `</world/map#cup>`. IRIs of this server's own resources begin with World::base.
+/// A subject is an IRI. A relative one is resolved against the graph's IRI: `#cup` in the graph "map" of the World
+/// "world" is `</world/map#cup>`. IRIs of this server's own resources begin with World::base.
 ///
 /// @par Errors   update() returns expected_iri (a subject), expected_rdf (a document), limit_exceeded
 /// @par Threads  The thread that calls `change`; only during the call.
@@ -92,7 +95,8 @@ class LRT_API GraphUpdate {
   /// @}
   /// Removes all triples with these terms; nullptr: any term.
   GraphUpdate& remove_matching(const rdf::TermView* subject, const rdf::TermView* predicate, const rdf::TermView* object);
-  /// Removes an object: the triples about it, those about blank nodes that only these triples refer to, and those that refer to it.
+  /// Removes an object: the triples about it, those about blank nodes that only these triples refer to, and those that
+  /// refer to it.
   GraphUpdate& remove_node(std::string_view subject);
   /// Replaces all objects of that subject and predicate by one.
   GraphUpdate& set(std::string_view subject, Iri predicate, const Object& object);
@@ -110,7 +114,8 @@ class LRT_API GraphUpdate {
   model::GraphEdit& edit_;
 };
 
-/// A value of an object in a graph that the control loop publishes, for example its pose. Copies are handles to the same value.
+/// A value of an object in a graph that the control loop publishes, for example its pose. Copies are handles to the
+/// same value.
 template <class T>
 class PublishedObject {
  public:
@@ -138,11 +143,13 @@ class PublishedObject {
   std::function<void()> removes_;
 };
 
-/// Handle to a named graph of a World: what the robot knows about its surroundings, its tasks or its calibration. The graph is a resource with a
-/// URI, in every RDF syntax, observable, and writable by clients if GraphOptions allow it. Copies are handles to the same graph. A handle works
-/// before and after Server::add(), and also after the World is removed; then nobody sees the changes.
+/// Handle to a named graph of a World: what the robot knows about its surroundings, its tasks or its calibration. The
+/// graph is a resource with a URI, in every RDF syntax, observable, and writable by clients if GraphOptions allow it.
+/// Copies are handles to the same graph. A handle works before and after Server::add(), and also after the World is
+/// removed; then nobody sees the changes.
 ///
-/// @par Threads  Any, also concurrently, but not the control loop: all functions lock. publish() of what published() returns does not lock.
+/// @par Threads  Any, also concurrently, but not the control loop: all functions lock. publish() of what published()
+///               returns does not lock.
 /// @par Implements  paper D4
 class LRT_API WorldGraph {
  public:
@@ -151,13 +158,15 @@ class LRT_API WorldGraph {
   /// False for an empty handle.
   explicit operator bool() const noexcept { return state_ != nullptr; }
 
-  /// Changes the graph in one step: readers see all of the changes or none. Updates of several threads, and writes of clients, run one after another.
+  /// Changes the graph in one step: readers see all of the changes or none. Updates of several threads, and writes of
+  /// clients, run one after another.
   ///
   /// @param change  callable of GraphUpdate&. It runs on the calling thread. It may throw: then nothing changes.
-  /// @par Errors  expected_iri, expected_rdf: a change; limit_exceeded: GraphOptions::max_triples, max_bytes; expected_value: the graph
-  ///              would not conform to its shapes, with the report as text; failed: `change` threw; refused: called within `change` of the same
-  ///              graph. After an error nothing has changed.
-  /// @par Time     Proportional to the graph, which is copied: for 100,000 triples about 25 ms, 50 ms if some are removed; plus the validation.
+  /// @par Errors  expected_iri, expected_rdf: a change; limit_exceeded: GraphOptions::max_triples, max_bytes;
+  ///              expected_value: the graph would not conform to its shapes, with the report as text; failed: `change`
+  ///              threw; refused: called within `change` of the same graph. After an error nothing has changed.
+  /// @par Time     Proportional to the graph, which is copied: for 100,000 triples about 25 ms, 50 ms if some are
+  ///               removed; plus the validation.
   template <class F>
   Result<void> update(F change) {
     if constexpr (!std::is_invocable_v<F&, GraphUpdate&>) {
@@ -169,19 +178,21 @@ class LRT_API WorldGraph {
     }
   }
 
-  /// The present graph without what is published(). The returned graph never changes; update() makes a new one. IRIs of this server's own resources
-  /// begin with World::base.
+  /// The present graph without what is published(). The returned graph never changes; update() makes a new one. IRIs of
+  /// this server's own resources begin with World::base.
   std::shared_ptr<const rdf::Graph> snapshot() const;
   /// A number that grows with each change.
   std::uint64_t revision() const;
 
-  /// Adds a value of an object that the control loop publishes, for example its pose. The value is a pushed Property of its own, at `path` below the
-  /// graph. Its triples, with the time, are also in the graph: `<#cup> predicate </world/map/cup>` and the value of `</world/map/cup>`. Before
-  /// the first publish() neither exists. Clients cannot write it: the server ignores what a body states about it.
+  /// Adds a value of an object that the control loop publishes, for example its pose. The value is a pushed Property of
+  /// its own, at `path` below the graph. Its triples, with the time, are also in the graph: `<#cup> predicate
+  /// </world/map/cup>` and the value of `</world/map/cup>`. Before the first publish() neither exists. Clients cannot
+  /// write it: the server ignores what a body states about it.
   ///
   /// @param path       "cup", or "cup/pose" if the object has several values. The object is `<#cup>`: the first name.
   /// @param predicate  from the object to the value
-  /// @return           an empty handle if the path is not valid or not free; the server's log says so when the World is added
+  /// @return           an empty handle if the path is not valid or not free; the server's log says so when the World is
+  ///                   added
   template <class T>
   PublishedObject<T> published(std::string_view path, Iri predicate, const PublishedOptions& options = {}) {
     if constexpr (!std::is_default_constructible_v<T> || !std::is_copy_constructible_v<T> || !std::is_copy_assignable_v<T>) {
@@ -209,8 +220,8 @@ class LRT_API WorldGraph {
   std::shared_ptr<model::GraphState> state_;
 };
 
-/// A Thing that holds named graphs: the world model of the robot. It is a Thing, a container of its graphs (LDP), and a graph store (SPARQL 1.1 Graph
-/// Store HTTP Protocol) at its own URI, with the parameters `graph` and `default`.
+/// A Thing that holds named graphs: the world model of the robot. It is a Thing, a container of its graphs (LDP), and a
+/// graph store (SPARQL 1.1 Graph Store HTTP Protocol) at its own URI, with the parameters `graph` and `default`.
 ///
 ///     lrt::World world("world");
 ///     lrt::WorldGraph map = world.graph("map", {});
@@ -221,7 +232,8 @@ class LRT_API WorldGraph {
 /// @par Implements  paper D4; SPARQL 1.1 Graph Store HTTP Protocol; of SPARQL 1.1 Update: INSERT DATA and DELETE DATA
 class LRT_API World final : public Thing {
  public:
-  /// Replaces the server's base in the IRIs of graphs that code reads and writes. Representations have the base of their request instead.
+  /// Replaces the server's base in the IRIs of graphs that code reads and writes. Representations have the base of
+  /// their request instead.
   static constexpr std::string_view base = "http://lrt.invalid";
 
   /// @param path     its path below the server's root, see Thing
@@ -229,8 +241,8 @@ class LRT_API World final : public Thing {
   explicit World(std::string_view path, WorldOptions options = {});
 
   /// Adds a named graph at `path` below the World.
-  /// @par Errors  expected_iri, duplicate_path, expected_rdf, expected_value (an ill-formed shape, or a first content that does not conform),
-  ///              limit_exceeded, io_error and invalid_option (its file): from Server::add()
+  /// @par Errors  expected_iri, duplicate_path, expected_rdf, expected_value (an ill-formed shape, or a first content
+  ///              that does not conform), limit_exceeded, io_error and invalid_option (its file): from Server::add()
   WorldGraph graph(std::string_view path, GraphOptions options = {});
 };
 

@@ -10,13 +10,15 @@
 namespace lrt {
 inline namespace v0 {
 
-/// One instant on two clocks. Deadlines use the steady clock, which is never set. Representations and the Date field use UTC.
+/// One instant on two clocks. Deadlines use the steady clock, which is never set. Representations and the Date field
+/// use UTC.
 struct TimePoint {
   std::chrono::steady_clock::time_point steady{};  ///< for deadlines and durations
   std::chrono::system_clock::time_point utc{};     ///< for times that clients see
 };
 
-/// The source of time of a server or client. A test can pass one of its own. Modules below `transport` do not read the system's clocks.
+/// The source of time of a server or client. A test can pass one of its own. Modules below `transport` do not read the
+/// system's clocks.
 /// @par Threads  now() is called from any thread, also concurrently, and must not throw.
 class LRT_API Clock {
  public:

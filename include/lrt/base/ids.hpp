@@ -9,8 +9,8 @@
 namespace lrt {
 inline namespace v0 {
 
-/// The source of ids: the last path segments of invocations, members and subscriptions.
-/// The source of the ids of invocations, members of collections and subscriptions. An id is the last path segment of their IRIs.
+/// The source of ids: the last path segments of invocations, members and subscriptions. The source of the ids of
+/// invocations, members of collections and subscriptions. An id is the last path segment of their IRIs.
 class LRT_API IdSource {
  public:
   virtual ~IdSource() = default;

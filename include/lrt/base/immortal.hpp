@@ -7,8 +7,8 @@
 namespace lrt {
 inline namespace v0 {
 
-/// A value in static storage that is never destroyed. Threads of lrt run until the process has ended. So no destructor of what they use may run
-/// in exit(). Use it for static objects in your own rdf::traits, too:
+/// A value in static storage that is never destroyed. Threads of lrt run until the process has ended. So no destructor
+/// of what they use may run in exit(). Use it for static objects in your own rdf::traits, too:
 ///
 ///     static const Type& type() {
 ///       static const Immortal<Type> t(make_type());

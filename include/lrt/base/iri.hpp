@@ -10,8 +10,8 @@
 namespace lrt {
 inline namespace v0 {
 
-/// A view of a text that is an IRI, for constants and arguments: `Iri{"http://example.org/ns#colour"}`. Vocabulary terms have this type.
-/// The constructors do not validate the text. The text must outlive the view.
+/// A view of a text that is an IRI, for constants and arguments: `Iri{"http://example.org/ns#colour"}`. Vocabulary
+/// terms have this type. The constructors do not validate the text. The text must outlive the view.
 struct Iri {
   std::string_view text;  ///< the IRI
 
@@ -33,8 +33,8 @@ struct Iri {
 namespace lrt::iri {
 inline namespace v0 {
 
-/// The five parts of an IRI reference (RFC 3986 3, RFC 3987), as views of the text given to split(). A part that is absent is empty; the flags
-/// tell an absent part from an empty one.
+/// The five parts of an IRI reference (RFC 3986 3, RFC 3987), as views of the text given to split(). A part that is
+/// absent is empty; the flags tell an absent part from an empty one.
 struct Parts {
   /// @{
   /// A part, without its delimiters.
@@ -49,8 +49,8 @@ struct Parts {
 /// Splits a reference into its parts (RFC 3986 appendix B). Does not validate its characters.
 LRT_API Parts split(std::string_view reference) noexcept;
 
-/// Whether `text` is an absolute IRI: it has a scheme and only characters that RFC 3987 2.2 allows (UTF-8, no controls, no space, none of
-/// `<>"{}|^` or backquote or backslash, well-formed percent escapes).
+/// Whether `text` is an absolute IRI: it has a scheme and only characters that RFC 3987 2.2 allows (UTF-8, no controls,
+/// no space, none of `<>"{}|^` or backquote or backslash, well-formed percent escapes).
 LRT_API bool is_absolute(std::string_view text) noexcept;
 
 /// Whether `text` is an IRI reference, absolute or relative, with allowed characters only.
@@ -60,8 +60,8 @@ LRT_API bool is_reference(std::string_view text) noexcept;
 /// @par Errors  expected_iri: one of the two is not valid
 LRT_API Result<std::string> resolve(std::string_view base, std::string_view reference);
 
-/// Percent-encodes a name for use as one path segment. The unreserved characters of RFC 3986 and "!$&'()*+,;=:@" stay; each other byte of the
-/// UTF-8 text is encoded.
+/// Percent-encodes a name for use as one path segment. The unreserved characters of RFC 3986 and "!$&'()*+,;=:@" stay;
+/// each other byte of the UTF-8 text is encoded.
 LRT_API std::string encode_segment(std::string_view name);
 
 /// Decodes percent escapes.

@@ -22,7 +22,8 @@ enum class LogLevel : unsigned char {
 ///
 /// The callback may throw; lrt ignores the exception. It must not call functions of the server or client that owns it.
 ///
-/// @par Threads  Called from any thread of lrt and from threads that call lrt, also concurrently. It must be safe for that.
+/// @par Threads  Called from any thread of lrt and from threads that call lrt, also concurrently. It must be safe for
+///               that.
 /// @par Time     Called on I/O threads: it should return at once.
 using LogCallback = std::function<void(LogLevel, std::string_view)>;
 

@@ -36,7 +36,8 @@ inline Unexpected unexpected(Error error) { return Unexpected{std::move(error)};
 inline Unexpected unexpected(Errc code, std::string message) { return Unexpected{Error{code, std::move(message)}}; }
 /// @}
 
-/// The return value of user code that refuses a request, because the robot's state or limits exclude it. The client gets 409 with the reason.
+/// The return value of user code that refuses a request, because the robot's state or limits exclude it. The client
+/// gets 409 with the reason.
 inline Unexpected refused(std::string reason) { return unexpected(Errc::refused, std::move(reason)); }
 
 }  // namespace v0
@@ -98,8 +99,8 @@ struct ValueOrError {
 namespace lrt {
 inline namespace v0 {
 
-/// A value, or the Error that explains why there is none. Names and meaning are those of std::expected. The definition is the same in every
-/// language mode, so programs of any C++ standard link with one build of the library.
+/// A value, or the Error that explains why there is none. Names and meaning are those of std::expected. The definition
+/// is the same in every language mode, so programs of any C++ standard link with one build of the library.
 ///
 /// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
 template <class T>

@@ -23,7 +23,8 @@ inline namespace v0 {
 template <class Signature>
 class UniqueFunction;
 
-/// A callable that may own move-only captures, as C++23's std::move_only_function. Calling an empty one is a violated precondition.
+/// A callable that may own move-only captures, as C++23's std::move_only_function. Calling an empty one is a violated
+/// precondition.
 /// @par Threads  Those of the callable.
 template <class R, class... Args>
 class UniqueFunction<R(Args...)> {

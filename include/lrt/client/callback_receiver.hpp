@@ -25,8 +25,8 @@ struct CallbackReceiverOptions {
   std::string address = "127.0.0.1";           ///< numeric address to listen on
   std::uint16_t port = 0;                      ///< 0: any free one
   std::optional<transport::TlsOptions> tls{};  ///< nullopt: plain HTTP
-  /// URL by which servers reach this receiver, "https://console.example/robots"; callbacks are below it. Empty: address and port.
-  /// Required without `listens`.
+  /// URL by which servers reach this receiver, "https://console.example/robots"; callbacks are below it. Empty: address
+  /// and port. Required without `listens`.
   std::string public_url{};
   std::size_t max_body_bytes = 4 * 1024 * 1024;  ///< of a notification; more: 413
   std::size_t max_callbacks = 1'000;             ///< at a time; more: limit_exceeded
@@ -34,15 +34,18 @@ struct CallbackReceiverOptions {
   LogCallback log{};                             ///< empty: messages are dropped
 };
 
-/// A small HTTP server that receives web callbacks (R0.16) for Via::callback. One receiver serves any number of watches, also of several clients.
+/// A small HTTP server that receives web callbacks (R0.16) for Via::callback. One receiver serves any number of
+/// watches, also of several clients.
 ///
-/// Each watch has a callback URL of its own with 128 random bits. Requests to other paths get 404. If a path has the form of a callback and is
-/// unknown, the response is 410: its watch was stopped, or it belongs to an earlier process, and the server ends the subscription.
+/// Each watch has a callback URL of its own with 128 random bits. Requests to other paths get 404. If a path has the
+/// form of a callback and is unknown, the response is 410: its watch was stopped, or it belongs to an earlier process,
+/// and the server ends the subscription.
 ///
-/// A GET with hub.mode=subscribe and hub.challenge is confirmed (WebSub 5.3). A POST is a notification. If the watch has given the server a secret,
-/// X-Hub-Signature must be the HMAC-SHA256 of the body. A notification with a wrong or missing signature gets 403, is counted and ignored, so a wrong
-/// secret is visible at the server. Without a secret, which only a POST to the container of subscriptions transfers, whoever knows the URL can send
-/// notifications. Whoever reads the connection can repeat signed notifications; TLS prevents it.
+/// A GET with hub.mode=subscribe and hub.challenge is confirmed (WebSub 5.3). A POST is a notification. If the watch
+/// has given the server a secret, X-Hub-Signature must be the HMAC-SHA256 of the body. A notification with a wrong or
+/// missing signature gets 403, is counted and ignored, so a wrong secret is visible at the server. Without a secret,
+/// which only a POST to the container of subscriptions transfers, whoever knows the URL can send notifications. Whoever
+/// reads the connection can repeat signed notifications; TLS prevents it.
 ///
 /// @par Threads  Any.
 /// @par Implements  R0.13, R0.16, WebSub 5.3, 7.1, 8

@@ -11,7 +11,8 @@
 #include <lrt/base/result.hpp>
 #include <lrt/client/options.hpp>
 
-/// Checks from outside whether a server is a Robotic Thing (R0.1 to R0.17) and a Linked Robotic Thing (R1.1 to R1.12), with evidence.
+/// Checks from outside whether a server is a Robotic Thing (R0.1 to R0.17) and a Linked Robotic Thing (R1.1 to R1.12),
+/// with evidence.
 ///
 ///     auto report = lrt::client::conformance::run("http://robot.example/arm");
 ///     if (report) std::cout << lrt::client::conformance::to_text(*report);
@@ -102,13 +103,15 @@ struct Invocation {
 /// Options and limits of a check. By default it changes nothing on the robot.
 struct CheckOptions {
   Options client;  ///< identity, certificate authorities, limits of one request
-  /// URL of the root resource (R0.4). Empty: "/", or if that is 404, the nearest path above the checked URL that ends with "/".
+  /// URL of the root resource (R0.4). Empty: "/", or if that is 404, the nearest path above the checked URL that ends
+  /// with "/".
   std::string root;
-  /// Resources whose present representation may be sent back by PUT, and to which bodies may be sent that the server must refuse.
+  /// Resources whose present representation may be sent back by PUT, and to which bodies may be sent that the server
+  /// must refuse.
   std::vector<std::string> write;
   std::vector<Invocation> invoke;  ///< actions that may be invoked
-  /// Address and port where the check receives callbacks, "192.168.1.5:0"; the server must reach it. Empty: 127.0.0.1 if the server is on this
-  /// machine, otherwise callbacks are not testable.
+  /// Address and port where the check receives callbacks, "192.168.1.5:0"; the server must reach it. Empty: 127.0.0.1
+  /// if the server is on this machine, otherwise callbacks are not testable.
   std::string callback_address;
   bool subscribe = true;  ///< WebSockets and callbacks are opened and ended again
 
@@ -127,7 +130,8 @@ struct CheckOptions {
 ///
 /// @param url      of the server's root, or better of one Thing
 /// @param options  what the check may do, and its limits
-/// @par Errors   expected_iri, invalid_option; io_error, timed_out, closed, expected_http: no response from the URL; failed: its status is not 2xx
+/// @par Errors   expected_iri, invalid_option; io_error, timed_out, closed, expected_http: no response from the URL;
+///               failed: its status is not 2xx
 /// @par Threads  Any. Blocks, at most `total_time` and one wait of the client's limits.
 /// @par Implements  SPEC 1
 LRT_API Result<Report> run(const std::string& url, const CheckOptions& options = {});
@@ -141,11 +145,12 @@ struct TextOptions {
 LRT_API std::string to_text(const Report& report, const TextOptions& options = {});
 /// The report as a JSON document.
 LRT_API std::string to_json(const Report& report);
-/// The report in Turtle, with the terms of EARL 1.0 (W3C Working Draft of 2017): an earl:Assertion for each finding. A failed `should` or `may` is
-/// earl:failed too; earl:info states the level.
+/// The report in Turtle, with the terms of EARL 1.0 (W3C Working Draft of 2017): an earl:Assertion for each finding. A
+/// failed `should` or `may` is earl:failed too; earl:info states the level.
 LRT_API std::string to_earl(const Report& report);
 
-/// Exit status of a program. 0: no `must` has failed; 1: one has, or with `strict` a `should`; 2: the check could not be run.
+/// Exit status of a program. 0: no `must` has failed; 1: one has, or with `strict` a `should`; 2: the check could not
+/// be run.
 LRT_API int exit_status(const Result<Report>& report, bool strict = false) noexcept;
 
 }  // namespace v0

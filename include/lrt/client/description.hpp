@@ -86,9 +86,9 @@ struct Description {
 /// The graph is from one file, or merged by merge_document() from what a client has read. A missing document is a
 /// warning.
 ///
-/// The shape of a Property's value is, in this order: one that targets it, the one to which its binding says that its body conforms, and the
-/// one that a Blueprint of its Thing has for its predicate. If there is none, the Property's own description is used: qudt:dataType,
-/// lrt:elementType and unit, or the datatype of its rdf:value.
+/// The shape of a Property's value is, in this order: one that targets it, the one to which its binding says that its
+/// body conforms, and the one that a Blueprint of its Thing has for its predicate. If there is none, the Property's own
+/// description is used: qudt:dataType, lrt:elementType and unit, or the datatype of its rdf:value.
 ///
 /// In a graph without Things, the node shapes with IRIs are described.
 ///
@@ -103,7 +103,8 @@ LRT_API Result<Description> describe(const rdf::Graph& graph, const DescribeOpti
 /// warning.
 /// @par Errors  limit_exceeded: DescribeOptions
 LRT_API Result<Description> describe(lrt::Client& client, const Robot& robot, const DescribeOptions& options = {});
-/// The documents that describe() reads, as one graph. Written to a file, the graph describes the robot without a connection.
+/// The documents that describe() reads, as one graph. Written to a file, the graph describes the robot without a
+/// connection.
 /// @param problems  receives a sentence for each document that cannot be read, at most DescribeOptions::max_warnings
 LRT_API Result<rdf::Graph> read_documents(lrt::Client& client, const Robot& robot, std::vector<std::string>& problems,
                                           const DescribeOptions& options = {});

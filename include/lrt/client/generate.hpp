@@ -30,16 +30,17 @@ struct Generated {
   std::vector<std::string> warnings;  ///< those of the description, and what C++ cannot express; the latter are also comments in the header
 };
 
-/// Writes a C++17 header for a robot: a struct or enum with rdf::traits for each type of its Blueprints, and a class for each kind of
-/// Thing with typed properties and actions. The header includes only lrt/client.hpp.
+/// Writes a C++17 header for a robot: a struct or enum with rdf::traits for each type of its Blueprints, and a class
+/// for each kind of Thing with typed properties and actions. The header includes only lrt/client.hpp.
 ///
 /// From a description without Things the types of its shapes are generated.
 ///
-/// Things of one kind share a Blueprint and have equal types of values. If their bounds of numbers differ, the class has none.
+/// Things of one kind share a Blueprint and have equal types of values. If their bounds of numbers differ, the class
+/// has none.
 ///
-/// The same description gives the same bytes. Things, properties and actions are in the order of their names; fields are in the order of
-/// the shapes. Texts of the robot cannot end their comments and string literals. The last lines list what the header was generated from, with a
-/// digest, for check().
+/// The same description gives the same bytes. Things, properties and actions are in the order of their names; fields
+/// are in the order of the shapes. Texts of the robot cannot end their comments and string literals. The last lines
+/// list what the header was generated from, with a digest, for check().
 ///
 /// @par Errors  invalid_option: the namespace; limit_exceeded: max_bytes
 LRT_API Result<Generated> generate(const Description& robot, const GenerateOptions& options = {});

@@ -24,8 +24,8 @@ inline namespace v0 {
 ///       control_step(target);
 ///     }
 ///
-/// A thread of the client that receives values decodes them. There are three cells: decoder and loop own one each and exchange
-/// the third. A moved-from or empty handle returns no values.
+/// A thread of the client that receives values decodes them. There are three cells: decoder and loop own one each and
+/// exchange the third. A moved-from or empty handle returns no values.
 ///
 /// @tparam T  with rdf::traits<T> or what the decoder makes; it owns no memory
 /// @par Threads  take(), age(): one thread at a time, the control loop. The others: any.
@@ -68,7 +68,8 @@ class Latest {
     if (!shared_ || !shared_->was_taken) return std::chrono::nanoseconds::max();
     return std::chrono::steady_clock::now() - shared_->taken_received;
   }
-  /// Whether the server is connected, as far as this program knows: see WatchOptions::idle_time. With Via::polling: the last request succeeded.
+  /// Whether the server is connected, as far as this program knows: see WatchOptions::idle_time. With Via::polling: the
+  /// last request succeeded.
   bool is_connected() const noexcept { return watch_.is_connected(); }
   /// Numbers since the watch began.
   Counts counts() const noexcept {

@@ -20,8 +20,9 @@ inline namespace v0 {
 
 /// A store that supports the SPARQL 1.1 Graph Store HTTP Protocol.
 struct StoreOptions {
-  /// URL of the protocol: "http://127.0.0.1:8890/sparql-graph-crud-auth". The IRI of a graph is appended as the parameter `graph` (indirect
-  /// identification, 4.2), or replaces "{graph}" in the URL: "https://store.example/graphs/{graph}" (direct identification, 4.1).
+  /// URL of the protocol: "http://127.0.0.1:8890/sparql-graph-crud-auth". The IRI of a graph is appended as the
+  /// parameter `graph` (indirect identification, 4.2), or replaces "{graph}" in the URL:
+  /// "https://store.example/graphs/{graph}" (direct identification, 4.1).
   std::string endpoint;
   /// @{
   /// Credentials for HTTP Digest (MD5 or SHA-256), or Basic over TLS or to this machine.
@@ -57,8 +58,8 @@ struct MirrorOptions {
   std::vector<std::string> robots;  ///< a URL of each
   StoreOptions store;               ///< where the graphs are written
   Options client;                   ///< identity and limits for the robots; `callbacks` has no effect
-  /// A file that lists what the store has, so that a mirror that starts again sends only what has changed. Only one mirror may use it, for one
-  /// store. Empty: the list is kept in memory only.
+  /// A file that lists what the store has, so that a mirror that starts again sends only what has changed. Only one
+  /// mirror may use it, for one store. Empty: the list is kept in memory only.
   std::string state_file;
 
   std::size_t max_requests = 4;                        ///< to the store at a time
@@ -95,12 +96,13 @@ struct MirrorCounts {
 /// properties, actions, collections and their members, Blueprints. Aggregates of other resources (lrt:state, lrt:all),
 /// invocations and subscriptions are left out.
 ///
-/// First all resources are read and sent, then those that change. A graph is replaced by PUT, so sending it twice has no further effect; of several
-/// waiting changes only the newest is sent. If the store has entity tags, If-Match detects that another client has changed the graph; the robot's
-/// version then replaces it.
+/// First all resources are read and sent, then those that change. A graph is replaced by PUT, so sending it twice has
+/// no further effect; of several waiting changes only the newest is sent. If the store has entity tags, If-Match
+/// detects that another client has changed the graph; the robot's version then replaces it.
 ///
-/// If a robot cannot be read, its graphs stay, and the graph `<ROBOT#mirror>` states since when: `<ROBOT> lrt:unreachableSince TIME`. That graph is
-/// deleted when the robot can be read again. The graph of a resource for which the robot responds 404 or 410 is deleted.
+/// If a robot cannot be read, its graphs stay, and the graph `<ROBOT#mirror>` states since when: `<ROBOT>
+/// lrt:unreachableSince TIME`. That graph is deleted when the robot can be read again. The graph of a resource for
+/// which the robot responds 404 or 410 is deleted.
 ///
 ///     lrt::client::MirrorOptions options;
 ///     options.robots = {"http://cell7.example:8080/", "http://cell8.example:8080/"};
@@ -113,17 +115,19 @@ struct MirrorCounts {
 class LRT_API Mirror {
  public:
   /// Makes a mirror. It connects to nothing yet.
-  /// @par Errors  invalid_option: also a state file of another store, or one that another mirror uses; expected_iri: of a robot; io_error
+  /// @par Errors  invalid_option: also a state file of another store, or one that another mirror uses; expected_iri: of
+  ///              a robot; io_error
   static Result<Mirror> create(MirrorOptions options);
   Mirror(Mirror&&) noexcept;
   Mirror& operator=(Mirror&&) noexcept;
   /// Calls stop().
   ~Mirror();
 
-  /// Reads each robot once, sends the differences, and waits until that is done. A robot that does not respond is marked.
+  /// Reads each robot once, sends the differences, and waits until that is done. A robot that does not respond is
+  /// marked.
   /// @param goes_on  called several times a second; false ends the copy with Errc::cancelled. May be empty
-  /// @par Errors  refused: the store refuses the user; io_error, timed_out, failed, ...: the store has failed for longer than `patience`;
-  ///              cancelled: also after stop()
+  /// @par Errors  refused: the store refuses the user; io_error, timed_out, failed, ...: the store has failed for
+  ///              longer than `patience`; cancelled: also after stop()
   Result<MirrorCounts> copy(const std::function<bool()>& goes_on = {});
   /// Begins to mirror, until stop().
   /// @par Errors  io_error: the system has no further thread

@@ -13,8 +13,9 @@
 namespace lrt::client {
 inline namespace v0 {
 
-/// The identity with which a client sends requests. It is sent only to origins that the program itself names: those of Client::open(), property(),
-/// action(), invocation() and watch(), and trusted_origins. A link or a redirect to another origin is followed without it.
+/// The identity with which a client sends requests. It is sent only to origins that the program itself names: those of
+/// Client::open(), property(), action(), invocation() and watch(), and trusted_origins. A link or a redirect to another
+/// origin is followed without it.
 struct Identity {
   std::string token;       ///< bearer token (RFC 6750)
   std::string token_file;  ///< a file whose first line is the token; read again when a server responds 401
@@ -57,7 +58,8 @@ struct Options {
   Identity identity;    ///< credentials
   Limits limits;        ///< memory and time
   std::string ca_file;  ///< certificate authorities, PEM; empty: those of the system
-  /// Value of Accept for representations. If a server has none of these types and responds with another one, it is read if it is RDF.
+  /// Value of Accept for representations. If a server has none of these types and responds with another one, it is read
+  /// if it is RDF.
   std::string accept = "text/turtle, application/n-triples;q=0.9, application/ld+json;q=0.8, application/rdf+xml;q=0.5";
   bool validate = true;                      ///< an input that violates the published shape is not sent
   Callbacks callbacks = Callbacks::in_poll;  ///< where callbacks run

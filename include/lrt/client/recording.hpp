@@ -16,7 +16,8 @@
 
 /// Files of changes: recorded values of a robot, for inspection or to publish them again.
 ///
-/// A recording is lines of JSON (UTF-8, each ends with a line feed). The first is its header, each further one is a change:
+/// A recording is lines of JSON (UTF-8, each ends with a line feed). The first is its header, each further one is a
+/// change:
 ///
 ///     {"lrt":"recording","version":1,"robot":"http://127.0.0.1:8080/","started":"2026-11-23T15:31:19Z"}
 ///     {"at":0.0123,"name":"right_s1/position","value":0.27,"unit":"rad"}
@@ -85,7 +86,8 @@ class LRT_API Recording {
 /// @tparam T      type of the value, with rdf::traits<T>
 /// @param change  the change
 /// @param unit    unit of the numbers; unit::none: any
-/// @par Errors  expected_value: the change is a gap, its value is not a T, or it has another unit, which is not converted
+/// @par Errors  expected_value: the change is a gap, its value is not a T, or it has another unit, which is not
+///              converted
 template <class T>
 Result<T> value_of(const RecordedChange& change, const lrt::Unit& unit = lrt::unit::none) {
   if (change.is_gap()) return unexpected(Errc::expected_value, "the change is a gap and has no value");

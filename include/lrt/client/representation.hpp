@@ -36,8 +36,8 @@ struct LRT_API Representation {
 /// A shared, immutable representation.
 using RepresentationPtr = std::shared_ptr<const Representation>;
 
-/// Finds the node that a representation of `url` is about: the IRI itself; else the only IRI that differs from it only in the fragment; else the only
-/// subject that is not an object. nullopt: none or several.
+/// Finds the node that a representation of `url` is about: the IRI itself; else the only IRI that differs from it only
+/// in the fragment; else the only subject that is not an object. nullopt: none or several.
 LRT_API std::optional<rdf::TermId> find_focus(const rdf::Graph& graph, std::string_view url);
 
 }  // namespace v0

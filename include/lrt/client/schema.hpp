@@ -22,8 +22,8 @@ inline namespace v0 {
 
 /// Limits of reading the shapes of a server. Beyond them: Errc::limit_exceeded, with the limit.
 ///
-/// Units that facets name are stored until the process ends: of units that lrt does not know, the first 4,096 are stored, and a further one is a
-/// warning.
+/// Units that facets name are stored until the process ends: of units that lrt does not know, the first 4,096 are
+/// stored, and a further one is a warning.
 struct SchemaOptions {
   std::size_t max_shapes = 10'000;  ///< shapes that are visited; a shape counts once for each reference to it
   std::size_t max_fields = 1'000;   ///< of one record
@@ -33,8 +33,9 @@ struct SchemaOptions {
   std::size_t max_warnings = 100;   ///< further ones are counted in the last warning
 };
 
-/// The description of a value by a published shape, as an rdf::Type and rdf::Facets. With them a program reads, writes and converts values whose type
-/// is known only at run time, like values of C++ types. A Schema owns all that type and facets refer to.
+/// The description of a value by a published shape, as an rdf::Type and rdf::Facets. With them a program reads, writes
+/// and converts values whose type is known only at run time, like values of C++ types. A Schema owns all that type and
+/// facets refer to.
 ///
 /// These shapes are supported, whoever made them:
 ///
@@ -54,12 +55,12 @@ struct SchemaOptions {
 /// | properties | number with a unit, or record |
 /// | sh:minCount 0 or none | optional |
 ///
-/// sh:node and sh:and are followed. Bounds and lengths become facets. A field has the last part of its predicate as its name, or the sh:name
-/// that encodes to it. Two fields may have equal names: rdf::write_plain() tells them apart. All classes and predicates are absolute IRIs, so
-/// the vocabulary that the functions of rdf take does not matter.
+/// sh:node and sh:and are followed. Bounds and lengths become facets. A field has the last part of its predicate as its
+/// name, or the sh:name that encodes to it. Two fields may have equal names: rdf::write_plain() tells them apart. All
+/// classes and predicates are absolute IRIs, so the vocabulary that the functions of rdf take does not matter.
 ///
-/// A constraint that a type cannot express is a warning: one sentence with the path and the constraint. The shape may then refuse a value that
-/// the type accepts, so validate the value (shacl::validate with shape()).
+/// A constraint that a type cannot express is a warning: one sentence with the path and the constraint. The shape may
+/// then refuse a value that the type accepts, so validate the value (shacl::validate with shape()).
 ///
 /// @par Threads  Any: immutable. Copies share their data.
 class LRT_API Schema {
@@ -67,7 +68,8 @@ class LRT_API Schema {
   /// Reads a shape.
   /// @param shapes  the shapes graph
   /// @param shape   a node shape of `shapes`; a property shape is read as the description of its values, as focus nodes
-  /// @par Errors  expected_value: an ill-formed shape, or no such shape, with the triple. limit_exceeded: SchemaOptions.
+  /// @par Errors  expected_value: an ill-formed shape, or no such shape, with the triple. limit_exceeded:
+  ///              SchemaOptions.
   /// @par Time    Linear in the shapes that are visited. Allocates.
   static Result<Schema> read(const rdf::Graph& shapes, const rdf::TermView& shape, const SchemaOptions& options = {});
 

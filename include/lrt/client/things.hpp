@@ -50,7 +50,8 @@ struct Names {
 
 /// A Property of a Thing (R1.9): a resource of its own, or a node in the graph of its Thing.
 /// @par Errors   of an exchange, see Client; refusals by the server as for Action::invoke().
-/// @par Threads  Any. Functions that return a Result block until the response, at most the times of Limits. Not for a control loop; see latest().
+/// @par Threads  Any. Functions that return a Result block until the response, at most the times of Limits. Not for a
+///               control loop; see latest().
 class LRT_API Property {
  public:
   const std::string& url() const noexcept { return url_; }  ///< its URL
@@ -58,7 +59,8 @@ class LRT_API Property {
   /// The shortest name: the local name of its predicate, else the last segment of the path.
   std::string name() const;
 
-  /// The present representation, by GET. If it has not changed since the last GET, only the header section is transferred (R0.11).
+  /// The present representation, by GET. If it has not changed since the last GET, only the header section is
+  /// transferred (R0.11).
   Result<RepresentationPtr> get() const;
 
   /// The present value. A number must have the given unit.
@@ -91,12 +93,14 @@ class LRT_API Property {
   Result<lrt::Unit> unit() const;
   /// The shape against which the server validates what is written. nullopt: it publishes none.
   Result<std::optional<Shape>> shape() const;
-  /// The shape of its value, also if it cannot be written: shape(), otherwise that of a linked Blueprint for its predicate. nullopt: there is none.
+  /// The shape of its value, also if it cannot be written: shape(), otherwise that of a linked Blueprint for its
+  /// predicate. nullopt: there is none.
   Result<std::optional<Shape>> value_shape() const;
 
   /// Begins to watch it; see Client::watch().
   Result<Watch> watch(const WatchOptions& options, OnChange on_change) const;
-  /// The newest value for a control loop, decoded on a thread of the client: a joint that follows a joint of another robot.
+  /// The newest value for a control loop, decoded on a thread of the client: a joint that follows a joint of another
+  /// robot.
   /// @par Errors  expected_iri, invalid_option; closed: after Client::stop()
   template <class T>
   Result<Latest<T>> latest(const lrt::Unit& unit = lrt::unit::none, const WatchOptions& options = {}) const {
@@ -113,7 +117,8 @@ class LRT_API Property {
   /// Decodes a value of a type that is known at run time.
   Result<rdf::Value> decode(const Change& change, const rdf::Type& type, const lrt::Unit& unit = lrt::unit::none) const;
 
-  /// The node of the value in a graph of this property: the focus node or, of an inline property, the object of its predicate.
+  /// The node of the value in a graph of this property: the focus node or, of an inline property, the object of its
+  /// predicate.
   /// @par Errors  expected_value: the node is ambiguous or missing; unknown_path: the Thing no longer has the property
   Result<rdf::TermId> value_node(const rdf::Graph& graph, std::optional<rdf::TermId> focus) const;
   /// Decodes the value of a representation of this property.
@@ -207,9 +212,11 @@ class LRT_API Action {
   /// The present representation, by GET.
   Result<RepresentationPtr> get() const;
 
-  /// Invokes it by the method, the URL and the header fields of its binding (paper 5.4); without a binding by a POST to its URL.
-  /// @par Errors  expected_value: the input does not conform to the published shape, and nothing was sent; refused (403, 409), expected_value (400,
-  ///              422), unknown_path (404), limit_exceeded (429, 503), failed (5xx), each with the server's reason; and those of the exchange
+  /// Invokes it by the method, the URL and the header fields of its binding (paper 5.4); without a binding by a POST to
+  /// its URL.
+  /// @par Errors  expected_value: the input does not conform to the published shape, and nothing was sent; refused
+  ///              (403, 409), expected_value (400, 422), unknown_path (404), limit_exceeded (429, 503), failed (5xx),
+  ///              each with the server's reason; and those of the exchange
   template <class T>
   Result<Invocation> invoke(const T& input, const InvokeOptions& options = {}) const {
     return invoke(rdf::traits<T>::type(), rdf::traits<T>::encode(input), options);
@@ -265,7 +272,8 @@ class LRT_API Thing {
   const std::vector<Property>& properties() const noexcept { return properties_; }      ///< its properties
   const std::vector<Action>& actions() const noexcept { return actions_; }              ///< its actions
 
-  /// The property with a name: a predicate or its local name, a title, a URL or the end of one ("friction", "arm/friction").
+  /// The property with a name: a predicate or its local name, a title, a URL or the end of one ("friction",
+  /// "arm/friction").
   /// @par Errors  unknown_path: there is none; the message lists the names. expected_value: several have the name
   Result<Property> property(std::string_view name) const;
   /// The property to which the Thing links by a predicate.

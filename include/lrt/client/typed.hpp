@@ -20,8 +20,8 @@
 namespace lrt::client {
 inline namespace v0 {
 
-/// A type with another datatype for its literals: xsd:date for a text, xsd:decimal for a double. For a list, map or optional: the datatype of its
-/// values. The object exists until the process ends. For constants of generated headers.
+/// A type with another datatype for its literals: xsd:date for a text, xsd:decimal for a double. For a list, map or
+/// optional: the datatype of its values. The object exists until the process ends. For constants of generated headers.
 LRT_API const rdf::Type& with_datatype(const rdf::Type& type, Iri datatype);
 
 /// The form in which values of a C++ type are written.

@@ -18,9 +18,9 @@ struct Quantity {
   std::string unit;   ///< UCUM code, "rad"; empty: none was written
 };
 
-/// Reads "0.5rad", "30 deg", "-1.5e3 mm", "50%", "1.5". Decimals are those of xsd:double, without NaN and infinities. The unit is a code of
-/// known_units() or one of the other names of its table: "turn", "rpm", "h", "kph", "C", "degC", "\u00b0", "\u00b0C", "Nm", "N*m" ...
-/// Case matters: "mm" is not "Mm".
+/// Reads "0.5rad", "30 deg", "-1.5e3 mm", "50%", "1.5". Decimals are those of xsd:double, without NaN and infinities.
+/// The unit is a code of known_units() or one of the other names of its table: "turn", "rpm", "h", "kph", "C", "degC",
+/// "\u00b0", "\u00b0C", "Nm", "N*m" ... Case matters: "mm" is not "Mm".
 /// @par Errors  expected_value: not a number, with the offset; or an unknown unit, with the list of units
 LRT_API Result<Quantity> parse_quantity(std::string_view text);
 
@@ -28,18 +28,20 @@ LRT_API Result<Quantity> parse_quantity(std::string_view text);
 /// km, ft and in; m/s, mm/s, km/h; s, ms, us, min and h; N and kN; N.m and kN.m; kg, g; Cel, K and degF; V, mV; A, mA;
 /// 1 and %; Hz and kHz.
 ///
-/// If the ratio of the units is rational, the result is the decimal of at most 15 digits that converts back to the number (0.29 is 29 %,
-/// 20 min are 0.3333333333333333 h), or the double nearest to the exact result. With rad it is within 2 units in the last place. A unit
-/// converts to itself bit-identically.
+/// If the ratio of the units is rational, the result is the decimal of at most 15 digits that converts back to the
+/// number (0.29 is 29 %, 20 min are 0.3333333333333333 h), or the double nearest to the exact result. With rad it is
+/// within 2 units in the last place. A unit converts to itself bit-identically.
 /// @param number    number in the unit `from`
 /// @param from, to  UCUM codes; both may also be the same unknown code
-/// @par Errors  expected_value: a unit is unknown, or the units are of different kinds. The message names both, and the units that would fit.
+/// @par Errors  expected_value: a unit is unknown, or the units are of different kinds. The message names both, and the
+///              units that would fit.
 LRT_API Result<double> convert(double number, std::string_view from, std::string_view to);
 
 /// Converts a text such as "30 deg" to a number in `unit`. A number without a unit is taken as it is.
 /// @param text  number and unit, see parse_quantity()
 /// @param unit  of the property or field; none: a written unit is an error
-/// @par Errors  expected_value: as parse_quantity() and convert(); a unit that has no UCUM code accepts only numbers without a unit
+/// @par Errors  expected_value: as parse_quantity() and convert(); a unit that has no UCUM code accepts only numbers
+///              without a unit
 LRT_API Result<double> number_in(std::string_view text, const Unit& unit);
 
 /// The UCUM codes that convert() knows, in the order of the kinds.
@@ -47,7 +49,8 @@ LRT_API const std::vector<std::string_view>& known_units();
 /// The UCUM codes to which a unit can be converted; empty: the unit is unknown.
 LRT_API std::vector<std::string_view> units_like(std::string_view unit);
 
-/// The unit of lrt with these IRIs, with its code and its other IRI; otherwise a unit with only these IRIs. Both may be empty.
+/// The unit of lrt with these IRIs, with its code and its other IRI; otherwise a unit with only these IRIs. Both may be
+/// empty.
 LRT_API Unit find_unit(std::string_view vom, std::string_view qudt);
 /// The UCUM code of a unit, "deg"; otherwise the last part of its IRI; otherwise empty.
 LRT_API std::string unit_label(const Unit& unit);

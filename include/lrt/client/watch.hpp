@@ -30,8 +30,8 @@ enum class Via : unsigned char {
 /// Options of a watch.
 struct WatchOptions {
   Via via = Via::any;  ///< the protocol
-  /// Media type of the messages (R0.17), or several with q-values; empty: Options::accept. They are tried one by one, because a WebSocket and an
-  /// event stream do not state which of several the server has chosen.
+  /// Media type of the messages (R0.17), or several with q-values; empty: Options::accept. They are tried one by one,
+  /// because a WebSocket and an event stream do not state which of several the server has chosen.
   std::string accept;
   std::chrono::milliseconds minimum_interval{0};  ///< between two messages
   std::size_t queue_length = 0;                   ///< 0: the newest value; otherwise the number of changes that the server queues
@@ -42,7 +42,8 @@ struct WatchOptions {
   /// starting: the client tries again for max_pause.
   std::chrono::milliseconds first_pause{200};
   std::chrono::milliseconds max_pause{30'000};  ///< see first_pause
-  /// Without a message, a pong or a comment for this time, the connection counts as lost. Via::callback: the client then reads the subscription.
+  /// Without a message, a pong or a comment for this time, the connection counts as lost. Via::callback: the client
+  /// then reads the subscription.
   std::chrono::milliseconds idle_time{60'000};
   /// `hybrit:websocketUrl` of the resource, if it is known. Empty: the client tries the URL of the resource, and if the
   /// server refuses, reads its graph.
@@ -80,8 +81,8 @@ using OnChange = std::function<void(const Change&)>;
 
 /// A running watch. Destroying the handle ends it. A handle that outlives its client has no effect.
 ///
-/// After stop() or destruction the callback is not called again. They wait for a running callback, unless they are called from it. So the caller must
-/// not hold a lock that the callback needs.
+/// After stop() or destruction the callback is not called again. They wait for a running callback, unless they are
+/// called from it. So the caller must not hold a lock that the callback needs.
 /// @par Threads  Any.
 /// @par Implements  R0.12 to R0.17
 class LRT_API Watch {

@@ -46,8 +46,8 @@ enum class Access : std::uint8_t {
   forbidden,          ///< 403
   too_many_requests,  ///< 429, with Retry-After
 };
-/// Authorizes a request by its header section: the body has not been received, and `body` is empty. A GET with `Upgrade: callback` makes the robot
-/// post to a URL, so do not grant it to clients that may only read.
+/// Authorizes a request by its header section: the body has not been received, and `body` is empty. A GET with
+/// `Upgrade: callback` makes the robot post to a URL, so do not grant it to clients that may only read.
 ///
 /// @par Errors   An exception is answered 500.
 /// @par Threads  Called without a lock of lrt: on the I/O thread (Io::own_thread), in poll() (Io::in_poll), or on the
@@ -91,9 +91,10 @@ struct Limits {
                                                           ///< Threads::body_threads
   std::size_t max_waiting_body_bytes = 64 * 1024 * 1024;  ///< of larger bodies that wait to be judged, a quarter of it from one address; more: 503
   std::size_t max_all_bytes = 16 * 1024 * 1024;           ///< of a document of a Thing and all Things below it; more: 406
-  /// Size of a request body for one number, or where no value is expected; more: 413. A resource whose type has a fixed size takes 1 KiB more for
-  /// each number, text and field, and for a text with length() also its bytes. All others, such as a list without a maximum, take
-  /// transport::Limits::max_body_bytes. max_body_bytes() of a property, action or collection overrides this.
+  /// Size of a request body for one number, or where no value is expected; more: 413. A resource whose type has a fixed
+  /// size takes 1 KiB more for each number, text and field, and for a text with length() also its bytes. All others,
+  /// such as a list without a maximum, take transport::Limits::max_body_bytes. max_body_bytes() of a property, action
+  /// or collection overrides this.
   std::size_t max_scalar_body_bytes = 16 * 1024;
 };
 
@@ -123,7 +124,8 @@ struct EngineOptions : Limits {
   bool body_jobs = false;                            ///< bodies above small_body_bytes become BodyJobs; else every body is judged at once
   bool reports_subscriptions = false;                ///< take_subscription_events() returns events
   security::ClientLimits clients;                    ///< Security::clients; the engine enforces max_invocations and max_subscriptions
-  /// How long a request that makes or cancels a web callback waits for saved(); then 503, and nothing has changed. nullopt: it does not wait.
+  /// How long a request that makes or cancels a web callback waits for saved(); then 503, and nothing has changed.
+  /// nullopt: it does not wait.
   std::optional<std::chrono::milliseconds> save_timeout;
   /// `authorize` lets every client read, and no view is restricted. False: shared caches must not store responses.
   bool everybody_reads = false;
@@ -171,16 +173,16 @@ struct SavedText {
   std::uint64_t revision = 0;  ///< of the last change that the text contains
 };
 
-/// User code to run where its Dispatch says; with io_thread: soon, on the thread that drives the engine. It may also be destroyed without being run.
-/// It never throws.
+/// User code to run where its Dispatch says; with io_thread: soon, on the thread that drives the engine. It may also be
+/// destroyed without being run. It never throws.
 struct Job {
   Dispatch where = Dispatch::in_poll;  ///< where it runs
   UniqueFunction<void()> run;          ///< the code
   bool is_stop = false;                ///< of Action::stop(): runs before the others
 };
 
-/// A request body to judge or a query to evaluate, on any thread and without the engine's lock. It calls no user code and never throws. If it is
-/// destroyed without being run, its request gets 503 at its time limit.
+/// A request body to judge or a query to evaluate, on any thread and without the engine's lock. It calls no user code
+/// and never throws. If it is destroyed without being run, its request gets 503 at its time limit.
 struct BodyJob {
   std::string client;          ///< numeric address of the client
   std::size_t bytes = 0;       ///< size of the body; the work is about proportional to it
@@ -202,7 +204,8 @@ class LRT_API Engine final : public Handler {
   Engine& operator=(const Engine&) = delete;
 
   /// Registers a thing with all its resources.
-  /// @par Errors  the thing's first error; duplicate_path; expected_rdf for its Turtle. After an error nothing is registered
+  /// @par Errors  the thing's first error; duplicate_path; expected_rdf for its Turtle. After an error nothing is
+  ///              registered
   Result<void> add(Thing thing);
   /// The same of several: all of them, or none.
   Result<void> add(std::vector<Thing> things);
@@ -253,11 +256,13 @@ class LRT_API Engine final : public Handler {
   void delivered(Channel channel, const subscription::DeliveryResult& result, TimePoint now);
   /// All callback subscriptions as text, if they have changed since the last call.
   std::optional<SavedText> take_saved();
-  /// Reports that a text of take_saved() is on the disk, or that writing it failed: the changes up to that revision are then final, or undone.
+  /// Reports that a text of take_saved() is on the disk, or that writing it failed: the changes up to that revision are
+  /// then final, or undone.
   /// @par Threads  Any.
   void saved(std::uint64_t revision, bool written);
-  /// Restores the text of take_saved() after a restart. A subscription continues when its resource is registered. If its receiver may not be called
-  /// now, it waits. An invalid subscription is left out, and the log says so. To be called after listens_on().
+  /// Restores the text of take_saved() after a restart. A subscription continues when its resource is registered. If
+  /// its receiver may not be called now, it waits. An invalid subscription is left out, and the log says so. To be
+  /// called after listens_on().
   /// @return  number of subscriptions in the text
   /// @par Errors  expected_rdf, limit_exceeded; then nothing is restored
   Result<std::size_t> restore(std::string_view saved);
@@ -267,12 +272,13 @@ class LRT_API Engine final : public Handler {
 
   // Feeds: subscriptions whose messages the host takes. next_ready() names their channels as it names others.
   /// Makes a subscription of a feed. Its first message is the present representation, if there is one.
-  /// @par Errors  unknown_path; refused: the resource cannot be observed, or not by the owner; unsupported_syntax: it does not have the media type;
-  ///              limit_exceeded: SubscriptionOptions::max_feed_subscriptions
+  /// @par Errors  unknown_path; refused: the resource cannot be observed, or not by the owner; unsupported_syntax: it
+  ///              does not have the media type; limit_exceeded: SubscriptionOptions::max_feed_subscriptions
   Result<Subscribed> subscribe(FeedSubscription wanted, TimePoint now);
   /// The next message of such a channel; nullopt: none now. next_ready() will name the channel again.
   std::optional<FeedMessage> next_feed_message(Channel channel, TimePoint now);
-  /// Marks the present representation to be sent again, although it was sent. Has no effect on a subscription with a queue.
+  /// Marks the present representation to be sent again, although it was sent. Has no effect on a subscription with a
+  /// queue.
   /// @return  call next_feed_message(): next_ready() will not name the channel for it
   bool repeat(Channel channel);
   /// All resources that can be observed, except subscriptions.
@@ -286,7 +292,8 @@ class LRT_API Engine final : public Handler {
   /// The base IRI of feeds, without a slash at the end: the public base, or where the server listens.
   std::string base() const;
 
-  /// Checks the rights of the owners of subscriptions again (EngineOptions::renew). A subscription without the right ends.
+  /// Checks the rights of the owners of subscriptions again (EngineOptions::renew). A subscription without the right
+  /// ends.
   void renew_rights();
 
   /// The jobs since the last call, in order.
@@ -295,8 +302,8 @@ class LRT_API Engine final : public Handler {
   std::vector<BodyJob> take_body_jobs();
   /// The jobs for queries since the last call (EngineOptions::query).
   std::vector<BodyJob> take_query_jobs();
-  /// Things that were removed or refused, with the user's lambdas, to be destroyed without a lock. Those that are not taken are destroyed by the
-  /// next add() or remove().
+  /// Things that were removed or refused, with the user's lambdas, to be destroyed without a lock. Those that are not
+  /// taken are destroyed by the next add() or remove().
   std::vector<std::shared_ptr<const void>> take_discarded();
   /// The events of subscriptions since the last call, in order, if EngineOptions::reports_subscriptions is set.
   std::vector<SubscriptionEvent> take_subscription_events();

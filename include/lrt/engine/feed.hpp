@@ -37,7 +37,8 @@ struct FeedSubscription {
   /// Where the host sends the messages, for example "lrt:mqttTopic". These statements are in the description of the
   /// subscription, and in the resource's own document (like hybrit:websocketUrl) for clients that may subscribe to it.
   std::vector<Statement> statements{};
-  /// The principal that owns the subscription, which shows what this principal may read. nullptr: everything. lrt::Feed sets it.
+  /// The principal that owns the subscription, which shows what this principal may read. nullptr: everything. lrt::Feed
+  /// sets it.
   std::shared_ptr<const security::Principal> owner{};
 };
 

@@ -28,8 +28,9 @@ using subscription::Channel;
 struct Deferred {
   Ticket ticket;  ///< identifies the request
 };
-/// The request becomes a WebSocket (RFC 6455); http::check_websocket() has accepted its handshake. The transport sends 101 with the fields of
-/// `response` and those of RFC 6455 4.2.2, and then carries the messages of the channel. Only if Request::can_upgrade is set.
+/// The request becomes a WebSocket (RFC 6455); http::check_websocket() has accepted its handshake. The transport sends
+/// 101 with the fields of `response` and those of RFC 6455 4.2.2, and then carries the messages of the channel. Only if
+/// Request::can_upgrade is set.
 struct Upgraded {
   Channel channel;          ///< identifies the subscriber
   http::Response response;  ///< fields of the 101
@@ -83,21 +84,23 @@ struct PushRequest {
   bool more = false;          ///< set by take_pushes(): more may be available. If false, next_ready() will name the channel again
 };
 
-/// The application that a transport serves: requests in, responses out, messages to subscribers. It does no I/O. lrt::Server has one.
+/// The application that a transport serves: requests in, responses out, messages to subscribers. It does no I/O.
+/// lrt::Server has one.
 ///
-/// Messages are pulled: the handler names a channel once (next_ready), and the transport takes its messages when it can write (next_push) until there
-/// are none. Then the handler will name the channel again. A client that does not read costs only the memory of what the transport has taken for
-/// it: one message, or a few short ones.
+/// Messages are pulled: the handler names a channel once (next_ready), and the transport takes its messages when it can
+/// write (next_push) until there are none. Then the handler will name the channel again. A client that does not read
+/// costs only the memory of what the transport has taken for it: one message, or a few short ones.
 ///
 /// @par Threads  The transport calls all functions, from one thread at a time.
 class LRT_API Handler {
  public:
   virtual ~Handler() = default;
 
-  /// Judges a request whose header section is complete and whose body is not; `request.body` is empty. If the verdict has a response, the
-  /// transport sends it before any `100 Continue`, stores no byte of the body and does not call handle(). Otherwise it receives at most
-  /// `max_body_bytes`, sets `request.judged` and calls handle(), which checks again what may have changed. A transport need not call it for a
-  /// request whose body has arrived already: handle() checks everything. Never throws.
+  /// Judges a request whose header section is complete and whose body is not; `request.body` is empty. If the verdict
+  /// has a response, the transport sends it before any `100 Continue`, stores no byte of the body and does not call
+  /// handle(). Otherwise it receives at most `max_body_bytes`, sets `request.judged` and calls handle(), which checks
+  /// again what may have changed. A transport need not call it for a request whose body has arrived already: handle()
+  /// checks everything. Never throws.
   /// @param request     the header section
   /// @param body_bytes  Content-Length, more than 0; nullopt: the body is chunked
   /// @param now         the present time
@@ -105,8 +108,8 @@ class LRT_API Handler {
     (void)request, (void)body_bytes, (void)now;
     return {};
   }
-  /// Whether a request, by its header section, invokes an action that stops the robot (Action::stop()). A transport serves it even beyond its
-  /// limits. Calls no user code.
+  /// Whether a request, by its header section, invokes an action that stops the robot (Action::stop()). A transport
+  /// serves it even beyond its limits. Calls no user code.
   virtual bool is_stop(const http::Request& request) noexcept {
     (void)request;
     return false;
@@ -114,16 +117,18 @@ class LRT_API Handler {
   /// Responds to a complete request or defers the response. Never throws, and does not call the transport. The views of
   /// `request` are valid during the call.
   virtual Outcome handle(const http::Request& request, TimePoint now) = 0;
-  /// The next deferred response that is ready or overdue at `now`. Call it until it returns nullopt, after wake() and after next_deadline().
+  /// The next deferred response that is ready or overdue at `now`. Call it until it returns nullopt, after wake() and
+  /// after next_deadline().
   virtual std::optional<Reply> next_reply(TimePoint now) = 0;
-  /// When next_reply() and next_ready() must be called next even if nothing wakes the transport; nullopt: not before a wake. A time of the clock
-  /// of `now`; it may be in the past, which means at once. It becomes earlier only in calls of this class, or with a wake.
+  /// When next_reply() and next_ready() must be called next even if nothing wakes the transport; nullopt: not before a
+  /// wake. A time of the clock of `now`; it may be in the past, which means at once. It becomes earlier only in calls
+  /// of this class, or with a wake.
   virtual std::optional<std::chrono::steady_clock::time_point> next_deadline() const = 0;
-  /// Reports that the client of a deferred response has disconnected, or that the transport stops; the ticket is forgotten. A client that has only
-  /// half-closed its connection still gets its response.
+  /// Reports that the client of a deferred response has disconnected, or that the transport stops; the ticket is
+  /// forgotten. A client that has only half-closed its connection still gets its response.
   virtual void abandon(Ticket ticket) noexcept = 0;
-  /// Reports that the client of a deferred response has half-closed its connection, and perhaps has disconnected. Expensive work, such as a query, is
-  /// cancelled; other responses are sent as usual. The ticket stays valid.
+  /// Reports that the client of a deferred response has half-closed its connection, and perhaps has disconnected.
+  /// Expensive work, such as a query, is cancelled; other responses are sent as usual. The ticket stays valid.
   virtual void input_ended(Ticket ticket) noexcept { (void)ticket; }
 
   /// The next channel that has a push at `now`. Call it until it returns nullopt whenever next_reply() is called, and
@@ -134,7 +139,8 @@ class LRT_API Handler {
     (void)now;
     return std::nullopt;
   }
-  /// The next push of a channel; nullopt: none now, next_ready() will name the channel again. For an unknown channel: a close with 1001.
+  /// The next push of a channel; nullopt: none now, next_ready() will name the channel again. For an unknown channel: a
+  /// close with 1001.
   virtual std::optional<Push> next_push(Channel channel, TimePoint now) {
     (void)channel, (void)now;
     return std::nullopt;
@@ -143,8 +149,8 @@ class LRT_API Handler {
   virtual void take_ready(std::vector<ReadyChannel>& channels, TimePoint now) {
     while (const auto channel = next_ready(now)) channels.push_back({*channel});
   }
-  /// As next_push(), for many channels at once: appends the pushes of the first request, then those of the second, and so on. The last push of a
-  /// channel may be a close.
+  /// As next_push(), for many channels at once: appends the pushes of the first request, then those of the second, and
+  /// so on. The last push of a channel may be a close.
   virtual void take_pushes(std::vector<PushRequest>& requests, std::vector<Push>& pushes, TimePoint now) {
     for (PushRequest& request : requests) {
       std::size_t bytes = 0;
@@ -162,7 +168,8 @@ class LRT_API Handler {
   }
   /// Reports a complete message of the client. next_push() may have something afterwards.
   virtual void received(Channel channel, std::string_view message, bool text, TimePoint now) { (void)channel, (void)message, (void)text, (void)now; }
-  /// Reports that the connection of a channel has ended; called once for each Upgraded or Streamed. The channel is forgotten.
+  /// Reports that the connection of a channel has ended; called once for each Upgraded or Streamed. The channel is
+  /// forgotten.
   virtual void closed(Channel channel) noexcept { (void)channel; }
 };
 

@@ -11,8 +11,8 @@
 namespace lrt::engine {
 inline namespace v0 {
 
-/// HTML for people: a further representation of every resource. The bytes are the same for all resources, because the page's script reads its own
-/// address and requests the data as any client does.
+/// HTML for people: a further representation of every resource. The bytes are the same for all resources, because the
+/// page's script reads its own address and requests the data as any client does.
 ///
 /// @par Threads  Constant functions: any, concurrently.
 class LRT_API PageSource {
@@ -25,7 +25,8 @@ class LRT_API PageSource {
   /// An error page.
   /// @param home  IRI of the list of Things
   virtual std::string error(int status, std::string_view detail, std::string_view home) const = 0;
-  /// Makes the login page the body of a 401, with its fields. Its script sends the token by POST, as `Authorization: Bearer TOKEN`.
+  /// Makes the login page the body of a 401, with its fields. Its script sends the token by POST, as `Authorization:
+  /// Bearer TOKEN`.
   /// @param response  the response
   /// @param session   IRI of the session
   /// @return          false: there is no such page, and error() is shown

@@ -43,7 +43,8 @@ struct QueryDependencies {
 class LRT_API PreparedQuery {
  public:
   virtual ~PreparedQuery() = default;
-  /// The media types that its results can have, best first, as http::negotiate() takes them. They are valid until the process ends.
+  /// The media types that its results can have, best first, as http::negotiate() takes them. They are valid until the
+  /// process ends.
   virtual const std::vector<std::string_view>& types() const = 0;
   /// What its result depends on.
   virtual const QueryDependencies& dependencies() const = 0;
@@ -61,10 +62,11 @@ class LRT_API QueryAnswer {
   /// @param type  an index into PreparedQuery::types()
   /// @par Errors  unsupported_syntax: the type cannot carry it
   virtual Result<std::string> write(std::size_t type) const = 0;
-  /// A hash. Results with the same rows or triples have the same hash. If the query does not sort them, their order does not matter.
+  /// A hash. Results with the same rows or triples have the same hash. If the query does not sort them, their order
+  /// does not matter.
   virtual std::uint64_t digest() const noexcept = 0;
-  /// The difference to another result of the same query, as SPARQL results in JSON: `results` has the new rows, the member "removed" the rows that
-  /// are missing now, and "sequence" a number.
+  /// The difference to another result of the same query, as SPARQL results in JSON: `results` has the new rows, the
+  /// member "removed" the rows that are missing now, and "sequence" a number.
   /// @param before    the other result
   /// @param sequence  the number
   /// @pre PreparedQuery::has_rows()
@@ -109,7 +111,8 @@ class LRT_API QueryService {
   /// @param default_graphs  with named_graphs: the dataset, instead of the one of the query (SPARQL 1.1 Protocol
   ///                        2.1.4); both empty: that of the query
   /// @param named_graphs    see default_graphs
-  /// @par Errors  expected_rdf, whose message states the position; limit_exceeded; unsupported_syntax: SERVICE, an update
+  /// @par Errors  expected_rdf, whose message states the position; limit_exceeded; unsupported_syntax: SERVICE, an
+  ///              update
   virtual Result<std::shared_ptr<const PreparedQuery>> parse(std::string_view text, std::string_view base, std::vector<std::string> default_graphs,
                                                              std::vector<std::string> named_graphs) const = 0;
   /// Makes an empty set of graphs.

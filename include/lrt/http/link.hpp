@@ -14,9 +14,9 @@
 namespace lrt::http {
 inline namespace v0 {
 
-/// Builds Link field lines (RFC 8288). Several links share a line of at most 4 KiB, and all lines together stay within a budget, because clients
-/// limit the size and the number of fields. If a link does not fit, it and all that follow are left out, and finish() adds a link to where the
-/// rest is.
+/// Builds Link field lines (RFC 8288). Several links share a line of at most 4 KiB, and all lines together stay within
+/// a budget, because clients limit the size and the number of fields. If a link does not fit, it and all that follow
+/// are left out, and finish() adds a link to where the rest is.
 ///
 /// @par Threads  One thread at a time.
 /// @par Implements  R0.9
@@ -31,10 +31,11 @@ class LRT_API LinkWriter {
   void add(std::string_view target, std::string_view rel, std::string_view type = {});
   /// Sets a filter for later calls of add(): links are left out to targets for which `hidden` returns true.
   void leave_out(std::function<bool(std::string_view target)> hidden) { hidden_ = std::move(hidden); }
-  /// Appends the lines to `fields`. If links were left out, the last link has the target `rest` and the relation `rest_rel`. If that needs
-  /// space, more links are left out.
+  /// Appends the lines to `fields`. If links were left out, the last link has the target `rest` and the relation
+  /// `rest_rel`. If that needs space, more links are left out.
   void finish(Fields& fields, std::string_view rest, std::string_view rest_rel = "next");
-  /// Leaves out the next `n` links, which an earlier response had. Call it between the links that every response has and the others.
+  /// Leaves out the next `n` links, which an earlier response had. Call it between the links that every response has
+  /// and the others.
   void skip(std::size_t n);
   /// Appends the lines. If links after those of skip() were left out, the last link has rel="next".
   /// @param rest  gets the number of links to skip, and returns the IRI of the response that has the rest

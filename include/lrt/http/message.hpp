@@ -45,10 +45,12 @@ struct LRT_API Request {
   bool can_stream = false;                ///< the transport can send a response of unknown length: an event stream
   std::string_view mount{};               ///< path prefix of lrt in a host's own HTTP server, "/robot"; `target` is without it
   std::uint16_t local_port = 0;           ///< port of that server; 0: the request came over lrt's own transport
-  /// The result of authorization that engine::Handler::judge_header() stored when it accepted the header section (HeaderVerdict::judged). The
-  /// engine does not authorize the request again. Only the caller of that function sets it. nullptr: the header section has not been judged.
+  /// The result of authorization that engine::Handler::judge_header() stored when it accepted the header section
+  /// (HeaderVerdict::judged). The engine does not authorize the request again. Only the caller of that function sets
+  /// it. nullptr: the header section has not been judged.
   std::shared_ptr<const void> judged{};
-  /// Owns the bytes of `body`. A copy of this pointer keeps them valid after the call, on any thread. nullptr: they are valid during the call.
+  /// Owns the bytes of `body`. A copy of this pointer keeps them valid after the call, on any thread. nullptr: they are
+  /// valid during the call.
   std::shared_ptr<const void> body_owner{};
 
   /// The value of the first field of that name, compared without case; nullopt: there is none.
@@ -61,14 +63,15 @@ struct LRT_API Request {
 
 /// Header fields in the form in which they are sent: a line `Name: value CRLF` for each.
 ///
-/// @par Threads  Distinct objects: any thread, also after share(). One object: one thread at a time, or any number of reading threads.
+/// @par Threads  Distinct objects: any thread, also after share(). One object: one thread at a time, or any number of
+///               reading threads.
 class LRT_API Fields {
  public:
   /// Names whose presence is known without a search.
   enum class Known : std::uint8_t { date = 1, content_length = 2, transfer_encoding = 4, upgrade = 8, content_type_options = 16 };
 
-  /// Appends a field, without the white space around the value. Bytes that a field value must not have (CR, LF, NUL and other controls) become
-  /// spaces, so a value cannot begin another field (RFC 9110 5.5).
+  /// Appends a field, without the white space around the value. Bytes that a field value must not have (CR, LF, NUL and
+  /// other controls) become spaces, so a value cannot begin another field (RFC 9110 5.5).
   /// @pre `name` is a token (RFC 9110 5.6.2). This is asserted; without assertions the field is not added.
   void add(std::string_view name, std::string_view value);
   /// Replaces all fields of that name by one field.
@@ -144,9 +147,11 @@ struct AddedFields {
   bool content_length = false;  ///< with the size of response.content()
   std::string_view connection;  ///< value of Connection; empty: none
 };
-/// Which fields a transport adds. Connection has `close` if the connection ends, and `Upgrade` if the response has that field (RFC 9110 7.8).
+/// Which fields a transport adds. Connection has `close` if the connection ends, and `Upgrade` if the response has that
+/// field (RFC 9110 7.8).
 /// @param keep_alive  whether the connection stays open
-/// @param version     version of the request, 10 or 11. An HTTP/1.0 client whose connection stays open gets Connection: keep-alive
+/// @param version     version of the request, 10 or 11. An HTTP/1.0 client whose connection stays open gets Connection:
+///                    keep-alive
 LRT_API AddedFields added_fields(const Response& response, bool keep_alive, int version) noexcept;
 
 /// How a client finds the end of a response's body (RFC 9112 6.3).
@@ -156,8 +161,8 @@ enum class BodyEnd : std::uint8_t {
   close,    ///< the end of the connection; for HTTP/1.0
 };
 
-/// Appends the status line, the fields of the response, those of added_fields() and the empty line. Date and Content-Length are not added if
-/// `response.fields` has them.
+/// Appends the status line, the fields of the response, those of added_fields() and the empty line. Date and
+/// Content-Length are not added if `response.fields` has them.
 /// @param date        an IMF-fixdate, see to_http_date()
 /// @param keep_alive  whether the connection stays open
 /// @param version     version of the request, 10 or 11

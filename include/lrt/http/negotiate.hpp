@@ -16,9 +16,10 @@ inline namespace v0 {
 ///
 /// - The offer with the highest q-value wins. Among equal ones the earlier offer wins.
 /// - The most specific range that matches an offer determines its q-value.
-/// - A range with parameters matches only offers that have these parameters. Two are ignored: charset=utf-8, and of application/ld+json profiles
-///   below http://www.w3.org/ns/json-ld#.
-/// - A malformed member of the field is skipped. A field that is absent, empty or without a well-formed member accepts everything.
+/// - A range with parameters matches only offers that have these parameters. Two are ignored: charset=utf-8, and of
+///   application/ld+json profiles below http://www.w3.org/ns/json-ld#.
+/// - A malformed member of the field is skipped. A field that is absent, empty or without a well-formed member accepts
+///   everything.
 ///
 /// Does not allocate.
 ///

@@ -13,8 +13,8 @@
 namespace lrt::http {
 inline namespace v0 {
 
-/// The preferences of a Prefer field that lrt supports (RFC 7240, LDP 7.2). Unknown and malformed ones are ignored. If one is repeated, the first
-/// counts.
+/// The preferences of a Prefer field that lrt supports (RFC 7240, LDP 7.2). Unknown and malformed ones are ignored. If
+/// one is repeated, the first counts.
 struct Preferences {
   /// The preference `return`.
   enum class Return : unsigned char {

@@ -23,7 +23,8 @@ struct ByteRange {
   std::size_t length = 0;   ///< size of a part, at least 1 byte
 };
 
-/// Parses `bytes=first-last`, `bytes=first-` or `bytes=-suffix` for a representation of `size` bytes. Does not allocate.
+/// Parses `bytes=first-last`, `bytes=first-` or `bytes=-suffix` for a representation of `size` bytes. Does not
+/// allocate.
 /// @par Implements  RFC 9110 14.1.1, 14.1.2, 14.2
 LRT_API ByteRange parse_range(std::string_view field, std::size_t size) noexcept;
 

@@ -12,8 +12,8 @@
 namespace lrt::http {
 inline namespace v0 {
 
-/// The reason why a request is refused. The transport sends the status and closes the connection. A request that two parsers could read
-/// differently is refused and never repaired (RFC 9112 2.2, 3.2, 6.3).
+/// The reason why a request is refused. The transport sends the status and closes the connection. A request that two
+/// parsers could read differently is refused and never repaired (RFC 9112 2.2, 3.2, 6.3).
 struct Refusal {
   int status;          ///< 400 to 505
   std::string reason;  ///< what was found and where, in visible ASCII
@@ -27,8 +27,8 @@ struct Framing {
   bool keep_alive = true;         ///< the connection stays open after the response (RFC 9112 9.3)
 };
 
-/// The HTTP version by which a request is served: 10 for "HTTP/1.0"; 11 for "HTTP/1.1" and each later minor version (RFC 9110 6.2). nullopt: another
-/// major version, or text that is not an HTTP-version (RFC 9112 2.3).
+/// The HTTP version by which a request is served: 10 for "HTTP/1.0"; 11 for "HTTP/1.1" and each later minor version
+/// (RFC 9110 6.2). nullopt: another major version, or text that is not an HTTP-version (RFC 9112 2.3).
 LRT_API std::optional<int> spoken_version(std::string_view http_version) noexcept;
 
 /// Parses the header section of a request, from the request line to the empty line, and checks it with check_request().
@@ -42,13 +42,13 @@ LRT_API std::optional<int> spoken_version(std::string_view http_version) noexcep
 ///     field-name     = 1*tchar                                           RFC 9110 5.1
 ///     field-value    = *( HTAB / SP / VCHAR / obs-text )                 RFC 9110 5.5; no obs-fold (RFC 9112 5.2)
 ///
-/// Where the RFCs permit a lenient parser (bare CR or LF, other white space), this one refuses. It allocates only for request.fields and for a
-/// refusal.
+/// Where the RFCs permit a lenient parser (bare CR or LF, other white space), this one refuses. It allocates only for
+/// request.fields and for a refusal.
 ///
 /// @param header   the bytes from the request line to the empty line; request.fields and the other views refer to them
-/// @param request  the caller sets request.secure before. The function sets method, target, version and fields as views of `header`. The fields
-///                 are in order, without white space around their values, and include those that frame the body. After a refusal their content
-///                 is unspecified.
+/// @param request  the caller sets request.secure before. The function sets method, target, version and fields as views
+///                 of `header`. The fields are in order, without white space around their values, and include those
+///                 that frame the body. After a refusal their content is unspecified.
 /// @param framing  is set
 /// @return         nullopt: the request is accepted
 /// @par Threads  Any.
@@ -59,10 +59,11 @@ LRT_API std::optional<Refusal> parse_request_header(std::string_view header, Req
 /// @return  size of the header section; nullopt: it is incomplete, or parse_request_header() would refuse it
 LRT_API std::optional<std::size_t> parse_leading_header(std::string_view bytes, Request& request, Framing& framing);
 
-/// Checks the meaning of a parsed request: exactly one well-formed Host (HTTP/1.0 may lack it), the form of the target for the method,
-/// Content-Length and Transfer-Encoding (501 for an unknown coding, alone or before a final chunked), Expect (417), Connection. CONNECT
-/// and TRACE are refused (501). An absolute-form whose scheme is not that of the connection is refused (421). A transport uses it for requests
-/// that another HTTP server has parsed. `request.fields` must include those that frame the body. Percent escapes of the target are not checked.
+/// Checks the meaning of a parsed request: exactly one well-formed Host (HTTP/1.0 may lack it), the form of the target
+/// for the method, Content-Length and Transfer-Encoding (501 for an unknown coding, alone or before a final chunked),
+/// Expect (417), Connection. CONNECT and TRACE are refused (501). An absolute-form whose scheme is not that of the
+/// connection is refused (421). A transport uses it for requests that another HTTP server has parsed. `request.fields`
+/// must include those that frame the body. Percent escapes of the target are not checked.
 /// @return  nullopt: the request is accepted, and `framing` is set
 /// @par Implements  R0.1, RFC 9112 3.2, 6.1, 6.3, RFC 9110 7.2, 7.4, 8.6, 10.1.1
 LRT_API std::optional<Refusal> check_request(const Request& request, Framing& framing);

@@ -37,11 +37,12 @@ Result<void> result_of(F f) {
 
 /// @endcond
 
-/// The common part of the handles of properties, actions and collections. They describe a resource before its thing is added to a server.
-/// Copies are handles to the same resource.
+/// The common part of the handles of properties, actions and collections. They describe a resource before its thing is
+/// added to a server. Copies are handles to the same resource.
 ///
-/// A set-up call after Server::add() has no effect: it writes one message with the resource and the call to the server's log callback, and
-/// is a failed assertion unless NDEBUG is defined. A call on an empty handle is a failed assertion, too.
+/// A set-up call after Server::add() has no effect: it writes one message with the resource and the call to the
+/// server's log callback, and is a failed assertion unless NDEBUG is defined. A call on an empty handle is a failed
+/// assertion, too.
 ///
 /// @tparam Self  the handle that the calls return
 /// @par Errors   Set-up calls do not fail. Server::add() returns the first error of a thing.
@@ -56,8 +57,8 @@ class ResourceHandle {
   Self& unit(const Unit& u) {
     return edit_facets("unit", [&](auto& f) { f.unit(u); });
   }
-  /// Sets the lower bound of numbers from clients; `v` itself is allowed. A number outside the bounds is answered 422. Values that the robot reads
-  /// or publishes are not checked.
+  /// Sets the lower bound of numbers from clients; `v` itself is allowed. A number outside the bounds is answered 422.
+  /// Values that the robot reads or publishes are not checked.
   Self& at_least(double v) {
     return edit_facets("at_least", [&](auto& f) { f.at_least(v); });
   }
@@ -86,19 +87,21 @@ class ResourceHandle {
     return edit_facets("length", [&](auto& f) { f.length(min, max); });
   }
 
-  /// Sets where the resource's lambdas run, and an action's on_cancel hook. Default: as the thing's lambdas. With Dispatch::io_thread a command
-  /// does not wait for Server::poll: an emergency stop that sets an atomic flag works while the host is busy.
+  /// Sets where the resource's lambdas run, and an action's on_cancel hook. Default: as the thing's lambdas. With
+  /// Dispatch::io_thread a command does not wait for Server::poll: an emergency stop that sets an atomic flag works
+  /// while the host is busy.
   Self& dispatch(Dispatch where) {
     return edit("dispatch", [&](auto& s) { s.dispatch = where; });
   }
 
-  /// Limits the body of a PUT or POST, in bytes; more: 413 before the body is received. Default: what a value of the type needs
-  /// (engine::Limits::max_scalar_body_bytes). transport::Limits::max_body_bytes also applies.
+  /// Limits the body of a PUT or POST, in bytes; more: 413 before the body is received. Default: what a value of the
+  /// type needs (engine::Limits::max_scalar_body_bytes). transport::Limits::max_body_bytes also applies.
   Self& max_body_bytes(std::size_t n) {
     return edit("max_body_bytes", [&](auto& s) { s.max_body_bytes = n; });
   }
 
-  /// Adds a domain predicate from the thing to this resource, in addition to hybrit:property or hybrit:action (R1.9, R1.10).
+  /// Adds a domain predicate from the thing to this resource, in addition to hybrit:property or hybrit:action (R1.9,
+  /// R1.10).
   Self& predicate(Iri p) {
     return edit("predicate", [&](auto& s) { s.predicates.push_back(std::string(p.text)); });
   }

@@ -14,8 +14,8 @@
 namespace lrt {
 inline namespace v0 {
 
-/// The object of a statement: an IRI, a literal, or another resource of the same server. The constructors are implicit, so that statements read
-/// like Turtle: `thing.add(vocab::rdfs::label, "left arm")`.
+/// The object of a statement: an IRI, a literal, or another resource of the same server. The constructors are implicit,
+/// so that statements read like Turtle: `thing.add(vocab::rdfs::label, "left arm")`.
 class LRT_API Object {
  public:
   /// What the object is.
@@ -33,7 +33,8 @@ class LRT_API Object {
   Object(T number) : Object(std::is_same_v<T, bool> ? truth(number) : whole(static_cast<std::int64_t>(number))) {}  // NOLINT
   /// @}
 
-  /// A resource of this server by its path, "baxter/right_upper_shoulder". Its IRI has the base of the representation in which it appears.
+  /// A resource of this server by its path, "baxter/right_upper_shoulder". Its IRI has the base of the representation
+  /// in which it appears.
   static Object resource(std::string path) { return Object(Kind::resource, std::move(path)); }
   /// A literal with a datatype: typed("2026-11-21", vocab::xsd::date).
   static Object typed(std::string lexical, Iri datatype) { return Object(std::move(lexical), std::string(datatype.text), std::string()); }

@@ -60,7 +60,8 @@ class Table {
 /// The result of a query: a Table for SELECT, a bool for ASK, a Graph for CONSTRUCT and DESCRIBE.
 using Answer = std::variant<Table, bool, rdf::Graph>;
 
-/// The formats of results of SELECT and ASK: SPARQL 1.1 Query Results JSON, XML (2nd edition), CSV and TSV. CSV and TSV do not support ASK.
+/// The formats of results of SELECT and ASK: SPARQL 1.1 Query Results JSON, XML (2nd edition), CSV and TSV. CSV and TSV
+/// do not support ASK.
 enum class ResultFormat : std::uint8_t { json, xml, csv, tsv };
 /// "application/sparql-results+json", "application/sparql-results+xml", "text/csv", "text/tab-separated-values"
 LRT_API std::string_view media_type(ResultFormat format) noexcept;

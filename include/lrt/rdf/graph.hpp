@@ -30,10 +30,12 @@ struct Triple {
   }
 };
 
-/// An RDF graph (RDF 1.1 Concepts 3): a set of triples over interned terms, with look-up by any position. It has value semantics.
+/// An RDF graph (RDF 1.1 Concepts 3): a set of triples over interned terms, with look-up by any position. It has value
+/// semantics.
 ///
-/// Triples keep the order in which they were added, so the output of a writer is reproducible. Equal graphs may number their terms
-/// differently. Blank node labels are local to a graph: merging two graphs identifies blank nodes with equal labels.
+/// Triples keep the order in which they were added, so the output of a writer is reproducible. Equal graphs may number
+/// their terms differently. Blank node labels are local to a graph: merging two graphs identifies blank nodes with
+/// equal labels.
 ///
 /// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
 /// @par Time     add, contains, find: constant on average. match: proportional to the rarest bound term's triples.

@@ -10,8 +10,8 @@
 #include <lrt/base/abi.hpp>
 #include <lrt/base/language.hpp>
 
-/// Lexical forms of XML Schema datatypes (XSD 1.1 part 2) and their values. White space is not collapsed: in RDF a lexical form with
-/// surrounding white space is ill-typed.
+/// Lexical forms of XML Schema datatypes (XSD 1.1 part 2) and their values. White space is not collapsed: in RDF a
+/// lexical form with surrounding white space is ill-typed.
 namespace lrt::rdf::lexical {
 inline namespace v0 {
 
@@ -19,7 +19,8 @@ LRT_API bool is_integer(std::string_view text) noexcept;  ///< [+-]?[0-9]+
 LRT_API bool is_decimal(std::string_view text) noexcept;  ///< [+-]?([0-9]+(\.[0-9]*)?|\.[0-9]+)
 LRT_API bool is_double(std::string_view text) noexcept;   ///< also of xsd:float: decimal, exponent, INF, NaN
 
-/// The nearest double of a decimal, float or double lexical form. Overflow gives infinity, as in XSD. nullopt: the text is not such a form.
+/// The nearest double of a decimal, float or double lexical form. Overflow gives infinity, as in XSD. nullopt: the text
+/// is not such a form.
 LRT_API std::optional<double> parse_double(std::string_view text) noexcept;
 /// @{
 /// The value of an integer. nullopt: the text is not an integer, or out of the range of int64 or uint64.
@@ -28,10 +29,11 @@ LRT_API std::optional<std::uint64_t> parse_uint64(std::string_view text) noexcep
 /// @}
 LRT_API std::optional<bool> parse_boolean(std::string_view text) noexcept;  ///< true, false, 1, 0
 
-/// An xsd:dayTimeDuration, or an xsd:duration without years and months. Decimals after the ninth are ignored. nullopt: the text is not such a form,
-/// or out of the range of int64 nanoseconds.
+/// An xsd:dayTimeDuration, or an xsd:duration without years and months. Decimals after the ninth are ignored. nullopt:
+/// the text is not such a form, or out of the range of int64 nanoseconds.
 LRT_API std::optional<std::chrono::nanoseconds> parse_duration(std::string_view text) noexcept;
-/// An xsd:dateTime with a time zone, since 1970-01-01T00:00:00Z. nullopt: not such a form, no zone, or out of the range of int64 nanoseconds.
+/// An xsd:dateTime with a time zone, since 1970-01-01T00:00:00Z. nullopt: not such a form, no zone, or out of the range
+/// of int64 nanoseconds.
 LRT_API std::optional<std::chrono::nanoseconds> parse_instant(std::string_view text) noexcept;
 
 /// @{
@@ -43,7 +45,8 @@ LRT_API std::string format(std::chrono::nanoseconds duration);  ///< canonical x
 /// xsd:dateTime in UTC with as many decimals as needed.
 LRT_API std::string format_instant(std::chrono::nanoseconds since_epoch);
 
-/// The datatypes with a known lexical space: those of RDF 1.1 Concepts 5.1, and rdf:langString, rdf:HTML, rdf:XMLLiteral.
+/// The datatypes with a known lexical space: those of RDF 1.1 Concepts 5.1, and rdf:langString, rdf:HTML,
+/// rdf:XMLLiteral.
 enum class Datatype : std::uint8_t {
   unknown,
   string,
@@ -95,11 +98,13 @@ LRT_API Datatype datatype_of(std::string_view iri) noexcept;
 /// Whether the datatype is xsd:integer or derived from it.
 constexpr bool is_integer_type(Datatype d) noexcept { return d == Datatype::integer || (d >= Datatype::long_ && d <= Datatype::negative_integer); }
 
-/// Whether the text is in the lexical space of the datatype, including the ranges of integer types and the calendar. True for every text of
-/// an unknown datatype and of xsd:anyURI, rdf:langString, rdf:HTML and rdf:XMLLiteral, and for every text of xsd:string without U+0000.
+/// Whether the text is in the lexical space of the datatype, including the ranges of integer types and the calendar.
+/// True for every text of an unknown datatype and of xsd:anyURI, rdf:langString, rdf:HTML and rdf:XMLLiteral, and for
+/// every text of xsd:string without U+0000.
 LRT_API bool is_well_formed(std::string_view text, Datatype datatype) noexcept;
 
-/// Compares two decimals of any length exactly: negative for a < b, 0 for a = b, positive for a > b. @pre is_decimal() of both
+/// Compares two decimals of any length exactly: negative for a < b, 0 for a = b, positive for a > b. @pre is_decimal()
+/// of both
 LRT_API int compare_decimal(std::string_view a, std::string_view b) noexcept;
 
 /// The nearest float of a lexical form, rounded once.

@@ -14,8 +14,8 @@ inline namespace v0 {
 /// The kind of an RDF term (RDF 1.1 Concepts 3.1).
 enum class TermKind : std::uint8_t { iri, blank, literal };
 
-/// A view of an RDF term (RDF 1.1 Concepts 3). Two terms are equal if all four members are equal. A literal always has a datatype IRI:
-/// xsd:string by default, rdf:langString if it has a language. The texts must outlive the view.
+/// A view of an RDF term (RDF 1.1 Concepts 3). Two terms are equal if all four members are equal. A literal always has
+/// a datatype IRI: xsd:string by default, rdf:langString if it has a language. The texts must outlive the view.
 struct TermView {
   TermKind kind = TermKind::iri;  ///< kind of the term
   std::string_view text;          ///< the IRI, the blank node's label without "_:", or the lexical form
@@ -74,7 +74,8 @@ class Term {
   std::string text_, datatype_, language_;
 };
 
-/// The term in the syntax of N-Triples, for messages: `<iri>`, `_:label`, `"lexical"^^<datatype>`. Long texts are not shortened.
+/// The term in the syntax of N-Triples, for messages: `<iri>`, `_:label`, `"lexical"^^<datatype>`. Long texts are not
+/// shortened.
 LRT_API std::string to_string(const TermView& term);
 
 }  // namespace v0

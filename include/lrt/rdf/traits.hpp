@@ -107,7 +107,8 @@ LRT_API Type integer_type(std::int64_t lowest, std::uint64_t highest, std::size_
 LRT_API Type list_type(const Type& element, std::size_t shortest, std::size_t longest);
 LRT_API Type optional_type(const Type& element);
 LRT_API Type map_type(const Type& element);
-/// True if traits<T>::encode calls code of the user. Specialisations of lrt state it by a fifth member, runs_user_code().
+/// True if traits<T>::encode calls code of the user. Specialisations of lrt state it by a fifth member,
+/// runs_user_code().
 template <class T>
 bool runs_user_code() noexcept;
 LRT_API Unexpected not_a_value_of(const char* what);
@@ -117,9 +118,10 @@ LRT_API Unexpected read_only();
 
 /// Converts a C++ type to and from RDF and every other representation.
 ///
-/// lrt has specialisations for bool, integers, float, double, std::string, durations, system_clock time points, for std::array, std::vector and
-/// std::optional of these, and for std::map and std::unordered_map from std::string to these; lrt/eigen.hpp has those for Eigen. For your
-/// own structs and enums derive a specialisation from Record or Enumeration. For another type without traits a static_assert says what to write.
+/// lrt has specialisations for bool, integers, float, double, std::string, durations, system_clock time points, for
+/// std::array, std::vector and std::optional of these, and for std::map and std::unordered_map from std::string to
+/// these; lrt/eigen.hpp has those for Eigen. For your own structs and enums derive a specialisation from Record or
+/// Enumeration. For another type without traits a static_assert says what to write.
 ///
 /// Every specialisation has four static members:
 ///
@@ -129,10 +131,12 @@ LRT_API Unexpected read_only();
 ///     bool same(const T& a, const T& b) noexcept;  // true: both have the same representations; does not allocate
 ///
 /// @par Errors   decode(): expected_value, if the value is not a T; the client gets 422. An exception of encode(): 500.
-/// @par Threads  Any, also concurrently: the members have no state. encode() of a pulled property and decode() of what a client sends run on the
-///               thread of the user's lambda (see Dispatch). Of a pushed property, publish() calls same() on the publishing thread, and the engine's
-///               thread calls encode() unless traits of the user take part.
-/// @par Units    The unit of a number is stated by the property, action or field (Facets::unit). Numbers are never converted.
+/// @par Threads  Any, also concurrently: the members have no state. encode() of a pulled property and decode() of what
+///               a client sends run on the thread of the user's lambda (see Dispatch). Of a pushed property, publish()
+///               calls same() on the publishing thread, and the engine's thread calls encode() unless traits of the
+///               user take part.
+/// @par Units    The unit of a number is stated by the property, action or field (Facets::unit). Numbers are never
+///               converted.
 /// @par Implements  R1.5, R1.11, paper 5.2
 template <class T, class Enable = void>
 struct traits : detail::NoTraits<T> {
@@ -188,8 +192,9 @@ struct traits<bool> {
   static bool same(bool a, bool b) noexcept { return a == b; }
 };
 
-/// Integers, by their size and sign: xsd:byte, short, int, long, unsignedByte, unsignedShort, unsignedInt, unsignedLong. Character types have no
-/// traits; std::int8_t and std::uint8_t are numbers. A value outside the range of T is refused: expected_value.
+/// Integers, by their size and sign: xsd:byte, short, int, long, unsignedByte, unsignedShort, unsignedInt,
+/// unsignedLong. Character types have no traits; std::int8_t and std::uint8_t are numbers. A value outside the range of
+/// T is refused: expected_value.
 template <class T>
 struct traits<T, std::enable_if_t<std::is_integral_v<T> && !std::is_same_v<T, bool> && !detail::is_character<T>>> {
   static const Type& type() {
@@ -222,8 +227,9 @@ struct traits<T, std::enable_if_t<std::is_integral_v<T> && !std::is_same_v<T, bo
   static bool same(T a, T b) noexcept { return a == b; }
 };
 
-/// Floating-point numbers: float as xsd:float, double as xsd:double. The text is the shortest decimal that reads back bit-identically. NaN and
-/// infinities of the robot are represented; those of clients are refused unless Facets::allow_non_finite() is set.
+/// Floating-point numbers: float as xsd:float, double as xsd:double. The text is the shortest decimal that reads back
+/// bit-identically. NaN and infinities of the robot are represented; those of clients are refused unless
+/// Facets::allow_non_finite() is set.
 template <class T>
 struct traits<T, std::enable_if_t<std::is_same_v<T, float> || std::is_same_v<T, double>>> {
   static const Type& type() noexcept {
@@ -252,7 +258,8 @@ struct traits<std::string> {
   static bool same(const std::string& a, const std::string& b) noexcept { return a == b; }
 };
 
-/// Durations, as xsd:dayTimeDuration in nanoseconds, at most 292 years. A duration from a client is truncated to the period of T.
+/// Durations, as xsd:dayTimeDuration in nanoseconds, at most 292 years. A duration from a client is truncated to the
+/// period of T.
 template <class Rep, class Period>
 struct traits<std::chrono::duration<Rep, Period>> {
   using T = std::chrono::duration<Rep, Period>;
@@ -420,8 +427,9 @@ struct MapTraits {
 }  // namespace detail
 /// @endcond
 
-/// Maps from names to values. In JSON and CBOR: an object with a member for each. In RDF: a list of nodes with schema:name and schema:value, in the
-/// byte order of the names. Unit and bounds are those of the values. A name occurs once.
+/// Maps from names to values. In JSON and CBOR: an object with a member for each. In RDF: a list of nodes with
+/// schema:name and schema:value, in the byte order of the names. Unit and bounds are those of the values. A name occurs
+/// once.
 template <class T, class Less, class Allocator>
 struct traits<std::map<std::string, T, Less, Allocator>> : detail::MapTraits<std::map<std::string, T, Less, Allocator>> {};
 /// As std::map from names.
@@ -446,7 +454,8 @@ struct traits<std::unordered_map<K, T, Hash, Equal, Allocator>> : detail::NoTrai
 ///       static void describe(Enumeration<Mode>& e) { e.name(Mode::slow, "slow").name(Mode::fast, "fast"); }
 ///     };
 ///
-/// A value without a name has no representation: it is null, like an absent value. A name that is not in the set is refused: expected_value.
+/// A value without a name has no representation: it is null, like an absent value. A name that is not in the set is
+/// refused: expected_value.
 template <class E>
 class Enumeration {
  public:
@@ -500,12 +509,14 @@ template <class T>
 inline constexpr bool is_result<Result<T>> = true;
 }  // namespace detail
 
-/// Name and predicate of a field of a Record: a vocabulary term, or a name of your own. For an own name the predicate is `<vocabulary>Type/name`, a
-/// term of the server's vocabulary (Options::vocabulary): one IRI for all values of the C++ type.
+/// Name and predicate of a field of a Record: a vocabulary term, or a name of your own. For an own name the predicate
+/// is `<vocabulary>Type/name`, a term of the server's vocabulary (Options::vocabulary): one IRI for all values of the
+/// C++ type.
 class FieldName {
  public:
   /// @{
-  /// The constructors are implicit: this is an argument of Record::field(). The name of a term is the part after its last '#' or '/'.
+  /// The constructors are implicit: this is an argument of Record::field(). The name of a term is the part after its
+  /// last '#' or '/'.
   FieldName(Iri term) : name(term.text.substr(term.text.find_last_of("#/") + 1)), predicate(term.text) {}  // NOLINT: an argument of field()
   FieldName(std::string_view own) : name(own), predicate("#" + name) {}                                    // NOLINT
   FieldName(const std::string& own) : FieldName(std::string_view(own)) {}                                  // NOLINT
@@ -556,17 +567,18 @@ LRT_API void place_terms(Type& record);
 ///       }
 ///     };
 ///
-/// field() returns the field's facets, for unit and bounds. A field is optional exactly if its C++ type is std::optional.
+/// field() returns the field's facets, for unit and bounds. A field is optional exactly if its C++ type is
+/// std::optional.
 ///
-/// A record without is() has the class `<vocabulary>Type`. Type is the name of the C++ type without namespaces, or that of named(). If two
-/// types of one server have the same name and different fields, Server::add() returns an error.
+/// A record without is() has the class `<vocabulary>Type`. Type is the name of the C++ type without namespaces, or that
+/// of named(). If two types of one server have the same name and different fields, Server::add() returns an error.
 ///
-/// A value with a read-only field, or with a const data member, cannot be decoded. If on_write, on_create or the input of an action needs such a
-/// value, Server::add() returns an error that names the field.
+/// A value with a read-only field, or with a const data member, cannot be decoded. If on_write, on_create or the input
+/// of an action needs such a value, Server::add() returns an error that names the field.
 ///
-/// A getter that is not const is called on a copy. Of overloaded getters the const one is used, and of overloaded setters the one that takes
-/// what the getter returns. A setter may return Result<void>, or false for a value that it does not accept: 422. A getter that throws is
-/// answered 500.
+/// A getter that is not const is called on a copy. Of overloaded getters the const one is used, and of overloaded
+/// setters the one that takes what the getter returns. A setter may return Result<void>, or false for a value that it
+/// does not accept: 422. A getter that throws is answered 500.
 ///
 /// @par Threads  describe() runs once, at the first use. Getters and setters run where rdf::traits says.
 template <class S>

@@ -18,8 +18,8 @@ inline namespace v0 {
 
 /// The unit of a value and the restrictions beyond its type: `Facets{unit::degree}.at_least(0).below(360)`.
 ///
-/// Bounds apply to numbers and, for lists and maps, to each number in them. They are compared as numbers. What a client sends is checked; a
-/// value that the robot reads or publishes is not.
+/// Bounds apply to numbers and, for lists and maps, to each number in them. They are compared as numbers. What a client
+/// sends is checked; a value that the robot reads or publishes is not.
 ///
 /// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
 class Facets {

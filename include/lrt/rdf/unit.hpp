@@ -9,7 +9,8 @@
 namespace lrt {
 inline namespace v0 {
 
-/// A unit of measurement with its names in three vocabularies. It documents the meaning of a number; lrt never converts numbers.
+/// A unit of measurement with its names in three vocabularies. It documents the meaning of a number; lrt never converts
+/// numbers.
 struct Unit {
   Iri qudt;               ///< object of qudt:hasUnit
   Iri vom;                ///< object of vom:unit; empty: the ARVIDA vocabulary does not have it

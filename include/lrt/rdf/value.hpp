@@ -13,8 +13,8 @@
 namespace lrt::rdf {
 inline namespace v0 {
 
-/// The common form of values between C++ and all representations: rdf::traits<T> converts a T to it, and every codec reads and writes it. A Type
-/// describes its structure; a Value does not contain its datatype.
+/// The common form of values between C++ and all representations: rdf::traits<T> converts a T to it, and every codec
+/// reads and writes it. A Type describes its structure; a Value does not contain its datatype.
 ///
 /// | content   | for |
 /// |-----------|-----|

@@ -45,8 +45,8 @@ class LRT_API PropertyPath {
 
 /// A violation of a constraint (sh:ValidationResult, SHACL 3.6.2). Owns its terms.
 ///
-/// A blank node in `focus` and `value` has its label of the data graph. A blank node in `source_shape` and `severity` has its label of the
-/// shapes graph. Equal labels of the two graphs are different nodes.
+/// A blank node in `focus` and `value` has its label of the data graph. A blank node in `source_shape` and `severity`
+/// has its label of the shapes graph. Equal labels of the two graphs are different nodes.
 struct ValidationResult {
   rdf::Term focus;                          ///< sh:focusNode
   PropertyPath path;                        ///< sh:resultPath
@@ -64,13 +64,15 @@ class LRT_API Report {
  public:
   /// Whether there is no result of any severity (SHACL 3.6.1.1).
   bool conforms() const noexcept { return results_.empty(); }
-  /// The results, ordered by shapes, focus nodes, constraint components (sections 4.1 to 4.8) and values. The order is deterministic.
+  /// The results, ordered by shapes, focus nodes, constraint components (sections 4.1 to 4.8) and values. The order is
+  /// deterministic.
   const std::vector<ValidationResult>& results() const noexcept { return results_; }
   /// Whether all results are in the report. False: ValidateOptions::max_results was reached.
   bool complete() const noexcept { return complete_; }
 
-  /// The report as a graph (SHACL 3.6). Its root is a blank node of type sh:ValidationReport. Blank nodes of the data keep their labels; blank
-  /// nodes of the shapes get new labels. An incomplete report has an rdfs:comment that says so.
+  /// The report as a graph (SHACL 3.6). Its root is a blank node of type sh:ValidationReport. Blank nodes of the data
+  /// keep their labels; blank nodes of the shapes get new labels. An incomplete report has an rdfs:comment that says
+  /// so.
   rdf::Graph to_graph() const;
   /// One line for each result: focus node, path, message, component. Empty: the data conform.
   std::string to_text() const;

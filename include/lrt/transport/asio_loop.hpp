@@ -24,11 +24,12 @@ template <int boost_version>
 std::unique_ptr<Transport> make_http_on_loop(TransportOptions options, boost::asio::io_context& io);
 }  // namespace detail
 
-/// make_http() on the host's io_context. The threads that run it serve requests and call the lambdas of Things; the host does not poll. Requires
-/// Io::in_poll.
+/// make_http() on the host's io_context. The threads that run it serve requests and call the lambdas of Things; the
+/// host does not poll. Requires Io::in_poll.
 ///
 /// @param options  options of the transport
-/// @param io       must outlive the transport. Host and lrt must be compiled with the same version of Boost: otherwise the host does not link.
+/// @param io       must outlive the transport. Host and lrt must be compiled with the same version of Boost: otherwise
+///                 the host does not link.
 /// @par Threads  Those that run `io`, one at a time.
 inline std::unique_ptr<Transport> make_http(TransportOptions options, boost::asio::io_context& io) {
   return detail::make_http_on_loop<BOOST_VERSION>(std::move(options), io);

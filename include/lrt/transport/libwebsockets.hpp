@@ -11,21 +11,27 @@ struct lws_context;
 namespace lrt::transport {
 inline namespace v0 {
 
-/// HTTP/1.1 and WebSocket on one port by libwebsockets 4.1 or later, which owns the sockets, parses the requests, frames the messages, does
-/// TLS and runs the loop. For hosts that use libwebsockets already: the built-in transport is stricter and faster, and enforces all limits.
+/// HTTP/1.1 and WebSocket on one port by libwebsockets 4.1 or later, which owns the sockets, parses the requests,
+/// frames the messages, does TLS and runs the loop. For hosts that use libwebsockets already: the built-in transport is
+/// stricter and faster, and enforces all limits.
 ///
 /// Differences to the built-in transport:
-/// - libwebsockets responds 403 without a problem document to a method that it does not know, to a target in absolute-form, to `OPTIONS *`, to an
-///   invalid percent-escape, and to `Upgrade` with another value than "websocket": a web callback is made by POST. `Upgrade: h2c` gets 400.
-/// - A request with Transfer-Encoding gets 411. A request with POST, PUT or PATCH and without Content-Length has no body and is the last of
-///   its connection. A request with a body and a WebSocket handshake that are pipelined get 503 (libwebsockets 4.1 would read the header
-///   section again, as the beginning of the body). Each of these responses and of those above closes the connection.
-/// - The target is the one that libwebsockets has decoded, encoded anew: "//", "/./" and "/../" are resolved, `%2F` is a slash, '+' in a path
-///   is a space, ';' in a query is '&'. A target with `%00` closes the connection without a response.
-/// - A WebSocket handshake with Sec-WebSocket-Protocol gets 400. A handshake is never deferred (Request::must_upgrade_now): the WebSocket
-///   opens before a pulled property has been read, and closes with 1011 if that fails. If a handler defers the response anyway, the WebSocket opens
-///   without the fields of the response, and a later refusal closes it: 1013 for 503, 1011 for another 5xx, else 1008.
-/// - While a response is deferred or an event stream is silent, the transport does not notice a half-closed connection, but does notice a reset.
+/// - libwebsockets responds 403 without a problem document to a method that it does not know, to a target in
+///   absolute-form, to `OPTIONS *`, to an invalid percent-escape, and to `Upgrade` with another value than "websocket":
+///   a web callback is made by POST. `Upgrade: h2c` gets 400.
+/// - A request with Transfer-Encoding gets 411. A request with POST, PUT or PATCH and without Content-Length has no
+///   body and is the last of its connection. A request with a body and a WebSocket handshake that are pipelined get 503
+///   (libwebsockets 4.1 would read the header section again, as the beginning of the body). Each of these responses and
+///   of those above closes the connection.
+/// - The target is the one that libwebsockets has decoded, encoded anew: "//", "/./" and "/../" are resolved, `%2F` is
+///   a slash, '+' in a path is a space, ';' in a query is '&'. A target with `%00` closes the connection without a
+///   response.
+/// - A WebSocket handshake with Sec-WebSocket-Protocol gets 400. A handshake is never deferred
+///   (Request::must_upgrade_now): the WebSocket opens before a pulled property has been read, and closes with 1011 if
+///   that fails. If a handler defers the response anyway, the WebSocket opens without the fields of the response, and a
+///   later refusal closes it: 1013 for 503, 1011 for another 5xx, else 1008.
+/// - While a response is deferred or an event stream is silent, the transport does not notice a half-closed connection,
+///   but does notice a reset.
 ///
 /// Requests that libwebsockets accepts although two parsers could read them differently: a LF alone as the end of a
 /// line; a CR within a line (the rest of the line is skipped); obs-fold and a line without a colon (they hide the field
@@ -45,8 +51,8 @@ inline namespace v0 {
 /// header_timeout, unless another one needs its place. All times are those of the machine's clock, not of
 /// TransportOptions::clock.
 ///
-/// libwebsockets ignores SIGPIPE in the whole process. Its log is that of the whole process, too: while a transport has an lws_context of its
-/// own, warnings and errors go to TransportOptions::log of the transport that was started last.
+/// libwebsockets ignores SIGPIPE in the whole process. Its log is that of the whole process, too: while a transport has
+/// an lws_context of its own, warnings and errors go to TransportOptions::log of the transport that was started last.
 LRT_API std::unique_ptr<Transport> make_libwebsockets(TransportOptions options);
 
 /// As above, as a vhost of the host's lws_context. The thread that runs lws_service() serves requests and calls the
@@ -54,7 +60,8 @@ LRT_API std::unique_ptr<Transport> make_libwebsockets(TransportOptions options);
 /// max_header_bytes, and where libwebsockets' log goes. stop() ends all connections at once, without 1001; with 4.1 a
 /// port to which no client has connected stays bound until the first one does, or until the context is destroyed.
 ///
-/// @param context  must outlive the transport; made with LWS_SERVER_OPTION_DO_SSL_GLOBAL_INIT if options.security.tls is set
+/// @param context  must outlive the transport; made with LWS_SERVER_OPTION_DO_SSL_GLOBAL_INIT if options.security.tls
+///                 is set
 /// @par Threads  The one thread that runs lws_service(): start(), stop() and destruction on it, outside of callbacks of
 ///               libwebsockets, or while no thread is in lws_service(). waker() and reload_tls(): any.
 LRT_API std::unique_ptr<Transport> make_libwebsockets(TransportOptions options, lws_context* context);

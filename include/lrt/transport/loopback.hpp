@@ -20,13 +20,13 @@ inline namespace v0 {
 /// @par Threads  One thread at a time; the object that waker() returns: any.
 class LRT_API Loopback final : public Transport {
  public:
-  /// The callbacks of a client whose response may be an event stream. Called from submit(), resume(), poll(), stop() and the destructor; they
-  /// may call submit(), resume() and cancel().
+  /// The callbacks of a client whose response may be an event stream. Called from submit(), resume(), poll(), stop()
+  /// and the destructor; they may call submit(), resume() and cancel().
   struct StreamClient {
     /// Gets the response, once. If `streams`, it is the header section of an event stream.
     std::function<void(http::Response response, bool streams)> response;
-    /// Gets each message of the stream; clients with the same message share it. Returns whether it takes the next one now; after false the next one
-    /// comes after resume(). The host sends the comments that keep the connection open.
+    /// Gets each message of the stream; clients with the same message share it. Returns whether it takes the next one
+    /// now; after false the next one comes after resume(). The host sends the comments that keep the connection open.
     std::function<bool(std::shared_ptr<const std::string> message)> message;
     /// Called once after `streams`, when the stream has ended, unless it was cancelled.
     std::function<void()> end;
@@ -46,8 +46,8 @@ class LRT_API Loopback final : public Transport {
   Capabilities capabilities() const noexcept override { return {false, false, false}; }
   std::uint16_t port() const noexcept override { return 0; }
 
-  /// Submits one request. `done` is called once, now or from a later poll(), stop() or destruction, on the thread that calls
-  /// those; it may submit again. Before start() and after stop() the response is 503.
+  /// Submits one request. `done` is called once, now or from a later poll(), stop() or destruction, on the thread that
+  /// calls those; it may submit again. Before start() and after stop() the response is 503.
   void submit(const http::Request& request, std::function<void(http::Response)> done);
   /// Submits a request whose response may be an event stream.
   StreamId submit(const http::Request& request, StreamClient client);

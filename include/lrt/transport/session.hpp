@@ -63,14 +63,14 @@ class LRT_API SessionContext {
   std::string date_;
 };
 
-/// The server's side of one HTTP/1.1 connection (RFC 9112) without I/O: bytes in, requests to the handler, bytes out. Requests are handled
-/// one at a time: the next one when the response to the last has been sent.
+/// The server's side of one HTTP/1.1 connection (RFC 9112) without I/O: bytes in, requests to the handler, bytes out.
+/// Requests are handled one at a time: the next one when the response to the last has been sent.
 ///
-/// The owner calls receive() with the bytes that it reads while wants_input(), writes output() and reports it by sent(), calls reply() for
-/// ticket(), and expire() when the time of phase() has passed. It half-closes the connection when the phase becomes `lingering` and
-/// closes it when it becomes `closed`. With SessionContext::streams it passes the pushes of channel() to push() whenever wants_message(). When the
-/// connection ends it calls abandon(). TLS is the owner's task. examples/ex_own_transport is a transport that uses sessions.
-/// of sessions.
+/// The owner calls receive() with the bytes that it reads while wants_input(), writes output() and reports it by
+/// sent(), calls reply() for ticket(), and expire() when the time of phase() has passed. It half-closes the connection
+/// when the phase becomes `lingering` and closes it when it becomes `closed`. With SessionContext::streams it passes
+/// the pushes of channel() to push() whenever wants_message(). When the connection ends it calls abandon(). TLS is the
+/// owner's task. examples/ex_own_transport is a transport that uses sessions. of sessions.
 ///
 /// A session without a request and without output() has no buffers.
 ///
@@ -108,7 +108,8 @@ class LRT_API Session {
   void receive(std::string_view bytes, TimePoint now);
   /// Reports that the client has half-closed the connection. It still gets the response to what it has sent.
   void end_of_input(TimePoint now);
-  /// Processes the deferred response to ticket(): a response, a WebSocket if the request is an opening handshake, or an event stream.
+  /// Processes the deferred response to ticket(): a response, a WebSocket if the request is an opening handshake, or an
+  /// event stream.
   void reply(engine::Reply reply, TimePoint now);
   /// The handshake. Call it once, in the phase `upgraded`. Afterwards the caller must call the handler's closed().
   Upgrade take_upgrade();
@@ -138,10 +139,12 @@ class LRT_API Session {
   void sent(std::size_t bytes, TimePoint now);
 
   bool wants_input() const noexcept;  ///< whether the owner should read from the client
-  /// Whether the rest of a large body is missing, or input that is only discarded: the owner should serve other connections first.
+  /// Whether the rest of a large body is missing, or input that is only discarded: the owner should serve other
+  /// connections first.
   bool expects_much() const noexcept;
   Phase phase() const noexcept { return phase_; }  ///< what the session waits for
-  /// The phase whose limit applies: the header section of the first request must be complete within limits.header_timeout from the beginning.
+  /// The phase whose limit applies: the header section of the first request must be complete within
+  /// limits.header_timeout from the beginning.
   Phase timed_phase() const noexcept { return phase_ == Phase::idle && requests_ == 0 ? Phase::header : phase_; }
   /// How long timed_phase() may last; nullopt: no limit.
   std::optional<std::chrono::milliseconds> time() const noexcept;

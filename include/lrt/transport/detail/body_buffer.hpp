@@ -15,11 +15,13 @@ inline namespace v0 {
 
 struct Limits;
 
-/// The memory of all bodies that a transport is receiving, and its limits (Limits::max_total_body_bytes, max_total_body_bytes_per_address).
+/// The memory of all bodies that a transport is receiving, and its limits (Limits::max_total_body_bytes,
+/// max_total_body_bytes_per_address).
 /// @par Threads  One thread at a time.
 class LRT_API BodyBudget {
  public:
-  /// The first bytes of each body are not counted, so small commands are received while large bodies use up the limit. max_connections bounds them.
+  /// The first bytes of each body are not counted, so small commands are received while large bodies use up the limit.
+  /// max_connections bounds them.
   static constexpr std::size_t free_bytes = 4096;
 
   explicit BodyBudget(const Limits& limits) noexcept;
@@ -38,8 +40,8 @@ class LRT_API BodyBudget {
   std::map<std::string, std::size_t> clients_;  ///< clients that use memory; not a hash table, because clients choose their IPv6 addresses
 };
 
-/// The bytes of one body, in a memory mapping. It grows without a copy, and clear() returns it to the system; a block of malloc() could stay with the
-/// process.
+/// The bytes of one body, in a memory mapping. It grows without a copy, and clear() returns it to the system; a block
+/// of malloc() could stay with the process.
 class LRT_API BodyBuffer {
  public:
   /// @param peer  numeric address of the client
@@ -48,12 +50,13 @@ class LRT_API BodyBuffer {
   BodyBuffer(const BodyBuffer&) = delete;
   BodyBuffer& operator=(const BodyBuffer&) = delete;
 
-  /// Appends bytes. False: the budget or the client's share of it is used up, or the system has no memory; nothing was appended.
+  /// Appends bytes. False: the budget or the client's share of it is used up, or the system has no memory; nothing was
+  /// appended.
   [[nodiscard]] bool append(std::string_view bytes) noexcept;
   /// Frees the bytes.
   void clear() noexcept;
-  /// Transfers the bytes to the caller; they are no longer counted. The former view() is valid as long as the result, which any thread may free.
-  /// nullptr: there are no bytes, or the system has no memory; then nothing has changed.
+  /// Transfers the bytes to the caller; they are no longer counted. The former view() is valid as long as the result,
+  /// which any thread may free. nullptr: there are no bytes, or the system has no memory; then nothing has changed.
   std::shared_ptr<const void> release() noexcept;
 
   std::size_t size() const noexcept { return size_; }
