@@ -63,9 +63,9 @@ class ResponderBase {
   /// True if it refers to an invocation that has not been ended by succeed() or fail(), on this or another copy.
   explicit operator bool() const noexcept { return invocation_ && !invocation_->finished(); }
 
-  /// Ends the invocation as failed, with `error` in its representation. Errc::refused: the robot's state or limits
-  /// exclude the command; a waiting client gets 409. Any other code: the robot tried and failed; a waiting client gets
-  /// 500. Has no effect on an ended invocation.
+  /// Ends the invocation as failed, with `error` in its representation. Has no effect on an ended invocation. A waiting
+  /// client gets a status by the code: 409 for refused (the robot's state or limits exclude the command), out_of_range
+  /// and limit_exceeded, 422 for expected_value, and 500 for another code (the robot tried and failed).
   void fail(Error error) const { finish(Unexpected{std::move(error)}); }
   /// As fail(Error) with Errc::failed.
   void fail(std::string message) const { fail(Error{Errc::failed, std::move(message)}); }

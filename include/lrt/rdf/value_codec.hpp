@@ -20,10 +20,11 @@ inline namespace v0 {
 /// At a focus node:
 /// - a number is `a maths:Scalar; vom:numericalValue n` with its unit as vom:unit and qudt:hasUnit,
 /// - another scalar or a list is the object of rdf:value,
-/// - a record is its classes and fields, with one unit for all of them, or for the field that takes it. As the object
-/// of a field a scalar is a literal (with a unit: a node as above), a list an rdf:List, a record a blank node, a map an
-/// rdf:List of nodes `a schema:PropertyValue; schema:name "left"; schema:value 1`. An absent optional has no triple. An
-/// optional record that is present without any field is `a rdfs:Resource` at the focus node.
+/// - a record is its classes and fields, with one unit for all of them, or for the field that takes it.
+///
+/// As the object of a field a scalar is a literal (with a unit: a node as above), a list an rdf:List, a record a blank
+/// node, a map an rdf:List of nodes `a schema:PropertyValue; schema:name "left"; schema:value 1`. An absent optional
+/// has no triple. An optional record that is present without any field is `a rdfs:Resource` at the focus node.
 
 /// Adds the triples of `value` to `graph` at `focus`.
 /// @param vocabulary  namespace of the server's own terms, "http://robot/ns/vocabulary#"
