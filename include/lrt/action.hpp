@@ -135,10 +135,10 @@ class LRT_API Action : public model::ResourceHandle<Action, model::ActionSpec> {
   /// Sets whether the action can be invoked now. Default: true.
   ///
   /// While it is not available, its Thing does not link to it (Link fields, hybrit:action, overviews), a POST is
-  /// answered 409 with the reason, and a queued invocation fails with the reason when it would begin. If this is called
-  /// on the thread where the action's lambda runs, the lambda is not called afterwards. Running invocations continue.
-  /// GET of the action still works and states the reason in lrt:unavailable. Observers of the Thing, of its state and
-  /// of the action get the new representation.
+  /// answered with 409 with the reason, and a queued invocation fails with the reason when it would begin. If this is
+  /// called on the thread where the action's lambda runs, the lambda is not called afterwards. Running invocations
+  /// continue. GET of the action still works and states the reason in lrt:unavailable. Observers of the Thing, of its
+  /// state and of the action get the new representation.
   ///
   /// @param yes     whether it can be invoked
   /// @param reason  a string literal, for people: "the gripper is empty". Only its address is stored, so nothing is

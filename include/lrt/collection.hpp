@@ -35,13 +35,13 @@ class Collection : public model::ResourceHandle<Collection<T>, model::Collection
   Collection() noexcept = default;
 
   /// Allows POST: the server reads and validates the body as a T, makes an id, and calls `create`. If it succeeds, the
-  /// server adds the member, and the response is 201 with Location. Without on_create() a POST is answered 405.
+  /// server adds the member, and the response is 201 with Location. Without on_create() a POST is answered with 405.
   ///
   /// @param create  callable `(const std::string& id, T)` or `(T)` that returns void or Result<void>. `id` is the last
   ///                path segment of the member's IRI
   /// @par Errors  of `create`; no member is added. refused, out_of_range, limit_exceeded: 409 with the message.
   ///              expected_value: 422. Another error, or an exception: 500. A body that is not a T within the bounds is
-  ///              answered 400, 415 or 422, and `create` is not called.
+  ///              answered with 400, 415 or 422, and `create` is not called.
   template <class F>
   Collection& on_create(F create) {
     constexpr bool with_id = std::is_invocable_v<F&, const std::string&, T>, alone = std::is_invocable_v<F&, T>;
@@ -77,7 +77,7 @@ class Collection : public model::ResourceHandle<Collection<T>, model::Collection
     }
   }
   /// Allows DELETE of members: the server calls `remove`, and removes the member if it succeeds. Without on_remove() a
-  /// DELETE is answered 405.
+  /// DELETE is answered with 405.
   ///
   /// @param remove  callable `(const std::string& id)` that returns void or Result<void>
   /// @par Errors  of `remove`: as for on_create(); the member is kept. 409 also if the member is being removed already.
@@ -102,7 +102,7 @@ class Collection : public model::ResourceHandle<Collection<T>, model::Collection
   Collection& facets(const rdf::Facets& f) {
     return this->edit("facets", [&](auto& s) { s.facets.merge(f); });
   }
-  /// Limits the number of members; a POST beyond it is answered 409. Default: 1000.
+  /// Limits the number of members; a POST beyond it is answered with 409. Default: 1000.
   Collection& max_members(std::size_t n) {
     return this->edit("max_members", [&](auto& s) { s.max_members = n; });
   }

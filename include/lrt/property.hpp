@@ -32,8 +32,8 @@ class PropertyHandle : public ResourceHandle<Self, PropertySpec> {
   ///
   /// @param write  callable of T that returns void or Result<void>
   /// @par Errors   of `write`. refused, out_of_range, limit_exceeded: 409 with the message. expected_value: 422.
-  ///               Another error, or an exception: 500. A body that is not a T within the bounds is answered 400, 415
-  ///               or 422, and `write` is not called.
+  ///               Another error, or an exception: 500. A body that is not a T within the bounds is answered with 400,
+  ///               415 or 422, and `write` is not called.
   /// @par Threads  `write` runs where dispatch() says.
   /// @par Implements  R0.5
   template <class F>

@@ -49,7 +49,7 @@ enum class Access : std::uint8_t {
 /// Authorizes a request by its header section: the body has not been received, and `body` is empty. A GET with
 /// `Upgrade: callback` makes the robot post to a URL, so do not grant it to clients that may only read.
 ///
-/// @par Errors   An exception is answered 500.
+/// @par Errors   An exception is answered with 500.
 /// @par Threads  Called without a lock of lrt: on the I/O thread (Io::own_thread), in poll() (Io::in_poll), or on the
 ///               thread that calls Server::serve().
 using Authorizer = std::function<Access(const http::Request&)>;

@@ -57,8 +57,8 @@ class ResourceHandle {
   Self& unit(const Unit& u) {
     return edit_facets("unit", [&](auto& f) { f.unit(u); });
   }
-  /// Sets the lower bound of numbers from clients; `v` itself is allowed. A number outside the bounds is answered 422.
-  /// Values that the robot reads or publishes are not checked.
+  /// Sets the lower bound of numbers from clients; `v` itself is allowed. A number outside the bounds is answered with
+  /// 422. Values that the robot reads or publishes are not checked.
   Self& at_least(double v) {
     return edit_facets("at_least", [&](auto& f) { f.at_least(v); });
   }

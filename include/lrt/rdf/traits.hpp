@@ -578,7 +578,7 @@ LRT_API void place_terms(Type& record);
 ///
 /// A getter that is not const is called on a copy. Of overloaded getters the const one is used, and of overloaded
 /// setters the one that takes what the getter returns. A setter may return Result<void>, or false for a value that it
-/// does not accept: 422. A getter that throws is answered 500.
+/// does not accept: 422. A getter that throws is answered with 500.
 ///
 /// @par Threads  describe() runs once, at the first use. Getters and setters run where rdf::traits says.
 template <class S>

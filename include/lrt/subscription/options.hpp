@@ -21,8 +21,8 @@ enum class Confirmation : unsigned char {
 
 /// Web callbacks: allowed receivers, limits, times and retries.
 struct CallbackOptions {
-  /// Receivers that may be called, see AllowedHosts. Empty: requests for callbacks are answered 403, and no thread is
-  /// started.
+  /// Receivers that may be called, see AllowedHosts. Empty: requests for callbacks are answered with 403, and no thread
+  /// is started.
   std::vector<std::string> allow;
   std::size_t max_callbacks = 200;                 ///< callback subscriptions of the server; beyond: 503
   std::string secret;                              ///< signs notifications of subscriptions without a secret; empty: these are unsigned
