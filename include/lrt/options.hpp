@@ -151,8 +151,8 @@ struct Threads {
   /// thread judges every body; 1 MiB takes up to 0.2 s.
   unsigned body_threads = 1;
   /// Policy, CPUs and stack of all threads that the server starts: lrt-io (Io::own_thread), lrt-run (Server::start),
-  /// lrt-callback, lrt-resolve, lrt-save, lrt-body, lrt-audit. They do not inherit those of the thread that creates the
-  /// server. They block all signals; a process that a lambda starts on such a thread inherits the mask.
+  /// lrt-callback, lrt-resolve, lrt-save, lrt-body, lrt-query, lrt-audit. They do not inherit those of the thread that
+  /// creates the server. They block all signals; a process that a lambda starts on such a thread inherits the mask.
   ThreadOptions own;
 };
 
