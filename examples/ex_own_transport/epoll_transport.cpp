@@ -250,7 +250,7 @@ class EpollTransport final : public transport::Transport {
     for (auto now = end - time; now < end && std::any_of(clients_.begin(), clients_.end(), busy); now = steady_clock::now())
       poll(std::chrono::microseconds(1000), std::chrono::ceil<milliseconds>(end - now));
     for (auto& [id, c] : clients_)
-      if (c.ticket) forget(c), c.session.refuse(503, "the server stops", clock_.now()), go_on(id, c, clock_.now());
+      if (c.ticket) forget(c), c.session.refuse(503, "the server is stopping", clock_.now()), go_on(id, c, clock_.now());
     clients_.clear(), ready_.clear(), end_of_listening();
     context_.stopping = left_over_ = false;
   }

@@ -60,7 +60,7 @@ int main() {
 // GET /arm/speed
 // 401 Unauthorized
 // Content-Type: application/problem+json
-// {"type":"about:blank","title":"Unauthorized","status":401,"detail":"this server needs credentials; the field WWW-Authenticate says which"}
+// {"type":"about:blank","title":"Unauthorized","status":401,"detail":"credentials are required; the WWW-Authenticate field states which"}
 //
 // OPTIONS /arm/speed
 // X-Badge: anna

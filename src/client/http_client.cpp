@@ -94,7 +94,7 @@ class HttpClientImpl final : public HttpClient {
       if (++redirects > options_.limits.max_redirects)
         return unexpected(Errc::limit_exceeded, "\"" + given.url + "\": more than " + std::to_string(options_.limits.max_redirects) + " redirects");
       Result<std::string> target = iri::resolve(request.url, *location);
-      if (!target) return unexpected(Errc::expected_iri, "\"" + request.url + "\": it redirects to what is no URL");
+      if (!target) return unexpected(Errc::expected_iri, "\"" + request.url + "\": it redirects to an invalid URL");
       const Result<http::Url> next = http::parse_url(target->substr(0, target->find('#')));
       if (!next) return unexpected(Errc::expected_iri, "\"" + request.url + "\": it redirects to \"" + *target + "\": " + next.error().message);
       if (next->origin() != url->origin()) {

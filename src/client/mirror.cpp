@@ -570,7 +570,7 @@ void Mirror::Impl::send(Lock& lock, const std::string& name, Graph& graph) {
   if (is_overwritten && answer && answer->ok()) {
     ++counts_.overwritten;
     lock.unlock();
-    event(Kind::graph_overwritten, name, "somebody else had changed the graph in the store; it has the robot's version again");
+    event(Kind::graph_overwritten, name, "another client changed the graph in the store; the robot's version was restored");
     lock.lock();
   }
   take_answer(lock, name, graph, std::move(wanted), answer);
@@ -651,7 +651,7 @@ void Mirror::Impl::take_store_failure(Lock& lock, const std::string& reason, std
 void Mirror::Impl::take_state_error(Lock& lock, const Result<void>& written) {
   if (written || std::exchange(state_failed_, true)) return;
   lock.unlock();
-  event(Kind::problem, options_.state_file, written.error().message + "; the mirror goes on without");
+  event(Kind::problem, options_.state_file, written.error().message + "; the mirror continues without a state file");
   lock.lock();
 }
 

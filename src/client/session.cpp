@@ -216,7 +216,7 @@ Result<Shape> Session::shape(const TermView& node, const Representation& known) 
     add_apart(shape.graph, (*found)->graph, [&](const TermView& subject) { return subject.is_iri() && is_described(subject); });
   }
   if (!is_described(shape.node.view())) {
-    return unexpected(Errc::expected_value, "\"" + known.url + "\" refers to the shape " + rdf::to_string(node) + ", which is described nowhere");
+    return unexpected(Errc::expected_value, "\"" + known.url + "\" refers to the shape " + rdf::to_string(node) + ", which has no description");
   }
   return shape;
 }

@@ -438,7 +438,7 @@ bool Watch::Impl::drain(std::optional<Instant> until) noexcept {
       if (on_change_) on_change_(change);
     } catch (const std::exception& thrown) {
       context_->log(LogLevel::warning, "the callback of a watch threw an exception: " + std::string(thrown.what()));
-    } catch (...) { context_->log(LogLevel::warning, "the callback of a watch threw something that is no std::exception"); }
+    } catch (...) { context_->log(LogLevel::warning, "the callback of a watch threw an exception that is not a std::exception"); }
     lock.lock();
   }
   draining_ = false;
@@ -807,8 +807,7 @@ void Watch::Impl::stream(Generation generation) {
     if (is_stream || status < 301 || status > 308 || status == 304) break;
     const auto location = outcome.header.fields.find("Location");
     const Result<std::string> next = location ? iri::resolve(target, *location) : Result<std::string>(unexpected(Errc::expected_iri, ""));
-    if (!next || redirects >= limits.max_redirects)
-      return refused(generation, 0, {Errc::limit_exceeded, "\"" + url_ + "\": it redirects without end"}, {});
+    if (!next || redirects >= limits.max_redirects) return refused(generation, 0, {Errc::limit_exceeded, "\"" + url_ + "\": too many redirects"}, {});
     target = *next;
     url = http::parse_url(target.substr(0, target.find('#')));
   }
@@ -825,10 +824,11 @@ void Watch::Impl::stream(Generation generation) {
   if (outcome.header.status != 0) {
     const Response response{outcome.header.status, outcome.header.fields, std::move(body), target};
     const Error error =
-        response.status == 200 ? Error{Errc::refused, "\"" + url_ + "\": the server sends no event streams"} : response_error(response, url_);
+        response.status == 200 ? Error{Errc::refused, "\"" + url_ + "\": the server does not support event streams"} : response_error(response, url_);
     return refused(generation, response.status, error, retry_after(response.fields));
   }
-  if (outcome.code == Errc::cancelled) return refused(generation, 200, {Errc::refused, "\"" + url_ + "\": the server sends no event streams"}, {});
+  if (outcome.code == Errc::cancelled)
+    return refused(generation, 200, {Errc::refused, "\"" + url_ + "\": the server does not support event streams"}, {});
   lost(generation, {outcome.code, "\"" + url_ + "\": " + outcome.error});
 }
 
@@ -932,7 +932,8 @@ void Watch::Impl::subscribe(Generation generation) {
     return error.code == Errc::limit_exceeded || error.code == Errc::closed ? end(generation, error) : lost(generation, error);
   }
   if (!is_made) {
-    Error error = response->ok() ? Error{Errc::refused, "\"" + url_ + "\": the server makes no web callbacks"} : response_error(*response, url_);
+    Error error =
+        response->ok() ? Error{Errc::refused, "\"" + url_ + "\": the server does not support web callbacks"} : response_error(*response, url_);
     std::string callback;
     {
       const std::lock_guard lock(mutex_);

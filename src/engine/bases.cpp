@@ -24,7 +24,7 @@ std::string canonical_host(std::string_view authority, bool secure) {
 
 constexpr std::string_view scheme(bool secure) noexcept { return secure ? "https://" : "http://"; }
 
-Unexpected misdirected(const std::string& host) { return unexpected(Errc::refused, "this server does not answer for the host \"" + host + "\""); }
+Unexpected misdirected(const std::string& host) { return unexpected(Errc::refused, "this server does not serve the host \"" + host + "\""); }
 
 bool is_loopback_name(std::string_view host) noexcept { return host == "localhost" || host == "127.0.0.1" || host == "[::1]"; }
 

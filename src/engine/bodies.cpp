@@ -111,7 +111,7 @@ std::variant<Bodies::Format, http::Response> Bodies::format_of(const Context& co
     response.fields.set("Accept-Encoding", "identity");
     return response;
   }
-  if (request.find("Content-Range")) return responses_.problem(context, 400, "Content-Range has no meaning here (RFC 9110 14.5)");
+  if (request.find("Content-Range")) return responses_.problem(context, 400, "Content-Range: partial updates are not supported (RFC 9110 14.5)");
 
   const auto content_type = request.find("Content-Type");
   if (!content_type && is_empty) return Format{};
@@ -187,7 +187,7 @@ Bodies::Read Bodies::defer(Context& context, std::size_t bytes, Work work, bool 
   struct Judging {
     CancelToken token;
     Work work;
-    JudgedBody judged = BodyFault{500, "the server failed"};
+    JudgedBody judged = BodyFault{500, "internal server error"};
     bool ran = false;
   };
   auto judging = std::make_shared<Judging>();
@@ -265,7 +265,7 @@ Bodies::Read Bodies::as_read(const Context& context, JudgedBody judged) const {
 }
 
 http::Response Bodies::too_many(const Context& context) const {
-  http::Response response = responses_.problem(context, 503, "too many large bodies wait to be judged; try again later");
+  http::Response response = responses_.problem(context, 503, "too many large request bodies are waiting for validation; try again later");
   responses_.add_retry_after(response);
   return response;
 }

@@ -141,8 +141,8 @@ auto Engine::Impl::judge(Context& context, Next next) -> decltype(next()) {
     return response;
   } catch (const std::exception& e) {
     parts.pending.abandon_from(first);
-    parts.responses.log(LogLevel::error, std::string("a request failed inside: ") + e.what());
-    http::Response response = parts.responses.problem(context, 500, "the server failed");
+    parts.responses.log(LogLevel::error, std::string("internal error in a request: ") + e.what());
+    http::Response response = parts.responses.problem(context, 500, "internal server error");
     parts.cors.add_fields(context.request(), response);
     return response;
   }
@@ -281,8 +281,8 @@ void Engine::Impl::continue_request(Ticket ticket, Context& kept) {
   try {
     outcome = context.resource ? dispatch(context) : parts.responses.gone(context);
   } catch (const std::exception& e) {
-    parts.responses.log(LogLevel::error, std::string("a request failed inside: ") + e.what());
-    outcome = parts.responses.problem(context, 500, "the server failed");
+    parts.responses.log(LogLevel::error, std::string("internal error in a request: ") + e.what());
+    outcome = parts.responses.problem(context, 500, "internal server error");
   }
   if (auto* response = std::get_if<http::Response>(&outcome)) parts.pending.respond(ticket, std::move(*response));
 }
@@ -293,7 +293,7 @@ std::optional<http::Response> Engine::Impl::refused_login(const Context& context
   if (!parts.session || request.method != "POST" || !caller || resource_at(target.path).value_or(nullptr) != &*parts.session) return std::nullopt;
   if (!is_of_own_origin(context))
     return parts.responses.denied(context, http::Denial::origin, 403,
-                                  "only pages of this server may log in: the field Origin names another one, or none");
+                                  "only pages of this server may log in: the Origin field is missing or names another origin");
   security::FailedLogins& failed = parts.options.sessions->failed_logins();
   if (const auto pause = failed.pause(request.peer, context.now.steady)) {
     http::Response response = parts.responses.denied(
@@ -311,18 +311,18 @@ std::optional<http::Response> Engine::Impl::denied(const Context& context, const
   if (is_from_foreign_page(context))
     return parts.responses.denied(
         context, http::Denial::origin, 403,
-        "web pages of " + std::string(*request.find("Origin")) + " may not send this: the origin is not in allowed_origins of this server");
+        "web pages of " + std::string(*request.find("Origin")) + " may not send this request: the origin is not in allowed_origins of this server");
   if (!is_safe(request.method) && parts.subscriptions.is_refused_notification(request))
     return parts.responses.denied(
         context, http::Denial::notification, 403,
-        "this is a notification of another resource, which this server does not carry out: its sender is not in notification_senders");
+        "this request is a notification about another resource. It was not executed, because its sender is not in notification_senders");
   if (!caller) {
     parts.responses.log(LogLevel::error, "the authorizer: " + caller.error().message);
     return parts.responses.problem(context, 500, "the authorizer failed");
   }
   if (caller->by_cookie && !may_use_cookie(context))
     return parts.responses.denied(context, http::Denial::origin, 403,
-                                  "the cookie of a session counts only for requests of this server's own pages; other clients send Authorization");
+                                  "a session cookie is accepted only from this server's own pages; other clients must send Authorization");
   if (caller->access == Access::unauthenticated) return unauthenticated(context, *caller);
   if (caller->access == Access::forbidden) return forbidden(context);
   return std::nullopt;
@@ -330,16 +330,15 @@ std::optional<http::Response> Engine::Impl::denied(const Context& context, const
 
 /// RFC 6585 4
 http::Response Engine::Impl::too_many_requests(const Context& context, const Caller& caller) const {
-  http::Response response =
-      parts.responses.denied(context, http::Denial::rate, 429,
-                             "this client sends more than this server takes from one client; the field Retry-After says when to send again");
+  http::Response response = parts.responses.denied(context, http::Denial::rate, 429,
+                                                   "this client exceeds the rate limit per client; the Retry-After field states when to send again");
   response.fields.set("Retry-After", std::to_string(caller.retry_after.count()));
   return response;
 }
 
 http::Response Engine::Impl::unauthenticated(const Context& context, const Caller& caller) const {
   http::Response response =
-      parts.responses.denied(context, http::Denial::credentials, 401, "this server needs credentials; the field WWW-Authenticate says which");
+      parts.responses.denied(context, http::Denial::credentials, 401, "credentials are required; the WWW-Authenticate field states which");
   response.fields.set("WWW-Authenticate", caller.challenge.empty() ? parts.options.challenge : caller.challenge);
   return response;
 }
@@ -484,7 +483,7 @@ std::optional<http::Response> Engine::Impl::read_page(Context& context, std::str
 void Engine::Impl::take_messages(TimePoint now) {
   if (const auto& inbox = parts.calls.inbox(); !inbox->empty())
     if (const std::string failed = inbox->run_all(now); !failed.empty())
-      parts.responses.log(LogLevel::error, "a result could not be taken: " + failed);
+      parts.responses.log(LogLevel::error, "a result could not be processed: " + failed);
   parts.scanner.take_availability();
 }
 
@@ -580,7 +579,7 @@ std::optional<Reply> Engine::next_reply(TimePoint now) {
     parts.pending.expire(now);
     parts.invocations.expire(now);
     if (!impl_->stopped) parts.queries.advance(now);
-  } catch (const std::exception& e) { parts.responses.log(LogLevel::error, std::string("a response failed inside: ") + e.what()); }
+  } catch (const std::exception& e) { parts.responses.log(LogLevel::error, std::string("internal error while making a response: ") + e.what()); }
   return parts.pending.take_reply();
 }
 

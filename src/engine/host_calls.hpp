@@ -35,7 +35,7 @@ Result<T> guarded(F f) noexcept {
     return f();
   } catch (const BadResult& e) { return Unexpected{e.error()}; } catch (const std::exception& e) {
     return Unexpected{thrown(e.what())};
-  } catch (...) { return Unexpected{thrown("something that is no std::exception")}; }
+  } catch (...) { return Unexpected{thrown("an exception that is not a std::exception")}; }
 }
 
 /// Decides between running a call and cancelling it: one of the two happens, never both.

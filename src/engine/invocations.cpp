@@ -54,7 +54,7 @@ Outcome Invocations::invoke(ActionResource& action, Context& context) {
   const std::string path = action.path + "/" + options_.ids->next();
   auto made = std::make_unique<InvocationResource>(path, action);
   InvocationResource& invocation = *made;
-  if (!registry_.add(invocation)) return responses_.problem(context, 500, "the id source has given an id twice");
+  if (!registry_.add(invocation)) return responses_.problem(context, 500, "the id source returned the same id twice");
   struct Undo {
     Registry& registry;
     std::unique_ptr<InvocationResource>& made;
@@ -90,7 +90,9 @@ Outcome Invocations::invoke(ActionResource& action, Context& context) {
   try {
     if (must_queue) action.queue.push_back(&invocation);
     else launch(invocation, context.now);
-  } catch (const std::exception& e) { finished(invocation, unexpected(Errc::failed, std::string("the server failed: ") + e.what()), context.now); }
+  } catch (const std::exception& e) {
+    finished(invocation, unexpected(Errc::failed, std::string("internal server error: ") + e.what()), context.now);
+  }
 
   if (ticket) return Deferred{*ticket};
   return accepted(context, invocation);
@@ -115,10 +117,10 @@ std::optional<http::Response> Invocations::refused_by_policy(const ActionResourc
   const ActionPolicy& policy = action.spec->policy;
   switch (policy.kind) {
     case ActionPolicy::Kind::reject:
-      if (busy) return responses_.problem(context, 409, "an invocation of this action is under way, and its policy is to reject another");
+      if (busy) return responses_.problem(context, 409, "an invocation of this action is running, and its policy rejects a second one");
       break;
     case ActionPolicy::Kind::parallel:
-      if (action.active >= policy.limit) return too_many("as many invocations as this action's policy allows are under way");
+      if (action.active >= policy.limit) return too_many("the maximum number of invocations of this action is running");
       break;
     case ActionPolicy::Kind::queue:
       if (busy && action.queue.size() >= policy.limit) return too_many("the queue of this action is full");
@@ -133,9 +135,8 @@ std::optional<http::Response> Invocations::refused_client(const ActionResource& 
   const std::size_t max = options_.clients.max_invocations;
   if (context.client.empty() || max == 0 || clients_.of(context.client) < max) return std::nullopt;
   if (action.spec->policy.kind == ActionPolicy::Kind::preempt && action.active > 0) return std::nullopt;
-  http::Response response =
-      responses_.denied(context, http::Denial::invocations, 429,
-                        "this client has " + std::to_string(max) + " invocations under way, which is as many as one client may have");
+  http::Response response = responses_.denied(context, http::Denial::invocations, 429,
+                                              "this client has " + std::to_string(max) + " active invocations, which is the maximum per client");
   responses_.add_retry_after(response);
   return response;
 }
@@ -229,7 +230,7 @@ void Invocations::never_begun(InvocationResource& invocation, TimePoint now) {
   leave_queue(invocation);
   (void)invocation.control->cancel();
   respond_to(std::exchange(invocation.waiting, {}), now, [&](const Context& context) { return responses_.timed_out(context); });
-  invocation.result = unexpected(Errc::timed_out, "the robot's program did not begin in time");
+  invocation.result = unexpected(Errc::timed_out, "the robot's program did not start the action in time");
   invocation.status = Status::failed;
   ended(invocation, now);
 }

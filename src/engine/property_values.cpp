@@ -28,13 +28,13 @@ constexpr std::size_t min_bytes_with_representations = 64 * 1024;
 
 Encoding encoded(model::RepresentationSpec& spec, const void* whole) {
   Encoding made{true, guarded<Bytes>([&]() -> Result<Bytes> {
-                  if (!whole) return unexpected(Errc::unsupported_syntax, "there is no " + spec.media_type + " of it now");
+                  if (!whole) return unexpected(Errc::unsupported_syntax, "its " + spec.media_type + " is not available now");
                   Result<Bytes> bytes = spec.encode(whole);
-                  if (bytes && !*bytes) return unexpected(Errc::unsupported_syntax, "there is no " + spec.media_type + " of this value");
+                  if (bytes && !*bytes) return unexpected(Errc::unsupported_syntax, "this value has no " + spec.media_type);
                   return bytes;
                 })};
   if (!made.bytes && made.bytes.error().code != Errc::unsupported_syntax)
-    made.bytes = unexpected(made.bytes.error().code, "its " + spec.media_type + " could not be made: " + made.bytes.error().message);
+    made.bytes = unexpected(made.bytes.error().code, "its " + spec.media_type + " could not be encoded: " + made.bytes.error().message);
   return made;
 }
 
@@ -150,7 +150,7 @@ void PropertyValues::refresh(PropertyResource& property, Encodings encodings, Do
     std::vector<PropertyRefresh::Waiter> waiters = std::exchange(state.waiters, {});
     for (auto& w : std::exchange(state.next_waiters, {})) waiters.push_back(std::move(w));
     const TimePoint now = clock_.now();
-    for (auto& w : waiters) w.done(unexpected(Errc::timed_out, "the robot's program did not take the request in time"), now);
+    for (auto& w : waiters) w.done(unexpected(Errc::timed_out, "the robot's program did not process the request in time"), now);
   }
   if (state.running) {
     state.next_waiters.push_back({encodings, std::move(done)});
@@ -220,7 +220,7 @@ void PropertyValues::ends_if_thrown(PropertyResource& property, Step step) {
     step();
   } catch (const std::exception& e) {
     if (!property.is_refreshing()) throw;  // it has ended: what the waiters did has failed
-    end(property, unexpected(Errc::failed, std::string("the server failed: ") + e.what()), clock_.now());
+    end(property, unexpected(Errc::failed, std::string("internal server error: ") + e.what()), clock_.now());
   }
 }
 
@@ -338,7 +338,7 @@ void PropertyValues::end(PropertyResource& property, const Result<void>& result,
       w.done(result, now);
     } catch (const std::exception& e) {
       // Its request gets 503 at its time limit. The others go on.
-      if (options_.log) options_.log(LogLevel::error, std::string("a response failed inside: ") + e.what());
+      if (options_.log) options_.log(LogLevel::error, std::string("internal error while making a response: ") + e.what());
     }
 }
 

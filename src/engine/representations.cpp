@@ -125,7 +125,8 @@ Representations::Selected Representations::select(Context& context, std::optiona
     const auto choice = http::negotiate(context.accept(), *offers);
     if (!choice) {
       const std::string list = all.list() + (offers_page ? ", " + std::string(page_type) : "");
-      return responses_.problem(context, 406, !why.empty() ? why : "none of the media types in Accept is available here; there are " + list);
+      return responses_.problem(context, 406,
+                                !why.empty() ? why : "none of the media types in Accept is available for this resource; available are " + list);
     }
     const std::string_view type = (*offers)[*choice];
     if (type == page_type && offers_page) return &page->emplace(html_page(resource, context.base, context.audience, context.page));
@@ -149,9 +150,9 @@ Representations::Selected Representations::select(Context& context, std::optiona
 std::optional<http::Response> Representations::unacceptable(const Context& context) const {
   const Variants& all = context.resource->variants();
   if (http::negotiate(context.accept(), options_.page ? all.with_page : all.types)) return std::nullopt;
-  return responses_.problem(
-      context, 406,
-      "none of the media types in Accept is available here; there are " + all.list() + (options_.page ? ", " + std::string(page_type) : ""));
+  return responses_.problem(context, 406,
+                            "none of the media types in Accept is available for this resource; available are " + all.list() +
+                                (options_.page ? ", " + std::string(page_type) : ""));
 }
 
 http::Response Representations::respond_with(Representation& representation, const Context& context) {
@@ -163,7 +164,7 @@ http::Response Representations::respond_with(Representation& representation, con
     if (match == http::Match::malformed) return responses_.problem(context, 400, "If-Match: expected a list of entity tags or *");
     if (match == http::Match::no)
       return responses_.problem(
-          context, 412, "If-Match: expected the present entity tag " + representation.tag + ", found " + std::string(request.joined("If-Match")));
+          context, 412, "If-Match: expected the current entity tag " + representation.tag + ", found " + std::string(request.joined("If-Match")));
   }
   if (!context.ignores_conditions && request.find("If-None-Match")) {
     std::string joined;
@@ -409,7 +410,7 @@ std::optional<http::Response> Representations::failed_precondition(const Context
   Resource& resource = *context.resource;
   if (!resource.exists()) {
     if (!if_match) return std::nullopt;
-    return responses_.problem(context, 412, "If-Match: there is no such resource yet");
+    return responses_.problem(context, 412, "If-Match: the resource does not exist");
   }
   const std::string wanted = resource.for_write(request.joined("If-Match")), unwanted = resource.for_write(request.joined("If-None-Match"));
   bool matched = false, excluded = false;
@@ -445,7 +446,7 @@ std::optional<http::Response> Representations::failed_precondition(const Context
     return responses_.problem(context, 412,
                               wanted.empty() ? "If-Match: expected an entity tag, found none"
                                              : "If-Match: the resource has changed since it had the entity tag " + wanted + "; GET it again");
-  if (excluded) return responses_.problem(context, 412, "If-None-Match: expected that the resource has no entity tag of those named, found one");
+  if (excluded) return responses_.problem(context, 412, "If-None-Match: the resource has one of the given entity tags");
   return std::nullopt;
 }
 

@@ -90,13 +90,14 @@ http::Response Responses::refused(const Context& context, const std::string& wha
 http::Response Responses::gone(const Context& context) const { return problem(context, 404, "the thing was removed while the request waited"); }
 
 http::Response Responses::timed_out(const Context& context) const {
-  http::Response response = problem(context, 503, "the robot's program did not take the request in time; it is called off, try again later");
+  http::Response response =
+      problem(context, 503, "the robot's program did not process the request in time; the request was cancelled, try again later");
   add_retry_after(response);
   return response;
 }
 
 http::Response Responses::overloaded(const Context& context) const {
-  http::Response response = problem(context, 503, "too many requests wait for the robot; try again later");
+  http::Response response = problem(context, 503, "too many requests are waiting for the robot's program; try again later");
   add_retry_after(response);
   return response;
 }

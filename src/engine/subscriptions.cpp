@@ -41,7 +41,7 @@ std::vector<rdf::TermId> focus_nodes(const rdf::Graph& graph, const std::string&
 std::string_view refused_node(const rdf::Graph& graph, rdf::TermId node) {
   const auto type = graph.find(vocab::rdf_::type), websocket = graph.find(vocab::hybrit::WebSocket);
   if (!type || !websocket || graph.match(node, *type, *websocket).empty()) return {};
-  return "a WebSocket is opened by GET of the observed resource with Upgrade: websocket, here only web callbacks are made";
+  return "this resource creates web callbacks only. To open a WebSocket, send GET with Upgrade: websocket to the observed resource";
 }
 
 /// What a subscriber learns of a failed delivery: the status of its own receiver. Everything else has the same words, whether a port is closed,
@@ -149,11 +149,11 @@ std::optional<http::Response> Subscriptions::too_many(const Context& context, Pr
       (!callback || callbacks_ < options_.callbacks.max_callbacks))
     return std::nullopt;
   http::Response response =
-      too_many_of_client ? responses_.denied(context, http::Denial::subscriptions, 429,
-                                             "this client has " + std::to_string(max) + " subscriptions, which is as many as one client may have")
-                         : responses_.problem(context, 503,
-                                              callback ? "there are as many web callbacks as this server keeps"
-                                                       : "there are as many subscriptions as this server keeps");
+      too_many_of_client
+          ? responses_.denied(context, http::Denial::subscriptions, 429,
+                              "this client has " + std::to_string(max) + " subscriptions, which is the maximum per client")
+          : responses_.problem(context, 503,
+                               callback ? "the maximum number of web callbacks is reached" : "the maximum number of subscriptions is reached");
   responses_.add_retry_after(response);
   return response;
 }
@@ -232,7 +232,8 @@ Representations::Attempt Subscriptions::open(Context& context, SubscriptionReque
   }
   const auto choice = http::negotiate(accept, offers.types);
   if (streams && !choice)
-    return Outcome(responses_.problem(context, 406, "none of the accepted media types can be sent in an event stream; there are " + offers.list()));
+    return Outcome(
+        responses_.problem(context, 406, "none of the media types in Accept is available in an event stream; available are " + offers.list()));
   const bool at_once = wanted.protocol == Protocol::websocket && context.request().must_upgrade_now;
   if (choice && (streams || at_once || offers.variants[*choice].may_be_missing())) {
     wanted.variant = offers.variants[*choice];
@@ -298,7 +299,8 @@ Outcome Subscriptions::create(Context& context) {
   const auto problem = [&](int status, std::string detail) { return responses_.problem(context, status, std::move(detail)); };
   if (requests_other_model(context.request().joined("Link"))) return problem(409, "members of this container are ldp:RDFSource");
   if (!makes_callbacks())
-    return responses_.denied(context, http::Denial::receiver, 403, "this server may call no receiver: it makes no web callbacks");
+    return responses_.denied(context, http::Denial::receiver, 403,
+                             "this server does not support web callbacks: its list of allowed receivers is empty");
   static constexpr FocusRule rule{focus_nodes, "subscription", refused_node};
   auto read = bodies_.read_graph(context, rule);
   if (auto outcome = outcome_of(read)) return *std::move(outcome);
@@ -507,7 +509,7 @@ void Subscriptions::renew_rights() {
     if (!s || (s->feed && !s->audience.principal)) continue;  // of the host itself
     std::optional<Audience> audience = renewed(s->audience, s->observed);
     if (!audience) {
-      end(*s, 1008, "the right to watch this has ended");
+      end(*s, 1008, "the right to observe this resource was withdrawn");
     } else if (audience->view != s->audience.view) {
       s->audience = *std::move(audience);
       s->observed.subscriptions()->mark_changed();
@@ -527,7 +529,7 @@ void Subscriptions::resource_removed(SubscriptionResource& s) {
   if (s.observed.has_final_state() && s.protocol != Protocol::callback && s.backlog.take_pending()) {
     if (Representation* last = represent(s); last && last->tag != s.last_tag) s.backlog.push_last(item_of(s, *last));
   }
-  end(s, 1001, "the resource is gone");
+  end(s, 1001, "the resource was removed");
 }
 
 // --------------------------------------------------------------------------------------------------------------- changes
@@ -645,7 +647,7 @@ Result<Subscribed> Subscriptions::make_feed(FeedSubscription wanted, TimePoint n
   if (!observed) return unexpected(Errc::unknown_path, "there is no resource at \"" + wanted.path + '"');
   if (!observed->observable()) return unexpected(Errc::refused, wanted.path + ": expected a resource that can be observed");
   if (feeds_ >= options_.subscriptions.max_feed_subscriptions)
-    return unexpected(Errc::limit_exceeded, wanted.path + ": there are as many subscriptions of feeds as this server keeps (max_feed_subscriptions)");
+    return unexpected(Errc::limit_exceeded, wanted.path + ": the maximum number of subscriptions of feeds (max_feed_subscriptions) is reached");
   SubscriptionRequest request;
   request.observed = observed;
   request.protocol = Protocol::feed;
@@ -691,7 +693,7 @@ std::optional<FeedMessage> Subscriptions::next_feed_message(Channel channel, Tim
     message.missed = s->backlog.dropped() - std::exchange(s->told_dropped, s->backlog.dropped());
     return message;
   } catch (const std::exception& e) {
-    responses_.log(LogLevel::error, std::string("a message could not be made: ") + e.what());
+    responses_.log(LogLevel::error, std::string("a message could not be encoded: ") + e.what());
     return std::nullopt;
   }
 }
@@ -780,7 +782,7 @@ std::optional<Push> Subscriptions::next_push(Channel channel, TimePoint now) {
     closing_.erase(closing);
     return push;
   } catch (const std::exception& e) {
-    responses_.log(LogLevel::error, std::string("a notification could not be made: ") + e.what());
+    responses_.log(LogLevel::error, std::string("a notification could not be encoded: ") + e.what());
     return std::nullopt;
   }
 }
@@ -820,7 +822,7 @@ std::optional<subscription::Notification> Subscriptions::next_notification(Chann
     s->under_way = std::move(item);
     return notification;
   } catch (const std::exception& e) {
-    responses_.log(LogLevel::error, std::string("a notification could not be made: ") + e.what());
+    responses_.log(LogLevel::error, std::string("a notification could not be encoded: ") + e.what());
     return std::nullopt;
   }
 }

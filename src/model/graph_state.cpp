@@ -241,7 +241,9 @@ Result<void> GraphState::update(FunctionRef<void(GraphEdit&)> change) {
                                 "\": " + (refused->report ? "it would not conform to its shapes: " + refused->report->to_text() : refused->message));
   } catch (const BadResult& e) { return Unexpected{e.error()}; } catch (const std::exception& e) {
     return unexpected(Errc::failed, "the update of graph \"" + path_.substr(1) + "\" threw: " + e.what());
-  } catch (...) { return unexpected(Errc::failed, "the update of graph \"" + path_.substr(1) + "\" threw something that is no std::exception"); }
+  } catch (...) {
+    return unexpected(Errc::failed, "the update of graph \"" + path_.substr(1) + "\" threw an exception that is not a std::exception");
+  }
 }
 
 std::optional<GraphRefusal> GraphState::write(const GraphWrite& wanted, bool waits) {

@@ -115,7 +115,7 @@ class MosquittoLink final : public Link {
     const Broker& broker = options_.broker;
     const std::string id = broker.client_id.empty() ? "lrt-" + RandomIds().next() : broker.client_id;
     mosquitto* const client = ::mosquitto_new(id.c_str(), true, this);
-    if (!client) return unexpected(Errc::io_error, "libmosquitto makes no client: " + text_of(MOSQ_ERR_ERRNO));
+    if (!client) return unexpected(Errc::io_error, "libmosquitto cannot create a client: " + text_of(MOSQ_ERR_ERRNO));
     handle_->client = client;
     handle_->host = broker.host;
     handle_->port = broker.port != 0 ? broker.port : broker.tls ? 8883 : 1883;
@@ -215,7 +215,7 @@ class MosquittoLink final : public Link {
 
   Result<void> subscribe(const std::string& filter, int qos) override {
     const ThirdPartyCall call;
-    if (!call) return unexpected(Errc::closed, "the process ends");
+    if (!call) return unexpected(Errc::closed, "the process is exiting");
     const BlockedSignals blocked;
     const int code =
         ::mosquitto_subscribe_v5(handle_->client, nullptr, filter.c_str(), qos, MQTT_SUB_OPT_NO_LOCAL | MQTT_SUB_OPT_SEND_RETAIN_NEVER, nullptr);
@@ -224,7 +224,7 @@ class MosquittoLink final : public Link {
 
   Result<int> publish(const OutMessage& message) override {
     const ThirdPartyCall call;
-    if (!call) return unexpected(Errc::closed, "the process ends");
+    if (!call) return unexpected(Errc::closed, "the process is exiting");
     if (!is_connected_ || descriptor() < 0) return unexpected(Errc::closed, "there is no connection");
     Properties properties;
     if (!fill(properties, message)) return unexpected(Errc::refused, "the properties of the message are not valid");

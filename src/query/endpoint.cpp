@@ -277,7 +277,7 @@ class Endpoint final : public engine::QueryService {
     const Data::Reader reader = static_cast<Data&>(data).read();
     if (const std::size_t triples = (*reader).triple_count(); triples > options_.max_triples)
       return unexpected(Errc::limit_exceeded,
-                        "this robot has " + std::to_string(triples) + " triples; queries are answered up to " + std::to_string(options_.max_triples));
+                        "this robot has " + std::to_string(triples) + " triples; the maximum for queries is " + std::to_string(options_.max_triples));
     Bounds bounds;
     bounds.time = options_.time;
     bounds.steps = options_.max_steps;

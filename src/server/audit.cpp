@@ -117,9 +117,9 @@ void AuditWriter::give(std::string line) noexcept {
     return;
   } catch (const std::exception& e) {
     if (!std::exchange(sink_fails_, true) && log_)
-      log_(LogLevel::error, std::string("the sink of the audit throws, and lines are lost: ") + e.what());
+      log_(LogLevel::error, std::string("the audit sink threw an exception, and lines are lost: ") + e.what());
   } catch (...) {
-    if (!std::exchange(sink_fails_, true) && log_) log_(LogLevel::error, "the sink of the audit throws, and lines are lost");
+    if (!std::exchange(sink_fails_, true) && log_) log_(LogLevel::error, "the audit sink threw an exception, and lines are lost");
   }
   dropped_.fetch_add(dropped, std::memory_order_relaxed);
   drop();

@@ -38,7 +38,8 @@ Result<std::shared_ptr<Callers>> Callers::create(const Security& security, std::
   std::shared_ptr<Callers> callers(new Callers(security, std::move(sessions), clock));
   if (!callers->authenticates_ && !callers->authorize_) return std::shared_ptr<Callers>();
   if (!security.certificates.empty() && (!security.tls || security.tls->client_ca_file.empty()))
-    return unexpected(Errc::invalid_option, "security.certificates: no client can show a certificate without security.tls and its client_ca_file");
+    return unexpected(Errc::invalid_option,
+                      "security.certificates: clients cannot present a certificate without security.tls and its client_ca_file");
   const auto is_between = [](std::chrono::seconds value, std::chrono::seconds least, std::chrono::seconds most) {
     return value >= least && value <= most;
   };

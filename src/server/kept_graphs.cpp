@@ -62,7 +62,7 @@ Result<KeptGraphs::Opened> KeptGraphs::open(const model::WorldSpec& world, const
         const Result<std::string> copy = SavedFile::keep_copy(path);
         if (log)
           log(LogLevel::error, "the file \"" + path + "\" of the graph \"" + state->path().substr(1) +
-                                   "\" was changed or cut off since lrt wrote it: nothing of it is restored; it " +
+                                   "\" was changed or truncated after lrt wrote it: nothing is restored from it; it " +
                                    (copy ? "is kept as \"" + *copy + "\"" : "could not be kept: " + copy.error().message));
       }
     }

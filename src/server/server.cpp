@@ -70,7 +70,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
     if (options_.threads.dispatch == Dispatch::executor && !options_.threads.executor)
       return unexpected(Errc::invalid_option, "Dispatch::executor needs Threads::executor");
     if (rest_.descriptor() < 0)
-      return unexpected(Errc::io_error, "no event descriptor for the server: " + std::system_category().message(rest_.error()));
+      return unexpected(Errc::io_error, "cannot create an event descriptor for the server: " + std::system_category().message(rest_.error()));
     if (Result<void> checked = engine_.check(); !checked) return checked;
     if (Result<void> checked = ClientLimiter::check(options_.security.clients); !checked) return checked;
     limiter_.emplace(options_.security.clients);
@@ -353,7 +353,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
     try {
       with_engine([&] { engine_.delivered(channel, result, clock_.now()); });
       if (transport_waker_ && result.status / 100 != 2) transport_waker_->wake();  // there is a new timer
-    } catch (const std::exception& e) { log(LogLevel::error, std::string("a delivery result could not be taken: ") + e.what()); }
+    } catch (const std::exception& e) { log(LogLevel::error, std::string("a delivery result could not be processed: ") + e.what()); }
   }
 
   // Requests that came over an HTTP server of the host's, on its threads.
@@ -525,7 +525,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
 
  private:
   Result<void> check_open() const {
-    if (!process_.is_current()) return unexpected(Errc::closed, "the server belongs to the parent process");
+    if (!process_.is_current()) return unexpected(Errc::closed, "the server was created by the parent process and cannot be used after fork()");
     return stopping_ ? unexpected(Errc::closed, "the server has stopped") : Result<void>();
   }
 
@@ -616,10 +616,10 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
     if (!transport_) return unexpected(Errc::invalid_option, "there is no transport");
     const transport::Capabilities can = transport_->capabilities();
     if (can.on_host_loop && options_.threads.io != Io::in_poll)
-      return unexpected(Errc::invalid_option, "the transport lives on a loop of the host's: that needs Io::in_poll");
+      return unexpected(Errc::invalid_option, "the transport runs on the host's event loop: set Io::in_poll");
     descriptor_is_used_ = can.on_host_loop;
     const Security& security = options_.security;
-    if (security.tls && !can.tls) return unexpected(Errc::invalid_option, "the transport has no TLS");
+    if (security.tls && !can.tls) return unexpected(Errc::invalid_option, "the transport does not support TLS");
     if (!can.network || is_loopback(address) || security.tls || callers_ || security.allow_unprotected_network) return {};
     const std::string& given = options_.listen.address;
     return unexpected(
@@ -831,7 +831,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
     } else if (damaged || !found) {
       const auto [restored, unreadable] = engine_.recover(saved->text);
       const Result<std::string> copy = SavedFile::keep_copy(path);
-      log(LogLevel::error, "the file of subscriptions \"" + path + "\" was changed or cut off since lrt wrote it: " + std::to_string(restored) +
+      log(LogLevel::error, "the file of subscriptions \"" + path + "\" was changed or truncated after lrt wrote it: " + std::to_string(restored) +
                                " subscriptions are restored, " + std::to_string(unreadable) +
                                " parts cannot be read, others may be missing; the file " +
                                (copy ? "is kept as \"" + *copy + "\"" : "could not be kept: " + copy.error().message));

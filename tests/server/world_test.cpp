@@ -144,7 +144,7 @@ TEST_CASE("a damaged file of a graph is kept aside, and the log says so", "[serv
     Robot robot(file, options, &log);
     robot.added.value();
     CHECK(says(robot.map, "a first cup"));
-    CHECK(log.has("was changed or cut off"));
+    CHECK(log.has("was changed or truncated"));
     CHECK(log.has("map.nt.damaged-1"));
     say(robot.map, "a new cup");
   }

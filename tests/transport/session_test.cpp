@@ -333,7 +333,7 @@ TEST_CASE("a line of the header section above the limit is refused at once, with
       {get("/").substr(0, 29) + field(200).substr(0, 150), 431, "the field line at byte 29 of the head"},
       {get("/").substr(0, 29) + field(100).substr(0, 100) + "\rx", 431, "the field line at byte 29 of the head"},
       {get("/", field(100) + field(100) + field(100) + field(100) + field(100) + field(100) + field(100) + field(100) + field(100) + field(100)), 431,
-       "the head is longer than 1000 bytes"},
+       "the header section is longer than 1000 bytes"},
   };
   for (const auto& [bytes, status, reason] : cases) {
     for (std::size_t at = 0; at <= bytes.size(); ++at) {

@@ -135,7 +135,7 @@ Result<Client*> Session::client() {
 
 Result<const client::Robot*> Session::robot() {
   if (robot_) return &*robot_;
-  if (options_.robot.empty()) return unexpected(Errc::invalid_option, "which robot? Give --robot URL, or set LRT_ROBOT");
+  if (options_.robot.empty()) return unexpected(Errc::invalid_option, "no robot is given: use --robot URL, or set LRT_ROBOT");
   const Result<Client*> client = this->client();
   if (!client) return unexpected(client.error());
   Result<client::Robot> found = (*client)->open(options_.robot);

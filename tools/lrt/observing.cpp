@@ -18,7 +18,9 @@ using std::chrono::system_clock;
 
 void add_observe_options(CLI::App& command, ObserveOptions& options) {
   command.add_option("NAME", options.words, "Names of properties, or their URLs")->required()->type_name("[ROBOT] NAME...")->expected(1, 1000);
-  command.add_option("--count", options.count, "End after so many values")->type_name("N")->check(CLI::Range(std::size_t{1}, std::size_t{1} << 40));
+  command.add_option("--count", options.count, "End after this number of values")
+      ->type_name("N")
+      ->check(CLI::Range(std::size_t{1}, std::size_t{1} << 40));
   command.add_option("--for", options.seconds, "End after this time")->type_name("SECONDS")->check(CLI::Range(0.0, 1e9));
   command.add_option("--via", options.via, "websocket, event-stream or polling; default: the first of them that the server has")
       ->type_name("PROTOCOL")
@@ -63,7 +65,7 @@ void Observer::take(std::size_t index, const Change& change) {
   if (change.dropped > 0) {
     Observed gap = seen;
     gap.kind = Observed::Kind::gap;
-    gap.reason = std::to_string(change.dropped) + " values came too fast";
+    gap.reason = std::to_string(change.dropped) + " values were dropped, because they arrived too fast";
     changes_.push_back(std::move(gap));
   }
   const Result<rdf::Graph> graph = change.graph();

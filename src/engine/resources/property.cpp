@@ -242,7 +242,7 @@ void PropertyResource::end_write(Result<Written> written, Parts& parts, TimePoin
     respond_to(write, std::move(written), parts, now);
   } catch (const std::exception& e) {
     // The client gets 202 or 503 at its time limit.
-    parts.responses.log(LogLevel::error, std::string("a response failed inside: ") + e.what());
+    parts.responses.log(LogLevel::error, std::string("internal error while making a response: ") + e.what());
   }
   begin_next_write(parts, now);
 }

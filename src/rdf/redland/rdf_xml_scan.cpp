@@ -73,7 +73,7 @@ class TagScanner {
     for (;;) {
       if (!count_name()) return exceeds("names of ", options_.max_bytes, " bytes when written out");
       at_ = text_.find_first_not_of(spaces, at_);
-      if (at_ == npos) return misread(text_, text_.size(), "tag without an end");
+      if (at_ == npos) return misread(text_, text_.size(), "unterminated tag");
       if (text_[at_] == '>') return ++at_, Result<void>();
       if (text_.substr(at_, 2) == "/>") {
         --depth_;

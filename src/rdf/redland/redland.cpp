@@ -170,7 +170,7 @@ class Lease {
   explicit operator bool() const noexcept { return world_ != nullptr; }
   Unexpected refusal() const {
     if (call_) return unexpected(Errc::unsupported_syntax, "RDF/XML: libraptor2 cannot be loaded");
-    return unexpected(Errc::closed, "the process ends");  // libxml2 may have freed what its parsers need
+    return unexpected(Errc::closed, "the process is exiting");  // libxml2 may have freed what its parsers need
   }
 
  private:

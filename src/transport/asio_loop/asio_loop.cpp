@@ -33,7 +33,7 @@ class DescriptorWatch final : public std::enable_shared_from_this<DescriptorWatc
     boost::system::error_code error;
     if (own < 0 || descriptor_.assign(own, error)) {
       if (own >= 0) ::close(own);
-      return unexpected(Errc::io_error, "the io_context takes no descriptor to wait for");
+      return unexpected(Errc::io_error, "the io_context did not accept the descriptor");
     }
     wait();
     return {};
@@ -132,7 +132,7 @@ class HostLoopTransport final : public Transport {
 };
 
 Result<void> HostLoopTransport::start(engine::Handler& handler) {
-  if (!turn_) return unexpected(Errc::invalid_option, "the transport lives on a loop of the host's: TransportOptions::turn says what to do there");
+  if (!turn_) return unexpected(Errc::invalid_option, "the transport runs on the host's event loop: set TransportOptions::turn");
   if (auto started = http_->start(handler); !started) return started;
   end_watch();
   watch_ = std::make_shared<DescriptorWatch>(io_, turn_, log_);

@@ -159,7 +159,7 @@ ChunkDecoder::Status ChunkDecoder::size_line() {
   }
   if (digits == 0) return fail("a chunk size does not begin with a hexadecimal digit");
   const auto extension = std::string_view(line_).substr(digits);
-  if (!is_extension(extension)) return fail("a chunk size is followed by something that is no chunk extension");
+  if (!is_extension(extension)) return fail("a chunk size is followed by text that is not a chunk extension");
   overhead_left_ -= std::min(overhead_left_, extension.size());
   line_.clear();
   return Status::more;

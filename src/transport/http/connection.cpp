@@ -82,7 +82,7 @@ void Connection::give_up(TimePoint now) {
   loop_.tickets.erase(ticket_);
   ticket_ = 0;
   session_.abandon();
-  session_.refuse(503, "the server stops", now);
+  session_.refuse(503, "the server is stopping", now);
   write(now);
 }
 
@@ -119,7 +119,7 @@ void Connection::upgrade(TimePoint now) {
   try {
     next = std::make_shared<WebSocket>(loop_, std::move(upgrade), now);
   } catch (const std::exception& e) {
-    loop_.log(LogLevel::warning, std::string("a connection is dropped: no WebSocket: ") + e.what());
+    loop_.log(LogLevel::warning, std::string("a connection is closed: the WebSocket could not be opened: ") + e.what());
     loop_.context.handler->closed(opened);
     return close();
   }
@@ -207,7 +207,7 @@ void Connection::on_tls_failure(TimePoint now) {
     http::Response response;
     response.status = 400;
     response.fields.add("Content-Type", "text/plain");
-    response.set_body("This port speaks HTTPS: the URL begins with https://\n");
+    response.set_body("This port serves HTTPS: use a URL that begins with https://\n");
     session_.refuse(std::move(response), now);
     write(now);
   } else if (tls_->is_open()) {
@@ -337,7 +337,7 @@ void Connection::watch() {
   const bool wanted = wants_input();
   if (wanted && tls_ && tls_->has_more() && !half_closed_) read_later();
   if (loop_.readiness.watch(socket_, *this, (wanted ? EPOLLIN : 0U) | (blocked_ ? EPOLLOUT : 0U))) return;
-  loop_.log(LogLevel::warning, "a connection is dropped: the system cannot watch more");
+  loop_.log(LogLevel::warning, "a connection is closed: the system cannot poll another descriptor");
   close();
 }
 

@@ -102,7 +102,7 @@ class HttpTransport final : public Transport {
 };
 
 Result<void> HttpTransport::start(engine::Handler& handler) {
-  if (started()) return unexpected(Errc::invalid_option, "the transport was started already");
+  if (started()) return unexpected(Errc::invalid_option, "the transport is already started");
   if (loop_.options.tls) {
     if (auto loaded = reload_tls(); !loaded) return loaded;
   }
@@ -138,7 +138,7 @@ void HttpTransport::alarm_now() noexcept {
 }
 
 Result<void> HttpTransport::reload_tls() {
-  if (!loop_.options.tls) return unexpected(Errc::invalid_option, "the port speaks plain HTTP: there is no TLS to reload");
+  if (!loop_.options.tls) return unexpected(Errc::invalid_option, "the port serves plain HTTP: there are no TLS files to reload");
   return loop_.tls.load(*loop_.options.tls);
 }
 

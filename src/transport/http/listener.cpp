@@ -169,7 +169,7 @@ void Listener::admit(int descriptor, std::string peer, bool scarce) {
   if (full && !reserves && (scarce || loop_.refused >= max_refused)) return refuse_at_once(descriptor, secure);
   Socket socket(descriptor);
   std::unique_ptr<TlsStream> tls;
-  if (secure && !(tls = loop_.tls.make(descriptor))) return loop_.log(LogLevel::warning, "a connection is dropped: no memory for TLS");
+  if (secure && !(tls = loop_.tls.make(descriptor))) return loop_.log(LogLevel::warning, "a connection is closed: no memory for TLS");
   if (full) place.reset();
   const auto connection =
       std::make_shared<Connection>(loop_, std::move(socket), std::move(peer), std::move(place).value_or(Addresses::Place()), std::move(tls));

@@ -247,7 +247,7 @@ void Session::end_of_input(TimePoint now) {
 void Session::check_end(TimePoint now) {
   if (!input_ended_) return;
   if (phase_ == Phase::idle) enter(Phase::closed);
-  else if (phase_ == Phase::header) refuse(400, "the request ends within its head", now);
+  else if (phase_ == Phase::header) refuse(400, "the request ends within its header section", now);
   else if (phase_ == Phase::body) refuse(400, "the request ends within its body", now);
 }
 
@@ -288,7 +288,7 @@ std::optional<std::size_t> Session::find_header_end(TimePoint now) {
     x.scanned = at + 1;
     if (is_line_too_long(window.substr(x.line_begin, at - x.line_begin), now)) return std::nullopt;
     if (at == 0 || window[at - 1] != '\r') {
-      refuse(400, "byte " + std::to_string(at) + " of the head is a line feed without a carriage return before it", now);
+      refuse(400, "byte " + std::to_string(at) + " of the header section is a line feed without a preceding carriage return", now);
       return std::nullopt;
     }
     if (at == x.line_begin + 1) return at + 1;
@@ -296,8 +296,8 @@ std::optional<std::size_t> Session::find_header_end(TimePoint now) {
   }
   if (x.rest.size() >= limit) {
     const auto bytes = std::to_string(limit);
-    if (x.line_begin == 0) refuse(414, "the request line is longer than the " + bytes + " bytes allowed for the head", now);
-    else refuse(431, "the head is longer than " + bytes + " bytes", now);
+    if (x.line_begin == 0) refuse(414, "the request line is longer than the " + bytes + " bytes allowed for the header section", now);
+    else refuse(431, "the header section is longer than " + bytes + " bytes", now);
   }
   return std::nullopt;
 }
@@ -309,7 +309,7 @@ bool Session::is_line_too_long(std::string_view line, TimePoint now) {
   if (line.size() <= limit) return false;
   const auto longer = " is longer than the " + std::to_string(limit) + " bytes allowed for a line";
   if (exchange_->line_begin == 0) refuse(414, "the request line" + longer, now);
-  else refuse(431, "the field line at byte " + std::to_string(exchange_->line_begin) + " of the head" + longer, now);
+  else refuse(431, "the field line at byte " + std::to_string(exchange_->line_begin) + " of the header section" + longer, now);
   return true;
 }
 
@@ -332,7 +332,7 @@ bool Session::take_header(TimePoint now) {
     else enter(Phase::header);
     exchange_->scanned = exchange_->line_begin = 0;
     if (!may_begin_method(exchange_->rest.front())) {
-      refuse(400, "the first byte does not begin a method: this is no HTTP/1.1 request", now);
+      refuse(400, "the first byte cannot begin a method: expected an HTTP/1.1 request", now);
       return false;
     }
   }
@@ -457,7 +457,7 @@ bool Session::take_chunked_body(TimePoint now) {
   return false;
 }
 
-void Session::refuse_for_memory(TimePoint now) { refuse(503, "the bodies of other requests need the memory; try again later", now); }
+void Session::refuse_for_memory(TimePoint now) { refuse(503, "the memory for request bodies is in use by other requests; try again later", now); }
 
 // ------------------------------------------------------------------------------------------------------------- responses
 
@@ -510,8 +510,8 @@ void Session::keep_handshake() {
 void Session::accept_upgrade(engine::Channel channel, http::Response response, TimePoint now) {
   if (!exchange_->upgrade || context_.stopping) {
     context_.handler->closed(channel);
-    if (exchange_->upgrade) refuse(503, "the server stops", now);
-    else refuse(500, "what is no WebSocket handshake was to become a WebSocket", now);
+    if (exchange_->upgrade) refuse(503, "the server is stopping", now);
+    else refuse(500, "the response opens a WebSocket, but the request is not a WebSocket handshake", now);
     return;
   }
   exchange_->upgrade->channel = channel;
@@ -612,7 +612,7 @@ void Session::finish_response(TimePoint now) {
 void Session::accept_stream(engine::Channel channel, http::Response response, TimePoint now) {
   if (!exchange_->request.can_stream || context_.stopping || header_only_) context_.handler->closed(channel);
   if (!exchange_->request.can_stream) return refuse(500, "this connection cannot carry an event stream", now);
-  if (context_.stopping) return refuse(503, "the server stops", now);
+  if (context_.stopping) return refuse(503, "the server is stopping", now);
   keep_alive_ = keep_alive_ && version_ == 11;
   response.body.reset();
   const auto end = version_ == 11 ? http::BodyEnd::chunked : http::BodyEnd::close;

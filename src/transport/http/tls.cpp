@@ -310,7 +310,7 @@ Result<std::shared_ptr<ssl_ctx_st>> make_context(const TlsOptions& tls) {
   };
   ERR_clear_error();
   const ThirdPartyCall call;
-  if (!call) return unexpected(Errc::closed, "the process ends");
+  if (!call) return unexpected(Errc::closed, "the process is exiting");
   std::shared_ptr<ssl_ctx_st> made(SSL_CTX_new(TLS_server_method()), [](ssl_ctx_st* context) {
     if (const ThirdPartyCall in_time; in_time) SSL_CTX_free(context);
   });

@@ -323,7 +323,7 @@ void WebSocket::update(TimePoint) {
   if (phase_ == Phase::closed) return;
   const bool wanted = phase_ == Phase::lingering ? discarded_ < loop_.options.limits.max_linger_bytes : is_speaking() && frames_.wants_input();
   if (loop_.readiness.watch(socket_, *this, (wanted ? EPOLLIN : 0U) | (blocked_ && phase_ != Phase::lingering ? EPOLLOUT : 0U))) return;
-  loop_.log(LogLevel::warning, "a WebSocket is dropped: the system cannot watch more");
+  loop_.log(LogLevel::warning, "a WebSocket is closed: the system cannot poll another descriptor");
   close();
 }
 

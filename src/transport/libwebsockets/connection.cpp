@@ -34,7 +34,7 @@ std::string peer_of(lws* wsi) {
   return text;
 }
 
-http::Refusal pipelined() { return {503, "a request with a body, or for another protocol, is not taken before the response to the one before it"}; }
+http::Refusal pipelined() { return {503, "a request with a body or an Upgrade field is not accepted before the response to the previous request"}; }
 
 std::int64_t to_microseconds(std::chrono::milliseconds time) { return std::chrono::microseconds(time).count(); }
 
@@ -114,7 +114,7 @@ int Connection::on_body(std::string_view part) {
   if (phase_ != Phase::reading) return 0;  // of a request that has its response already, and whose connection ends
   if (part.size() > framing_.length - body_.size() - discarded_body_bytes_) return -1;
   if (refusal_ || ignores_body_) discarded_body_bytes_ += part.size();
-  else if (!body_.append(part)) return refuse({503, "the bodies of other requests need the memory; try again later"}, "1");
+  else if (!body_.append(part)) return refuse({503, "the memory for request bodies is in use by other requests; try again later"}, "1");
   return 0;
 }
 
@@ -147,7 +147,7 @@ int Connection::dispatch() {
   }
   if (auto* const upgraded = std::get_if<engine::Upgraded>(&outcome)) {
     vhost_.handler().closed(upgraded->channel);
-    return refuse({500, "what is no WebSocket handshake was to become a WebSocket"});
+    return refuse({500, "the response opens a WebSocket, but the request is not a WebSocket handshake"});
   }
   return respond(std::get<http::Response>(std::move(outcome)));
 }
@@ -173,7 +173,7 @@ int Connection::on_upgrade() {
   if (auto* const response = std::get_if<http::Response>(&outcome)) return respond(std::move(*response));
   if (auto* const streamed = std::get_if<engine::Streamed>(&outcome)) {
     vhost_.handler().closed(streamed->channel);
-    return refuse({500, "a WebSocket handshake was to become an event stream"});
+    return refuse({500, "the response opens an event stream, but the request is a WebSocket handshake"});
   }
   websocket_ = std::make_unique<WebSocket>(vhost_, *this, wsi_);
   if (auto* const upgraded = std::get_if<engine::Upgraded>(&outcome)) {

@@ -69,7 +69,7 @@ class VhostTransport : public Transport {
   std::uint16_t port() const noexcept override { return vhost_->port(); }
   std::optional<std::size_t> connections() const noexcept override { return connections_.load(std::memory_order_relaxed); }
   Result<void> reload_tls() override {
-    if (!options_.tls) return unexpected(Errc::invalid_option, "the port speaks plain HTTP: there is no TLS to reload");
+    if (!options_.tls) return unexpected(Errc::invalid_option, "the port serves plain HTTP: there are no TLS files to reload");
     if (auto checked = check_tls(options_.tls); !checked) return checked;
     reload_ = true;
     waker_->wake();
@@ -125,7 +125,7 @@ class OwnContext final : public VhostTransport {
 };
 
 Result<void> OwnContext::start(engine::Handler& handler) {
-  if (is_open()) return unexpected(Errc::invalid_option, "the transport was started already");
+  if (is_open()) return unexpected(Errc::invalid_option, "the transport is already started");
   if (auto checked = check_tls(options_.tls); !checked) return checked;
   log_.emplace(options_.log);
   const auto& limits = options_.limits;
@@ -241,10 +241,9 @@ class HostContext final : public VhostTransport {
 };
 
 Result<void> HostContext::start(engine::Handler& handler) {
-  if (is_open()) return unexpected(Errc::invalid_option, "the transport was started already");
+  if (is_open()) return unexpected(Errc::invalid_option, "the transport is already started");
   if (context_ == nullptr) return unexpected(Errc::invalid_option, "the transport needs an lws_context");
-  if (!options_.turn)
-    return unexpected(Errc::invalid_option, "the transport lives on a loop of the host's: TransportOptions::turn says what to do there");
+  if (!options_.turn) return unexpected(Errc::invalid_option, "the transport runs on the host's event loop: set TransportOptions::turn");
   if (auto checked = check_tls(options_.tls); !checked) return checked;
   auto opened = Vhost::open(vhost_, context_, handler, [this] { request_turn(); });
   if (opened) request_turn();

@@ -119,7 +119,7 @@ Result<void> Vhost::listen(lws_context* context, bool is_v6) {
   const auto port = vhost_ != nullptr ? static_cast<std::uint16_t>(lws_get_vhost_listen_port(vhost_)) : std::uint16_t{0};
   if (port == 0 || check_address(options_.address, port, ignored))
     return unexpected(Errc::io_error, "libwebsockets cannot listen on " + options_.address + ", port " + std::to_string(options_.port));
-  if (!watch_waker()) return unexpected(Errc::io_error, "libwebsockets takes no event descriptor to wake the transport with");
+  if (!watch_waker()) return unexpected(Errc::io_error, "libwebsockets did not accept the event descriptor that wakes the transport");
   return {};
 }
 

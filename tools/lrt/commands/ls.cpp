@@ -147,7 +147,7 @@ Result<int> list_robot(Session& session, const client::Robot& robot, const LsOpt
   }
   if (!found_any && !options.type.empty())
     return unexpected(Errc::unknown_path, "\"" + robot.url() + "\" has no Thing of type \"" + options.type + "\"");
-  if (!found_any) return unexpected(Errc::unknown_path, "\"" + robot.url() + "\" leads to no Thing");
+  if (!found_any) return unexpected(Errc::unknown_path, "\"" + robot.url() + "\" has no Thing");
   const bool printed = options.json      ? session.terminal().print_line(json + "]")
                        : options.details ? table.print(session.terminal(), {"name", "properties", "actions", "types", "URL"})
                                          : session.terminal().print(names);

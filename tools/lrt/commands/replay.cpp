@@ -70,7 +70,7 @@ Result<int> replay(Session& session, ReplayOptions& options) {
   if (!recording) return unexpected(recording.error().code, "\"" + options.file + "\": " + recording.error().message);
   if (!options.to.empty()) session.use_robot(options.to);
   if (session.options().robot.empty())
-    return unexpected(Errc::invalid_option, "which robot is to be driven? Give --to URL; the recording is of " + recording->header().robot);
+    return unexpected(Errc::invalid_option, "no robot is given: use --to URL; the recording is of " + recording->header().robot);
   if (const std::size_t damaged = recording->damaged_lines(); damaged > 0)
     session.warn("\"" + options.file + "\": " + std::to_string(damaged) +
                  (damaged == 1 ? " damaged line is left out" : " damaged lines are left out"));

@@ -63,7 +63,7 @@ Result<int> validate(Session& session, ValidateOptions& options) {
 
 void add_validate(CommandLine& line) {
   auto options = std::make_shared<ValidateOptions>();
-  CLI::App* const command = line.add("validate", "Judge a value or an input by the published shape, and send nothing",
+  CLI::App* const command = line.add("validate", "Validate a value or an input against the published shape; nothing is sent",
                                      "Exit status 1 and the report on standard output if it does not conform. Examples:\n"
                                      "  lrt validate right_s1/friction 70\n"
                                      "  lrt validate right_s1/rotate @input.ttl\n"

@@ -58,7 +58,7 @@ std::string text_line(const Terminal& terminal, const std::string& name, const O
 
 Result<int> watch_plot(Session& session, Observer& observer, const WatchOptions& options) {
   Terminal& terminal = session.terminal();
-  if (!terminal.is_for_people()) return unexpected(Errc::invalid_option, "--plot draws on a terminal, and standard output is none");
+  if (!terminal.is_for_people()) return unexpected(Errc::invalid_option, "--plot needs a terminal as standard output");
   Plot plot(std::chrono::duration<double>(options.window), terminal.has_unicode(), terminal.has_colours());
   for (std::size_t i = 0; i < observer.size(); ++i) plot.add(observer.name(i), {});
   std::string message;
