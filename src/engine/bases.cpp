@@ -103,7 +103,7 @@ Result<std::size_t> Bases::of(const http::Request& request, const http::Target& 
     if (is_served(authority, request)) return std::size_t{0};
     return misdirected(canonical_host(authority, request.secure));
   }
-  // The usual case first: a base that is known.
+  // The usual case first: a known base.
   const std::string_view start = scheme(request.secure);
   const std::size_t host_end = start.size() + authority.size();
   for (std::size_t i = 0; i < bases_.size(); ++i) {

@@ -171,7 +171,7 @@ std::shared_ptr<const void> Bodies::own_text(const Context& context, std::string
   return copy;
 }
 
-/// Has a body judged by a BodyJob.
+/// Validates a body in a BodyJob.
 /// @param writes  the work changes something: once it has begun, the request is carried out
 Bodies::Read Bodies::defer(Context& context, std::size_t bytes, Work work, bool writes) {
   const std::string client = client_key(context.request().peer);
@@ -183,7 +183,7 @@ Bodies::Read Bodies::defer(Context& context, std::size_t bytes, Work work, bool 
   };
   const auto ticket = pending_.defer(context, options_.host_timeout, late, Dispatch::io_thread);
   if (!ticket) return too_many(context);
-  // All memory that the way back takes is there before the job.
+  // The memory for the result is allocated before the job starts.
   struct Judging {
     CancelToken token;
     Work work;
@@ -235,7 +235,7 @@ std::variant<GraphTask, http::Response> Bodies::graph_task(const Context& contex
 Bodies::Read Bodies::change_graph(Context& context, GraphTask task) {
   const std::size_t bytes = task.body.text.size();
   const bool is_small = bytes <= options_.small_body_bytes && task.state->version().graph->size() <= small_graph;
-  // Never waits here for a write under way, which may run code of the user's.
+  // Never waits for a running write, because that may run user code.
   if (!options_.body_jobs || is_small)
     if (auto judged = task.carry_out(false)) return as_read(context, *std::move(judged));
   if (!options_.body_jobs) return too_many(context);
@@ -251,7 +251,7 @@ void Bodies::ended(const std::string& client, std::size_t bytes) noexcept {
   if ((found->second -= bytes) == 0) waiting_by_client_.erase(found);
 }
 
-/// What was judged on another thread.
+/// The result of a validation on another thread.
 Bodies::Read Bodies::verdict(Context& context) {
   const std::shared_ptr<JudgedBody> judged = std::exchange(context.judged, nullptr);
   return as_read(context, std::move(*judged));

@@ -65,7 +65,7 @@ void accept_former_unit(rdf::Graph& graph) {
   for (const rdf::Triple& t : found) graph.add(t.subject, present, t.object);
 }
 
-/// One way from a task to its verdict.
+/// Executes one task and holds its result.
 class Judge {
  public:
   explicit Judge(const BodyTask& task) : task_(task), text_(task.text) {}

@@ -35,7 +35,7 @@ bool is_safe(std::string_view method) noexcept { return method == "GET" || metho
 
 }  // namespace
 
-/// The way of a request: from its bytes to the resource that it names.
+/// Handles a request: from its bytes to the resource that it names.
 class Engine::Impl {
  public:
   explicit Impl(EngineOptions options) : parts(std::move(options)) {
@@ -49,14 +49,14 @@ class Engine::Impl {
   Result<void> remove(std::string_view path);
   void remove_with_children(ThingNode& thing);
   void listens_on(std::string_view address, std::uint16_t port, bool secure, std::string_view name, Upgrades upgrades);
-  /// Runs what other threads have left.
+  /// Runs the messages of other threads.
   void take_messages(TimePoint now);
 
   Parts parts;
   bool stopped = false;
 
  private:
-  /// Carries out what follows for a request that `caller` may send, unless the engine has stopped.
+  /// Handles a request for `caller`, unless the engine has stopped.
   template <class Next>
   auto judge(Context& context, Next next) -> decltype(next());
   void add_cors(const Context& context, std::optional<http::Response>& response) const;
@@ -113,7 +113,7 @@ bool Engine::Impl::is_stop(const http::Request& request) const {
   return !find_resource(context, *target) && context.resource->is_stop();
 }
 
-/// What is found out once, for handle(). All callers who may do everything share one.
+/// Computed once, for handle(). All callers with all rights share one object.
 std::shared_ptr<const Caller> Engine::Impl::kept(const Result<Caller>& caller) {
   static const Immortal<Caller> unrestricted;
   if (!caller->view && !caller->principal && caller->client.empty()) return {std::shared_ptr<const Caller>(), &*unrestricted};
@@ -238,7 +238,7 @@ std::optional<http::Response> Engine::Impl::refused_body(Context& context, std::
   return is_safe(method) ? std::nullopt : failed_known_precondition(context);
 }
 
-/// Judges If-Match and If-None-Match if that needs no user code. They are judged again when the body is there.
+/// Evaluates If-Match and If-None-Match if that needs no user code. They are evaluated again when the body is complete.
 std::optional<http::Response> Engine::Impl::failed_known_precondition(const Context& context) {
   const http::Request& request = context.request();
   if (!request.find("If-Match") && !request.find("If-None-Match")) return std::nullopt;
@@ -255,7 +255,7 @@ http::Response Engine::Impl::method_not_allowed(const Context& context) const {
       std::string(context.request().method) + " is not allowed for this resource, only " + context.audience.methods(*context.resource).text());
 }
 
-/// The resource takes over.
+/// Calls the resource.
 Outcome Engine::Impl::dispatch(Context& context) {
   const std::string_view method = context.request().method;
   Resource& resource = *context.resource;
@@ -273,7 +273,7 @@ Outcome Engine::Impl::dispatch(Context& context) {
   return method_not_allowed(context);
 }
 
-/// Goes on with a deferred request whose body is judged.
+/// Continues a deferred request after its body was validated.
 void Engine::Impl::continue_request(Ticket ticket, Context& kept) {
   Context context = kept;
   kept.judged = nullptr;
@@ -287,7 +287,7 @@ void Engine::Impl::continue_request(Ticket ticket, Context& kept) {
   if (auto* response = std::get_if<http::Response>(&outcome)) parts.pending.respond(ticket, std::move(*response));
 }
 
-/// What else than missing credentials stops a login: a page elsewhere, and too many that failed.
+/// Refuses a login for reasons other than credentials: a page of another origin, or too many failed logins.
 std::optional<http::Response> Engine::Impl::refused_login(const Context& context, const Result<Caller>& caller, const http::Target& target) const {
   const http::Request& request = context.request();
   if (!parts.session || request.method != "POST" || !caller || resource_at(target.path).value_or(nullptr) != &*parts.session) return std::nullopt;
@@ -348,7 +348,7 @@ http::Response Engine::Impl::forbidden(const Context& context) const {
                                 "these credentials do not allow " + std::string(context.request().method) + " here");
 }
 
-/// What a caller may not see is as if it did not exist. Who may see nothing at all gets the same response everywhere.
+/// A resource that the caller may not see is reported as missing. A caller without any rights gets the same response for all paths.
 std::optional<http::Response> Engine::Impl::refused_right(Context& context, const Caller& caller) const {
   if (context.resource && context.resource->is_about_caller())
     return caller.principal ? std::nullopt : std::optional(unauthenticated(context, caller));
@@ -376,7 +376,7 @@ bool Engine::Impl::may(const Context& context) const {
   return method == "GET" && parts.subscriptions.requested_protocol(context) ? watches : reads;
 }
 
-/// A page elsewhere has made a browser send this (RFC 6454 7), and may not.
+/// A page of another origin caused this request (RFC 6454 7), and is not allowed to.
 bool Engine::Impl::is_from_foreign_page(const Context& context) const {
   const http::Request& request = context.request();
   const auto origin = request.find("Origin");
@@ -433,7 +433,7 @@ Result<Resource*> Engine::Impl::resource_at(std::string_view path) const {
   return parts.registry.find(*canonical);
 }
 
-/// What makes a graph at a path that names nothing: the World that the path is below of.
+/// The World that can create a graph at an unused path: the path is below the World's path.
 Resource* Engine::Impl::new_graph(std::string_view path) const {
   const Result<std::string> canonical = canonical_path(local_path(path));
   if (!canonical || parts.registry.find(*canonical)) return nullptr;
@@ -520,7 +520,7 @@ void Engine::Impl::remove_with_children(ThingNode& thing) {
 }
 
 void Engine::Impl::listens_on(std::string_view address, std::uint16_t port, bool secure, std::string_view name, Upgrades upgrades) {
-  // What is kept is of the bases that were.
+  // The cached representations belong to the previous bases.
   parts.cache.clear();
   for (const auto& [path, thing] : parts.registry.things()) {
     thing->compiled_shapes.clear();
@@ -585,7 +585,7 @@ std::optional<Reply> Engine::next_reply(TimePoint now) {
 
 std::optional<std::chrono::steady_clock::time_point> Engine::next_deadline() const {
   const Parts& parts = impl_->parts;
-  if (!parts.calls.inbox()->empty()) return std::chrono::steady_clock::time_point{};  // guests look at deadlines alone
+  if (!parts.calls.inbox()->empty()) return std::chrono::steady_clock::time_point{};  // guest engines check deadlines themselves
   auto first = parts.pending.next_deadline();
   for (const auto& other :
        {parts.invocations.next_deadline(), parts.subscriptions.next_deadline(), parts.scanner.next_deadline(), parts.queries.next_deadline()})

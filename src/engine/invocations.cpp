@@ -18,7 +18,7 @@ inline namespace v0 {
 
 namespace {
 
-/// What a command meets while the robot does not offer the action; nullopt: it offers it.
+/// The response while the action is not available; nullopt: it is available.
 std::optional<Error> unavailable(const model::ActionSpec& action) {
   const char* reason = action.availability.reason();
   if (!reason) return std::nullopt;
@@ -98,7 +98,7 @@ Outcome Invocations::invoke(ActionResource& action, Context& context) {
   return accepted(context, invocation);
 }
 
-/// Leaves one place of those that the policy of a stop has.
+/// Reserves one of the places that the policy of a stop allows.
 void Invocations::cancel_oldest(ActionResource& action, TimePoint now) {
   while (action.active >= action.spec->policy.limit) {
     const auto oldest = std::find_if(action.invocations.begin(), action.invocations.end(), [](const auto& i) { return !i->finished(); });
@@ -130,7 +130,7 @@ std::optional<http::Response> Invocations::refused_by_policy(const ActionResourc
   return std::nullopt;
 }
 
-/// An invocation that replaces another one is no further one.
+/// An invocation that replaces another one is not counted again.
 std::optional<http::Response> Invocations::refused_client(const ActionResource& action, const Context& context) const {
   const std::size_t max = options_.clients.max_invocations;
   if (context.client.empty() || max == 0 || clients_.of(context.client) < max) return std::nullopt;
@@ -141,7 +141,7 @@ std::optional<http::Response> Invocations::refused_client(const ActionResource& 
   return response;
 }
 
-/// Calls the start lambda where it is to run.
+/// Calls the start lambda on the thread that its Dispatch names.
 void Invocations::launch(InvocationResource& invocation, TimePoint now) {
   ActionResource& action = invocation.action;
   auto token = std::make_shared<CancelToken>();
@@ -225,7 +225,7 @@ void Invocations::cancel(InvocationResource& invocation, TimePoint now) {
   ended(invocation, now);
 }
 
-/// The host did not take it up in time, and may not do so later.
+/// The host did not start it in time, and must not start it later.
 void Invocations::never_begun(InvocationResource& invocation, TimePoint now) {
   leave_queue(invocation);
   (void)invocation.control->cancel();
@@ -254,10 +254,10 @@ void Invocations::wait_is_over(Ticket ticket, Context& context, ResourceId id, b
   if (!invocation) return pending_.respond(ticket, responses_.timed_out(context));
   auto& waiting = invocation->waiting;
   waiting.erase(std::remove_if(waiting.begin(), waiting.end(), [&](const WaitingRequest& w) { return w.ticket == ticket; }), waiting.end());
-  // What the host has begun, even if the engine does not know yet, goes on: 202, because it may still be refused.
+  // A call that the host has started continues, even if the engine has not been notified: 202, because it may still be refused.
   if (may_take_long || invocation->status == Status::running || (invocation->token && !invocation->token->cancel()))
     return pending_.respond(ticket, accepted(context, *invocation));
-  // The client is told to come again, so it must not happen later.
+  // The client is asked to retry, so the invocation must not start later.
   const TimePoint now = context.now;
   pending_.respond(ticket, responses_.timed_out(context));  // the context is gone now
   never_begun(*invocation, now);
@@ -352,7 +352,7 @@ http::Response Invocations::response_for(const Context& context, const Invocatio
 Outcome Invocations::remove(InvocationResource& invocation, Context& context) {
   invocation.refresh();
   if (auto response = representations_.failed_precondition(context)) return *std::move(response);
-  http::Response response = responses_.no_content(context);  // now: what follows may end the invocation's life
+  http::Response response = responses_.no_content(context);  // before the next step, which may destroy the invocation
   if (!invocation.finished()) {
     cancel(invocation, context.now);
     return response;

@@ -24,7 +24,7 @@ inline namespace v0 {
 namespace {
 
 constexpr std::string_view form_type = "application/x-www-form-urlencoded", query_type = "application/sparql-query";
-/// A standing query with NOW() or RAND() is evaluated so often though nothing changes.
+/// The interval at which a standing query with NOW() or RAND() is evaluated without changes.
 constexpr std::chrono::seconds clock_interval{1};
 /// RFC 6455 5.5.1
 constexpr std::size_t max_close_reason = 123;
@@ -107,7 +107,7 @@ Result<void> Queries::check_options() const {
 
 // ------------------------------------------------------------------------------------------------------------- requests
 
-/// What the parameters of a form ask (SPARQL 1.1 Protocol 2.1).
+/// The query in the parameters of a form (SPARQL 1.1 Protocol 2.1).
 std::variant<Queries::Asked, http::Response> Queries::asked_in(const Context& context, std::string_view form, bool is_body) const {
   const auto parameters = http::parse_form(form);
   if (!parameters)
@@ -182,7 +182,7 @@ http::Response Queries::too_many(const Context& context, const char* what) const
   return response;
 }
 
-/// Until the answer is there: the properties are read, the query waits for its turn, and it is evaluated.
+/// Until the result is complete: the properties are read, the query waits in the queue, and it is evaluated.
 std::optional<Ticket> Queries::defer(const Context& context) {
   return pending_.defer(context, options_.host_timeout + 2 * service_->limits().time, [this](Ticket late, Context& c, bool) {
     pending_.respond(late, too_many(c, "the query could not be evaluated in time, because other queries are running; try again later"));
@@ -255,7 +255,7 @@ http::Response Queries::response_to(Context& context, const PreparedQuery& query
 
 // ----------------------------------------------------------------------------------------------------------- evaluation
 
-/// Brings the graphs up to date, in several turns of the engine if there is much to do, and then leaves the job.
+/// Updates the graphs, in several turns of the engine if there are many, and then queues the job.
 void Queries::snapshot_for(std::shared_ptr<Evaluation> evaluation) {
   if (*evaluation->cancelled || snapshots_.update(*evaluation->snapshot)) return begin(std::move(evaluation));
   calls_.inbox()->put([this, evaluation = std::move(evaluation)](TimePoint) { snapshot_for(evaluation); });
@@ -263,7 +263,7 @@ void Queries::snapshot_for(std::shared_ptr<Evaluation> evaluation) {
 
 void Queries::begin(std::shared_ptr<Evaluation> evaluation) {
   if (evaluation->graphs_are_current) evaluation->graphs_are_current();
-  // All memory that the way back takes is there before the job.
+  // The memory for the result is allocated before the job starts.
   struct Running {
     std::shared_ptr<Evaluation> evaluation;
     Result<std::shared_ptr<const QueryAnswer>> answer = unexpected(Errc::cancelled, "the query was cancelled");
@@ -313,7 +313,7 @@ Outcome Queries::subscribe(Context& context, Protocol protocol) {
     context.resource = &query;
     context.resource_id = query.id;
     Outcome outcome = subscriptions_.subscribe(context, protocol);
-    unobserved(query);  // if there was no subscription made
+    unobserved(query);  // if no subscription was created
     return outcome;
   }
   const auto ticket = defer(context);
@@ -402,7 +402,7 @@ void Queries::evaluated(ResourceId id, Result<std::shared_ptr<const QueryAnswer>
   serve_waiters(*query, now);
 }
 
-/// Makes the subscriptions of requests that came before there was an answer.
+/// Creates the subscriptions of requests that arrived before the first result.
 void Queries::serve_waiters(StandingQuery& query, TimePoint now) {
   for (const StandingQuery::Waiter& waiter : std::exchange(query.waiters, {})) {
     Context* const waiting = pending_.resume(waiter.ticket, now);
@@ -415,7 +415,7 @@ void Queries::serve_waiters(StandingQuery& query, TimePoint now) {
   unobserved(query);
 }
 
-/// Observes the resources that have come to count since the last time.
+/// Observes the resources that have become relevant since the last call.
 void Queries::watch(StandingQuery& query) {
   const Snapshot& snapshot = *query.snapshot;
   if (query.seen_version == snapshot.version) return;
@@ -430,7 +430,7 @@ void Queries::watch(StandingQuery& query) {
   query.seen_version = snapshot.version;
 }
 
-/// What has no value yet, or gets members, may get triples that count.
+/// A resource without a value, or a container, may get relevant triples later.
 bool Queries::may_count(const StandingQuery& query, const std::string& path, const Snapshot::Entry& entry, const Resource& resource) const {
   const QueryDependencies& needs = query.query->dependencies();
   if (!needs.graphs.empty() && !resource.is_container() && resource.kind() != "action") {
@@ -448,7 +448,7 @@ void Queries::unwatch(StandingQuery& query, StandingQuery::Watch& watch) {
   const std::uint64_t id = static_cast<std::uint64_t>(watch.resource.id);
   watch.resource.remove_observer(watch, scanner_);
   query.is_dirty = true;
-  query.watches.erase(id);  // the watch is gone now
+  query.watches.erase(id);  // the watch was removed
 }
 
 void Queries::unobserved(const StandingQuery& query) {

@@ -53,7 +53,7 @@ Result<rdf::Graph> read_documents(const std::vector<std::string>& documents, con
   return all;
 }
 
-/// Each media type once, as clients request it; numbers where there are octets.
+/// Each media type may occur once, in the form that clients request; octets need a numeric type.
 Result<void> check_formats(model::PropertySpec& property, const std::string& name) {
   if (property.octets && !rdf::octets_of(*property.type))
     return unexpected(Errc::invalid_option, name + ": octets() needs a number or lists of numbers");
@@ -89,7 +89,7 @@ std::string read_only_field(const rdf::Type& type) {
   return {};
 }
 
-/// What only an action has.
+/// Checks what only an action has.
 Result<void> check_action(const model::ActionSpec& action, const std::string& name) {
   if (action.first_error) return unexpected(action.first_error->code, name + ": " + action.first_error->message);
   if (action.stop) {
@@ -111,7 +111,7 @@ Result<void> check_action(const model::ActionSpec& action, const std::string& na
   return {};
 }
 
-/// Everything that the user registers with a Thing, except its Turtle.
+/// Checks everything that the user registers with a Thing, except its Turtle.
 Result<void> check(model::ThingSpec& described) {
   model::ThingSpec* const spec = &described;
   const auto check_iris = [&](const std::vector<std::string>& iris, const char* what) -> Result<void> {

@@ -19,7 +19,7 @@ inline namespace v0 {
 
 namespace {
 
-/// Enough to say what was found. What a client sent is not sent back whole.
+/// The limit for text of the client in a message.
 constexpr std::size_t max_detail = 2000;
 
 std::string cut(std::string detail) {
@@ -176,7 +176,7 @@ void Responses::add_types(http::Fields& fields, const Resource* resource) const 
   links.finish(fields, {});
 }
 
-/// LDP 4.2.1.6: what constrains a refused PUT or POST.
+/// LDP 4.2.1.6: a link to the constraints of a refused PUT or POST.
 void Responses::add_constrained_by(http::Fields& fields, const Context& context) const {
   const std::string& base = bases_[context.base];
   http::LinkWriter links;

@@ -101,7 +101,7 @@ void SavedSubscriptions::log(const std::string& id, const std::string& what) con
   responses_.log(LogLevel::warning, line);
 }
 
-/// @par Errors  refused: why it is left out
+/// @par Errors  refused: the reason why it is skipped
 Result<SavedSubscriptions::PendingRestore> SavedSubscriptions::read(const rdf::Graph& graph, rdf::TermId node) const {
   const auto text = [&](Iri predicate, bool iri = false) -> std::string {
     const auto p = graph.find(predicate);
@@ -116,7 +116,7 @@ Result<SavedSubscriptions::PendingRestore> SavedSubscriptions::read(const rdf::G
   read.request.protocol = Protocol::callback;
   read.request.url = text(vocab::hybrit::callbackURL);
   read.request.secret = text(vocab::lrt_::secret);
-  read.request.has_confirmed = text(vocab::lrt_::confirmed) == "true";  // older files do not say it
+  read.request.has_confirmed = text(vocab::lrt_::confirmed) == "true";  // absent in older files
   if (std::string owner = text(vocab::lrt_::owner); !owner.empty()) {
     security::Principal principal{std::move(owner), {}};
     if (const auto role = graph.find(vocab::lrt_::role))

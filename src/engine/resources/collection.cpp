@@ -67,7 +67,7 @@ void MemberResource::removed(const Result<void>& result, Ticket ticket, Parts& p
   if (!result) return;
   parts.registry.remove(*this);
   auto& members = its_collection.members_;
-  members.erase(std::find_if(members.begin(), members.end(), [this](const auto& m) { return m.get() == this; }));  // this is gone now
+  members.erase(std::find_if(members.begin(), members.end(), [this](const auto& m) { return m.get() == this; }));  // this object was destroyed
   its_collection.mark_changed();
 }
 

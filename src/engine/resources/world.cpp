@@ -73,7 +73,7 @@ Outcome WorldGraphResource::remove(Context& context, Parts& parts) {
   if (!is_created) return write(context, parts, GraphWrite::Kind::replace);
   if (auto response = parts.representations.failed_precondition(context)) return *std::move(response);
   http::Response response = parts.responses.no_content(context);
-  world.remove_graph(*this, parts);  // this is gone now
+  world.remove_graph(*this, parts);  // this object was destroyed
   return response;
 }
 
@@ -176,7 +176,7 @@ void WorldGraphResource::removed(Parts& parts) {
   for (Published& published : std::exchange(published_, {})) remove_published(published, parts);
 }
 
-// What it says.
+// Its triples.
 
 void WorldGraphResource::describe(const Description& d) const {
   add_placed(d.graph, *version_.graph, d.base);
@@ -205,7 +205,7 @@ void WorldGraphResource::summarize(Overview& o) const {
   o.number("triples", version_.graph->size());
 }
 
-/// Its state has a number, and so no representation is written out to compare tags. What is published has its own after a point.
+/// The tag is a number of the state, so that no representation is encoded to compare tags. Published values have a second number after a point.
 std::string WorldGraphResource::entity_tag(std::string_view media_type, const std::string& base, const Audience& audience, bool for_write) const {
   std::string state = base + " " + path + " " + epoch_ + " " + std::to_string(version_.revision);
   if (audience.is_restricted() && audience.principal) state += " " + audience.principal->name;
