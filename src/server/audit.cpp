@@ -57,7 +57,7 @@ bool ends_with(std::string_view text, std::string_view end) noexcept {
   return text.size() >= end.size() && text.substr(text.size() - end.size()) == end;
 }
 
-/// @param principal  nullptr: nobody in particular
+/// @param principal  nullptr: an anonymous caller
 std::string begin_line(std::chrono::system_clock::time_point time, std::string_view event, const security::Principal* principal,
                        std::string_view address) {
   std::string line = "{\"time\":\"" + to_xsd_date_time(time) + "\",\"event\":\"";

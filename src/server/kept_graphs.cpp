@@ -13,7 +13,7 @@ inline namespace v0 {
 
 namespace {
 
-/// More than N-Triples of a graph within its limits take: punctuation and escapes.
+/// An upper bound for the N-Triples of a graph within its limits, with punctuation and escapes.
 std::size_t max_file_bytes(const GraphOptions& options) { return 2 * options.max_bytes + 64 * options.max_triples + 4096; }
 
 Unexpected named(const model::GraphState& state, Error error) {
@@ -25,7 +25,7 @@ Unexpected named(const model::GraphState& state, Error error) {
 
 KeptGraphs::Kept::~Kept() {
   state_->set_saver(nullptr);
-  file_.reset();  // writes what waits
+  file_.reset();  // writes the pending text
 }
 
 void KeptGraphs::Kept::begin(LogCallback log, ThreadOptions threads) {
