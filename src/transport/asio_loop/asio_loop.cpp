@@ -4,7 +4,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#include <utility>  // before Boost.Asio 1.74, which forgets it in C++20
+#include <utility>  // before Boost.Asio 1.74, which does not include it in C++20
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/posix/basic_stream_descriptor.hpp>
@@ -39,7 +39,7 @@ class DescriptorWatch final : public std::enable_shared_from_this<DescriptorWatc
     return {};
   }
 
-  /// No turn begins after this; one may be under way. The io_context has no work of ours any more.
+  /// No turn begins after this; one may be running. The io_context has no more work of lrt.
   void end() {
     const std::lock_guard lock(mutex_);
     ended_ = true;
@@ -102,7 +102,7 @@ class HostLoopTransport final : public Transport {
   std::chrono::milliseconds poll(std::chrono::microseconds budget, std::chrono::milliseconds wait) override { return http_->poll(budget, wait); }
   int descriptor() noexcept override { return http_->descriptor(); }
   std::shared_ptr<Waker> waker() const noexcept override { return http_->waker(); }
-  /// A turn on another thread may still be under way afterwards; it does nothing.
+  /// A turn on another thread may still be running afterwards; it has no effect.
   void stop() override {
     if (watch_) watch_->end();
     http_->stop();

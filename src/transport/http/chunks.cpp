@@ -127,7 +127,7 @@ ChunkDecoder::Status ChunkDecoder::feed(std::string_view& input, BodyBuffer& bod
   }
 }
 
-/// Completes line_, or says with false that there is no whole line: `status` is then more or bad.
+/// Completes line_. False: the line is incomplete, and `status` is more or bad.
 bool ChunkDecoder::take_line(std::string_view& input, Status& status) {
   const auto end = input.find('\n');
   const auto part = input.substr(0, end);

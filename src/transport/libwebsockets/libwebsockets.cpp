@@ -60,7 +60,7 @@ Result<void> check_tls(const std::optional<TlsOptions>& tls) {
   return libwebsockets::check_tls_files(*tls);
 }
 
-/// What both kinds have: a vhost, and a waker that outlives it.
+/// The common part of both transports: a vhost, and a waker that outlives it.
 class VhostTransport : public Transport {
  public:
   explicit VhostTransport(TransportOptions options) : options_(std::move(options)), vhost_(std::make_shared<Vhost>(options_, waker_)) {}
@@ -80,7 +80,7 @@ class VhostTransport : public Transport {
   bool is_open() const noexcept { return vhost_->is_open(); }
   TimePoint now() const noexcept { return vhost_->now(); }
   std::optional<SteadyClock::time_point> next_deadline() const { return vhost_->handler().next_deadline(); }
-  /// For the next start(): libwebsockets may still have the one that was.
+  /// For the next start(): libwebsockets may still use the previous one.
   void renew() { vhost_ = std::make_shared<Vhost>(options_, waker_); }
   void count_connections() noexcept { connections_.store(vhost_->connection_count(), std::memory_order_relaxed); }
   /// At the beginning of a turn, so that the next client gets the new certificate.
@@ -97,7 +97,7 @@ class VhostTransport : public Transport {
   std::atomic<std::size_t> connections_{0};  ///< at the end of the last turn
 };
 
-/// On a context of its own, which is there from start() to stop().
+/// On its own context, which exists from start() to stop().
 class OwnContext final : public VhostTransport {
  public:
   using VhostTransport::VhostTransport;
@@ -178,7 +178,7 @@ milliseconds OwnContext::poll(std::chrono::microseconds budget, milliseconds wai
     if (vhost_->events() == events) relieve();
     if (wait > milliseconds(0)) pause_after_nothing(events);
     wait = milliseconds(0);
-    if ((!vhost_->deliver() && vhost_->events() == events) || SteadyClock::now() >= end) break;  // what was given is written in the next round
+    if ((!vhost_->deliver() && vhost_->events() == events) || SteadyClock::now() >= end) break;  // the delivered output is written in the next round
   }
   count_connections();
   auto rest = vhost_->has_connections() ? timer_period : max_wait;
@@ -187,7 +187,7 @@ milliseconds OwnContext::poll(std::chrono::microseconds budget, milliseconds wai
   return vhost_->has_more() ? milliseconds(0) : rest;
 }
 
-/// A client that sends while it does not take its response makes libwebsockets return from every wait: that is not to cost all of a processor.
+/// A client that sends without reading its response makes libwebsockets return from every wait. This limits the CPU time of that.
 void OwnContext::pause_after_nothing(std::size_t events) {
   if (vhost_->events() != events) empty_rounds_ = 0;
   else if (++empty_rounds_ > max_empty_rounds) std::this_thread::sleep_for(milliseconds(1));
@@ -251,7 +251,7 @@ Result<void> HostContext::start(engine::Handler& handler) {
   return opened;
 }
 
-/// The host serves: this gives what there is, and sets the time of the next turn.
+/// The host calls lws_service(): this delivers the pending output and sets the time of the next turn.
 milliseconds HostContext::poll(std::chrono::microseconds, milliseconds) {
   if (!is_open()) return milliseconds::max();
   reload_if_requested();
