@@ -19,7 +19,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr std::size_t max_own = 1'000;  ///< messages of the bridge itself that wait; more are dropped, the oldest first
+constexpr std::size_t max_own = 1'000;  ///< limit of the bridge's own waiting messages; above it the oldest are dropped
 
 Kind kind_of(std::string_view kind) noexcept {
   if (kind == "property") return Kind::property;
@@ -146,7 +146,7 @@ void BridgeCore::log(LogLevel level, const std::string& message) const noexcept 
   } catch (...) {}
 }
 
-/// Of what strangers can cause again and again.
+/// Limits the log lines that remote clients can cause.
 void BridgeCore::log_once(const std::string& message) {
   if (std::exchange(last_warning_, message) != message) log(LogLevel::warning, message);
 }
@@ -269,7 +269,7 @@ void BridgeCore::disconnected(const std::string& reason) {
   counters_.online = false;
   if (!was_online) ++counters_.failed_connections;
   if (std::exchange(last_reason_, reason) != reason) log(LogLevel::warning, broker_url_ + ": " + reason);
-  // What was taken and not sent is newest values, which repeat_all() brings again, and queued ones, which stay.
+  // The unsent messages are newest values, which repeat_all() sends again, and queued ones, which are kept.
   messages_.erase(std::remove_if(messages_.begin(), messages_.end(), [](const engine::FeedMessage& m) { return !m.queued && !m.end; }),
                   messages_.end());
   chance_ = chance_ * 6364136223846793005U + 1442695040888963407U;
@@ -344,7 +344,7 @@ void BridgeCore::bridge(const engine::ObservableResource& resource) {
   wanted.statements = statements_of(resource, topic);
   const Result<Feed::Channel> channel = feed_.add(std::move(wanted));
   if (!channel) {
-    if (channel.error().code != Errc::unknown_path) refuse(channel.error().message);  // it has gone meanwhile
+    if (channel.error().code != Errc::unknown_path) refuse(channel.error().message);  // it was removed in the meantime
     return;
   }
   const auto number = static_cast<std::uint64_t>(*channel);
@@ -353,7 +353,7 @@ void BridgeCore::bridge(const engine::ObservableResource& resource) {
   counters_.resources = published_.size();
 }
 
-/// @param clears_topic  the broker is to forget the retained message
+/// @param clears_topic  the broker must delete the retained message
 void BridgeCore::unbridge(std::uint64_t channel, bool clears_topic) {
   const auto found = published_.find(channel);
   if (found == published_.end()) return;
@@ -396,11 +396,11 @@ bool BridgeCore::send(engine::FeedMessage message) {
   }
   const std::uint64_t refused = counters_.refused;
   if (publish(out)) {
-    if (counters_.refused != refused && !out.topic.empty()) published.alias = 0;  // which the broker has not learned
+    if (counters_.refused != refused && !out.topic.empty()) published.alias = 0;  // an alias that the broker does not know
     return true;
   }
   published.sequence -= 1 + (message.queued ? message.missed : 0);
-  if (!message.queued) return false;  // the newest value comes again by itself
+  if (!message.queued) return false;  // the newest value is sent again later
   message.body = std::move(out.payload);
   messages_.push_front(std::move(message));
   return false;

@@ -37,7 +37,7 @@ bool is_numeric(const std::string& host) {
   return ::inet_pton(AF_INET, host.c_str(), &four) == 1 || ::inet_pton(AF_INET6, host.c_str(), &six) == 1;
 }
 
-/// libmosquitto is prepared once for the process and stays so: threads may use it until the process has ended.
+/// libmosquitto is initialised once for the process and never cleaned up, because threads may use it until the process has ended.
 bool prepare() {
   static const bool prepared = ::mosquitto_lib_init() == MOSQ_ERR_SUCCESS;
   [[maybe_unused]] static const bool closed = ThirdPartyCall::close_at_exit();
@@ -80,7 +80,7 @@ bool fill(Properties& properties, const OutMessage& message) {
   return properties.complete();
 }
 
-/// What libmosquitto has for one client. A thread that resolves a name may outlive the link.
+/// The libmosquitto client. A thread that resolves a name may outlive the link.
 struct Handle {
   ~Handle() {
     const ThirdPartyCall call;
@@ -273,12 +273,12 @@ class MosquittoLink final : public Link {
 
  private:
   static MosquittoLink& of(void* self) noexcept { return *static_cast<MosquittoLink*>(self); }
-  /// libmosquitto has taken the list over.
+  /// libmosquitto owns the list now.
   static void release(Properties& properties) noexcept { new (&properties) Properties(); }
 
   /// One turn of reading and writing.
   int turn() {
-    const BlockedSignals blocked;  // a broker that has gone would end the process by SIGPIPE
+    const BlockedSignals blocked;  // a closed connection would end the process by SIGPIPE
     mosquitto* const client = handle_->client;
     pollfd item{::mosquitto_socket(client), POLLIN, 0};
     if (item.fd < 0) return MOSQ_ERR_CONN_LOST;
@@ -309,7 +309,7 @@ class MosquittoLink final : public Link {
   void guarded_call(F f) noexcept {
     try {
       if (events_) f();
-    } catch (...) {  // no memory: as if it had not come
+    } catch (...) {  // no memory: the message is dropped
     }
   }
   void on_connect(int code, std::uint16_t aliases) noexcept {
