@@ -98,7 +98,7 @@ class HttpClientImpl final : public HttpClient {
       const Result<http::Url> next = http::parse_url(target->substr(0, target->find('#')));
       if (!next) return unexpected(Errc::expected_iri, "\"" + request.url + "\": it redirects to \"" + *target + "\": " + next.error().message);
       if (next->origin() != url->origin()) {
-        // What the caller says about itself is not for others. Nor may one robot send a command to another with the identity that is trusted there.
+        // The caller's credentials are not sent to other origins. A robot must not send a command to another robot with the client's identity.
         is_elsewhere = true;
         const auto secret = [](const auto& field) { return iequals_ascii(field.first, "Authorization") || iequals_ascii(field.first, "Cookie"); };
         request.fields.erase(std::remove_if(request.fields.begin(), request.fields.end(), secret), request.fields.end());
@@ -163,7 +163,7 @@ class HttpClientImpl final : public HttpClient {
     try {
       options_.log(LogLevel::debug, request.method + " " + request.url + ": " +
                                         (response ? std::to_string(response->status) : std::string(to_string(response.error().code))));
-    } catch (...) {}  // of the user: it has nobody to be told
+    } catch (...) {}  // user code: its error cannot be reported
   }
 
   /// One exchange, without regard to redirects.

@@ -147,7 +147,7 @@ Result<std::unique_ptr<MirrorState>> MirrorState::open(const std::string& path, 
 
 MirrorState::~MirrorState() { ::close(descriptor_); }
 
-/// A state that lacks a record would be believed: after an error there is none.
+/// A state with a missing record would be trusted. Therefore the file is removed after an error.
 Result<void> MirrorState::fail() {
   error_ = system_error("cannot write", path_);
   ::unlink(path_.c_str());
