@@ -15,7 +15,7 @@ namespace {
 
 std::uint32_t number(Variable v) noexcept { return static_cast<std::uint32_t>(v); }
 
-/// Counts what an answer keeps of each term.
+/// Counts the memory that a result keeps for each term.
 class AnswerTerms {
  public:
   explicit AnswerTerms(Run& run) noexcept : run_(run) {}
