@@ -344,7 +344,7 @@ class Terminals {
   Errc error_code_ = Errc::expected_rdf;
 
  private:
-  /// What stands at a place, for messages: printable, short, well-formed.
+  /// The text at a position, for messages: printable, short, well-formed.
   std::string found(const char* at) const {
     if (at >= end_) return "the end of the text";
     const char* const until = at + std::min<std::ptrdiff_t>(end_ - at, 24);

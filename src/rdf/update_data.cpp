@@ -26,7 +26,7 @@ std::string upper(std::string_view word) {
   return out;
 }
 
-/// Finds operations and their braces. What stands in the braces, and the prologue, is left to the reader of Turtle.
+/// Finds operations and their braces. The content of the braces and the prologue are read by the Turtle parser.
 class Reader {
  public:
   Reader(std::string_view text, const ReadOptions& options) : text_(text), options_(options) {}
@@ -35,7 +35,7 @@ class Reader {
     if (const auto bad = utf8::find_invalid(text_)) return misread(text_, *bad, "invalid UTF-8");
     turtle_.assign(text_.size(), ' ');
     for (std::size_t i = 0; i < text_.size(); ++i)
-      if (text_[i] == '\n' || text_[i] == '\r') turtle_[i] = text_[i];  // so that places are those in the request
+      if (text_[i] == '\n' || text_[i] == '\r') turtle_[i] = text_[i];  // so that positions are those in the request
     while (true) {
       if (!read_prologue()) return error();
       if (at_ == text_.size()) break;

@@ -73,7 +73,7 @@ class World {
 
   raptor_world* get() const noexcept { return world_; }
 
-  /// Forgets the last document's messages and names.
+  /// Clears the last document's messages and names.
   void begin(raptor_parser* parser) noexcept {
     parser_ = parser;
     failed_ = false;
@@ -99,7 +99,7 @@ class World {
   }
 
  private:
-  /// Keeps the first error of a document. Warnings are Raptor's opinion.
+  /// Keeps the first error of a document. Warnings are ignored.
   static void on_log(void* self, raptor_log_message* message) noexcept {
     auto& world = *static_cast<World*>(self);
     if (message->level < RAPTOR_LOG_LEVEL_ERROR || world.failed_) return;
