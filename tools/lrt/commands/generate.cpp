@@ -42,7 +42,7 @@ Result<rdf::Graph> documents(Session& session, GenerateOptions& options) {
   return graph;
 }
 
-/// Beside the file first, so that a build never sees half a header.
+/// Written to a temporary file first, so that a build never reads an incomplete header.
 Result<void> replace_file(const std::string& name, std::string_view text) {
   const std::string beside = name + ".new";
   const auto failed = [&](const std::string& what) {

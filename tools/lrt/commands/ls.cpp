@@ -20,7 +20,7 @@ std::string_view local_name(std::string_view iri) noexcept {
   return at == std::string_view::npos ? iri : iri.substr(at + 1);
 }
 
-/// Whether a class is the one that a person means: by its IRI, with a prefix, or by its local name.
+/// Whether a class matches the name on the command line: by its IRI, with a prefix, or by its local name.
 bool is_meant(std::string_view iri, const std::string& name) { return iri == name || rdf::abbreviate(iri) == name || local_name(iri) == name; }
 
 /// The types of a Thing without hybrit:RoboticThing, which all have.
@@ -37,7 +37,7 @@ std::string joined(const std::vector<std::string>& texts, const char* between) {
   return result;
 }
 
-/// A property with what ls says of it.
+/// A property with its text in ls.
 struct Shown {
   PlainValue value;
   bool writable = false;

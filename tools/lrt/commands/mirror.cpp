@@ -35,7 +35,7 @@ std::chrono::milliseconds milliseconds_of(double seconds) { return std::chrono::
 
 std::string count_of(std::uint64_t number, const char* noun) { return std::to_string(number) + " " + noun + (number == 1 ? "" : "s"); }
 
-/// Prints what is worth a line; single graphs only with --verbose.
+/// Prints important events; single graphs only with --verbose.
 class Reporter {
  public:
   Reporter(Session& session) : session_(session) {}
@@ -101,7 +101,7 @@ Result<client::MirrorOptions> options_of(Session& session, const MirrorCommandOp
   return options;
 }
 
-/// Prints what --once has done.
+/// Prints the result of --once.
 Result<int> copy(Session& session, client::Mirror& mirror) {
   Signals signals;
   int ended_by = 0;
@@ -136,7 +136,7 @@ Result<int> mirror(Session& session, MirrorCommandOptions& given) {
     for (int signal = signals.take(); signal != 0; signal = signals.take())
       if (ends_command(signal)) return 128 + signal;
     if (std::optional<Error> failure = made->failure()) return unexpected(*std::move(failure));
-    if (session.terminal().failed() != 0) return Exit::failure;  // said by main()
+    if (session.terminal().failed() != 0) return Exit::failure;  // reported by main()
   }
 }
 

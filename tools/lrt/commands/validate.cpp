@@ -12,7 +12,7 @@ struct ValidateOptions {
   std::string type;
 };
 
-/// The shape by which the server judges a body for this property or action.
+/// The shape that the server uses to validate a body for this property or action.
 struct Judge {
   std::string url;
   std::optional<client::Shape> shape;

@@ -90,7 +90,7 @@ Result<int> watch_plot(Session& session, Observer& observer, const WatchOptions&
     next_frame = now + frame;
     const std::size_t width = terminal.width(), height = terminal.height();
     const std::string last = cut(message.empty() ? "q or Ctrl-C ends" : message, width > 1 ? width - 1 : 0);
-    std::string text = "\033[?2026h\033[H";  // in one piece, where the terminal can
+    std::string text = "\033[?2026h\033[H";  // as one update, if the terminal supports it
     for (const char c : plot.draw(width, height > 1 ? height - 1 : 1, now)) {
       if (c == '\n') text += "\033[K\r\n";
       else text += c;
