@@ -199,11 +199,12 @@ std::optional<std::chrono::nanoseconds> parse_duration(std::string_view text) no
     }
     if (rank <= last || (rank == 0) == in_time) return std::nullopt;
     last = rank;
-    if (!accumulate(total, *count, unit_ns) || !accumulate(total, fraction_ns(fraction), 1)) return std::nullopt;
+    const std::int64_t sign = negative ? -1 : 1;  // per part: the lowest value has no positive counterpart
+    if (!accumulate(total, sign * *count, unit_ns) || !accumulate(total, sign * fraction_ns(fraction), 1)) return std::nullopt;
     text.remove_prefix(unit_at + 1);
   }
   if (last < 0) return std::nullopt;
-  return std::chrono::nanoseconds(negative ? -total : total);
+  return std::chrono::nanoseconds(total);
 }
 
 std::optional<std::chrono::nanoseconds> parse_instant(std::string_view text) noexcept {
