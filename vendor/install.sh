@@ -25,7 +25,7 @@ proxies="nginx-light haproxy caddy varnish"
 stores="virtuoso-opensource-7"
 browser="python3 chromium chromium-driver"
 ros="libroscpp-dev libsensor-msgs-dev python3-rosmaster python3-rospy python3-sensor-msgs"
-ci="clang libclang-rt-14-dev shellcheck mandoc zsh valgrind libapache-jena-java default-jdk-headless"
+ci="clang clang-format-14 clang-tidy-14 libclang-rt-14-dev shellcheck mandoc zsh valgrind libapache-jena-java default-jdk-headless"
 
 wanted=$build
 for group in "$@"; do
