@@ -419,7 +419,7 @@ TEST_CASE("an error says what was found and expected, and where", "[query]") {
 TEST_CASE("SERVICE and updates are refused by name", "[query]") {
   CHECK(refusal("SELECT * { SERVICE <s> { } }").code == Errc::unsupported_syntax);
   CHECK(refusal("SELECT * { SERVICE SILENT <s> { } }").message ==
-        "line 1, column 12: SERVICE is not answered here: this endpoint does not query others");
+        "line 1, column 12: SERVICE is not supported: this endpoint does not query other endpoints");
   for (const char* update : {"INSERT DATA { }", "DELETE WHERE { }", "load <x>", "CLEAR ALL", "CREATE GRAPH <x>", "DROP ALL", "COPY <a> TO <b>",
                              "MOVE <a> TO <b>", "ADD <a> TO <b>", "WITH <g> DELETE { } WHERE { }"}) {
     INFO(update);
