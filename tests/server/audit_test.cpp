@@ -49,7 +49,7 @@ class Lines {
   /// The first lines, once there are so many.
   std::vector<Json> first(std::size_t count) {
     std::unique_lock lock(mutex_);
-    if (!changed_.wait_for(lock, 10s, [&] { return lines_.size() >= count; })) throw std::runtime_error("no line in ten seconds");
+    if (!changed_.wait_for(lock, 60s, [&] { return lines_.size() >= count; })) throw std::runtime_error("no line in a minute");
     std::vector<Json> all;
     for (const std::string& line : lines_) {
       CHECK(line.find_first_of("\r\n") == std::string::npos);
