@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the robot knows of its surroundings: a World holds named graphs, each a resource that clients read and watch. Code changes a graph in one step,
-// clients may write where the robot lets them, and SHACL judges both. The control loop publishes where things are without waiting for anybody.
+// clients may write where the robot allows it, and SHACL validates both. The control loop publishes where things are without waiting for anybody.
 #include <cstdio>
 #include <string>
 
