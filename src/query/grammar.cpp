@@ -54,8 +54,8 @@ bool Grammar::too_deep() {
 }
 
 bool Grammar::fits(std::size_t height) {
-  const std::size_t most = options_.max_depth * 4;
-  return height <= most || exceeds(token_.at, "more than " + std::to_string(most) + " nested operations");
+  const std::size_t max_height = options_.max_depth * 4;
+  return height <= max_height || exceeds(token_.at, "more than " + std::to_string(max_height) + " nested operations");
 }
 
 Result<std::shared_ptr<const Query>> Grammar::run() {
