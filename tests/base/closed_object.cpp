@@ -5,7 +5,7 @@
 
 #include "src/base/thread.hpp"
 
-extern "C" bool start(std::atomic<int>* state);
+extern "C" __attribute__((visibility("default"))) bool start(std::atomic<int>* state);
 
 /// Starts a thread that sets 1, waits for 2 and sets 3.
 extern "C" bool start(std::atomic<int>* state) {
