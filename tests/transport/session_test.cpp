@@ -3,6 +3,8 @@
 
 #include <tuple>
 
+#include <lrt/transport/detail/body_buffer.hpp>
+
 #include "tests/support/catch.hpp"
 #include "tests/transport/framing_cases.hpp"
 #include "tests/transport/harness.hpp"

@@ -4,6 +4,7 @@
 #include <memory>
 #include <utility>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/transport/transport.hpp>
 
 #if __has_include(<boost/version.hpp>)
@@ -21,7 +22,7 @@ inline namespace v0 {
 namespace detail {
 /// Defined for the version of Boost with which lrt was compiled. A host with another version does not link.
 template <int boost_version>
-std::unique_ptr<Transport> make_http_on_loop(TransportOptions options, boost::asio::io_context& io);
+LRT_API std::unique_ptr<Transport> make_http_on_loop(TransportOptions options, boost::asio::io_context& io);
 }  // namespace detail
 
 /// make_http() on the host's io_context. The threads that run it serve requests and call the lambdas of Things; the

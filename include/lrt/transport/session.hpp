@@ -8,12 +8,10 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include <lrt/base/abi.hpp>
 #include <lrt/engine/handler.hpp>
 #include <lrt/http/message.hpp>
-#include <lrt/transport/detail/body_buffer.hpp>
 #include <lrt/transport/transport.hpp>
 
 namespace lrt::transport {
@@ -27,8 +25,7 @@ struct Output {
   bool empty() const noexcept { return first.empty() && second.empty(); }  ///< whether there is nothing to write
 };
 
-/// A request that is being received and the response to it, with their buffers. Defined in src/transport.
-struct Exchange;
+class BodyBudget;
 
 /// The common state of the sessions of one transport.
 /// @par Threads  One thread at a time, together with its sessions.
@@ -40,9 +37,9 @@ class LRT_API SessionContext {
   SessionContext(const SessionContext&) = delete;
   SessionContext& operator=(const SessionContext&) = delete;
 
-  const Limits& limits() const noexcept { return limits_; }  ///< limits of each session
+  const Limits& limits() const noexcept;  ///< limits of each session
   /// Memory of the bodies that the sessions receive.
-  BodyBudget& bodies() noexcept { return bodies_; }
+  BodyBudget& bodies() noexcept;
   engine::Handler* handler = nullptr;  ///< gets the requests; set before the first receive()
   bool websockets = false;             ///< the owner carries WebSockets
   bool streams = false;                ///< the owner carries event streams: it calls push() for channel()
@@ -53,14 +50,8 @@ class LRT_API SessionContext {
 
  private:
   friend class Session;
-  std::unique_ptr<Exchange> take_exchange();
-  void give_back(std::unique_ptr<Exchange> exchange) noexcept;
-
-  const Limits limits_;
-  BodyBudget bodies_;
-  std::vector<std::unique_ptr<Exchange>> spare_;  ///< of sessions that are idle now
-  std::chrono::seconds date_second_{-1};
-  std::string date_;
+  struct State;
+  std::unique_ptr<State> state_;
 };
 
 /// The server's side of one HTTP/1.1 connection (RFC 9112) without I/O: bytes in, requests to the handler, bytes out.
@@ -70,7 +61,7 @@ class LRT_API SessionContext {
 /// sent(), calls reply() for ticket(), and expire() when the time of phase() has passed. It half-closes the connection
 /// when the phase becomes `lingering` and closes it when it becomes `closed`. With SessionContext::streams it passes
 /// the pushes of channel() to push() whenever wants_message(). When the connection ends it calls abandon(). TLS is the
-/// owner's task. examples/ex_own_transport is a transport that uses sessions. of sessions.
+/// owner's task. examples/ex_own_transport is a transport that uses sessions.
 ///
 /// A session without a request and without output() has no buffers.
 ///
@@ -103,6 +94,8 @@ class LRT_API Session {
   /// @param peer     numeric address of the client
   Session(SessionContext& context, std::string peer);
   ~Session();
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
 
   /// Processes bytes of the client.
   void receive(std::string_view bytes, TimePoint now);
@@ -124,12 +117,12 @@ class LRT_API Session {
   /// Responds with this response whatever the client sent, and closes.
   void refuse(http::Response response, TimePoint now);
   /// Lingers without a response, because there is no request to respond to.
-  void hang_up() noexcept { enter(input_ended_ ? Phase::closed : Phase::lingering); }
+  void hang_up() noexcept;
   /// Marks requests as received over TLS.
   /// @param client_certificate  subject of the client's verified certificate; empty: it has none
   void set_secure(std::string client_certificate);
   /// Serves only one more request, for which Handler::is_stop() returns true; others get 503.
-  void serve_only_stops() noexcept { only_stops_ = true; }
+  void serve_only_stops() noexcept;
   /// Reports that the time of the phase has passed.
   void expire(TimePoint now);
 
@@ -142,69 +135,24 @@ class LRT_API Session {
   /// Whether the rest of a large body is missing, or input that is only discarded: the owner should serve other
   /// connections first.
   bool expects_much() const noexcept;
-  Phase phase() const noexcept { return phase_; }  ///< what the session waits for
+  Phase phase() const noexcept;  ///< what the session waits for
   /// The phase whose limit applies: the header section of the first request must be complete within
   /// limits.header_timeout from the beginning.
-  Phase timed_phase() const noexcept { return phase_ == Phase::idle && requests_ == 0 ? Phase::header : phase_; }
+  Phase timed_phase() const noexcept;
   /// How long timed_phase() may last; nullopt: no limit.
   std::optional<std::chrono::milliseconds> time() const noexcept;
   /// A number that changes whenever the time of timed_phase() begins again.
-  std::uint32_t epoch() const noexcept { return epoch_; }
+  std::uint32_t epoch() const noexcept;
   /// Of the deferred response; nullopt: none.
-  std::optional<engine::Ticket> ticket() const noexcept { return ticket_; }
+  std::optional<engine::Ticket> ticket() const noexcept;
   /// Of the open event stream; nullopt: none.
-  std::optional<engine::Channel> channel() const noexcept { return channel_; }
-  bool wants_message() const noexcept { return phase_ == Phase::streaming; }  ///< whether push() may be called
-  bool input_ended() const noexcept { return input_ended_; }                  ///< whether the client has half-closed the connection
+  std::optional<engine::Channel> channel() const noexcept;
+  bool wants_message() const noexcept;  ///< whether push() may be called
+  bool input_ended() const noexcept;    ///< whether the client has half-closed the connection
 
  private:
-  void run(TimePoint now);
-  void drop_consumed() noexcept;
-  bool take_header(TimePoint now);
-  bool take_body(TimePoint now);
-  void begin_body(std::string_view header, TimePoint now);
-  bool judge_header(TimePoint now);
-  void refuse_size(const std::string& found, TimePoint now);
-  void refuse_for_memory(TimePoint now);
-  bool take_sized_body(TimePoint now);
-  bool take_chunked_body(TimePoint now);
-  std::optional<std::size_t> parse_at_once();
-  std::optional<std::size_t> find_header_end(TimePoint now);
-  bool is_line_too_long(std::string_view line, TimePoint now);
-  void keep_header(std::string_view header);
-  void remove_framing_fields();
-  void dispatch(TimePoint now);
-  void respond(http::Response response, TimePoint now);
-  void finish_response(TimePoint now);
-  void keep_handshake();
-  void accept_upgrade(engine::Channel channel, http::Response response, TimePoint now);
-  void accept_stream(engine::Channel channel, http::Response response, TimePoint now);
-  void write_chunk(std::string_view text);
-  void write_chunk(std::shared_ptr<const std::string> message);
-  bool must_end_stream() const noexcept { return input_ended_ || context_.stopping; }
-  void finish_stream(TimePoint now);
-  void check_end(TimePoint now);
-  void enter(Phase phase) noexcept;
-  void need_exchange();
-  void rest() noexcept;
-
-  SessionContext& context_;
-  const std::string peer_;
-  std::string client_certificate_;
-  std::unique_ptr<Exchange> exchange_;  ///< nullptr: there is nothing to read or write
-  std::uint32_t epoch_ = 0;
-  Phase phase_ = Phase::idle;
-  bool secure_ = false;
-  bool input_ended_ = false;
-  bool only_stops_ = false;
-  bool keep_alive_ = true;
-  bool header_only_ = false;
-  std::uint8_t version_ = 11;     ///< of the request
-  std::uint8_t empty_lines_ = 0;  ///< before the request
-  std::size_t discarded_ = 0;     ///< while lingering
-  std::size_t requests_ = 0;
-  std::optional<engine::Ticket> ticket_;
-  std::optional<engine::Channel> channel_;  ///< of the open event stream
+  class State;
+  std::unique_ptr<State> state_;
 };
 
 }  // namespace v0
