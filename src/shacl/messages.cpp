@@ -181,7 +181,7 @@ std::string shown_shape(const Plan& plan, std::uint32_t shape) {
   return "the shape given there";
 }
 
-std::string counted(std::size_t n, const char* one, const char* many) { return std::to_string(n) + " " + (n == 1 ? one : many); }
+std::string counted(std::uint64_t n, const char* one, const char* many) { return std::to_string(n) + " " + (n == 1 ? one : many); }
 
 }  // namespace v0
 }  // namespace lrt::shacl
