@@ -21,13 +21,13 @@ set -eu
 build="g++ cmake ninja-build pkg-config ccache librdf0-dev libpcre2-dev libboost-dev libcpp-httplib-dev libwebsockets-dev libssl-dev nlohmann-json3-dev libeigen3-dev libcli11-dev catch2"
 urdf="liburdfdom-dev libtinyxml2-dev"
 mqtt="libmosquitto-dev mosquitto mosquitto-clients"
-tests="$urdf $mqtt python3 python3-websockets python3-rdflib curl openssl libjwt-dev"
+tests="$urdf $mqtt python3 python3-websockets python3-rdflib curl jq openssl libjwt-dev"
 proxies="nginx-light haproxy caddy varnish"
 stores="virtuoso-opensource-7"
 browser="python3 chromium chromium-driver"
 ros="libroscpp-dev libsensor-msgs-dev python3-rosmaster python3-rospy python3-sensor-msgs"
 cross="g++-aarch64-linux-gnu g++-arm-linux-gnueabihf qemu-user-static"
-ci="clang libclang-rt-14-dev shellcheck mandoc zsh valgrind libapache-jena-java default-jdk-headless"
+ci="clang clang-format-14 clang-tidy-14 libclang-rt-14-dev shellcheck codespell mandoc zsh valgrind libapache-jena-java default-jdk-headless"
 
 wanted=$build
 for group in "$@"; do

@@ -194,7 +194,7 @@ struct PackageOptions {
 ///          `visual/1` ... (lrt:visual), `collision/1` ... (lrt:collision); these link to meshes (lrt:mesh) and textures (lrt:texture): by IRI if
 ///          the document has IRIs, by xsd:anyURI literals if it has relative names
 ///
-/// The predicate of each field is in examples/MODELLING.md. A pose says between which frames it is by spatial:sourceCoordinateSystem and
+/// The predicate of each field is in docs/modelling.md. A pose says between which frames it is by spatial:sourceCoordinateSystem and
 /// spatial:targetCoordinateSystem; other values whose coordinates refer to a frame name it by lrt:frame. A link stands for its frame.
 ///
 /// @par Threads     Set-up: one at a time. publish, move, pose: one at a time, for example the control loop's.

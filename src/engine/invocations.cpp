@@ -192,7 +192,7 @@ void Invocations::start_returned(InvocationResource& invocation, TimePoint now) 
 }
 
 template <class MakeResponse>
-void Invocations::respond_to(std::vector<WaitingRequest> requests, TimePoint now, MakeResponse make) {
+void Invocations::respond_to(const std::vector<WaitingRequest>& requests, TimePoint now, MakeResponse make) {
   for (const WaitingRequest& request : requests)
     if (const Context* context = pending_.resume(request.ticket, now)) pending_.respond(request.ticket, make(*context));
 }

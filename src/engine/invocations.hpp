@@ -62,7 +62,7 @@ class Invocations {
   void ended(InvocationResource& invocation, TimePoint now);
   void wait_is_over(Ticket ticket, Context& context, ResourceId invocation, bool may_take_long);
   template <class MakeResponse>
-  void respond_to(std::vector<WaitingRequest> requests, TimePoint now, MakeResponse make);
+  void respond_to(const std::vector<WaitingRequest>& requests, TimePoint now, MakeResponse make);
   void launch_next(ActionResource& action, TimePoint now);
   void prune(ActionResource& action);
   static void leave_queue(InvocationResource& invocation);

@@ -109,7 +109,7 @@ http::Response Responses::stopping(const Context& context) const {
 
 http::Response Responses::violation(const Context& context, const shacl::Report& report, const std::vector<BodyError>& errors) const {
   const http::Request& request = context.request();
-  const auto syntaxes = rdf::available_syntaxes();
+  const auto& syntaxes = rdf::available_syntaxes();
   std::vector<std::string_view> offers;
   for (const rdf::Syntax s : syntaxes) offers.push_back(rdf::media_type(s));
   const Result<MediaType> body = MediaType::parse(request.find("Content-Type").value_or(std::string_view()));

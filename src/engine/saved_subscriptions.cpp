@@ -152,7 +152,7 @@ Result<SavedSubscriptions::PendingRestore> SavedSubscriptions::read(const rdf::G
 }
 
 Result<std::size_t> SavedSubscriptions::restore(std::string_view saved) {
-  const Result<std::size_t> found = read_all(saved);
+  Result<std::size_t> found = read_all(saved);
   if (found) resume();
   return found;
 }

@@ -33,7 +33,7 @@ Callers::Callers(const Security& security, std::shared_ptr<security::Sessions> s
       authorize_(security.authorize),
       sessions_(std::move(sessions)) {}
 
-Result<std::shared_ptr<Callers>> Callers::create(const Security& security, std::shared_ptr<security::Sessions> sessions, LogCallback log,
+Result<std::shared_ptr<Callers>> Callers::create(const Security& security, std::shared_ptr<security::Sessions> sessions, const LogCallback& log,
                                                  const Clock& clock) {
   std::shared_ptr<Callers> callers(new Callers(security, std::move(sessions), clock));
   if (!callers->authenticates_ && !callers->authorize_) return std::shared_ptr<Callers>();

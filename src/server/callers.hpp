@@ -29,7 +29,7 @@ class Callers {
  public:
   /// nullptr: the options restrict nobody.
   /// @par Errors  those of Tokens::load and security::load_rules; invalid_option
-  static Result<std::shared_ptr<Callers>> create(const Security& security, std::shared_ptr<security::Sessions> sessions, LogCallback log,
+  static Result<std::shared_ptr<Callers>> create(const Security& security, std::shared_ptr<security::Sessions> sessions, const LogCallback& log,
                                                  const Clock& clock);
 
   /// Calls user code.

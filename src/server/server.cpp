@@ -808,13 +808,13 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
     const std::string& path = options_.callbacks.file;
     if (path.empty()) return std::optional<SavedFile::Content>();
     Result<SavedFile::Claim> prepared = SavedFile::prepare(path);
-    if (!prepared) return not_usable(std::move(prepared).error());
+    if (!prepared) return not_usable(prepared.error());
     claim_ = *std::move(prepared);
     Result<std::optional<SavedFile::Content>> loaded = SavedFile::load(path, max_bytes);
-    if (!loaded) return not_usable(std::move(loaded).error());
+    if (!loaded) return not_usable(loaded.error());
     return loaded;
   }
-  static Unexpected not_usable(Error error) { return unexpected(error.code, "callbacks.file: " + error.message); }
+  static Unexpected not_usable(const Error& error) { return unexpected(error.code, "callbacks.file: " + error.message); }
 
   /// What is damaged is restored as far as it can be read. A copy is kept.
   Result<void> restore(const std::optional<SavedFile::Content>& saved) {

@@ -241,7 +241,7 @@ Result<Regex> Regex::compile(std::string_view pattern, std::string_view flags, s
 }
 
 Regex::Work& Regex::Scratch::work() {
-  if (!work_) work_.reset(new Work);
+  if (!work_) work_ = std::make_unique<Work>();
   if (!work_->data || !work_->context) throw std::bad_alloc();  // else the value would be refused
   return *work_;
 }

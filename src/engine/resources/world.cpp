@@ -305,7 +305,7 @@ Outcome NewGraphResource::put(Context& context, Parts& parts) {
 
 // ----------------------------------------------------------------------------------------------------------------- world
 
-WorldResource::WorldResource(std::string its_path, ThingNode* its_thing, const model::WorldSpec& its_spec)
+WorldResource::WorldResource(const std::string& its_path, ThingNode* its_thing, const model::WorldSpec& its_spec)
     : ThingResource(its_path, its_thing), spec(its_spec), all_(*this, its_path + "?default"), new_(*this, its_path + "?graph") {
   for (const auto& state : spec.graphs) graphs_.push_back(std::make_unique<WorldGraphResource>(*this, state, false));
 }

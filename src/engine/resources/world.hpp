@@ -132,7 +132,7 @@ class NewGraphResource final : public Resource {
 /// A World: a Thing that is the container of its graphs, and a graph store.
 class WorldResource final : public ThingResource {
  public:
-  WorldResource(std::string its_path, ThingNode* its_thing, const model::WorldSpec& its_spec);
+  WorldResource(const std::string& its_path, ThingNode* its_thing, const model::WorldSpec& its_spec);
   ~WorldResource() override;
 
   Methods methods() const noexcept override;
