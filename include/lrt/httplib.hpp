@@ -282,6 +282,10 @@ inline namespace v0 {
 /// reads the body first, up to its own limit. `100 Continue` is the host's: cpp-httplib sends it before any of this, unless
 /// set_expect_100_continue_handler() says otherwise. Each body occupies a thread of the host, so that their number limits the memory.
 ///
+/// Newer releases of cpp-httplib (seen with 0.18.7) read the body of a GET, too, before they call lrt. If it does not come within the read timeout
+/// they respond 400 and keep the connection: what comes later is then read as the next request. Behind a reverse proxy that shares connections
+/// between clients, call `http_server.set_keep_alive_max_count(1)`.
+///
 /// A client may name the host server's port on this machine, or with that port one of Security::allowed_hosts; or set
 /// Listen::public_base. There are no WebSockets here; web callbacks are ordered by POST or GET with `Upgrade: callback` as elsewhere.
 /// http::Request::client_certificate is empty. A waiting request and each event stream keep one of the host's threads.
