@@ -286,6 +286,11 @@ inline namespace v0 {
 /// sends `100 Continue` before that, unless set_expect_100_continue_handler() was called. Each body occupies a thread
 /// of the host, so the number of threads limits the memory.
 ///
+/// Newer releases of cpp-httplib (seen with 0.18.7) read the body of a GET before they call lrt. If the body does not
+/// come within the read timeout, they respond 400 and keep the connection: later bytes of that body are parsed as the
+/// next request. Behind a reverse proxy that shares connections between clients, call
+/// `http_server.set_keep_alive_max_count(1)`.
+///
 /// A request must name in Host the host server's port on this machine, or with that port one of
 /// Security::allowed_hosts, or the host of Listen::public_base. There are no WebSockets; clients make web callbacks by
 /// POST or GET with `Upgrade: callback` as elsewhere. http::Request::client_certificate is empty. A waiting request and

@@ -136,7 +136,7 @@ class ResourceHandle {
   void misuse([[maybe_unused]] const char* call, [[maybe_unused]] const char* what) const noexcept {
     if (spec_) spec_->report(call, what);
     assert(spec_ && "lrt: the handle is empty; assign what Thing::property, Thing::action or Thing::collection returns");
-    assert(!"lrt: a set-up call on a handle must precede Server::add()");
+    assert(false && "lrt: a set-up call on a handle must precede Server::add()");
   }
 
   std::shared_ptr<Spec> spec_;
