@@ -9,11 +9,13 @@ option(LRT_INSTALL "Add install rules for the library, its headers and its CMake
 option(LRT_REDLAND "RDF/XML, by Redland's Raptor" ON)
 option(LRT_ASIO_LOOP "The HTTP transport on a host's Boost.Asio io_context" ON)
 option(LRT_LIBWEBSOCKETS "The transport libwebsockets, where libwebsockets is found" ON)
+option(LRT_PAGE "The page for people; without it a browser is shown RDF" ON)
 option(LRT_CALLBACKS "Web callbacks by cpp-httplib" ON)
 option(LRT_CLIENT "The library lrt::client, by cpp-httplib and libwebsockets, where they are found" ${PROJECT_IS_TOP_LEVEL})
 option(LRT_QUERY "The library lrt::query, SPARQL" ${PROJECT_IS_TOP_LEVEL})
 option(LRT_MQTT "The library lrt::mqtt, by libmosquitto, where it is found" ${PROJECT_IS_TOP_LEVEL})
 option(LRT_URDF "The library lrt::urdf, by liburdfdom, tinyxml2 and Eigen, where they are found" ${PROJECT_IS_TOP_LEVEL})
+option(LRT_COMPILE_TOGETHER "Compile sources eight at a time: a faster build from nothing. A sanitizer always does" OFF)
 set(LRT_SANITIZE "" CACHE STRING "Sanitizers for lrt's own targets: address, undefined, thread, a list of them, or nothing")
 
 # Switches LRT_<COMPONENT> off, here and above, if one of these packages is missing. lrtConfig.cmake gives the reason to those who ask for it.
@@ -73,10 +75,11 @@ function(lrt_target_defaults target)
   endif()
 endfunction()
 
-# With a sanitizer, which is slow to compile and adds nothing to the check of includes: the sources of these directories, eight at a time.
+# With LRT_COMPILE_TOGETHER, and with a sanitizer, which is slow to compile and adds nothing to the check of includes: the sources of these
+# directories, eight at a time.
 # Other directories have names in unnamed namespaces that meet.
 function(lrt_compile_together target)
-  if(NOT LRT_SANITIZE)
+  if(NOT LRT_SANITIZE AND NOT LRT_COMPILE_TOGETHER)
     return()
   endif()
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)

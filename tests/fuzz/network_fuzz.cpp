@@ -287,7 +287,7 @@ class Reading {
     Frame frame;
     try {
       while (reader.next(rest, frame)) {
-        // libwebsockets closes by itself without telling, and sends what lrt still gives it (src/README.md).
+        // libwebsockets closes by itself without telling, and sends what lrt still gives it (docs/decisions/0025-libwebsockets-whole.md).
         if (frame.opcode == Frame::close && libwebsockets_) break;
       }
     } catch (const std::exception& e) {

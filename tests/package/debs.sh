@@ -19,7 +19,8 @@ if (($# < 1 || $# > 2)) || { (($# == 2)) && [[ $2 != --root ]]; }; then
 fi
 mkdir -p "$1"
 folder=$(cd -- "$1" && pwd)
-mirror=${LRT_DEBIAN_MIRROR:-http://deb.debian.org/debian}
+# shellcheck disable=SC2016  # apt-get expands it
+mirror=${LRT_DEBIAN_MIRROR:-$(apt-get indextargets --format '$(SITE)' 2>/dev/null | grep -v security | head -n 1)}  # that of this machine
 suite=${LRT_DEBIAN_SUITE:-bookworm}
 work=$(mktemp -d)
 trap 'rm -rf --one-file-system "$work"' EXIT

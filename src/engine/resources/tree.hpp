@@ -19,7 +19,7 @@ inline namespace v0 {
 class TreeResource final : public Resource {
  public:
   /// @param its_thing  nullptr: all Things of `registry`
-  TreeResource(std::string its_path, ThingNode* its_thing, const Registry* registry = nullptr)
+  TreeResource(const std::string& its_path, ThingNode* its_thing, const Registry* registry = nullptr)
       : Resource(its_path, its_thing, its_path.size()), registry_(registry) {}
 
   void describe(const Description& d) const override;

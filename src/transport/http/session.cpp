@@ -25,13 +25,13 @@ constexpr int max_empty_lines = 4;
 constexpr std::size_t copied_body_bytes = 2048;
 /// Of the body of a refused request, so that its connection can be kept.
 constexpr std::size_t max_discarded_body_bytes = 16 * 1024;
-/// A body of more than this is received when other connections have been served.
+/// A body larger than this is received after other connections were served.
 constexpr std::size_t large_body_bytes = 16 * 1024;
 /// Capacity that a buffer may keep for the next exchange.
 constexpr std::size_t kept_capacity = 8 * 1024;
 /// The same of the fields of a request.
 constexpr std::size_t kept_fields = 64;
-/// Exchanges that are kept for the next requests of any session. More are in use only where clients are slow.
+/// Exchanges that are kept for the next requests of any session. Slow clients may need more.
 constexpr std::size_t max_spare = 8;
 
 /// A comment of an event stream (WHATWG HTML 9.2.5), so that proxies and peers see that the connection is alive.
@@ -55,7 +55,7 @@ void release(std::string& buffer) {
 
 /// A request that is being received and the response to it, with their buffers.
 struct Exchange {
-  /// Forgets what belongs to a client, and keeps the capacity of buffers. The rest is set by each request before it is read.
+  /// Clears the client's data and keeps the capacity of buffers. Each request sets the rest before it is read.
   void clear();
 
   // Input: bytes that were received and not consumed. `rest` is a view of them while run() works, `in` holds them in between.
@@ -240,7 +240,7 @@ void Session::State::need_exchange() {
   exchange_->request.client_certificate = client_certificate_;
 }
 
-/// After everything has been read and written: the next session that has something to do gets the buffers.
+/// After everything was read and written: the buffers are available to other sessions.
 void Session::State::rest() noexcept {
   if (!exchange_ || !exchange_->in.empty() || !output().empty()) return;
   if (phase_ == Phase::idle || phase_ == Phase::streaming || phase_ >= Phase::closed) shared_.give_back(std::move(exchange_));
@@ -277,7 +277,7 @@ bool Session::State::wants_input() const noexcept {
     case Phase::body: return true;
     case Phase::streaming:
     case Phase::waiting: return !exchange_ || exchange_->in.size() - exchange_->in_used < shared_.limits.max_header_bytes;
-    // Over the limit nothing is read, so that TCP holds the client back until the time is over, too.
+    // Above the limit nothing is read, so that TCP flow control stops the client until the time is over.
     case Phase::lingering: return discarded_ < shared_.limits.max_linger_bytes;
     case Phase::writing:
     case Phase::upgraded:
@@ -342,11 +342,11 @@ void Session::State::end_of_input(TimePoint now) {
   rest();
 }
 
-/// What the end of input means for a request that is not complete.
+/// Handles the end of input before a request is complete.
 void Session::State::check_end(TimePoint now) {
   if (!input_ended_) return;
   if (phase_ == Phase::idle) enter(Phase::closed);
-  else if (phase_ == Phase::header) refuse(400, "the request ends within its head", now);
+  else if (phase_ == Phase::header) refuse(400, "the request ends within its header section", now);
   else if (phase_ == Phase::body) refuse(400, "the request ends within its body", now);
 }
 
@@ -387,7 +387,7 @@ std::optional<std::size_t> Session::State::find_header_end(TimePoint now) {
     x.scanned = at + 1;
     if (is_line_too_long(window.substr(x.line_begin, at - x.line_begin), now)) return std::nullopt;
     if (at == 0 || window[at - 1] != '\r') {
-      refuse(400, "byte " + std::to_string(at) + " of the head is a line feed without a carriage return before it", now);
+      refuse(400, "byte " + std::to_string(at) + " of the header section is a line feed without a preceding carriage return", now);
       return std::nullopt;
     }
     if (at == x.line_begin + 1) return at + 1;
@@ -395,8 +395,8 @@ std::optional<std::size_t> Session::State::find_header_end(TimePoint now) {
   }
   if (x.rest.size() >= limit) {
     const auto bytes = std::to_string(limit);
-    if (x.line_begin == 0) refuse(414, "the request line is longer than the " + bytes + " bytes allowed for the head", now);
-    else refuse(431, "the head is longer than " + bytes + " bytes", now);
+    if (x.line_begin == 0) refuse(414, "the request line is longer than the " + bytes + " bytes allowed for the header section", now);
+    else refuse(431, "the header section is longer than " + bytes + " bytes", now);
   }
   return std::nullopt;
 }
@@ -408,7 +408,7 @@ bool Session::State::is_line_too_long(std::string_view line, TimePoint now) {
   if (line.size() <= limit) return false;
   const auto longer = " is longer than the " + std::to_string(limit) + " bytes allowed for a line";
   if (exchange_->line_begin == 0) refuse(414, "the request line" + longer, now);
-  else refuse(431, "the field line at byte " + std::to_string(exchange_->line_begin) + " of the head" + longer, now);
+  else refuse(431, "the field line at byte " + std::to_string(exchange_->line_begin) + " of the header section" + longer, now);
   return true;
 }
 
@@ -427,16 +427,16 @@ bool Session::State::take_header(TimePoint now) {
       exchange_->rest.remove_prefix(2);
     }
     if (exchange_->rest.empty()) return false;
-    if (requests_ == 0) phase_ = Phase::header;  // the time goes on: see timed_phase()
+    if (requests_ == 0) phase_ = Phase::header;  // the time limit continues: see timed_phase()
     else enter(Phase::header);
     exchange_->scanned = exchange_->line_begin = 0;
     if (!may_begin_method(exchange_->rest.front())) {
-      refuse(400, "the first byte does not begin a method: this is no HTTP/1.1 request", now);
+      refuse(400, "the first byte cannot begin a method: expected an HTTP/1.1 request", now);
       return false;
     }
   }
   header_only_ = exchange_->rest.substr(0, 5) == "HEAD ";
-  // Most header sections come whole: one that is accepted at first sight needs no search for its end.
+  // Most header sections arrive at once: if parsing succeeds directly, the search for the end is not needed.
   auto size = exchange_->scanned > 0 ? std::nullopt : parse_at_once();
   if (!size) {
     size = find_header_end(now);
@@ -479,8 +479,8 @@ void Session::State::begin_body(std::string_view header, TimePoint now) {
   keep_header(header);
 }
 
-/// The handler judges the header section. False: the response is final, and the connection ends: after `Expect: 100-continue` nothing else
-/// shows whether the client still sends the body. A short body that is on its way is discarded instead, and the connection is kept.
+/// Passes the header section to the handler. False: the response is final, and the connection is closed: after `Expect: 100-continue` nothing else
+/// shows whether the client still sends the body. Otherwise a short body is discarded, and the connection is kept.
 bool Session::State::judge_header(TimePoint now) {
   const auto length = exchange_->framing.chunked ? std::nullopt : std::optional(exchange_->framing.length);
   auto verdict = context_.handler->judge_header(exchange_->request, length, now);
@@ -556,7 +556,9 @@ bool Session::State::take_chunked_body(TimePoint now) {
   return false;
 }
 
-void Session::State::refuse_for_memory(TimePoint now) { refuse(503, "the bodies of other requests need the memory; try again later", now); }
+void Session::State::refuse_for_memory(TimePoint now) {
+  refuse(503, "the memory for request bodies is in use by other requests; try again later", now);
+}
 
 // ------------------------------------------------------------------------------------------------------------- responses
 
@@ -598,7 +600,7 @@ void Session::State::reply(engine::Reply reply, TimePoint now) {
   else respond(std::move(reply.response), now);
 }
 
-/// Copies what a WebSocket needs of the request, whose bytes are about to be discarded.
+/// Copies the part of the request that a WebSocket needs, before its bytes are discarded.
 void Session::State::keep_handshake() {
   if (!exchange_->request.can_upgrade || !http::requests_upgrade(exchange_->request, "websocket") || http::check_websocket(exchange_->request))
     return;
@@ -609,8 +611,8 @@ void Session::State::keep_handshake() {
 void Session::State::accept_upgrade(engine::Channel channel, http::Response response, TimePoint now) {
   if (!exchange_->upgrade || context_.stopping) {
     context_.handler->closed(channel);
-    if (exchange_->upgrade) refuse(503, "the server stops", now);
-    else refuse(500, "what is no WebSocket handshake was to become a WebSocket", now);
+    if (exchange_->upgrade) refuse(503, "the server is stopping", now);
+    else refuse(500, "the response opens a WebSocket, but the request is not a WebSocket handshake", now);
     return;
   }
   exchange_->upgrade->channel = channel;
@@ -670,7 +672,7 @@ void Session::State::sent(std::size_t bytes, TimePoint now) {
   Exchange& x = *exchange_;
   x.out_sent += bytes;
   if (!output().empty()) {
-    if (phase_ == Phase::writing) ++epoch_;  // the client took something
+    if (phase_ == Phase::writing) ++epoch_;  // the client has received data
     return;
   }
   release(x.out);
@@ -711,7 +713,7 @@ void Session::State::finish_response(TimePoint now) {
 void Session::State::accept_stream(engine::Channel channel, http::Response response, TimePoint now) {
   if (!exchange_->request.can_stream || context_.stopping || header_only_) context_.handler->closed(channel);
   if (!exchange_->request.can_stream) return refuse(500, "this connection cannot carry an event stream", now);
-  if (context_.stopping) return refuse(503, "the server stops", now);
+  if (context_.stopping) return refuse(503, "the server is stopping", now);
   keep_alive_ = keep_alive_ && version_ == 11;
   response.body.reset();
   const auto end = version_ == 11 ? http::BodyEnd::chunked : http::BodyEnd::close;
