@@ -123,5 +123,5 @@ c++ -std=c++17 /lrt/package/main.cpp $(pkg-config --cflags --libs lrt) -o /lrt/p
 apt-get purge -y -q 'liblrt*' lrt-tools >/lrt/log 2>&1
 if ldconfig -p | grep liblrt; then echo "ldconfig still knows liblrt"; exit 1; fi
 IN_ROOT
-chroot "$root" sh /lrt/run.sh "$version"
+chroot "$root" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin sh /lrt/run.sh "$version"
 echo "in a Debian of its own: installed, consumers built and run, removed"
