@@ -1,6 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Installs what is missing, builds everything in build/dev, and runs all tests.
+# Installs what is missing, builds everything in build/dev, and runs all tests. The last lines list the parts that were skipped, with their
+# reasons (tests/README.md).
 #
 #   tests/run.sh [arguments of ctest: -R NAME, --rerun-failed, ...]
 set -eu
@@ -14,4 +15,7 @@ if command -v ccache >/dev/null; then export CMAKE_CXX_COMPILER_LAUNCHER="${CMAK
 cd "$root"
 cmake --preset dev
 cmake --build --preset dev
-exec ctest --preset dev "$@"
+status=0
+ctest --preset dev "$@" || status=$?
+"$root/tests/skips.sh" build/dev
+exit "$status"

@@ -17,8 +17,8 @@
 // --transport NAME        http or libwebsockets, if it is built
 // --tls DIR               HTTPS with DIR/server.pem and DIR/server-key.pem (examples/make-certificate.sh DIR); SIGHUP reloads them
 // --tokens FILE           lets in only those who send a token of the file, a line "NAME ROLE TOKEN" each: reader, operator, administrator
-// --policy FILE           who may do what where, rules of Web Access Control in Turtle, such as examples/policy.ttl
-// --audit FILE            appends who did what to FILE, one line of JSON each
+// --policy FILE           access rights: rules of Web Access Control in Turtle, such as examples/policy.ttl
+// --audit FILE            appends an audit line of JSON to FILE for each command
 // --metrics               adds the Thing /server with the counters of the server; /server/metrics is their text for Prometheus
 // --mqtt HOST:PORT        publishes every property, state and invocation to the MQTT broker there, if lrt::mqtt is built
 // --mqtt-prefix LEVELS    the first levels of the topics; default: robots/baxter

@@ -22,7 +22,7 @@ constexpr const char* first_tasks = R"(
   <#1> a schema:MoveAction ; rdfs:label "put the red box to the left" ; schema:object <objects#box1> ;
     schema:actionStatus schema:PotentialActionStatus .)";
 
-/// A task says what it is about and how it stands.
+/// A task has an object and a status.
 constexpr const char* task_shape = R"(
   @prefix schema: <http://schema.org/> . @prefix sh: <http://www.w3.org/ns/shacl#> .
   <#task> a sh:NodeShape ; sh:targetClass schema:MoveAction ;

@@ -78,7 +78,7 @@ class Conductor {
     }
   }
 
-  /// The actions are looked for when they are needed, so they are those of this moment.
+  /// The actions are looked up when they are needed, so that the list is current.
   void act(const Rule& rule, const std::string& by) {
     ++fired_;
     say(rule.name.substr(rule.name.find('#') + 1) + ": " + robots_.at(by).url());

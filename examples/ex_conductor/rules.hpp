@@ -22,6 +22,6 @@ struct Rule {
   bool holds(double now) const noexcept { return above ? now > value : now < value; }
 };
 
-/// Reads rules from Turtle. They are judged by a shape first, so that a mistake is a sentence.
+/// Reads rules from Turtle. They are validated by a shape first, so that a mistake gives a clear message.
 /// @par Errors  expected_rdf, with the line; expected_value, with what the shape says
 lrt::Result<std::vector<Rule>> read_rules(std::string_view turtle);

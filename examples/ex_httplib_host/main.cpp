@@ -37,7 +37,7 @@ int main(int argc, char** argv) {
   arm.action("home", [&] { target = 0; });
 
   lrt::Options options;
-  options.listen.transport = lrt::transport::no_network;  // the host's port is enough
+  options.listen.transport = lrt::transport::no_network;  // uses the host's port
   auto server = lrt::Server::create(std::move(options));
   if (!server || !server->add(std::move(arm))) return 1;
 

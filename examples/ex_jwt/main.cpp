@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bearer tokens of an identity provider: JSON Web Tokens (RFC 7519), judged by libjwt in Security::authenticate. "sub" is the name of the principal, the
+// Bearer tokens of an identity provider: JSON Web Tokens (RFC 7519), verified by libjwt in Security::authenticate. "sub" is the name of the principal, the
 // words of "scope" are its roles. A browser logs in with such a token as with any other.
 //
 //   ex_jwt KEY ISSUER AUDIENCE [PORT]     KEY: a file with the provider's public key (RSA, PEM)

@@ -24,7 +24,7 @@ void on_signal(int) {
   lws_cancel_service(context);
 }
 
-/// What the host uses libwebsockets for.
+/// The host's own use of libwebsockets.
 int on_host(lws*, lws_callback_reasons, void*, void*, std::size_t) { return 0; }
 
 }  // namespace
@@ -53,7 +53,7 @@ int main(int argc, char** argv) {
     std::printf("listening on %s\n", server->url().c_str());
     std::fflush(stdout);
 
-    // The host's loop is all that there is: it serves, and calls the lambda above.
+    // Only the host's loop runs: it serves requests and calls the lambda above.
     while (ended == 0 && lws_service(context, 0) >= 0) {}
   }
   lws_context_destroy(context);

@@ -2,7 +2,7 @@
 #pragma once
 
 // A small mobile base with two driven wheels, as a company may have it for years: classes with getters, a mutex of its own, a 200 Hz loop of
-// its own, a logger of its own. It knows nothing of lrt. ex_mobile_base puts it on the web as it stands.
+// its own, a logger of its own. It does not depend on lrt. ex_mobile_base puts it on the web without changes.
 
 #include <atomic>
 #include <cstdio>
@@ -105,7 +105,7 @@ class MobileBase {
   bool isStopped() const { return stopped_; }
 
   std::string lastError() const;
-  /// Somebody runs into the bumper, for tests and demonstrations.
+  /// Simulates a collision with the bumper, for tests and demonstrations.
   void pressBumper(bool pressed) { bumper_ = pressed; }
 
  private:

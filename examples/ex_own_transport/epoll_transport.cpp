@@ -42,7 +42,7 @@ struct EventWaker final : Waker {  // shared: it outlives the transport, and so 
 struct Client {
   Client(transport::SessionContext& context, std::string peer) : session(context, std::move(peer)) {}
   Descriptor socket;
-  Session session;                  // all that HTTP is; here are the socket and the clock
+  Session session;                  // implements HTTP; this class has the socket and the clock
   std::uint32_t epoch = 0;          // of `due`
   Time due = never;                 // when the session's phase has lasted too long
   std::uint32_t awaited = EPOLLIN;  // of epoll
@@ -58,7 +58,7 @@ class EpollTransport final : public transport::Transport {
   std::shared_ptr<Waker> waker() const noexcept override { return waker_; }
   transport::Capabilities capabilities() const noexcept override { return {true, false, false}; }
   std::uint16_t port() const noexcept override { return port_; }
-  int descriptor() noexcept override { return epoll_.number; }  // an epoll set is readable when it has something to say
+  int descriptor() noexcept override { return epoll_.number; }  // an epoll set is readable when it has an event
 
   Result<void> start(engine::Handler& handler) override {
     if (context_.handler || options_.tls)
@@ -84,13 +84,13 @@ class EpollTransport final : public transport::Transport {
     }
     port_ = ntohs(bound.sin6_port);  // which is where IPv4 has it
     context_.handler = &handler;
-    look_at_times(clock_.now(), Time());  // the handler may wait for something already
+    look_at_times(clock_.now(), Time());  // the handler may already have a deadline
     return {};
   }
 
   milliseconds poll(std::chrono::microseconds budget, milliseconds wait) override {
     if (!context_.handler) return milliseconds::max();
-    if (ready_.empty()) {  // what the last budget left over comes first
+    if (ready_.empty()) {  // events left over by the last budget come first
       epoll_event events[64];
       const auto most = left_over_ ? milliseconds(0) : std::clamp(wait, milliseconds(0), milliseconds(std::chrono::hours(1)));
       const int n = ::epoll_wait(epoll_.number, events, 64, static_cast<int>(most.count()));
@@ -109,12 +109,13 @@ class EpollTransport final : public transport::Transport {
       if (next) reply(std::move(*next), now);
       else left_over_ = false;
     } while (left_over_ && steady_clock::now() < end);
-    while (context_.handler->next_ready(now)) {}  // nobody here has a channel; but in there the handler looks for news, and its next time moves on
+    while (context_.handler->next_ready(now)) {
+    }  // no client has a channel here, but the call lets the handler scan for changes and set its next deadline
     return look_at_times(now, end);
   }
 
  private:
-  // Of what epoll watches, clients from 3 on. Never used twice, unlike descriptors: what is said of a client that is gone hits no other.
+  // Ids of the descriptors in the epoll set, clients from 3 on. Never reused, unlike descriptors: an event of a closed client cannot reach another client.
   enum : std::uint64_t { listener_id, waker_id, timer_id };
 
   bool watch(int operation, int descriptor, std::uint64_t id, std::uint32_t events) {
@@ -131,7 +132,7 @@ class EpollTransport final : public transport::Transport {
     const auto found = clients_.find(id);
     if (found == clients_.end()) return;
     Client& c = found->second;
-    if (events & (EPOLLERR | EPOLLHUP)) c.closed = true;  // both ways; a client that only sends no more may still read
+    if (events & (EPOLLERR | EPOLLHUP)) c.closed = true;  // both directions; a client that has closed only its sending side may still read
     else if (events & EPOLLIN && wants_input(c)) receive(c, now);
     go_on(id, c, now);
   }
@@ -146,7 +147,7 @@ class EpollTransport final : public transport::Transport {
     else if (errno != EAGAIN && errno != EINTR) c.closed = true;
   }
 
-  /// Sends what there is, and sees to what the session wants next.
+  /// Sends the pending output, and acts on the new phase of the session.
   void go_on(std::uint64_t id, Client& c, TimePoint now) {
     bool blocked = false;
     if (const auto [first, second, third] = c.session.output(); !first.empty() && !c.closed) {
@@ -161,7 +162,7 @@ class EpollTransport final : public transport::Transport {
       else if (!blocked && errno != EINTR) c.closed = true;
     }
     if (c.session.phase() == Session::Phase::closed) c.closed = true;
-    if (c.closed) return;  // look_at_times() will forget it
+    if (c.closed) return;  // look_at_times() removes it
     if (c.session.phase() == Session::Phase::lingering && !std::exchange(c.half_closed, true)) ::shutdown(c.socket.number, SHUT_WR);
     if (c.session.ticket() && !c.ticket) c.ticket = c.session.ticket(), tickets_[*c.ticket] = id;
     set_time(c, now);
@@ -193,7 +194,7 @@ class EpollTransport final : public transport::Transport {
       socklen_t size = sizeof from;
       const int fd = ::accept4(listener_.number, reinterpret_cast<sockaddr*>(&from), &size, SOCK_CLOEXEC | SOCK_NONBLOCK);
       if (fd < 0 && (errno == EMFILE || errno == ENFILE || errno == ENOBUFS || errno == ENOMEM)) {
-        accept_again_ = now.steady + milliseconds(100);  // until then it would be readable without end
+        accept_again_ = now.steady + milliseconds(100);  // until then it would stay readable
         watch(EPOLL_CTL_MOD, listener_.number, listener_id, 0);
       }
       if (fd < 0) return;
@@ -210,7 +211,7 @@ class EpollTransport final : public transport::Transport {
     }
   }
 
-  /// Ends what has lasted too long, forgets who is gone, and sees to it that descriptor() is readable when the next time has come.
+  /// Ends sessions whose time is over, removes closed clients, and sets the timer so that descriptor() is readable at the next deadline.
   milliseconds look_at_times(TimePoint now, Time end) {
     if (accept_again_ <= now.steady) accept_again_ = watch(EPOLL_CTL_MOD, listener_.number, listener_id, EPOLLIN) ? never : now.steady;
     Time due = std::min(accept_again_, context_.handler->next_deadline().value_or(never));
@@ -244,13 +245,13 @@ class EpollTransport final : public transport::Transport {
   void stop_within(milliseconds time) {
     if (!context_.handler) return;
     listener_.reset(), accept_again_ = never;
-    context_.stopping = true;  // every answer is the last of its connection
+    context_.stopping = true;  // each response is the last one of its connection
     const auto busy = [](const auto& item) { return item.second.ticket || !item.second.session.output().empty(); };
     const auto end = steady_clock::now() + time;
     for (auto now = end - time; now < end && std::any_of(clients_.begin(), clients_.end(), busy); now = steady_clock::now())
       poll(std::chrono::microseconds(1000), std::chrono::ceil<milliseconds>(end - now));
     for (auto& [id, c] : clients_)
-      if (c.ticket) forget(c), c.session.refuse(503, "the server stops", clock_.now()), go_on(id, c, clock_.now());
+      if (c.ticket) forget(c), c.session.refuse(503, "the server is stopping", clock_.now()), go_on(id, c, clock_.now());
     clients_.clear(), ready_.clear(), end_of_listening();
     context_.stopping = left_over_ = false;
   }
@@ -269,8 +270,8 @@ class EpollTransport final : public transport::Transport {
   std::uint16_t port_ = 0;
   std::uint64_t last_id_ = timer_id;
   std::map<std::uint64_t, Client> clients_;
-  std::map<engine::Ticket, std::uint64_t> tickets_;            // who waits for which answer
-  std::deque<std::pair<std::uint64_t, std::uint32_t>> ready_;  // what epoll said; 0: to go on
+  std::map<engine::Ticket, std::uint64_t> tickets_;            // the client of each open ticket
+  std::deque<std::pair<std::uint64_t, std::uint32_t>> ready_;  // the events of epoll; 0: to continue
   bool left_over_ = false;
   Time accept_again_ = never, armed_ = never;
 };

@@ -12,7 +12,7 @@
 
 #include "examples/lesson.hpp"
 
-/// An existing class that knows nothing of lrt. It calls `on_done` once: at once if it does not close, else when it is closed.
+/// An existing class that does not depend on lrt. It calls `on_done` once: at once if it does not close, else when it is closed.
 class Gripper {
  public:
   void close(std::function<void(bool)> on_done) {
@@ -59,7 +59,7 @@ int main() {
     const std::string far = "<> vom:numericalValue 1000000 ; qudt:hasUnit unit:MilliM .";
     const std::string near = "<> vom:numericalValue 0 ; qudt:hasUnit unit:MilliM .";
     client.only({"lrt:status", "lrt:progress"});
-    const std::string first = client.post("/axis/actions/moveTo", far).field("Location");  // the robot has taken it; the move continues
+    const std::string first = client.post("/axis/actions/moveTo", far).field("Location");  // the robot has accepted it; the move continues
     client.get_until(first, "0.25");
     const std::string second = client.post("/axis/actions/moveTo", far).field("Location");
     client.get(first);  // preempted

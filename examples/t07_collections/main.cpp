@@ -77,7 +77,7 @@ int main() {
 //   <> maths:x -1 ; maths:y 2 ; qudt:hasUnit unit:M .
 // 409 Conflict
 // Content-Type: application/problem+json
-// {"type":"about:blank","title":"Conflict","status":409,"detail":"the collection \"/rover/waypoints\" did not take the member: there is a wall at x = 0 m"}
+// {"type":"about:blank","title":"Conflict","status":409,"detail":"the collection \"/rover/waypoints\" did not accept the member: there is a wall at x = 0 m"}
 //
 // GET /rover/waypoints
 // 200 OK

@@ -85,4 +85,4 @@ int main() {
 // 204 http://robot.example/joint/actions/rotate/1
 //
 // 503
-// {"type":"about:blank","title":"Service Unavailable","status":503,"detail":"the robot's program did not take the request in time; it is called off, try again later"}
+// {"type":"about:blank","title":"Service Unavailable","status":503,"detail":"the robot's program did not process the request in time; the request was cancelled, try again later"}

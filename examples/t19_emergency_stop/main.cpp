@@ -96,7 +96,7 @@ int main() {
 // GET /base/battery
 // 503 Service Unavailable
 // Content-Type: application/problem+json
-// {"type":"about:blank","title":"Service Unavailable","status":503,"detail":"the robot's program did not take the request in time; it is called off, try again later"}
+// {"type":"about:blank","title":"Service Unavailable","status":503,"detail":"the robot's program did not process the request in time; the request was cancelled, try again later"}
 //
 // POST /base/actions/stop
 // 204 No Content

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rights for parts of a robot. Tokens say who somebody is, rules say what they may do where: here in Turtle, as Web Access Control has it; in a
+// Rights for parts of a robot. Tokens identify the client, rules state its rights at each path: here in Turtle, as Web Access Control has it; in a
 // file of that kind for Security::policy_file, or as a list of security::Rule in code. For each resource the nearest rules count. What a client may
 // not see is in no list, link or document, and asked for by its path it is like a resource that does not exist. What it may not do is not in Allow.
 #include <utility>
@@ -60,7 +60,7 @@ int main() {
 // GET /arm/speed
 // 401 Unauthorized
 // Content-Type: application/problem+json
-// {"type":"about:blank","title":"Unauthorized","status":401,"detail":"this server needs credentials; the field WWW-Authenticate says which"}
+// {"type":"about:blank","title":"Unauthorized","status":401,"detail":"credentials are required; the WWW-Authenticate field states which"}
 //
 // OPTIONS /arm/speed
 // X-Badge: anna

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The other side: a program that uses a robot. It is given one URL, finds the rest by links and types, reads and writes C++ values, and invokes an
-// action by what it changes. Inputs are judged by the robot's own shapes before they are sent.
+// action by what it changes. Inputs are validated by the robot's own shapes before they are sent.
 #include <atomic>
 #include <cstdio>
 #include <string>
@@ -11,7 +11,7 @@
 
 namespace {
 
-/// Somebody else's robot: a gripper, served by a thread of its own.
+/// Another robot: a gripper, served by its own thread.
 void run_robot(std::atomic<bool>& ends, std::atomic<int>& port) {
   double width = 0.04, force = 10;  // [m], [N]
   lrt::Thing gripper{"gripper"};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the robot knows of its surroundings: a World holds named graphs, each a resource that clients read and watch. Code changes a graph in one step,
-// clients may write where the robot lets them, and SHACL judges both. The control loop publishes where things are without waiting for anybody.
+// clients may write where the robot allows it, and SHACL validates both. The control loop publishes where things are without waiting for anybody.
 #include <cstdio>
 #include <string>
 
@@ -128,7 +128,7 @@ int main() {
 //   DELETE WHERE { ?task ?has ?anything }
 // 422 Unprocessable Content
 // Content-Type: application/problem+json
-// {"type":"about:blank","title":"Unprocessable Content","status":422,"detail":"body: line 24, column 8: DELETE WHERE is not taken here, only INSERT DATA and DELETE DATA"}
+// {"type":"about:blank","title":"Unprocessable Content","status":422,"detail":"body: line 24, column 8: DELETE WHERE is not supported, only INSERT DATA and DELETE DATA"}
 //
 // GET /world?default
 // 200 OK

@@ -45,6 +45,16 @@ inline Civil to_civil(std::chrono::system_clock::time_point utc) noexcept {
   return result;
 }
 
+/// Days from 1970-01-01 of a proleptic Gregorian date (Hinnant's era arithmetic: 400 years have 146,097 days).
+inline std::int64_t days_from_civil(std::int64_t year, unsigned month, unsigned day) noexcept {
+  year -= month <= 2;
+  const std::int64_t era = (year >= 0 ? year : year - 399) / 400;
+  const auto year_of_era = static_cast<unsigned>(year - era * 400);
+  const unsigned day_of_year = (153 * (month > 2 ? month - 3 : month + 9) + 2) / 5 + day - 1;
+  const unsigned day_of_era = year_of_era * 365 + year_of_era / 4 - year_of_era / 100 + day_of_year;
+  return era * 146'097 + static_cast<std::int64_t>(day_of_era) - 719'468;
+}
+
 /// Writes `width` decimal digits, zero-padded. Returns the position after them.
 inline char* put_digits(char* out, unsigned value, int width) noexcept {
   for (int i = width - 1; i >= 0; --i) {

@@ -7,8 +7,8 @@
 namespace lrt {
 inline namespace v0 {
 
-/// What counts as one client where something is limited per client: an IPv4 address, or the /64 network of an IPv6 address, "2001:db8:1:2::/64".
-/// One host of IPv6 has as many addresses in its /64 as it likes. An IPv4-mapped address counts as IPv4. What is no address is returned as it is.
+/// The key of a client for limits per client: an IPv4 address, or the /64 network of an IPv6 address, "2001:db8:1:2::/64".
+/// An IPv6 host can use all addresses of its /64. An IPv4-mapped address counts as IPv4. Other text is returned unchanged.
 ///
 /// @param address  numeric, also with a zone: "fe80::1%eth0"
 std::string client_key(std::string_view address);

@@ -145,8 +145,10 @@ bool is_absolute(std::string_view text) noexcept { return scheme_length(text) !=
 bool is_reference(std::string_view text) noexcept { return find_reference_fault(text) == npos; }
 
 Result<std::string> resolve(std::string_view base, std::string_view reference) {
-  if (!is_absolute(base)) return refuse("base is no absolute IRI", base, find_reference_fault(base));
-  if (const std::size_t fault = find_reference_fault(reference); fault != npos) { return refuse("text is no IRI reference", reference, fault); }
+  if (!is_absolute(base)) return refuse("the base is not an absolute IRI", base, find_reference_fault(base));
+  if (const std::size_t fault = find_reference_fault(reference); fault != npos) {
+    return refuse("the text is not an IRI reference", reference, fault);
+  }
   const Parts b = split(base);
   const Parts r = split(reference);
   std::string result;

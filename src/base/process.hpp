@@ -8,7 +8,7 @@
 namespace lrt {
 inline namespace v0 {
 
-/// Remembers the process that has created it. A copy of an object in the child of fork() knows so that its threads are not there.
+/// Stores the process that created it. So an object in the child of fork() can detect that its threads do not exist.
 /// Process creation that skips pthread_atfork(3), as vfork and _Fork do, is not noticed: such a child must call exec or _exit.
 class LRT_INTERNAL_API OwnProcess {
  public:

@@ -9,7 +9,7 @@ namespace lrt {
 inline namespace v0 {
 
 /// A queue in one block of memory, which grows with it and is freed when the queue is empty.
-/// @tparam T  a default-constructed one stands in unused places
+/// @tparam T  unused places hold a default-constructed T
 template <class T>
 class RingQueue {
  public:

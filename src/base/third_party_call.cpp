@@ -48,7 +48,7 @@ void close() noexcept {
 }  // namespace
 
 ThirdPartyCall::ThirdPartyCall() noexcept {
-  ++calls;  // before the load: either close() sees this call, or the call sees that it is closed
+  ++calls;  // before the load: either close() counts this call, or this call finds the gate closed
   ++own_calls;
   entered_ = !closed;
   if (entered_) return;

@@ -20,7 +20,7 @@ namespace lrt {
 inline namespace v0 {
 namespace {
 
-/// What the operator gave to the process: read when lrt is loaded, because the host may change it for its own threads later.
+/// The scheduling settings of the process: read when lrt is loaded, because the host may change them for its own threads later.
 struct Environment {
   cpu_set_t cpus;
   bool knows_cpus;  ///< false on a machine with more CPUs than a cpu_set_t has
@@ -52,7 +52,7 @@ int number_of(Scheduling policy) noexcept {
   return SCHED_OTHER;
 }
 
-/// The caller's policy would not be inherited as a real-time one. SCHED_BATCH and SCHED_IDLE are what an operator gave to the process.
+/// The caller's policy would not be inherited as a real-time one. SCHED_BATCH and SCHED_IDLE are settings of the operator for the process.
 bool is_real_time(int policy) noexcept { return policy != SCHED_OTHER && policy != SCHED_BATCH && policy != SCHED_IDLE; }
 
 Unexpected refused(const std::string& what, int error) {
@@ -153,7 +153,7 @@ Result<Thread> start_thread(const char* name, const ThreadOptions& options, Uniq
   if (error != 0) return unexpected(Errc::io_error, std::string("starting the thread ") + name + ": " + std::system_category().message(error));
   static_cast<void>(start.release());
   thread.joinable_ = true;
-  ::pthread_setname_np(thread.id_, named);  // it may not have come to that itself
+  ::pthread_setname_np(thread.id_, named);  // the thread may not have done this yet
   return thread;
 }
 

@@ -301,9 +301,9 @@ Graph with_datatypes_of(const Shape& shape, const Graph& graph) {
 
 Result<void> conforms(const Graph& graph, TermId focus, const Shape& shape) {
   shacl::CompileOptions compile;
-  compile.ignore_unsupported = true;  // the server judges by them
+  compile.ignore_unsupported = true;  // the server validates with them
   const Result<shacl::Shapes> shapes = shacl::Shapes::compile(shape.graph, compile);
-  if (!shapes || !shapes->contains(shape.node)) return {};  // what cannot be judged here is left to the server
+  if (!shapes || !shapes->contains(shape.node)) return {};  // what cannot be validated here is left to the server
   const Result<shacl::Report> report = shacl::validate(*shapes, graph, graph.term(focus), shape.node);
   if (!report) return unexpected(report.error());
   if (report->conforms()) return {};

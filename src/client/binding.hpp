@@ -11,7 +11,7 @@
 namespace lrt::client {
 inline namespace v0 {
 
-/// How a request is made, as an Action, a writable Property or a container says it (paper 5.4, HTTP in RDF).
+/// The request that an Action, a writable Property or a container describes (paper 5.4, HTTP in RDF).
 struct Binding {
   std::string method{};
   std::string url{};
@@ -41,7 +41,7 @@ Result<rdf::Value> value_at(const rdf::Graph& graph, rdf::TermId node, const rdf
 /// The graph with numbers of the datatype that the shape wants where another numeric datatype has the same value: 30 for a shape with xsd:double.
 rdf::Graph with_datatypes_of(const Shape& shape, const rdf::Graph& graph);
 
-/// Judges a graph by a shape. @par Errors  expected_value, with the report in one line
+/// Validates a graph against a shape. @par Errors  expected_value, with the report in one line
 Result<void> conforms(const rdf::Graph& graph, rdf::TermId focus, const Shape& shape);
 
 }  // namespace v0

@@ -72,7 +72,7 @@ http::Response text_response(int status, std::string text) {
 using Counts = CallbackReceiver::Counts;
 using Notification = CallbackReceiver::Notification;
 
-/// What a receiver is. Its thread owns it, too: a notification may end the last watch of a receiver, and so the receiver, on that thread.
+/// The state of a receiver. Its thread shares ownership: a notification may end the last watch, and thus the receiver, on that thread.
 class State final : public engine::Handler, public std::enable_shared_from_this<State> {
  public:
   explicit State(CallbackReceiverOptions options) : options_(std::move(options)) {}

@@ -42,7 +42,7 @@ void ShapeReader::ill_formed(TermId shape, std::string_view predicate, TermId ob
 std::size_t ShapeReader::count(TermId shape, const rdf::Triple& t) const {
   const TermView term = graph_.term(t.object);
   const auto n = term.is_literal() ? rdf::lexical::parse_uint64(term.text) : std::nullopt;
-  // A count beyond 64 bits is as good as none.
+  // A count beyond 64 bits is treated as unlimited.
   if (!n && term.is_literal() && rdf::lexical::is_integer(term.text) && term.text.front() != '-') return std::numeric_limits<std::size_t>::max();
   if (!n) ill_formed(shape, graph_.term(t.predicate).text, t.object, "a count");
   return static_cast<std::size_t>(std::min<std::uint64_t>(*n, std::numeric_limits<std::size_t>::max()));

@@ -33,7 +33,7 @@ struct Field {
   std::vector<rdf::TermId> shapes;
 };
 
-/// What all shapes that apply to the same nodes say together.
+/// The combined constraints of all shapes for the same nodes.
 struct Constraints {
   std::vector<rdf::TermId> shapes;
   std::vector<Field> fields;
@@ -45,7 +45,7 @@ struct Constraints {
   std::vector<rdf::TermId> exactly;                    ///< sh:hasValue
   std::string node_kind;
   std::vector<std::string> patterns;
-  std::vector<std::string> others;  ///< constraints that no type has, "sh:lessThan"
+  std::vector<std::string> others;  ///< constraints that types cannot express, "sh:lessThan"
   std::size_t min_count = 0, max_count = std::numeric_limits<std::size_t>::max();
   std::size_t min_length = 0, max_length = std::numeric_limits<std::size_t>::max();
   std::vector<std::pair<bool, rdf::TermId>> lower, upper;  ///< exclusive, bound
@@ -69,9 +69,9 @@ class ShapeReader {
 
   ShapeReader(const rdf::Graph& graph, const SchemaOptions& options, Warn warn) : graph_(graph), options_(options), warn_(std::move(warn)) {}
 
-  /// Adds what a shape says, and the shapes that it has by sh:node and sh:and.
+  /// Adds the constraints of a shape, and of its shapes by sh:node and sh:and.
   void gather(rdf::TermId shape, Constraints& c) { gather(shape, c, 0); }
-  /// What these shapes say together.
+  /// The combined constraints of these shapes.
   Constraints constraints_of(const std::vector<rdf::TermId>& shapes);
 
  private:

@@ -271,7 +271,7 @@ class Describer {
     return schemas_.emplace(shape, std::move(usable)).first->second;
   }
 
-  /// The schema of what a Property says of itself.
+  /// The schema in the representation of a Property.
   std::optional<Schema> by_itself(TermId member, std::string_view of) {
     Graph shapes;
     const auto add = [&](TermId s, Iri p, const TermView& o) { shapes.add(shapes.term(s), TermView(p), o); };

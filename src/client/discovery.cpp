@@ -84,7 +84,7 @@ void Discovery::report(std::string problem) {
   if (problems_.size() < max_problems) problems_.push_back(std::move(problem));
 }
 
-/// Resources that a representation leads to and that have to be read in order to know what they are.
+/// Linked resources that have to be read to determine their kind.
 std::vector<std::string> Discovery::candidates(const Found& found) const {
   std::vector<std::string> result;
   const Graph& graph = found.representation->graph;
@@ -207,7 +207,7 @@ Thing Discovery::thing_of(const Found& found) const {
         name(part(thing.properties_, thing.url(), std::string(predicate)).names_, graph, t.object, predicate);
     }
   }
-  // What only a Link field leads to.
+  // Resources that are linked by a Link field only.
   for (const std::string& target : found.related) {
     const auto read = found_.find(std::string(document_of(target)));
     if (read == found_.end() || !read->second.representation->focus) continue;

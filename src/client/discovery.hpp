@@ -11,8 +11,8 @@
 namespace lrt::client {
 inline namespace v0 {
 
-/// Finds the Things from one URL: breadth first, by links and triples, each resource once. Only Things, and what cannot be told from the triples that
-/// lead to it, are read; Properties, Actions and shapes are read when they are used. Predicates are not a closed set (R1.6): an unknown one may lead to
+/// Finds the Things from one URL: breadth first, by links and triples, each resource once. Only Things, and resources whose kind the linking triples do
+/// not show, are read. Properties, Actions and shapes are read when they are used. Predicates are not a closed set (R1.6): an unknown one may link to
 /// a Thing.
 class Discovery {
  public:

@@ -18,7 +18,7 @@ bool EventParser::parse(std::string_view bytes, const std::function<bool(StreamE
   if (is_too_long_) return false;
   while (bom_bytes_ < byte_order_mark.size() && !bytes.empty()) {
     if (bytes.front() != byte_order_mark[bom_bytes_]) {
-      line_.assign(byte_order_mark.substr(0, bom_bytes_));  // it was none
+      line_.assign(byte_order_mark.substr(0, bom_bytes_));  // there was no byte order mark
       bom_bytes_ = byte_order_mark.size();
       break;
     }

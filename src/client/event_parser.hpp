@@ -20,7 +20,7 @@ struct StreamEvent {
 };
 
 /// Parses text/event-stream (WHATWG HTML 9.2.6): any chunks, lines that end with CR, LF or CRLF, a byte order mark. An event without data is not
-/// reported. What the stream holds is limited; it is hostile input.
+/// reported. Sizes are limited, because the stream is hostile input.
 class EventParser {
  public:
   /// @param max_event_bytes  of the data of one event, and of one line

@@ -344,7 +344,7 @@ class Generator {
     return result;
   }
 
-  /// A type of a shape that belongs to no Thing. What is no struct and no enum gets a name.
+  /// A type of a shape that belongs to no Thing. A type that is neither a struct nor an enum gets a name.
   void shape(const ShapeDescription& s) {
     origin_ = origin_of(s.iri);
     const Type& type = s.schema.type();

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::string_view place_of_graph = "{graph}";
 
-/// Whether a secret that can be read on the way may be sent there.
+/// Whether an unencrypted secret may be sent to that host.
 bool may_get_secrets(const http::Url& url) { return url.secure || http::is_this_machine(url.host); }
 
 std::optional<std::chrono::seconds> retry_after(const http::Fields& fields) {
@@ -53,7 +53,7 @@ Result<std::unique_ptr<GraphStore>> GraphStore::create(const StoreOptions& optio
   client.ca_file = options.ca_file;
   client.limits.response_time = options.response_time;
   client.limits.max_idle_connections = max_requests;
-  client.limits.max_body_bytes = std::size_t{1024} * 1024;  // of a response, which has nothing that counts
+  client.limits.max_body_bytes = std::size_t{1024} * 1024;  // of a response, whose content is ignored
   client.log = log;
   Result<std::shared_ptr<HttpClient>> http = HttpClient::create(client);
   if (!http) return unexpected(std::move(http).error());
@@ -93,8 +93,8 @@ Result<std::optional<std::string>> GraphStore::authorization(const std::string& 
   return std::optional<std::string>(*std::move(value));
 }
 
-/// Takes what a 401 asks for. False: there is nothing to respond with, or the same has been refused.
-/// @par Errors  refused: the password would be readable on the way
+/// Stores the challenge of a 401. False: it cannot be answered, or the same answer was refused before.
+/// @par Errors  refused: the password would be sent unencrypted
 Result<bool> GraphStore::take_challenge(const Response& response, const http::Url& url) {
   if (options_.user.empty()) return false;
   const std::vector<exchange::Challenge> challenges = exchange::challenges_of(response.fields);

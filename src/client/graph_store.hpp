@@ -37,7 +37,7 @@ class GraphStore {
   /// Replaces a graph.
   /// @param turtle    the whole graph
   /// @param if_match  an entity tag; empty: without a condition
-  /// @par Errors  of the exchange: there is no response. refused: the credentials must not be sent as the store asks
+  /// @par Errors  of the exchange: there is no response. refused: the requested authentication would expose the credentials
   Result<Answer> put(const std::string& graph, const std::string& turtle, const std::string& if_match);
   Result<Answer> remove(const std::string& graph);
   void stop() noexcept { http_->stop(); }

@@ -94,11 +94,11 @@ class HttpClientImpl final : public HttpClient {
       if (++redirects > options_.limits.max_redirects)
         return unexpected(Errc::limit_exceeded, "\"" + given.url + "\": more than " + std::to_string(options_.limits.max_redirects) + " redirects");
       Result<std::string> target = iri::resolve(request.url, *location);
-      if (!target) return unexpected(Errc::expected_iri, "\"" + request.url + "\": it redirects to what is no URL");
+      if (!target) return unexpected(Errc::expected_iri, "\"" + request.url + "\": it redirects to an invalid URL");
       const Result<http::Url> next = http::parse_url(target->substr(0, target->find('#')));
       if (!next) return unexpected(Errc::expected_iri, "\"" + request.url + "\": it redirects to \"" + *target + "\": " + next.error().message);
       if (next->origin() != url->origin()) {
-        // What the caller says about itself is not for others. Nor may one robot send a command to another with the identity that is trusted there.
+        // The caller's credentials are not sent to other origins. A robot must not send a command to another robot with the client's identity.
         is_elsewhere = true;
         const auto secret = [](const auto& field) { return iequals_ascii(field.first, "Authorization") || iequals_ascii(field.first, "Cookie"); };
         request.fields.erase(std::remove_if(request.fields.begin(), request.fields.end(), secret), request.fields.end());
@@ -163,7 +163,7 @@ class HttpClientImpl final : public HttpClient {
     try {
       options_.log(LogLevel::debug, request.method + " " + request.url + ": " +
                                         (response ? std::to_string(response->status) : std::string(to_string(response.error().code))));
-    } catch (...) {}  // of the user: it has nobody to be told
+    } catch (...) {}  // user code: its error cannot be reported
   }
 
   /// One exchange, without regard to redirects.

@@ -41,7 +41,7 @@ class Kinds {
     by_key_[key].push_back(kinds_.size());
     join(kinds_.emplace_back(), thing);
   }
-  /// Kinds that differ only in what has no place in C++, such as links between Things, become one.
+  /// Kinds whose differences C++ cannot express, such as links between Things, are merged.
   void unite() {
     std::vector<ThingKind> united;
     for (ThingKind& kind : kinds_) {

@@ -16,14 +16,14 @@ template <class Description>
 struct Member {
   const Description* first = nullptr;
   std::size_t count = 0;     ///< Things that have it
-  std::string form;          ///< what its values are, without bounds
+  std::string form;          ///< the type of its values, without bounds
   std::string bounded_form;  ///< with those of the first Thing
   bool equal_bounds = true;  ///< all Things have these
 };
 using PropertyMember = Member<PropertyDescription>;
 using ActionMember = Member<ActionDescription>;
 
-/// Things that become one class.
+/// Things that share one class.
 struct ThingKind {
   std::string name;
   std::vector<const ThingDescription*> things;
@@ -33,7 +33,7 @@ struct ThingKind {
 };
 
 /// Groups Things by Blueprint. Things with one Blueprint whose values differ by more than bounds are of different kinds. Kinds that differ only in
-/// what has no place in C++, such as links between Things, are one.
+/// features that C++ cannot express, such as links between Things, are merged.
 /// @return  in the order of their names; several may have one name
 std::vector<ThingKind> kinds_of(const Description& robot);
 

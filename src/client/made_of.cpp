@@ -50,7 +50,7 @@ void add_value(Parts& parts, const std::string& kind, const std::string& part, c
   for (auto& [path, text] : lines) parts[{kind, part, path}] = std::move(text);
 }
 
-/// A place for people: "RevoluteJoint, property rotation, field rotationAxis/x".
+/// A readable place: "RevoluteJoint, property rotation, field rotationAxis/x".
 std::string where_of(const std::vector<std::string>& key) {
   std::string text = key[0] + (key[1].empty() ? "" : ", " + key[1]);
   if (key[2].empty() || key[2] == "by") return text;

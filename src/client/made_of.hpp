@@ -16,7 +16,7 @@
 namespace lrt::client {
 inline namespace v0 {
 
-/// What a header is made of: kind of Thing, part, path of a field -> what it is.
+/// The sources of a header: kind of Thing, part, path of a field -> description.
 using Parts = std::map<std::vector<std::string>, std::string>;
 
 /// The names of the classes of kinds, in a scope from which types then take other ones.

@@ -31,7 +31,7 @@ using std::chrono::milliseconds;
 using Instant = std::chrono::steady_clock::time_point;
 using Kind = MirrorEvent::Kind;
 
-/// How often connections are looked at and the state is written.
+/// How often connections are checked and the state is written.
 constexpr milliseconds tick{250};
 constexpr milliseconds state_pause{2'000};
 
@@ -80,7 +80,7 @@ class Mirror::Impl {
  private:
   using Lock = std::unique_lock<std::mutex>;
 
-  /// What is to be done with a graph, or was done.
+  /// The pending or completed operation on a graph.
   struct Wanted {
     bool is_delete = false;
     bool has_content = true;  ///< false: there was no room; the resource is read when its turn comes
@@ -92,7 +92,7 @@ class Mirror::Impl {
     std::string robot;
     std::string stored;      ///< what the store has: a digest, MirrorState::deleted, or empty: unknown
     std::string entity_tag;  ///< by the store
-    std::string refused;     ///< a digest that the store does not take
+    std::string refused;     ///< the digest of a graph that the store refuses
     std::optional<Wanted> wanted;
     bool is_queued = false, is_sent_now = false;
     OnDisk on_disk = OnDisk::nothing;
@@ -114,7 +114,7 @@ class Mirror::Impl {
   void event(Kind kind, std::string url, std::string reason = {}) const noexcept {
     try {
       if (options_.on_event) options_.on_event({kind, std::move(url), std::move(reason)});
-    } catch (...) {}  // of the user: it has nobody to be told
+    } catch (...) {}  // user code: its error cannot be reported
   }
   MirrorCounts counts_now() const;
   Result<void> start_threads();
@@ -151,7 +151,7 @@ class Mirror::Impl {
   const std::shared_ptr<Session> session_;
   const std::unique_ptr<GraphStore> store_;
 
-  mutable std::mutex mutex_;         ///< guards the rest but what says otherwise; not held during exchanges and callbacks
+  mutable std::mutex mutex_;         ///< guards the rest unless stated otherwise; not held during exchanges and callbacks
   std::condition_variable changed_;  ///< what waits for the store, and copy()
   std::condition_variable due_;      ///< a reading
   bool stopped_ = false, is_started_ = false, only_once_ = false;
@@ -209,7 +209,7 @@ MirrorCounts Mirror::Impl::counts_now() const {
 
 // --- Reading ---
 
-/// On a thread of its own: begins readings that are due.
+/// On a separate thread: starts the readings that are due.
 void Mirror::Impl::schedule() {
   Lock lock(mutex_);
   while (!stopped_) {
@@ -234,7 +234,7 @@ void Mirror::Impl::schedule() {
   }
 }
 
-/// A resource that was connected and is not any more: the robot may have left.
+/// A resource has lost its connection: the robot may be gone.
 void Mirror::Impl::look_at_watches(Robot& robot) {
   for (const auto& [url, watch] : robot.watches) {
     const bool is_connected = watch.is_connected();
@@ -324,7 +324,7 @@ void Mirror::Impl::take_found(Robot& robot, const std::set<std::string>& found) 
   else if (is_new) event(Kind::robot_found, robot.url, std::to_string(found.size()) + " resources");
 }
 
-/// Asks for the resources of earlier readings that no link has led to: what does not exist any more is deleted.
+/// Reads resources of earlier readings that are no longer linked, and deletes the graphs of those that no longer exist.
 void Mirror::Impl::forget_missing(Robot& robot, const std::set<std::string>& found, bool is_complete) {
   std::vector<std::string> unseen;
   {
@@ -426,7 +426,7 @@ void Mirror::Impl::offer_delete(const std::string& robot, const std::string& gra
   offer(lock, robot, graph, std::move(wanted));
 }
 
-/// The newest wins: what waits is replaced, and left out if the store has this already.
+/// The newest graph replaces a waiting one, and is skipped if the store has it already.
 void Mirror::Impl::offer(Lock& lock, const std::string& robot, const std::string& name, Wanted wanted) {
   if (stopped_) return;
   const bool is_mark = name == mirror_mark_of(robot);
@@ -464,7 +464,7 @@ void Mirror::Impl::queue(const std::string& name, Graph& graph) {
   changed_.notify_all();
 }
 
-/// Waits until the store may be asked: after a failure, and at the rate of the options. False: the end.
+/// Waits until the next request to the store is allowed: after a failure, and at the rate of the options. False: stopped.
 bool Mirror::Impl::wait_for_turn(Lock& lock) {
   while (!stopped_) {
     const Instant now = std::chrono::steady_clock::now();
@@ -492,7 +492,7 @@ void Mirror::Impl::send_all() {
   while (wait_for_turn(lock)) {
     const std::string name = std::move(queue_.front());
     queue_.pop_front();
-    Graph& graph = graphs_.at(name);  // its address stays, and it is not removed while it is sent
+    Graph& graph = graphs_.at(name);  // its address is stable, and it is not removed while it is sent
     graph.is_queued = false;
     if (!graph.wanted) continue;
     graph.is_sent_now = true;
@@ -521,7 +521,7 @@ void Mirror::Impl::send_all() {
   }
 }
 
-/// Reads a resource for whose graph there was no room. False: it is not to be sent.
+/// Reads a resource again whose graph did not fit into memory. False: it must not be sent.
 bool Mirror::Impl::load(Lock& lock, const std::string& name, Graph& graph, Wanted& wanted) {
   const std::string robot = graph.robot;
   lock.unlock();
@@ -570,7 +570,7 @@ void Mirror::Impl::send(Lock& lock, const std::string& name, Graph& graph) {
   if (is_overwritten && answer && answer->ok()) {
     ++counts_.overwritten;
     lock.unlock();
-    event(Kind::graph_overwritten, name, "somebody else had changed the graph in the store; it has the robot's version again");
+    event(Kind::graph_overwritten, name, "another client changed the graph in the store; the robot's version was restored");
     lock.lock();
   }
   take_answer(lock, name, graph, std::move(wanted), answer);
@@ -610,7 +610,7 @@ void Mirror::Impl::take_answer(Lock& lock, const std::string& name, Graph& graph
   }
   const bool is_temporary =
       status == 0 ? is_away(answer.error()) : status == 408 || status == 425 || status == 429 || (status >= 500 && status != 501 && status != 505);
-  // A store that fails with 500 again and again may have a problem with this graph only: the others must not wait for it. The next reading of the robot
+  // If a store fails repeatedly with 500, only this graph may be the reason. The others must not wait for it. The next reading of the robot
   // offers it again.
   constexpr unsigned max_failures = 5;
   constexpr int internal_error = 500;
@@ -651,11 +651,11 @@ void Mirror::Impl::take_store_failure(Lock& lock, const std::string& reason, std
 void Mirror::Impl::take_state_error(Lock& lock, const Result<void>& written) {
   if (written || std::exchange(state_failed_, true)) return;
   lock.unlock();
-  event(Kind::problem, options_.state_file, written.error().message + "; the mirror goes on without");
+  event(Kind::problem, options_.state_file, written.error().message + "; the mirror continues without a state file");
   lock.lock();
 }
 
-/// Writes what the store is known to have and what does not change just now.
+/// Writes the known content of the store, except for graphs that are being sent.
 void Mirror::Impl::write_state(Lock& lock) {
   std::vector<StoredGraph> known;
   for (auto& [name, graph] : graphs_) {
@@ -741,7 +741,7 @@ void Mirror::Impl::stop() noexcept {
   try {
     Lock lock(mutex_);
     if (state_) write_state(lock);
-  } catch (...) {}  // without memory the state stays as it is, which is safe
+  } catch (...) {}  // without memory the state is not changed, which is safe
 }
 
 Result<Mirror> Mirror::create(MirrorOptions options) {

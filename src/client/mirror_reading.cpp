@@ -57,7 +57,7 @@ std::vector<std::string> mirrored_links(const rdf::Graph& graph, const std::stri
     const TermView object = graph.term(t.object);
     if (!object.is_iri()) continue;
     const std::string_view url = document_of(object.text), predicate = graph.term(t.predicate).text;
-    // A resource may be linked by seeAlso and by another predicate. What an aggregate is called decides for all of its links.
+    // A resource may be linked by seeAlso and by another predicate. If one link marks it as an aggregate, all links are skipped.
     const bool is_neutral = predicate == vocab::rdfs::seeAlso.text || predicate == vocab::http_core::requestURI.text;
     if (!is_skipped(predicate)) found.insert(url);
     else if (!is_neutral) skipped.insert(url);

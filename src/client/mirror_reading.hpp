@@ -12,7 +12,7 @@
 namespace lrt::client {
 inline namespace v0 {
 
-/// What a mirror needs of a representation.
+/// The part of a representation that a mirror needs.
 struct MirroredGraph {
   std::string turtle{};  ///< all triples in N-Triples, which is Turtle, sorted
   std::string digest{};  ///< SHA-256 of it
@@ -36,7 +36,7 @@ bool is_worth_watching(const Representation& representation);
 Result<bool> read_robot(Session& session, const std::string& url, const std::function<void(const RepresentationPtr&)>& on_resource,
                         const std::function<void(const std::string& url, const Error& error)>& on_problem);
 
-/// Whether an error says that the server is not there now, rather than what it thinks of the request.
+/// Whether an error shows that the server is not reachable, rather than that it refused the request.
 bool is_away(const Error& error) noexcept;
 
 }  // namespace v0

@@ -65,7 +65,7 @@ Result<std::vector<StoredGraph>> parse(std::string_view text, const std::string&
   const std::size_t end_of_header = text.find('\n');
   const std::string_view header = text.substr(0, end_of_header);
   if (end_of_header == std::string_view::npos || header.substr(0, begin_of_header.size()) != begin_of_header)
-    return invalid("is no state of a mirror");
+    return invalid("is not a state file of a mirror");
   if (const std::string_view other = header.substr(begin_of_header.size()); other != field(store))
     return invalid("is the state of a mirror to another store, \"" + std::string(other) + "\"");
   std::map<std::string, StoredGraph, std::less<>> graphs;
@@ -85,7 +85,7 @@ Result<std::vector<StoredGraph>> parse(std::string_view text, const std::string&
     } else if (parts.size() == 2 && parts[0] == "forgotten") {
       graphs.erase(std::string(parts[1]));
     } else {
-      return invalid("has a line that is no record");
+      return invalid("has a line that is not a record");
     }
   }
   std::vector<StoredGraph> result;
@@ -147,7 +147,7 @@ Result<std::unique_ptr<MirrorState>> MirrorState::open(const std::string& path, 
 
 MirrorState::~MirrorState() { ::close(descriptor_); }
 
-/// A state that lacks a record would be believed: after an error there is none.
+/// A state with a missing record would be trusted. Therefore the file is removed after an error.
 Result<void> MirrorState::fail() {
   error_ = system_error("cannot write", path_);
   ::unlink(path_.c_str());

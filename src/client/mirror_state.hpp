@@ -13,7 +13,7 @@
 namespace lrt::client {
 inline namespace v0 {
 
-/// What a mirror knows of a graph in the store.
+/// The known state of a graph in the store.
 struct StoredGraph {
   std::string graph{};       ///< its IRI
   std::string robot{};       ///< URL of the robot that has the resource
@@ -29,7 +29,7 @@ struct StoredGraph {
 ///     forgotten	http://robot.example/tool
 ///
 /// Before a graph is sent whose content the file states, `unknown` is on the disk: a mirror that is killed between the exchange and the next record
-/// must not believe an older state. Opening the file replaces it by a shorter one with the same content, in one step (rename).
+/// must not trust an older state. Opening the file replaces it by a shorter one with the same content, in one step (rename).
 ///
 /// @par Threads  One at a time.
 class MirrorState {
@@ -43,7 +43,7 @@ class MirrorState {
   MirrorState(const MirrorState&) = delete;
   MirrorState& operator=(const MirrorState&) = delete;
 
-  /// What the file had when it was opened. Gives it away.
+  /// The content of the file when it was opened. Moves it out.
   std::vector<StoredGraph> take() noexcept { return std::move(graphs_); }
 
   // The records. An error stays: the file is removed, and nothing is written after it.

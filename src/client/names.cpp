@@ -55,10 +55,10 @@ Result<std::vector<Address>> NameResolver::find(const std::string& host, exchang
           Result<std::vector<Address>> found = state->resolve(host);
           const std::lock_guard guard(state->mutex);
           if (state->known.size() >= max_known) state->known.clear();
-          // A failure is known for a moment only, for those who wait for it.
+          // A failure is kept for a moment only, for the threads that wait for it.
           const Instant until = std::chrono::steady_clock::now() + (found ? std::chrono::milliseconds(known_time) : std::chrono::milliseconds(200));
           state->known.insert_or_assign(host, State::Known{std::move(found), until});
-        } catch (...) {}  // out of memory: who waits asks again
+        } catch (...) {}  // out of memory: waiting threads try again
         const std::lock_guard guard(state->mutex);
         state->running.erase(std::find(state->running.begin(), state->running.end(), host));
         state->changed.notify_all();

@@ -23,7 +23,7 @@ class NameResolver {
  public:
   explicit NameResolver(ThreadOptions threads, exchange::Resolve resolve = exchange::resolve);
 
-  /// The addresses of a host of a URL. A name is asked for again after 30 s.
+  /// The addresses of a host of a URL. A name is resolved again after 30 s.
   /// @par Errors  io_error, timed_out; limit_exceeded: too many names are being resolved
   Result<std::vector<exchange::Address>> find(const std::string& host, exchange::WaitLimit limit);
 

@@ -135,7 +135,8 @@ Result<Recording> Recording::parse(std::string_view text, const RecordingLimits&
   };
   const std::string_view first = next_line();
   const std::optional<Document> header = first.size() <= limits.max_line_bytes ? object_of(first) : std::nullopt;
-  if (!header || text_of(*header, "lrt") != "recording") return unexpected(Errc::expected_value, "no recording: the first line is not its header");
+  if (!header || text_of(*header, "lrt") != "recording")
+    return unexpected(Errc::expected_value, "not a recording: the first line is not a recording header");
   if (number_of(*header, "version") != 1.0) return unexpected(Errc::expected_value, "a recording of another version: expected 1");
   Recording recording;
   recording.header_.robot = text_of(*header, "robot").value_or(std::string());

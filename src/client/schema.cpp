@@ -46,7 +46,7 @@ struct Schema::Data {
 
 namespace {
 
-/// Whether a unit with these IRIs may be kept for the life of the process, as Facets does: strangers may name many.
+/// Whether a unit with these IRIs may be kept until the process ends, as Facets does. Their number is limited, because servers may name many.
 bool may_keep_unit(const Unit& unit) {
   if (!unit.ucum.empty()) return true;  // one of lrt's
   constexpr std::size_t most = 4'096;
@@ -143,7 +143,7 @@ class SchemaReader {
   }
   Iri kept(const std::string& text) { return Iri(std::string_view(data_->texts.emplace_back(text))); }
 
-  /// Property shapes whose values are being read. One within itself has no finite type.
+  /// Property shapes whose values are being read. A shape that contains itself has no finite type.
   struct Inside {
     Inside(SchemaReader& reader, const std::vector<TermId>& shapes) : owner(reader), before(reader.inside_.size()) {
       owner.inside_.insert(owner.inside_.end(), shapes.begin(), shapes.end());
@@ -232,7 +232,7 @@ class SchemaReader {
           made->facets.unit(unit);
           return made;
         }
-        data_->warnings.resize(std::min(warned, data_->warnings.size()));  // the record says it again
+        data_->warnings.resize(std::min(warned, data_->warnings.size()));  // the record repeats it
       }
       return record(c);
     }
@@ -482,7 +482,7 @@ class SchemaReader {
     const bool bounded = facets.min() && facets.max();
     if (t.kind == Kind::real && t.datatype != xsd::decimal && (c.non_finite || (!excludes && !bounded))) facets.allow_non_finite();
   }
-  /// Bounds that only keep the instant within 64 bits of nanoseconds are those of the type.
+  /// Bounds that only limit the instant to 64 bits of nanoseconds belong to the type.
   void instant_bounds(const Constraints& c) {
     const auto own = [&](const auto& bounds, std::string_view text) {
       return std::all_of(bounds.begin(), bounds.end(), [&](const auto& b) { return graph_.term(b.second).text == text; });
@@ -534,7 +534,7 @@ class SchemaReader {
     for (const std::string& other : c.others) warn(other + " is not part of the type");
   }
 
-  /// Whether a shape only says that all of its paths are absent.
+  /// Whether a shape only requires that all of its paths are absent.
   bool is_absent(TermId shape) {
     Constraints c;
     shapes_.gather(shape, c);

@@ -81,7 +81,7 @@ bool Workers::run_one() noexcept {
       callbacks_.pop_front();
     }
     callback();
-  } catch (...) {}  // of the user: it has nobody to be told
+  } catch (...) {}  // user code: its error cannot be reported
   return true;
 }
 
@@ -209,14 +209,14 @@ Result<Shape> Session::shape(const TermView& node, const Representation& known) 
     wanted.pop_back();
     if (!read.insert(url).second) continue;
     if (read.size() > max_documents) return unexpected(Errc::limit_exceeded, "a shape refers to more than 16 documents");
-    if (!same_origin(url, known.url)) continue;  // a shape of others is taken as it stands in ours
+    if (!same_origin(url, known.url)) continue;  // a shape of another server is read from this document
     const Result<RepresentationPtr> found = described(url);
     if (!found) return unexpected(found.error());
-    // What is described here already would be judged twice.
+    // Triples that are already present would be validated twice.
     add_apart(shape.graph, (*found)->graph, [&](const TermView& subject) { return subject.is_iri() && is_described(subject); });
   }
   if (!is_described(shape.node.view())) {
-    return unexpected(Errc::expected_value, "\"" + known.url + "\" refers to the shape " + rdf::to_string(node) + ", which is described nowhere");
+    return unexpected(Errc::expected_value, "\"" + known.url + "\" refers to the shape " + rdf::to_string(node) + ", which has no description");
   }
   return shape;
 }

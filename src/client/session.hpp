@@ -25,7 +25,7 @@
 namespace lrt::client {
 inline namespace v0 {
 
-/// Representations that were received, the least recently used first to go. Not synchronised.
+/// A cache of received representations. The least recently used is removed first. Not synchronised.
 class RepresentationCache {
  public:
   explicit RepresentationCache(std::size_t max_bytes) : max_bytes_(max_bytes) {}
@@ -52,7 +52,7 @@ class RepresentationCache {
   std::unordered_map<std::string, std::list<Entry>::iterator> by_url_;
 };
 
-/// Work that waits, on threads of Tasks, and the results for poll().
+/// Blocking work on threads of Tasks, and the results for poll().
 /// @par Threads  Any.
 class Workers {
  public:
@@ -65,11 +65,11 @@ class Workers {
   /// Runs the oldest callback; false: there is none.
   bool run_one() noexcept;
   EventWaker& waker() noexcept { return waker_; }
-  /// What has not begun does not begin. Waits for what runs.
+  /// Drops waiting tasks. Waits for running ones.
   void stop() noexcept;
 
  private:
-  /// Hands a callback to poll().
+  /// Queues a callback for poll().
   void call_in_poll(UniqueFunction<void()> callback);
 
   static constexpr std::size_t max_threads = 4, max_waiting = 1'000;
@@ -78,21 +78,21 @@ class Workers {
   std::mutex mutex_;
   std::deque<UniqueFunction<void()>> callbacks_;
   bool stopped_ = false;
-  std::atomic<std::size_t> waiting_{0};  ///< work that has not begun
+  std::atomic<std::size_t> waiting_{0};  ///< work that has not started
   Tasks tasks_;
 };
 
-/// What a Client and the handles that it gives out share.
+/// The state shared by a Client and its handles.
 class Session : public std::enable_shared_from_this<Session> {
  public:
   Session(std::shared_ptr<HttpClient> http, const Options& options);
 
-  /// A representation; with If-None-Match where one is kept.
+  /// A representation; requested with If-None-Match if one is cached.
   Result<RepresentationPtr> get(const std::string& url);
-  /// The same, or what was received in the last minute: for what a resource says of itself and seldom changes, such as its binding and its shape.
-  /// Where that turns out to be wrong, the server refuses, and it is forgotten.
+  /// The same, or a representation of the last minute: for parts that rarely change, such as the binding and the shape.
+  /// If they are outdated, the server refuses the request, and they are removed from the cache.
   Result<RepresentationPtr> described(const std::string& url);
-  /// What is kept of a resource is no longer true.
+  /// Removes the outdated representations of a resource.
   void forget(const std::string& url);
   Result<Robot> open(const std::string& url);
   /// A request that changes a resource. @par Errors  also those of a response that is no success

@@ -24,7 +24,7 @@ thread_local const void* own_state = nullptr;
 
 }  // namespace
 
-/// Its threads own it, too: the last of them may end after the Tasks.
+/// Its threads share ownership: the last of them may end after the Tasks.
 struct Tasks::State {
   State(ThreadOptions options, std::size_t max, const Clock& time) : threads(std::move(options)), max_threads(max), clock(time) {}
 
@@ -47,7 +47,7 @@ Tasks::Tasks(const ThreadOptions& threads, std::size_t max_threads, const Clock&
 
 Tasks::~Tasks() { stop(); }
 
-/// Sees to it that somebody takes what was added.
+/// Wakes or starts a thread for the added task.
 bool Tasks::State::add(std::unique_lock<std::mutex>& lock, const std::shared_ptr<State>& self) {
   if (running < max_threads && (ready.size() > idle || running == 0)) {
     ++running;

@@ -19,14 +19,14 @@ class Tasks {
  public:
   using Task = UniqueFunction<void()>;  ///< an exception that leaves it is dropped
 
-  /// @param clock  judges when a task is due. If it is moved by hand, check() must follow
+  /// @param clock  decides when a task is due. If it is moved by hand, check() must follow
   Tasks(const ThreadOptions& threads, std::size_t max_threads, const Clock& clock);
   /// Calls stop().
   ~Tasks();
   Tasks(const Tasks&) = delete;
   Tasks& operator=(const Tasks&) = delete;
 
-  /// Runs a task soon; after stop() never. If the system has no further thread, it waits for one of those that there are.
+  /// Runs a task soon; after stop() never. If the system provides no further thread, it waits for a running one.
   /// @return  false: it does not run, because there is no thread at all or stop() was called
   bool run(Task task);
   bool run_at(std::chrono::steady_clock::time_point due, Task task);

@@ -94,7 +94,7 @@ std::optional<rdf::Syntax> first_syntax(std::string_view list) {
   return std::nullopt;
 }
 
-/// Sends a graph; where the server refuses the syntax, once more in one that it names.
+/// Sends a graph. If the server refuses the syntax, sends it once more in a syntax that the server names.
 Result<Response> send_graph(Session& session, Request request, const Graph& graph) {
   rdf::Syntax syntax = stated_syntax(request.fields).value_or(rdf::Syntax::turtle);
   const auto is_type = [](const auto& field) { return lrt::detail::iequals_ascii(field.first, "Content-Type"); };
@@ -121,7 +121,7 @@ Result<Response> send_graph(Session& session, Request request, const Graph& grap
   }
 }
 
-/// Commands go where the resource is, whatever its binding says: a robot cannot have a client move another one.
+/// Commands are sent to the resource's origin only, whatever its binding says: a robot must not make a client move another robot.
 Result<void> must_be_here(const std::string& url, const std::string& resource) {
   if (same_origin(url, resource)) return {};
   return unexpected(Errc::refused, "\"" + resource + "\" has a binding to another server, \"" + url.substr(0, 200) + "\"");
@@ -180,7 +180,7 @@ Result<lrt::Unit> agreed_unit(const lrt::Unit& given, const std::optional<lrt::U
   return unexpected(Errc::expected_value, "expected the unit " + name(*declared) + ", found " + name(given));
 }
 
-/// Judges what is to be sent, with Options::validate and if there is a shape.
+/// Validates the request body, with Options::validate and if there is a shape.
 Result<void> judged(const Session& session, const Graph& graph, TermId focus, const std::optional<Shape>& shape) {
   return session.options().validate && shape ? conforms(graph, focus, *shape) : Result<void>();
 }
@@ -285,7 +285,7 @@ Result<std::optional<Shape>> Property::value_shape() const {
     const Graph& graph = (*document)->graph;
     for (const std::string& predicate : names_.predicates) {
       for (const TermView& node : graph.subjects(vocab::sh::path, rdf::iri(predicate))) {
-        // Beside the shape of the value, which has a name, stands what all resources of a server have.
+        // Besides the named shape of the value there are the shapes of all resources of a server.
         const std::vector<TermView> parts = graph.objects(node, vocab::sh::node);
         const auto named = std::find_if(parts.begin(), parts.end(), [](const TermView& part) { return part.is_iri(); });
         if (named == parts.end() && !parts.empty()) continue;
@@ -600,7 +600,7 @@ Result<T> find_part(const std::vector<Thing>& things, const std::vector<T>& (Thi
   }
   for (const Thing& thing : things) all.insert(all.end(), (thing.*parts)().begin(), (thing.*parts)().end());
   Result<T> found = find_named(all, name, kind, where);
-  if (!found && found.error().code == Errc::unknown_path && owner)  // says what that Thing has
+  if (!found && found.error().code == Errc::unknown_path && owner)  // lists the parts of that Thing
     return find_named((owner->*parts)(), name.substr(slash + 1), kind, "\"" + owner->name() + "\"");
   return found;
 }

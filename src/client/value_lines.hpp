@@ -16,8 +16,8 @@ std::string decoded_last_part(std::string_view iri);
 /// Scheme and authority, "http://robot:8080".
 std::string origin_of(std::string_view iri);
 
-/// Says what a type and its facets are, in one line of text for the value and one for each field. Equal lines: equal for C++. The order of fields
-/// does not count, nor does the origin of the robot.
+/// Describes a type and its facets, in one line of text for the value and one for each field. Equal lines: equal C++ types. The order of fields
+/// and the origin of the robot are ignored.
 class ValueLines {
  public:
   using Lines = std::vector<std::pair<std::string, std::string>>;  ///< path of the field, what it is

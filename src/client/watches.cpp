@@ -74,7 +74,7 @@ std::vector<std::string> accepted_types(std::string_view accept) {
   return result;
 }
 
-/// The syntax that bytes obviously have, where the protocol does not name it and a server may have ignored what was asked for.
+/// The syntax that the bytes obviously have, if the protocol does not name it and the server may have ignored the requested one.
 std::string apparent_type(std::string_view body, const std::string& assumed) {
   const std::size_t begin = std::min(body.find_first_not_of(" \t\r\n"), body.size());
   body.remove_prefix(begin);
@@ -101,7 +101,7 @@ std::string as_http(std::string url) {
   return url;
 }
 
-/// A refusal that may be over later.
+/// A refusal that may be temporary.
 bool is_temporary(int status) noexcept {
   return status == 408 || status == 425 || status == 429 || (status >= 500 && status != 501 && status != 505);
 }
@@ -179,7 +179,7 @@ class StreamPlace {
 
 }  // namespace
 
-/// What the watches of a client share.
+/// The state shared by the watches of a client.
 struct WatchContext : std::enable_shared_from_this<WatchContext> {
   WatchContext(std::shared_ptr<HttpClient> client, Watches::Hooks given)
       : http(std::move(client)),
@@ -211,16 +211,16 @@ struct WatchContext : std::enable_shared_from_this<WatchContext> {
   std::mutex mutex;
   std::condition_variable changed;
   std::list<std::weak_ptr<Watch::Impl>> watches;
-  std::deque<std::weak_ptr<Watch::Impl>> ready;  ///< with changes to be handed over
+  std::deque<std::weak_ptr<Watch::Impl>> ready;  ///< with changes for the callback
   bool is_draining = false;                      ///< a task of Callbacks::in_background runs
-  std::size_t deletions = 0;                     ///< of subscriptions, that are under way
+  std::size_t deletions = 0;                     ///< of running deletions of subscriptions
 
   WebSockets websockets;
   Tasks tasks, stream_tasks;
 };
 
-/// One watch: an activity at a time (a WebSocket, a stream, a poll, a callback subscription), whose events carry its generation. Events of an earlier
-/// one have no effect.
+/// One watch. It has one activity at a time (a WebSocket, a stream, a poll, a callback subscription), whose events carry its generation. Events of an
+/// earlier activity have no effect.
 class Watch::Impl : public std::enable_shared_from_this<Watch::Impl> {
  public:
   using Delivery = Watches::Delivery;
@@ -253,7 +253,7 @@ class Watch::Impl : public std::enable_shared_from_this<Watch::Impl> {
     return last_error_;
   }
 
-  /// Calls the callback for what is in the queue, until `until`.
+  /// Calls the callback for the queued changes, until `until`.
   /// @return  more is due
   bool drain(std::optional<Instant> until) noexcept;
 
@@ -262,7 +262,7 @@ class Watch::Impl : public std::enable_shared_from_this<Watch::Impl> {
   using Lock = std::unique_lock<std::mutex>;
   struct SocketEvents;
 
-  // What the activities report.
+  // Events of the activities.
   void connected(Generation generation, std::string subscription);
   std::optional<Change> connect();
   void value(Generation generation, std::string body, std::string type, std::string entity_tag);
@@ -438,7 +438,7 @@ bool Watch::Impl::drain(std::optional<Instant> until) noexcept {
       if (on_change_) on_change_(change);
     } catch (const std::exception& thrown) {
       context_->log(LogLevel::warning, "the callback of a watch threw an exception: " + std::string(thrown.what()));
-    } catch (...) { context_->log(LogLevel::warning, "the callback of a watch threw something that is no std::exception"); }
+    } catch (...) { context_->log(LogLevel::warning, "the callback of a watch threw an exception that is not a std::exception"); }
     lock.lock();
   }
   draining_ = false;
@@ -592,7 +592,7 @@ bool Watch::Impl::attempt_at(std::optional<Instant> due, Generation generation) 
   return due ? tasks.run_at(*due, std::move(task)) : tasks.run(std::move(task));
 }
 
-/// The activity goes on with another step, at once.
+/// The activity continues with its next step, at once.
 bool Watch::Impl::again(Generation generation, void (Impl::*next)()) {
   {
     const std::lock_guard lock(mutex_);
@@ -625,7 +625,7 @@ void Watch::Impl::attempt(Generation generation) {
   }
 }
 
-/// With the identity for the origin of the resource only: no redirect and no hybrit:websocketUrl makes this program show it elsewhere.
+/// Sends the identity to the origin of the resource only, not to the targets of redirects or hybrit:websocketUrl.
 std::vector<std::pair<std::string, std::string>> Watch::Impl::request_fields(const http::Url& url, std::string accept) const {
   std::vector<std::pair<std::string, std::string>> fields{{"Accept", std::move(accept)}};
   if (url.origin() != parsed_.origin()) return fields;
@@ -707,7 +707,7 @@ void Watch::Impl::socket_ended(Generation generation, const WebSocketEnd& ended)
     was_connected = counts_.values > 0;
   }
   int status = ended.status;
-  // A server that cannot refuse the handshake any more says so in the close frame, as lrt does on libwebsockets.
+  // A server that can no longer refuse the handshake sends the reason in the close frame, as lrt does on libwebsockets.
   constexpr std::string_view prefix = "HTTP ";
   if (!has_value && ended.code != 0 && ended.reason.substr(0, prefix.size()) == prefix) {
     int found = 0;
@@ -807,8 +807,7 @@ void Watch::Impl::stream(Generation generation) {
     if (is_stream || status < 301 || status > 308 || status == 304) break;
     const auto location = outcome.header.fields.find("Location");
     const Result<std::string> next = location ? iri::resolve(target, *location) : Result<std::string>(unexpected(Errc::expected_iri, ""));
-    if (!next || redirects >= limits.max_redirects)
-      return refused(generation, 0, {Errc::limit_exceeded, "\"" + url_ + "\": it redirects without end"}, {});
+    if (!next || redirects >= limits.max_redirects) return refused(generation, 0, {Errc::limit_exceeded, "\"" + url_ + "\": too many redirects"}, {});
     target = *next;
     url = http::parse_url(target.substr(0, target.find('#')));
   }
@@ -825,10 +824,11 @@ void Watch::Impl::stream(Generation generation) {
   if (outcome.header.status != 0) {
     const Response response{outcome.header.status, outcome.header.fields, std::move(body), target};
     const Error error =
-        response.status == 200 ? Error{Errc::refused, "\"" + url_ + "\": the server sends no event streams"} : response_error(response, url_);
+        response.status == 200 ? Error{Errc::refused, "\"" + url_ + "\": the server does not support event streams"} : response_error(response, url_);
     return refused(generation, response.status, error, retry_after(response.fields));
   }
-  if (outcome.code == Errc::cancelled) return refused(generation, 200, {Errc::refused, "\"" + url_ + "\": the server sends no event streams"}, {});
+  if (outcome.code == Errc::cancelled)
+    return refused(generation, 200, {Errc::refused, "\"" + url_ + "\": the server does not support event streams"}, {});
   lost(generation, {outcome.code, "\"" + url_ + "\": " + outcome.error});
 }
 
@@ -932,7 +932,8 @@ void Watch::Impl::subscribe(Generation generation) {
     return error.code == Errc::limit_exceeded || error.code == Errc::closed ? end(generation, error) : lost(generation, error);
   }
   if (!is_made) {
-    Error error = response->ok() ? Error{Errc::refused, "\"" + url_ + "\": the server makes no web callbacks"} : response_error(*response, url_);
+    Error error =
+        response->ok() ? Error{Errc::refused, "\"" + url_ + "\": the server does not support web callbacks"} : response_error(*response, url_);
     std::string callback;
     {
       const std::lock_guard lock(mutex_);
@@ -944,7 +945,7 @@ void Watch::Impl::subscribe(Generation generation) {
   std::string subscription(response->fields.find("Location").value_or(std::string_view()));
   if (subscription.empty() && response->status == 200) subscription = response->fields.find("Content-Location").value_or(std::string_view());
   const Result<std::string> resolved = subscription.empty() ? Result<std::string>(std::string()) : iri::resolve(response->url, subscription);
-  // Only there may a DELETE go: another server must not be able to name what this program deletes.
+  // DELETE is sent to this origin only: another server must not choose what this program deletes.
   subscription = resolved && same_origin(*resolved, url_) ? *resolved : std::string();
   {
     const std::lock_guard lock(mutex_);
@@ -959,7 +960,7 @@ void Watch::Impl::subscribe(Generation generation) {
   check_subscription(generation);
 }
 
-/// After idle_time without a notification the subscription is looked at: a server that was restarted may not have it any more.
+/// After idle_time without a notification the subscription is checked: a restarted server may have lost it.
 void Watch::Impl::check_subscription(Generation generation) {
   std::string subscription;
   Instant due{};

@@ -22,9 +22,9 @@ struct WatchContext;
 /// @par Threads  Any; poll(): one at a time.
 class Watches {
  public:
-  /// What tests replace, and how a host is woken.
+  /// Parameters that tests replace, and the wake-up of the host.
   struct Hooks {
-    const Clock* clock = nullptr;      ///< judges pauses; nullptr: the system's. If it is moved by hand, check_clock() must follow
+    const Clock* clock = nullptr;      ///< measures pauses; nullptr: the system's. If it is moved by hand, check_clock() must follow
     std::function<double()> random{};  ///< in [0, 1), for pauses; empty: the system's
     std::function<void()> wake{};      ///< called from any thread when poll() has something to do; must not block or call Watches
     exchange::Resolve resolve{};       ///< of names for WebSockets; empty: the system's resolver
@@ -42,7 +42,7 @@ class Watches {
   Watches(const Watches&) = delete;
   Watches& operator=(const Watches&) = delete;
 
-  /// Begins to watch a resource. What the server says comes as a Change: a refusal as `ended`.
+  /// Starts to watch a resource. Responses of the server are reported as a Change: a refusal as `ended`.
   /// @param url  http or https; also "ws" and "wss"
   /// @par Errors  expected_iri, invalid_option; closed: after stop()
   Result<Watch> watch(std::string url, const WatchOptions& options, OnChange on_change, Delivery delivery = Delivery::as_options);

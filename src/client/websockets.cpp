@@ -43,7 +43,7 @@ struct Timer {
   void* owner = nullptr;
 };
 
-/// Instead of libwebsockets' sentences, where ours are clearer.
+/// Replaces some messages of libwebsockets by clearer ones.
 Error connect_error(std::string_view said, const std::string& where) {
   if (said == "Unable to connect") return {Errc::io_error, where + ": no connection"};
   if (said == "HS: Accept hash wrong" || said == "HS: ACCEPT missing")
@@ -89,7 +89,7 @@ struct WebSockets::Impl : std::enable_shared_from_this<Impl> {
       last_frame = SteadyClock::now();
       has_pinged = false;
     }
-    /// The first reason is the one that counts.
+    /// The first reason is reported.
     void fail(Error error) {
       if (!end) end = WebSocketEnd{0, {}, 0, {}, std::move(error)};
     }
@@ -144,7 +144,7 @@ struct WebSockets::Impl : std::enable_shared_from_this<Impl> {
   std::atomic<std::uint64_t> next_id{1};
   std::atomic<bool> stopping{false};
 
-  std::mutex mutex;  // never held while another function of ours runs
+  std::mutex mutex;  // never held during calls of other functions of lrt
   Thread thread;
   bool is_started = false;
   lws_context* wakeable = nullptr;  ///< the context, while it may be woken

@@ -27,7 +27,7 @@ struct WebSocketEnd {
   Error error{Errc::closed, {}};
 };
 
-/// What happens to a WebSocket. Called on the thread of WebSockets, without a lock, in this order: opened() at most once, received(), and ended()
+/// Events of a WebSocket. Called on the thread of WebSockets, without a lock, in this order: opened() at most once, received(), and ended()
 /// once. None of them may block.
 class WebSocketEvents {
  public:
@@ -48,13 +48,13 @@ struct WebSocketRequest {
 
 /// WebSocket connections of a client, on libwebsockets: one lws_context on one thread, which starts with the first connection.
 ///
-/// What it does not do: redirects (a 3xx has its status in the end), extensions, sub-protocols, proxies. A target above 2000 bytes, a host above
+/// Not supported: redirects (a 3xx is reported by its status), extensions, sub-protocols, proxies. A target above 2000 bytes, a host above
 /// 110 bytes, and TLS to an IPv6 address are refused, because libwebsockets 4.1 would cut the first two and check the certificate of the third for
 /// the host "[". libwebsockets accepts frames that a server has masked.
 /// @par Threads  Any.
 class WebSockets {
  public:
-  /// @par Time  Starts nothing.
+  /// @par Time  The constructor starts no thread.
   explicit WebSockets(const Options& options);
   /// Calls stop(). Must not run on the own thread.
   ~WebSockets();

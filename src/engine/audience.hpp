@@ -18,7 +18,7 @@ class Registry;
 class Resource;
 struct Methods;
 
-/// For whom a representation or response is made: what they may see and do. The default may do everything.
+/// The reader of a representation or response, with its rights. The default has all rights.
 struct Audience {
   std::shared_ptr<const security::View> view{};            ///< nullptr: everything
   std::shared_ptr<const security::Principal> principal{};  ///< nullptr: nobody in particular
@@ -33,13 +33,13 @@ struct Audience {
   bool sees_something() const noexcept { return !view || view->anywhere().has(security::Right::read); }
   /// The methods of a resource that it may use.
   Methods methods(const Resource& resource) const;
-  /// Whether an IRI names nothing that is to be kept from it: a resource that it sees, also with a query or fragment, or something elsewhere.
+  /// Whether the audience may see an IRI: a resource that it may read, with or without query and fragment, or an IRI of another server.
   bool sees_iri(std::string_view iri, const std::string& base, const Registry& registry) const;
   /// Of the principal, where a representation of the resource depends on it.
   std::string_view name_in(const Resource& resource) const noexcept;
 };
 
-/// The triples that name only IRIs which are shown, and that can be reached from one of their subjects: a blank node goes with all that led to it.
+/// Keeps the triples whose IRIs are all visible and that can be reached from a visible subject. Unreachable blank nodes are removed.
 rdf::Graph visible_part(const rdf::Graph& all, FunctionRef<bool(std::string_view iri)> is_shown);
 
 }  // namespace v0

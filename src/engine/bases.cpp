@@ -24,7 +24,7 @@ std::string canonical_host(std::string_view authority, bool secure) {
 
 constexpr std::string_view scheme(bool secure) noexcept { return secure ? "https://" : "http://"; }
 
-Unexpected misdirected(const std::string& host) { return unexpected(Errc::refused, "this server does not answer for the host \"" + host + "\""); }
+Unexpected misdirected(const std::string& host) { return unexpected(Errc::refused, "this server does not serve the host \"" + host + "\""); }
 
 bool is_loopback_name(std::string_view host) noexcept { return host == "localhost" || host == "127.0.0.1" || host == "[::1]"; }
 
@@ -103,7 +103,7 @@ Result<std::size_t> Bases::of(const http::Request& request, const http::Target& 
     if (is_served(authority, request)) return std::size_t{0};
     return misdirected(canonical_host(authority, request.secure));
   }
-  // The usual case first: a base that is known.
+  // The usual case first: a known base.
   const std::string_view start = scheme(request.secure);
   const std::size_t host_end = start.size() + authority.size();
   for (std::size_t i = 0; i < bases_.size(); ++i) {

@@ -29,7 +29,7 @@ class Bases {
   /// @par Errors  invalid_option
   Result<void> check() const;
 
-  /// Where the server listens. All bases that were known are forgotten.
+  /// Sets the listening address and forgets all known bases.
   /// @param name  the host name that has given the numeric address; empty: none
   void listens_on(std::string_view address, std::uint16_t port, bool secure, std::string_view name = {}, Upgrades upgrades = {});
 
@@ -51,7 +51,7 @@ class Bases {
 
   /// The path of an IRI below one of the bases, percent-encoded as it stands; nullopt: it is not below one, or has a query or fragment.
   std::optional<std::string> path_of(std::string_view iri) const;
-  /// A callback to this URL would come back to this server.
+  /// Whether a callback to this URL would reach this server itself.
   bool is_this_server(const subscription::CallbackUrl& url) const;
 
  private:

@@ -111,7 +111,7 @@ std::variant<Bodies::Format, http::Response> Bodies::format_of(const Context& co
     response.fields.set("Accept-Encoding", "identity");
     return response;
   }
-  if (request.find("Content-Range")) return responses_.problem(context, 400, "Content-Range has no meaning here (RFC 9110 14.5)");
+  if (request.find("Content-Range")) return responses_.problem(context, 400, "Content-Range: partial updates are not supported (RFC 9110 14.5)");
 
   const auto content_type = request.find("Content-Type");
   if (!content_type && is_empty) return Format{};
@@ -171,7 +171,7 @@ std::shared_ptr<const void> Bodies::own_text(const Context& context, std::string
   return copy;
 }
 
-/// Has a body judged by a BodyJob.
+/// Validates a body in a BodyJob.
 /// @param writes  the work changes something: once it has begun, the request is carried out
 Bodies::Read Bodies::defer(Context& context, std::size_t bytes, Work work, bool writes) {
   const std::string client = client_key(context.request().peer);
@@ -183,11 +183,11 @@ Bodies::Read Bodies::defer(Context& context, std::size_t bytes, Work work, bool 
   };
   const auto ticket = pending_.defer(context, options_.host_timeout, late, Dispatch::io_thread);
   if (!ticket) return too_many(context);
-  // All memory that the way back takes is there before the job.
+  // The memory for the result is allocated before the job starts.
   struct Judging {
     CancelToken token;
     Work work;
-    JudgedBody judged = BodyFault{500, "the server failed"};
+    JudgedBody judged = BodyFault{500, "internal server error"};
     bool ran = false;
   };
   auto judging = std::make_shared<Judging>();
@@ -235,7 +235,7 @@ std::variant<GraphTask, http::Response> Bodies::graph_task(const Context& contex
 Bodies::Read Bodies::change_graph(Context& context, GraphTask task) {
   const std::size_t bytes = task.body.text.size();
   const bool is_small = bytes <= options_.small_body_bytes && task.state->version().graph->size() <= small_graph;
-  // Never waits here for a write under way, which may run code of the user's.
+  // Never waits for a running write, because that may run user code.
   if (!options_.body_jobs || is_small)
     if (auto judged = task.carry_out(false)) return as_read(context, *std::move(judged));
   if (!options_.body_jobs) return too_many(context);
@@ -251,7 +251,7 @@ void Bodies::ended(const std::string& client, std::size_t bytes) noexcept {
   if ((found->second -= bytes) == 0) waiting_by_client_.erase(found);
 }
 
-/// What was judged on another thread.
+/// The result of a validation on another thread.
 Bodies::Read Bodies::verdict(Context& context) {
   const std::shared_ptr<JudgedBody> judged = std::exchange(context.judged, nullptr);
   return as_read(context, std::move(*judged));
@@ -265,7 +265,7 @@ Bodies::Read Bodies::as_read(const Context& context, JudgedBody judged) const {
 }
 
 http::Response Bodies::too_many(const Context& context) const {
-  http::Response response = responses_.problem(context, 503, "too many large bodies wait to be judged; try again later");
+  http::Response response = responses_.problem(context, 503, "too many large request bodies are waiting for validation; try again later");
   responses_.add_retry_after(response);
   return response;
 }

@@ -28,12 +28,12 @@
 namespace lrt::engine {
 inline namespace v0 {
 
-/// Has request bodies judged (BodyTask): small ones at once, larger ones by a BodyJob, after which the request is handled again.
+/// Validates request bodies (BodyTask): small ones at once, larger ones in a BodyJob. Then the request is handled again.
 class Bodies {
  public:
-  /// Deferred: the body is judged elsewhere, and Continue will be called.
+  /// Deferred: the body is validated on another thread, and Continue will be called.
   using Read = std::variant<Body, http::Response, Deferred>;
-  /// Handles a request again whose body is judged now: `Context::judged`.
+  /// Handles a request again after its body was validated: `Context::judged`.
   using Continue = std::function<void(Ticket, Context&)>;
   /// How a body is written, by its header fields.
   struct Format {
@@ -48,7 +48,7 @@ class Bodies {
 
   void set_continue(Continue function) { continue_ = std::move(function); }
 
-  /// Judges the header fields of a body: Content-Encoding, Content-Range and Content-Type. Needs no byte of it.
+  /// Checks the header fields of a body: Content-Encoding, Content-Range and Content-Type. Does not need the body.
   /// @param type  of the value that the body may be without RDF; nullptr: none
   std::variant<Format, http::Response> format_of(const Context& context, const rdf::Type* type, bool is_empty) const;
   /// The value in a body; the response if there is none.
@@ -58,9 +58,9 @@ class Bodies {
   Read read_graph(Context& context, const FocusRule& focus);
   /// What a request that changes a graph of a World has to do; the response if its body cannot be read.
   std::variant<GraphTask, http::Response> graph_task(const Context& context, std::shared_ptr<model::GraphState> state) const;
-  /// Carries it out: here, or by a BodyJob.
+  /// Executes the change, at once or in a BodyJob.
   Read change_graph(Context& context, GraphTask task);
-  /// What became of the change, when the request is handled again.
+  /// The result of the change, when the request is handled again.
   /// @pre Context::judged
   Read changed_graph(Context& context) { return verdict(context); }
   /// A body of a resource that takes none: it may have any content that can be read, and is ignored.
@@ -71,7 +71,7 @@ class Bodies {
  private:
   std::variant<BodyTask, http::Response> task_for(const Context& context, const rdf::Type* value, const rdf::Facets& facets) const;
   std::optional<http::Response> set_shapes(const Context& context, BodyTask& task) const;
-  /// Judges a body, on any thread.
+  /// Validates a body, on any thread.
   using Work = UniqueFunction<JudgedBody()>;
   Read judge(Context& context, BodyTask task);
   std::shared_ptr<const void> own_text(const Context& context, std::string_view& text) const;
@@ -95,7 +95,7 @@ class Bodies {
   std::unordered_map<std::string, std::size_t> waiting_by_client_;  ///< the same by address
 };
 
-/// The outcome of a request whose body was not accepted, or is not judged yet; nullopt: it has a Body.
+/// The outcome of a request whose body was refused or is not validated yet; nullopt: it has a Body.
 std::optional<Outcome> outcome_of(Bodies::Read& read);
 
 /// Whether a Link field (RFC 8288 3) requests an LDP interaction model other than ldp:Resource and ldp:RDFSource (LDP 5.2.3.4).

@@ -174,7 +174,7 @@ std::vector<BodyError> body_errors(const shacl::Report& report, const rdf::Graph
     error.pointer = places.pointer_of(r);
     if (!errors.empty() && errors.back().pointer == error.pointer && lacks_unit(r) && errors.back().constraint == "sh:MinCountConstraintComponent")
       continue;                                  // a number that is missing has no unit either
-    if (type && !focus && r.path.predicate()) {  // all is missing
+    if (type && !focus && r.path.predicate()) {  // the whole value is missing
       const std::vector<std::string> names = rdf::member_names(*type);
       for (std::size_t i = 0; i < names.size(); ++i)
         if (rdf::term_iri(type->fields[i].predicate, vocabulary) == r.path.predicate()->view().text) error.pointer = step({}, names[i]);
@@ -183,7 +183,7 @@ std::vector<BodyError> body_errors(const shacl::Report& report, const rdf::Graph
     error.constraint = rdf::abbreviate(r.component.text);
     const auto repeated =
         std::find_if(errors.begin(), errors.end(), [&](const BodyError& e) { return e.pointer == error.pointer && e.detail == error.detail; });
-    if (repeated != errors.end()) {  // what a value of another kind violates last says its kind best
+    if (repeated != errors.end()) {  // the last violation names the kind of the value best
       if (repeated->constraint != "sh:DatatypeConstraintComponent") repeated->constraint = error.constraint;
       continue;
     }

@@ -28,7 +28,7 @@ struct BodyError {
 std::vector<BodyError> body_errors(const shacl::Report& report, const rdf::Graph& body, std::optional<rdf::TermId> focus, const rdf::Type* type,
                                    std::string_view vocabulary);
 
-/// What the shape lets pass and the C++ type cannot hold.
+/// An error for a value that conforms to the shape but does not fit the C++ type.
 std::vector<BodyError> body_errors(const std::vector<rdf::Mismatch>& mismatches, const rdf::Type& type, std::string_view vocabulary);
 
 /// One sentence for all, with the places.

@@ -65,7 +65,7 @@ void accept_former_unit(rdf::Graph& graph) {
   for (const rdf::Triple& t : found) graph.add(t.subject, present, t.object);
 }
 
-/// One way from a task to its verdict.
+/// Executes one task and holds its result.
 class Judge {
  public:
   explicit Judge(const BodyTask& task) : task_(task), text_(task.text) {}
@@ -170,7 +170,7 @@ class Judge {
     // <> if there is no node, so that the report says what is missing.
     const auto node = body_.node ? body_.graph.term(*body_.node) : rdf::iri(task_.here);
     Result<shacl::Report> report = shacl::validate(*task_.shapes, body_.graph, node, rdf::iri(task_.shape), limits);
-    if (!report) return BodyFault{422, "body: it could not be judged: " + report.error().message};
+    if (!report) return BodyFault{422, "body: validation did not complete: " + report.error().message};
     if (report->conforms()) return std::nullopt;
     BodyFault fault{422};
     fault.errors = body_errors(*report, body_.graph, body_.node, task_.type, task_.vocabulary);

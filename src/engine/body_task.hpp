@@ -30,7 +30,7 @@ inline namespace v0 {
 
 /// A body that was accepted.
 struct Body {
-  rdf::Graph graph;                                 ///< empty for a value without RDF that no shape judges
+  rdf::Graph graph;                                 ///< empty for a value without RDF that is not validated by a shape
   std::optional<rdf::TermId> node{};                ///< that was judged
   rdf::Value value{};                               ///< null: the resource takes a graph, or the value is optional and missing
   std::shared_ptr<model::GraphState> made_graph{};  ///< of a World, that the request has made
@@ -46,7 +46,7 @@ struct BodyFault {
 
 using JudgedBody = std::variant<Body, BodyFault>;
 
-/// What judges bodies on all resources.
+/// What all validations of bodies share.
 struct BodyLimits {
   std::size_t max_triples;
   std::size_t max_text_bytes;
@@ -54,17 +54,17 @@ struct BodyLimits {
   rdf::Prefixes prefixes;  ///< of the JSON-LD context of the server
 };
 
-/// How the node of a graph is found that the shape judges.
+/// How the focus node of a body is found.
 struct FocusRule {
-  /// @return the nodes that it could be; two are as bad as more
+  /// @return the candidate nodes; more than two need not be returned
   std::vector<rdf::TermId> (*find)(const rdf::Graph& graph, const std::string& here);
   std::string_view what;  ///< "subscription"
-  /// What is wrong with it before the shape judges; empty: nothing.
+  /// An error that is found before validation by the shape; empty: none.
   std::string_view (*refuse)(const rdf::Graph& graph, rdf::TermId node) = nullptr;
 };
 
-/// A request body with all that it is judged by: bytes to a graph, the graph judged by the Blueprint, the graph to a value (SPEC 3.3). It shares
-/// nothing with the engine that changes, so any thread may judge it.
+/// A request body with all that its validation needs: bytes to a graph, validation by the Blueprint, graph to value (SPEC 3.3). It shares
+/// no mutable state with the engine, so any thread may validate it.
 struct BodyTask {
   std::string_view text;
   std::optional<rdf::Syntax> syntax{};  ///< nullopt: `format`
@@ -73,10 +73,10 @@ struct BodyTask {
   std::string here{};                   ///< IRI of the resource; the base, and <>
   std::string vocabulary{}, context{};  ///< IRIs of the server's terms, and of its JSON-LD context
   std::shared_ptr<const BodyLimits> limits{};
-  const rdf::Type* type = nullptr;  ///< of the value; nullptr: a graph is wanted
+  const rdf::Type* type = nullptr;  ///< of the value; nullptr: a graph is requested
   rdf::Facets facets{};
   std::shared_ptr<const void> owner{};    ///< of the type
-  std::optional<shacl::Shapes> shapes{};  ///< nullopt: nothing judges the graph, and nobody reads it
+  std::optional<shacl::Shapes> shapes{};  ///< nullopt: the graph is neither validated nor read
   std::string shape{};                    ///< IRI of the input shape
   bool completes = false;                 ///< the rules of completion hold; a shape of the user is taken literally
   const FocusRule* focus = nullptr;       ///< nullptr: the node that carries the value

@@ -139,7 +139,7 @@ std::optional<ChangeScanner::Instant> ChangeScanner::due_by_rhythm() const {
   for (const Watched& w : properties_)
     if (const auto due = w.rhythm.due(); due && !is_slow(w.rhythm) && (!first || *due < *first)) first = due;
   if (!first) return std::nullopt;
-  // Those that are published in one step of the loop are found together.
+  // Finds all values together that were published in one step of the loop.
   Instant last = *first;
   for (const Watched& w : properties_)
     if (const auto due = w.rhythm.due(); due && *due < *first + options_.scan_period / 5) last = std::max(last, *due);
@@ -153,7 +153,7 @@ bool ChangeScanner::take_availability() {
     for (const auto& action : thing->actions)
       if (action->take_availability()) changed.push_back(action.get());
   if (changed.empty()) return false;
-  registry_.structure_changed();  // their Things link to others now
+  registry_.structure_changed();  // the links of their Things have changed
   for (ActionResource* action : changed) action->mark_changed();
   return true;
 }

@@ -24,9 +24,9 @@ class InvocationResource;
 
 /// Finds what the robot has changed in observed resources, and which actions are available.
 ///
-/// It scans by itself: for a property that is published at short regular intervals when the next value is due, else every scan period while
+/// It scans on its own schedule: for a property with short regular intervals when the next value is due, else every scan period while
 /// there are changes. Otherwise it sleeps until publish() wakes it. So a loop at 1 kHz makes no system call and costs one scan for each step,
-/// and a quiet robot costs none. Whoever asks is_due() more often gets more scans, up to five in a scan period.
+/// and a quiet robot costs none. More frequent calls of is_due() cause more scans, up to five in a scan period.
 class ChangeScanner {
  public:
   using Instant = std::chrono::steady_clock::time_point;
@@ -45,22 +45,22 @@ class ChangeScanner {
   void watch_availability();
   void unwatch_availability();
 
-  /// Scans at once and then by itself.
+  /// Scans at once, and later on its own schedule.
   void start() noexcept;
   bool is_scanning() const noexcept { return scanning_; }
   bool is_due(TimePoint now) const noexcept;
-  /// Takes over what has changed.
-  /// @param had_changes  others have found some already
+  /// Collects the changes.
+  /// @param had_changes  other code has already found changes
   void scan(TimePoint now, bool had_changes);
   /// Takes over which actions the robot has made available or unavailable.
   /// @return  something has changed
   bool take_availability();
-  /// Reads pulled properties whose sample period is over; values that are too old go.
+  /// Reads pulled properties whose sample period is over, and removes expired values.
   void read_samples(TimePoint now);
   std::optional<Instant> next_deadline() const;
 
   const std::shared_ptr<model::WakeSignal>& wake_signal() const noexcept { return wake_signal_; }
-  /// That some action's availability has changed.
+  /// Reports that the availability of an action has changed.
   const std::shared_ptr<model::ChangeSignal>& availability_signal() const noexcept { return availability_signal_; }
 
  private:
@@ -90,7 +90,7 @@ class ChangeScanner {
   DeadlineQueue<ResourceId> samples_;
   bool scanning_ = false;  ///< by itself
   Instant next_scan_{};
-  Instant earliest_scan_{};  ///< whoever asks
+  Instant earliest_scan_{};  ///< on request
   unsigned idle_scans_ = 0;  ///< without a change that came at an irregular time
 };
 

@@ -9,7 +9,7 @@
 namespace lrt::engine {
 inline namespace v0 {
 
-/// How many objects of one kind each client has at a time.
+/// Counts the objects of one kind per client.
 class ClientCounts {
   using Counts = std::unordered_map<std::string, std::size_t>;
 
@@ -38,7 +38,7 @@ class ClientCounts {
     Counts::value_type* place_ = nullptr;  // an element stays where it is
   };
 
-  /// @param client  empty: the share counts for nobody
+  /// @param client  empty: the share is not counted for any client
   Share take(const std::string& client) { return client.empty() ? Share() : Share(counts_, *counts_.try_emplace(client, 0).first); }
   std::size_t of(const std::string& client) const {
     const auto found = counts_.find(client);

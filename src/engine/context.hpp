@@ -34,7 +34,7 @@ class OwnedRequest {
   http::Request view_;  ///< points into bytes_
 };
 
-/// A request on its way, with what was found out about it. Each fact is found out once. A deferred request keeps its context.
+/// A request in progress, with the facts derived from it. Each fact is derived once. A deferred request keeps its context.
 class Context {
  public:
   Context(const http::Request& request, TimePoint at) : now(at), request_(&request) {}
@@ -56,16 +56,16 @@ class Context {
 
   TimePoint now;                                      ///< of the present step
   std::size_t base = 0;                               ///< index into Bases
-  Resource* resource = nullptr;                       ///< nullptr: none was found, or it is gone
+  Resource* resource = nullptr;                       ///< nullptr: there is none, or it was removed
   ResourceId resource_id{};                           ///< of `resource`, for the time in between
   std::size_t page = 1;                               ///< of a container
-  std::size_t first_link = 0;                         ///< where the links continue that did not fit in a response before
-  Audience audience{};                                ///< who sends it
+  std::size_t first_link = 0;                         ///< the first link that did not fit into the previous response
+  Audience audience{};                                ///< the sender
   security::Rights rights = security::Rights::all();  ///< of these at `resource`
   std::optional<Ticket> ticket{};                     ///< of a request that is deferred
-  std::shared_ptr<JudgedBody> judged{};               ///< its body, by a BodyJob; nullptr: not judged, or taken
+  std::shared_ptr<JudgedBody> judged{};               ///< its body, from a BodyJob; nullptr: not validated, or consumed
   std::string client{};                               ///< Caller::client
-  bool ignores_conditions = false;                    ///< If-Match and If-None-Match were judged already
+  bool ignores_conditions = false;                    ///< If-Match and If-None-Match were already evaluated
 
  private:
   const http::Request* request_;
@@ -75,7 +75,7 @@ class Context {
   mutable std::optional<http::Preferences> preferences_;
 };
 
-/// Value of Vary for a GET of a resource. With rights that depend on the caller, also the fields that say who that is.
+/// Value of Vary for a GET of a resource. If rights depend on the caller, also the fields that identify the caller.
 std::string_view vary_of(const Resource& resource, const Audience& audience) noexcept;
 
 /// A parameter of a target's query, decoded; the first of that name counts. nullopt: there is none, or it is not well-formed.

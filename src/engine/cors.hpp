@@ -27,10 +27,10 @@ class Cors {
   /// Also the origins that may send commands: they need entity tags, and the responses to their commands.
   bool may_read(std::string_view origin) const;
 
-  /// The response to a preflight request of an origin that may do something here; nullopt: it is none. It does not depend on the resource,
-  /// because a preflight request has no credentials: an authorizer must not judge it, and it must not reveal what exists.
+  /// The response to a preflight request of an allowed origin; nullopt: the request is not one. It does not depend on the resource,
+  /// because a preflight request has no credentials: an authorizer must not be called for it, and it must not reveal which resources exist.
   std::optional<http::Response> preflight(const http::Request& request) const;
-  /// Adds what the page of this request, or a cache, must know of a response. A response that has X-Content-Type-Options has all of it.
+  /// Adds the header fields for browsers and caches. A response that has X-Content-Type-Options already has them.
   void add_fields(const http::Request& request, http::Response& response) const;
 
  private:

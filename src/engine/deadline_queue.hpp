@@ -9,14 +9,14 @@
 namespace lrt::engine {
 inline namespace v0 {
 
-/// Things by the time at which they are due.
+/// Elements ordered by deadline.
 template <class T>
 class DeadlineQueue {
  public:
   using Instant = std::chrono::steady_clock::time_point;
   using Place = std::optional<typename std::multimap<Instant, T>::iterator>;
 
-  /// Remembers the place, and forgets the one that was there.
+  /// Stores the place, and replaces the previous one.
   void set(Place& place, Instant due, T what) {
     clear(place);
     place = by_time_.emplace(due, std::move(what));

@@ -19,7 +19,7 @@ inline namespace v0 {
 struct EngineOptions;
 class Bases;
 
-/// What descriptions read of the engine besides the resource.
+/// The state of the engine that descriptions read, besides the resource.
 struct EngineView {
   const EngineOptions& options;
   const Registry& registry;
@@ -50,7 +50,7 @@ class About {
     return *this;
   }
   About& link(Iri predicate, const std::string& iri) { return add(predicate, rdf::iri(iri)); }
-  /// Nothing for the zero of the clock.
+  /// Adds no triple for the clock's epoch.
   About& when(Iri predicate, std::chrono::system_clock::time_point time) {
     return time == decltype(time){} ? *this : add(predicate, rdf::literal(to_xsd_date_time(time), vocab::xsd::dateTime));
   }

@@ -35,7 +35,7 @@ bool is_safe(std::string_view method) noexcept { return method == "GET" || metho
 
 }  // namespace
 
-/// The way of a request: from its bytes to the resource that it names.
+/// Handles a request: from its bytes to the resource that it names.
 class Engine::Impl {
  public:
   explicit Impl(EngineOptions options) : parts(std::move(options)) {
@@ -49,14 +49,14 @@ class Engine::Impl {
   Result<void> remove(std::string_view path);
   void remove_with_children(ThingNode& thing);
   void listens_on(std::string_view address, std::uint16_t port, bool secure, std::string_view name, Upgrades upgrades);
-  /// Runs what other threads have left.
+  /// Runs the messages of other threads.
   void take_messages(TimePoint now);
 
   Parts parts;
   bool stopped = false;
 
  private:
-  /// Carries out what follows for a request that `caller` may send, unless the engine has stopped.
+  /// Handles a request for `caller`, unless the engine has stopped.
   template <class Next>
   auto judge(Context& context, Next next) -> decltype(next());
   void add_cors(const Context& context, std::optional<http::Response>& response) const;
@@ -113,7 +113,7 @@ bool Engine::Impl::is_stop(const http::Request& request) const {
   return !find_resource(context, *target) && context.resource->is_stop();
 }
 
-/// What is found out once, for handle(). All callers who may do everything share one.
+/// Computed once, for handle(). All callers with all rights share one object.
 std::shared_ptr<const Caller> Engine::Impl::kept(const Result<Caller>& caller) {
   static const Immortal<Caller> unrestricted;
   if (!caller->view && !caller->principal && caller->client.empty()) return {std::shared_ptr<const Caller>(), &*unrestricted};
@@ -141,8 +141,8 @@ auto Engine::Impl::judge(Context& context, Next next) -> decltype(next()) {
     return response;
   } catch (const std::exception& e) {
     parts.pending.abandon_from(first);
-    parts.responses.log(LogLevel::error, std::string("a request failed inside: ") + e.what());
-    http::Response response = parts.responses.problem(context, 500, "the server failed");
+    parts.responses.log(LogLevel::error, std::string("internal error in a request: ") + e.what());
+    http::Response response = parts.responses.problem(context, 500, "internal server error");
     parts.cors.add_fields(context.request(), response);
     return response;
   }
@@ -238,7 +238,7 @@ std::optional<http::Response> Engine::Impl::refused_body(Context& context, std::
   return is_safe(method) ? std::nullopt : failed_known_precondition(context);
 }
 
-/// Judges If-Match and If-None-Match if that needs no user code. They are judged again when the body is there.
+/// Evaluates If-Match and If-None-Match if that needs no user code. They are evaluated again when the body is complete.
 std::optional<http::Response> Engine::Impl::failed_known_precondition(const Context& context) {
   const http::Request& request = context.request();
   if (!request.find("If-Match") && !request.find("If-None-Match")) return std::nullopt;
@@ -255,7 +255,7 @@ http::Response Engine::Impl::method_not_allowed(const Context& context) const {
       std::string(context.request().method) + " is not allowed for this resource, only " + context.audience.methods(*context.resource).text());
 }
 
-/// The resource takes over.
+/// Calls the resource.
 Outcome Engine::Impl::dispatch(Context& context) {
   const std::string_view method = context.request().method;
   Resource& resource = *context.resource;
@@ -273,7 +273,7 @@ Outcome Engine::Impl::dispatch(Context& context) {
   return method_not_allowed(context);
 }
 
-/// Goes on with a deferred request whose body is judged.
+/// Continues a deferred request after its body was validated.
 void Engine::Impl::continue_request(Ticket ticket, Context& kept) {
   Context context = kept;
   kept.judged = nullptr;
@@ -281,19 +281,19 @@ void Engine::Impl::continue_request(Ticket ticket, Context& kept) {
   try {
     outcome = context.resource ? dispatch(context) : parts.responses.gone(context);
   } catch (const std::exception& e) {
-    parts.responses.log(LogLevel::error, std::string("a request failed inside: ") + e.what());
-    outcome = parts.responses.problem(context, 500, "the server failed");
+    parts.responses.log(LogLevel::error, std::string("internal error in a request: ") + e.what());
+    outcome = parts.responses.problem(context, 500, "internal server error");
   }
   if (auto* response = std::get_if<http::Response>(&outcome)) parts.pending.respond(ticket, std::move(*response));
 }
 
-/// What else than missing credentials stops a login: a page elsewhere, and too many that failed.
+/// Refuses a login for reasons other than credentials: a page of another origin, or too many failed logins.
 std::optional<http::Response> Engine::Impl::refused_login(const Context& context, const Result<Caller>& caller, const http::Target& target) const {
   const http::Request& request = context.request();
   if (!parts.session || request.method != "POST" || !caller || resource_at(target.path).value_or(nullptr) != &*parts.session) return std::nullopt;
   if (!is_of_own_origin(context))
     return parts.responses.denied(context, http::Denial::origin, 403,
-                                  "only pages of this server may log in: the field Origin names another one, or none");
+                                  "only pages of this server may log in: the Origin field is missing or names another origin");
   security::FailedLogins& failed = parts.options.sessions->failed_logins();
   if (const auto pause = failed.pause(request.peer, context.now.steady)) {
     http::Response response = parts.responses.denied(
@@ -311,18 +311,18 @@ std::optional<http::Response> Engine::Impl::denied(const Context& context, const
   if (is_from_foreign_page(context))
     return parts.responses.denied(
         context, http::Denial::origin, 403,
-        "web pages of " + std::string(*request.find("Origin")) + " may not send this: the origin is not in allowed_origins of this server");
+        "web pages of " + std::string(*request.find("Origin")) + " may not send this request: the origin is not in allowed_origins of this server");
   if (!is_safe(request.method) && parts.subscriptions.is_refused_notification(request))
     return parts.responses.denied(
         context, http::Denial::notification, 403,
-        "this is a notification of another resource, which this server does not carry out: its sender is not in notification_senders");
+        "this request is a notification about another resource. It was not executed, because its sender is not in notification_senders");
   if (!caller) {
     parts.responses.log(LogLevel::error, "the authorizer: " + caller.error().message);
     return parts.responses.problem(context, 500, "the authorizer failed");
   }
   if (caller->by_cookie && !may_use_cookie(context))
     return parts.responses.denied(context, http::Denial::origin, 403,
-                                  "the cookie of a session counts only for requests of this server's own pages; other clients send Authorization");
+                                  "a session cookie is accepted only from this server's own pages; other clients must send Authorization");
   if (caller->access == Access::unauthenticated) return unauthenticated(context, *caller);
   if (caller->access == Access::forbidden) return forbidden(context);
   return std::nullopt;
@@ -330,16 +330,15 @@ std::optional<http::Response> Engine::Impl::denied(const Context& context, const
 
 /// RFC 6585 4
 http::Response Engine::Impl::too_many_requests(const Context& context, const Caller& caller) const {
-  http::Response response =
-      parts.responses.denied(context, http::Denial::rate, 429,
-                             "this client sends more than this server takes from one client; the field Retry-After says when to send again");
+  http::Response response = parts.responses.denied(context, http::Denial::rate, 429,
+                                                   "this client exceeds the rate limit per client; the Retry-After field states when to send again");
   response.fields.set("Retry-After", std::to_string(caller.retry_after.count()));
   return response;
 }
 
 http::Response Engine::Impl::unauthenticated(const Context& context, const Caller& caller) const {
   http::Response response =
-      parts.responses.denied(context, http::Denial::credentials, 401, "this server needs credentials; the field WWW-Authenticate says which");
+      parts.responses.denied(context, http::Denial::credentials, 401, "credentials are required; the WWW-Authenticate field states which");
   response.fields.set("WWW-Authenticate", caller.challenge.empty() ? parts.options.challenge : caller.challenge);
   return response;
 }
@@ -349,7 +348,7 @@ http::Response Engine::Impl::forbidden(const Context& context) const {
                                 "these credentials do not allow " + std::string(context.request().method) + " here");
 }
 
-/// What a caller may not see is as if it did not exist. Who may see nothing at all gets the same response everywhere.
+/// A resource that the caller may not see is reported as missing. A caller without any rights gets the same response for all paths.
 std::optional<http::Response> Engine::Impl::refused_right(Context& context, const Caller& caller) const {
   if (context.resource && context.resource->is_about_caller())
     return caller.principal ? std::nullopt : std::optional(unauthenticated(context, caller));
@@ -377,7 +376,7 @@ bool Engine::Impl::may(const Context& context) const {
   return method == "GET" && parts.subscriptions.requested_protocol(context) ? watches : reads;
 }
 
-/// A page elsewhere has made a browser send this (RFC 6454 7), and may not.
+/// A page of another origin caused this request (RFC 6454 7), and is not allowed to.
 bool Engine::Impl::is_from_foreign_page(const Context& context) const {
   const http::Request& request = context.request();
   const auto origin = request.find("Origin");
@@ -434,7 +433,7 @@ Result<Resource*> Engine::Impl::resource_at(std::string_view path) const {
   return parts.registry.find(*canonical);
 }
 
-/// What makes a graph at a path that names nothing: the World that the path is below of.
+/// The World that can create a graph at an unused path: the path is below the World's path.
 Resource* Engine::Impl::new_graph(std::string_view path) const {
   const Result<std::string> canonical = canonical_path(local_path(path));
   if (!canonical || parts.registry.find(*canonical)) return nullptr;
@@ -484,7 +483,7 @@ std::optional<http::Response> Engine::Impl::read_page(Context& context, std::str
 void Engine::Impl::take_messages(TimePoint now) {
   if (const auto& inbox = parts.calls.inbox(); !inbox->empty())
     if (const std::string failed = inbox->run_all(now); !failed.empty())
-      parts.responses.log(LogLevel::error, "a result could not be taken: " + failed);
+      parts.responses.log(LogLevel::error, "a result could not be processed: " + failed);
   parts.scanner.take_availability();
 }
 
@@ -521,7 +520,7 @@ void Engine::Impl::remove_with_children(ThingNode& thing) {
 }
 
 void Engine::Impl::listens_on(std::string_view address, std::uint16_t port, bool secure, std::string_view name, Upgrades upgrades) {
-  // What is kept is of the bases that were.
+  // The cached representations belong to the previous bases.
   parts.cache.clear();
   for (const auto& [path, thing] : parts.registry.things()) {
     thing->compiled_shapes.clear();
@@ -580,13 +579,13 @@ std::optional<Reply> Engine::next_reply(TimePoint now) {
     parts.pending.expire(now);
     parts.invocations.expire(now);
     if (!impl_->stopped) parts.queries.advance(now);
-  } catch (const std::exception& e) { parts.responses.log(LogLevel::error, std::string("a response failed inside: ") + e.what()); }
+  } catch (const std::exception& e) { parts.responses.log(LogLevel::error, std::string("internal error while making a response: ") + e.what()); }
   return parts.pending.take_reply();
 }
 
 std::optional<std::chrono::steady_clock::time_point> Engine::next_deadline() const {
   const Parts& parts = impl_->parts;
-  if (!parts.calls.inbox()->empty()) return std::chrono::steady_clock::time_point{};  // guests look at deadlines alone
+  if (!parts.calls.inbox()->empty()) return std::chrono::steady_clock::time_point{};  // guest engines check deadlines themselves
   auto first = parts.pending.next_deadline();
   for (const auto& other :
        {parts.invocations.next_deadline(), parts.subscriptions.next_deadline(), parts.scanner.next_deadline(), parts.queries.next_deadline()})

@@ -18,10 +18,10 @@ struct GraphTask {
   std::string base{};      ///< IRI of the server in the body
   std::shared_ptr<model::GraphState> state{};
   model::GraphWrite write{};
-  bool creates = false;  ///< nobody knows the graph yet
+  bool creates = false;  ///< the graph is not registered yet
 
-  /// @param waits  for a write that is under way
-  /// @return nullopt: another write is under way
+  /// @param waits  for a running write
+  /// @return nullopt: another write is running
   std::optional<JudgedBody> carry_out(bool waits);
 
  private:

@@ -21,21 +21,21 @@
 namespace lrt::engine {
 inline namespace v0 {
 
-/// The Error of an exception. It has no memory of its own to need: if there is none, the message is short.
+/// The Error of an exception. If memory is exhausted, the message is short enough to need no allocation.
 inline Error thrown(const char* what) noexcept {
   try {
     return {Errc::failed, std::string("it threw: ") + what};
   } catch (...) { return {Errc::failed, "out of memory"}; }
 }
 
-/// Calls user code. Whatever it throws becomes an Error.
+/// Calls user code. An exception becomes an Error.
 template <class T, class F>
 Result<T> guarded(F f) noexcept {
   try {
     return f();
   } catch (const BadResult& e) { return Unexpected{e.error()}; } catch (const std::exception& e) {
     return Unexpected{thrown(e.what())};
-  } catch (...) { return Unexpected{thrown("something that is no std::exception")}; }
+  } catch (...) { return Unexpected{thrown("an exception that is not a std::exception")}; }
 }
 
 /// Decides between running a call and cancelling it: one of the two happens, never both.
@@ -54,7 +54,7 @@ class CancelToken {
   std::atomic<std::uint8_t> state_{open};
 };
 
-/// What the engine does next with something that another thread has left.
+/// A message of another thread, which the engine runs later.
 using Message = UniqueFunction<void(TimePoint)>;
 
 /// Where other threads leave messages for the engine. Shared: it may outlive the engine, and then messages are never read.
@@ -62,7 +62,7 @@ class Inbox {
  public:
   /// Any thread.
   void put(Message message) { put(reserve(std::move(message))); }
-  /// A message that has its memory already: it is put also when there is no more.
+  /// Adds a message whose memory is already allocated. This also works when memory is exhausted.
   using Reserved = Mailbox<Message>::Reserved;
   static Reserved reserve(Message message) { return Mailbox<Message>::reserve(std::move(message)); }
   void put(Reserved message) noexcept {
@@ -71,8 +71,8 @@ class Inbox {
   }
   void set_waker(std::shared_ptr<Waker> w) { std::atomic_store(&waker_, std::move(w)); }
   bool empty() const noexcept { return messages_.empty(); }
-  /// Runs the messages in the order in which they were put. One that fails does not keep the others from being run.
-  /// @return why the last one failed that has; empty: none
+  /// Runs the messages in order. An exception in one does not prevent the others.
+  /// @return the last error; empty: none
   std::string run_all(TimePoint now) {
     std::string failed;
     messages_.take_all([now, &failed](Message message) noexcept {
@@ -88,7 +88,7 @@ class Inbox {
   std::shared_ptr<Waker> waker_;
 };
 
-/// The one way to user code and back. A call becomes a Job, which runs where its Dispatch says, without any lock of lrt; its result
+/// All calls of user code. A call becomes a Job, which runs as its Dispatch says, without any lock of lrt; its result
 /// comes back as a message that the engine runs.
 ///
 /// @par Threads  The engine's. Jobs run on any thread.
@@ -101,7 +101,7 @@ class HostCalls {
   /// cancelled before it begins, `done` gets Errc::cancelled.
   template <class T, class Work, class Done>
   std::shared_ptr<CancelToken> call(Dispatch where, Work work, Done done) {
-    // All memory that the way back takes is there before the call.
+    // The memory for the result is allocated before the call.
     struct Call {
       CancelToken token;
       Result<T> result = unexpected(Errc::cancelled, "the call was cancelled");
@@ -116,7 +116,7 @@ class HostCalls {
     });
     return {call, &call->token};
   }
-  /// Runs a job that never throws and leaves its own messages.
+  /// Runs a job that never throws and posts its own messages.
   void run(Dispatch where, UniqueFunction<void()> job, bool is_stop = false) {
     std::shared_ptr<void> counted;
     if (waits_for_host(where)) {
@@ -129,7 +129,7 @@ class HostCalls {
 
   /// False: the I/O thread runs the call, however busy the host is.
   bool waits_for_host(Dispatch where) const noexcept { return (where == Dispatch::as_server ? dispatch_ : where) != Dispatch::io_thread; }
-  /// A host that does not poll leaves calls behind: true when there are too many for one more call that waits for it.
+  /// True if too many calls are waiting for the host to poll.
   std::size_t open() const noexcept { return *open_; }
   bool overloaded(Dispatch where = Dispatch::in_poll) const noexcept { return waits_for_host(where) && *open_ >= max_open_; }
   const std::shared_ptr<Inbox>& inbox() const noexcept { return inbox_; }

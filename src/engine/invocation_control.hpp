@@ -33,11 +33,11 @@ class InvocationControl final : public model::InvocationLink, public model::Chan
   bool cancelled() const noexcept override { return cancelled_.load(std::memory_order_acquire); }
   void on_cancel(UniqueFunction<void()> hook) override;
 
-  /// Around the user's start function: if that throws, the Responder that it dropped meanwhile does not count.
+  /// Set around the user's start function: if that throws, the destruction of its Responder is ignored.
   void start_begins() noexcept { phase_.store(starting, std::memory_order_relaxed); }
   void start_ended(Result<void> result) noexcept;
 
-  /// The engine's: no result counts from now on.
+  /// Called by the engine: later results are ignored.
   /// @return the hook of on_cancel(), to be run as a call into the host
   UniqueFunction<void()> cancel() noexcept;
   double fraction() const noexcept { return fraction_.load(std::memory_order_relaxed); }
@@ -46,7 +46,7 @@ class InvocationControl final : public model::InvocationLink, public model::Chan
   static constexpr std::uint8_t idle = 0, starting = 1, dropped = 2;
 
   const std::shared_ptr<Inbox> inbox_;
-  // The memory of the result's message is there before the lambda starts, so that the result arrives also when there is no more.
+  // The memory for the result is allocated before the lambda starts, so that the result is delivered even when memory is exhausted.
   const std::shared_ptr<Result<rdf::Value>> result_;
   Inbox::Reserved message_;
   std::atomic<std::uint8_t> phase_{idle};

@@ -18,7 +18,7 @@ inline namespace v0 {
 
 namespace {
 
-/// What a command meets while the robot does not offer the action; nullopt: it offers it.
+/// The response while the action is not available; nullopt: it is available.
 std::optional<Error> unavailable(const model::ActionSpec& action) {
   const char* reason = action.availability.reason();
   if (!reason) return std::nullopt;
@@ -54,7 +54,7 @@ Outcome Invocations::invoke(ActionResource& action, Context& context) {
   const std::string path = action.path + "/" + options_.ids->next();
   auto made = std::make_unique<InvocationResource>(path, action);
   InvocationResource& invocation = *made;
-  if (!registry_.add(invocation)) return responses_.problem(context, 500, "the id source has given an id twice");
+  if (!registry_.add(invocation)) return responses_.problem(context, 500, "the id source returned the same id twice");
   struct Undo {
     Registry& registry;
     std::unique_ptr<InvocationResource>& made;
@@ -90,13 +90,15 @@ Outcome Invocations::invoke(ActionResource& action, Context& context) {
   try {
     if (must_queue) action.queue.push_back(&invocation);
     else launch(invocation, context.now);
-  } catch (const std::exception& e) { finished(invocation, unexpected(Errc::failed, std::string("the server failed: ") + e.what()), context.now); }
+  } catch (const std::exception& e) {
+    finished(invocation, unexpected(Errc::failed, std::string("internal server error: ") + e.what()), context.now);
+  }
 
   if (ticket) return Deferred{*ticket};
   return accepted(context, invocation);
 }
 
-/// Leaves one place of those that the policy of a stop has.
+/// Reserves one of the places that the policy of a stop allows.
 void Invocations::cancel_oldest(ActionResource& action, TimePoint now) {
   while (action.active >= action.spec->policy.limit) {
     const auto oldest = std::find_if(action.invocations.begin(), action.invocations.end(), [](const auto& i) { return !i->finished(); });
@@ -115,10 +117,10 @@ std::optional<http::Response> Invocations::refused_by_policy(const ActionResourc
   const ActionPolicy& policy = action.spec->policy;
   switch (policy.kind) {
     case ActionPolicy::Kind::reject:
-      if (busy) return responses_.problem(context, 409, "an invocation of this action is under way, and its policy is to reject another");
+      if (busy) return responses_.problem(context, 409, "an invocation of this action is running, and its policy rejects a second one");
       break;
     case ActionPolicy::Kind::parallel:
-      if (action.active >= policy.limit) return too_many("as many invocations as this action's policy allows are under way");
+      if (action.active >= policy.limit) return too_many("the maximum number of invocations of this action is running");
       break;
     case ActionPolicy::Kind::queue:
       if (busy && action.queue.size() >= policy.limit) return too_many("the queue of this action is full");
@@ -128,19 +130,18 @@ std::optional<http::Response> Invocations::refused_by_policy(const ActionResourc
   return std::nullopt;
 }
 
-/// An invocation that replaces another one is no further one.
+/// An invocation that replaces another one is not counted again.
 std::optional<http::Response> Invocations::refused_client(const ActionResource& action, const Context& context) const {
   const std::size_t max = options_.clients.max_invocations;
   if (context.client.empty() || max == 0 || clients_.of(context.client) < max) return std::nullopt;
   if (action.spec->policy.kind == ActionPolicy::Kind::preempt && action.active > 0) return std::nullopt;
-  http::Response response =
-      responses_.denied(context, http::Denial::invocations, 429,
-                        "this client has " + std::to_string(max) + " invocations under way, which is as many as one client may have");
+  http::Response response = responses_.denied(context, http::Denial::invocations, 429,
+                                              "this client has " + std::to_string(max) + " active invocations, which is the maximum per client");
   responses_.add_retry_after(response);
   return response;
 }
 
-/// Calls the start lambda where it is to run.
+/// Calls the start lambda on the thread that its Dispatch names.
 void Invocations::launch(InvocationResource& invocation, TimePoint now) {
   ActionResource& action = invocation.action;
   auto token = std::make_shared<CancelToken>();
@@ -224,12 +225,12 @@ void Invocations::cancel(InvocationResource& invocation, TimePoint now) {
   ended(invocation, now);
 }
 
-/// The host did not take it up in time, and may not do so later.
+/// The host did not start it in time, and must not start it later.
 void Invocations::never_begun(InvocationResource& invocation, TimePoint now) {
   leave_queue(invocation);
   (void)invocation.control->cancel();
   respond_to(std::exchange(invocation.waiting, {}), now, [&](const Context& context) { return responses_.timed_out(context); });
-  invocation.result = unexpected(Errc::timed_out, "the robot's program did not begin in time");
+  invocation.result = unexpected(Errc::timed_out, "the robot's program did not start the action in time");
   invocation.status = Status::failed;
   ended(invocation, now);
 }
@@ -253,10 +254,10 @@ void Invocations::wait_is_over(Ticket ticket, Context& context, ResourceId id, b
   if (!invocation) return pending_.respond(ticket, responses_.timed_out(context));
   auto& waiting = invocation->waiting;
   waiting.erase(std::remove_if(waiting.begin(), waiting.end(), [&](const WaitingRequest& w) { return w.ticket == ticket; }), waiting.end());
-  // What the host has begun, even if the engine does not know yet, goes on: 202, because it may still be refused.
+  // A call that the host has started continues, even if the engine has not been notified: 202, because it may still be refused.
   if (may_take_long || invocation->status == Status::running || (invocation->token && !invocation->token->cancel()))
     return pending_.respond(ticket, accepted(context, *invocation));
-  // The client is told to come again, so it must not happen later.
+  // The client is asked to retry, so the invocation must not start later.
   const TimePoint now = context.now;
   pending_.respond(ticket, responses_.timed_out(context));  // the context is gone now
   never_begun(*invocation, now);
@@ -351,7 +352,7 @@ http::Response Invocations::response_for(const Context& context, const Invocatio
 Outcome Invocations::remove(InvocationResource& invocation, Context& context) {
   invocation.refresh();
   if (auto response = representations_.failed_precondition(context)) return *std::move(response);
-  http::Response response = responses_.no_content(context);  // now: what follows may end the invocation's life
+  http::Response response = responses_.no_content(context);  // before the next step, which may destroy the invocation
   if (!invocation.finished()) {
     cancel(invocation, context.now);
     return response;

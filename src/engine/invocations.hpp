@@ -21,7 +21,7 @@
 namespace lrt::engine {
 inline namespace v0 {
 
-/// The life of invocations: begun by POST according to the Action's policy, started on the host, ended, cancelled, forgotten.
+/// The life cycle of invocations: created by POST according to the Action's policy, started on the host, finished, cancelled, removed.
 class Invocations {
  public:
   Invocations(const EngineOptions& options, Registry& registry, HostCalls& calls, PendingRequests& pending, const Responses& responses,
@@ -39,12 +39,12 @@ class Invocations {
   Outcome invoke(ActionResource& action, Context& context);
   /// DELETE of an invocation.
   Outcome remove(InvocationResource& invocation, Context& context);
-  /// The Action goes. Requests that wait for its invocations get 404.
+  /// The Action is removed. Requests that wait for its invocations get 404.
   void removed(ActionResource& action, TimePoint now);
-  /// The engine stops: what the host has not begun never begins.
+  /// The engine stops: invocations that the host has not started never start.
   void stop();
 
-  /// Fails the invocations that the host has not begun in time: a robot must not carry out commands of long ago.
+  /// Fails the invocations that the host has not started in time: a robot must not execute outdated commands.
   void expire(TimePoint now);
   std::optional<DeadlineQueue<ResourceId>::Instant> next_deadline() const { return start_deadlines_.next(); }
 
@@ -66,7 +66,7 @@ class Invocations {
   void launch_next(ActionResource& action, TimePoint now);
   void prune(ActionResource& action);
   static void leave_queue(InvocationResource& invocation);
-  /// Once the robot has taken it: its result, why it failed, or where it continues.
+  /// The response after the robot accepted the invocation: its result, its error, or a link to the invocation.
   http::Response response_for(const Context& context, const InvocationResource& invocation) const;
   /// 429 if the client has as many invocations as it may have.
   std::optional<http::Response> refused_client(const ActionResource& action, const Context& context) const;
@@ -81,8 +81,8 @@ class Invocations {
   Representations& representations_;
   Bodies& bodies_;
   ChangeScanner& scanner_;
-  DeadlineQueue<ResourceId> start_deadlines_;  ///< invocations to be begun by then
-  ClientCounts clients_;                       ///< who has unfinished invocations
+  DeadlineQueue<ResourceId> start_deadlines_;  ///< the time by which an invocation must start
+  ClientCounts clients_;                       ///< clients with unfinished invocations
 };
 
 }  // namespace v0

@@ -25,10 +25,10 @@ class Overview {
  public:
   Overview(const EngineView& engine, std::size_t base, const Audience& audience, std::size_t page);
 
-  /// The overview of the resource, whole.
+  /// The complete overview of the resource.
   std::string of(const Resource& resource);
 
-  /// A link, if the audience sees what it leads to. An empty key: within an array.
+  /// A link, if the audience may see its target. An empty key: within an array.
   void link(std::string_view key, const Resource& to);
   void link(std::string_view key, const std::string& href, std::string_view kind);
   /// Links by the paths that resources have below their thing.

@@ -35,7 +35,7 @@ std::string version_of(const std::string& text) {
 
 Error path_taken(const std::string& path, const Resource& holder) {
   std::string message = "path \"" + path.substr(1) + "\" ";
-  if (holder.thing) message += "is taken already, in the thing \"" + holder.thing->spec->path + "\": choose another name";
+  if (holder.thing) message += "is already in use, in the thing \"" + holder.thing->spec->path + "\": choose another name";
   else
     message +=
         "is reserved, as are \"ns/lrt\", \"ns/vocabulary\", \"ns/context.jsonld\" and, with tokens, \"ns/session\" and \"ns/ticket\", and the path "

@@ -36,22 +36,22 @@
 namespace lrt::engine {
 inline namespace v0 {
 
-/// The parts of an engine. Each has its own state and knows only parts that stand before it.
+/// The parts of an engine. Each has its own state and depends only on the parts declared before it.
 struct Parts {
   explicit Parts(EngineOptions given);
   ~Parts();
 
-  /// Registers a Thing, or nothing of it.
+  /// Registers a Thing completely, or not at all.
   Result<void> add(Thing thing);
   void remove(ThingNode& thing);
-  /// Keeps what has lambdas of the user, until it can be destroyed without a lock.
+  /// Keeps objects with user lambdas until they can be destroyed without a lock.
   template <class T>
   void discard(std::unique_ptr<T> object) {
     if (object) discarded.push_back(std::shared_ptr<const void>(std::move(object)));
   }
-  /// Responds 404 to a request whose resource went while it waited.
+  /// Responds 404 to a waiting request whose resource was removed.
   void respond_gone(Ticket ticket);
-  /// What a change of the robot does when the host has not carried it out in time: 202 if its lambda runs, else 503, and it is called off.
+  /// The response when the host has not executed a change in time: 202 if its lambda is running, else 503, and the call is cancelled.
   PendingRequests::Timeout timed_out();
 
   const EngineOptions options;

@@ -36,33 +36,33 @@ class PendingRequests {
   PendingRequests(const Registry& registry, const HostCalls& calls, const Cors& cors, std::size_t max_pending)
       : registry_(registry), calls_(calls), cors_(cors), max_pending_(max_pending) {}
 
-  /// Keeps a request for at most that time. One that is kept already (Context::ticket) keeps its ticket, and waits for something else now.
+  /// Keeps a request for at most that time. A request that is already kept (Context::ticket) keeps its ticket and waits for the new event.
   /// @param where  its call runs. Requests for the I/O thread have a limit of their own, so that a stop can be invoked while a thousand
   ///               others wait for the host.
   /// @return nullopt: too many requests or calls into the host wait already (503)
   std::optional<Ticket> defer(const Context& context, std::chrono::milliseconds max_time, Timeout on_timeout, Dispatch where = Dispatch::in_poll);
-  /// Keeps a request that stops the robot. There is no limit but the transport's: each has its connection.
+  /// Keeps a request that stops the robot. Only the transport's number of connections limits these.
   Ticket defer_stop(const Context& context, std::chrono::milliseconds max_time, Timeout on_timeout);
-  /// Keeps a request that waits for the disk. These have a limit of their own, too.
+  /// Keeps a request that waits for the disk. These requests have a separate limit.
   std::optional<Ticket> defer_for_disk(const Context& context, std::chrono::milliseconds max_time, Timeout on_timeout);
-  /// The call that the request waits for. It is cancelled when the client goes or the time is over.
+  /// Sets the call that the request waits for. It is cancelled when the client disconnects or the time is over.
   void waits_for(Ticket ticket, std::shared_ptr<CancelToken> token);
-  /// Sets `ended` when the request has its response, or its client has gone or sends nothing more: what is being computed for it is given up.
+  /// Sets `ended` when the request has its response or its client has closed the connection, so that the computation can stop.
   void tell_end(Ticket ticket, std::shared_ptr<std::atomic<bool>> ended);
   bool is_pending(Ticket ticket) const { return pending_.count(static_cast<std::uint64_t>(ticket)) != 0; }
-  /// Goes on with a request: its context at that time, with the resource if it is still there. nullptr: the request is not pending any more.
+  /// Continues a request: its context, with the resource if that still exists. nullptr: the request is no longer pending.
   Context* resume(Ticket ticket, TimePoint now);
 
   void respond(Ticket ticket, http::Response response, std::optional<Channel> channel = {});
-  /// The same of what a step has come to. Deferred: the request goes on waiting.
+  /// The same for the outcome of a step. Deferred: the request continues to wait.
   void respond(Ticket ticket, Outcome outcome);
-  /// The client is gone. A call that has not begun is cancelled; one that runs goes on.
+  /// The client has disconnected. A call that has not started is cancelled; a running call continues.
   void abandon(Ticket ticket) noexcept;
-  /// The client sends nothing more. What tell_end() was called for ends; the request remains.
+  /// The client has closed its sending side. The flag of tell_end() is set; the request remains pending.
   void input_ended(Ticket ticket) noexcept;
-  /// The next that defer() gives.
+  /// The next ticket that defer() returns.
   Ticket next_ticket() const noexcept { return Ticket{next_ticket_}; }
-  /// Forgets this and later ones: a request failed after it was deferred.
+  /// Removes this ticket and later ones, after a request failed that was already deferred.
   void abandon_from(Ticket first) noexcept;
   /// Runs the timeouts that are due.
   void expire(TimePoint now);

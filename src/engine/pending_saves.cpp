@@ -56,7 +56,7 @@ void PendingSaves::expire(Ticket ticket, const Context& context) {
 }
 
 http::Response PendingSaves::not_saved(const Context& context) const {
-  http::Response response = responses_.problem(context, 503, "the robot could not save this change of its subscriptions: nothing has changed");
+  http::Response response = responses_.problem(context, 503, "this change of the subscriptions could not be saved: nothing has changed");
   responses_.add_retry_after(response);
   return response;
 }

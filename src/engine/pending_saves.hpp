@@ -24,7 +24,7 @@ class PendingSaves {
   /// A change that was made provisionally.
   struct Change {
     http::Response response;                  ///< if it is saved
-    UniqueFunction<void(bool saved)> settle;  ///< called once: makes the change final, or takes it back
+    UniqueFunction<void(bool saved)> settle;  ///< called once: makes the change final, or reverts it
   };
 
   /// @param max_time  nullopt: responses do not wait, and each change is final at once
@@ -33,14 +33,14 @@ class PendingSaves {
 
   /// Something that is saved has changed.
   void changed() noexcept { ++revision_; }
-  /// Moves with every change.
+  /// Incremented with every change.
   std::uint64_t revision() const noexcept { return revision_; }
 
   /// Makes a change and responds when it is saved. 503, and no change: it cannot be saved, or too many requests wait.
   Outcome respond_when_saved(Context& context, const std::function<Change()>& make);
   /// The changes up to a revision are saved, or saving them failed.
   void saved(std::uint64_t revision, bool written, TimePoint now);
-  /// Takes back what is not saved. The requests stay pending.
+  /// Reverts the changes that are not saved. The requests remain pending.
   void stop();
 
  private:

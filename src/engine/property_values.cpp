@@ -28,13 +28,13 @@ constexpr std::size_t min_bytes_with_representations = 64 * 1024;
 
 Encoding encoded(model::RepresentationSpec& spec, const void* whole) {
   Encoding made{true, guarded<Bytes>([&]() -> Result<Bytes> {
-                  if (!whole) return unexpected(Errc::unsupported_syntax, "there is no " + spec.media_type + " of it now");
+                  if (!whole) return unexpected(Errc::unsupported_syntax, "its " + spec.media_type + " is not available now");
                   Result<Bytes> bytes = spec.encode(whole);
-                  if (bytes && !*bytes) return unexpected(Errc::unsupported_syntax, "there is no " + spec.media_type + " of this value");
+                  if (bytes && !*bytes) return unexpected(Errc::unsupported_syntax, "this value has no " + spec.media_type);
                   return bytes;
                 })};
   if (!made.bytes && made.bytes.error().code != Errc::unsupported_syntax)
-    made.bytes = unexpected(made.bytes.error().code, "its " + spec.media_type + " could not be made: " + made.bytes.error().message);
+    made.bytes = unexpected(made.bytes.error().code, "its " + spec.media_type + " could not be encoded: " + made.bytes.error().message);
   return made;
 }
 
@@ -80,7 +80,7 @@ bool PropertyValues::has_encodings(const PropertyResource& property, Encodings w
   return true;
 }
 
-/// Those that refreshes and observers want.
+/// The encoders that refreshes and observers need.
 std::vector<std::size_t> PropertyValues::wanted_encoders(const PropertyResource& property) {
   std::vector<std::size_t> wanted;
   const auto observed_in = [](const Resource& r, std::size_t i) {
@@ -150,7 +150,7 @@ void PropertyValues::refresh(PropertyResource& property, Encodings encodings, Do
     std::vector<PropertyRefresh::Waiter> waiters = std::exchange(state.waiters, {});
     for (auto& w : std::exchange(state.next_waiters, {})) waiters.push_back(std::move(w));
     const TimePoint now = clock_.now();
-    for (auto& w : waiters) w.done(unexpected(Errc::timed_out, "the robot's program did not take the request in time"), now);
+    for (auto& w : waiters) w.done(unexpected(Errc::timed_out, "the robot's program did not process the request in time"), now);
   }
   if (state.running) {
     state.next_waiters.push_back({encodings, std::move(done)});
@@ -173,7 +173,7 @@ void PropertyValues::take_published(PropertyResource& property) { take_published
 void PropertyValues::take_published(PropertyResource& property, Instant until) {
   model::SlotBase* slot = property.spec->slot.get();
   if (!slot || property.is_refreshing() || !slot->has_change() || needs_user_code(property)) return;
-  // Of values that are kept each one is a change.
+  // Each kept value is a change.
   take_each(*slot, clock_, until, [&](Sample sample) {
     if (slot->every_sample() || !rdf::same(sample.value, property.value)) set(property, std::move(sample));  // SPEC 3.8
   });
@@ -213,18 +213,18 @@ void PropertyValues::start(PropertyResource& property) {
   });
 }
 
-/// A refresh that fails inside ends, so that the property can be read again.
+/// A refresh ends after an internal error, so that the property can be read again.
 template <class Step>
 void PropertyValues::ends_if_thrown(PropertyResource& property, Step step) {
   try {
     step();
   } catch (const std::exception& e) {
-    if (!property.is_refreshing()) throw;  // it has ended: what the waiters did has failed
-    end(property, unexpected(Errc::failed, std::string("the server failed: ") + e.what()), clock_.now());
+    if (!property.is_refreshing()) throw;  // the refresh has ended, and a waiter has thrown
+    end(property, unexpected(Errc::failed, std::string("internal server error: ") + e.what()), clock_.now());
   }
 }
 
-/// A pulled property: its lambda, where that is to run.
+/// A pulled property: calls its lambda on the thread that its Dispatch names.
 void PropertyValues::read(PropertyResource& property) {
   property.refresh_state->token = calls_.call<model::Reading>(
       property.thing->where(*property.spec), [spec = property.spec]() -> Result<model::Reading> { return spec->read(); },
@@ -289,7 +289,7 @@ void PropertyValues::were_taken(PropertyResource& property, Result<std::vector<S
   encode(property, std::nullopt, wanted_encoders(property));
 }
 
-/// Runs the encoders that the value lacks.
+/// Runs the encoders whose result the value does not have yet.
 /// @param sample  nullopt: the value that the property has
 void PropertyValues::encode(PropertyResource& property, std::optional<Sample> sample, std::vector<std::size_t> encoders) {
   if (!sample)
@@ -332,13 +332,13 @@ void PropertyValues::end(PropertyResource& property, const Result<void>& result,
   state.running = false;
   state.token = nullptr;
   std::vector<PropertyRefresh::Waiter> waiters = std::exchange(state.waiters, std::exchange(state.next_waiters, {}));
-  // First, so that what the waiters ask for next waits for a later refresh. The value that they have waited for stays until they were called.
+  // Done first, so that new requests of the waiters wait for a later refresh. The value is kept until all waiters were called.
   if (!state.waiters.empty()) start(property);
   for (auto& w : waiters) try {
       w.done(result, now);
     } catch (const std::exception& e) {
-      // Its request gets 503 at its time limit. The others go on.
-      if (options_.log) options_.log(LogLevel::error, std::string("a response failed inside: ") + e.what());
+      // Its request gets 503 at its time limit. The others continue.
+      if (options_.log) options_.log(LogLevel::error, std::string("internal error while making a response: ") + e.what());
     }
 }
 

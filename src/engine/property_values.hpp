@@ -23,7 +23,7 @@ inline namespace v0 {
 
 class PropertyResource;
 
-/// Which of a property's user-written encoders have to have run on its value.
+/// The user-written encoders of a property that have to run on its value.
 struct Encodings {
   bool all = false;
   std::optional<std::size_t> one{};
@@ -39,7 +39,7 @@ struct Encoding {
   Result<Bytes> bytes{Bytes()};
 };
 
-/// A value on its way into a property.
+/// A value that is about to be stored in a property.
 struct Sample {
   rdf::Value value;
   std::shared_ptr<const void> whole;
@@ -47,8 +47,8 @@ struct Sample {
   std::vector<Encoding> encodings;
 };
 
-/// A refresh of one property: at most one runs, and requests that come meanwhile wait for the next one, because their value must not
-/// be older than they are.
+/// A refresh of one property. At most one runs. Requests that arrive during it wait for the next one, because their value must not
+/// be older than the request.
 struct PropertyRefresh {
   using Done = UniqueFunction<void(const Result<void>&, TimePoint)>;
   struct Waiter {
@@ -71,14 +71,14 @@ class PropertyValues {
   PropertyValues(HostCalls& calls, Registry& registry, const EngineOptions& options, const Clock& clock)
       : calls_(calls), registry_(registry), options_(options), clock_(clock) {}
 
-  /// Takes over what needs no user code, and says whether a representation can be made.
+  /// Stores the values that need no user code. Returns whether a representation can be made.
   /// @param current  a refresh has just ended: its values are new enough
   bool ready(Resource& resource, Variant variant, bool current);
   /// Brings all properties of a resource up to date and then calls `done`, once, on the engine's thread.
   void refresh(Resource& resource, Encodings encodings, Done done);
   void refresh(PropertyResource& property, Encodings encodings, Done done);
   using Instant = std::chrono::steady_clock::time_point;
-  /// A property is observed and may have a new value: refreshes it, unless that is under way.
+  /// An observed property may have a new value: refreshes it, unless a refresh is running.
   /// @param until  as for take_published()
   void refresh_observed(PropertyResource& property, Instant until);
   /// Takes over published values if that needs no user code. The older ones of those that are kept are dropped when the time is over.
@@ -86,7 +86,7 @@ class PropertyValues {
   void take_published(PropertyResource& property);
   /// Until when values for queues may be taken over, if that begins now (SubscriptionOptions::max_catch_up_time).
   Instant catch_up_end() const;
-  /// An observer with a queue comes or goes. While there is one, published values are kept between two scans.
+  /// Adds or removes an observer with a queue. While there is one, published values are kept between two scans.
   void keep(PropertyResource& property, bool queued);
   /// Gives the property a value, of the robot or written by a client, and notifies its observers.
   void set(PropertyResource& property, Sample sample);

@@ -9,7 +9,7 @@
 namespace lrt::engine {
 inline namespace v0 {
 
-/// Learns from the times of publish() when the next one is due, so that one scan for each publish() finds it soon after. One property.
+/// Predicts from the times of publish() when the next one is due, so that one scan per publish() finds it soon. For one property.
 ///
 /// A publish() is due one period after the last. A control loop has jitter, and a thread needs time to wake, so the scan comes an offset later:
 /// the offset grows by a sixtieth of the period when the scan comes too early, and shrinks by a thousandth when it does not. So about one scan

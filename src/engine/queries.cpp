@@ -24,7 +24,7 @@ inline namespace v0 {
 namespace {
 
 constexpr std::string_view form_type = "application/x-www-form-urlencoded", query_type = "application/sparql-query";
-/// A standing query with NOW() or RAND() is evaluated so often though nothing changes.
+/// The interval at which a standing query with NOW() or RAND() is evaluated without changes.
 constexpr std::chrono::seconds clock_interval{1};
 /// RFC 6455 5.5.1
 constexpr std::size_t max_close_reason = 123;
@@ -107,7 +107,7 @@ Result<void> Queries::check_options() const {
 
 // ------------------------------------------------------------------------------------------------------------- requests
 
-/// What the parameters of a form ask (SPARQL 1.1 Protocol 2.1).
+/// The query in the parameters of a form (SPARQL 1.1 Protocol 2.1).
 std::variant<Queries::Asked, http::Response> Queries::asked_in(const Context& context, std::string_view form, bool is_body) const {
   const auto parameters = http::parse_form(form);
   if (!parameters)
@@ -115,7 +115,7 @@ std::variant<Queries::Asked, http::Response> Queries::asked_in(const Context& co
                               std::string(is_body ? "the body" : "the query of the target") + ": expected name=value pairs in percent-encoded UTF-8");
   Asked asked;
   for (const auto& [name, value] : *parameters) {
-    if (name == "update") return responses_.problem(context, 403, "an update is not carried out here: this endpoint only reads");
+    if (name == "update") return responses_.problem(context, 403, "updates are not supported: this endpoint is read-only");
     if (name == "query") {
       if (asked.text) return responses_.problem(context, 400, "query: expected one, found several");
       asked.text = value;
@@ -158,7 +158,7 @@ Outcome Queries::post(Context& context) {
   const std::string expected = std::string(form_type) + " or " + std::string(query_type);
   if (!type || request.count("Content-Type") > 1)
     return problem(415, "Content-Type: expected " + expected + ", found \"" + request.joined("Content-Type") + "\"");
-  if (type->essence() == update_type) return problem(403, "an update is not carried out here: this endpoint only reads");
+  if (type->essence() == update_type) return problem(403, "updates are not supported: this endpoint is read-only");
   const bool is_form = type->essence() == form_type;
   if (!is_form && type->essence() != query_type) return problem(415, "Content-Type: expected " + expected + ", found " + type->essence());
   if (const std::string_view charset = type->parameter("charset"); !charset.empty() && !http::iequals(charset, "utf-8"))
@@ -182,18 +182,18 @@ http::Response Queries::too_many(const Context& context, const char* what) const
   return response;
 }
 
-/// Until the answer is there: the properties are read, the query waits for its turn, and it is evaluated.
+/// Until the result is complete: the properties are read, the query waits in the queue, and it is evaluated.
 std::optional<Ticket> Queries::defer(const Context& context) {
   return pending_.defer(context, options_.host_timeout + 2 * service_->limits().time, [this](Ticket late, Context& c, bool) {
-    pending_.respond(late, too_many(c, "the query could not be evaluated in time: others take long"));
+    pending_.respond(late, too_many(c, "the query could not be evaluated in time, because other queries are running; try again later"));
   });
 }
 
 http::Response Queries::failed(const Context& context, const Error& error) const {
-  if (error.code == Errc::cancelled) return responses_.problem(context, 503, "the query was given up, because its client sends nothing more");
+  if (error.code == Errc::cancelled) return responses_.problem(context, 503, "the query was cancelled, because its client closed the connection");
   if (error.code == Errc::timed_out || error.code == Errc::limit_exceeded) return responses_.problem(context, 503, error.message);
-  responses_.log(LogLevel::error, "a query failed inside: " + error.message);
-  return responses_.problem(context, 500, "the query failed inside");
+  responses_.log(LogLevel::error, "internal error in a query: " + error.message);
+  return responses_.problem(context, 500, "internal error while evaluating the query");
 }
 
 Outcome Queries::ask(Context& context, const Asked& asked) {
@@ -204,10 +204,10 @@ Outcome Queries::ask(Context& context, const Asked& asked) {
   if (!type) {
     std::string list;
     for (const std::string_view offer : query->types()) list += (list.empty() ? "" : ", ") + std::string(offer);
-    return responses_.problem(context, 406, "none of the media types in Accept can have this answer; there are " + list);
+    return responses_.problem(context, 406, "none of the media types in Accept is available for this result; available are " + list);
   }
   const QueryService::Limits& limits = service_->limits();
-  if (running_ >= limits.max_queries) return too_many(context, "as many queries as this server takes are under way; try again later");
+  if (running_ >= limits.max_queries) return too_many(context, "the maximum number of queries is running; try again later");
   const auto ticket = defer(context);
   if (!ticket) return responses_.overloaded(context);
   auto evaluation = std::make_shared<Evaluation>();
@@ -255,7 +255,7 @@ http::Response Queries::response_to(Context& context, const PreparedQuery& query
 
 // ----------------------------------------------------------------------------------------------------------- evaluation
 
-/// Brings the graphs up to date, in several turns of the engine if there is much to do, and then leaves the job.
+/// Updates the graphs, in several turns of the engine if there are many, and then queues the job.
 void Queries::snapshot_for(std::shared_ptr<Evaluation> evaluation) {
   if (*evaluation->cancelled || snapshots_.update(*evaluation->snapshot)) return begin(std::move(evaluation));
   calls_.inbox()->put([this, evaluation = std::move(evaluation)](TimePoint) { snapshot_for(evaluation); });
@@ -263,7 +263,7 @@ void Queries::snapshot_for(std::shared_ptr<Evaluation> evaluation) {
 
 void Queries::begin(std::shared_ptr<Evaluation> evaluation) {
   if (evaluation->graphs_are_current) evaluation->graphs_are_current();
-  // All memory that the way back takes is there before the job.
+  // The memory for the result is allocated before the job starts.
   struct Running {
     std::shared_ptr<Evaluation> evaluation;
     Result<std::shared_ptr<const QueryAnswer>> answer = unexpected(Errc::cancelled, "the query was cancelled");
@@ -304,7 +304,8 @@ Outcome Queries::subscribe(Context& context, Protocol protocol) {
   auto read = asked_in(context, target ? target->query : std::string_view(), false);
   if (auto* response = std::get_if<http::Response>(&read)) return std::move(*response);
   const Asked& asked = std::get<Asked>(read);
-  if (!asked.text) return responses_.problem(context, 400, "the parameter query is missing: a subscription here is to the answer of a query");
+  if (!asked.text)
+    return responses_.problem(context, 400, "the parameter query is missing: a subscription to this resource observes the result of a query");
   auto found = standing_for(context, asked);
   if (auto* response = std::get_if<http::Response>(&found)) return std::move(*response);
   StandingQuery& query = *std::get<StandingQuery*>(found);
@@ -312,7 +313,7 @@ Outcome Queries::subscribe(Context& context, Protocol protocol) {
     context.resource = &query;
     context.resource_id = query.id;
     Outcome outcome = subscriptions_.subscribe(context, protocol);
-    unobserved(query);  // if there was no subscription made
+    unobserved(query);  // if no subscription was created
     return outcome;
   }
   const auto ticket = defer(context);
@@ -329,7 +330,8 @@ std::variant<StandingQuery*, http::Response> Queries::standing_for(Context& cont
   auto parsed = parse(context, asked);
   if (auto* response = std::get_if<http::Response>(&parsed)) return std::move(*response);
   const auto prepared = std::get<std::shared_ptr<const PreparedQuery>>(std::move(parsed));
-  if (asked.changes && !prepared->has_rows()) return responses_.problem(context, 400, "changes: expected a SELECT, whose rows come and go");
+  if (asked.changes && !prepared->has_rows())
+    return responses_.problem(context, 400, "changes: expected a SELECT query, whose added and removed rows are sent");
   const auto wished = query_parameter(context.request().target, "minimumInterval");
   const auto interval =
       std::max(service_->limits().min_interval, wished ? interval_of(*wished).value_or(std::chrono::milliseconds(0)) : std::chrono::milliseconds(0));
@@ -343,7 +345,7 @@ std::variant<StandingQuery*, http::Response> Queries::standing_for(Context& cont
     for (const auto& one : standing_)
       if (one->key == key && one->snapshot->base == context.base && one->snapshot->audience.view == context.audience.view) return one.get();
   }
-  if (standing_.size() >= service_->limits().max_standing) return too_many(context, "there are as many standing queries as this server keeps");
+  if (standing_.size() >= service_->limits().max_standing) return too_many(context, "the maximum number of standing queries is reached");
   auto made = std::make_unique<StandingQuery>(endpoint_->path + "/standing-" + std::to_string(next_standing_++), *endpoint_, *this, prepared,
                                               std::move(snapshot));
   StandingQuery& query = *made;
@@ -400,7 +402,7 @@ void Queries::evaluated(ResourceId id, Result<std::shared_ptr<const QueryAnswer>
   serve_waiters(*query, now);
 }
 
-/// Makes the subscriptions of requests that came before there was an answer.
+/// Creates the subscriptions of requests that arrived before the first result.
 void Queries::serve_waiters(StandingQuery& query, TimePoint now) {
   for (const StandingQuery::Waiter& waiter : std::exchange(query.waiters, {})) {
     Context* const waiting = pending_.resume(waiter.ticket, now);
@@ -413,7 +415,7 @@ void Queries::serve_waiters(StandingQuery& query, TimePoint now) {
   unobserved(query);
 }
 
-/// Observes the resources that have come to count since the last time.
+/// Observes the resources that have become relevant since the last call.
 void Queries::watch(StandingQuery& query) {
   const Snapshot& snapshot = *query.snapshot;
   if (query.seen_version == snapshot.version) return;
@@ -428,7 +430,7 @@ void Queries::watch(StandingQuery& query) {
   query.seen_version = snapshot.version;
 }
 
-/// What has no value yet, or gets members, may get triples that count.
+/// A resource without a value, or a container, may get relevant triples later.
 bool Queries::may_count(const StandingQuery& query, const std::string& path, const Snapshot::Entry& entry, const Resource& resource) const {
   const QueryDependencies& needs = query.query->dependencies();
   if (!needs.graphs.empty() && !resource.is_container() && resource.kind() != "action") {
@@ -446,7 +448,7 @@ void Queries::unwatch(StandingQuery& query, StandingQuery::Watch& watch) {
   const std::uint64_t id = static_cast<std::uint64_t>(watch.resource.id);
   watch.resource.remove_observer(watch, scanner_);
   query.is_dirty = true;
-  query.watches.erase(id);  // the watch is gone now
+  query.watches.erase(id);  // the watch was removed
 }
 
 void Queries::unobserved(const StandingQuery& query) {

@@ -31,8 +31,8 @@
 namespace lrt::engine {
 inline namespace v0 {
 
-/// Queries of clients, asked once or standing. The engine reads the request, brings the values and the graphs up to date, and leaves a job that
-/// evaluates the query without its lock.
+/// Queries of clients, evaluated once or standing. The engine reads the request, updates the values and the graphs, and queues a job that
+/// evaluates the query without the engine's lock.
 class Queries {
  public:
   using Instant = std::chrono::steady_clock::time_point;
@@ -43,45 +43,44 @@ class Queries {
           std::function<std::vector<Resource*>()> shared);
   ~Queries();
 
-  bool is_enabled() const noexcept { return service_ != nullptr; }
   /// @par Errors  invalid_option
   Result<void> check_options() const;
 
   // Requests.
-  /// nullopt: a GET without a query, which is for the description of the service.
+  /// nullopt: a GET without a query, which requests the service description.
   std::optional<Outcome> get(Context& context);
   Outcome post(Context& context);
   Outcome subscribe(Context& context, Protocol protocol);
 
-  /// Begins the evaluations of standing queries that are due.
+  /// Starts the due evaluations of standing queries.
   void advance(TimePoint now);
   std::optional<Instant> next_deadline() const;
   std::vector<BodyJob> take_jobs() { return std::exchange(jobs_, {}); }
-  /// Evaluations that run end as soon as they notice.
+  /// Cancels running evaluations.
   void stop();
   std::size_t standing() const noexcept { return standing_.size(); }
 
   // Standing queries.
-  /// Nobody observes it any more.
+  /// The last observer has left.
   void unobserved(const StandingQuery& query);
   void unwatch(StandingQuery& query, StandingQuery::Watch& watch);
 
  private:
-  /// What a request asks.
+  /// The query of a request and its parameters.
   struct Asked {
     std::optional<std::string> text;  ///< nullopt: there is no query
     std::vector<std::string> default_graphs, named_graphs;
-    bool changes = false;  ///< of a standing query: the rows that are new and those that are gone
+    bool changes = false;  ///< of a standing query: the added and removed rows
   };
-  /// A query on its way to its answer.
+  /// A query in progress.
   struct Evaluation {
     std::shared_ptr<const PreparedQuery> query;
     std::shared_ptr<Snapshot> snapshot;
     std::shared_ptr<std::atomic<bool>> cancelled = std::make_shared<std::atomic<bool>>(false);
     std::string client;
     std::optional<std::size_t> max_rows{};
-    std::optional<std::size_t> type{};           ///< in which the answer is written; nullopt: it is kept
-    std::function<void()> graphs_are_current{};  ///< called just before it begins; empty: nothing
+    std::optional<std::size_t> type{};           ///< the format of the result; nullopt: the result is kept
+    std::function<void()> graphs_are_current{};  ///< called just before it starts; may be empty
     UniqueFunction<void(Result<std::shared_ptr<const QueryAnswer>>, Result<std::string>, TimePoint)> done{};
   };
   class AllProperties;
@@ -122,9 +121,9 @@ class Queries {
   std::list<std::unique_ptr<StandingQuery>> standing_;
   std::uint64_t next_standing_ = 1;
   std::uint64_t seen_structure_ = 0;
-  std::size_t running_ = 0;  ///< evaluations that have begun and not ended
+  std::size_t running_ = 0;  ///< running evaluations
   std::vector<BodyJob> jobs_;
-  std::vector<std::weak_ptr<std::atomic<bool>>> cancels_;  ///< of evaluations that may run
+  std::vector<std::weak_ptr<std::atomic<bool>>> cancels_;  ///< flag of running evaluations
 };
 
 }  // namespace v0

@@ -53,7 +53,7 @@ Result<rdf::Graph> read_documents(const std::vector<std::string>& documents, con
   return all;
 }
 
-/// Each media type once, as clients request it; numbers where there are octets.
+/// Each media type may occur once, in the form that clients request; octets need a numeric type.
 Result<void> check_formats(model::PropertySpec& property, const std::string& name) {
   if (property.octets && !rdf::octets_of(*property.type))
     return unexpected(Errc::invalid_option, name + ": octets() needs a number or lists of numbers");
@@ -71,7 +71,7 @@ Result<void> check_formats(model::PropertySpec& property, const std::string& nam
     // text/plain with a parameter is a format of its own, such as that of Prometheus.
     const bool is_own_text = type->essence() == rdf::media_type(rdf::Plain::text) && r.media_type != type->essence();
     if ((is_taken(type->essence()) && !is_own_text) || is_taken(r.media_type))
-      return unexpected(Errc::duplicate_path, name + ": there is " + r.media_type + " of it already");
+      return unexpected(Errc::duplicate_path, name + ": the representation " + r.media_type + " is already declared");
     taken.push_back(r.media_type);
     if (!r.element_type.empty() && !iri::is_absolute(r.element_type))
       return unexpected(Errc::expected_iri, name + ": expected an absolute IRI as element type");
@@ -89,7 +89,7 @@ std::string read_only_field(const rdf::Type& type) {
   return {};
 }
 
-/// What only an action has.
+/// Checks what only an action has.
 Result<void> check_action(const model::ActionSpec& action, const std::string& name) {
   if (action.first_error) return unexpected(action.first_error->code, name + ": " + action.first_error->message);
   if (action.stop) {
@@ -100,7 +100,7 @@ Result<void> check_action(const model::ActionSpec& action, const std::string& na
       return unexpected(Errc::invalid_option, name + ": a stop is neither queued nor refused: expected ActionPolicy::parallel(n), n at least 1");
   }
   for (const model::EffectSpec& effect : action.effects)
-    if (effect.from_input && !action.input) return unexpected(Errc::invalid_option, name + ": there is no input that its effect could have");
+    if (effect.from_input && !action.input) return unexpected(Errc::invalid_option, name + ": an effect needs an input, and the action has none");
   for (const auto& [field, value] : action.headers) {
     http::Fields fields;
     const bool is_name = !field.empty() && detail::token_end(field, 0) == field.size();
@@ -111,7 +111,7 @@ Result<void> check_action(const model::ActionSpec& action, const std::string& na
   return {};
 }
 
-/// Everything that the user registers with a Thing, except its Turtle.
+/// Checks everything that the user registers with a Thing, except its Turtle.
 Result<void> check(model::ThingSpec& described) {
   model::ThingSpec* const spec = &described;
   const auto check_iris = [&](const std::vector<std::string>& iris, const char* what) -> Result<void> {
@@ -146,7 +146,7 @@ Result<void> check(model::ThingSpec& described) {
   const auto check_facets = [&](const std::string& path, const rdf::Facets& f) -> Result<void> {
     const bool empty = f.min() && f.max() && (*f.min() > *f.max() || (*f.min() == *f.max() && (f.min_exclusive() || f.max_exclusive())));
     if (empty || f.min_length() > f.max_length())
-      return unexpected(Errc::invalid_option, "\"" + spec->path + "/" + path + "\": the bounds leave no value");
+      return unexpected(Errc::invalid_option, "\"" + spec->path + "/" + path + "\": no value is within the bounds");
     return {};
   };
   const auto check_input = [&](const std::string& what, const rdf::Type& type) -> Result<void> {
@@ -182,7 +182,7 @@ Result<void> check(model::ThingSpec& described) {
     for (const auto& [facets, type, what] : {std::tuple(&a->facets, a->input, "input"), std::tuple(&a->output_facets, a->output, "output")}) {
       if (!type && !facets->empty())
         return unexpected(Errc::invalid_option, "action \"" + spec->path + "/actions/" + a->path + "\": there is no " + what +
-                                                    " that the unit, bounds or length could describe");
+                                                    " to which the unit, bounds or length could apply");
       if (Result<void> e = check_facets("actions/" + a->path, *facets); !e) return e;
     }
   }
@@ -213,7 +213,7 @@ Result<rdf::Graph> read_effects(const model::ActionSpec& action, const std::stri
 }
 
 Result<std::unique_ptr<ThingNode>> build_thing(std::unique_ptr<model::ThingSpec>& spec) {
-  if (!spec) return unexpected(Errc::closed, "the thing was given away already");
+  if (!spec) return unexpected(Errc::closed, "the thing was already moved into a server or a builder");
   if (spec->first_error) return Unexpected{*spec->first_error};
   if (Result<void> checked = check(*spec); !checked) return Unexpected{std::move(checked).error()};
   const std::string path = "/" + spec->path;

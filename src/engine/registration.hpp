@@ -11,8 +11,8 @@
 namespace lrt::engine {
 inline namespace v0 {
 
-/// Judges what a user says of a Thing, and builds its resources. What could turn out to be invalid when it is written is refused here, once.
-/// @param spec  is taken over, unless there is an error; nullptr: the Thing was given away already
+/// Validates the registration of a Thing and builds its resources. Errors that would otherwise appear when a document is written are found here.
+/// @param spec  is moved from, unless there is an error; nullptr: the Thing was already moved
 /// @par Errors  the thing's first error; closed, expected_iri, expected_rdf, expected_media_type, invalid_option, duplicate_path, limit_exceeded
 Result<std::unique_ptr<ThingNode>> build_thing(std::unique_ptr<model::ThingSpec>& spec);
 
@@ -20,7 +20,7 @@ Result<std::unique_ptr<ThingNode>> build_thing(std::unique_ptr<model::ThingSpec>
 /// @param blueprint_path  their base
 /// @par Errors  expected_rdf
 Result<rdf::Graph> read_shapes(const model::ThingSpec& spec, const std::string& blueprint_path);
-/// What the user says in Turtle of an action's effect, with IRIs below placeholder_base.
+/// The user's Turtle about the effect of an action, with IRIs below placeholder_base.
 /// @param path  of the action: their base
 /// @par Errors  expected_rdf, also if `<#effect>` is not described
 Result<rdf::Graph> read_effects(const model::ActionSpec& action, const std::string& path);

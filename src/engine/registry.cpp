@@ -25,7 +25,7 @@ bool Registry::add(Resource& resource) {
   return true;
 }
 
-/// Gives a resource without a path the first one that is free, or whose resource has to move.
+/// Gives a resource without a path the first path that is free or whose resource has to move.
 void Registry::settle(Resource& resource) {
   std::uint32_t n = 0;
   std::string path = resource.path_aside(n);
@@ -111,7 +111,7 @@ ThingNode& Registry::add_thing(std::unique_ptr<ThingNode> made) {
   ThinVector<ThingNode*>& siblings = siblings_of(thing);
   const std::string prefix = thing.self.path + "/";
   const auto is_below = [&](const ThingNode* other) { return other->self.path.compare(0, prefix.size(), prefix) == 0; };
-  // Siblings are searched only if some Thing is below at all, so that registering many siblings stays linear.
+  // Siblings are searched only if a Thing is below, so that the registration of many siblings takes linear time.
   const auto next = things_.upper_bound(prefix);
   if (next != things_.end() && is_below(next->second.get())) {
     for (ThingNode* other : siblings) {

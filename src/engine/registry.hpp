@@ -19,7 +19,7 @@
 namespace lrt::engine {
 inline namespace v0 {
 
-/// A reference to a resource that may be gone by the time it is used.
+/// A reference to a resource that may be removed before it is used.
 template <class R>
 struct Ref {
   Ref() = default;
@@ -27,7 +27,7 @@ struct Ref {
   ResourceId id{};
 };
 
-/// Which resource has which path, and the tree of Things.
+/// The map from paths to resources, and the tree of Things.
 class Registry {
  public:
   explicit Registry(RepresentationCache& cache);
@@ -37,7 +37,7 @@ class Registry {
   /// back when that one is removed. So the paths do not depend on the order of registration.
   /// @return false: another resource has the path, and neither has precedence
   bool add(Resource& resource);
-  /// Takes the path back: observers are notified, cached representations are removed. To be called before a resource is destroyed.
+  /// Removes the path: observers are notified, cached representations are removed. Must be called before a resource is destroyed.
   void remove(Resource& resource);
 
   /// @param path  percent-encoded as canonical_path() does it
@@ -50,11 +50,11 @@ class Registry {
     return static_cast<R*>(find(ref.id));
   }
 
-  /// Takes a Thing into the tree; its resources have been added. Things whose paths are below become its children.
+  /// Adds a Thing to the tree, after its resources. Things whose paths are below become its children.
   ThingNode& add_thing(std::unique_ptr<ThingNode> thing);
-  /// Takes a Thing out of the tree. Its children move up to its parent.
+  /// Removes a Thing from the tree. Its children become children of its parent.
   std::unique_ptr<ThingNode> remove_thing(ThingNode& thing);
-  /// Ends all Things, before what their resources refer to.
+  /// Destroys all Things, before the objects that their resources refer to.
   void clear();
   /// @param path  "/baxter/right_s1"
   ThingNode* find_thing(std::string_view path) const;
@@ -63,7 +63,7 @@ class Registry {
   const ThinVector<ThingNode*>& roots() const noexcept { return roots_; }
   const std::map<std::string_view, std::unique_ptr<ThingNode>>& things() const noexcept { return things_; }
 
-  /// From now on take_new() has the resources that get a path, the first one or another.
+  /// From now on take_new() returns the resources that get a path or a new path.
   void follow(bool followed);
   std::vector<ResourceId> take_new() { return std::exchange(new_, {}); }
   /// Calls a function with each resource.
@@ -72,7 +72,7 @@ class Registry {
     by_id_.for_each(f);
   }
 
-  /// Moves with every change of the structure: Things, what they promise.
+  /// Incremented with every change of the structure: Things and their resources.
   std::uint64_t structure() const noexcept { return structure_; }
   void structure_changed() noexcept { ++structure_; }
 
@@ -88,7 +88,7 @@ class Registry {
   ThinVector<ThingNode*> roots_;                                   ///< in the order of registration
   std::uint64_t structure_ = 1;
   bool is_followed_ = false;
-  std::vector<ResourceId> new_;  ///< while it is followed
+  std::vector<ResourceId> new_;  ///< while take_new() is in use
 };
 
 }  // namespace v0

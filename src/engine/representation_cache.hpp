@@ -10,19 +10,19 @@
 namespace lrt::engine {
 inline namespace v0 {
 
-/// The representations that are kept, least recently used go first when there are too many bytes.
+/// The cached representations. The least recently used are removed when there are too many bytes.
 class RepresentationCache {
  public:
   explicit RepresentationCache(std::size_t max_bytes) : max_bytes_(max_bytes) {}
 
-  /// The one of that kind; nullptr: there is none. It may be of an earlier state of the resource.
+  /// The cached representation of that kind, or nullptr. It may show an earlier state of the resource.
   Representation* find(const Resource& resource, std::size_t base, Variant variant, std::size_t page, const Audience& audience) noexcept;
   /// Keeps a representation, and removes the one of the same kind.
   Representation& keep(Representation made);
   void mark_used(Representation& kept) noexcept;
   /// A representation has grown.
   void grown(std::size_t bytes) noexcept { bytes_ += bytes; }
-  /// Removes all representations of a resource. To be called before the resource goes.
+  /// Removes all representations of a resource. Must be called before the resource is destroyed.
   void forget(Resource& resource) noexcept;
   void clear() noexcept;
 

@@ -31,7 +31,7 @@ bool wants_minimal_container(const Context& context) {
   return has(preferences.include, vocab::ldp::PreferMinimalContainer.text) || has(preferences.omit, vocab::ldp::PreferContainment.text);
 }
 
-/// What depends on rights is for nobody else's cache (RFC 9111 5.2.2.7).
+/// A response that depends on rights must not be stored by shared caches (RFC 9111 5.2.2.7).
 constexpr std::string_view no_cache = "no-cache";
 
 /// All values of a field in one text. `joined` owns it if they are on several lines.
@@ -117,7 +117,7 @@ void Representations::go_on(Ticket ticket, Resource& resource, Encodings encodin
 Representations::Selected Representations::select(Context& context, std::optional<Representation>* page, bool current) {
   Resource& resource = *context.resource;
   const Variants& all = resource.variants();
-  std::vector<std::string_view> fewer;  // only when a variant turned out not to carry the value
+  std::vector<std::string_view> fewer;  // only after a variant could not represent the value
   std::string why;
   const bool offers_page = page && options_.page;
   const std::vector<std::string_view>* offers = offers_page ? &all.with_page : &all.types;
@@ -125,7 +125,8 @@ Representations::Selected Representations::select(Context& context, std::optiona
     const auto choice = http::negotiate(context.accept(), *offers);
     if (!choice) {
       const std::string list = all.list() + (offers_page ? ", " + std::string(page_type) : "");
-      return responses_.problem(context, 406, !why.empty() ? why : "none of the media types in Accept is available here; there are " + list);
+      return responses_.problem(context, 406,
+                                !why.empty() ? why : "none of the media types in Accept is available for this resource; available are " + list);
     }
     const std::string_view type = (*offers)[*choice];
     if (type == page_type && offers_page) return &page->emplace(html_page(resource, context.base, context.audience, context.page));
@@ -149,9 +150,9 @@ Representations::Selected Representations::select(Context& context, std::optiona
 std::optional<http::Response> Representations::unacceptable(const Context& context) const {
   const Variants& all = context.resource->variants();
   if (http::negotiate(context.accept(), options_.page ? all.with_page : all.types)) return std::nullopt;
-  return responses_.problem(
-      context, 406,
-      "none of the media types in Accept is available here; there are " + all.list() + (options_.page ? ", " + std::string(page_type) : ""));
+  return responses_.problem(context, 406,
+                            "none of the media types in Accept is available for this resource; available are " + all.list() +
+                                (options_.page ? ", " + std::string(page_type) : ""));
 }
 
 http::Response Representations::respond_with(Representation& representation, const Context& context) {
@@ -163,7 +164,7 @@ http::Response Representations::respond_with(Representation& representation, con
     if (match == http::Match::malformed) return responses_.problem(context, 400, "If-Match: expected a list of entity tags or *");
     if (match == http::Match::no)
       return responses_.problem(
-          context, 412, "If-Match: expected the present entity tag " + representation.tag + ", found " + std::string(request.joined("If-Match")));
+          context, 412, "If-Match: expected the current entity tag " + representation.tag + ", found " + std::string(request.joined("If-Match")));
   }
   if (!context.ignores_conditions && request.find("If-None-Match")) {
     std::string joined;
@@ -239,7 +240,7 @@ http::Fields Representations::not_modified_fields(const Representation& represen
   return fields;
 }
 
-/// Those that many responses share; nullptr: the request has something that makes a difference.
+/// The shared header fields; nullptr: the request needs fields of its own.
 const PreparedFields* Representations::prepared_fields(Representation& representation, const Context& context) {
   const http::Request& request = context.request();
   const bool is_read = request.method == "GET" || request.method == "HEAD";
@@ -409,11 +410,11 @@ std::optional<http::Response> Representations::failed_precondition(const Context
   Resource& resource = *context.resource;
   if (!resource.exists()) {
     if (!if_match) return std::nullopt;
-    return responses_.problem(context, 412, "If-Match: there is no such resource yet");
+    return responses_.problem(context, 412, "If-Match: the resource does not exist");
   }
   const std::string wanted = resource.for_write(request.joined("If-Match")), unwanted = resource.for_write(request.joined("If-None-Match"));
   bool matched = false, excluded = false;
-  // Those that are kept first: the client probably has one of them, and to make the others of a large value takes time.
+  // Cached variants come first: the client probably has one of them, and other variants of a large value take time to encode.
   std::vector<Variant> variants = resource.variants().variants;
   std::stable_partition(variants.begin(), variants.end(), [&](Variant variant) {
     const Representation* kept = cache_.find(resource, context.base, variant, context.page, context.audience);
@@ -445,7 +446,7 @@ std::optional<http::Response> Representations::failed_precondition(const Context
     return responses_.problem(context, 412,
                               wanted.empty() ? "If-Match: expected an entity tag, found none"
                                              : "If-Match: the resource has changed since it had the entity tag " + wanted + "; GET it again");
-  if (excluded) return responses_.problem(context, 412, "If-None-Match: expected that the resource has no entity tag of those named, found one");
+  if (excluded) return responses_.problem(context, 412, "If-None-Match: the resource has one of the given entity tags");
   return std::nullopt;
 }
 
@@ -495,14 +496,14 @@ void Representations::add_links(http::Fields& fields, const Resource& resource, 
       fields, [&](std::size_t next) { return self + (page > 1 ? "?page=" + std::to_string(page) + "&links=" : "?links=") + std::to_string(next); });
 }
 
-/// Caches that several clients share may keep only what everybody may read: not what depends on rights, and nothing for which an authorizer was asked. A
-/// response that is checked each time (no-cache) needs no mark for the latter: the authorizer is then asked each time.
+/// Shared caches may store only public responses: none that depends on rights, and none for which an authorizer was called. A
+/// response that is checked each time (no-cache) needs no mark for the latter: the authorizer is then called each time.
 std::string Representations::limited(const Audience& audience, std::string_view cache_control) const {
   const bool is_private = audience.is_restricted() || (options_.authorize && !options_.everybody_reads && cache_control != no_cache);
   return (is_private ? "private, " : "") + std::string(cache_control);
 }
 
-/// What a document is under a target that names its version does not change (RFC 8246).
+/// A document does not change under a target that names its version (RFC 8246).
 std::string Representations::cache_control_of(const Context& context) const {
   if (context.resource->document()) {
     const std::string versioned = responses_.context_iri(context.base);
@@ -517,7 +518,7 @@ void Representations::add_upgrade(http::Fields& fields, const Context& context) 
   if (const std::string_view upgrade = upgrade_of(context); !upgrade.empty()) fields.add("Upgrade", upgrade);
 }
 
-/// RFC 9110 7.8: how the resource can be watched on this connection.
+/// RFC 9110 7.8: the protocols for observing the resource on this connection.
 std::string_view Representations::upgrade_of(const Context& context) const {
   if (!context.resource->observable() || !context.rights.has(security::Right::subscribe)) return {};
   const Upgrades can = view_.bases.upgrades(view_.bases[context.base]);

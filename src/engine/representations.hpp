@@ -25,11 +25,11 @@ inline namespace v0 {
 /// Makes representations and responds with them: negotiation, conditions, ranges (R0.9-R0.11, R1.2).
 class Representations {
  public:
-  /// A representation needs values or encodings that are not there yet.
+  /// A representation needs values or encodings that are not available yet.
   struct Missing {
     Encodings encodings;
   };
-  /// What a request comes to, or what it needs first.
+  /// The outcome of a request, or the refresh that it needs first.
   using Attempt = std::variant<Outcome, Missing>;
   /// @param current  the request was deferred for a refresh, which has just ended: its values are new enough. The step may defer it
   ///                 further, by returning Deferred.
@@ -44,18 +44,18 @@ class Representations {
   Outcome get(Context& context);
   /// OPTIONS.
   http::Response options(const Context& context) const;
-  /// The present representation as a response: 200, 206, 304, 406, 412, 416. The values are taken as they are.
+  /// The present representation as a response: 200, 206, 304, 406, 412, 416. The values are not refreshed.
   http::Response respond(Context& context);
-  /// Tries a step; while it misses something, defers the request, refreshes the properties of its resource, and tries again.
+  /// Runs a step. While values are missing, defers the request, refreshes the properties of its resource, and runs the step again.
   Outcome attempt(Context& context, Step step);
   /// The same for a request that is deferred already.
   void respond_when_read(Ticket ticket, Resource& resource, std::function<http::Response(Context&)> respond);
 
   /// The representation that suits the request best; the response if there is none.
-  /// @param page  where the HTML page goes if it suits best; nullptr: it is not offered
+  /// @param page  receives the HTML page if that suits best; nullptr: HTML is not offered
   Selected select(Context& context, std::optional<Representation>* page, bool current);
   /// The representation in one variant, as it is now.
-  /// @par Errors  unsupported_syntax, limit_exceeded: the variant cannot carry the value; others: it could not be made
+  /// @par Errors  unsupported_syntax, limit_exceeded: the variant cannot represent the value; others: encoding failed
   Result<Representation*> make(Resource& resource, std::size_t base, Variant variant, const Audience& audience, std::size_t page = 1);
   /// The representation as a message to subscribers.
   const subscription::Item& message_of(Representation& representation);
@@ -64,7 +64,7 @@ class Representations {
   /// 406 of a GET or HEAD if none of the media types is accepted, whatever the values are.
   std::optional<http::Response> unacceptable(const Context& context) const;
   /// If-Match and If-None-Match of a PUT, POST or DELETE: the response if they exclude it.
-  /// @param lacks_encodings  set if a variant could not be judged because an encoder has to run first
+  /// @param lacks_encodings  set if a variant could not be compared because an encoder has to run first
   std::optional<http::Response> failed_precondition(const Context& context, bool* lacks_encodings = nullptr);
   bool ready(Resource& resource, Variant variant, bool current) { return values_.ready(resource, variant, current); }
 

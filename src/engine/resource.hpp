@@ -56,10 +56,10 @@ enum class Protocol : std::uint8_t;
 
 using Utc = std::chrono::system_clock::time_point;
 
-/// Names a resource for as long as the engine lives, also after it is gone. Never 0, never used twice.
+/// Identifies a resource during the engine's lifetime, also after its removal. Never 0, never reused.
 enum class ResourceId : std::uint64_t {};
 
-/// The fields of responses to requests that differ in nothing that these depend on. All those responses share their bytes.
+/// Header fields that equal requests share. Their responses use the same bytes.
 struct PreparedFields {
   http::Fields ok, not_modified;  ///< of a 200 and of a 304; empty: not made yet
   std::string_view upgrade{};     ///< value of Upgrade in them; empty: none
@@ -73,8 +73,8 @@ struct Representation {
   std::size_t base;  ///< index of the base IRI it was made for
   Variant variant;
   std::size_t page;
-  std::shared_ptr<const security::View> view;  ///< whose rights it shows; nullptr: all
-  std::string name;                            ///< the principal that it was made for, where that makes a difference
+  std::shared_ptr<const security::View> view;  ///< the rights that it was made for; nullptr: all rights
+  std::string name;                            ///< the principal that it was made for, if it depends on the principal
   std::uint64_t state;                         ///< Resource::state() when it was made
   std::uint64_t structure;                     ///< Registry::structure() when it was made
   std::string tag;
@@ -89,22 +89,22 @@ struct Representation {
   }
 };
 
-/// What a subscription learns about the resource that it observes.
+/// The interface by which a resource notifies its subscriptions.
 class Observer {
  public:
   /// The variant of its notifications.
   virtual Variant variant() const noexcept = 0;
   /// The representations of the resource have changed.
   virtual void resource_changed() = 0;
-  /// The representations are about to change: the last time to make the present ones.
+  /// The representations are about to change: the last chance to encode the current ones.
   virtual void resource_changes() = 0;
   /// The robot published values that were overwritten before the engine saw them.
   virtual void values_missed(std::uint64_t count) = 0;
-  /// The resource is about to go. The observer leaves the list of observers.
+  /// The resource is about to be removed. The observer leaves the list of observers.
   virtual void resource_removed() = 0;
-  /// It gets each change, not only the present state.
+  /// It gets each change, not only the current state.
   virtual bool queues() const noexcept = 0;
-  /// What the resource says of it in its own document, as Resource::describe_controls().
+  /// Its triples in the resource's own document, as Resource::describe_controls().
   virtual void describe_controls(About& about, const Description& d) const { (void)about, (void)d; }
 
  protected:
@@ -122,7 +122,7 @@ struct Methods {
 /// What a resource takes as the body of a PUT, POST or PATCH.
 struct Input {
   const rdf::Type* type = nullptr;  ///< of the value; nullptr: a body is RDF
-  bool may_be_empty = false;        ///< an empty body is taken, whatever the header fields say of it
+  bool may_be_empty = false;        ///< an empty body is accepted, whatever its header fields are
   std::size_t max_bytes = std::numeric_limits<std::size_t>::max();
 };
 
@@ -143,13 +143,13 @@ struct Description {
   const std::string& base;  ///< of all IRIs of this server
   std::size_t page;         ///< of a container
   const EngineView& engine;
-  const Audience& audience;  ///< the triples that it may not see are taken out later; what follows from others is up to the resource
+  const Audience& audience;  ///< the triples that it may not see are removed later; values derived from hidden ones are the resource's task
 };
 
-/// What lrt appends to a name of its own that the user has given to something else.
+/// The suffix for a name of lrt that the user has given to another resource.
 inline constexpr std::string_view name_aside = "-lrt";
 
-/// Anything that has a URI: what it allows, describes, links to, reads and takes. A new kind of resource is one class derived from this.
+/// A resource with a URI: its methods, description, links, properties and bodies. A new kind of resource is one class derived from this.
 ///
 /// Functions that act get the parts of the engine; functions that describe read only.
 class Resource {
@@ -161,9 +161,9 @@ class Resource {
   Resource(const Resource&) = delete;
   Resource& operator=(const Resource&) = delete;
 
-  // What it allows (R0.5).
+  // Its methods (R0.5).
   virtual Methods methods() const noexcept { return {}; }
-  /// What a client needs for methods that are not safe.
+  /// The rights that unsafe methods need.
   virtual security::Right right_to_change() const noexcept { return security::Right::write; }
   /// Its own response to GET and HEAD; nullopt: a representation is selected.
   virtual std::optional<Outcome> get(Context& context, Parts& parts);
@@ -177,19 +177,19 @@ class Resource {
   virtual Input input(const EngineOptions& options) const;
   /// post() reads its bodies, which are neither RDF nor values, and get() judges Accept.
   virtual bool has_own_protocol() const noexcept { return false; }
-  /// It is about who sends a request: respond() makes its responses, but those of OPTIONS.
+  /// It is about the caller: respond() makes all its responses except those of OPTIONS.
   virtual bool is_about_caller() const noexcept { return false; }
   /// @pre is_about_caller(), `caller` has a principal, and the method is allowed
   virtual http::Response respond(const Context& context, const Caller& caller, const Responses& responses);
-  /// Its representations are known without user code, and nothing that would change them is under way.
+  /// Its representations can be made without user code, and no running call would change them.
   virtual bool is_up_to_date() const noexcept { return reads() == Reads::nothing; }
-  /// False: it stands for one that a request may make, which has no representation yet.
+  /// False: a placeholder for a resource that a request may create; it has no representation yet.
   virtual bool exists() const noexcept { return true; }
   /// POST stops the robot (Action::stop()).
   virtual bool is_stop() const noexcept { return false; }
   /// Bodies may be plain values, not only RDF.
   virtual bool takes_plain_values() const noexcept { return false; }
-  /// The fragment of the shape that judges its bodies, "rotation" or "actions/rotate/input".
+  /// The fragment of the shape for its bodies, "rotation" or "actions/rotate/input".
   virtual std::string input_shape() const { return {}; }
 
   /// Whether an audience with rights at its path may know of it.
@@ -197,32 +197,32 @@ class Resource {
     (void)audience;
     return true;
   }
-  /// Where the rights to it are looked up.
+  /// The path at which its rights are looked up.
   virtual const std::string& path_of_rights() const noexcept { return path; }
-  /// Two principals with the same rights see different things in it.
+  /// Its representation depends on the principal, not only on the rights.
   virtual bool differs_by_principal() const noexcept { return false; }
 
   // What it describes.
   virtual void describe(const Description& d) const = 0;
-  /// All that it describes, if it keeps that: with IRIs of this server below placeholder_base. nullptr: it does not.
+  /// Its whole description, if it keeps that: with IRIs of this server below placeholder_base; otherwise nullptr.
   virtual std::shared_ptr<const rdf::Graph> kept_graph(const EngineView& engine) const {
     (void)engine;
     return nullptr;
   }
-  /// What a client can do with it, in its own representation only: how to watch it, and how to write it.
+  /// Its controls, in its own representation only: how to observe it and how to write it.
   virtual void describe_controls(About& about, const Description& d) const;
   /// Resources whose triples it has in one document. TriG and N-Quads also have a graph for each.
   virtual std::vector<const Resource*> described_resources() const { return {}; }
   /// Its types, stated wherever it is linked to (SPEC 2).
   virtual void describe_types(About& about, const Description& d) const = 0;
-  /// What its container says of it.
+  /// Its triples in the document of its container.
   virtual void describe_as_member(About& about, const Description& d) const { describe_types(about, d); }
   virtual const Variants& variants() const { return overview_variants(); }
-  /// What it is in overviews, in one word.
+  /// Its kind in overviews, in one word.
   virtual std::string_view kind() const noexcept = 0;
-  /// What overviews say of it wherever they link to it, besides href, kind and methods.
+  /// Its members in overviews that link to it, besides href, kind and methods.
   virtual void summarize(Overview& o) const { (void)o; }
-  /// What its own overview says besides.
+  /// The further members of its own overview.
   virtual void overview(Overview& o) const { (void)o; }
   /// The value behind variants without RDF; nullopt: there is none.
   virtual std::optional<PlainValue> plain_value(const Audience& audience) const {
@@ -246,10 +246,10 @@ class Resource {
   }
   /// The text of Variant::answer().
   virtual Result<std::string> answer(std::size_t type) const;
-  /// False: its first representation is yet to come, and its observers wait for it.
+  /// False: its first representation is not available yet, and its observers wait for it.
   virtual bool has_representation() const noexcept { return true; }
-  /// The entity tag of a representation of a resource that is too large to be written out for a comparison; empty: the tag is made of the bytes.
-  /// @param for_write  without what writes do not change: two tags that differ only in that are the same for If-Match of a write
+  /// The entity tag of a resource that is too large to be encoded for a comparison; empty: the tag is computed from the bytes.
+  /// @param for_write  only of the part that writes change: for If-Match of a write, tags that differ only in the rest are equal
   virtual std::string entity_tag(std::string_view media_type, const std::string& base, const Audience& audience, bool for_write) const {
     (void)media_type, (void)base, (void)audience, (void)for_write;
     return {};
@@ -265,7 +265,7 @@ class Resource {
     (void)target, (void)context, (void)parts;
     return this;
   }
-  /// The resource that makes a graph at a path below that has none; nullptr: nobody may.
+  /// The resource that creates a graph at an unused path below; nullptr: none can be created.
   virtual Resource* new_graph(std::string_view at, const Parts& parts) {
     (void)at, (void)parts;
     return nullptr;
@@ -274,7 +274,7 @@ class Resource {
   // What it links to (R0.9).
   virtual bool is_container() const noexcept { return false; }
   virtual std::vector<Resource*> members() const { return {}; }
-  /// Those that an audience sees.
+  /// The links that an audience may see.
   std::vector<Resource*> members(const Audience& audience) const;
   /// rel="related": its direct sub-resources, unless they are members.
   virtual void link_related(http::LinkWriter& links, const std::string& base) const;
@@ -282,10 +282,10 @@ class Resource {
   virtual std::string up() const;
   /// IRI for rel="describedby"; empty: none.
   virtual std::string described_by(const std::string& base) const;
-  /// Its links change with the structure only, not with its state.
+  /// True: its links depend only on the structure, not on its state.
   virtual bool has_fixed_links() const noexcept { return false; }
 
-  // What it reads: the properties whose values are in its representations.
+  // The properties whose values are in its representations.
   enum class Reads : std::uint8_t {
     nothing,
     known_values,  ///< whether a property has a value; pulled properties are not read for that
@@ -293,24 +293,24 @@ class Resource {
   };
   virtual Reads reads() const noexcept { return Reads::nothing; }
   virtual void for_each_property(FunctionRef<void(PropertyResource&)> visit) const { (void)visit; }
-  /// It is represented also if some property cannot be read, without its value.
+  /// True: if a property cannot be read, its value is left out of the representation.
   virtual bool tolerates_failures() const noexcept { return false; }
-  /// Takes over what other threads have left, where that calls no user code.
+  /// Collects the messages of other threads that need no user code.
   virtual void refresh() {}
 
   // Observers (R0.12, R0.14).
   virtual bool observable() const noexcept { return false; }
-  /// Where its subscriptions are: with its Thing. nullptr: it cannot be observed.
+  /// The container of its subscriptions, which its Thing has; nullptr: it cannot be observed.
   virtual SubscriptionsResource* subscriptions() const noexcept;
-  /// Its changes overtake those of others: commands before telemetry.
+  /// Its changes are sent before those of others: commands before telemetry.
   virtual bool is_urgent() const noexcept { return false; }
-  /// Each of its changes counts, not only the last: its subscriptions have a queue unless the client says otherwise.
+  /// Each of its changes matters, not only the last: its subscriptions have a queue by default.
   virtual bool wants_queues() const noexcept { return is_urgent(); }
   /// Called with the first observer, and when the last one has left.
   virtual void set_observed(bool observed, ChangeScanner& scanner) { (void)observed, (void)scanner; }
-  /// Observers get its last representation even when it is gone.
+  /// Observers get its last representation even after its removal.
   virtual bool has_final_state() const noexcept { return false; }
-  /// What kind of resource it is in the file of saved subscriptions, if it can be observed and is there again after a restart; or empty.
+  /// Its kind in the file of saved subscriptions; empty: it cannot be observed or does not exist after a restart.
   virtual Iri saved_type() const noexcept { return {}; }
 
   // Its path. The names of the user have precedence over those of lrt.

@@ -47,7 +47,7 @@ void PathIndex::grow() {
 void PathIndex::remove(const Resource& resource) noexcept {
   std::size_t hole = place_of(hash_of(resource.path));
   while (places_[hole] != &resource) hole = after(hole);
-  // Those behind it move up, unless their search begins behind the hole: no search meets a free place before its end.
+  // Backward shift: later elements move into the hole, unless their search begins behind it, so that no search stops early.
   for (std::size_t at = after(hole); places_[at]; at = after(at)) {
     const std::size_t from_home = (at - place_of(hashes_[at])) & (places_.size() - 1), from_hole = (at - hole) & (places_.size() - 1);
     if (from_home < from_hole) continue;

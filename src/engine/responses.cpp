@@ -19,7 +19,7 @@ inline namespace v0 {
 
 namespace {
 
-/// Enough to say what was found. What a client sent is not sent back whole.
+/// The limit for text of the client in a message.
 constexpr std::size_t max_detail = 2000;
 
 std::string cut(std::string detail) {
@@ -90,13 +90,14 @@ http::Response Responses::refused(const Context& context, const std::string& wha
 http::Response Responses::gone(const Context& context) const { return problem(context, 404, "the thing was removed while the request waited"); }
 
 http::Response Responses::timed_out(const Context& context) const {
-  http::Response response = problem(context, 503, "the robot's program did not take the request in time; it is called off, try again later");
+  http::Response response =
+      problem(context, 503, "the robot's program did not process the request in time; the request was cancelled, try again later");
   add_retry_after(response);
   return response;
 }
 
 http::Response Responses::overloaded(const Context& context) const {
-  http::Response response = problem(context, 503, "too many requests wait for the robot; try again later");
+  http::Response response = problem(context, 503, "too many requests are waiting for the robot's program; try again later");
   add_retry_after(response);
   return response;
 }
@@ -175,7 +176,7 @@ void Responses::add_types(http::Fields& fields, const Resource* resource) const 
   links.finish(fields, {});
 }
 
-/// LDP 4.2.1.6: what constrains a refused PUT or POST.
+/// LDP 4.2.1.6: a link to the constraints of a refused PUT or POST.
 void Responses::add_constrained_by(http::Fields& fields, const Context& context) const {
   const std::string& base = bases_[context.base];
   http::LinkWriter links;

@@ -33,11 +33,11 @@ class Responses {
     response.denial = why;
     return response;
   }
-  /// An Error of user code: 422 for what the type refuses, 409 for what the robot declines, 500 for what failed.
+  /// An Error of user code: 422 if the type does not fit, 409 if the robot refuses, 500 for other failures.
   http::Response refused(const Context& context, const std::string& what, const Error& error) const;
-  /// The resource went while the request waited.
+  /// The resource was removed while the request waited.
   http::Response gone(const Context& context) const;
-  /// The host did not run the call in time. It has not run and will not.
+  /// The host did not run the call in time, and will not run it later.
   http::Response timed_out(const Context& context) const;
   /// Too many requests wait for the host.
   http::Response overloaded(const Context& context) const;

@@ -101,7 +101,7 @@ void SavedSubscriptions::log(const std::string& id, const std::string& what) con
   responses_.log(LogLevel::warning, line);
 }
 
-/// @par Errors  refused: why it is left out
+/// @par Errors  refused: the reason why it is skipped
 Result<SavedSubscriptions::PendingRestore> SavedSubscriptions::read(const rdf::Graph& graph, rdf::TermId node) const {
   const auto text = [&](Iri predicate, bool iri = false) -> std::string {
     const auto p = graph.find(predicate);
@@ -116,7 +116,7 @@ Result<SavedSubscriptions::PendingRestore> SavedSubscriptions::read(const rdf::G
   read.request.protocol = Protocol::callback;
   read.request.url = text(vocab::hybrit::callbackURL);
   read.request.secret = text(vocab::lrt_::secret);
-  read.request.has_confirmed = text(vocab::lrt_::confirmed) == "true";  // older files do not say it
+  read.request.has_confirmed = text(vocab::lrt_::confirmed) == "true";  // absent in older files
   if (std::string owner = text(vocab::lrt_::owner); !owner.empty()) {
     security::Principal principal{std::move(owner), {}};
     if (const auto role = graph.find(vocab::lrt_::role))
@@ -135,7 +135,7 @@ Result<SavedSubscriptions::PendingRestore> SavedSubscriptions::read(const rdf::G
   const auto length = rdf::lexical::parse_uint64(text(vocab::lrt_::queueLength));
   if (!MediaType::parse(read.media_type) || !interval || !length || *length > options_.subscriptions.max_queue_length ||
       read.request.secret.size() > max_secret)
-    return unexpected(Errc::refused, "its media type, interval, queue length or secret is not possible");
+    return unexpected(Errc::refused, "its media type, interval, queue length or secret is not valid");
   read.request.policy.minimum_interval = *interval;
   read.request.policy.queue_length = static_cast<std::size_t>(*length);
   if (const auto made = rdf::lexical::parse_instant(text(vocab::dcterms::created)))
@@ -143,11 +143,11 @@ Result<SavedSubscriptions::PendingRestore> SavedSubscriptions::read(const rdf::G
   const Result<subscription::CallbackUrl> url = subscription::parse_callback_url(read.request.url);
   if (!url) return unexpected(Errc::refused, url.error().message);
   read.refused = !subscriptions_.may_call(*url);
-  if (read.refused) log(read.id, "waits: this server may not call " + url->authority + " now");
+  if (read.refused) log(read.id, "is not active: its receiver " + url->authority + " is not in the list of allowed receivers");
   const auto has_its_id = [&](const PendingRestore& other) { return other.id == read.id; };
   if (std::any_of(pending_.begin(), pending_.end(), has_its_id) ||
       subscriptions_.callback_count() + pending_.size() >= options_.callbacks.max_callbacks)
-    return unexpected(Errc::refused, "there is another of that identifier, or there are too many");
+    return unexpected(Errc::refused, "its identifier is already in use, or the maximum number of subscriptions is reached");
   return read;
 }
 
@@ -206,7 +206,7 @@ void SavedSubscriptions::resume() {
     std::optional<Audience> audience = variant ? subscriptions_.renewed(p.request.audience, *observed) : std::nullopt;
     if (!audience) {
       if (fits && !variant && !std::exchange(pending_[i].missing_type_logged, true))
-        log(pending_[i].id, "waits: there is no " + pending_[i].media_type + " of \"" + observed->path + "\" now");
+        log(pending_[i].id, "is not active: \"" + observed->path + "\" has no representation in " + pending_[i].media_type + " now");
       ++i;
       continue;
     }

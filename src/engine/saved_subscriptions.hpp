@@ -19,23 +19,23 @@
 namespace lrt::engine {
 inline namespace v0 {
 
-/// Web callbacks as text that survives a restart: Turtle, one blank node each, with the terms by which they are made and the base of the
-/// request that made them (SPEC 3.7). A restored callback waits until its resource is there.
+/// Web callbacks as text for a restart: Turtle, one blank node each, with the terms of the requests that create them and the base of the
+/// creating request (SPEC 3.7). A restored callback waits until its resource exists.
 class SavedSubscriptions {
  public:
   SavedSubscriptions(const EngineOptions& options, Registry& registry, Bases& bases, const Responses& responses, Subscriptions& subscriptions,
                      PendingSaves& saves, const Clock& clock)
       : options_(options), registry_(registry), bases_(bases), responses_(responses), subscriptions_(subscriptions), saves_(saves), clock_(clock) {}
 
-  /// All callbacks, if there are others than at the last call. The text of each is made once.
+  /// All callbacks, if they have changed since the last call. The text of each is created once.
   std::optional<SavedText> take();
   /// @return  how many subscriptions the text has
   /// @par Errors  expected_rdf, limit_exceeded: then nothing is restored
   Result<std::size_t> restore(std::string_view saved);
-  /// Restores from a damaged text what can be read: each subscription by itself.
+  /// Restores the readable subscriptions of a damaged text, each separately.
   /// @return  how many; and the parts of the text that cannot be read
   std::pair<std::size_t, std::size_t> recover(std::string_view damaged);
-  /// Goes on with those whose resource is there now.
+  /// Activates the callbacks whose resource exists now.
   void resume();
 
  private:
@@ -46,7 +46,7 @@ class SavedSubscriptions {
     SubscriptionRequest request;
     std::string media_type;  ///< the variant is known when the resource is there
     bool missing_type_logged = false;
-    bool refused = false;  ///< its receiver may not be called now: kept for a start when it may
+    bool refused = false;  ///< its receiver is not allowed now: kept for a later start
   };
 
   Result<std::size_t> read_all(std::string_view saved);

@@ -47,13 +47,13 @@ bool Snapshots::update(Snapshot& snapshot) {
   return filled;
 }
 
-/// Goes on with the first round. What changes behind it meanwhile is found by the next one.
+/// Continues the first round. Later changes of resources that were already described are found by the next round.
 bool Snapshots::fill(Snapshot& snapshot, std::vector<NamedGraph>& changes) {
   const Instant end = clock_.now().steady + fill_budget;
   const auto& things = registry_.things();
   for (auto at = things.lower_bound(snapshot.next); at != things.end();) {
     visit(snapshot, *at->second, changes);
-    if (++at == things.end() || clock_.now().steady < end) continue;  // one Thing at least, so that each step gets on
+    if (++at == things.end() || clock_.now().steady < end) continue;  // at least one Thing, so that each step makes progress
     snapshot.next = at->first;
     return false;
   }
@@ -91,7 +91,7 @@ void Snapshots::visit(Snapshot& snapshot, const ThingNode& thing, std::vector<Na
     visit_one(*c);
     for (Resource* member : c->members()) visit_one(*member);
   }
-  if (thing.world)  // what is published in a graph is in that graph: twice, its blank nodes would be two
+  if (thing.world)  // a value published in a graph is part of that graph; a second copy would duplicate its blank nodes
     for (const auto& graph : thing.world->graphs()) visit_one(*graph);
   if (thing.kind && !thing.kind->things.empty() && thing.kind->things.front() == &thing) visit_one(*thing.kind);
   if (thing.adds_shapes()) visit_one(const_cast<BlueprintResource&>(thing.blueprint));

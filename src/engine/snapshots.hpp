@@ -22,7 +22,7 @@
 namespace lrt::engine {
 inline namespace v0 {
 
-/// The graphs of all resources for one base and one audience: what queries are asked of. Only what has changed is described again.
+/// The graphs of all resources for one base and one audience: the dataset of queries. Only changed resources are described again.
 struct Snapshot {
   struct Entry {
     ResourceId id{};
@@ -36,13 +36,13 @@ struct Snapshot {
   Audience audience;
   std::shared_ptr<QueryData> data;
   std::unordered_map<std::string, Entry> entries;  ///< by path
-  std::string next;                                ///< the Thing where the first, incomplete round goes on; empty: there is none
+  std::string next;                                ///< the Thing at which the first, incomplete round continues; empty: there is none
   bool filled = false;                             ///< each resource was described once
   std::uint64_t round = 0;
   std::uint64_t version = 1;  ///< of the last change
 };
 
-/// Keeps snapshots up to date while somebody asks, and nothing while nobody does.
+/// Keeps snapshots up to date while queries use them, and removes them otherwise.
 class Snapshots {
  public:
   /// @param shared  resources that belong to no Thing
@@ -52,8 +52,8 @@ class Snapshots {
 
   /// The snapshot of a base and an audience, perhaps a new one. It lives as long as it is used.
   std::shared_ptr<Snapshot> of(std::size_t base, const Audience& audience);
-  /// Takes over what has changed. A new snapshot is filled in several steps, so that one that has ten thousand Things delays nobody.
-  /// @return  false: there is more to do, call it again. true: all graphs are those of this moment.
+  /// Applies the changes. A new snapshot is filled in several steps, so that ten thousand Things do not delay other requests.
+  /// @return  false: not complete, call it again. true: all graphs show the current state.
   bool update(Snapshot& snapshot);
 
   /// Stands for a predicate in Snapshot::Entry. Two predicates may have the same.

@@ -41,11 +41,11 @@ std::vector<rdf::TermId> focus_nodes(const rdf::Graph& graph, const std::string&
 std::string_view refused_node(const rdf::Graph& graph, rdf::TermId node) {
   const auto type = graph.find(vocab::rdf_::type), websocket = graph.find(vocab::hybrit::WebSocket);
   if (!type || !websocket || graph.match(node, *type, *websocket).empty()) return {};
-  return "a WebSocket is opened by GET of the observed resource with Upgrade: websocket, here only web callbacks are made";
+  return "this resource creates web callbacks only. To open a WebSocket, send GET with Upgrade: websocket to the observed resource";
 }
 
-/// What a subscriber learns of a failed delivery: the status of its own receiver. Everything else has the same words, whether a port is closed,
-/// filtered, open, or not one of HTTP: else a subscriber could scan the robot's network.
+/// The text for a subscriber about a failed delivery: the status of its receiver. All other failures have the same text, whether a port is closed,
+/// filtered, open, or not HTTP. Otherwise a subscriber could scan the robot's network.
 std::string public_reason(const subscription::DeliveryResult& result) {
   return result.error.empty() ? "the receiver responded with " + std::to_string(result.status) : "no valid response was received";
 }
@@ -149,11 +149,11 @@ std::optional<http::Response> Subscriptions::too_many(const Context& context, Pr
       (!callback || callbacks_ < options_.callbacks.max_callbacks))
     return std::nullopt;
   http::Response response =
-      too_many_of_client ? responses_.denied(context, http::Denial::subscriptions, 429,
-                                             "this client has " + std::to_string(max) + " subscriptions, which is as many as one client may have")
-                         : responses_.problem(context, 503,
-                                              callback ? "there are as many web callbacks as this server keeps"
-                                                       : "there are as many subscriptions as this server keeps");
+      too_many_of_client
+          ? responses_.denied(context, http::Denial::subscriptions, 429,
+                              "this client has " + std::to_string(max) + " subscriptions, which is the maximum per client")
+          : responses_.problem(context, 503,
+                               callback ? "the maximum number of web callbacks is reached" : "the maximum number of subscriptions is reached");
   responses_.add_retry_after(response);
   return response;
 }
@@ -213,7 +213,7 @@ Outcome Subscriptions::subscribe(Context& context, Protocol protocol) {
   return representations_.attempt(context, [this, wanted = std::move(wanted)](Context& c, bool current) { return open(c, wanted, current); });
 }
 
-/// Chooses the media type of the notifications (R0.17) and makes the subscription, once there is a value to begin with.
+/// Chooses the media type of the notifications (R0.17) and creates the subscription when the first value is available.
 Representations::Attempt Subscriptions::open(Context& context, SubscriptionRequest wanted, bool current) {
   wanted.observed = context.resource;
   const bool streams = wanted.protocol == Protocol::event_stream;
@@ -232,7 +232,8 @@ Representations::Attempt Subscriptions::open(Context& context, SubscriptionReque
   }
   const auto choice = http::negotiate(accept, offers.types);
   if (streams && !choice)
-    return Outcome(responses_.problem(context, 406, "none of the accepted media types can be sent in an event stream; there are " + offers.list()));
+    return Outcome(
+        responses_.problem(context, 406, "none of the media types in Accept is available in an event stream; available are " + offers.list()));
   const bool at_once = wanted.protocol == Protocol::websocket && context.request().must_upgrade_now;
   if (choice && (streams || at_once || offers.variants[*choice].may_be_missing())) {
     wanted.variant = offers.variants[*choice];
@@ -274,11 +275,11 @@ http::Response Subscriptions::stream_response(const Context& context) const {
   response.fields.add("Content-Type", event_stream_type);
   response.fields.add("Cache-Control", "no-store");
   response.fields.add("Vary", context.vary());
-  response.fields.add("X-Accel-Buffering", "no");  // nginx would keep events back
+  response.fields.add("X-Accel-Buffering", "no");  // nginx would buffer events
   return response;
 }
 
-/// 201 with the description of what was made (R0.13).
+/// 201 with the description of the new subscription (R0.13).
 http::Response Subscriptions::description_response(const Context& context, SubscriptionResource& made) const {
   const std::string location = responses_.iri(context, made.path);
   http::Response response;
@@ -298,7 +299,8 @@ Outcome Subscriptions::create(Context& context) {
   const auto problem = [&](int status, std::string detail) { return responses_.problem(context, status, std::move(detail)); };
   if (requests_other_model(context.request().joined("Link"))) return problem(409, "members of this container are ldp:RDFSource");
   if (!makes_callbacks())
-    return responses_.denied(context, http::Denial::receiver, 403, "this server may call no receiver: it makes no web callbacks");
+    return responses_.denied(context, http::Denial::receiver, 403,
+                             "this server does not support web callbacks: its list of allowed receivers is empty");
   static constexpr FocusRule rule{focus_nodes, "subscription", refused_node};
   auto read = bodies_.read_graph(context, rule);
   if (auto outcome = outcome_of(read)) return *std::move(outcome);
@@ -306,7 +308,7 @@ Outcome Subscriptions::create(Context& context) {
   const rdf::TermId node = *std::get<Body>(read).node;
   ThingNode& thing = *context.resource->thing;
 
-  // The shape may be the user's own and require less than is needed here.
+  // The shape may be the user's own and require less than this code needs.
   const auto object = [&](Iri predicate) -> std::optional<std::string> {
     const auto p = graph.find(predicate);
     const auto found = p ? graph.object(node, *p) : std::nullopt;
@@ -364,7 +366,7 @@ Outcome Subscriptions::make_callback(Context& context, SubscriptionRequest wante
     SubscriptionResource& made = make(std::move(wanted), context.base, options_.ids->next(), context.now.utc);
     return {description_response(context, made), [this, channel = made.channel](bool saved) {
               SubscriptionResource* s = find(channel);
-              if (!s) return;  // its resource is gone
+              if (!s) return;  // its resource was removed
               if (!saved) return end(*s, 0, {});
               s->provisional = false;
               announce(*s);
@@ -399,7 +401,7 @@ SubscriptionResource& Subscriptions::make(SubscriptionRequest request, std::size
   }
   if (s.feed) {
     ++feeds_;
-    if (!s.feed->statements.empty()) s.observed.Resource::mark_changed();  // it says where its messages go
+    if (!s.feed->statements.empty()) s.observed.Resource::mark_changed();  // it shows the receiver
   }
   // SPEC 3.6: the first notification at once.
   if (begins_with_refresh) {
@@ -420,7 +422,7 @@ void Subscriptions::first_notification(SubscriptionResource& s) {
   else changed(s);
 }
 
-/// A callback continues until the file is without it: if that fails, nothing has changed.
+/// A callback continues until it is removed from the file. If that fails, nothing has changed.
 Outcome Subscriptions::cancel(Context& context, SubscriptionResource& s, http::Response response) {
   static constexpr std::uint16_t code = 1000;
   static constexpr const char* reason = "the subscription was cancelled";
@@ -507,7 +509,7 @@ void Subscriptions::renew_rights() {
     if (!s || (s->feed && !s->audience.principal)) continue;  // of the host itself
     std::optional<Audience> audience = renewed(s->audience, s->observed);
     if (!audience) {
-      end(*s, 1008, "the right to watch this has ended");
+      end(*s, 1008, "the right to observe this resource was withdrawn");
     } else if (audience->view != s->audience.view) {
       s->audience = *std::move(audience);
       s->observed.subscriptions()->mark_changed();
@@ -527,13 +529,13 @@ void Subscriptions::resource_removed(SubscriptionResource& s) {
   if (s.observed.has_final_state() && s.protocol != Protocol::callback && s.backlog.take_pending()) {
     if (Representation* last = represent(s); last && last->tag != s.last_tag) s.backlog.push_last(item_of(s, *last));
   }
-  end(s, 1001, "the resource is gone");
+  end(s, 1001, "the resource was removed");
 }
 
 // --------------------------------------------------------------------------------------------------------------- changes
 
-/// Queues are filled in scans, whose share of time is bounded: a request that brings about a change must not pay for all queues that want
-/// to have it in four syntaxes. They are filled at once for commands, and when the next value replaces one that is not in them yet.
+/// Queues are filled in scans, whose share of time is bounded: a request that causes a change must not wait until all queues
+/// have it in four syntaxes. They are filled at once for commands, and before a new value replaces one that is not queued yet.
 void Subscriptions::changed(SubscriptionResource& s) {
   if (!s.queues() || s.retry.suspended()) {
     s.backlog.mark_changed();
@@ -549,7 +551,7 @@ void Subscriptions::fill(SubscriptionResource& s) {
   if (std::exchange(s.marked, false)) enqueue(s);
 }
 
-/// @param is_change  counts as dropped if there is no representation of it
+/// @param is_change  counted as dropped if it has no representation
 void Subscriptions::enqueue(SubscriptionResource& s, bool is_change) {
   if (!representations_.ready(s.observed, s.its_variant, true)) {
     values_.refresh(s.observed, Encodings::of(s.its_variant), [this, channel = s.channel, is_change](const Result<void>& result, TimePoint) {
@@ -570,7 +572,7 @@ void Subscriptions::enqueue(SubscriptionResource& s, bool is_change) {
   announce(s);
 }
 
-/// nullptr: it cannot be made now.
+/// nullptr: it cannot be encoded now.
 Representation* Subscriptions::represent(SubscriptionResource& s) {
   Result<Representation*> made = representations_.make(s.observed, s.base, s.its_variant, s.audience);
   const bool is_expected = !made && s.feed && made.error().code == Errc::unsupported_syntax;  // no client has chosen the media type for this value
@@ -631,7 +633,7 @@ void Subscriptions::notify_of_structure() {
     if (s->queues()) {
       changed(*s);
     } else {
-      s->backlog.mark_pending();  // nothing is known to have been missed
+      s->backlog.mark_pending();  // no change is known to be lost
       announce(*s);
     }
   }
@@ -645,7 +647,7 @@ Result<Subscribed> Subscriptions::make_feed(FeedSubscription wanted, TimePoint n
   if (!observed) return unexpected(Errc::unknown_path, "there is no resource at \"" + wanted.path + '"');
   if (!observed->observable()) return unexpected(Errc::refused, wanted.path + ": expected a resource that can be observed");
   if (feeds_ >= options_.subscriptions.max_feed_subscriptions)
-    return unexpected(Errc::limit_exceeded, wanted.path + ": there are as many subscriptions of feeds as this server keeps (max_feed_subscriptions)");
+    return unexpected(Errc::limit_exceeded, wanted.path + ": the maximum number of subscriptions of feeds (max_feed_subscriptions) is reached");
   SubscriptionRequest request;
   request.observed = observed;
   request.protocol = Protocol::feed;
@@ -691,7 +693,7 @@ std::optional<FeedMessage> Subscriptions::next_feed_message(Channel channel, Tim
     message.missed = s->backlog.dropped() - std::exchange(s->told_dropped, s->backlog.dropped());
     return message;
   } catch (const std::exception& e) {
-    responses_.log(LogLevel::error, std::string("a message could not be made: ") + e.what());
+    responses_.log(LogLevel::error, std::string("a message could not be encoded: ") + e.what());
     return std::nullopt;
   }
 }
@@ -780,7 +782,7 @@ std::optional<Push> Subscriptions::next_push(Channel channel, TimePoint now) {
     closing_.erase(closing);
     return push;
   } catch (const std::exception& e) {
-    responses_.log(LogLevel::error, std::string("a notification could not be made: ") + e.what());
+    responses_.log(LogLevel::error, std::string("a notification could not be encoded: ") + e.what());
     return std::nullopt;
   }
 }
@@ -820,7 +822,7 @@ std::optional<subscription::Notification> Subscriptions::next_notification(Chann
     s->under_way = std::move(item);
     return notification;
   } catch (const std::exception& e) {
-    responses_.log(LogLevel::error, std::string("a notification could not be made: ") + e.what());
+    responses_.log(LogLevel::error, std::string("a notification could not be encoded: ") + e.what());
     return std::nullopt;
   }
 }
@@ -833,7 +835,7 @@ bool Subscriptions::must_confirm(const std::string& url) const {
   return !parsed || !loopback_->names(parsed->host, parsed->port);
 }
 
-/// Asks the receiver whether it wants the subscription (WebSub 5.3).
+/// Asks the receiver to confirm the subscription (WebSub 5.3).
 subscription::Notification Subscriptions::confirmation_of(SubscriptionResource& s) const {
   constexpr char digits[] = "0123456789ABCDEF";
   subscription::Notification question;
@@ -886,7 +888,7 @@ void Subscriptions::delivered(Channel channel, const subscription::DeliveryResul
     responses_.log(LogLevel::info, s->path + " ends: " + (confirming ? "the receiver did not confirm it: " : "") + detail);
     return end(*s, 0, {});
   }
-  // Jitter from what differs between subscriptions: the engine has no source of chance.
+  // Jitter from the data of the subscription: the engine has no random source.
   const std::uint64_t spread = std::hash<std::string>()(s->subscription_id) ^ (s->backlog.dropped() * 7919 + s->revision * 104729);
   const auto pause = s->retry.failed(static_cast<double>(spread % 1024) / 1024);
   if (!pause) {

@@ -30,10 +30,10 @@ namespace lrt::engine {
 inline namespace v0 {
 
 /// The name of a server in its notifications: `<id of the process>; base="<base IRI>"`. A server refuses notifications as commands: a robot
-/// that obeyed them could be moved by any subscriber of another one, and by its own notifications without end.
+/// that executed them could be moved by any subscriber of another robot, and endlessly by its own notifications.
 inline constexpr std::string_view notification_field = "Lrt-Notification-Of";
 
-/// Subscriptions: made by Upgrade, event stream, or POST; notified of changes; ended. Messages are pulled: a channel is named once, and
+/// Subscriptions: created by Upgrade, event stream, or POST; notified of changes; ended. Messages are pulled: a channel is reported once, and
 /// the transport or the deliverer takes its next message when the subscriber can take it.
 class Subscriptions {
  public:
@@ -56,7 +56,7 @@ class Subscriptions {
   Outcome subscribe(Context& context, Protocol protocol);
   /// POST of a description to the container of subscriptions.
   Outcome create(Context& context);
-  /// A request is a notification, and its sender is not one of those that may send commands in this way.
+  /// Whether a request is a notification from a sender that is not in the list of those whose notifications are executed.
   bool is_refused_notification(const http::Request& request) const;
 
   /// Makes one that was judged already.
@@ -71,13 +71,13 @@ class Subscriptions {
   EngineCounts counts() const;
 
   std::vector<SubscriptionEvent> take_events() { return std::exchange(events_, {}); }
-  /// What the owner of a subscription may do now; nullopt: it may not subscribe to the resource.
+  /// The current rights of the owner of a subscription; nullopt: it may not subscribe to the resource.
   std::optional<Audience> renewed(const Audience& owner, const Resource& observed) const;
   void renew_rights();
 
   // Observers.
   void changed(SubscriptionResource& s);
-  /// Puts the present representation into the queue, if a change is not in it yet.
+  /// Adds the current representation to the queue, if a change is not in it yet.
   void fill(SubscriptionResource& s);
   void resource_removed(SubscriptionResource& s);
 
@@ -99,7 +99,7 @@ class Subscriptions {
   void delivered(Channel channel, const subscription::DeliveryResult& result, TimePoint now);
 
  private:
-  /// A WebSocket or event stream that has ended and is open until its transport knows.
+  /// A WebSocket or event stream that has ended and stays open until its transport has closed it.
   struct ClosingChannel {
     std::deque<subscription::Item> items;  ///< to be sent before the close
     bool text;
@@ -148,9 +148,9 @@ class Subscriptions {
   std::size_t callbacks_ = 0;
   std::size_t feeds_ = 0;
   std::uint64_t sent_ = 0;     ///< of all subscribers
-  std::uint64_t dropped_ = 0;  ///< of subscribers that are gone
+  std::uint64_t dropped_ = 0;  ///< of former subscribers
   std::vector<SubscriptionEvent> events_;
-  ClientCounts clients_;  ///< who has subscriptions; those that were restored have nobody
+  ClientCounts clients_;  ///< clients with subscriptions; restored subscriptions have no client
 
   std::deque<Channel> urgent_, ready_;  ///< to be named by next_ready()
   std::vector<subscription::ReadyCallback> callbacks_ready_;

@@ -66,7 +66,7 @@ struct Variants {
   std::vector<std::string_view> types;  ///< media types, as http::negotiate() takes them
   std::vector<Variant> variants;        ///< of the same index
   /// The media types and, among them, that of the HTML page: behind those that lrt writes, before those of the user's encoders. Browsers
-  /// accept pictures as gladly as pages, and a camera opened in a browser should show its page.
+  /// accept pictures and pages with the same weight, and a camera opened in a browser should show its page.
   std::vector<std::string_view> with_page;
 
   std::optional<Variant> find(std::string_view media_type) const noexcept;
@@ -95,7 +95,7 @@ Variants variants_of(const model::PropertySpec& spec);
 std::string readable_types(bool plain);
 /// The Content-Type of a media type.
 std::string content_type(Variant variant, std::string_view media_type);
-/// Where a resource, or a page of a container, is to be had in one media type.
+/// The target of a resource, or of a page of a container, in one media type.
 std::string variant_iri(const std::string& resource, std::string_view media_type, std::size_t page = 1);
 /// A media type as part of an IRI: characters with a meaning in a query are percent-encoded.
 std::string escaped(std::string_view text);

@@ -89,7 +89,7 @@ void describe_range(About& term, const rdf::FieldType& field, const std::string&
   describe_unit(term, field.facets.unit());
 }
 
-/// What every term has.
+/// The triples that every term has.
 About described_term(const Description& d, const std::string& vocabulary, const std::string& term, Iri type, const std::string& label) {
   About about(d.graph, rdf::term_iri(term, vocabulary));
   about.a(type).add(vocab::rdfs::label, rdf::literal(label));

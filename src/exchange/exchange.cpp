@@ -83,7 +83,7 @@ class Bounded final : public httplib::Stream {
     return result;
   }
   bool received_bytes() const noexcept { return received_ > 0; }
-  /// All received bytes belong to the response, and the connection is open.
+  /// True if all received bytes belong to the response and the connection is open.
   bool is_clean() const noexcept { return !error_ && !ended_ && at_ == filled_; }
   bool ended() const noexcept { return ended_; }
   const std::optional<Error>& error() const noexcept { return error_; }

@@ -44,7 +44,7 @@ struct Outcome {
   bool keep = false;           ///< the connection can be used again
 };
 
-/// What takes a response as it is received. Each returns false to end the exchange.
+/// Callbacks for a response as it is received. Each returns false to end the exchange.
 struct Receiver {
   std::function<bool(const Header& header)> header{};  ///< may be empty; called before the first byte of the body
   std::function<bool(std::string_view bytes)> body{};  ///< may be empty
@@ -52,7 +52,7 @@ struct Receiver {
 
 /// Sends a request and reads the response with cpp-httplib. Does not retry, follow redirects, decompress or read the environment.
 ///
-/// A response counts only if it is complete, within the limits and HTTP/1.x, if its length is stated once, and if its status is final. If
+/// A response is valid only if it is complete, within the limits and HTTP/1.x, if its length is stated once, and if its status is final. If
 /// `limit.idle` is set, it is the longest wait for the next bytes, and `limit.until` bounds the request and the header section only.
 /// @par Threads  distinct wires: any
 LRT_INTERNAL_API Outcome exchange(Wire& wire, const Request& request, const Limits& limits, WaitLimit limit, const Receiver& receiver = {});

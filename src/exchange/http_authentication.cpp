@@ -16,7 +16,7 @@ using namespace lrt::detail;
 
 Result<std::string> hex_digest(HashAlgorithm algorithm, std::string_view bytes) {
   const ThirdPartyCall call;
-  if (!call) return unexpected(Errc::failed, "the process ends");
+  if (!call) return unexpected(Errc::failed, "the process is exiting");
   std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
   unsigned size = 0;
   const bool is_md5 = algorithm == HashAlgorithm::md5;

@@ -12,7 +12,7 @@
 #include <lrt/base/result.hpp>
 #include <lrt/http/message.hpp>
 
-/// What a client needs to log in at the server of somebody else (RFC 9110 11).
+/// HTTP authentication for clients (RFC 9110 11).
 namespace lrt::exchange {
 
 /// A hash function of HTTP Digest.
@@ -22,7 +22,7 @@ enum class HashAlgorithm : unsigned char { md5, sha256 };
 /// @par Errors  failed: OpenSSL does not have the algorithm, as MD5 where only algorithms of FIPS are allowed; or the process ends
 LRT_INTERNAL_API Result<std::string> hex_digest(HashAlgorithm algorithm, std::string_view bytes);
 
-/// One challenge of a WWW-Authenticate field (RFC 9110 11.3). A token68 is left out.
+/// One challenge of a WWW-Authenticate field (RFC 9110 11.3). A token68 is ignored.
 struct Challenge {
   std::string scheme{};                                           ///< in lower case
   std::vector<std::pair<std::string, std::string>> parameters{};  ///< names in lower case

@@ -5,7 +5,7 @@
 
 namespace lrt::exchange {
 
-/// Keeps SIGPIPE from the host while OpenSSL writes, which does so without MSG_NOSIGNAL. One that was caused meanwhile is discarded.
+/// Blocks SIGPIPE while OpenSSL writes, because it does not use MSG_NOSIGNAL. A SIGPIPE caused in that time is discarded.
 /// @par Time  Two or three system calls; none if it is not needed.
 class NoSigpipe {
  public:

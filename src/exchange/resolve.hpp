@@ -13,7 +13,7 @@
 
 namespace lrt::exchange {
 
-/// The addresses of a name, in the order in which they should be tried. Blocks as long as the system's resolver; cannot be interrupted.
+/// The addresses of a name, in the order in which they should be tried. Blocks while the system's resolver runs; cannot be interrupted.
 /// @par Errors  io_error, with the resolver's message
 LRT_INTERNAL_API Result<std::vector<Address>> resolve(const std::string& name);
 

@@ -37,7 +37,7 @@ void ClientTls::ContextEnd::operator()(ssl_ctx_st* context) const noexcept {
 Result<std::shared_ptr<const ClientTls>> ClientTls::make(const std::string& ca_file, const std::string& certificate_file,
                                                          const std::string& key_file) {
   const ThirdPartyCall call;
-  if (!call) return unexpected(Errc::cancelled, "the process ends");
+  if (!call) return unexpected(Errc::cancelled, "the process is exiting");
   auto result = std::make_shared<ClientTls>();
   ERR_clear_error();
   result->context_.reset(SSL_CTX_new(TLS_client_method()));
@@ -91,7 +91,7 @@ std::string tls_reason(const ssl_st* session, const std::string& fallback) {
 
 std::string sign(std::string_view secret, std::string_view body) {
   const ThirdPartyCall call;
-  if (!call) throw std::runtime_error("the process ends");
+  if (!call) throw std::runtime_error("the process is exiting");
   static constexpr char digits[] = "0123456789abcdef";
   std::array<unsigned char, EVP_MAX_MD_SIZE> mac{};
   unsigned size = 0;

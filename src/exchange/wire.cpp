@@ -24,7 +24,7 @@ bool is_hang_up(int error) noexcept { return error == EPIPE || error == ECONNRES
 
 Unexpected socket_error(int error) { return unexpected(is_hang_up(error) ? Errc::closed : Errc::io_error, system_message(error)); }
 
-Unexpected process_ends() { return unexpected(Errc::cancelled, "the process ends"); }
+Unexpected process_ends() { return unexpected(Errc::cancelled, "the process is exiting"); }
 
 }  // namespace
 
@@ -60,7 +60,7 @@ Result<void> Wire::wait(short events, WaitLimit limit) const {
     const auto rest = std::chrono::ceil<std::chrono::milliseconds>(limit.until - std::chrono::steady_clock::now()).count();
     const int found = ::poll(items, 2, static_cast<int>(std::clamp<std::int64_t>(rest, 0, INT_MAX)));
     if (found < 0 && errno != EINTR) return unexpected(Errc::io_error, system_message(errno));
-    if (found > 0 && items[1].revents != 0) return unexpected(Errc::cancelled, "the server stops");
+    if (found > 0 && items[1].revents != 0) return unexpected(Errc::cancelled, "the server is stopping");
     // Checked even if the socket is ready: a receiver that sends byte by byte gets no extra time.
     if (rest <= 0) return unexpected(Errc::timed_out, "timed out");
     if (found > 0) return {};

@@ -101,7 +101,7 @@ Match matches(std::string_view field, std::string_view tag, bool weak) noexcept 
     const bool element_is_weak = take_weakness(rest);
     if (rest.empty() || rest.front() != '"') return Match::malformed;
     std::size_t end = 1;
-    // A space has no place in a tag, but clients send some, the LDP test suite among them: nothing has such a tag.
+    // A space is not allowed in a tag, but some clients send it, such as the LDP test suite. Such a tag never matches.
     while (end < rest.size() && (is_etagc(rest[end]) || rest[end] == ' ')) ++end;
     if (end == rest.size() || rest[end] != '"') return Match::malformed;
     const std::string_view opaque = rest.substr(0, end + 1);

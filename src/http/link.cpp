@@ -12,8 +12,8 @@ namespace {
 constexpr std::size_t line_limit = 4096;  // with name and CRLF
 constexpr std::size_t line_overhead = sizeof("Link: \r\n") - 1;
 
-/// What RFC 3986 allows stays as it is, its percent escapes too; all else is percent-encoded. So no '<' stands in a link
-/// but the one that begins it.
+/// Characters that RFC 3986 allows, and percent escapes, are copied; all others are percent-encoded. So a link contains no '<'
+/// except the first character.
 void append_uri(std::string& out, std::string_view text) {
   for (std::size_t i = 0; i < text.size(); ++i) {
     const char c = text[i];
@@ -40,7 +40,7 @@ std::string format_link(std::string_view target, std::string_view rel, std::stri
   if (!type.empty()) {
     link += "; type=\"";
     for (const char c : type)
-      if (c != '"' && c != '\\' && c != '<') link += c;  // take_back() searches the '<' that begins a link
+      if (c != '"' && c != '\\' && c != '<') link += c;  // take_back() searches for the '<' that begins a link
     link += '"';
   }
   return link;
@@ -75,7 +75,7 @@ void LinkWriter::take_back() {
 void LinkWriter::add(std::string_view target, std::string_view rel, std::string_view type) {
   if (hidden_ && hidden_(target)) return;
   if (left_to_skip_ > 0) return void(--left_to_skip_);
-  if (!cut_) cut_ = !put(format_link(target, rel, type));  // what follows a cut is left out too: the rest is a tail, not a choice
+  if (!cut_) cut_ = !put(format_link(target, rel, type));  // links after the cut are left out, too: the list is truncated at one place
 }
 
 void LinkWriter::finish(Fields& fields, std::string_view rest, std::string_view rest_rel) {

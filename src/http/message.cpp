@@ -48,7 +48,7 @@ void append_joined(std::string& out, bool& first, std::string_view value) {
 /// An IMF-fixdate has 29 bytes.
 constexpr std::size_t max_date = 64;
 
-/// What stands before the fields of a response, put together without a check for each part: status line, Date, one field of framing and
+/// The beginning of a response, assembled without a check for each part: status line, Date, one field of framing and
 /// Connection have less than 256 bytes.
 class Line {
  public:
@@ -239,7 +239,7 @@ AddedFields added_fields(const Response& response, bool keep_alive, int version)
   AddedFields added;
   added.date = !fields.has(Known::date);
   added.content_length = may_have_body(response.status) && !fields.has(Known::content_length) && !fields.has(Known::transfer_encoding);
-  const bool is_final = response.status >= 200;  // an interim response ends nothing
+  const bool is_final = response.status >= 200;  // an interim response does not end the exchange
   if (is_final && (!keep_alive || response.close)) added.connection = has_upgrade ? "close, Upgrade" : "close";
   else if (is_final && version == 10) added.connection = has_upgrade ? "keep-alive, Upgrade" : "keep-alive";
   else if (has_upgrade) added.connection = "Upgrade";

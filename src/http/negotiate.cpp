@@ -97,12 +97,12 @@ int parse_weight(std::string_view text) noexcept {
   return result <= 1000 ? result : -1;
 }
 
-/// An offer taken apart, or a media range.
+/// A parsed offer or media range.
 struct Type {
   std::string_view type, subtype, parameters;
 };
 
-/// Splits "type/subtype;..."; false if there is no such thing. A lone "*" is read as "*/*" (Java's URLConnection again).
+/// Splits "type/subtype;..."; false if the text does not have this form. A lone "*" is read as "*/*" (Java's URLConnection again).
 bool split_type(std::string_view text, Type& out) noexcept {
   const std::size_t slash = token_end(text, 0);
   if (slash == 0) return false;
@@ -118,7 +118,7 @@ bool split_type(std::string_view text, Type& out) noexcept {
   return out.type != "*" || out.subtype == "*";
 }
 
-/// Whether an offer has a parameter that a range requires. charset=utf-8 is true of all that lrt offers; JSON-LD's own profiles are
+/// Whether an offer has a parameter that a range requires. charset=utf-8 holds for all offers of lrt; JSON-LD's own profiles are
 /// preferences that need not be met (JSON-LD 1.1, appendix C).
 bool offers_parameter(const Type& offer, const Parameter& wanted) noexcept {
   std::string_view rest = offer.parameters;

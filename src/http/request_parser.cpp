@@ -82,7 +82,7 @@ std::size_t target_end(std::string_view text, std::size_t at) noexcept {
   return at;
 }
 
-/// The place of the first byte from `at` on that no field value may have, usually the CR that ends it.
+/// The position of the first byte from `at` on that a field value must not contain, usually the CR that ends it.
 std::size_t value_end(std::string_view text, std::size_t at) noexcept {
   constexpr std::uint64_t ones = 0x0101010101010101U;
   constexpr std::uint64_t tops = 0x8080808080808080U;
@@ -123,7 +123,7 @@ std::optional<std::uint64_t> parse_length(std::string_view text) noexcept {
   return result;
 }
 
-/// The fields that say where a request goes and how its body is framed.
+/// The fields for routing and for the framing of the body.
 struct FramingFields {
   const Field* host = nullptr;
   const Field* length = nullptr;
@@ -131,7 +131,7 @@ struct FramingFields {
   unsigned hosts = 0, lengths = 0, codings = 0;
 };
 
-/// Sets `target` unless it refuses.
+/// Sets `target`, or returns an error.
 std::optional<Refusal> check_target(const Request& request, std::optional<Target>& target_parts) {
   const std::string_view target = request.target;
   if (const std::size_t end = target_end(target, 0); end != target.size()) return refuse_at("request target", target, end);
@@ -183,13 +183,13 @@ int status_of_coding(std::string_view list) noexcept {
     const bool is_chunked = iequals(element.substr(0, end), "chunked");
     if (comma == npos) return others && is_chunked && end == element.size() ? 501 : 400;
     if (end == 0 || is_chunked) return 400;
-    // transfer-coding = token *( OWS ";" OWS transfer-parameter ); what the parameters are like does not matter.
+    // transfer-coding = token *( OWS ";" OWS transfer-parameter ); the content of the parameters is ignored.
     if (const std::string_view rest = trim(element.substr(end)); !rest.empty() && rest.front() != ';') return 400;
     list.remove_prefix(comma + 1);
   }
 }
 
-/// Sets what the framing fields say of the body.
+/// Sets the framing of the body by its header fields.
 std::optional<Refusal> check_framing(const Request& request, const FramingFields& found, Framing& framing) {
   const int version = request.version;
   if (found.lengths > 1) return refuse_repeated(request, "Content-Length", found.lengths);
@@ -211,7 +211,7 @@ std::optional<Refusal> check_framing(const Request& request, const FramingFields
   return std::nullopt;
 }
 
-/// Parses `header` without judging what its parts mean, up to its empty line.
+/// Parses `header` up to its empty line, without checking the meaning of its parts.
 /// @param size  of the header section
 std::optional<Refusal> parse_lines(std::string_view header, Request& request, std::size_t& size) {
   // request-line = method SP request-target SP HTTP-version CRLF (RFC 9112 3)

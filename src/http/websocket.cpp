@@ -39,7 +39,7 @@ bool is_key(std::string_view text) noexcept {
 
 constexpr std::uint32_t rotated(std::uint32_t word, unsigned bits) noexcept { return word << bits | word >> (32 - bits); }
 
-/// SHA-1 (RFC 3174). It protects nothing here: RFC 6455 1.3 shows by it that the server speaks WebSocket.
+/// SHA-1 (RFC 3174). It is not used for security: by RFC 6455 1.3 it shows that the server supports WebSocket.
 std::array<unsigned char, 20> sha1(std::string message) {
   const std::uint64_t bits = std::uint64_t{message.size()} * 8;
   message += '\x80';

@@ -33,7 +33,7 @@ rdf::Graph unmarked(const rdf::Graph& graph, const std::vector<bool>& marked) {
   return rest;
 }
 
-/// Of all terms, each time they occur: what writing the graph out takes.
+/// The bytes of all occurrences of terms: the size of the graph when it is written.
 std::size_t text_bytes(const rdf::Graph& graph) {
   std::size_t bytes = 0;
   for (const rdf::Triple& t : graph.triples())
@@ -164,7 +164,7 @@ const rdf::Graph& GraphEdit::graph() {
   return graph_;
 }
 
-/// Places change here. What was removed of the first triples is remembered as a number only.
+/// Positions change here. Only the number of removed original triples is kept.
 void GraphEdit::remove_removed() {
   std::size_t first_left = 0;
   for (std::size_t i = 0; i < before_; ++i)
@@ -241,7 +241,9 @@ Result<void> GraphState::update(FunctionRef<void(GraphEdit&)> change) {
                                 "\": " + (refused->report ? "it would not conform to its shapes: " + refused->report->to_text() : refused->message));
   } catch (const BadResult& e) { return Unexpected{e.error()}; } catch (const std::exception& e) {
     return unexpected(Errc::failed, "the update of graph \"" + path_.substr(1) + "\" threw: " + e.what());
-  } catch (...) { return unexpected(Errc::failed, "the update of graph \"" + path_.substr(1) + "\" threw something that is no std::exception"); }
+  } catch (...) {
+    return unexpected(Errc::failed, "the update of graph \"" + path_.substr(1) + "\" threw an exception that is not a std::exception");
+  }
 }
 
 std::optional<GraphRefusal> GraphState::write(const GraphWrite& wanted, bool waits) {
@@ -314,7 +316,7 @@ std::optional<GraphRefusal> GraphState::judge(const rdf::Graph& graph) const {
   return GraphRefusal{Kind::violation, {}, *std::move(report)};
 }
 
-/// What a client says of values that the robot publishes is left out: it may write back what it has read.
+/// A client's triples about published values are ignored, because it may write back a representation that it has read.
 void GraphState::merge(GraphEdit& edit, const rdf::Graph& graph) const {
   std::vector<rdf::TermId> open;
   std::vector<bool> reached(graph.term_count()), removed(graph.size());
@@ -383,7 +385,7 @@ void GraphState::notify() noexcept {
   const std::lock_guard lock(listener_mutex_);
   try {
     if (listener_) listener_();
-  } catch (...) {  // no memory for the message: the next change brings one
+  } catch (...) {  // no memory for the message: the next change sends one
   }
 }
 

@@ -50,7 +50,7 @@ class GraphEdit {
   /// The triples differ from those at the beginning.
   bool has_changed() const noexcept { return size() != before_ || removed_before_ != 0 || lost_ != 0; }
 
-  /// An IRI that may be relative to the graph. What is wrong with it becomes the error.
+  /// An IRI that may be relative to the graph. Sets the error if it is invalid.
   std::string resolved(std::string_view iri);
   rdf::Term term_of(const Object& object);
   void fail(Error error) {
@@ -82,17 +82,17 @@ struct GraphWrite {
   Kind kind = Kind::replace;
   rdf::Graph graph{};                       ///< to replace the present one, or to be added
   std::vector<rdf::DataUpdate> updates{};   ///< Kind::edit
-  std::optional<std::uint64_t> expected{};  ///< carried out only if this is the revision
+  std::optional<std::uint64_t> expected{};  ///< executed only at this revision
 };
 
-/// Why a write is refused. Nothing has changed.
+/// The reason for refusing a write. The graph is unchanged.
 struct GraphRefusal {
   enum class Kind : std::uint8_t {
     changed,  ///< the revision is another one than expected
     too_large,
     violation,  ///< the shapes refuse the graph: `report`
-    failed,     ///< it could not be judged
-    busy,       ///< another write is under way, and this one was not to wait
+    failed,     ///< validation did not complete
+    busy,       ///< another write is running, and this one must not wait
   };
   Kind kind;
   std::string message{};
@@ -107,9 +107,9 @@ struct PublishedSpec {
   std::chrono::milliseconds expires_after;
 };
 
-/// A graph with all that judges it. The handles of the user and the engine share it.
+/// A graph with its shapes and limits. The user's handles and the engine share it.
 ///
-/// @par Threads  Any. Writers follow one another; readers wait for none of them.
+/// @par Threads  Any. Writers are serialised; readers never wait for writers.
 class GraphState {
  public:
   struct Version {
@@ -121,7 +121,7 @@ class GraphState {
   /// @par Errors  expected_rdf, expected_value, limit_exceeded: of the shapes and of the first content
   static Result<std::shared_ptr<GraphState>> create(std::string path, GraphOptions options, const std::string& shapes_base,
                                                     std::shared_ptr<HandleContext> thing);
-  /// One without content and with the rules of another.
+  /// A graph without content and with the rules of another graph.
   static std::shared_ptr<GraphState> like(const GraphState& other, std::string path);
 
   const std::string& path() const noexcept { return path_; }
@@ -131,9 +131,9 @@ class GraphState {
   Version version() const;
 
   Result<void> update(FunctionRef<void(GraphEdit&)> change);
-  /// @param waits  for a write that is under way; false: GraphRefusal::Kind::busy
+  /// @param waits  for a running write; false: GraphRefusal::Kind::busy
   std::optional<GraphRefusal> write(const GraphWrite& write, bool waits);
-  /// Replaces the graph by what was kept in a file.
+  /// Replaces the graph by the content of a file.
   Result<void> restore(rdf::Graph graph);
 
   /// A value to be published; false: another one has its path.
@@ -160,7 +160,7 @@ class GraphState {
   const std::shared_ptr<HandleContext> thing_;
   std::optional<shacl::Shapes> shapes_;
   std::mutex writers_mutex_;               // held during a write, with the user's lambda
-  std::atomic<std::thread::id> writer_{};  // who holds it
+  std::atomic<std::thread::id> writer_{};  // the thread that holds it
   mutable std::mutex mutex_;               // guards the rest, for moments
   Version current_{std::make_shared<const rdf::Graph>(), 1};
   std::vector<PublishedSpec> published_;
@@ -169,7 +169,7 @@ class GraphState {
   std::function<void(const Version&)> saver_;
 };
 
-/// What a Thing has as a World.
+/// The part of a Thing that is a World.
 struct WorldSpec {
   WorldOptions options;
   std::vector<std::shared_ptr<GraphState>> graphs;

@@ -17,7 +17,7 @@ void SharedInvocation::finish(Result<rdf::Value> result) noexcept {
 namespace {
 
 /// An invocation in parts. It owns the responder of the whole; the links of the parts own it. The whole's on_cancel refers to it weakly, so that
-/// the whole's last copy goes with the last part.
+/// the last copy of the whole is destroyed with the last part.
 class SplitInvocation {
  public:
   SplitInvocation(Responder whole, std::size_t parts) : whole_(std::move(whole)), parts_(parts), unfinished_(parts) {}
@@ -86,7 +86,7 @@ class SplitInvocation {
   };
 
   const Responder whole_;
-  std::mutex mutex_;  // guards what is in the parts except their fractions, and unfinished_
+  std::mutex mutex_;  // guards the state of the parts except their fractions, and unfinished_
   std::vector<Part> parts_;
   std::size_t unfinished_;
   std::atomic<bool> cancelled_{false};

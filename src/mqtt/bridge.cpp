@@ -46,7 +46,7 @@ class Bridge::Impl {
 
   Result<void> prepare() {
     if (set_.get() < 0 || timer_.get() < 0 || !watch(core_->feed().descriptor(), EPOLLIN) || !watch(timer_.get(), EPOLLIN))
-      return unexpected(Errc::io_error, "no descriptor for a bridge: " + std::system_category().message(errno));
+      return unexpected(Errc::io_error, "cannot create an event descriptor for a bridge: " + std::system_category().message(errno));
     return {};
   }
 

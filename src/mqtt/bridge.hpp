@@ -23,7 +23,7 @@
 namespace lrt::mqtt {
 inline namespace v0 {
 
-/// What a bridge does, as a function of its feed, its link and the time. Without threads and descriptors.
+/// The logic of a bridge, as a function of its feed, its link and the time. Without threads and descriptors.
 ///
 /// @par Threads  One at a time; counters(): any.
 class BridgeCore final : private Link::Events {
@@ -34,8 +34,8 @@ class BridgeCore final : private Link::Events {
   /// @par Errors  those of Bridge::create()
   static Result<std::unique_ptr<BridgeCore>> create(Server& server, Options options, const MakeLink& make_link = make_mosquitto_link);
 
-  /// Takes and sends what there is, for about `budget`.
-  /// @return  how long nothing is to be done unless a descriptor shows it; zero: work is left
+  /// Receives and sends pending messages, for about `budget`.
+  /// @return  the time until the next step, unless a descriptor becomes ready earlier; zero: work is left
   std::chrono::milliseconds advance(Instant now, std::chrono::microseconds budget);
   void stop() noexcept;
 
@@ -54,7 +54,7 @@ class BridgeCore final : private Link::Events {
     const Publication* how;
     std::uint16_t alias = 0;  ///< of the present connection; 0: none yet
   };
-  /// A command whose response is to come.
+  /// A command that waits for its response.
   struct Waiting {
     std::string response_topic, correlation;
     int qos;
@@ -111,7 +111,7 @@ class BridgeCore final : private Link::Events {
   std::unordered_map<int, std::size_t> unacknowledged_;  ///< bytes by id
   std::size_t unacknowledged_bytes_ = 0;
 
-  // What is published.
+  // Publications.
   std::deque<engine::ObservableResource> new_resources_;
   std::unordered_map<std::uint64_t, Published> published_;       ///< by channel
   std::unordered_map<std::uint64_t, std::uint64_t> channel_of_;  ///< by resource

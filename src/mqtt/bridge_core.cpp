@@ -19,7 +19,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr std::size_t max_own = 1'000;  ///< messages of the bridge itself that wait; more are dropped, the oldest first
+constexpr std::size_t max_own = 1'000;  ///< limit of the bridge's own waiting messages; above it the oldest are dropped
 
 Kind kind_of(std::string_view kind) noexcept {
   if (kind == "property") return Kind::property;
@@ -60,7 +60,7 @@ Result<void> check(const Options& options) {
     return invalid("broker: expected texts without control characters");
   for (const Publication& p : options.publications) {
     if (p.qos < 0 || p.qos > 2) return invalid("publications: expected qos 0 to 2, found " + std::to_string(p.qos));
-    if (!is_header_value(p.media_type)) return invalid("publications: media_type is not one");
+    if (!is_header_value(p.media_type)) return invalid("publications: media_type: expected a media type");
     if (p.expiry.count() < 0 || p.expiry.count() > UINT32_MAX) return invalid("publications: expected an expiry of 0 to 2^32-1 s");
   }
   if (options.commands.qos < 0 || options.commands.qos > 2) return invalid("commands.qos: expected 0 to 2");
@@ -106,7 +106,7 @@ Result<std::unique_ptr<BridgeCore>> BridgeCore::create(Server& server, Options o
   if (!feed) return Unexpected{std::move(feed).error()};
   if (options.commands.enabled && !options.commands.allow_unprotected && !feed->is_protected())
     return unexpected(Errc::insecure_address,
-                      "commands from a broker let everybody move the robot who may publish there: set the server's Security, "
+                      "commands from a broker allow every client that may publish there to move the robot: set the server's Security, "
                       "or commands.allow_unprotected");
   std::unique_ptr<BridgeCore> core(new BridgeCore(*std::move(feed), *std::move(topics), std::move(options)));
   LinkOptions link;
@@ -146,7 +146,7 @@ void BridgeCore::log(LogLevel level, const std::string& message) const noexcept 
   } catch (...) {}
 }
 
-/// Of what strangers can cause again and again.
+/// Limits the log lines that remote clients can cause.
 void BridgeCore::log_once(const std::string& message) {
   if (std::exchange(last_warning_, message) != message) log(LogLevel::warning, message);
 }
@@ -269,7 +269,7 @@ void BridgeCore::disconnected(const std::string& reason) {
   counters_.online = false;
   if (!was_online) ++counters_.failed_connections;
   if (std::exchange(last_reason_, reason) != reason) log(LogLevel::warning, broker_url_ + ": " + reason);
-  // What was taken and not sent is newest values, which repeat_all() brings again, and queued ones, which stay.
+  // The unsent messages are newest values, which repeat_all() sends again, and queued ones, which are kept.
   messages_.erase(std::remove_if(messages_.begin(), messages_.end(), [](const engine::FeedMessage& m) { return !m.queued && !m.end; }),
                   messages_.end());
   chance_ = chance_ * 6364136223846793005U + 1442695040888963407U;
@@ -334,7 +334,7 @@ void BridgeCore::bridge(const engine::ObservableResource& resource) {
     ++counters_.not_bridged;
     log_once(resource.path + " is not published: " + why);
   };
-  if (!is_topic(topic)) return refuse("its path makes no topic");
+  if (!is_topic(topic)) return refuse("its path is not valid as a topic");
   engine::FeedSubscription wanted;
   wanted.path = resource.path;
   wanted.media_type = how->media_type;
@@ -344,7 +344,7 @@ void BridgeCore::bridge(const engine::ObservableResource& resource) {
   wanted.statements = statements_of(resource, topic);
   const Result<Feed::Channel> channel = feed_.add(std::move(wanted));
   if (!channel) {
-    if (channel.error().code != Errc::unknown_path) refuse(channel.error().message);  // it has gone meanwhile
+    if (channel.error().code != Errc::unknown_path) refuse(channel.error().message);  // it was removed in the meantime
     return;
   }
   const auto number = static_cast<std::uint64_t>(*channel);
@@ -353,7 +353,7 @@ void BridgeCore::bridge(const engine::ObservableResource& resource) {
   counters_.resources = published_.size();
 }
 
-/// @param clears_topic  the broker is to forget the retained message
+/// @param clears_topic  the broker must delete the retained message
 void BridgeCore::unbridge(std::uint64_t channel, bool clears_topic) {
   const auto found = published_.find(channel);
   if (found == published_.end()) return;
@@ -396,11 +396,11 @@ bool BridgeCore::send(engine::FeedMessage message) {
   }
   const std::uint64_t refused = counters_.refused;
   if (publish(out)) {
-    if (counters_.refused != refused && !out.topic.empty()) published.alias = 0;  // which the broker has not learned
+    if (counters_.refused != refused && !out.topic.empty()) published.alias = 0;  // an alias that the broker does not know
     return true;
   }
   published.sequence -= 1 + (message.queued ? message.missed : 0);
-  if (!message.queued) return false;  // the newest value comes again by itself
+  if (!message.queued) return false;  // the newest value is sent again later
   message.body = std::move(out.payload);
   messages_.push_front(std::move(message));
   return false;
@@ -458,10 +458,10 @@ void BridgeCore::drop_command(const std::string& why) {
 void BridgeCore::carry_out(InMessage message) {
   const Commands& bounds = options_.commands;
   if (!bounds.enabled) return drop_command("commands are not enabled");
-  if (message.retained) return drop_command("it was retained, so nobody knows its age");
+  if (message.retained) return drop_command("it was retained, so its age is unknown");
   if (message.topic.size() > bounds.max_topic_bytes) return drop_command("its topic is too long");
   const auto demand = topics_.demand(message.topic);
-  if (!demand) return drop_command("its topic is none of commands");
+  if (!demand) return drop_command("its topic is not a command topic");
   for (const auto& [name, value] : message.user)
     if (name == "response-of") return drop_command("it is the response of a robot");
   if (message.correlation.size() > bounds.max_correlation_bytes) return drop_command("its correlation data is too long");
@@ -516,7 +516,7 @@ std::optional<std::string> BridgeCore::refused_command(const InMessage& message)
     }
     const std::string_view key = name;
     if (std::any_of(fields.begin(), fields.end(), [&](const auto& field) { return field.first == key; }) && !is_header_value(value))
-      return "the user property " + name + " has other characters than header fields have";
+      return "the user property " + name + " has characters that a header field must not contain";
   }
   return std::nullopt;
 }

@@ -42,7 +42,7 @@ struct InMessage {
   bool has_property_limit = false;  ///< there are more properties, or longer ones, than allowed
 };
 
-/// What a broker has agreed to.
+/// The limits that a broker has announced.
 struct Agreement {
   std::uint16_t max_aliases = 0;
 };
@@ -56,9 +56,9 @@ class Link {
   class Events {
    public:
     virtual void connected(const Agreement& agreement) = 0;
-    /// The connection has ended, or was never made.
+    /// The connection has ended or could not be opened.
     virtual void disconnected(const std::string& reason) = 0;
-    /// The broker has taken a message with QoS 1 or 2, or refused it.
+    /// The broker has accepted a message with QoS 1 or 2, or refused it.
     virtual void acknowledged(int id, bool refused, const std::string& reason) = 0;
     virtual void received(InMessage message) = 0;
     /// The broker does not let the robot subscribe to commands.
@@ -69,16 +69,16 @@ class Link {
   };
 
   virtual ~Link() = default;
-  /// Begins to connect: step() reports the result. What was on its way with QoS 1 and 2 is sent again.
+  /// Starts to connect: step() reports the result. Unacknowledged messages with QoS 1 and 2 are sent again.
   virtual void connect() = 0;
   /// Ends the connection; connected() was called or not. The broker publishes the Last Will.
   virtual void disconnect() noexcept = 0;
   virtual Result<void> subscribe(const std::string& filter, int qos) = 0;
   /// Hands a message to the network.
   /// @return  the id of acknowledged(); 0: QoS 0
-  /// @par Errors  closed: not connected, nothing is kept; limit_exceeded, refused: the broker cannot take it
+  /// @par Errors  closed: not connected, nothing is kept; limit_exceeded, refused: the broker cannot accept it
   virtual Result<int> publish(const OutMessage& message) = 0;
-  /// The network takes no more at present.
+  /// The network does not accept more data now.
   virtual bool is_congested() const noexcept = 0;
   /// Reads and writes what is possible without waiting, and calls events.
   virtual void step(Events& events) = 0;
@@ -89,12 +89,12 @@ class Link {
   virtual std::chrono::milliseconds step_interval() const noexcept = 0;
 };
 
-/// What stays the same for all connections.
+/// The parameters of all connections.
 struct LinkOptions {
   Broker broker;
   Commands commands;  ///< bounds of what is received
   OutMessage will;
-  std::shared_ptr<Waker> waker;  ///< called when step() has something that descriptor() does not show
+  std::shared_ptr<Waker> waker;  ///< called when step() has work that descriptor() does not show
   LogCallback log;
   ThreadOptions thread;
 };

@@ -37,7 +37,7 @@ bool is_numeric(const std::string& host) {
   return ::inet_pton(AF_INET, host.c_str(), &four) == 1 || ::inet_pton(AF_INET6, host.c_str(), &six) == 1;
 }
 
-/// libmosquitto is prepared once for the process and stays so: threads may use it until the process has ended.
+/// libmosquitto is initialised once for the process and never cleaned up, because threads may use it until the process has ended.
 bool prepare() {
   static const bool prepared = ::mosquitto_lib_init() == MOSQ_ERR_SUCCESS;
   [[maybe_unused]] static const bool closed = ThirdPartyCall::close_at_exit();
@@ -80,7 +80,7 @@ bool fill(Properties& properties, const OutMessage& message) {
   return properties.complete();
 }
 
-/// What libmosquitto has for one client. A thread that resolves a name may outlive the link.
+/// The libmosquitto client. A thread that resolves a name may outlive the link.
 struct Handle {
   ~Handle() {
     const ThirdPartyCall call;
@@ -115,7 +115,7 @@ class MosquittoLink final : public Link {
     const Broker& broker = options_.broker;
     const std::string id = broker.client_id.empty() ? "lrt-" + RandomIds().next() : broker.client_id;
     mosquitto* const client = ::mosquitto_new(id.c_str(), true, this);
-    if (!client) return unexpected(Errc::io_error, "libmosquitto makes no client: " + text_of(MOSQ_ERR_ERRNO));
+    if (!client) return unexpected(Errc::io_error, "libmosquitto cannot create a client: " + text_of(MOSQ_ERR_ERRNO));
     handle_->client = client;
     handle_->host = broker.host;
     handle_->port = broker.port != 0 ? broker.port : broker.tls ? 8883 : 1883;
@@ -215,7 +215,7 @@ class MosquittoLink final : public Link {
 
   Result<void> subscribe(const std::string& filter, int qos) override {
     const ThirdPartyCall call;
-    if (!call) return unexpected(Errc::closed, "the process ends");
+    if (!call) return unexpected(Errc::closed, "the process is exiting");
     const BlockedSignals blocked;
     const int code =
         ::mosquitto_subscribe_v5(handle_->client, nullptr, filter.c_str(), qos, MQTT_SUB_OPT_NO_LOCAL | MQTT_SUB_OPT_SEND_RETAIN_NEVER, nullptr);
@@ -224,7 +224,7 @@ class MosquittoLink final : public Link {
 
   Result<int> publish(const OutMessage& message) override {
     const ThirdPartyCall call;
-    if (!call) return unexpected(Errc::closed, "the process ends");
+    if (!call) return unexpected(Errc::closed, "the process is exiting");
     if (!is_connected_ || descriptor() < 0) return unexpected(Errc::closed, "there is no connection");
     Properties properties;
     if (!fill(properties, message)) return unexpected(Errc::refused, "the properties of the message are not valid");
@@ -273,12 +273,12 @@ class MosquittoLink final : public Link {
 
  private:
   static MosquittoLink& of(void* self) noexcept { return *static_cast<MosquittoLink*>(self); }
-  /// libmosquitto has taken the list over.
+  /// libmosquitto owns the list now.
   static void release(Properties& properties) noexcept { new (&properties) Properties(); }
 
   /// One turn of reading and writing.
   int turn() {
-    const BlockedSignals blocked;  // a broker that has gone would end the process by SIGPIPE
+    const BlockedSignals blocked;  // a closed connection would end the process by SIGPIPE
     mosquitto* const client = handle_->client;
     pollfd item{::mosquitto_socket(client), POLLIN, 0};
     if (item.fd < 0) return MOSQ_ERR_CONN_LOST;
@@ -309,7 +309,7 @@ class MosquittoLink final : public Link {
   void guarded_call(F f) noexcept {
     try {
       if (events_) f();
-    } catch (...) {  // no memory: as if it had not come
+    } catch (...) {  // no memory: the message is dropped
     }
   }
   void on_connect(int code, std::uint16_t aliases) noexcept {

@@ -23,7 +23,7 @@ bool is_text(std::string_view text) noexcept;
 class Topics {
  public:
   enum class Command { put, post, remove };
-  /// What a message to a topic of the robot demands.
+  /// The command in a message to a topic of the robot.
   struct Demand {
     Command command;
     std::string path;

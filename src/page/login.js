@@ -17,9 +17,9 @@ form.addEventListener("submit", async (event) => {
   try {
     const response = /^[!-~]+$/.test(text) ? await fetch(path, { method: "POST", headers: { Authorization: `Bearer ${text}` } }) : { status: 401 };
     if (response.ok) return arrive();
-    trouble.textContent = response.status === 401 ? "Nobody has this token." : (await response.json()).detail;
+    trouble.textContent = response.status === 401 ? "This token is not valid." : (await response.json()).detail;
   } catch {
-    trouble.textContent = "The robot does not answer.";
+    trouble.textContent = "The robot does not respond.";
   }
   token.select();
 });

@@ -7,7 +7,7 @@
 
 namespace lrt::page {
 
-/// The console for people: HTML, style and script of this folder, which CMake puts into the library. It is a client of its own robot.
+/// The console for people: HTML, style and script of this folder, which CMake puts into the library. The page is a client of the robot that serves it.
 std::shared_ptr<const engine::PageSource> console();
 
 }  // namespace lrt::page

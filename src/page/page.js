@@ -189,7 +189,7 @@ async function ask(method, iri, { accept = `${N_TRIPLES}, ${PROBLEM}`, body, eta
   try {  // not stored: this address is the page's in the browser's cache
     response = await fetch(local(withoutHash(iri)), { method, headers, body, signal, cache: "no-store" });
     text = await response.text();
-  } catch { throw new Lost("the robot does not answer"); }
+  } catch { throw new Lost("the robot does not respond"); }
   const off = Date.parse(response.headers.get("Date")) - Date.now();
   if (Number.isFinite(off)) skew = Math.abs(off) < 3000 ? 0 : off;
   if (response.status === 401 && user) location.reload();  // the session has ended
@@ -339,7 +339,7 @@ class Watch {
 Watch.onchange = () => {
   const states = [...Watch.all].map((w) => w.state);
   const state = states.includes("lost") ? "lost" : states.includes("live") ? "live" : states.includes("asking") ? "asking" : "";
-  const words = { lost: "Connection lost – trying again", live: "Live", asking: "Live by asking again" };
+  const words = { lost: "Connection lost – trying again", live: "Live", asking: "Live by polling" };
   $("link").className = state;
   say($("link"), words[state] ?? "");
   document.body.classList.toggle("lost", state === "lost");
@@ -931,7 +931,7 @@ function propertyCard(iri, large) {
       form.read(g, iri);
       return "Set";
     } });
-    write.append(form.parts.length ? form.whole : quiet("No form can show its shape."));
+    write.append(form.parts.length ? form.whole : quiet("There is no form for this shape."));
     prefill();
   })().catch((e) => write.replaceChildren(notice(e)));
   return { element, update, fail };
@@ -1052,7 +1052,7 @@ function subscriptionRow(iri, gone) {
   return element;
 }
 function subscriptions(container) {
-  const whole = table(SUBSCRIPTION, [], ".subscriptions"), element = h("div", whole, h("p.none.quiet", "Nobody is told of changes."));
+  const whole = table(SUBSCRIPTION, [], ".subscriptions"), element = h("div", whole, h("p.none.quiet", "There are no subscriptions."));
   const watch = members(element, whole.querySelector("tbody"), container, (iri) => subscriptionRow(iri, () => watch.later(0)), 1500);
   return element;
 }
@@ -1126,7 +1126,7 @@ function showThing(iri, g) {
 const THING_PARTS = [rdf("type"), lrt("state"), lrt("collection"), ...["title", "hasPart", "isPartOf"].map(dcterms), ...["property", "action", "subscriptions", "blueprint", "websocketUrl"].map(hybrit)];
 
 function subscriptionsOf(container, blueprint) {
-  const details = h("details", { ontoggle: () => { if (!details.children[1]) details.append(subscriptions(container)); } }, h("summary", "Who is told of changes"));
+  const details = h("details", { ontoggle: () => { if (!details.children[1]) details.append(subscriptions(container)); } }, h("summary", "Subscribers"));
   return section("Subscriptions and shapes", details, h("p", linkTo(container, "All subscriptions"), " · ", linkTo(blueprint, "Blueprint")));
 }
 
@@ -1198,7 +1198,7 @@ async function show(focus) {
     tree(chain[0] ?? self, [...chain, self]).catch(() => {});
   } catch (e) {
     if (here.gone) return;
-    main.replaceChildren(h("h1", e instanceof Lost ? "The robot does not answer" : "This could not be read"), notice(e), h("p", h("a", { href: "/" }, "To the list of Things")));
+    main.replaceChildren(h("h1", e instanceof Lost ? "The robot does not respond" : "This resource could not be read"), notice(e), h("p", h("a", { href: "/" }, "Back to the list of Things")));
     if (!(e instanceof Lost || e instanceof Problem)) throw e;
     here.watch(main.firstChild, address, { g: () => show(), problem: () => {} }, { socket: false });
   } finally { if (!here.gone) main.removeAttribute("aria-busy"); }

@@ -11,7 +11,7 @@
 #include <lrt/rdf/codec.hpp>
 #include <lrt/rdf/term.hpp>
 
-/// A query as SPARQL 1.1 Query 18.2 translates it: the parser makes it, the evaluator runs it, and nothing changes it in between.
+/// A query in the algebra of SPARQL 1.1 Query 18.2. The parser creates it, and the evaluator runs it. It is immutable.
 namespace lrt::query {
 inline namespace v0 {
 

@@ -20,7 +20,7 @@ struct Ended {
   Error error;
 };
 
-/// What one evaluation has used of its bounds. Its functions throw Ended when a bound is reached.
+/// The resources that one evaluation has used. The functions throw Ended when a bound is reached.
 class Budget {
  public:
   Budget(const Bounds& bounds, const std::atomic<bool>& cancelled) noexcept
@@ -28,7 +28,7 @@ class Budget {
   Budget(const Budget&) = delete;
   Budget& operator=(const Budget&) = delete;
 
-  /// Counts steps. Every few microseconds it looks at the clock and at the cancellation.
+  /// Counts steps. Checks the clock and the cancellation every few microseconds.
   void step(std::uint64_t count = 1) {
     steps_ += count;
     if (steps_ >= next_check_) check();
@@ -41,7 +41,7 @@ class Budget {
     if (bytes_ > bounds_.bytes) out_of_bytes();
   }
   void give(std::size_t bytes) noexcept { bytes_ -= std::min(bytes, bytes_); }
-  /// Refuses a text that would not fit, before it is made.
+  /// Refuses a text that would not fit, before it is created.
   void expect(std::size_t bytes) {
     if (bytes > bounds_.bytes - std::min(bytes_, bounds_.bytes)) out_of_bytes();
   }
@@ -49,7 +49,7 @@ class Budget {
   void row() {
     if (++rows_ > bounds_.rows) out_of_rows();
   }
-  /// Looks at the clock and the cancellation now.
+  /// Checks the clock and the cancellation now.
   void check();
   /// A regular expression needs more work than it may.
   [[noreturn]] void out_of_search();

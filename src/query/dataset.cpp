@@ -11,7 +11,7 @@ namespace lrt::query {
 inline namespace v0 {
 namespace {
 
-// Below these nothing is compacted.
+// Below these sizes the memory is not compacted.
 constexpr std::size_t few_bytes = 64 * 1024, few_entries = 4'096;
 
 std::uint32_t hash_of(const rdf::TermView& term, GraphNumber scope) noexcept {
@@ -35,7 +35,7 @@ std::uint32_t take(std::vector<T>& entries, std::vector<std::uint32_t>& free, co
     return at;
   }
   entries.push_back(value);
-  free.reserve(entries.capacity());  // so that giving back does not fail
+  free.reserve(entries.capacity());  // so that releasing memory cannot fail
   return static_cast<std::uint32_t>(entries.size() - 1);
 }
 
@@ -304,7 +304,7 @@ void Dataset::remove(std::string_view name) {
   compact();
 }
 
-/// What is unused is reused. More than half of it is given up.
+/// Unused memory is reused. If more than half is unused, it is compacted.
 void Dataset::compact() {
   if ((triples_.size() > few_entries && free_triples_.size() > triples_.size() / 2) ||
       (terms_.size() > few_entries && free_terms_.size() > terms_.size() / 2) ||

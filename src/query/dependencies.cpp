@@ -85,7 +85,7 @@ class Finder {
       if (pattern.node.is_variable()) place = Place::some_graph;
       else place = Place::one_graph, graph = pattern.node.index;
       reads(place, graph);
-      if (!needs_triple(*pattern.parts[0])) out_.everything = true;  // a graph that comes or goes is enough
+      if (!needs_triple(*pattern.parts[0])) out_.everything = true;  // an added or removed graph is enough
     } else if (pattern.kind == Pattern::Kind::select) {
       walk(*pattern.query->where, place, graph);
       walk_expressions(*pattern.query, place, graph);

@@ -192,7 +192,7 @@ rdf::Graph placed(const rdf::Graph& graph, std::string_view placeholder, const s
   return result;
 }
 
-/// The graphs of one audience. An evaluation reads a dataset that nothing changes: if an older one still reads it, the next change makes a copy.
+/// The graphs of one audience. An evaluation reads an immutable dataset: if an evaluation still reads it, the next change makes a copy.
 class Data final : public engine::QueryData {
  public:
   /// A dataset, and how many evaluations read it.
@@ -247,7 +247,7 @@ class Data final : public engine::QueryData {
  private:
   std::mutex waiting_mutex_;  ///< guards waiting_: held for moments only
   std::vector<engine::NamedGraph> waiting_;
-  std::mutex mutex_;  ///< guards current_ while it is brought up to date
+  std::mutex mutex_;  ///< guards current_ while it is updated
   std::shared_ptr<Version> current_ = std::make_shared<Version>();
 };
 
@@ -277,7 +277,7 @@ class Endpoint final : public engine::QueryService {
     const Data::Reader reader = static_cast<Data&>(data).read();
     if (const std::size_t triples = (*reader).triple_count(); triples > options_.max_triples)
       return unexpected(Errc::limit_exceeded,
-                        "this robot has " + std::to_string(triples) + " triples; queries are answered up to " + std::to_string(options_.max_triples));
+                        "this robot has " + std::to_string(triples) + " triples; the maximum for queries is " + std::to_string(options_.max_triples));
     Bounds bounds;
     bounds.time = options_.time;
     bounds.steps = options_.max_steps;

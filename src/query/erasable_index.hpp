@@ -8,8 +8,8 @@
 namespace lrt::query {
 inline namespace v0 {
 
-/// Finds numbers by the hash of what they number, as lrt::detail::HashIndex does, and forgets them again. Open addressing; at most two
-/// thirds of the slots are in use; erasing moves later slots back, so nothing slows down after many changes.
+/// Maps hashes to numbers, as lrt::detail::HashIndex does, but numbers can be erased. Open addressing; at most two
+/// thirds of the slots are in use; erasing moves later slots back, so that look-ups remain fast after many changes.
 class ErasableIndex {
  public:
   static constexpr std::uint32_t none = 0xFFFFFFFF;

@@ -15,7 +15,7 @@ namespace {
 
 std::uint32_t number(Variable v) noexcept { return static_cast<std::uint32_t>(v); }
 
-/// Counts what an answer keeps of each term.
+/// Counts the memory that a result keeps for each term.
 class AnswerTerms {
  public:
   explicit AnswerTerms(Run& run) noexcept : run_(run) {}
@@ -244,7 +244,7 @@ Result<Answer> evaluate(const Query& query, const Dataset& dataset, const Bounds
       case Query::Form::describe: return describe(run, query);
     }
   } catch (Ended& ended) { return unexpected(std::move(ended.error)); } catch (const std::bad_alloc&) {
-    return unexpected(Errc::limit_exceeded, "the query needs more memory than there is");
+    return unexpected(Errc::limit_exceeded, "not enough memory for the query");
   }
   return unexpected(Errc::failed, "the query has no form");
 }

@@ -17,7 +17,7 @@
 namespace lrt::query {
 inline namespace v0 {
 
-/// What one evaluation may use. What it needs beyond that ends it with an error that names the limit and what was reached.
+/// The limits of one evaluation. At a limit it ends with an error that names the limit and the work done.
 struct Bounds {
   std::chrono::milliseconds time{2'000};
   std::uint64_t steps = 50'000'000;      ///< triples matched, rows made, expressions evaluated
@@ -39,7 +39,7 @@ struct Selection {
 /// Integers and decimals are exact up to 100 digits; a quotient of decimals has 18 digits after the point or more. A regular expression has
 /// a bound on its work, and ends the query at it.
 ///
-/// @param cancelled  looked at every few microseconds
+/// @param cancelled  checked every few microseconds
 /// @param now        what NOW() gives
 /// @par Errors   timed_out, limit_exceeded: a bound; cancelled
 /// @par Threads  any number at once on one dataset that nothing changes

@@ -50,12 +50,12 @@ void VisibleVariables::add(const std::vector<Variable>& variables) {
 }
 
 bool Grammar::too_deep() {
-  return exceeds(token_.at, "groups, brackets, paths and queries in each other more than " + std::to_string(options_.max_depth) + " deep");
+  return exceeds(token_.at, "groups, brackets, paths and subqueries nested more than " + std::to_string(options_.max_depth) + " deep");
 }
 
 bool Grammar::fits(std::size_t height) {
-  const std::size_t most = options_.max_depth * 4;
-  return height <= most || exceeds(token_.at, "more than " + std::to_string(most) + " operations that each have the one before as a part");
+  const std::size_t max_height = options_.max_depth * 4;
+  return height <= max_height || exceeds(token_.at, "more than " + std::to_string(max_height) + " nested operations");
 }
 
 Result<std::shared_ptr<const Query>> Grammar::run() {
@@ -119,9 +119,7 @@ bool Grammar::query() {
   if (accept_word("DESCRIBE")) return describe_query(*query_);
   if (accept_word("ASK")) return ask_query(*query_);
   for (const std::string_view update : {"INSERT", "DELETE", "LOAD", "CLEAR", "CREATE", "DROP", "COPY", "MOVE", "ADD", "WITH"}) {
-    if (is_word(update)) {
-      return fail(token_.at, std::string(update) + " is not answered here: this endpoint is read-only", Errc::unsupported_syntax);
-    }
+    if (is_word(update)) { return fail(token_.at, std::string(update) + " is not supported: this endpoint is read-only", Errc::unsupported_syntax); }
   }
   return expected("SELECT, CONSTRUCT, DESCRIBE or ASK");
 }

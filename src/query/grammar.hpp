@@ -98,7 +98,7 @@ class Grammar : Lexer {
   };
 
   bool too_deep();
-  /// Whether the algebra may be so high.
+  /// Whether the algebra tree may have this height.
   bool fits(std::size_t height);
 
   // --- queries: grammar.cpp

@@ -83,7 +83,7 @@ const BuiltIn* find_built_in(std::string_view name) noexcept {
   return at == std::end(built_ins) ? nullptr : at;
 }
 
-/// A binary operator; what binds tighter has the greater number.
+/// A binary operator with its precedence: a greater number binds tighter.
 struct Infix {
   std::string_view text;
   Operator op;

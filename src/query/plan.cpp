@@ -212,7 +212,7 @@ void Planner::flatten(const Pattern& pattern, VariableSet& bound, std::vector<St
       flatten(*pattern.parts[0], bound, steps, filters);
       std::vector<Filter> conditions;
       split(*pattern.condition, conditions);
-      // A filter of variables that its pattern always binds may be one of the whole group. Another must not see what comes later.
+      // A filter of variables that its pattern always binds may become a filter of the whole group. Other filters must not see later bindings.
       for (Filter& filter : conditions) {
         if (filter.variables.meets_only_in(filter.variables, facts(*pattern.parts[0]).certain)) filters.push_back(std::move(filter));
         else add(Step::Kind::filter, {}).condition = filter.expression;
@@ -465,7 +465,7 @@ void Planner::plan(const Pattern& pattern, const Expression* condition, Frame& f
     flatten(*inner, bound, steps, filters);
   }
 
-  // A filter stands as early as each of its variables is always bound, or will not be bound by what comes.
+  // A filter is placed as early as possible: when each of its variables is always bound or will not be bound by later steps.
   std::unordered_map<std::uint32_t, std::size_t> left;  // steps that may still bind a variable
   for (const Step& step : steps) step.variables.each([&](std::uint32_t variable) { ++left[variable]; });
   const auto add_filters = [&] {

@@ -53,7 +53,7 @@ class VariableSet {
   std::vector<std::uint64_t> words_;
 };
 
-/// What is known at a place of a pipeline.
+/// The bindings that are known at a place of a pipeline.
 struct PlanState {
   VariableSet certain;   ///< bound in every solution
   VariableSet possible;  ///< bound in some, by this pattern
@@ -88,7 +88,7 @@ class Planner {
   const VariableSet& certain(const Pattern& pattern) { return facts(pattern).certain; }
 
  private:
-  /// What a pattern does, apart from its surroundings.
+  /// The effect of a pattern, without its context.
   struct Facts {
     VariableSet certain, possible;
     VariableSet mentioned;  // with those of its expressions

@@ -8,7 +8,7 @@
 namespace lrt::query {
 inline namespace v0 {
 
-/// What a term is to the operators of SPARQL 17.3.
+/// The kind of a term for the operators of SPARQL 17.3.
 enum class Type : std::uint8_t {
   iri,
   blank,

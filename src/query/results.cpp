@@ -113,7 +113,7 @@ Result<std::string> xml(const Table& table) {
   std::vector<std::string> names;  // as in attributes
   for (const std::string& variable : table.variables()) {
     std::string& name = names.emplace_back();
-    if (!append_xml(name, variable)) return unexpected(Errc::unsupported_syntax, "a variable has a character that XML 1.0 does not have");
+    if (!append_xml(name, variable)) return unexpected(Errc::unsupported_syntax, "a variable contains a character that XML 1.0 does not allow");
     out += "<variable name=\"" + name + "\"/>";
   }
   out += "</head>\n<results>\n";
@@ -125,7 +125,7 @@ Result<std::string> xml(const Table& table) {
       out += "<binding name=\"" + names[i] + "\">";
       if (!append_xml(out, *term)) {
         return unexpected(Errc::unsupported_syntax, "row " + std::to_string(row + 1) + ", ?" + table.variables()[i] +
-                                                        ": found a character that XML 1.0 does not have; another format can have it");
+                                                        ": found a character that XML 1.0 does not allow; use another format");
       }
       out += "</binding>";
     }
@@ -226,7 +226,7 @@ Result<std::string> write(bool yes, ResultFormat format) {
   const std::string text = yes ? "true" : "false";
   if (format == ResultFormat::json) return R"({"head":{},"boolean":)" + text + "}\n";
   if (format == ResultFormat::xml) return std::string(xml_head) + "<head/>\n<boolean>" + text + "</boolean>\n</sparql>\n";
-  return unexpected(Errc::unsupported_syntax, std::string(media_type(format)) + " has no answer to ASK; JSON and XML have one");
+  return unexpected(Errc::unsupported_syntax, std::string(media_type(format)) + " cannot represent the result of ASK; JSON and XML can");
 }
 
 }  // namespace v0

@@ -18,7 +18,7 @@
 #include "src/shacl/regex.hpp"
 
 /// The parts of an evaluation. A query becomes pipelines of stages that work on one frame of variables, and backtrack: a stage binds
-/// variables, the stages after it go on from there, and when they have nothing more it unbinds them and looks for the next.
+/// variables, the following stages continue, and after their last solution it unbinds the variables and looks for the next binding.
 namespace lrt::query {
 inline namespace v0 {
 
@@ -38,11 +38,11 @@ class Stage {
   Stage(const Stage&) = delete;
   Stage& operator=(const Stage&) = delete;
   virtual ~Stage() = default;
-  /// Begins anew, with what is bound now.
+  /// Restarts with the current bindings.
   virtual void open() = 0;
-  /// Unbinds what it has bound, and binds the next. False: there is no more, and it has bound nothing.
+  /// Unbinds its variables and binds the next solution. False: there is none, and nothing is bound.
   virtual bool next() = 0;
-  /// Unbinds what it has bound.
+  /// Unbinds its variables.
   virtual void close() noexcept = 0;
 };
 

@@ -32,7 +32,7 @@ class Solver {
     Slot slot;
     std::vector<Expr> argument;  // none: COUNT(*)
   };
-  /// What an aggregate has seen of a group.
+  /// The state of an aggregate for a group.
   struct Collected {
     std::uint64_t count = 0;
     bool failed = false;
@@ -46,7 +46,7 @@ class Solver {
   void collect(const Aggregate& aggregate, Collected& collected);
   TermNumber result(const Aggregate& aggregate, const Collected& collected);
   void solve_groups(Output& output);
-  /// Computes the columns of a solution and gives it. False: no more is wanted.
+  /// Computes the columns of a solution and passes it on. False: no further solutions are needed.
   bool give(Output& output);
 
   Run& run_;

@@ -29,7 +29,7 @@ struct ActiveGraph {
 /// @pre the variable is bound
 Scope scope_of(const ActiveGraph& active, const Run& run, const Frame& frame) noexcept;
 
-/// What a stage has bound.
+/// The variables that a stage has bound.
 class Bindings {
  public:
   explicit Bindings(Frame& frame) noexcept : frame_(frame) {}
@@ -241,7 +241,7 @@ class GraphStage final : public Stage {
   bool bound_ = false;
 };
 
-/// Gives one slot what another has: the variable of GRAPH, which the pattern in it does not see.
+/// Copies one slot to another: for the variable of GRAPH, which its pattern does not see.
 class CopyStage final : public Stage {
  public:
   CopyStage(Frame& frame, Slot from, Slot to) : frame_(frame), from_(from), to_(to), bindings_(frame) {}

@@ -23,7 +23,7 @@ class Terms {
 
   /// The number of an IRI or literal.
   TermNumber intern(const rdf::TermView& term);
-  /// A blank node that nothing else has.
+  /// A new blank node.
   TermNumber fresh_blank();
   /// Valid until the end of the evaluation.
   rdf::TermView term(TermNumber number) const noexcept;

@@ -16,7 +16,7 @@
 namespace lrt::query {
 inline namespace v0 {
 
-/// What an expression gives: an error, a term, or a literal that has no number yet. Numbers are computed without their lexical forms.
+/// The result of an expression: an error, a term, or a literal without a term number. Numbers are computed without their lexical forms.
 struct Value {
   bool failed = true;
   Type type = Type::other;

@@ -68,7 +68,7 @@ const Prefixes& default_prefixes() {
 
 Result<Graph> read(std::string_view text, Syntax syntax, const ReadOptions& options) {
   if (!options.base.empty() && !iri::is_absolute(options.base)) {
-    return unexpected(Errc::expected_iri, "base is no absolute IRI: \"" + std::string(options.base) + "\"");
+    return unexpected(Errc::expected_iri, "the base is not an absolute IRI: \"" + std::string(options.base) + "\"");
   }
   switch (syntax) {
     case Syntax::turtle:

@@ -6,7 +6,7 @@
 
 #include <lrt/rdf/codec.hpp>
 
-/// What rdf::read and rdf::write choose from.
+/// The codecs of rdf::read and rdf::write.
 namespace lrt::rdf {
 inline namespace v0 {
 
@@ -19,7 +19,7 @@ Result<Graph> read_json_ld(std::string_view text, const ReadOptions& options);
 
 /// Whether this build has RDF/XML: redland/ defines these four functions, or else without_redland/.
 bool has_rdf_xml() noexcept;
-/// Loads what the first document in RDF/XML would wait for.
+/// Loads the library for RDF/XML in advance, so that the first document need not wait for it.
 void prepare_rdf_xml() noexcept;
 Result<Graph> read_rdf_xml(std::string_view text, const ReadOptions& options);
 /// @par Errors  unsupported_syntax also when what Raptor wrote does not read back as the same graph.

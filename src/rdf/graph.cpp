@@ -81,7 +81,7 @@ std::uint32_t Graph::find_fresh(const TermView& term) const noexcept {
   return n < fresh_.size() ? fresh_[n] : none;
 }
 
-/// Adds a new term. Nothing finds it yet.
+/// Adds a new term without adding it to the index.
 std::uint32_t Graph::append(const TermView& term, std::uint32_t datatype) {
   const auto id = static_cast<std::uint32_t>(terms_.size());
   if (terms_.empty()) {

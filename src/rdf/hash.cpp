@@ -25,7 +25,7 @@ HashSeeds random_seeds() noexcept {
     return seeds;
   } catch (...) {}
 #endif
-  // What a client does not know exactly: the time and the address of the stack.
+  // Values that a client cannot know exactly: the time and the address of the stack.
   const auto time = static_cast<std::uint64_t>(std::chrono::high_resolution_clock::now().time_since_epoch().count());
   std::uint64_t mixed = fold_multiply(time ^ 0x9E3779B97F4A7C15u, reinterpret_cast<std::uintptr_t>(&seeds) ^ 0xE7037ED1A0B428DBu);
   for (std::uint64_t* seed : {&seeds.bytes, &seeds.first, &seeds.second})

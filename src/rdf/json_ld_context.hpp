@@ -14,7 +14,7 @@
 /// The list of terms of lrt's JSON-LD context. The writer, the served document and the reader, for references to that document, use it.
 namespace lrt::rdf::json_ld {
 
-/// How a string is read as a value of a term.
+/// How a string value of a term is read.
 enum class Coercion : std::uint8_t {
   none,     ///< a string
   id,       ///< an IRI, absolute or with a prefix

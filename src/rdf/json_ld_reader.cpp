@@ -228,7 +228,7 @@ class Reader {
     if (plain != json_ld_context_iri && (options_.context.empty() || plain != without_query(options_.context))) {
       const std::string_view ours = options_.context.empty() ? json_ld_context_iri : options_.context;
       refuse(local,
-             "the context <" + shortened(name) + "> would have to be fetched, which is not done: put it into the document, or use <" +
+             "the context <" + shortened(name) + "> would have to be fetched, which is not supported: embed it in the document, or use <" +
                  std::string(ours) + ">",
              Errc::unsupported_syntax);
     }

@@ -241,7 +241,7 @@ class CborReader {
   }
 
   bool simple(const Head& h) {
-    if (h.open) return fail(begin_, "a break with nothing to end");
+    if (h.open) return fail(begin_, "a break outside an item of indefinite length");
     switch (h.info) {
       case 20:
       case 21: return builder_.boolean(h.info == 21);

@@ -75,16 +75,6 @@ std::string fraction_text(std::int64_t ns) {
   return text;
 }
 
-/// Days from 1970-01-01 of a proleptic Gregorian date (Hinnant's era arithmetic: 400 years have 146,097 days).
-std::int64_t days_from_civil(std::int64_t year, unsigned month, unsigned day) noexcept {
-  year -= month <= 2;
-  const std::int64_t era = (year >= 0 ? year : year - 399) / 400;
-  const auto year_of_era = static_cast<unsigned>(year - era * 400);
-  const unsigned day_of_year = (153 * (month > 2 ? month - 3 : month + 9) + 2) / 5 + day - 1;
-  const unsigned day_of_era = year_of_era * 365 + year_of_era / 4 - year_of_era / 100 + day_of_year;
-  return era * 146'097 + static_cast<std::int64_t>(day_of_era) - 719'468;
-}
-
 bool two_digits(std::string_view text, std::size_t at, unsigned& out) noexcept {
   if (at + 2 > text.size() || !digit(text[at]) || !digit(text[at + 1])) return false;
   out = static_cast<unsigned>((text[at] - '0') * 10 + (text[at + 1] - '0'));
@@ -199,11 +189,12 @@ std::optional<std::chrono::nanoseconds> parse_duration(std::string_view text) no
     }
     if (rank <= last || (rank == 0) == in_time) return std::nullopt;
     last = rank;
-    if (!accumulate(total, *count, unit_ns) || !accumulate(total, fraction_ns(fraction), 1)) return std::nullopt;
+    const std::int64_t sign = negative ? -1 : 1;  // per part: the lowest value has no positive counterpart
+    if (!accumulate(total, sign * *count, unit_ns) || !accumulate(total, sign * fraction_ns(fraction), 1)) return std::nullopt;
     text.remove_prefix(unit_at + 1);
   }
   if (last < 0) return std::nullopt;
-  return std::chrono::nanoseconds(negative ? -total : total);
+  return std::chrono::nanoseconds(total);
 }
 
 std::optional<std::chrono::nanoseconds> parse_instant(std::string_view text) noexcept {
@@ -238,8 +229,9 @@ std::optional<std::chrono::nanoseconds> parse_instant(std::string_view text) noe
     zone_minutes = static_cast<std::int64_t>(zone_hour * 60 + zone_minute) * (text[0] == '-' ? -1 : 1);
   }
   std::int64_t total = 0;
-  if (!accumulate(total, days_from_civil(year, month, day), day_ns) || !accumulate(total, hour, hour_ns) || !accumulate(total, minute, minute_ns) ||
-      !accumulate(total, second, second_ns) || !accumulate(total, ns, 1) || !accumulate(total, -zone_minutes, minute_ns))
+  if (!accumulate(total, lrt::detail::days_from_civil(year, month, day), day_ns) || !accumulate(total, hour, hour_ns) ||
+      !accumulate(total, minute, minute_ns) || !accumulate(total, second, second_ns) || !accumulate(total, ns, 1) ||
+      !accumulate(total, -zone_minutes, minute_ns))
     return std::nullopt;
   return std::chrono::nanoseconds(total);
 }
@@ -658,7 +650,7 @@ std::optional<Moment> parse_moment(std::string_view text, Datatype datatype) noe
   if (!c || c->year.size() > 9) return std::nullopt;
   const std::int64_t year = c->year.empty() ? 1972 : *parse_int64(c->year) * (c->negative_year ? -1 : 1);
   Moment m;
-  m.seconds = days_from_civil(year, c->month, c->day) * 86'400 + static_cast<std::int64_t>(c->hour) * 3600 +
+  m.seconds = lrt::detail::days_from_civil(year, c->month, c->day) * 86'400 + static_cast<std::int64_t>(c->hour) * 3600 +
               static_cast<std::int64_t>(c->minute) * 60 + static_cast<std::int64_t>(c->second) - c->zone_minutes * 60;
   m.fraction = c->fraction;
   m.zoned = c->zoned;

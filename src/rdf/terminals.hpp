@@ -126,7 +126,7 @@ class Terminals {
     }
     at_ += length;
     if (value > 0x10FFFF || (value >= 0xD800 && value <= 0xDFFF)) {
-      return fail(from, "escape of no acceptable character: " + std::string(since(from)));
+      return fail(from, "escape of a character that is not allowed: " + std::string(since(from)));
     }
     utf8::append(out, value);
     return true;
@@ -140,7 +140,7 @@ class Terminals {
     plain = true;
     for (;;) {
       while (at_ != end_ && terminal::is(*at_, terminal::plain_iri)) ++at_;
-      if (end()) return fail(from - 1, "IRI without an end");
+      if (end()) return fail(from - 1, "unterminated IRI");
       const char c = *at_;
       if (c == '>') break;
       plain = false;
@@ -170,7 +170,7 @@ class Terminals {
     const char* copied = from;
     for (;;) {
       while (at_ != end_ && terminal::is(*at_, terminal::in_string)) ++at_;
-      if (end()) return fail(from, "string without an end");
+      if (end()) return fail(from, "unterminated string");
       const char c = *at_;
       if (c == '\\') {
         if (copied == from) buffer.clear();
@@ -344,7 +344,7 @@ class Terminals {
   Errc error_code_ = Errc::expected_rdf;
 
  private:
-  /// What stands at a place, for messages: printable, short, well-formed.
+  /// The text at a position, for messages: printable, short, well-formed.
   std::string found(const char* at) const {
     if (at >= end_) return "the end of the text";
     const char* const until = at + std::min<std::ptrdiff_t>(end_ - at, 24);

@@ -14,7 +14,7 @@ inline namespace v0 {
 inline constexpr std::size_t max_brackets = 1000;
 
 /// More prefix and base directives in a Turtle document are refused: each of a few bytes may stand for an IRI of max_iri bytes
-/// that has to be kept and taken apart.
+/// that has to be stored and parsed.
 inline constexpr std::size_t max_directives = 1000;
 
 /// Parses a Turtle document into a graph, in one pass, without recursion.

@@ -26,7 +26,7 @@ std::string upper(std::string_view word) {
   return out;
 }
 
-/// Finds operations and their braces. What stands in the braces, and the prologue, is left to the reader of Turtle.
+/// Finds operations and their braces. The content of the braces and the prologue are read by the Turtle parser.
 class Reader {
  public:
   Reader(std::string_view text, const ReadOptions& options) : text_(text), options_(options) {}
@@ -35,7 +35,7 @@ class Reader {
     if (const auto bad = utf8::find_invalid(text_)) return misread(text_, *bad, "invalid UTF-8");
     turtle_.assign(text_.size(), ' ');
     for (std::size_t i = 0; i < text_.size(); ++i)
-      if (text_[i] == '\n' || text_[i] == '\r') turtle_[i] = text_[i];  // so that places are those in the request
+      if (text_[i] == '\n' || text_[i] == '\r') turtle_[i] = text_[i];  // so that positions are those in the request
     while (true) {
       if (!read_prologue()) return error();
       if (at_ == text_.size()) break;
@@ -136,7 +136,7 @@ class Reader {
     const std::string word = take_word();
     if (word != "INSERT" && word != "DELETE") {
       if (word.empty()) return fail(from, "expected INSERT DATA or DELETE DATA");
-      return fail(from, word + " is not taken here, only INSERT DATA and DELETE DATA", Errc::unsupported_syntax);
+      return fail(from, word + " is not supported, only INSERT DATA and DELETE DATA", Errc::unsupported_syntax);
     }
     skip_space();
     const std::size_t second = at_;
@@ -144,7 +144,7 @@ class Reader {
     if (data != "DATA") {
       const std::string form = data.empty() ? word + " with a pattern" : word + " " + data;
       if (data.empty() && (second == text_.size() || text_[second] != '{')) return fail(second, "expected DATA after " + word);
-      return fail(data.empty() ? from : second, form + " is not taken here, only INSERT DATA and DELETE DATA", Errc::unsupported_syntax);
+      return fail(data.empty() ? from : second, form + " is not supported, only INSERT DATA and DELETE DATA", Errc::unsupported_syntax);
     }
     skip_space();
     if (at_ == text_.size() || text_[at_] != '{') return fail(at_, "expected '{'");
@@ -172,7 +172,7 @@ class Reader {
       if (begins) {
         const std::string word = word_at(at_);
         const bool is_whole = at_ + word.size() == text_.size() || text_[at_ + word.size()] != ':';
-        if (is_whole && word == "GRAPH") return fail(at_, "GRAPH is not taken here: the request names the graph", Errc::unsupported_syntax);
+        if (is_whole && word == "GRAPH") return fail(at_, "GRAPH is not supported: the request URI names the graph", Errc::unsupported_syntax);
         if (is_whole && (word == "PREFIX" || word == "BASE")) return fail(at_, word + " stands before the operation, not in its braces");
       }
       if (c == '{') return fail(at_, "expected triples, found '{'");

@@ -26,7 +26,7 @@ inline constexpr std::size_t max_data_updates = 100;
 /// are read as Turtle. Blank nodes of two operations are different nodes.
 ///
 /// @param options  max_triples and max_bytes count for all operations together
-/// @par Errors  unsupported_syntax: an operation or part that is not taken, by its name, such as LOAD, WHERE and GRAPH; expected_rdf;
+/// @par Errors  unsupported_syntax: an operation or part that is not supported, by its name, such as LOAD, WHERE and GRAPH; expected_rdf;
 ///              limit_exceeded. All with line, column and offset.
 /// @par Implements  SPARQL 1.1 Update 3.1.1, 3.1.2 and its grammar, of one graph
 Result<std::vector<DataUpdate>> read_data_updates(std::string_view text, const ReadOptions& options);

@@ -44,7 +44,7 @@ Credentials credentials_of(const http::Request& request) {
   for (const http::Field& one : request.fields) {
     if (!http::iequals(one.name, "Authorization")) continue;
     credentials.scheme = Credentials::Scheme::other;
-    if (field) return credentials;  // two of them say nothing
+    if (field) return credentials;  // two of them are ambiguous
     field = &one.value;
   }
   if (!field) return credentials;

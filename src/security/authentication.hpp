@@ -20,10 +20,10 @@
 namespace lrt::security {
 inline namespace v0 {
 
-/// How often files of tokens and rules are looked at.
+/// How often the files of tokens and rules are checked for changes.
 inline constexpr std::chrono::seconds look_pause{1};
 
-/// What changes with a file: it is replaced, written to, or gone.
+/// The identity of a file's content: it changes when the file is replaced, written to, or removed.
 struct FileStamp {
   std::uint64_t inode = 0, bytes = 0;
   std::int64_t modified = 0;  ///< [ns]
@@ -31,7 +31,7 @@ struct FileStamp {
   bool operator==(const FileStamp& other) const noexcept { return inode == other.inode && bytes == other.bytes && modified == other.modified; }
 };
 
-/// What a file says, read again when the file has changed. If it cannot be read, what it said before stays, and the log says so once.
+/// The content of a file, read again when the file has changed. If it cannot be read, the previous content stays valid, which is logged once.
 ///
 /// @par Threads  any
 template <class T>
@@ -41,7 +41,7 @@ class ReloadedFile {
   /// @param what  in the log: "the tokens"
   /// @par Errors  those of `load`
   static Result<std::unique_ptr<ReloadedFile>> open(std::string path, std::string what, Load load, LogCallback log) {
-    const FileStamp stamp = FileStamp::of(path);  // before it is read: a change meanwhile is seen later
+    const FileStamp stamp = FileStamp::of(path);  // before it is read, so that a change during reading is detected later
     Result<std::shared_ptr<T>> content = load(path);
     if (!content) return Unexpected{std::move(content).error()};
     std::unique_ptr<ReloadedFile> file(new ReloadedFile(std::move(path), std::move(what), std::move(load), std::move(log)));
@@ -50,7 +50,7 @@ class ReloadedFile {
     return file;
   }
 
-  /// Looks at the file at most once a second. Calls the log callback.
+  /// Checks the file at most once a second. Calls the log callback.
   std::shared_ptr<T> content(TimePoint now) {
     std::string trouble;
     std::shared_ptr<T> present;
@@ -93,7 +93,7 @@ using PolicyFile = ReloadedFile<Policy>;
 /// @par Errors  those of load_rules() and Policy::create()
 Result<std::unique_ptr<PolicyFile>> open_policy(std::string path, std::vector<Rule> more, LogCallback log);
 
-/// What the Authorization field of a request has (RFC 9110 11.6.2).
+/// The credentials in the Authorization field of a request (RFC 9110 11.6.2).
 struct Credentials {
   enum class Scheme : std::uint8_t { none, bearer, basic, other };
   Scheme scheme = Scheme::none;

@@ -27,7 +27,7 @@ const EVP_MD* sha256() {
 
 Digest digest_of(std::string_view bytes) {
   const ThirdPartyCall call;
-  if (!call) throw std::runtime_error("the process ends");
+  if (!call) throw std::runtime_error("the process is exiting");
   Digest digest;
   unsigned size = 0;
   if (EVP_Digest(bytes.data(), bytes.size(), digest.data(), &size, sha256(), nullptr) != 1 || size != digest.size())

@@ -13,7 +13,7 @@ using Digest = std::array<unsigned char, 32>;
 /// SHA-256 (FIPS 180-4).
 Digest digest_of(std::string_view bytes);
 
-/// Takes the same time wherever the two differ.
+/// Compares in constant time.
 bool are_equal(const Digest& a, const Digest& b) noexcept;
 
 }  // namespace v0

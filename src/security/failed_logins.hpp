@@ -12,7 +12,7 @@
 namespace lrt::security {
 inline namespace v0 {
 
-/// Counts what failed at each address, within a minute from the first.
+/// Counts failed logins per address, within a minute from the first.
 ///
 /// @par Threads  any
 class FailedLogins {

@@ -18,7 +18,7 @@ inline namespace v0 {
 namespace {
 
 constexpr std::size_t max_file_bytes = 1024 * 1024;
-/// What relative IRIs of a policy are resolved against.
+/// The base of relative IRIs in a policy.
 constexpr std::string_view file_iri = "http://lrt.invalid/";
 
 /// A path from the root, as the registry has it: without a slash at the end.

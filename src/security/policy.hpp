@@ -16,7 +16,7 @@
 namespace lrt::security {
 inline namespace v0 {
 
-/// What one caller may do to each resource. Equal callers share one.
+/// The rights of one caller at each resource. Callers with equal rights share one object.
 ///
 /// @par Threads  any, concurrently
 class View {
@@ -40,9 +40,9 @@ class View {
   /// @param granted  for each target
   View(std::shared_ptr<const Targets> targets, std::vector<Granted> granted);
 
-  /// @param path  percent-encoded, as resources have it. There need not be such a resource
+  /// @param path  percent-encoded, as resources have it. The resource need not exist
   Rights at(std::string_view path) const noexcept;
-  /// Those that it gives for at least one path.
+  /// The rights that it grants for at least one path.
   Rights anywhere() const noexcept { return anywhere_; }
 
  private:

@@ -22,7 +22,7 @@ std::optional<std::string> SealedTokens::add(std::string_view owner, std::string
   return secret;
 }
 
-/// Ends what is over, and the oldest of an owner who has as many as allowed. All have the same life, so the oldest ends first.
+/// Removes expired entries, and the oldest entry of an owner at the limit. All have the same lifetime, so the oldest expires first.
 bool SealedTokens::make_space(std::string_view owner, Instant now) {
   std::size_t count = 0;
   auto oldest = entries_.end();

@@ -25,16 +25,16 @@ class SealedTokens {
   struct Bounds {
     std::chrono::seconds life;
     std::size_t max;            ///< of all
-    std::size_t max_per_owner;  ///< one more ends the owner's oldest
+    std::size_t max_per_owner;  ///< one more removes the owner's oldest
   };
   explicit SealedTokens(const Bounds& bounds) : bounds_(bounds) {}
 
   /// A new secret for a token; nullopt: there are too many of other owners.
-  /// @param purpose  the secret counts with the same text only
+  /// @param purpose  the secret is valid with the same text only
   std::optional<std::string> add(std::string_view owner, std::string_view purpose, std::string_view token, Instant now);
-  /// The token of a secret; nullopt: it is unknown, or its time is over.
+  /// The token of a secret; nullopt: it is unknown or expired.
   std::optional<std::string> find(std::string_view secret, std::string_view purpose, Instant now) const;
-  /// The same, and the secret ends.
+  /// The same, and removes the secret.
   std::optional<std::string> take(std::string_view secret, std::string_view purpose, Instant now);
   void remove(std::string_view secret, std::string_view purpose);
 

@@ -57,7 +57,7 @@ std::string random_secret() {
 
 std::string seal(std::string_view secret, std::string_view text) {
   const ThirdPartyCall call;
-  if (!call) throw std::runtime_error("the process ends");
+  if (!call) throw std::runtime_error("the process is exiting");
   const Cipher cipher = begin(secret, true);
   std::string sealed = updated(cipher.get(), text);
   std::array<unsigned char, tag_bytes> tag;
@@ -69,7 +69,7 @@ std::string seal(std::string_view secret, std::string_view text) {
 
 std::optional<std::string> unseal(std::string_view secret, std::string_view sealed) {
   const ThirdPartyCall call;
-  if (!call) throw std::runtime_error("the process ends");
+  if (!call) throw std::runtime_error("the process is exiting");
   if (sealed.size() < tag_bytes) return std::nullopt;
   const Cipher cipher = begin(secret, false);
   std::string text = updated(cipher.get(), sealed.substr(0, sealed.size() - tag_bytes));

@@ -11,9 +11,9 @@ inline namespace v0 {
 /// 32 random bytes of the operating system, as 64 hexadecimal digits.
 std::string random_secret();
 
-/// Encrypts a text with a secret (AES-256-GCM), so that only who has the secret can read it. Each secret of random_secret() may seal one text.
+/// Encrypts a text with a secret (AES-256-GCM). Each secret of random_secret() may seal one text.
 std::string seal(std::string_view secret, std::string_view text);
-/// What seal() was given; nullopt: it was another secret.
+/// The text given to seal(); nullopt: the secret is another one.
 std::optional<std::string> unseal(std::string_view secret, std::string_view sealed);
 
 }  // namespace v0

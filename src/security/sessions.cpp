@@ -42,7 +42,7 @@ std::optional<std::string_view> value_of(std::string_view cookies, std::string_v
   return value;
 }
 
-/// A session belongs to the name of the cookie and the host where it began, so that a cookie that was set for another one is worth nothing.
+/// A session is bound to the name of the cookie and the host where it began, so that a cookie for another host is not valid.
 std::string purpose_of(const http::Request& request, std::string_view name) {
   std::string purpose(name);
   purpose += ' ';

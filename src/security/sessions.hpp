@@ -16,8 +16,8 @@
 namespace lrt::security {
 inline namespace v0 {
 
-/// Who has logged in: sessions of browsers, and tickets of scripts. Both stand for a bearer token, which whoever finds the caller judges anew at each request,
-/// so that they end with it.
+/// The active logins: sessions of browsers, and tickets of scripts. Both stand for a bearer token. The token is checked again at each request,
+/// so that they end with the token.
 ///
 /// The cookie is named after the server: the public base, or the port in Host and the path that it is mounted at. Browsers send a cookie to all ports and
 /// paths of a host, so robots of one host would end each other's sessions. Over https it has the prefix `__Host-` (RFC 6265bis 4.1.3), with which no other host can set it.

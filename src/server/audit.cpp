@@ -57,7 +57,7 @@ bool ends_with(std::string_view text, std::string_view end) noexcept {
   return text.size() >= end.size() && text.substr(text.size() - end.size()) == end;
 }
 
-/// @param principal  nullptr: nobody in particular
+/// @param principal  nullptr: an anonymous caller
 std::string begin_line(std::chrono::system_clock::time_point time, std::string_view event, const security::Principal* principal,
                        std::string_view address) {
   std::string line = "{\"time\":\"" + to_xsd_date_time(time) + "\",\"event\":\"";
@@ -117,9 +117,9 @@ void AuditWriter::give(std::string line) noexcept {
     return;
   } catch (const std::exception& e) {
     if (!std::exchange(sink_fails_, true) && log_)
-      log_(LogLevel::error, std::string("the sink of the audit throws, and lines are lost: ") + e.what());
+      log_(LogLevel::error, std::string("the audit sink threw an exception, and lines are lost: ") + e.what());
   } catch (...) {
-    if (!std::exchange(sink_fails_, true) && log_) log_(LogLevel::error, "the sink of the audit throws, and lines are lost");
+    if (!std::exchange(sink_fails_, true) && log_) log_(LogLevel::error, "the audit sink threw an exception, and lines are lost");
   }
   dropped_.fetch_add(dropped, std::memory_order_relaxed);
   drop();

@@ -25,7 +25,7 @@
 namespace lrt {
 inline namespace v0 {
 
-/// Gives lines to the sink of an audit, on a thread of its own. Writers neither lock nor wait.
+/// Passes lines to the audit sink on a separate thread. Writers neither lock nor wait.
 ///
 /// @par Threads  any; run(): its own
 class AuditWriter {
@@ -37,7 +37,7 @@ class AuditWriter {
   void stop() noexcept;
 
   void write(std::string line) noexcept;
-  /// Counts a line that could not be made.
+  /// Counts a line that could not be created.
   void drop() noexcept;
   /// All lines that were dropped.
   std::uint64_t dropped() const noexcept { return all_dropped_.load(std::memory_order_relaxed); }
@@ -55,10 +55,10 @@ class AuditWriter {
   std::atomic<std::uint64_t> dropped_{0};  ///< since the last line
   std::atomic<std::uint64_t> all_dropped_{0};
   std::atomic<bool> stopping_{false};
-  bool sink_fails_ = false;  ///< the last call has thrown; its thread's
+  bool sink_fails_ = false;  ///< the last call threw; used by the sink's thread
 };
 
-/// Says who did what to which resource with which outcome, as lines of JSON: requests that change or command something, refusals, subscriptions. No
+/// Writes the principal, method, resource and outcome as lines of JSON: for requests that change or command something, refusals and subscriptions. No
 /// line has a query, a header field or a body.
 ///
 /// @par Threads  One at a time: with the engine's lock. writer(): any.
@@ -70,15 +70,15 @@ class Audit {
   AuditWriter& writer() noexcept { return writer_; }
   const AuditWriter& writer() const noexcept { return writer_; }
 
-  /// A request and its response, or that this comes later. Before it: changed().
+  /// A request and its response, or that the response is deferred. Call changed() first.
   void handled(const http::Request& request, const Result<engine::Caller>& caller, const engine::Outcome& outcome, TimePoint now);
   /// A request that was refused by its header section.
   void refused(const http::Request& request, const Result<engine::Caller>& caller, const http::Response& response, TimePoint now);
-  /// A deferred response. Before it: changed().
+  /// A deferred response. Call changed() first.
   void replied(const engine::Reply& reply);
   /// The client did not wait for the response.
   void abandoned(engine::Ticket ticket);
-  /// Subscriptions that were made or have ended since the last call.
+  /// Subscriptions that were created or have ended since the last call.
   void changed(const std::vector<engine::SubscriptionEvent>& events, TimePoint now);
 
  private:
@@ -103,7 +103,7 @@ class Audit {
   const bool reads_;
   std::unordered_map<std::uint64_t, Record> deferred_;           ///< by ticket
   std::unordered_map<std::string, Subscription> subscriptions_;  ///< by path; those that exist
-  std::vector<std::string> made_;                                ///< whose request has not got its response yet
+  std::vector<std::string> made_;                                ///< whose request is still pending
   AuditWriter writer_;
 };
 

@@ -43,7 +43,7 @@ void BodyPool::put(std::vector<engine::BodyJob> jobs) {
   const std::size_t wanted = std::min(max_threads_, threads_.size() + jobs.size() - std::min(jobs.size(), idle_));
   while (threads_.size() < wanted) {
     Result<Thread> started = start_thread(name_, options_, [this] { work(); });
-    if (!started) break;  // those that run do the work; if there is none, the requests get 503 at their time limit
+    if (!started) break;  // the running threads do the work; if there is none, the requests get 503 at their time limit
     threads_.push_back(*std::move(started));
   }
   changed_.notify_all();

@@ -20,8 +20,8 @@
 namespace lrt {
 inline namespace v0 {
 
-/// Bodies that wait to be judged, and which is next: each client gets the same share of the work, by bytes, and of one client the smallest body
-/// comes first. So a client that sends many large bodies delays its own.
+/// The queue of bodies to be validated: each client gets the same share of the work, by bytes, and of one client the smallest body
+/// comes first. A client that sends many large bodies delays only its own requests.
 class BodyQueue {
  public:
   void put(engine::BodyJob job);
@@ -30,7 +30,7 @@ class BodyQueue {
   bool empty() const noexcept { return size_ == 0; }
 
  private:
-  /// Start-time fair queueing: `work` is the client's virtual time, the bytes that were judged for it.
+  /// Start-time fair queueing: `work` is the client's virtual time, the bytes that were validated for it.
   struct Client {
     std::uint64_t work = 0;
     std::multimap<std::size_t, engine::BodyJob> jobs{};  ///< by size
@@ -38,10 +38,10 @@ class BodyQueue {
 
   std::unordered_map<std::string, Client> clients_;  ///< with jobs, or ahead of now_
   std::size_t size_ = 0;
-  std::uint64_t now_ = 0;  ///< virtual time at which the last job was taken; a client that comes new, or again, begins here
+  std::uint64_t now_ = 0;  ///< virtual time at which the last job was taken; new and returning clients start here
 };
 
-/// Threads that judge bodies, or evaluate queries. They start with the first one.
+/// Threads that validate bodies or evaluate queries. They start with the first job.
 ///
 /// @par Threads  put(), stop(): any
 class BodyPool {
@@ -54,7 +54,7 @@ class BodyPool {
   BodyPool& operator=(const BodyPool&) = delete;
 
   void put(std::vector<engine::BodyJob> jobs);
-  /// Waits for the bodies that are being judged and drops the others.
+  /// Waits for the running validations and drops the others.
   void stop() noexcept;
 
  private:

@@ -38,7 +38,8 @@ Result<std::shared_ptr<Callers>> Callers::create(const Security& security, std::
   std::shared_ptr<Callers> callers(new Callers(security, std::move(sessions), clock));
   if (!callers->authenticates_ && !callers->authorize_) return std::shared_ptr<Callers>();
   if (!security.certificates.empty() && (!security.tls || security.tls->client_ca_file.empty()))
-    return unexpected(Errc::invalid_option, "security.certificates: no client can show a certificate without security.tls and its client_ca_file");
+    return unexpected(Errc::invalid_option,
+                      "security.certificates: clients cannot present a certificate without security.tls and its client_ca_file");
   const auto is_between = [](std::chrono::seconds value, std::chrono::seconds least, std::chrono::seconds most) {
     return value >= least && value <= most;
   };
@@ -72,7 +73,7 @@ engine::Caller Callers::of(const http::Request& request) {
     caller.by_cookie = found.by_cookie;
     caller.view = view_of(caller.principal, now);
     if (!caller.principal) caller.challenge = challenge_for(request, found.refused);
-    // A user who has lost all rights may log in as somebody else.
+    // A user who has lost all rights may log in with another token.
     if (found.refused) caller.access = engine::Access::unauthenticated;
     else if (caller.view->anywhere().empty())
       caller.access = caller.principal && !found.by_cookie ? engine::Access::forbidden : engine::Access::unauthenticated;
@@ -81,7 +82,7 @@ engine::Caller Callers::of(const http::Request& request) {
   return caller;
 }
 
-/// Credentials that nobody has are refused, also where clients without credentials may do something.
+/// Unknown credentials are refused, also where clients without credentials have rights.
 Callers::Found Callers::find(const http::Request& request, TimePoint now) {
   using Scheme = security::Credentials::Scheme;
   const security::Credentials credentials = security::credentials_of(request);
@@ -103,7 +104,7 @@ Callers::Found Callers::find(const http::Request& request, TimePoint now) {
   return {nullptr, credentials.scheme != Scheme::none};
 }
 
-/// By a ticket or a cookie; nullopt: the request has neither, or a cookie that counts no more.
+/// By a ticket or a cookie; nullopt: the request has neither, or an expired cookie.
 std::optional<Callers::Found> Callers::find_by_session(const http::Request& request, TimePoint now) {
   if (!sessions_) return std::nullopt;
   if (const auto ticket = engine::query_parameter(request.target, security::Sessions::ticket_parameter)) {
@@ -121,7 +122,7 @@ std::optional<Callers::Found> Callers::find_by_session(const http::Request& requ
   return std::nullopt;
 }
 
-/// As if the request had that token itself.
+/// Equivalent to a request with that token.
 Callers::Found Callers::find_by_token(const http::Request& request, const std::string& token, TimePoint now) {
   const std::string value = "Bearer " + token;
   http::Request with_token = request;
@@ -129,9 +130,9 @@ Callers::Found Callers::find_by_token(const http::Request& request, const std::s
   return find(with_token, now);
 }
 
-/// Those who may do the same share a view, and so representations.
+/// Callers with the same rights share a view, and therefore representations.
 Callers::ViewPtr Callers::view_of(const PrincipalPtr& principal, TimePoint now) {
-  constexpr std::size_t max_views = 10'000;  // a function of the user's may make a principal for each request
+  constexpr std::size_t max_views = 10'000;  // a user function may create a principal for each request
   const std::shared_ptr<security::Policy> policy = policy_file_ ? policy_file_->content(now) : policy_;
   const std::lock_guard lock(mutex_);
   if (policy != views_are_of_ || views_.size() > max_views) {
@@ -140,7 +141,7 @@ Callers::ViewPtr Callers::view_of(const PrincipalPtr& principal, TimePoint now) 
   }
   auto& [owner, view] = views_[principal.get()];
   if (!view) {
-    owner = principal;  // so that nobody else gets its address
+    owner = principal;  // so that its address is not reused
     view = make_view(principal.get());
   }
   return view;

@@ -22,32 +22,32 @@
 namespace lrt {
 inline namespace v0 {
 
-/// Finds out who sends a request, and which rights that gives, as lrt::Security says.
+/// Determines the caller of a request and its rights, by the options lrt::Security.
 ///
 /// @par Threads  any
 class Callers {
  public:
-  /// nullptr: the options restrict nobody.
+  /// nullptr: the options do not restrict access.
   /// @par Errors  those of Tokens::load and security::load_rules; invalid_option
   static Result<std::shared_ptr<Callers>> create(const Security& security, std::shared_ptr<security::Sessions> sessions, const LogCallback& log,
                                                  const Clock& clock);
 
   /// Calls user code.
   engine::Caller of(const http::Request& request);
-  /// What the owner of a subscription may do now; nullopt: there is no such principal any more. nullptr: nobody in particular.
+  /// The current rights of the owner of a subscription; nullopt: the principal no longer exists. nullptr: an anonymous caller.
   std::optional<engine::Caller> renew(const security::Principal* owner);
-  /// Looks at the files. True: what renew() says may be something else than at the call before.
+  /// Checks the files for changes. True: the result of renew() may differ from that of the previous call.
   bool have_changed(TimePoint now);
-  /// When have_changed() is to be called again; nullopt: nothing changes by itself.
+  /// When to call have_changed() again; nullopt: the rights cannot change.
   std::optional<std::chrono::steady_clock::time_point> next_look() const;
 
  private:
   using PrincipalPtr = std::shared_ptr<const security::Principal>;
   using ViewPtr = std::shared_ptr<const security::View>;
-  /// What the credentials of a request have shown.
+  /// The result of checking the credentials of a request.
   struct Found {
-    PrincipalPtr principal{};  ///< nullptr: nobody
-    bool refused = false;      ///< there are credentials, which nobody has
+    PrincipalPtr principal{};  ///< nullptr: no principal
+    bool refused = false;      ///< the credentials are unknown
     bool by_cookie = false;    ///< engine::Caller::by_cookie
   };
 

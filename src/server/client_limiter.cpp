@@ -17,7 +17,7 @@ using Instant = RateTable::Instant;
 constexpr std::uint64_t min_bytes_per_second = 1024, max_bytes_per_second = std::uint64_t{1} << 40;
 constexpr std::uint32_t max_requests_per_second = 1'000'000;
 
-/// How long a rate takes to make up for an amount.
+/// The time in which a rate supplies an amount.
 steady_clock::duration time_of(std::uint64_t amount, std::uint64_t per_second) {
   return std::chrono::duration_cast<steady_clock::duration>(
       std::chrono::duration<double>(static_cast<double>(amount) / static_cast<double>(per_second)));

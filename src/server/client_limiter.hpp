@@ -19,9 +19,9 @@
 namespace lrt {
 inline namespace v0 {
 
-/// When each client may go on, of a bounded number of clients.
+/// The time at which each client may continue, for a bounded number of clients.
 ///
-/// A rate is a token bucket, written as the time at which it is full again: what a client uses moves that time on.
+/// A rate is a token bucket, stored as the time at which it is full again. Each use moves that time forward.
 ///
 /// @par Threads  One at a time.
 class RateTable {
@@ -34,16 +34,16 @@ class RateTable {
   /// @param max_clients  at least 16; rounded up to a multiple of it
   explicit RateTable(std::size_t max_clients) : sets_((max_clients + ways - 1) / ways) {}
 
-  /// A client that is not in the table replaces the one of its set that has used least.
+  /// A client that is not in the table replaces the client of its set with the least use.
   Client& find(std::string_view name);
 
  private:
   static constexpr std::size_t ways = 16;
   using Set = std::array<Client, ways>;
-  std::vector<std::unique_ptr<Set>> sets_;  ///< made when they are needed
+  std::vector<std::unique_ptr<Set>> sets_;  ///< allocated on first use
 };
 
-/// Counts what clients send, and says who sends too much (security::ClientLimits).
+/// Counts the requests and bytes of clients, and finds clients above their limits (security::ClientLimits).
 ///
 /// @par Threads  any
 class ClientLimiter {
@@ -53,7 +53,7 @@ class ClientLimiter {
   /// @par Errors  invalid_option
   static Result<void> check(const security::ClientLimits& limits);
 
-  /// Says in `caller` who is the client, unless that is not limited, and counts a request.
+  /// Stores the client in `caller`, unless it is not limited, and counts a request.
   /// @return  how long the client has to wait before it sends that request; nullopt: the request may be served
   std::optional<std::chrono::seconds> count(engine::Caller& caller, std::string_view address, bool has_body, TimePoint now);
   /// Counts the body of a request that may be served.
@@ -64,7 +64,7 @@ class ClientLimiter {
 
   const security::ClientLimits limits_;
   std::mutex mutex_;                  ///< guards the tables
-  RateTable addresses_, principals_;  ///< apart: addresses, which are free of charge, displace no principal
+  RateTable addresses_, principals_;  ///< separate tables: addresses can be chosen freely and must not displace principals
 };
 
 }  // namespace v0

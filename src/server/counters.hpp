@@ -14,7 +14,7 @@
 namespace lrt {
 inline namespace v0 {
 
-/// TimeCounts that one thread at a time writes and any reads.
+/// TimeCounts written by one thread at a time and read by any.
 class AtomicTimeCounts {
  public:
   void add(std::chrono::steady_clock::duration time) noexcept {
@@ -43,7 +43,7 @@ class AtomicTimeCounts {
   std::atomic<double> sum_{0}, newest_{0}, maximum_{0};
 };
 
-/// What a server counts. Writing neither locks nor waits.
+/// The counters of a server. Writing neither locks nor waits.
 ///
 /// @par Threads  any; Poll: one at a time
 class Counters {

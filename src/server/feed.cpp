@@ -24,7 +24,7 @@ Feed::~Feed() {
 Result<Feed> Feed::create(Server& server, std::shared_ptr<const security::Principal> owner) {
   auto state = std::make_shared<State>(server.feed_host(), std::move(owner));
   if (state->waker->descriptor() < 0)
-    return unexpected(Errc::io_error, "no event descriptor for a feed: " + std::system_category().message(state->waker->error()));
+    return unexpected(Errc::io_error, "cannot create an event descriptor for a feed: " + std::system_category().message(state->waker->error()));
   if (Result<void> opened = state->host.open_feed(state); !opened) return Unexpected{std::move(opened).error()};
   return Feed(std::move(state));
 }

@@ -19,7 +19,7 @@
 namespace lrt {
 inline namespace v0 {
 
-/// What a feed calls: the server.
+/// The interface of the server for feeds.
 class FeedHost {
  public:
   virtual Result<void> open_feed(const std::shared_ptr<Feed::State>& feed) = 0;
@@ -41,13 +41,13 @@ class Feed::State {
  public:
   State(FeedHost& server, std::shared_ptr<const security::Principal> whose) : host(server), owner(std::move(whose)) {}
 
-  /// Resources that nobody takes are not kept one by one.
+  /// If resources are not taken, they are not stored one by one.
   static constexpr std::size_t max_new_resources = 10'000;
 
   FeedHost& host;
   const std::shared_ptr<const security::Principal> owner;
   const std::shared_ptr<EventWaker> waker = std::make_shared<EventWaker>();
-  std::deque<engine::Channel> newest, queued;         ///< channels that have something, by whether their subscriptions have a queue
+  std::deque<engine::Channel> newest, queued;         ///< channels with pending messages, by whether their subscriptions have a queue
   std::unordered_map<std::uint64_t, bool> channels;   ///< its subscriptions, and whether they have a queue
   std::vector<engine::ObservableResource> resources;  ///< that are new
   bool lists_all = true;                              ///< the next take() has all resources
@@ -55,7 +55,7 @@ class Feed::State {
   std::vector<Feed::Response> responses;
 };
 
-/// The feeds of a server: which channel and which ticket is of which.
+/// The feeds of a server, with their channels and tickets.
 ///
 /// @par Threads  All functions are called with the engine's lock.
 class Feeds {
@@ -79,7 +79,7 @@ class Feeds {
   }
   void add(Feed::State& feed, engine::Ticket ticket, std::uint64_t number) { by_ticket_[static_cast<std::uint64_t>(ticket)] = {&feed, number}; }
 
-  /// The channel has something. False: it is of no feed.
+  /// The channel has a message. False: it does not belong to a feed.
   bool take(engine::Channel channel) {
     const auto found = by_channel_.find(number_of(channel));
     if (found == by_channel_.end()) return false;
@@ -88,7 +88,7 @@ class Feeds {
     feed.waker->wake();
     return true;
   }
-  /// Keeps a response for its feed. False: it is of no feed.
+  /// Keeps a response for its feed. False: it does not belong to a feed.
   bool take(engine::Reply& reply) {
     const auto found = by_ticket_.find(static_cast<std::uint64_t>(reply.ticket));
     if (found == by_ticket_.end()) return false;
@@ -108,7 +108,7 @@ class Feeds {
       feed->waker->wake();
     }
   }
-  /// Moves with each change of the structure.
+  /// Incremented with each change of the structure.
   void see(std::uint64_t structure) noexcept {
     if (std::exchange(structure_, structure) != structure) wake_all();
   }

@@ -14,7 +14,7 @@
 namespace lrt {
 inline namespace v0 {
 
-/// Requests and event streams that came over a host's own HTTP server. Their replies and channels are sorted out of those of the
+/// Requests and event streams received by the host's own HTTP server. Their replies and channels are separated from those of the
 /// server's transport, and the host's threads wait for them here.
 ///
 /// @par Threads  Any; all functions but wait() are called with the engine's lock.
@@ -53,7 +53,7 @@ class GuestRequests {
     const auto found = channels_.find(static_cast<std::uint64_t>(channel));
     return found != channels_.end() && std::exchange(found->second, false);
   }
-  /// Something may have changed for all.
+  /// Wakes all waiting threads.
   void notify() { changed_.notify_all(); }
   void wait(std::unique_lock<std::mutex>& engine_lock, std::chrono::steady_clock::time_point until) { changed_.wait_until(engine_lock, until); }
 

@@ -13,7 +13,7 @@ inline namespace v0 {
 
 namespace {
 
-/// More than N-Triples of a graph within its limits take: punctuation and escapes.
+/// An upper bound for the N-Triples of a graph within its limits, with punctuation and escapes.
 std::size_t max_file_bytes(const GraphOptions& options) { return 2 * options.max_bytes + 64 * options.max_triples + 4096; }
 
 Unexpected named(const model::GraphState& state, Error error) {
@@ -25,7 +25,7 @@ Unexpected named(const model::GraphState& state, Error error) {
 
 KeptGraphs::Kept::~Kept() {
   state_->set_saver(nullptr);
-  file_.reset();  // writes what waits
+  file_.reset();  // writes the pending text
 }
 
 void KeptGraphs::Kept::begin(LogCallback log, ThreadOptions threads) {
@@ -62,7 +62,7 @@ Result<KeptGraphs::Opened> KeptGraphs::open(const model::WorldSpec& world, const
         const Result<std::string> copy = SavedFile::keep_copy(path);
         if (log)
           log(LogLevel::error, "the file \"" + path + "\" of the graph \"" + state->path().substr(1) +
-                                   "\" was changed or cut off since lrt wrote it: nothing of it is restored; it " +
+                                   "\" was changed or truncated after lrt wrote it: nothing is restored from it; it " +
                                    (copy ? "is kept as \"" + *copy + "\"" : "could not be kept: " + copy.error().message));
       }
     }

@@ -20,7 +20,7 @@ inline namespace v0 {
 /// @par Threads  Any.
 class KeptGraphs {
  public:
-  /// A graph with its file, from opening it until the World goes.
+  /// A graph with its file, from opening it until the World is removed.
   class Kept {
    public:
     Kept(std::shared_ptr<model::GraphState> state, SavedFile::Claim claim) : state_(std::move(state)), claim_(std::move(claim)) {}
@@ -42,9 +42,9 @@ class KeptGraphs {
   ///              conform to the shapes, or exceeds the limits
   static Result<Opened> open(const model::WorldSpec& world, const LogCallback& log, const ThreadOptions& threads);
 
-  /// Keeps what was opened for a World that has been added.
+  /// Stores the open files of an added World.
   void add(Opened opened);
-  /// The World at a path, and those below, are gone: the last changes are written.
+  /// The World at a path, and those below, were removed: the last changes are written.
   void remove(const std::string& path);
   void clear();
 

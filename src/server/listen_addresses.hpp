@@ -10,7 +10,7 @@ namespace lrt {
 inline namespace v0 {
 
 /// The numeric addresses that Listen::address stands for: itself, or those of a host name, IPv4 before IPv6. They are tried in this order.
-/// Blocks as long as the system's resolver.
+/// Blocks while the system's resolver runs.
 /// @par Errors  invalid_option: neither an address nor a name that resolves
 Result<std::vector<std::string>> listen_addresses(const std::string& address);
 

@@ -12,14 +12,14 @@
 namespace lrt {
 inline namespace v0 {
 
-/// Log lines on their way to the user's callback, which is called when no lock is held: it may call the server.
+/// A queue of log lines for the user's callback. It is called without a lock, because it may call the server.
 ///
 /// @par Threads  Any.
 class LogQueue {
  public:
   explicit LogQueue(LogCallback callback) : callback_(std::move(callback)) {}
 
-  /// What the parts of a server log to; empty if the user has no callback.
+  /// The log function for the parts of a server; empty if the user has no callback.
   LogCallback sink() {
     if (!callback_) return {};
     return [this](LogLevel level, std::string_view message) { lines_.put({level, std::string(message)}); };

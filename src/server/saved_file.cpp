@@ -58,7 +58,7 @@ std::string directory_of(const std::string& path) {
   return slash == 0 ? "/" : path.substr(0, slash);
 }
 
-/// Where symbolic links lead, also to a file that is not there yet.
+/// The target of symbolic links, also if that file does not exist yet.
 std::string followed(std::string path) {
   for (int links = 0; links < 16; ++links) {
     char target[PATH_MAX];
@@ -74,7 +74,7 @@ std::string followed(std::string path) {
 
 constexpr std::string_view mark = "# lrt 1: ";  ///< a comment in Turtle
 
-/// FNV-1a, 64 bits: finds damage, and is no protection against somebody who writes the file.
+/// FNV-1a, 64 bits: finds damage. It does not protect against deliberate changes.
 std::uint64_t checksum(std::string_view text) noexcept {
   std::uint64_t sum = 0xCBF29CE484222325U;
   for (const char c : text) sum = (sum ^ static_cast<unsigned char>(c)) * 0x100000001B3U;
@@ -108,7 +108,7 @@ Unexpected not_ours(const std::string& path, const std::string& found) {
 std::optional<Failure> write_directory(const std::string& directory) {
   const Descriptor opened(::open(directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (!opened) return Failure{"opening the directory of", errno};
-  // Some file systems cannot: what is in it is in its place all the same.
+  // Some file systems do not support this. The file is complete anyway.
   if (::fsync(opened.get()) != 0 && errno != EINVAL && errno != EROFS) return Failure{"writing the directory of", errno};
   return std::nullopt;
 }
@@ -126,7 +126,7 @@ Result<void> make_directory(const std::string& directory) {
   return failure ? io_error(failure->step, directory, failure->error) : Result<void>();
 }
 
-/// What an interrupted write has left beside the file may be removed: it is a file, and is empty or begins like ours.
+/// The rest of an interrupted write may be removed if it is a regular file that is empty or begins as lrt's files do.
 Result<void> check_leftover(const std::string& fresh) {
   struct stat about {};
   if (::lstat(fresh.c_str(), &about) != 0) return errno == ENOENT ? Result<void>() : io_error("examining", fresh, errno);
@@ -159,7 +159,7 @@ std::optional<Failure> write_whole(const std::string& link, const std::string& t
   const std::string path = followed(link);
   const std::string fresh = path + ".new";
   if (Result<void> checked = check_leftover(fresh); !checked) return Failure{"another file is in the place of \"" + fresh + "\", beside", EEXIST};
-  // Never opens what is there: a link laid in its place meanwhile is not followed.
+  // Never opens an existing file, so that a symbolic link placed there is not followed.
   if (::unlink(fresh.c_str()) != 0 && errno != ENOENT) return Failure{"removing what was left of", errno};
   Descriptor file(::open(fresh.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600));
   if (!file) return Failure{"opening a file beside", errno};
@@ -215,7 +215,7 @@ class SavedFile::Writer {
     thread_.detach();
     lock.unlock();
     const std::lock_guard calls(calls_mutex_);
-    written_ = nullptr;  // the owner's, which may be destroyed now
+    written_ = nullptr;  // used by the owner, which may be destroyed now
     log_ = nullptr;
   }
 

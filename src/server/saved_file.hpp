@@ -16,12 +16,12 @@
 namespace lrt {
 inline namespace v0 {
 
-/// Keeps the newest text for one path on disk, whole: a reader of the file finds this text or the one before it, also after a power cut.
+/// Writes the newest text for one path to disk, atomically: a reader finds this text or the previous one, also after a power failure.
 ///
-/// A text is written beside the file, to `path.new`, and renamed when all of it is on the disk; then the directory is written. So several
-/// texts that come while one is being written cost one write. The file begins with a comment, by which lrt recognizes its own files and finds
+/// A text is written to `path.new` and renamed when it is completely on the disk; then the directory is written. Several
+/// texts that arrive during a write cost one write. The file begins with a comment, by which lrt recognizes its own files and detects
 /// damage. It is readable by its owner only (0600), whatever it was before. If `path` is a symbolic link, the file it leads to is replaced and
-/// the link stays. What could not be written is tried again every ten seconds. One writer per path: prepare() keeps other processes away.
+/// the link is kept. A failed write is repeated every ten seconds. One writer per path: prepare() locks out other processes.
 ///
 /// @par Threads  save: any. Writing happens on a thread of its own that comes with the first save().
 class SavedFile {
@@ -31,21 +31,21 @@ class SavedFile {
   using Written = std::function<void(std::uint64_t revision, bool written)>;
 
   SavedFile(std::string path, Written written, LogCallback log, ThreadOptions threads = {});
-  /// Writes what waits. If the disk does not respond for five seconds, the thread is detached.
+  /// Writes the pending text. If the disk does not respond for five seconds, the thread is detached.
   ~SavedFile();
   SavedFile(const SavedFile&) = delete;
   SavedFile& operator=(const SavedFile&) = delete;
 
-  /// Returns at once. A text that still waits is forgotten for the newer one. Trouble goes to the log, once for each kind until a text
+  /// Returns at once. A newer text replaces a waiting one. Errors are logged, once for each kind until a text
   /// was written again.
   /// @param revision  larger than that of the text before
   void save(std::string text, std::uint64_t revision) noexcept;
-  /// The same of a text that is long to make: the writing thread makes it, and only that of the newest state.
+  /// The same for a text that takes long to create: the writing thread creates it, and only for the newest state.
   /// @param make  may be called again if writing has failed
   using Make = std::function<std::string()>;
   void save(Make make, std::uint64_t revision) noexcept;
 
-  /// The right of this process to write a path. It ends with the object, and with the process however that ends.
+  /// The right of this process to write a path. It ends with the object, or with the process.
   class Claim {
    public:
     Claim() = default;
@@ -67,7 +67,7 @@ class SavedFile {
 
   enum class State : std::uint8_t {
     whole,     ///< as lrt wrote it
-    damaged,   ///< lrt wrote it, and it was changed or cut off since
+    damaged,   ///< lrt wrote it, and it was changed or truncated later
     unmarked,  ///< it does not begin as lrt's files do
   };
   struct Content {

@@ -39,9 +39,9 @@ namespace {
 constexpr auto forever = std::chrono::milliseconds::max();
 /// A thread of a host's HTTP server checks its deadline at least this often.
 constexpr std::chrono::milliseconds longest_guest_wait{50};
-/// Of one turn on lrt's own thread: then deferred responses leave, whatever others send.
+/// The time of one turn on lrt's own thread. Deferred responses are sent after it.
 constexpr std::chrono::milliseconds own_thread_budget{1};
-/// Of one turn on a loop that the host has other work for, too.
+/// The time of one turn on a loop of the host.
 constexpr std::chrono::microseconds host_loop_budget{200};
 
 }  // namespace
@@ -59,8 +59,8 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
 
   ~Impl() override {
     stop();
-    transport_.reset();  // first: a turn on the host's loop may be under way
-    saved_.reset();      // writes what waits
+    transport_.reset();  // first: a turn on the host's loop may be running
+    saved_.reset();      // writes the pending text
     graphs_.clear();     // the same
     log_.flush();
   }
@@ -70,7 +70,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
     if (options_.threads.dispatch == Dispatch::executor && !options_.threads.executor)
       return unexpected(Errc::invalid_option, "Dispatch::executor needs Threads::executor");
     if (rest_.descriptor() < 0)
-      return unexpected(Errc::io_error, "no event descriptor for the server: " + std::system_category().message(rest_.error()));
+      return unexpected(Errc::io_error, "cannot create an event descriptor for the server: " + std::system_category().message(rest_.error()));
     if (Result<void> checked = engine_.check(); !checked) return checked;
     if (Result<void> checked = ClientLimiter::check(options_.security.clients); !checked) return checked;
     limiter_.emplace(options_.security.clients);
@@ -98,7 +98,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
       if (!made) return Unexpected{std::move(made).error()};
       deliverer_ = *std::move(made);
     }
-    if (options_.threads.io == Io::in_poll) rdf::prepare_rdf_xml();  // no turn in poll() is to wait for that
+    if (options_.threads.io == Io::in_poll) rdf::prepare_rdf_xml();  // no turn in poll() must wait for that
     if (options_.threads.io == Io::own_thread) {
       Result<Thread> io = start_thread("lrt-io", options_.threads.own, [this] { serve(); });
       if (!io) return Unexpected{std::move(io).error()};
@@ -107,7 +107,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
     return {};
   }
 
-  /// False if it is to stay as it is: in a child process, which has none of its threads, and when its destructor runs below one of its own functions,
+  /// False if it must not be destroyed: in a child process, which has none of its threads, and when its destructor runs within one of its functions,
   /// as in exit() called by a lambda.
   bool can_be_destroyed() noexcept {
     if (!process_.is_current() || serving_ == std::this_thread::get_id()) return false;
@@ -153,7 +153,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
         job();
         ran = true;
       } while (std::chrono::steady_clock::now() < end);
-      // The results of the lambdas go out in the same step.
+      // The results of the lambdas are sent in the same step.
       if (serves && ran) rest = serve_once(std::chrono::microseconds(0), std::chrono::milliseconds(0));
       if (due_.empty() && arrived_.empty()) return rest;
       if (descriptor_is_used_) wake();  // so that it shows that there is more to do
@@ -214,7 +214,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
     runner.join();
     if (options_.threads.io == Io::in_poll && transport_) {
       if (const Turn turn(*this); turn) finish();
-      else wait_until_finished();  // a turn on another thread carries out the stop
+      else wait_until_finished();  // a turn on another thread executes the stop
     }
     if (audit_) audit_->writer().stop();
     auditor.join();
@@ -353,7 +353,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
     try {
       with_engine([&] { engine_.delivered(channel, result, clock_.now()); });
       if (transport_waker_ && result.status / 100 != 2) transport_waker_->wake();  // there is a new timer
-    } catch (const std::exception& e) { log(LogLevel::error, std::string("a delivery result could not be taken: ") + e.what()); }
+    } catch (const std::exception& e) { log(LogLevel::error, std::string("a delivery result could not be processed: ") + e.what()); }
   }
 
   // Requests that came over an HTTP server of the host's, on its threads.
@@ -363,7 +363,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
     const Result<engine::Caller> caller = admit(request, !request.body.empty(), now);
     engine::Outcome outcome = with_engine([&] {
       engine::Outcome made = handle(request, caller, now);
-      // Before the lock is let go: a reply may be there at once.
+      // Before the lock is released: a reply may be available at once.
       if (const auto* deferred = std::get_if<engine::Deferred>(&made)) guests_.add(deferred->ticket);
       if (const auto* streamed = std::get_if<engine::Streamed>(&made)) guests_.add(streamed->channel);
       return made;
@@ -407,7 +407,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
     const std::lock_guard lock(mutex_);
     if (feeds_.empty()) engine_.follow_resources(true);
     feeds_.add(feed);
-    feed->waker->wake();  // there are all resources to be taken
+    feed->waker->wake();  // all resources are new for it
     return {};
   }
   void close_feed(Feed::State& feed) noexcept override {
@@ -432,7 +432,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
       audit_subscriptions(now);
       return subscribed->channel;
     });
-    wake_io();  // it looks for changes from now on
+    wake_io();  // it observes changes from now on
     return made;
   }
   void unsubscribe(Feed::State& feed, engine::Channel channel) noexcept override {
@@ -525,7 +525,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
 
  private:
   Result<void> check_open() const {
-    if (!process_.is_current()) return unexpected(Errc::closed, "the server belongs to the parent process");
+    if (!process_.is_current()) return unexpected(Errc::closed, "the server was created by the parent process and cannot be used after fork()");
     return stopping_ ? unexpected(Errc::closed, "the server has stopped") : Result<void>();
   }
 
@@ -535,7 +535,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
     return caller ? *std::move(caller) : engine::Caller(engine::Access::forbidden);
   }
 
-  /// Finds out who sends a request, and whether that client sends too much. Each request is counted once: when its header section is judged.
+  /// Determines the caller, and whether that client exceeds its limits. Each request is counted once, when its header section is checked.
   Result<engine::Caller> admit(const http::Request& request, bool has_body, TimePoint now) {
     Result<engine::Caller> caller = engine_.authorize(request);  // user code: without the lock
     if (!caller || request.judged) return caller;
@@ -616,10 +616,10 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
     if (!transport_) return unexpected(Errc::invalid_option, "there is no transport");
     const transport::Capabilities can = transport_->capabilities();
     if (can.on_host_loop && options_.threads.io != Io::in_poll)
-      return unexpected(Errc::invalid_option, "the transport lives on a loop of the host's: that needs Io::in_poll");
+      return unexpected(Errc::invalid_option, "the transport runs on the host's event loop: set Io::in_poll");
     descriptor_is_used_ = can.on_host_loop;
     const Security& security = options_.security;
-    if (security.tls && !can.tls) return unexpected(Errc::invalid_option, "the transport has no TLS");
+    if (security.tls && !can.tls) return unexpected(Errc::invalid_option, "the transport does not support TLS");
     if (!can.network || is_loopback(address) || security.tls || callers_ || security.allow_unprotected_network) return {};
     const std::string& given = options_.listen.address;
     return unexpected(
@@ -628,7 +628,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
             " lets the network move the robot: set security.tls, security.token_file, security.authorize, or security.allow_unprotected_network");
   }
 
-  /// The right to enter the transport. It is tried, never waited for.
+  /// The right to enter the transport. Acquired with try_lock semantics only.
   class Turn {
    public:
     explicit Turn(Impl& impl) : impl_(impl) {
@@ -647,7 +647,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
     bool mine_ = false;
   };
 
-  /// nullptr: there are no tokens that a session could stand for.
+  /// nullptr: there are no tokens, so that no sessions are possible.
   static std::shared_ptr<security::Sessions> make_sessions(const Options& options) {
     const Security& security = options.security;
     const bool has_tokens = !security.token_file.empty() || security.authenticate;
@@ -685,7 +685,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
     return options;
   }
 
-  /// Calls the engine with its lock, and then, without it, passes on what it has left.
+  /// Calls the engine with its lock, and then processes its output without the lock.
   template <class F>
   std::invoke_result_t<F&> with_engine(F f) {
     std::unique_lock lock(mutex_);
@@ -699,7 +699,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
     }
   }
 
-  /// One step of the transport, by one thread at a time; a stop that came meanwhile is carried out here.
+  /// One step of the transport, by one thread at a time. A stop that was requested in the meantime is executed here.
   std::chrono::milliseconds serve_once(std::chrono::microseconds budget, std::chrono::milliseconds wait) {
     std::chrono::milliseconds rest{0};
     {
@@ -737,7 +737,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
     if (transport_waker_) transport_waker_->wake();
   }
 
-  /// Sends what the engine has left to where it is to go, and lets go of its lock.
+  /// Releases the engine's lock and dispatches its output.
   void pass_on(std::unique_lock<std::mutex>& lock) {
     const auto discarded = engine_.take_discarded();  // is destroyed without the lock
     std::vector<engine::Job> jobs = engine_.take_jobs();
@@ -802,7 +802,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
     return all;
   }
 
-  /// The file of subscriptions. Something else in its place is an error, and stays there.
+  /// The file of subscriptions. Another file in its place is an error and is not changed.
   Result<std::optional<SavedFile::Content>> load() {
     const std::size_t max_bytes = std::max<std::size_t>(16 * 1024 * 1024, options_.callbacks.max_callbacks * 32 * 1024);
     const std::string& path = options_.callbacks.file;
@@ -816,7 +816,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
   }
   static Unexpected not_usable(const Error& error) { return unexpected(error.code, "callbacks.file: " + error.message); }
 
-  /// What is damaged is restored as far as it can be read. A copy is kept.
+  /// A damaged file is restored as far as it can be read. A copy is kept.
   Result<void> restore(const std::optional<SavedFile::Content>& saved) {
     const std::string& path = options_.callbacks.file;
     const bool damaged = saved && saved->state == SavedFile::State::damaged;
@@ -831,7 +831,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
     } else if (damaged || !found) {
       const auto [restored, unreadable] = engine_.recover(saved->text);
       const Result<std::string> copy = SavedFile::keep_copy(path);
-      log(LogLevel::error, "the file of subscriptions \"" + path + "\" was changed or cut off since lrt wrote it: " + std::to_string(restored) +
+      log(LogLevel::error, "the file of subscriptions \"" + path + "\" was changed or truncated after lrt wrote it: " + std::to_string(restored) +
                                " subscriptions are restored, " + std::to_string(unreadable) +
                                " parts cannot be read, others may be missing; the file " +
                                (copy ? "is kept as \"" + *copy + "\"" : "could not be kept: " + copy.error().message));
@@ -841,7 +841,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
     return {};
   }
 
-  /// The end: waiting requests get their response, then everything closes. Inside the transport.
+  /// Stops: waiting requests get their response, then all connections are closed. Inside the transport.
   void finish() noexcept {
     if (finished_) return;
     try {
@@ -862,7 +862,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
     while (!finished_) guests_.wait(lock, std::chrono::steady_clock::now() + longest_guest_wait);
   }
 
-  /// Sends each job to where it is to run. Without a lock: user code may call the server.
+  /// Passes each job to its thread or queue. Without a lock, because user code may call the server.
   void dispatch(std::vector<engine::Job> jobs) {
     bool for_host = false, for_io = false;
     for (engine::Job& job : jobs) try {
@@ -886,7 +886,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
     if (serving_ == std::this_thread::get_id()) run_io_jobs();
     else wake_io();
   }
-  /// On the thread that does I/O. One job after the other, never one within another: they may share a mutex of the user's.
+  /// On the I/O thread. Jobs run one after the other, never nested, because they may use the same mutex of the user.
   void run_io_jobs() {
     if (runs_io_jobs_) return;
     runs_io_jobs_ = true;
@@ -913,8 +913,8 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
   const Clock& clock_;
   LogQueue log_;
   mutable std::mutex mutex_;                            // guards engine_, guests_, feeds_ and replies_; never held while user code runs
-  const std::shared_ptr<security::Sessions> sessions_;  // nullptr: nobody can log in
-  std::shared_ptr<Callers> callers_;                    ///< nullptr: everybody may do everything
+  const std::shared_ptr<security::Sessions> sessions_;  // nullptr: login is disabled
+  std::shared_ptr<Callers> callers_;                    ///< nullptr: all callers have all rights
   Counters counters_;
   std::optional<ClientLimiter> limiter_;  ///< set before the transport starts
   std::optional<Audit> audit_;            ///< the same; nullopt: there is no sink. Guarded by mutex_, but for its writer

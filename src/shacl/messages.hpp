@@ -23,7 +23,7 @@ bool is_number(const rdf::TermView& term) noexcept;
 /// A value beside an expectation in words: a number as its digits, other literals of XML Schema as their text.
 std::string shown_value(const rdf::TermView& term);
 
-/// What a shape expects of its value nodes, in words: "a number", "one of \"idle\", \"active\"", "a list of 3 values". Empty: it has no words.
+/// The expectation of a shape for its value nodes, in words: "a number", "one of \"idle\", \"active\"", "a list of 3 values". Empty: it cannot be described.
 std::string expectation(const Plan& plan, rdf::TermId shape);
 
 /// "one of a, b, c": the members of a list of the shapes graph.

@@ -3,6 +3,8 @@
 
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/base/civil.hpp"
+
 namespace lrt::shacl {
 inline namespace v0 {
 namespace {
@@ -46,10 +48,7 @@ Order of(const Duration& a, const Duration& b) noexcept {
       const std::int64_t month = start.year * 12 + start.month - 1 + d.months;
       const std::int64_t year = month >= 0 ? month / 12 : -((-month + 11) / 12);
       const std::int64_t of_year = month - year * 12;
-      // Days before the first of a month (proleptic Gregorian); months are counted from March.
-      const std::int64_t y = of_year < 2 ? year - 1 : year, m = of_year < 2 ? of_year + 10 : of_year - 2;
-      const std::int64_t era = (y >= 0 ? y : y - 399) / 400, of_era = y - era * 400;
-      const std::int64_t days = era * 146'097 + of_era * 365 + of_era / 4 - of_era / 100 + (153 * m + 2) / 5;
+      const std::int64_t days = lrt::detail::days_from_civil(year, static_cast<unsigned>(of_year) + 1, 1);
       return !__builtin_mul_overflow(days, std::int64_t{86'400}, &out) && !__builtin_add_overflow(out, d.seconds, &out);
     };
     std::int64_t x = 0, y = 0;

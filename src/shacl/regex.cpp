@@ -19,12 +19,12 @@ namespace {
 // class takes. So they bound memory, and `Work` bounds the whole search.
 constexpr std::uint32_t match_limit = 100'000, depth_limit = 50'000, heap_limit_kib = 4'096;
 
-// What the searches with one Scratch may cost together, in steps: a reserve, and more for each search and byte of its subject. A match
+// The total cost of the searches with one Scratch, in steps: a reserve, and more for each search and byte of its subject. A match
 // without much backtracking takes some steps for each item of the pattern and start.
 constexpr std::size_t reserve_steps = 200'000, steps_of_search = 64, steps_of_byte = 8;
 // The groups that a replacement can name.
 constexpr std::uint32_t max_groups = 100;
-// So many characters of a repeated class cost one step.
+// The number of characters of a repeated class per step.
 constexpr std::size_t characters_of_step = 16;
 
 // The members of XPath's \i and \c: XML 1.0 NameStartChar and NameChar.

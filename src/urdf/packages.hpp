@@ -36,7 +36,7 @@ struct FileState {
 ///              limit_exceeded
 Result<PackageFile> find_file(std::string_view iri, const PackageOptions& options);
 
-/// The same judgement, each time the file is used.
+/// The same check, each time the file is used.
 /// @par Errors  refused, io_error, limit_exceeded
 Result<FileState> state_of(const PackageFile& file, std::size_t max_bytes);
 /// @par Errors  io_error, limit_exceeded

@@ -106,7 +106,7 @@ TEST_CASE("resolve refuses an invalid IRI and gives the offset", "[base]") {
   REQUIRE_FALSE(result);
   CHECK(result.error().code == Errc::expected_iri);
   CHECK(result.error().offset == std::size_t{1});
-  CHECK(result.error().message == "text is no IRI reference: found '<' at byte 1");
+  CHECK(result.error().message == "the text is not an IRI reference: found '<' at byte 1");
   CHECK(iri::resolve("http://a/", "1a:b").error().offset == std::size_t{2});
 }
 

@@ -233,7 +233,7 @@ TEST_CASE("the later server of the paper's authors is understood, one that ignor
   understands = false;
   Changes changes;
   const Watch watch = watches.watch(server.url(), options, changes.callback()).value();
-  CHECK(changes.wait_end().reason->message.find("no web callbacks") != std::string::npos);
+  CHECK(changes.wait_end().reason->message.find("does not support web callbacks") != std::string::npos);
   CHECK(deleted == 0);
 }
 

@@ -12,25 +12,10 @@ import tempfile
 import time
 import urllib.parse
 
-from robot_process import Program
+from robot_process import Program, configuration, free_port
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 CONFIGURATIONS = os.path.join(HERE, "..", "..", "examples", "fleet_front")
-
-
-def free_port():
-    with socket.create_server(("127.0.0.1", 0)) as s:
-        return s.getsockname()[1]
-
-
-def configuration(name, *changes):
-    """The user's configuration with what differs here. Each change must apply."""
-    with open(os.path.join(CONFIGURATIONS, name)) as file:
-        text = file.read()
-    for old, new in changes:
-        assert old in text, f"{name} lacks {old!r}"
-        text = text.replace(old, new)
-    return text
 
 
 def write(folder, name, text):
@@ -78,7 +63,7 @@ class Front:
 
     def nginx(self, workers, connections):
         folder = self.folder
-        write(folder, "robots.conf", configuration("nginx.conf", ("listen 443 ssl", f"listen 127.0.0.1:{self.port} ssl"), ("robots.example;", "localhost;"),
+        write(folder, "robots.conf", configuration("fleet_front", "nginx.conf", ("listen 443 ssl", f"listen 127.0.0.1:{self.port} ssl"), ("robots.example;", "localhost;"),
                                                    ("/etc/ssl/robots/", folder + "/"), ("/var/cache/nginx/robots", folder + "/cache"),
                                                    ("127.0.0.1:8080", f"127.0.0.1:{self.ports[0]}"), ("127.0.0.1:8081", f"127.0.0.1:{self.ports[1]}")))
         places = "".join(f"  {kind}_temp_path {folder}/{kind};\n" for kind in ("client_body", "proxy", "fastcgi", "uwsgi", "scgi"))
@@ -88,7 +73,7 @@ class Front:
         return ["nginx", "-p", folder, "-e", "stderr", "-c", write(folder, "main.conf", main)]
 
     def varnish(self, *_):
-        text = configuration("robots.vcl", ('.port = "8080"', f'.port = "{self.ports[0]}"'), ('.port = "8081"', f'.port = "{self.ports[1]}"'))
+        text = configuration("fleet_front", "robots.vcl", ('.port = "8080"', f'.port = "{self.ports[0]}"'), ('.port = "8081"', f'.port = "{self.ports[1]}"'))
         path = write(self.folder, "robots.vcl", text)
         os.chmod(path, 0o644)
         os.mkdir(self.folder + "/varnish")

@@ -27,10 +27,9 @@ except ImportError as missing:
     print(f"skipped: {missing}; apt-get install python3-websockets")
     sys.exit(77)
 from event_streams_test import EventStream
-from robot_process import LDP, LRT, PATIENCE, Receiver, Robot, Way, http_request, objects, plain, run_on_way, until
+from robot_process import LDP, LRT, PATIENCE, Receiver, Robot, Way, configuration, free_port, http_request, objects, plain, run_on_way, until
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-CONFIGURATIONS = os.path.join(HERE, "..", "..", "examples", "reverse_proxy")
 THING = "baxter/right_s1"
 POSITION = THING + "/position"
 CASES = []
@@ -41,28 +40,13 @@ def case(function):
     return function
 
 
-def free_port():
-    with socket.create_server(("127.0.0.1", 0)) as s:
-        return s.getsockname()[1]
-
-
-def configuration(name, *changes):
-    """The user's configuration with what differs here. Each change must apply."""
-    with open(os.path.join(CONFIGURATIONS, name)) as file:
-        text = file.read()
-    for old, new in changes:
-        assert old in text, f"{name} lacks {old!r}"
-        text = text.replace(old, new)
-    return text
-
-
 def nginx(folder, port, robot_port, prefix, keeps):
     changes = [("listen 443 ssl", f"listen 127.0.0.1:{port} ssl"), ("server_name robot.example", "server_name localhost"),
                ("127.0.0.1:8080", f"127.0.0.1:{robot_port}"), ("/etc/ssl/robot/", folder + "/")]
     if prefix:
         changes += [("location / {", f"location {prefix}/ {{")]
         changes += [] if keeps else [("proxy_pass http://robot;", "proxy_pass http://robot/;")]
-    write(folder, "robot.conf", configuration("nginx.conf", *changes))
+    write(folder, "robot.conf", configuration("reverse_proxy", "nginx.conf", *changes))
     places = "".join(f"  {kind}_temp_path {folder}/{kind};\n" for kind in ("client_body", "proxy", "fastcgi", "uwsgi", "scgi"))
     user = "user root;\n" if os.getuid() == 0 else ""
     write(folder, "main.conf", f"{user}daemon off;\nworker_processes 1;\npid {folder}/pid;\nevents {{}}\nhttp {{\n  access_log off;\n{places}  include {folder}/robot.conf;\n}}\n")
@@ -73,7 +57,7 @@ def haproxy(folder, port, robot_port, prefix, keeps):
     with open(folder + "/server.pem") as certificate, open(folder + "/server-key.pem") as key:
         write(folder, "both.pem", certificate.read() + key.read())
     removes = f"\n  http-request replace-path {prefix}(/.*) \\1" if prefix and not keeps else ""
-    write(folder, "haproxy.cfg", configuration("haproxy.cfg", ("bind :443", f"bind 127.0.0.1:{port}"), ("/etc/haproxy/robot.pem", folder + "/both.pem"),
+    write(folder, "haproxy.cfg", configuration("reverse_proxy", "haproxy.cfg", ("bind :443", f"bind 127.0.0.1:{port}"), ("/etc/haproxy/robot.pem", folder + "/both.pem"),
                                                ("server robot 127.0.0.1:8080", f"server robot 127.0.0.1:{robot_port}{removes}")))
     return ["haproxy", "-db", "-f", folder + "/haproxy.cfg"]
 
@@ -81,7 +65,7 @@ def haproxy(folder, port, robot_port, prefix, keeps):
 def caddy(folder, port, robot_port, prefix, keeps):
     begin, end = (f"{'handle' if keeps else 'handle_path'} {prefix}/* {{\n", "}\n") if prefix else ("", "")
     own = f"{{\nadmin off\nauto_https off\nstorage file_system {folder}/storage\n}}\n"
-    write(folder, "Caddyfile", own + configuration("Caddyfile", ("robot.example {", f"https://localhost:{port} {{\nbind 127.0.0.1"), ("/etc/ssl/robot/", folder + "/"),
+    write(folder, "Caddyfile", own + configuration("reverse_proxy", "Caddyfile", ("robot.example {", f"https://localhost:{port} {{\nbind 127.0.0.1"), ("/etc/ssl/robot/", folder + "/"),
                                                    ("reverse_proxy 127.0.0.1:8080", f"{begin}reverse_proxy 127.0.0.1:{robot_port}"), ("\t}\n}", "\t}\n" + end + "}")))
     return ["caddy", "run", "--adapter", "caddyfile", "--config", folder + "/Caddyfile"]
 

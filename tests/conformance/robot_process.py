@@ -9,6 +9,7 @@ import os
 import re
 import select
 import signal
+import socket
 import ssl
 import subprocess
 import sys
@@ -17,12 +18,28 @@ import threading
 import time
 import urllib.parse
 
-PATIENCE = 15  # seconds, for whatever must come; nothing is slept for
+PATIENCE = 60  # seconds, for whatever must come; nothing is slept for. Long, so that a busy machine fails no test
 
 HYBRIT = "https://hybr-it-projekt.de/ns/hybr-it#"
 LRT = "https://w3id.org/lrt/ns#"
 LDP = "http://www.w3.org/ns/ldp#"
 RDF_TYPE = "http://www.w3.org/1999/02/22-rdf-syntax-ns#type"
+
+
+def free_port():
+    """A loopback port that was free just now."""
+    with socket.create_server(("127.0.0.1", 0)) as s:
+        return s.getsockname()[1]
+
+
+def configuration(folder, name, *changes):
+    """The user's configuration in examples/FOLDER with what differs here. Each change must apply."""
+    with open(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "examples", folder, name)) as file:
+        text = file.read()
+    for old, new in changes:
+        assert old in text, f"{name} lacks {old!r}"
+        text = text.replace(old, new)
+    return text
 
 
 def until(condition, what, patience=PATIENCE):

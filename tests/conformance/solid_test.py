@@ -7,14 +7,13 @@ The server is the Community Solid Server, unmodified, on loopback with its data 
 """
 import os
 import shutil
-import socket
 import subprocess
 import sys
 import urllib.request
 from pathlib import Path
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from robot_process import until  # noqa: E402
+from robot_process import free_port, until  # noqa: E402
 
 SERVER = "@solid/community-server@7.2.0"
 INSTALL_TIMEOUT = 300
@@ -42,12 +41,6 @@ def program():
         if done.returncode != 0:
             skip("npm cannot install the server: " + done.stderr.strip()[-300:])
     return script
-
-
-def free_port():
-    with socket.socket() as found:
-        found.bind(("127.0.0.1", 0))
-        return found.getsockname()[1]
 
 
 def send(url, method, turtle=None, slug=None):

@@ -14,7 +14,7 @@
 
 #include "tests/support/catch.hpp"
 
-// The W3C suite of SHACL Core, read from LRT_SHARED_DIR/suites/shacl and never copied into the project. Reports are compared as
+// The W3C suite of SHACL Core, read from LRT_SHARED_DIR/suites/shacl and never copied into the project; and a small one of our own. Reports are compared as
 // the suite asks: sh:conforms, and for every result the properties below, as graphs. sh:resultMessage counts where it is
 // expected.
 
@@ -35,8 +35,12 @@ namespace shacl = lrt::shacl;
 constexpr Iri mf_include{MF "include"}, mf_entries{MF "entries"}, mf_action{MF "action"}, mf_result{MF "result"};
 constexpr Iri sht_data{SHT "dataGraph"}, sht_shapes{SHT "shapesGraph"}, sht_failure{SHT "Failure"};
 
-const std::string base = "http://datashapes.org/sh/tests/";
-const std::string folder = LRT_SHARED_DIR "/suites/shacl";
+/// A suite: its folder, and the IRI that stands for the folder.
+struct Suite {
+  std::string folder, base;
+};
+const Suite w3c_suite{LRT_SHARED_DIR "/suites/shacl", "http://datashapes.org/sh/tests/"};
+const Suite own_suite{LRT_SOURCE_DIR "/tests/conformance/suites/shacl", "http://suite.example/shacl/"};
 
 /// Cases that do not come out as the suite says, with the reason. One that does come out fails the test: remove it then.
 const std::map<std::string, std::string> known_failures = {};
@@ -54,8 +58,8 @@ std::optional<std::string> file(const std::string& path) {
   return text.str();
 }
 
-std::optional<Graph> document(std::string_view iri) {
-  const auto text = file(folder + "/" + std::string(iri.substr(base.size())));
+std::optional<Graph> document(const Suite& suite, std::string_view iri) {
+  const auto text = file(suite.folder + "/" + std::string(iri.substr(suite.base.size())));
   if (!text) return std::nullopt;
   lrt::rdf::ReadOptions options;
   options.base = iri;
@@ -64,12 +68,12 @@ std::optional<Graph> document(std::string_view iri) {
   return graph ? std::optional<Graph>(*std::move(graph)) : std::nullopt;
 }
 
-void collect(const std::string& manifest, std::set<std::string>& seen, std::vector<Case>& out) {
+void collect(const Suite& suite, const std::string& manifest, std::set<std::string>& seen, std::vector<Case>& out) {
   if (!seen.insert(manifest).second) return;
-  const auto graph = document(manifest);
+  const auto graph = document(suite, manifest);
   if (!graph) return;  // the suite's part on SPARQL is not there
   const auto shared = std::make_shared<const Graph>(*graph);
-  for (const TermView include : shared->objects(lrt::rdf::iri(manifest), mf_include)) collect(std::string(include.text), seen, out);
+  for (const TermView include : shared->objects(lrt::rdf::iri(manifest), mf_include)) collect(suite, std::string(include.text), seen, out);
   if (const auto head = shared->object(lrt::rdf::iri(manifest), mf_entries)) {
     const auto entries = shared->list(*shared->find(*head));
     REQUIRE(entries);
@@ -77,14 +81,11 @@ void collect(const std::string& manifest, std::set<std::string>& seen, std::vect
   }
 }
 
-const std::vector<Case>& cases() {
-  static const std::vector<Case> all = [] {
-    std::vector<Case> out;
-    std::set<std::string> seen;
-    collect(base + "manifest.ttl", seen, out);
-    return out;
-  }();
-  return all;
+std::vector<Case> cases(const Suite& suite) {
+  std::vector<Case> out;
+  std::set<std::string> seen;
+  collect(suite, suite.base + "manifest.ttl", seen, out);
+  return out;
 }
 
 /// Copies a term and, of a blank node, all that hangs from it (paths).
@@ -128,14 +129,14 @@ Graph relevant(const Graph& graph, TermId report, bool with_messages) {
 }
 
 /// What went wrong, or an empty text.
-std::string outcome(const Case& test) {
+std::string outcome(const Suite& suite, const Case& test) {
   const Graph& manifest = *test.manifest;
   const TermView entry = lrt::rdf::iri(test.iri);
   const auto action = manifest.object(entry, mf_action), expected = manifest.object(entry, mf_result);
   if (!action || !expected) return "no action or result";
   const auto data_iri = manifest.object(*action, sht_data), shapes_iri = manifest.object(*action, sht_shapes);
   if (!data_iri || !shapes_iri) return "no graphs";
-  const auto data = document(data_iri->text), shapes_graph = document(shapes_iri->text);
+  const auto data = document(suite, data_iri->text), shapes_graph = document(suite, shapes_iri->text);
   if (!data || !shapes_graph) return "a graph is missing";
   const Result<shacl::Shapes> shapes = shacl::Shapes::compile(*shapes_graph);
   const bool failure = *expected == TermView(sht_failure);
@@ -158,14 +159,15 @@ std::string outcome(const Case& test) {
 }  // namespace
 
 TEST_CASE("the W3C SHACL Core suite passes but for the known failures", "[conformance][shacl]") {
-  if (!file(folder + "/manifest.ttl")) {
-    WARN("skipped: no W3C suite in " << folder);
+  if (!file(w3c_suite.folder + "/manifest.ttl")) {
+    WARN("skipped: no W3C suite in " << w3c_suite.folder);
     return;
   }
-  REQUIRE(cases().size() > 90);
-  for (const Case& test : cases()) {
-    DYNAMIC_SECTION(test.iri.substr(base.size())) {
-      const std::string fault = outcome(test);
+  static const std::vector<Case> all = cases(w3c_suite);
+  REQUIRE(all.size() > 90);
+  for (const Case& test : all) {
+    DYNAMIC_SECTION(test.iri.substr(w3c_suite.base.size())) {
+      const std::string fault = outcome(w3c_suite, test);
       INFO(fault);
       const auto known = known_failures.find(test.iri);
       if (known == known_failures.end()) {
@@ -175,5 +177,14 @@ TEST_CASE("the W3C SHACL Core suite passes but for the known failures", "[confor
         CHECK_FALSE(fault.empty());
       }
     }
+  }
+}
+
+TEST_CASE("a small SHACL suite of our own passes", "[conformance][shacl]") {
+  const std::vector<Case> all = cases(own_suite);
+  CHECK(all.size() == 2);
+  for (const Case& test : all) {
+    INFO(test.iri);
+    CHECK(outcome(own_suite, test) == "");
   }
 }

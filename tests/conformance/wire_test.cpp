@@ -96,7 +96,7 @@ class Player {
   std::string exchange(const std::string& request, bool last, Enough enough) {
     client_->received.clear();
     client_->send(request);
-    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
     bool half_closed = false;
     while (!client_->ended && std::chrono::steady_clock::now() < end) {
       client_->step();

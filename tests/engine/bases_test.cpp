@@ -24,7 +24,7 @@ std::string base_of(Bases& bases, const std::string& host, bool secure = false, 
   return base ? bases[*base] : base.error().message;
 }
 
-bool is_refused(const std::string& text) { return text.find("does not answer for") != std::string::npos; }
+bool is_refused(const std::string& text) { return text.find("does not serve the host") != std::string::npos; }
 
 }  // namespace
 

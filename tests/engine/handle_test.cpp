@@ -202,9 +202,9 @@ TEST_CASE("bounds of an input or output that an action does not have are an erro
   const Result<void> r = engine.add(std::move(without_input));
   REQUIRE_FALSE(r);
   CHECK(r.error().code == Errc::invalid_option);
-  CHECK(r.error().message == "action \"a/actions/stop\": there is no input that the unit, bounds or length could describe");
+  CHECK(r.error().message == "action \"a/actions/stop\": there is no input to which the unit, bounds or length could apply");
   Thing without_output{"a"};
   without_output.action("stop", [](double) {}).produces(Facets{unit::metre});
   CHECK(engine.add(std::move(without_output)).error().message ==
-        "action \"a/actions/stop\": there is no output that the unit, bounds or length could describe");
+        "action \"a/actions/stop\": there is no output to which the unit, bounds or length could apply");
 }

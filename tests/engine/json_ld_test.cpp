@@ -76,7 +76,7 @@ TEST_CASE("the context is a resource that may be kept, and changes its name when
   CHECK(r.get("/ns/context.jsonld", "application/ld+json, application/json").status == 200);
   const Answer turtle = r.get("/ns/context.jsonld", "text/turtle");
   CHECK(turtle.status == 406);
-  CHECK(turtle.says("there are application/ld+json"));
+  CHECK(turtle.says("available are application/ld+json"));
   CHECK(r.send("PUT", "/ns/context.jsonld", "{}").status == 405);
   CHECK(r.bench.ask("GET /ns/context.jsonld\nUpgrade: websocket\nConnection: Upgrade").status == 200);
 

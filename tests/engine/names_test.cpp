@@ -283,7 +283,7 @@ TEST_CASE("the paths that remain reserved are named in the error", "[engine][R0.
                                        "and \"ns/ticket\", and the path of the SPARQL endpoint: choose another name");
   }
   bench.add(arm());
-  CHECK(bench.engine.add(Thing{"arm/angle"}).error().message == "path \"arm/angle\" is taken already, in the thing \"arm\": choose another name");
+  CHECK(bench.engine.add(Thing{"arm/angle"}).error().message == "path \"arm/angle\" is already in use, in the thing \"arm\": choose another name");
   bench.add(Thing{"ns"});
 }
 

@@ -121,7 +121,7 @@ TEST_CASE("an error is a small page for a browser, and what a stranger sent is o
   CHECK(missing.field("Content-Type") == html);
   CHECK(missing.says("<h1>404 Not Found</h1>"));
   CHECK(missing.says("there is no resource at"));
-  CHECK(missing.says("/\">To the list of Things</a>"));
+  CHECK(missing.says("/\">Back to the list of Things</a>"));
   check_harmless(missing);
   CHECK(missing.body.size() < 15'000);
   const Answer foreign = bench.ask("POST /arm/actions/home" + browser + "\nOrigin: http://x/<script>alert(\"1\")</script>&'{{home}}");

@@ -176,7 +176,7 @@ TEST_CASE("what a PATCH does not take is refused with its place, and changes not
     if (a.body.find(text) == std::string::npos) UNSCOPED_INFO(a.body);
     CHECK(r.map.snapshot() == before);
   };
-  refused("LOAD <http://example.org/>", 422, "line 1, column 1: LOAD is not taken here");
+  refused("LOAD <http://example.org/>", 422, "line 1, column 1: LOAD is not supported");
   refused("CLEAR ALL", 422, "CLEAR");
   refused("INSERT DATA {} ;\n DELETE WHERE { ?s ?p ?o }", 422, "line 2, column 9: DELETE WHERE");
   refused("DELETE { ?s ?p ?o } WHERE {}", 422, "DELETE with a pattern");

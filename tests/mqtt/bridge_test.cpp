@@ -119,8 +119,8 @@ TEST_CASE("a resource and its subscription say in RDF where they are published",
   Robot robot(broker.port(), [](mqtt::Options& o) { o.broker.public_url = "mqtts://broker.example:8883"; });
   robot.until(watcher, [&] { return watcher.newest("robots/r1/arm/angle").has_value(); });
   const std::string document = robot.get("/arm/angle", "application/n-triples");
-  CHECK_THAT(document,
-             Catch::Matchers::ContainsSubstring("ns#mqttTopic> \"robots/r1/arm/angle\"") && Catch::Matchers::ContainsSubstring("\"mqtts://broker.example:8883\""));
+  CHECK_THAT(document, Catch::Matchers::ContainsSubstring("ns#mqttTopic> \"robots/r1/arm/angle\"") &&
+                           Catch::Matchers::ContainsSubstring("\"mqtts://broker.example:8883\""));
   const std::string container = robot.get("/arm/subscriptions", "application/n-triples");
   CHECK_THAT(container, Catch::Matchers::ContainsSubstring("ns#Feed>") && Catch::Matchers::ContainsSubstring("\"robots/r1/arm/angle\""));
   // It goes with the bridge.

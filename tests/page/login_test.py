@@ -127,7 +127,7 @@ def a_user_logs_in_reads_writes_watches_and_logs_out(browser):
         shot(browser, "login-1280")
         browser.type("#token", "wrong-0123456789abcdef")
         browser.click("form button")
-        browser.until("return document.querySelector('[role=alert]').innerText === 'Nobody has this token.'", "what is wrong")
+        browser.until("return document.querySelector('[role=alert]').innerText === 'This token is not valid.'", "what is wrong")
         browser.type("#token", OPERATOR)
         browser.click("form button")
         browser.until("return document.querySelector('h1')?.textContent === 'right_s1' && location.pathname === '/baxter/right_s1'", "the page that was asked for")

@@ -411,7 +411,7 @@ TEST_CASE("an error says what was found and expected, and where", "[query]") {
   CHECK(refusal("").message == "line 1, column 1: expected SELECT, CONSTRUCT, DESCRIBE or ASK, found the end of the text");
   CHECK(refusal("ASK {} more").message == "line 1, column 8: expected the end of the query, found \"more\"");
   CHECK(refusal("ASK { ?x ~ ?y }").message == "line 1, column 10: expected a token of SPARQL, found \"~\"");
-  CHECK(refusal("ASK { ?x <p> 'a }").message == "line 1, column 15: string without an end");
+  CHECK(refusal("ASK { ?x <p> 'a }").message == "line 1, column 15: unterminated string");
   CHECK(refusal("ASK { \xFF }").message == "line 1, column 7: invalid UTF-8");
   CHECK(refusal("ASK { ?x <p> 1 . # \xC3\xA9 comment\n ?y }").message == "line 2, column 5: expected a predicate, found \"}\"");
 }
@@ -419,13 +419,13 @@ TEST_CASE("an error says what was found and expected, and where", "[query]") {
 TEST_CASE("SERVICE and updates are refused by name", "[query]") {
   CHECK(refusal("SELECT * { SERVICE <s> { } }").code == Errc::unsupported_syntax);
   CHECK(refusal("SELECT * { SERVICE SILENT <s> { } }").message ==
-        "line 1, column 12: SERVICE is not answered here: this endpoint does not query others");
+        "line 1, column 12: SERVICE is not supported: this endpoint does not query other endpoints");
   for (const char* update : {"INSERT DATA { }", "DELETE WHERE { }", "load <x>", "CLEAR ALL", "CREATE GRAPH <x>", "DROP ALL", "COPY <a> TO <b>",
                              "MOVE <a> TO <b>", "ADD <a> TO <b>", "WITH <g> DELETE { } WHERE { }"}) {
     INFO(update);
     CHECK(refusal(prologue + update).code == Errc::unsupported_syntax);
   }
-  CHECK(refusal("\n INSERT DATA { }").message == "line 2, column 2: INSERT is not answered here: this endpoint is read-only");
+  CHECK(refusal("\n INSERT DATA { }").message == "line 2, column 2: INSERT is not supported: this endpoint is read-only");
 }
 
 TEST_CASE("each limit of a query is an option", "[query]") {

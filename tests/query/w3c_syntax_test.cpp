@@ -11,7 +11,8 @@
 
 #include "tests/support/catch.hpp"
 
-// The queries of the W3C suites of SPARQL 1.1 and 1.0, read from LRT_SHARED_DIR/suites and never copied into the project.
+// The queries of the W3C suites of SPARQL 1.1 and 1.0, read from LRT_SHARED_DIR/suites and never copied into the project; and a few of
+// our own.
 
 namespace {
 
@@ -23,10 +24,11 @@ using lrt::rdf::TermView;
 
 const std::string manifest_names = "http://www.w3.org/2001/sw/DataAccess/tests/test-manifest#";
 const std::string query_names = "http://www.w3.org/2001/sw/DataAccess/tests/test-query#";
-const std::string folder = LRT_SHARED_DIR "/suites/sparql11/";
+const std::string w3c_folder = LRT_SHARED_DIR "/suites/sparql11/";
+const std::string own_folder = LRT_SOURCE_DIR "/tests/conformance/suites/sparql/";
 const std::string base = "http://suite.example/";  // stands for the folder
 
-std::optional<std::string> file(std::string_view iri) {
+std::optional<std::string> file(const std::string& folder, std::string_view iri) {
   std::ifstream in(folder + std::string(iri.substr(base.size())), std::ios::binary);
   if (!in) return std::nullopt;
   std::ostringstream text;
@@ -47,11 +49,12 @@ std::vector<std::string> listed(const Graph& graph, const std::string& property)
 }
 
 struct Run {
+  std::string folder;
   std::size_t good = 0, bad = 0, evaluated = 0;
 };
 
 void judge(const std::string& type, const std::string& query, Run& run) {
-  const auto text = file(query);
+  const auto text = file(run.folder, query);
   INFO(type << " " << query);
   REQUIRE(text);
   INFO(*text);
@@ -69,7 +72,7 @@ void judge(const std::string& type, const std::string& query, Run& run) {
 }
 
 void read_manifest(const std::string& iri, Run& run) {
-  const auto text = file(iri);
+  const auto text = file(run.folder, iri);
   INFO(iri);
   REQUIRE(text);
   lrt::rdf::ReadOptions options;
@@ -94,11 +97,11 @@ void read_manifest(const std::string& iri, Run& run) {
 }  // namespace
 
 TEST_CASE("the parser judges every query of the W3C suites as they do", "[query]") {
-  if (!file(base + "manifest-sparql11-query.ttl")) {
-    WARN("skipped: no W3C suite in " << folder);
+  if (!file(w3c_folder, base + "manifest-sparql11-query.ttl")) {
+    WARN("skipped: no W3C suite in " << w3c_folder);
     return;
   }
-  Run run;
+  Run run{w3c_folder};
   for (const char* name :
        {"manifest-sparql11-query.ttl", "manifest-sparql11-results.ttl", "sparql10/manifest-syntax.ttl", "sparql10/manifest-evaluation.ttl"}) {
     read_manifest(base + name, run);
@@ -107,4 +110,12 @@ TEST_CASE("the parser judges every query of the W3C suites as they do", "[query]
   CHECK(run.good == 212);
   CHECK(run.bad == 90);
   CHECK(run.evaluated == 518);
+}
+
+TEST_CASE("the parser judges every query of a small suite of our own", "[query]") {
+  Run run{own_folder};
+  read_manifest(base + "manifest.ttl", run);
+  CHECK(run.good == 1);
+  CHECK(run.bad == 2);
+  CHECK(run.evaluated == 2);
 }

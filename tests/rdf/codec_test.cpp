@@ -71,8 +71,8 @@ TEST_CASE("an error tells line and column and what was found", "[rdf]") {
   CHECK(undeclared.offset == 20);
   CHECK(undeclared.message == "line 2, column 7: undeclared prefix \"vom:\"");
   CHECK(refusal("<a> <b> \"c .\n").message == "line 1, column 13: line end in a string");
-  CHECK(refusal("<a> <b> \"c").message == "line 1, column 10: string without an end");
-  CHECK(refusal("<a> <b> <c").message == "line 1, column 9: IRI without an end");
+  CHECK(refusal("<a> <b> \"c").message == "line 1, column 10: unterminated string");
+  CHECK(refusal("<a> <b> <c").message == "line 1, column 9: unterminated IRI");
   CHECK(refusal("<a> <b> foo .").message == "line 1, column 9: expected an object, found \"foo\"");
   CHECK(refusal("<a> <b> [ <c> <d> .").message == "line 1, column 19: expected ',', ';' or ']', found \".\"");
   CHECK(refusal("<a> <b> [ <c> <d>").message == "line 1, column 9: '[' without an end");

@@ -596,9 +596,9 @@ TEST_CASE("invalid CBOR, and CBOR that JSON cannot express, are refused with the
   CHECK(none("f8ff") == "byte 0: expected CBOR, found simple value 255, which JSON does not have");
   CHECK(none("1c") == "byte 0: expected CBOR, found an initial byte that has no meaning");
   CHECK(none("1f") == "byte 0: expected CBOR, found an initial byte that has no meaning");
-  CHECK(none("ff") == "byte 0: expected CBOR, found a break with nothing to end");
-  CHECK(none("81ff") == "byte 1: expected CBOR, found a break with nothing to end");
-  CHECK(none("bf6161ff") == "byte 3: expected CBOR, found a break with nothing to end");
+  CHECK(none("ff") == "byte 0: expected CBOR, found a break outside an item of indefinite length");
+  CHECK(none("81ff") == "byte 1: expected CBOR, found a break outside an item of indefinite length");
+  CHECK(none("bf6161ff") == "byte 3: expected CBOR, found a break outside an item of indefinite length");
   CHECK(none("9f01") == "byte 2: expected CBOR, found the end of the body");
   CHECK(none("a10101") == "byte 1: expected CBOR, found a member name that is not a text");
   CHECK(none("6261ff") == "byte 2: expected CBOR, found invalid UTF-8");
@@ -606,7 +606,7 @@ TEST_CASE("invalid CBOR, and CBOR that JSON cannot express, are refused with the
   CHECK(none("7f4161ff") == "byte 1: expected CBOR, found a chunk of a text that is not a text of definite length");
   CHECK(none("7f7f6161ffff") == "byte 1: expected CBOR, found a chunk of a text that is not a text of definite length");
   CHECK(none("9bffffffffffffffff") == "byte 9: expected CBOR, found the end of the body");
-  CHECK(none("9bffffffffffffffffff") == "byte 9: expected CBOR, found a break with nothing to end");
+  CHECK(none("9bffffffffffffffffff") == "byte 9: expected CBOR, found a break outside an item of indefinite length");
   CHECK(none("bbffffffffffffffff") == "byte 9: expected CBOR, found the end of the body");
   CHECK(none("7bffffffffffffffff") == "byte 9: expected CBOR, found the end of the body");
   CHECK(none("5bffffffffffffffff").substr(0, 7) == "byte 0:");

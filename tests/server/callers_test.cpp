@@ -168,7 +168,7 @@ TEST_CASE("a certificate's subject names a principal", "[server][security][R0.2]
   options.security.certificates["CN=panel"] = {"panel", {"reader"}};
   const auto refused = Server::create(options);
   REQUIRE_FALSE(refused);
-  CHECK(refused.error().message == "security.certificates: no client can show a certificate without security.tls and its client_ca_file");
+  CHECK(refused.error().message == "security.certificates: clients cannot present a certificate without security.tls and its client_ca_file");
 }
 
 TEST_CASE("an authorizer is asked after the tokens, and only for those that they let in", "[server][security][R0.2]") {

@@ -81,9 +81,9 @@ struct Ruled {
     return std::to_string(response.status) + "\n" + std::string(response.fields.block()) + "\n" + std::string(response.content());
   }
 
-  /// Whether a request gets a status within ten seconds: what the server does by itself takes a moment.
+  /// Whether a request gets a status within a minute: what the server does by itself takes a moment.
   bool becomes(int wanted, const std::string& text, const std::string& who) {
-    for (const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(10); std::chrono::steady_clock::now() < end;
+    for (const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60); std::chrono::steady_clock::now() < end;
          std::this_thread::yield())
       if (status(text, who) == wanted) return true;
     return false;

@@ -68,14 +68,14 @@ class Polling {
   std::thread thread_;
 };
 
-/// The next event that has bytes, or the end. Fails after ten seconds.
+/// The next event that has bytes, or the end. Fails after a minute.
 EventSource::Event next_event(EventSource& source) {
-  const auto until = std::chrono::steady_clock::now() + seconds(10);
+  const auto until = std::chrono::steady_clock::now() + seconds(60);
   while (std::chrono::steady_clock::now() < until) {
     EventSource::Event event = source.next(milliseconds(100));
     if (event.bytes || event.end) return event;
   }
-  FAIL("no event in ten seconds");
+  FAIL("no event in a minute");
   return {};
 }
 

@@ -69,10 +69,10 @@ std::string subscribe(Robot& speaking, Robot& moved, const std::string& receiver
   return made.field("Location").substr(speaking.url().size());
 }
 
-/// Asks for the subscription until `enough` holds of the response; at most ten seconds.
+/// Asks for the subscription until `enough` holds of the response; at most a minute.
 template <class Enough>
 Answer await(Robot& speaking, Robot& moved, const std::string& subscription, Enough enough) {
-  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(60);
   while (true) {
     Answer answer = ask(speaking, moved, "GET " + subscription);
     if (enough(answer)) return answer;

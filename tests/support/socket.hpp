@@ -79,19 +79,19 @@ class Socket {
     return parse();
   }
 
-  /// Sends and waits, at most ten seconds; `meanwhile` is called again and again.
+  /// Sends and waits, at most a minute; `meanwhile` is called again and again.
   Answer ask(
       const std::string& text, const std::function<void()>& meanwhile = [] {}) {
     send(text);
     return await(meanwhile);
   }
   Answer await(const std::function<void()>& meanwhile = [] {}) {
-    const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+    const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(60);
     while (true) {
       meanwhile();
       if (auto answer = receive(std::chrono::milliseconds(1))) return *std::move(answer);
       if (ended_) throw std::runtime_error("closed without an answer");
-      if (std::chrono::steady_clock::now() > until) throw std::runtime_error("no answer in ten seconds");
+      if (std::chrono::steady_clock::now() > until) throw std::runtime_error("no answer in a minute");
     }
   }
   bool ended() const noexcept { return ended_; }

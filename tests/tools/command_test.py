@@ -113,7 +113,7 @@ def tour():
 def errors():
     with Robot() as robot:
         url = robot.url
-        expect_error(lrt(None, "ls"), 2, "which robot")
+        expect_error(lrt(None, "ls"), 2, "no robot is given")
         expect_error(lrt(url), 2, "subcommand is required")
         expect_error(lrt(url, "fly"), 2, 'there is no command "fly"')
         expect_error(lrt(url, "get", "right_s1/position", "--unit", "furlong"), 1, "furlong")
@@ -273,7 +273,7 @@ def recordings():
             values = [json.loads(watching.line())["value"] for _ in range(4)]
             assert values == [0.7, 1, 2, 3], values
             stack.callback(watching.end)
-        expect_error(lrt(None, "replay", name), 2, "which robot")
+        expect_error(lrt(None, "replay", name), 2, "no robot is given")
         with open(name, "w") as file:
             file.write('{"lrt":"recording","version":1}\n{"at":0,"name":"right_s1/friction","value":99}\n{"at":0.1,"name":"right_s1/friction","value":180,"unit":"deg"}\n'
                        '{"at":0.2,"name":"right_s1/friction","value":4}\n')

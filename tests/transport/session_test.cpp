@@ -3,6 +3,8 @@
 
 #include <tuple>
 
+#include <lrt/transport/detail/body_buffer.hpp>
+
 #include "tests/support/catch.hpp"
 #include "tests/transport/framing_cases.hpp"
 #include "tests/transport/harness.hpp"
@@ -329,11 +331,11 @@ TEST_CASE("a line of the header section above the limit is refused at once, with
       {get(path(101)), 414, "the request line is longer than the 100 bytes allowed for a line"},
       {"GET " + path(300), 414, "the request line is longer than the 100 bytes allowed for a line"},
       {get("/", field(100) + field(100)), 200, ""},
-      {get("/", "Y: 1\r\n" + field(101)), 431, "the field line at byte 35 of the head is longer than the 100 bytes allowed for a line"},
-      {get("/").substr(0, 29) + field(200).substr(0, 150), 431, "the field line at byte 29 of the head"},
-      {get("/").substr(0, 29) + field(100).substr(0, 100) + "\rx", 431, "the field line at byte 29 of the head"},
+      {get("/", "Y: 1\r\n" + field(101)), 431, "the field line at byte 35 of the header section is longer than the 100 bytes allowed for a line"},
+      {get("/").substr(0, 29) + field(200).substr(0, 150), 431, "the field line at byte 29 of the header section"},
+      {get("/").substr(0, 29) + field(100).substr(0, 100) + "\rx", 431, "the field line at byte 29 of the header section"},
       {get("/", field(100) + field(100) + field(100) + field(100) + field(100) + field(100) + field(100) + field(100) + field(100) + field(100)), 431,
-       "the head is longer than 1000 bytes"},
+       "the header section is longer than 1000 bytes"},
   };
   for (const auto& [bytes, status, reason] : cases) {
     for (std::size_t at = 0; at <= bytes.size(); ++at) {

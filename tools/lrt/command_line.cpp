@@ -61,7 +61,7 @@ std::string Help::make_positionals(const CLI::App* app) const {
 
 std::string Help::make_option_opts(const CLI::Option* option) const {
   if (option->get_type_size() == 0) return {};
-  // Of a checked option the type is "SECONDS:FLOAT in [0 - 1]": what is not allowed is said where it was given.
+  // The type of a checked option is "SECONDS:FLOAT in [0 - 1]". The range is left out: an error message states it.
   const std::string type = option->get_type_name();
   for (const std::string_view own : {"NAME:VALUE", "ADDRESS:PORT"})
     if (std::string_view(type).substr(0, own.size()) == own) return " " + std::string(own);
@@ -135,7 +135,7 @@ Result<Client*> Session::client() {
 
 Result<const client::Robot*> Session::robot() {
   if (robot_) return &*robot_;
-  if (options_.robot.empty()) return unexpected(Errc::invalid_option, "which robot? Give --robot URL, or set LRT_ROBOT");
+  if (options_.robot.empty()) return unexpected(Errc::invalid_option, "no robot is given: use --robot URL, or set LRT_ROBOT");
   const Result<Client*> client = this->client();
   if (!client) return unexpected(client.error());
   Result<client::Robot> found = (*client)->open(options_.robot);

@@ -19,15 +19,15 @@
 
 namespace lrt::tool {
 
-/// What the command says to the shell.
+/// The exit status of the command.
 enum Exit : int {
   success = 0,
   failure = 1,        ///< the robot refused or failed, or there is no such name
   usage = 2,          ///< the command line is wrong, or a file of it cannot be used
-  unreachable = 3,    ///< there is no response, or none in HTTP
-  cancelled = 4,      ///< the invocation was cancelled, by the robot or by somebody else
+  unreachable = 3,    ///< no response, or a response that is not HTTP
+  cancelled = 4,      ///< the invocation was cancelled, by the robot or by another client
   interrupted = 130,  ///< Ctrl-C
-  pipe_closed = 141,  ///< the reader of standard output has gone
+  pipe_closed = 141,  ///< the reader of standard output has closed it
 };
 int exit_of(Errc code) noexcept;
 
@@ -40,7 +40,7 @@ struct GlobalOptions {
   bool verbose = false;
 };
 
-/// What a command works with: the terminal, a client, and the robot, which is found when it is needed.
+/// The context of a command: the terminal, a client, and the robot, which is found on first use.
 class Session {
  public:
   explicit Session(GlobalOptions& options) : options_(options) {}
@@ -51,10 +51,10 @@ class Session {
   /// A first word that is a URL is that of the robot, if more words follow than are needed.
   void take_robot(std::vector<std::string>& words, std::size_t needed);
 
-  /// The robot is another one than that of --robot.
+  /// Uses another robot than that of --robot.
   void use_robot(const std::string& url) { options_.robot = url; }
 
-  /// What the options say of the client.
+  /// The options of the client.
   /// @par Errors  invalid_option
   Result<client::Options> client_options() const;
   /// @par Errors  invalid_option

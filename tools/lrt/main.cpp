@@ -91,7 +91,7 @@ int run(int argc, char** argv) {
     return terminal.print_line(version.what()) ? Exit::success : Exit::failure;
   } catch (const CLI::ParseError& error) {
     std::string sentence = error.what();
-    // CLI11 asks for a command where an unknown one is given.
+    // CLI11 reports a missing command if an unknown one is given.
     const auto commands = line.app.get_subcommands([](CLI::App*) { return true; });
     const auto is_named = [&](const CLI::App* command) { return command->get_name() == argv[1]; };
     if (argc > 1 && argv[1][0] != '-' && std::none_of(commands.begin(), commands.end(), is_named))
@@ -111,7 +111,7 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::signal(SIGPIPE, SIG_IGN);  // write() says so
+  std::signal(SIGPIPE, SIG_IGN);  // write() reports the error
   try {
     return run(argc, argv);
   } catch (const std::exception& error) { return report(Terminal(), error.what(), Exit::failure); }

@@ -18,7 +18,9 @@ using std::chrono::system_clock;
 
 void add_observe_options(CLI::App& command, ObserveOptions& options) {
   command.add_option("NAME", options.words, "Names of properties, or their URLs")->required()->type_name("[ROBOT] NAME...")->expected(1, 1000);
-  command.add_option("--count", options.count, "End after so many values")->type_name("N")->check(CLI::Range(std::size_t{1}, std::size_t{1} << 40));
+  command.add_option("--count", options.count, "End after this number of values")
+      ->type_name("N")
+      ->check(CLI::Range(std::size_t{1}, std::size_t{1} << 40));
   command.add_option("--for", options.seconds, "End after this time")->type_name("SECONDS")->check(CLI::Range(0.0, 1e9));
   command.add_option("--via", options.via, "websocket, event-stream or polling; default: the first of them that the server has")
       ->type_name("PROTOCOL")
@@ -63,7 +65,7 @@ void Observer::take(std::size_t index, const Change& change) {
   if (change.dropped > 0) {
     Observed gap = seen;
     gap.kind = Observed::Kind::gap;
-    gap.reason = std::to_string(change.dropped) + " values came too fast";
+    gap.reason = std::to_string(change.dropped) + " values were dropped, because they arrived too fast";
     changes_.push_back(std::move(gap));
   }
   const Result<rdf::Graph> graph = change.graph();
@@ -98,7 +100,7 @@ Result<int> Observer::run(const ObserveHooks& hooks) {
   options.via = options_.via;
   options.queue_length = 100;
   options.first_pause = milliseconds(100);
-  options.max_pause = milliseconds(2'000);  // a person waits
+  options.max_pause = milliseconds(2'000);  // standard output is a terminal
   has_ended_.assign(properties_.size(), false);
   was_connected_.assign(properties_.size(), false);
   for (std::size_t i = 0; i < properties_.size(); ++i) {
@@ -124,7 +126,7 @@ Result<int> Observer::run(const ObserveHooks& hooks) {
     }
     report_connections(hooks);
     if (hooks.on_pause) hooks.on_pause();
-    if (session_.terminal().failed() != 0) return Exit::failure;  // said by main()
+    if (session_.terminal().failed() != 0) return Exit::failure;  // reported by main()
     if (std::all_of(has_ended_.begin(), has_ended_.end(), [](bool ended) { return ended; })) {
       if (refusal_) return unexpected(*refusal_);
       return Exit::success;
@@ -133,7 +135,7 @@ Result<int> Observer::run(const ObserveHooks& hooks) {
     if (end && now >= *end) return Exit::success;
     milliseconds pause = hooks.pause;
     if (end) pause = std::min(pause, std::chrono::ceil<milliseconds>(*end - now));
-    // Standard output is looked at, too: a reader that has gone ends a watch without changes.
+    // Standard output is checked, too: if its reader has closed it, a watch without changes ends.
     pollfd events[4] = {
         {(*client)->descriptor(), POLLIN, 0}, {signals.descriptor(), POLLIN, 0}, {STDOUT_FILENO, 0, 0}, {reads_keys ? STDIN_FILENO : -1, POLLIN, 0}};
     ::poll(events, 4, static_cast<int>(pause.count()));

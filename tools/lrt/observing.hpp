@@ -14,7 +14,7 @@
 
 namespace lrt::tool {
 
-/// Which properties are observed, how, and for how long: what watch and record have in common.
+/// Which properties are observed, how, and for how long: the common part of watch and record.
 struct ObserveOptions {
   std::vector<std::string> words;
   client::Via via = client::Via::any;
@@ -24,7 +24,7 @@ struct ObserveOptions {
 /// The options of it.
 void add_observe_options(CLI::App& command, ObserveOptions& options);
 
-/// What was observed of a property.
+/// A change of a property, a gap, or an end.
 struct Observed {
   enum class Kind : unsigned char { value, gap, ended };
   Kind kind = Kind::value;
@@ -35,12 +35,12 @@ struct Observed {
   std::string reason{};  ///< of a gap and an end; printable
 };
 
-/// What a command does between changes.
+/// The function that a command calls between changes.
 struct ObserveHooks {
   std::function<bool(const Observed&)> on_change;  ///< false: enough
   std::function<void()> on_pause{};                ///< at least every `pause`, and after changes
   std::chrono::milliseconds pause{500};
-  std::function<void(std::size_t property)> on_lost{};  ///< the connection; without it there is a sentence on standard error
+  std::function<void(std::size_t property)> on_lost{};  ///< the connection; without it a message is printed on standard error
   std::function<void(int signal)> on_signal{};          ///< SIGWINCH, SIGCONT
   std::function<bool(char key)> on_key{};               ///< of standard input, if it is set; false: enough
 };

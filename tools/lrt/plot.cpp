@@ -11,7 +11,7 @@
 namespace lrt::tool {
 namespace {
 
-constexpr std::size_t max_points = 100'000;  // of one curve; then the oldest go
+constexpr std::size_t max_points = 100'000;  // of one curve; above it the oldest are removed
 constexpr int colours[] = {36, 33, 35, 32, 34, 31};
 
 std::string number(double value) {

@@ -23,7 +23,7 @@ class Plot {
   std::size_t add(std::string name, std::string unit);
   void set_unit(std::size_t curve, const std::string& unit) { curves_[curve].unit = unit; }
   void point(std::size_t curve, Time time, double value);
-  /// The value is none that can be drawn, but stands in the legend.
+  /// The value cannot be drawn, but is shown in the legend.
   void text(std::size_t curve, const std::string& value) { curves_[curve].last = value; }
   /// The curve is interrupted.
   void gap(std::size_t curve, Time time);

@@ -41,7 +41,7 @@ Character first_character(std::string_view text) noexcept {
   return {code, bytes, true};
 }
 
-/// Controls, and what changes the direction or the lines of what stands beside it.
+/// Control characters, and characters that change the direction or lines of the text.
 bool is_unsafe(char32_t c) noexcept {
   return c < 0x20 || (c >= 0x7F && c <= 0x9F) || c == 0x061C || c == 0x200E || c == 0x200F || (c >= 0x2028 && c <= 0x202E) ||
          (c >= 0x2066 && c <= 0x2069) || c == 0xFEFF || (c >= 0xFFF9 && c <= 0xFFFB) || (c >= 0xE0000 && c <= 0xE0FFF);
@@ -256,7 +256,7 @@ bool Table::print(Terminal& terminal, const std::vector<std::string>& heading) c
   for (std::size_t i = 0; i < heading.size(); ++i) measure(i, heading[i]);
   for (const auto& row : rows_)
     for (std::size_t i = 0; i < row.size(); ++i) measure(i, row[i].text);
-  // What does not fit is taken from the widest column, down to 8.
+  // If the row does not fit, the widest column is shortened, down to 8.
   constexpr std::size_t gap = 2, narrowest = 8;
   std::size_t total = widths.empty() ? 0 : gap * (widths.size() - 1);
   for (const std::size_t width : widths) total += width;
@@ -308,7 +308,7 @@ extern "C" void on_signal(int signal) {
   const int error = errno;
   if (signal == SIGTSTP) {
     restore_terminal();
-    ::raise(SIGSTOP);  // goes on here after SIGCONT
+    ::raise(SIGSTOP);  // continues here after SIGCONT
     errno = error;
     return;
   }

@@ -6,17 +6,17 @@
 #include <string_view>
 #include <vector>
 
-/// What is printed, and where: on a terminal for people, or into a pipe or a file for programs.
+/// Output of the command: on a terminal for people, or into a pipe or a file for programs.
 namespace lrt::tool {
 
 /// A text of a robot in one line that is safe on a terminal. Control characters (C0, DEL, C1), characters that change the direction of writing and bytes
-/// that are no UTF-8 become visible: "\x1b", "\u202e".
+/// that are not UTF-8 become visible: "\x1b", "\u202e".
 std::string printable(std::string_view text);
 /// The same for several lines: line feeds and tabs stay.
 std::string printable_lines(std::string_view text);
 /// The same for lines that lrt has coloured: its sequences stay, "\033[31m".
 std::string printable_styled(std::string_view text);
-/// The same for JSON: what printable() would change becomes an escape of JSON, so it stays the same document. Line feeds between values stay.
+/// The same for JSON: characters that printable() would change become escapes of JSON, so that the document keeps its value. Line feeds between values stay.
 std::string printable_json(std::string_view json);
 /// A JSON string with its quotes, printable.
 std::string json_string(std::string_view text);
@@ -42,7 +42,7 @@ class Terminal {
   bool shows_progress() const noexcept { return error_is_terminal_; }
   /// The locale's characters are those of UTF-8.
   bool has_unicode() const noexcept;
-  /// At present: a window changes its size.
+  /// The current width, because a window can change its size.
   std::size_t width() const noexcept;
   std::size_t height() const noexcept;
 
@@ -51,8 +51,8 @@ class Terminal {
   /// The text between the sequences of a style, where standard output has colours.
   std::string styled(std::string_view text, Style style) const;
 
-  /// Writes to standard output and flushes it. What was printed by printable() only.
-  /// @return  false: the reader has gone, or the disk is full; see failed()
+  /// Writes to standard output and flushes it. Pass text from printable() only.
+  /// @return  false: the reader has closed it, or the disk is full; see failed()
   bool print(std::string_view text) noexcept;
   bool print_line(std::string text) noexcept { return print(text += '\n'); }
   /// Writes to standard error.
@@ -82,7 +82,7 @@ class Table {
   std::vector<std::vector<Cell>> rows_;
 };
 
-/// Signals that end a command or concern the terminal, as events of a descriptor: Ctrl-C (SIGINT), SIGTERM, SIGHUP, SIGWINCH and SIGCONT. At the second SIGINT
+/// Signals that end a command or concern the terminal, as events of a descriptor: Ctrl-C (SIGINT), SIGTERM, SIGHUP, SIGWINCH and SIGCONT. At a second SIGINT
 /// or SIGTERM that was not taken the program ends at once.
 /// One object at a time.
 class Signals {
@@ -107,7 +107,7 @@ class Screen {
   ~Screen();
   Screen(const Screen&) = delete;
   Screen& operator=(const Screen&) = delete;
-  /// After SIGCONT: the terminal may have been used by others.
+  /// After SIGCONT: another program may have used the terminal.
   void enter() noexcept;
   void leave() noexcept;
 };

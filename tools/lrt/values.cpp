@@ -62,7 +62,7 @@ bool describes_resource(std::string_view predicate) {
          predicate == "http://qudt.org/schema/qudt/unit" || predicate == "https://w3id.org/lrt/ns#elementType";
 }
 
-/// Reads a value from what its node says.
+/// Reads a value from the triples of its node.
 class Reader {
  public:
   explicit Reader(const Graph& graph) : graph_(graph) {}

@@ -8,7 +8,7 @@
 #include <lrt/client.hpp>
 #include <lrt/client/schema.hpp>
 
-/// Values whose types are known only at run time, between graphs and what a person types and reads.
+/// Values whose types are known only at run time: between graphs and the text of the command line.
 namespace lrt::tool {
 
 /// A value without RDF.
@@ -27,7 +27,7 @@ PlainValue value_at(const rdf::Graph& graph, rdf::TermId node, const client::Sch
 /// @par Errors  expected_value: it is no number, or the units are of different kinds
 Result<PlainValue> converted(const PlainValue& value, const std::string& unit);
 
-/// What a shape says; nullopt: there is none, or none that can be used.
+/// The schema of a shape; nullopt: there is none, or it cannot be used.
 std::optional<client::Schema> schema_of(const Result<std::optional<client::Shape>>& shape);
 
 /// "a number in deg, from 0 to below 360"
@@ -37,7 +37,7 @@ std::string bounds_of(const rdf::Type& type, const rdf::Facets& facets);
 /// "number", "text", "list of number", "idle | active", a record's name
 std::string name_of(const rdf::Type& type);
 
-/// A body as a person gives it: its bytes and what they are.
+/// A body from the command line: its bytes and their media type.
 struct Body {
   std::string bytes;
   std::string media_type;  ///< empty: a value as text, or JSON

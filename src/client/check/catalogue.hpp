@@ -19,7 +19,7 @@ struct Table {
   const T* end() const noexcept { return last; }
 };
 
-/// What one check requires, and where that is written.
+/// The requirement of one check, and its source.
 struct Check {
   std::string_view id, requirements;  ///< requirements separated by spaces, the main one first
   Level level;
@@ -49,7 +49,7 @@ class Verdicts {
   void otherwise(std::string_view id, Outcome outcome, const std::string& reason);
   bool failed(std::string_view id) const;
 
-  /// All findings in the order of the catalogue. What has no verdict is not testable, for `reason`.
+  /// All findings in the order of the catalogue. A check without a verdict is not testable, for `reason`.
   std::vector<Finding> findings(const std::string& reason) const;
 
  private:

@@ -55,7 +55,7 @@ Result<Report> run(const std::string& url, const CheckOptions& options) {
   check_linked_data(context);
   check_subscriptions(context);
   check_writes(context);
-  check_http(context);  // last: it judges what all responses have in common
+  check_http(context);  // last: it checks properties of all responses
 
   const std::string limit = probe.limit_reached();
   if (!limit.empty()) context.notes.push_back(limit);

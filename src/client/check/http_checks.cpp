@@ -38,7 +38,7 @@ Conversation converse(Context& context, const std::string& url, const std::strin
   }
   (void)connection->write(bytes, context.probe.until());
   for (const std::string& method : methods) {
-    // What follows the first response is no more than what the server may still have to say.
+    // Bytes after the first response must not be the response to a hidden request.
     const exchange::Instant until = found.replies.empty() || !wait_for_end ? context.probe.until() : context.probe.within(context.options.close_time);
     Reply reply = connection->read(method, until, false, context.options.close_time);
     if (found.replies.empty()) found.exchange.reply = reply;
@@ -202,7 +202,7 @@ void check_connections(Context& context, const Target& t) {
                             &with_body.exchange);
     else context.verdicts.pass("http.chunked-request", &with_body.exchange);
   }
-  if (!context.probe.exhausted()) {  // the body never comes, so nothing can happen
+  if (!context.probe.exhausted()) {  // the body is never sent, so that the request has no effect
     const std::string bytes = "PUT " + std::string(hidden_target) + " HTTP/1.1\r\n" + t.own +
                               "Content-Type: application/x-lrt-check\r\nContent-Length: 1\r\nExpect: 100-continue\r\nIf-Match: \"lrt-check\"\r\n\r\n";
     Result<Connection> connection = context.probe.connect(t.url);
@@ -233,7 +233,7 @@ void check_connections(Context& context, const Target& t) {
   }
 }
 
-/// What all responses to ordinary requests have in common.
+/// Checks of all responses to ordinary requests.
 void check_responses(Context& context) {
   const Probe& probe = context.probe;
   const Exchange& first = context.resources.front().get;
@@ -269,7 +269,7 @@ void check_tls(Context& context, const http::Url& url) {
                           Certainty::likely);
 }
 
-/// Judges all requests that were the client's fault, whatever check has sent them.
+/// Checks the responses to all invalid requests, of any check.
 void check_blame(Context& context) {
   for (const Exchange& exchange : context.bad_requests) {
     const int status = exchange.reply.status;

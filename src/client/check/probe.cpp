@@ -60,7 +60,7 @@ std::optional<std::uint64_t> parse_number(std::string_view text, int base) {
   return number;
 }
 
-/// Fields that a reader of the evidence wants to see.
+/// Header fields that are shown as evidence.
 bool matters(std::string_view name) {
   static constexpr std::string_view names[] = {"allow",
                                                "accept",
@@ -368,7 +368,7 @@ Exchange Probe::raw(const std::string& url, const std::string& bytes, std::strin
     exchange.reply.error = connection.error();
     return exchange;
   }
-  // An error of write() is not the last word: a server may refuse a request before it has all of it.
+  // An error of write() is not final: a server may refuse a request before it has read all of it.
   (void)connection->write(bytes, until());
   const bool close = bytes.find("Connection: close") != std::string::npos;
   exchange.reply = connection->read(method, until(), close, closes_ ? options_.close_time : std::min(options_.close_time, milliseconds(20)));

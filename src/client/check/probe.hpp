@@ -21,7 +21,7 @@ inline namespace v0 {
 
 using FieldList = std::vector<std::pair<std::string, std::string>>;
 
-/// A response as it was framed on the wire. Nothing of it is repaired: a check wants to see what is wrong.
+/// A response as it was framed on the wire. Errors are not repaired, because the checks report them.
 struct Reply {
   std::optional<Error> error;  ///< there is no status line and header section: why
   std::string version;         ///< "HTTP/1.1"
@@ -78,7 +78,7 @@ class Connection {
   std::optional<Error> error_;
 };
 
-/// Sends requests, within the limits of the options, and keeps what holds of all responses.
+/// Sends requests, within the limits of the options, and records properties of all responses.
 class Probe {
  public:
   Probe(HttpClient& http, const CheckOptions& options);
@@ -100,7 +100,7 @@ class Probe {
   std::size_t requests() const noexcept { return requests_; }
   std::string limit_reached() const;
 
-  // What responses to ask() have in common.
+  // Properties of the responses to ask().
   std::vector<Exchange> without_date, framing_faults, not_closed, bodies_of_head, bodies_where_none_may_be;
   std::vector<Exchange> of_another_version;
   std::size_t bodiless = 0;  ///< responses 204 and 304

@@ -123,8 +123,8 @@ void check_unknown(Context& context) {
   // 5xx: status.blame
 }
 
-/// PUT or POST where Allow lacks it. Three things in the request keep even a server that has forgotten to refuse it from acting on it: a false
-/// condition, an unknown media type, and a body that means nothing.
+/// PUT or POST although Allow does not list it. Three parts of the request prevent an effect even if the server does not refuse it: a false
+/// condition, an unknown media type, and a body without meaning.
 void check_refused_methods(Context& context, const Resource& r) {
   if (r.allow.empty() || context.probe.exhausted()) return;
   const char* method = r.allow.count("PUT") == 0 ? "PUT" : r.allow.count("POST") == 0 ? "POST" : nullptr;

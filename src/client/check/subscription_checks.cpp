@@ -26,7 +26,7 @@ bool names_protocol(const Resource& r, std::string_view protocol) {
   return lrt::detail::lower(r.get.reply.fields.joined("Upgrade")).find(protocol) != std::string::npos;
 }
 
-/// What to subscribe to: what says that it can be, Properties before Things before others.
+/// The resource to subscribe to: one that is marked as observable, Properties before Things before others.
 std::vector<const Resource*> candidates(const Context& context, std::string_view protocol) {
   std::vector<const Resource*> all;
   for (const Resource& r : context.resources)
@@ -183,7 +183,7 @@ void check_websocket(Context& context) {
 
 constexpr const char* callback_ids[] = {"callback.delivered", "callback.media-type", "callback.cancel"};
 
-/// Where the server says that the subscription is: Location, Content-Location, or the subject of its description. Empty: it does not say.
+/// The URL of the subscription by the response: Location, Content-Location, or the subject of its description. Empty: there is none.
 std::string subscription_of(const Context& context, const Exchange& exchange) {
   for (const char* name : {"Location", "Content-Location"}) {
     const std::string value = exchange.reply.field(name);

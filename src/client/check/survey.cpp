@@ -39,7 +39,7 @@ void classify(Resource& resource) {
   resource.action = resource.action || graph.contains(rdf::iri(resource.url), vocab::rdf_::type, vocab::hybrit::Action);
   resource.subscription = is_one_of(graph, resource.url, {vocab::hybrit::Subscription});
   const rdf::TermView shape = vocab::sh::NodeShape, type = vocab::rdf_::type;
-  // An Action may describe its input with shapes; that makes it no Blueprint.
+  // An Action may describe its input with shapes. It is not a Blueprint then.
   if (!resource.property && !resource.action) resource.blueprint = resource.blueprint || !graph.match(nullptr, &type, &shape).empty();
   if (resource.property || resource.action || resource.subscriptions || resource.subscription || resource.blueprint) return;
   resource.thing = is_one_of(graph, resource.url, {vocab::hybrit::RoboticThing, Iri("https://hybr-it-projekt.de/ns/hybr-it#LinkedRoboticThing")});

@@ -33,7 +33,7 @@ struct Resource {
   std::vector<std::string> offered_types() const;
 };
 
-/// What the groups of checks share.
+/// The shared state of the groups of checks.
 struct Context {
   const CheckOptions& options;
   Probe& probe;
@@ -56,7 +56,7 @@ std::optional<rdf::Graph> graph_of(const Context& context, const Exchange& excha
 /// Whether both have the same origin.
 bool same_origin(const std::string& a, const std::string& b);
 
-/// Visits the checked URL and what it leads to: links rel=related, triples hybrit: and ldp:, other objects of the same origin.
+/// Visits the checked URL and linked resources: links rel=related, triples hybrit: and ldp:, other objects of the same origin.
 /// @par Errors  as run()
 Result<void> survey(Context& context);
 

@@ -74,7 +74,7 @@ void check_put(Context& context, const std::string& url) {
     if (!condition.empty()) fields.emplace_back("If-Match", condition);
     return fields;
   };
-  // What must be refused first, while the value is still the one that was read.
+  // Requests that must be refused. Sent first, while the value is unchanged.
   const Exchange other_tag = context.probe.ask("PUT", url, with("\"lrt-check\"", type), present.reply.body);
   if (other_tag.reply.status == 412) v.pass("write.if-match", &other_tag);
   else if (other_tag.reply.ok())

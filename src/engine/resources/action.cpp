@@ -244,7 +244,7 @@ void must_have(rdf::Graph& graph, rdf::TermId shape, const rdf::Graph& from, rdf
 
 }  // namespace
 
-/// What it produces besides an output: shapes that properties conform to afterwards. They have no target, because they hold only then.
+/// Its effects: shapes that properties conform to afterwards. They have no target, because they hold only after the action.
 void ActionResource::describe_effects(About& about, const Description& d) const {
   if (!effects.empty()) {
     about.link(vocab::hybrit::produces, d.base + path + "#effect");
@@ -321,7 +321,7 @@ void ActionResource::set_observed(bool observed, ChangeScanner& scanner) {
 }
 
 void ActionResource::path_changed() {
-  if (Result<rdf::Graph> read = read_effects(*spec, path)) effects = *std::move(read);  // the texts were judged before
+  if (Result<rdf::Graph> read = read_effects(*spec, path)) effects = *std::move(read);  // the texts were validated before
   mark_changed();
   for (const auto& i : invocations) i->mark_changed();
 }

@@ -74,7 +74,7 @@ class InvocationResource final : public Resource {
   ClientCounts::Share share;  ///< of its client, until it has ended
 };
 
-/// A command: what it consumes and produces, its binding, its invocations (R1.10, paper 5.4).
+/// An Action: its input, output, binding and invocations (R1.10, paper 5.4).
 class ActionResource final : public Resource {
  public:
   ActionResource(std::string path, ThingNode* thing, std::shared_ptr<model::ActionSpec> s);
@@ -103,7 +103,7 @@ class ActionResource final : public Resource {
   void path_changed() override;
   Iri saved_type() const noexcept override { return vocab::hybrit::Action; }
 
-  /// Takes over what the robot says of its availability.
+  /// Stores the availability that the robot has set.
   /// @return  it has changed
   bool take_availability();
 

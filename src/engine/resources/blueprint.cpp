@@ -123,10 +123,10 @@ void BlueprintResource::overview(Overview& o) const {
 
 void BlueprintResource::for_each_property(FunctionRef<void(PropertyResource&)> visit) const { thing->state.for_each_property(visit); }
 
-/// Names and shapes are resolved against its path, so what was made with them is made again.
+/// Names and shapes are resolved against its path, so that everything derived from them is computed again.
 void BlueprintResource::path_changed() {
   if (Result<rdf::Graph> shapes = read_shapes(*thing->spec, path))
-    if (thing->texts) thing->texts->shapes = *std::move(shapes);  // the texts were judged before
+    if (thing->texts) thing->texts->shapes = *std::move(shapes);  // the texts were validated before
   thing->shapes_moved();
 }
 
@@ -136,7 +136,7 @@ Result<shacl::Shapes> compiled_shapes(ThingNode& thing, std::size_t base, const 
   for (const CompiledShapes& compiled : known)
     if (compiled.base == base) return compiled.shapes;
   Graph graph;
-  const Audience everybody;  // bodies are judged by all that there is
+  const Audience everybody;  // bodies are validated by the complete shapes
   const Description d{graph, engine.bases[base], 1, engine, everybody};
   thing.kind->describe_shapes(d);
   if (is_own) thing.blueprint.describe(d);

@@ -67,7 +67,7 @@ void MemberResource::removed(const Result<void>& result, Ticket ticket, Parts& p
   if (!result) return;
   parts.registry.remove(*this);
   auto& members = its_collection.members_;
-  members.erase(std::find_if(members.begin(), members.end(), [this](const auto& m) { return m.get() == this; }));  // this is gone now
+  members.erase(std::find_if(members.begin(), members.end(), [this](const auto& m) { return m.get() == this; }));  // this object was destroyed
   its_collection.mark_changed();
 }
 
@@ -113,7 +113,7 @@ Outcome CollectionResource::post(Context& context, Parts& parts) {
   if (auto outcome = outcome_of(read)) return *std::move(outcome);
   if (auto response = parts.representations.failed_precondition(context)) return *std::move(response);
   if (members_.size() + creating_ >= spec->max_members)
-    return parts.responses.problem(context, 409, "the collection is full with " + std::to_string(spec->max_members) + " members");
+    return parts.responses.problem(context, 409, "the collection has reached its maximum of " + std::to_string(spec->max_members) + " members");
   const auto ticket = parts.pending.defer(context, parts.options.host_timeout, parts.timed_out(), thing->where(*spec));
   if (!ticket) return parts.responses.overloaded(context);
   const std::string new_id = parts.options.ids->next();
@@ -147,7 +147,7 @@ void CollectionResource::created(const std::string& new_id, rdf::Value value, co
   if (!context) return;
   if (!member)
     return parts.pending.respond(ticket,
-                                 parts.responses.refused(*context, "the collection \"" + path + "\" did not take the member", result.error()));
+                                 parts.responses.refused(*context, "the collection \"" + path + "\" did not accept the member", result.error()));
   const std::string location = parts.responses.iri(*context, member->path);
   http::Response response;
   if (context->wants_representation()) {

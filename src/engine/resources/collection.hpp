@@ -36,7 +36,7 @@ class MemberResource final : public Resource {
   std::string up() const override;
 
   CollectionResource& collection;
-  const std::string member_id;  ///< by which the user's lambdas know it
+  const std::string member_id;  ///< its name for the user's lambdas
   const rdf::Value value;
 
  private:
@@ -65,7 +65,7 @@ class CollectionResource final : public Resource {
   bool is_container() const noexcept override { return true; }
   std::vector<Resource*> members() const override;
 
-  /// The collection goes. Requests that wait for its lambdas get 404.
+  /// The collection is removed. Requests that wait for its lambdas get 404.
   void removed(Parts& parts);
 
   const std::shared_ptr<model::CollectionSpec> spec;
@@ -75,8 +75,8 @@ class CollectionResource final : public Resource {
   void created(const std::string& new_id, rdf::Value value, const Result<void>& result, Ticket ticket, Parts& parts, TimePoint now);
 
   std::vector<std::unique_ptr<MemberResource>> members_;
-  std::size_t creating_ = 0;                              ///< on their way through the create lambda
-  std::map<Ticket, std::shared_ptr<CancelToken>> calls_;  ///< create and remove lambdas under way
+  std::size_t creating_ = 0;                              ///< in the create lambda
+  std::map<Ticket, std::shared_ptr<CancelToken>> calls_;  ///< running create and remove lambdas
 };
 
 /// What every container says of itself: its types, and its members page by page (LDP 5.2, 7.2).

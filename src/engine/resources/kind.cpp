@@ -363,7 +363,7 @@ void KindResource::describe(const Description& d, bool with_targets) const {
       return std::all_of(members.begin(), members.end(), [&](const ThingNode* t) { return has(*t->properties[i]->spec); });
     };
     if (all_have([](const model::PropertySpec& s) { return s.frame != nullptr; })) more.path(frame_predicate(*p.type), 1, 1);
-    // What the Property says of its values, where their shape does not.
+    // The triples of the Property about its values, where their shape has none.
     const Quantity quantity = quantity_of(*p.type, p.facets);
     const bool has_unit_in_shape = has_shape && (p.type->is_number() || p.type->kind == rdf::Type::Kind::record);
     const auto require = [&](Iri what, Iri object) { more.path(what, 0).add(vocab::sh::hasValue, rdf::TermView(object)); };

@@ -91,9 +91,9 @@ class Kinds {
   explicit Kinds(Registry& registry) : registry_(registry) {}
   /// Finds or makes the kind of the Thing.
   void join(ThingNode& thing);
-  /// The last Thing of a kind ends it.
+  /// Removes the kind with its last Thing.
   void leave(ThingNode& thing);
-  /// Ends all kinds, after their Things.
+  /// Removes all kinds, after their Things.
   void clear() noexcept {
     kinds_.clear();
     first_free_.clear();

@@ -140,7 +140,7 @@ Outcome PropertyResource::put(Context& context, Parts& parts) {
   if (!ticket) return parts.responses.overloaded(context);
   if (!writes_) writes_ = std::make_unique<Writes>();
   std::vector<Write>& queue = writes_->queue;
-  if (queue.size() > 64) {  // most of their clients got 503 meanwhile; the first may be under way
+  if (queue.size() > 64) {  // most of their clients already got 503; the first may be running
     const auto is_over = [&](const Write& w) { return !parts.pending.is_pending(w.ticket); };
     queue.erase(std::remove_if(queue.begin() + 1, queue.end(), is_over), queue.end());
   }
@@ -149,8 +149,8 @@ Outcome PropertyResource::put(Context& context, Parts& parts) {
   return Deferred{*ticket};
 }
 
-/// Takes up the first write that has a client. Its preconditions are judged now, so that the second of two writers with the same If-Match
-/// meets what the first has written.
+/// Starts the first write that has a client. Its preconditions are evaluated now, so that the second of two writers with the same If-Match
+/// sees the value of the first.
 void PropertyResource::begin_next_write(Parts& parts, TimePoint now) {
   writes_->writing = false;
   std::vector<Write>& queue = writes_->queue;
@@ -171,7 +171,7 @@ void PropertyResource::begin_next_write(Parts& parts, TimePoint now) {
   writes_ = nullptr;
 }
 
-/// A write that fails inside makes room for the next.
+/// A write ends after an internal error, so that the next one can start.
 template <class Step>
 void PropertyResource::drops_if_thrown(Ticket ticket, Step step) {
   try {
@@ -182,7 +182,7 @@ void PropertyResource::drops_if_thrown(Ticket ticket, Step step) {
   }
 }
 
-/// Judges the first write with the present value, which user code may have to make.
+/// Evaluates the preconditions of the first write with the current value, which user code may have to provide.
 void PropertyResource::judge_after_refresh(Encodings wanted, Parts& parts) {
   const Ticket ticket = writes_->queue.front().ticket;
   parts.values.refresh(*this, wanted, [this, &parts, ref = Ref(*this), ticket, all = wanted.all](const Result<void>& result, TimePoint now) {
@@ -242,7 +242,7 @@ void PropertyResource::end_write(Result<Written> written, Parts& parts, TimePoin
     respond_to(write, std::move(written), parts, now);
   } catch (const std::exception& e) {
     // The client gets 202 or 503 at its time limit.
-    parts.responses.log(LogLevel::error, std::string("a response failed inside: ") + e.what());
+    parts.responses.log(LogLevel::error, std::string("internal error while making a response: ") + e.what());
   }
   begin_next_write(parts, now);
 }

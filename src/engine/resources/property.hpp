@@ -57,7 +57,7 @@ class PropertyResource final : public Resource {
   void mark_changed() override;
   /// Its value is about to be replaced: notifies its observers and those of its Thing's state.
   void mark_changing();
-  /// Its value goes if it is too old.
+  /// Removes its value if that is too old.
   void expire(Utc now);
   void refresh() override {
     if (in_graph) in_graph->graph.refresh();
@@ -68,7 +68,7 @@ class PropertyResource final : public Resource {
 
   /// Its value is in the state, or is read for it. A pushed property promises none before the first publish.
   bool promises_triples() const noexcept { return (spec->read || !value.is_null()) && !only_octets && !spec->file; }
-  /// The registration is final: the resource goes. Requests that wait for a write get 404.
+  /// Called when the resource is removed. Requests that wait for a write get 404.
   void removed(Parts& parts);
 
   const std::shared_ptr<model::PropertySpec> spec;
@@ -82,13 +82,13 @@ class PropertyResource final : public Resource {
   bool is_refreshing() const noexcept { return refresh_state && refresh_state->running; }
   /// The last read of a pulled property failed.
   bool is_failing() const noexcept { return refresh_state && refresh_state->failing; }
-  /// What a value that is published in a graph of a World has besides.
+  /// The further state of a value that is published in a graph of a World.
   struct InGraph {
     Resource& graph;
     std::chrono::milliseconds expires_after{0};  ///< without a new value; zero: never
   };
   std::unique_ptr<const InGraph> in_graph;  ///< nullptr: it belongs to a Thing
-  /// What has the value besides: its graph, or the state of its Thing.
+  /// The other resource with the value: its graph, or the state of its Thing.
   Resource& whole_resource() const;
   std::uint32_t watchers = 0;
   std::uint32_t queues = 0;                      ///< observers with a queue, for which the slot keeps values; PropertyValues'
@@ -100,7 +100,7 @@ class PropertyResource final : public Resource {
     Ticket ticket;
     std::shared_ptr<const rdf::Value> value;  ///< shared with the lambda's call
   };
-  /// What the write lambda has left.
+  /// The result of the write lambda.
   struct Written {
     std::shared_ptr<const void> whole;
   };
@@ -118,9 +118,9 @@ class PropertyResource final : public Resource {
   void drops_if_thrown(Ticket ticket, Step step);
   void drop_write();
 
-  /// The writes that wait, and the first, which may be under way.
+  /// The waiting writes. The first may be running.
   struct Writes {
-    std::vector<Write> queue;  ///< carried out one at a time; the preconditions of each are judged when it begins
+    std::vector<Write> queue;  ///< executed one at a time; the preconditions of each are evaluated when it starts
     bool writing = false;
     std::shared_ptr<CancelToken> token;
   };

@@ -87,7 +87,7 @@ StandingQuery::StandingQuery(std::string its_path, const QueryResource& endpoint
 StandingQuery::~StandingQuery() = default;
 
 Result<std::string> StandingQuery::answer(std::size_t type) const {
-  if (!latest) return unexpected(Errc::failed, "the query has no answer yet");
+  if (!latest) return unexpected(Errc::failed, "the query has no result yet");
   return tells_changes && previous ? latest->changes_since(*previous, sequence) : latest->write(type);
 }
 

@@ -49,7 +49,7 @@ class QueryResource final : public Resource {
   mutable SubscriptionsResource subscriptions_;
 };
 
-/// A query that stands for its subscribers: it is evaluated again when something has changed that it depends on. Its representations are the answer.
+/// A standing query: it is evaluated again when one of its dependencies has changed. Its representations are its result.
 class StandingQuery final : public Resource {
  public:
   StandingQuery(std::string its_path, const QueryResource& endpoint, Queries& owner, std::shared_ptr<const PreparedQuery> query,
@@ -64,7 +64,7 @@ class StandingQuery final : public Resource {
   bool is_rdf_source() const noexcept override { return false; }
   std::string up() const override { return endpoint_.path; }
   bool is_shown_to(const Audience& audience) const override { return audience.view == snapshot->audience.view; }
-  /// Of the latest answer; with `tells_changes`, after the first: what has changed since the one before.
+  /// Of the latest result; with `tells_changes`, after the first: the differences to the previous result.
   Result<std::string> answer(std::size_t type) const override;
   bool has_representation() const noexcept override { return latest != nullptr; }
   bool observable() const noexcept override { return true; }
@@ -75,7 +75,7 @@ class StandingQuery final : public Resource {
   /// It is to be evaluated again.
   void mark_dirty() noexcept { is_dirty = true; }
 
-  /// Observes one resource whose graph may count.
+  /// Observes one resource whose graph may be relevant.
   class Watch final : public Observer {
    public:
     Watch(StandingQuery& owner, Resource& its_resource) : resource(its_resource), owner_(owner) {}
@@ -91,7 +91,7 @@ class StandingQuery final : public Resource {
    private:
     StandingQuery& owner_;
   };
-  /// The resource goes.
+  /// The resource is removed.
   void unwatch(Watch& watch);
 
   struct Waiter {
@@ -104,10 +104,10 @@ class StandingQuery final : public Resource {
   std::string key;  ///< by which equal queries share it; empty: it is for one subscriber alone
   bool tells_changes = false;
   std::chrono::milliseconds interval{0};                              ///< between two evaluations
-  std::vector<Waiter> waiters;                                        ///< requests that subscribe when there is an answer
+  std::vector<Waiter> waiters;                                        ///< requests that subscribe when there is a result
   std::unordered_map<std::uint64_t, std::unique_ptr<Watch>> watches;  ///< by ResourceId
   std::vector<std::uint32_t> predicates;                              ///< of its dependencies, hashed
-  std::uint64_t seen_version = 0;                                     ///< of the snapshot: what was described later may have to be watched
+  std::uint64_t seen_version = 0;                                     ///< of the snapshot: resources described later may have to be observed
   bool is_dirty = true;
   bool is_running = false;
   std::shared_ptr<std::atomic<bool>> cancelled;  ///< of the evaluation that runs

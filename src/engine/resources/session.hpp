@@ -10,7 +10,7 @@
 namespace lrt::engine {
 inline namespace v0 {
 
-/// What is about who sends a request, and not about the robot. It needs a principal and no right, takes no body, and no cache may keep it.
+/// A resource about the caller instead of the robot. It needs a principal and no right, accepts no body, and must not be cached.
 class CallerResource : public Resource {
  public:
   CallerResource(const char* location, security::Sessions& sessions) : Resource(location, nullptr), sessions_(sessions) {}
@@ -25,7 +25,7 @@ class CallerResource : public Resource {
   security::Sessions& sessions_;
 };
 
-/// "/ns/session": GET says who sends the request, POST begins a session (a login), DELETE ends it.
+/// "/ns/session": GET describes the caller, POST starts a session (a login), DELETE ends it.
 class SessionResource final : public CallerResource {
  public:
   static constexpr const char* location = "/ns/session";

@@ -57,13 +57,13 @@ bool SubscriptionResource::is_shown_to(const Audience& asking) const {
 
 Methods SubscriptionResource::methods() const noexcept {
   Methods methods;
-  methods.remove = !feed;  // one client could end it for all who get its messages
+  methods.remove = !feed;  // one client could end it for all receivers of its messages
   return methods;
 }
 
 Outcome SubscriptionResource::remove(Context& context, Parts& parts) {
   if (auto response = parts.representations.failed_precondition(context)) return *std::move(response);
-  return owner_.cancel(context, *this, parts.responses.no_content(context));  // this may be gone now
+  return owner_.cancel(context, *this, parts.responses.no_content(context));  // this object may be destroyed now
 }
 
 void SubscriptionResource::resource_changed() { owner_.changed(*this); }

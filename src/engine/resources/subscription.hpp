@@ -24,7 +24,7 @@ class Subscriptions;
 
 enum class Protocol : std::uint8_t { websocket, callback, event_stream, feed };
 
-/// What a feed says of its subscription (FeedSubscription).
+/// The description of a feed's subscription (FeedSubscription).
 struct FeedProtocol {
   std::string name;
   std::vector<Statement> statements;
@@ -43,7 +43,7 @@ struct SubscriptionRequest {
   bool begins_with_refresh = false;            ///< the first notification waits until the value has been read
   std::string client;                          ///< Caller::client
   std::string known_tag;                       ///< of the representation that the client of an event stream has
-  Audience audience{};                         ///< whose subscription it is
+  Audience audience{};                         ///< the owner of the subscription
   std::shared_ptr<const FeedProtocol> feed{};  ///< of a feed
 };
 
@@ -55,18 +55,18 @@ class SubscriptionResource final : public Resource, public Observer {
 
   Methods methods() const noexcept override;
   security::Right right_to_change() const noexcept override { return security::Right::subscribe; }
-  /// DELETE cancels. With If-Match it is cancelled only if its counters have not moved (R0.11).
+  /// DELETE cancels. With If-Match it is cancelled only if its counters are unchanged (R0.11).
   Outcome remove(Context& context, Parts& parts) override;
   void describe(const Description& d) const override;
   void describe_types(About& about, const Description& d) const override;
-  /// What does not change while it lives: all of Figure 4. The entity tag of the container does not change with a notification.
+  /// Its constant triples: all of Figure 4. The entity tag of the container does not change with a notification.
   void describe_as_member(About& about, const Description& d) const override;
   std::string_view kind() const noexcept override { return "subscription"; }
   void summarize(Overview& o) const override;
   void overview(Overview& o) const override;
   std::uint64_t state(std::uint64_t) const noexcept override { return revision + delivered + backlog.dropped(); }
   std::string up() const override;
-  /// Its creator, and those with Right::manage. One that nobody in particular made is for those who know its path.
+  /// Visible to its creator and to principals with Right::manage. Without a creator, visible to clients that know its path.
   bool is_shown_to(const Audience& asking) const override;
 
   // Observer
@@ -80,7 +80,7 @@ class SubscriptionResource final : public Resource, public Observer {
 
   /// In one word, for overviews.
   std::string_view protocol_name() const noexcept;
-  /// It gets each change, not only the present state.
+  /// It gets each change, not only the current state.
   bool queues() const noexcept override { return backlog.policy().queues(); }
 
   const std::string subscription_id;
@@ -91,15 +91,15 @@ class SubscriptionResource final : public Resource, public Observer {
   const Variant its_variant;
   const std::string url, receiver, secret;  ///< of a callback; receiver: as in subscription::ReadyCallback
   const Utc created;
-  Audience audience;          ///< whose it is; its notifications show what these may see
+  Audience audience;          ///< its owner, whose rights apply to its notifications
   ClientCounts::Share share;  ///< of its client
 
   subscription::Backlog backlog;
   std::string last_tag;  ///< of the representation that was sent last
   std::uint64_t delivered = 0;
   bool marked = false;                              ///< has a queue, and a change that is not in it yet
-  bool failing = false;                             ///< its representation could not be made the last time
-  bool ready_announced = false;                     ///< its channel was named to the transport, which has not got nullopt since
+  bool failing = false;                             ///< its last representation could not be encoded
+  bool ready_announced = false;                     ///< its channel was reported to the transport, which has not received nullopt since
   DeadlineQueue<Channel>::Place next_notification;  ///< when it waits for its minimum interval or for another attempt
 
   // Of a callback.
@@ -108,17 +108,17 @@ class SubscriptionResource final : public Resource, public Observer {
   bool must_confirm = false;   ///< nothing is sent before the receiver has confirmed
   bool has_confirmed;          ///< the receiver has confirmed, perhaps before a restart
   bool confirming = false;     ///< the receiver has been asked, and has not responded yet
-  std::string last_error;      ///< what the subscriber learns
-  std::string logged_error;    ///< in detail, for the operator
-  bool provisional;            ///< not saved yet: nothing is delivered, and it goes if it cannot be saved
-  unsigned cancellations = 0;  ///< requests that wait until it is no longer in the file
+  std::string last_error;      ///< the text for the subscriber
+  std::string logged_error;    ///< the details for the operator
+  bool provisional;            ///< not saved yet: nothing is delivered, and it is removed if it cannot be saved
+  unsigned cancellations = 0;  ///< requests that wait until it is removed from the file
   bool awaits_confirmation() const noexcept { return must_confirm && !has_confirmed; }
   bool is_cancelling() const noexcept { return cancellations != 0; }
-  std::string saved_text;  ///< how it stands in the file; empty: not made yet
+  std::string saved_text;  ///< its text in the file; empty: not created yet
 
   // Of a feed.
   const std::shared_ptr<const FeedProtocol> feed;
-  std::uint64_t told_dropped = 0;  ///< of its dropped changes, those that its messages have told
+  std::uint64_t told_dropped = 0;  ///< the dropped changes that its messages have reported
 
  private:
   Subscriptions& owner_;
@@ -147,7 +147,7 @@ class SubscriptionsResource final : public Resource {
   std::vector<std::unique_ptr<SubscriptionResource>> subscriptions;  ///< oldest first
 };
 
-/// What a POST to the container must say (SPEC 3.5).
+/// The required content of a POST to the container (SPEC 3.5).
 void describe_subscription_shape(rdf::Graph& graph, const std::string& shape, const subscription::SubscriptionOptions& options);
 
 /// Limits of what a subscriber may request.

@@ -114,7 +114,7 @@ struct ThingNode {
 
   /// Its own Blueprint: what it adds to that of its kind, and the shapes that the user gave.
   std::string names_base(const std::string& base) const { return base + blueprint.path; }
-  /// Its own Blueprint says something.
+  /// Its own Blueprint is not empty.
   bool adds_shapes() const;
   /// The Blueprints that it refers to: that of its kind or the external one, and its own if that adds something.
   std::vector<std::string> blueprint_iris(const std::string& base) const;
@@ -126,7 +126,7 @@ struct ThingNode {
   const rdf::Graph& statements() const noexcept;
   /// The shapes that the user gave.
   const rdf::Graph& user_shapes() const noexcept;
-  /// Where the lambdas of one of its resources run.
+  /// The Dispatch of the lambdas of one of its resources.
   Dispatch where(const model::ResourceSpec& resource) const noexcept { return resource.dispatch.value_or(spec->dispatch); }
   /// The name of a shape that is not that of a property or collection of the user: "actions" + "/turn/input", "actions-lrt" + "/turn/input".
   std::string shape_name(std::string name, std::string_view rest = {}) const;
@@ -146,7 +146,7 @@ struct ThingNode {
   StateResource state;
   BlueprintResource blueprint;
   SubscriptionsResource subscriptions;
-  TreeResource tree;  ///< linked where there are Things below
+  TreeResource tree;  ///< linked if there are Things below
   std::vector<std::unique_ptr<PropertyResource>> properties;
   ThinVector<std::unique_ptr<ActionResource>> actions;
   ThinVector<std::unique_ptr<CollectionResource>> collections;

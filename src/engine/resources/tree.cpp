@@ -74,7 +74,7 @@ void TreeResource::add_to(rdf::Type& record, rdf::Value::Sequence& values, const
 }
 
 /// Adds a Thing as one member.
-/// Of one that the audience does not see, the Things below it are added in its place.
+/// If the audience may not see it, the Things below it are added in its place.
 void TreeResource::add_member(rdf::Type& record, rdf::Value::Sequence& values, const ThingNode& member, std::size_t prefix,
                               const Audience& audience) const {
   if (!audience.sees(member.self)) {

@@ -73,7 +73,7 @@ Outcome WorldGraphResource::remove(Context& context, Parts& parts) {
   if (!is_created) return write(context, parts, GraphWrite::Kind::replace);
   if (auto response = parts.representations.failed_precondition(context)) return *std::move(response);
   http::Response response = parts.responses.no_content(context);
-  world.remove_graph(*this, parts);  // this is gone now
+  world.remove_graph(*this, parts);  // this object was destroyed
   return response;
 }
 
@@ -146,7 +146,8 @@ void WorldGraphResource::add_published(const model::PublishedSpec& spec, Parts& 
   made->in_graph = std::make_unique<const PropertyResource::InGraph>(PropertyResource::InGraph{*this, spec.expires_after});
   published_.reserve(published_.size() + 1);
   if (!parts.registry.add(*made)) {
-    parts.responses.log(LogLevel::error, "path \"" + spec.property->location().substr(1) + "\" is taken: what is published there is not shown");
+    parts.responses.log(LogLevel::error,
+                        "path \"" + spec.property->location().substr(1) + "\" is used by another resource: the value published there is not served");
     graph_state->remove_published(*spec.property);
     return;
   }
@@ -175,7 +176,7 @@ void WorldGraphResource::removed(Parts& parts) {
   for (Published& published : std::exchange(published_, {})) remove_published(published, parts);
 }
 
-// What it says.
+// Its triples.
 
 void WorldGraphResource::describe(const Description& d) const {
   add_placed(d.graph, *version_.graph, d.base);
@@ -204,7 +205,7 @@ void WorldGraphResource::summarize(Overview& o) const {
   o.number("triples", version_.graph->size());
 }
 
-/// Its state has a number, and so no representation is written out to compare tags. What is published has its own after a point.
+/// The tag is a number of the state, so that no representation is encoded to compare tags. Published values have a second number after a point.
 std::string WorldGraphResource::entity_tag(std::string_view media_type, const std::string& base, const Audience& audience, bool for_write) const {
   std::string state = base + " " + path + " " + epoch_ + " " + std::to_string(version_.revision);
   if (audience.is_restricted() && audience.principal) state += " " + audience.principal->name;
@@ -330,9 +331,10 @@ Outcome WorldResource::post(Context& context, Parts& parts) {
 Outcome WorldResource::make_graph(Context& context, Parts& parts, const std::string& at) {
   if (at.empty()) return parts.responses.problem(context, 409, "a graph of this World needs a name below \"" + path + "\"");
   if (const auto& view = context.audience.view; view && !view->at(at).has(security::Right::write))
-    return parts.responses.denied(context, http::Denial::right, 403, "these credentials do not allow to make a graph there");
+    return parts.responses.denied(context, http::Denial::right, 403, "these credentials do not allow creating a graph at this path");
   if (created_ >= spec.options.max_created)
-    return parts.responses.problem(context, 409, "the World is full with " + std::to_string(spec.options.max_created) + " graphs of clients");
+    return parts.responses.problem(context, 409,
+                                   "the World has reached its maximum of " + std::to_string(spec.options.max_created) + " graphs of clients");
   if (!context.judged) {
     auto made = parts.bodies.graph_task(context, GraphState::like(*spec.created, at));
     if (auto* response = std::get_if<http::Response>(&made)) return std::move(*response);
@@ -346,7 +348,8 @@ Outcome WorldResource::make_graph(Context& context, Parts& parts, const std::str
   auto graph = std::make_unique<WorldGraphResource>(*this, std::get<Body>(judged).made_graph, true);
   WorldGraphResource& added = *graph;
   graphs_.reserve(graphs_.size() + 1);
-  if (!parts.registry.add(added)) return parts.responses.problem(context, 409, "the path \"" + added.path + "\" has been taken meanwhile");
+  if (!parts.registry.add(added))
+    return parts.responses.problem(context, 409, "the path \"" + added.path + "\" was taken by another resource in the meantime");
   graphs_.push_back(std::move(graph));
   ++created_;
   added.attach(parts);

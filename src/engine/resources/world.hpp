@@ -16,8 +16,8 @@ inline namespace v0 {
 
 class WorldResource;
 
-/// A named graph of a World. Its representations are its triples and those of the values that are published in it, and no others: what it is, its World
-/// says.
+/// A named graph of a World. Its representations are its triples and those of the values that are published in it. Its World describes
+/// the graph itself.
 class WorldGraphResource final : public Resource {
  public:
   /// @param is_created  a client has made it, and may remove it
@@ -29,7 +29,7 @@ class WorldGraphResource final : public Resource {
   /// Adds the triples of the body (SPARQL 1.1 Graph Store Protocol 5.5).
   Outcome post(Context& context, Parts& parts) override;
   Outcome patch(Context& context, Parts& parts) override;
-  /// A graph of the integrator's is empty afterwards, one of a client is gone.
+  /// A graph of the integrator is emptied, a graph of a client is removed.
   Outcome remove(Context& context, Parts& parts) override;
   Input input(const EngineOptions& options) const override;
   bool is_up_to_date() const noexcept override { return true; }
@@ -59,9 +59,9 @@ class WorldGraphResource final : public Resource {
   /// The same without what is published.
   const std::shared_ptr<const rdf::Graph>& stored() const noexcept { return version_.graph; }
 
-  /// It is registered: changes by code arrive from here on.
+  /// Called after its registration: changes by code arrive from now on.
   void attach(Parts& parts);
-  /// It goes.
+  /// Called before its removal.
   void removed(Parts& parts);
 
   WorldResource& world;
@@ -74,7 +74,7 @@ class WorldGraphResource final : public Resource {
     std::string predicate, object;
   };
   Outcome write(Context& context, Parts& parts, model::GraphWrite::Kind kind);
-  /// Takes over what other threads have changed.
+  /// Applies the changes of other threads.
   void take_changes(Parts& parts);
   bool take_published(Parts& parts);
   void add_published(const model::PublishedSpec& spec, Parts& parts);
@@ -85,7 +85,7 @@ class WorldGraphResource final : public Resource {
   std::string epoch_;  ///< of entity tags: another one after a restart
   std::vector<Published> published_;
   const Clock* clock_ = nullptr;                                                                  ///< set by attach()
-  std::shared_ptr<std::atomic<bool>> changes_wait_ = std::make_shared<std::atomic<bool>>(false);  ///< a message for take_changes() is on its way
+  std::shared_ptr<std::atomic<bool>> changes_wait_ = std::make_shared<std::atomic<bool>>(false);  ///< a message for take_changes() is queued
   mutable std::shared_ptr<const rdf::Graph> whole_;                                               ///< graph(), with the revision that it had
   mutable std::uint64_t whole_revision_ = 0;
 };
@@ -111,7 +111,7 @@ class AllGraphsResource final : public Resource {
   WorldResource& world_;
 };
 
-/// Stands for graphs that are not there yet: a PUT or POST makes one.
+/// A placeholder for graphs that do not exist yet: a PUT or POST creates one.
 class NewGraphResource final : public Resource {
  public:
   NewGraphResource(WorldResource& its_world, std::string its_path);

@@ -10,7 +10,7 @@ namespace lrt::rdf {
 inline namespace v0 {
 namespace {
 
-/// Refuses what Raptor passes and no writer could write again: relative or illegal IRIs, odd language tags.
+/// Refuses terms that Raptor accepts but no writer could write: relative or invalid IRIs, invalid language tags.
 Result<Graph> checked(Result<Graph> graph) {
   if (!graph) return graph;
   for (std::uint32_t i = 0; i < graph->term_count(); ++i) {

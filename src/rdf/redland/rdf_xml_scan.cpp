@@ -26,7 +26,7 @@ std::string_view attribute_value(std::string_view text, std::size_t behind_name,
   return text.substr(from, end == npos ? npos : end - from);
 }
 
-/// Judges tags: how many, how deep, with what attributes. Everything else is libxml2's.
+/// Checks the number, depth and attributes of tags. libxml2 checks everything else.
 class TagScanner {
  public:
   TagScanner(std::string_view text, const ReadOptions& options) : text_(text), options_(options) {}
@@ -46,7 +46,7 @@ class TagScanner {
   }
 
  private:
-  /// To the end of the text if there is no such end: libxml2 will say so.
+  /// To the end of the text if the end is missing: libxml2 reports that error.
   void skip_behind(std::string_view end, std::size_t length) {
     const std::size_t found = text_.find(end, at_ + length);
     at_ = found == npos ? text_.size() : found + end.size();
@@ -73,7 +73,7 @@ class TagScanner {
     for (;;) {
       if (!count_name()) return exceeds("names of ", options_.max_bytes, " bytes when written out");
       at_ = text_.find_first_not_of(spaces, at_);
-      if (at_ == npos) return misread(text_, text_.size(), "tag without an end");
+      if (at_ == npos) return misread(text_, text_.size(), "unterminated tag");
       if (text_[at_] == '>') return ++at_, Result<void>();
       if (text_.substr(at_, 2) == "/>") {
         --depth_;

@@ -15,12 +15,12 @@ inline constexpr std::size_t max_elements_deep = 256;
 inline constexpr std::size_t max_attributes = 256;
 /// More namespace declarations in a document are refused.
 inline constexpr std::size_t max_namespaces = 1000;
-/// A document may have so many elements for each triple that it may have: those of an XML literal make none, and take as long.
+/// The number of elements allowed per triple of the limit: elements of an XML literal yield no triple, but take the same time.
 inline constexpr std::size_t elements_per_triple = 3;
 /// A base (xml:base) with more "." and ".." segments is refused: Raptor resolves them anew for each IRI.
 inline constexpr std::size_t max_base_dots = 32;
 
-/// Judges an RDF/XML document before libxml2 and Raptor see it: UTF-8 only, no document type declaration (so no entities, of
+/// Checks an RDF/XML document before libxml2 and Raptor read it: UTF-8 only, no document type declaration (so no entities, of
 /// its own or from elsewhere), no language tag that Raptor reads beyond its end, tags well-formed, and the limits above. Those
 /// of IRIs and of bytes hold here for namespace names, for the attributes base, about, resource and datatype, and for names:
 /// what a namespace of more than 256 bytes adds to a name counts to ReadOptions::max_bytes.

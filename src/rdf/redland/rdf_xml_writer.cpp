@@ -9,7 +9,7 @@
 #include "src/rdf/n_triples.hpp"
 #include "src/rdf/redland/redland.hpp"
 
-// RDF/XML is written by Raptor. It does not notice what XML cannot carry, so that is judged before, and its text is read back.
+// RDF/XML is written by Raptor. It does not detect terms that XML cannot represent, so they are checked first, and its output is read back.
 
 namespace lrt::rdf {
 inline namespace v0 {

@@ -73,7 +73,7 @@ class World {
 
   raptor_world* get() const noexcept { return world_; }
 
-  /// Forgets the last document's messages and names.
+  /// Clears the last document's messages and names.
   void begin(raptor_parser* parser) noexcept {
     parser_ = parser;
     failed_ = false;
@@ -99,7 +99,7 @@ class World {
   }
 
  private:
-  /// Keeps the first error of a document. Warnings are Raptor's opinion.
+  /// Keeps the first error of a document. Warnings are ignored.
   static void on_log(void* self, raptor_log_message* message) noexcept {
     auto& world = *static_cast<World*>(self);
     if (message->level < RAPTOR_LOG_LEVEL_ERROR || world.failed_) return;
@@ -170,7 +170,7 @@ class Lease {
   explicit operator bool() const noexcept { return world_ != nullptr; }
   Unexpected refusal() const {
     if (call_) return unexpected(Errc::unsupported_syntax, "RDF/XML: libraptor2 cannot be loaded");
-    return unexpected(Errc::closed, "the process ends");  // libxml2 may have freed what its parsers need
+    return unexpected(Errc::closed, "the process is exiting");  // libxml2 may have freed what its parsers need
   }
 
  private:

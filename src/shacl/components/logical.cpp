@@ -115,12 +115,12 @@ class Or final : public Several {
     }
     return text + (shapes_.size() > max_shown ? ", ..." : "");
   }
-  /// What is wrong with the value by each alternative.
+  /// The violations of each alternative.
   std::string reasons(Run& run, Node node) const {
     std::string text;
     for (std::size_t i = 0; i < shapes_.size() && i < max_shown; ++i) {
       const std::string reason = run.reason(node, shapes_[i]);
-      const bool excludes_value = reason.rfind("expected no value", 0) == 0;  // of no use to a client that gave one
+      const bool excludes_value = reason.rfind("expected no value", 0) == 0;  // not useful for a client that sent a value
       if (!reason.empty() && !excludes_value) text += (text.empty() ? "" : "; or ") + reason;
     }
     if (text.empty()) text = "expected what conforms to one of " + std::to_string(shapes_.size()) + " shapes, found " + shown(run.term(node));

@@ -46,7 +46,7 @@ class Range : public Constraint {
   }
 
  private:
-  /// What is expected of a value that has no order with the bound.
+  /// The expectation for a value that cannot be compared with the bound.
   std::string unordered(const Plan& plan, const Scene& scene, const rdf::TermView& found) const {
     if (is_number(found)) return "a finite number";  // NaN
     const std::string words = expectation(plan, scene.shape.id);

@@ -4,7 +4,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#include <utility>  // before Boost.Asio 1.74, which forgets it in C++20
+#include <utility>  // before Boost.Asio 1.74, which does not include it in C++20
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/posix/basic_stream_descriptor.hpp>
@@ -33,13 +33,13 @@ class DescriptorWatch final : public std::enable_shared_from_this<DescriptorWatc
     boost::system::error_code error;
     if (own < 0 || descriptor_.assign(own, error)) {
       if (own >= 0) ::close(own);
-      return unexpected(Errc::io_error, "the io_context takes no descriptor to wait for");
+      return unexpected(Errc::io_error, "the io_context did not accept the descriptor");
     }
     wait();
     return {};
   }
 
-  /// No turn begins after this; one may be under way. The io_context has no work of ours any more.
+  /// No turn begins after this; one may be running. The io_context has no more work of lrt.
   void end() {
     const std::lock_guard lock(mutex_);
     ended_ = true;
@@ -102,7 +102,7 @@ class HostLoopTransport final : public Transport {
   std::chrono::milliseconds poll(std::chrono::microseconds budget, std::chrono::milliseconds wait) override { return http_->poll(budget, wait); }
   int descriptor() noexcept override { return http_->descriptor(); }
   std::shared_ptr<Waker> waker() const noexcept override { return http_->waker(); }
-  /// A turn on another thread may still be under way afterwards; it does nothing.
+  /// A turn on another thread may still be running afterwards; it has no effect.
   void stop() override {
     if (watch_) watch_->end();
     http_->stop();
@@ -132,7 +132,7 @@ class HostLoopTransport final : public Transport {
 };
 
 Result<void> HostLoopTransport::start(engine::Handler& handler) {
-  if (!turn_) return unexpected(Errc::invalid_option, "the transport lives on a loop of the host's: TransportOptions::turn says what to do there");
+  if (!turn_) return unexpected(Errc::invalid_option, "the transport runs on the host's event loop: set TransportOptions::turn");
   if (auto started = http_->start(handler); !started) return started;
   end_watch();
   watch_ = std::make_shared<DescriptorWatch>(io_, turn_, log_);

@@ -39,7 +39,7 @@ class Addresses {
     std::string address_;
   };
 
-  /// nullopt: the address has as many as it may.
+  /// nullopt: the address has reached its limit.
   /// @param address  numeric
   std::optional<Place> take(const std::string& address) {
     const std::string client = client_key(address);

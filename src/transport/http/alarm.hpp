@@ -29,14 +29,14 @@ class Alarm final : public Watched {
   }
 
   /// Expires at `due`, or earlier if it is set to an earlier instant: that costs less than setting it whenever the instant moves away.
-  /// @param due  by a clock of which `now` is the present; it stands for the machine's time until then
+  /// @param due  by the clock that `now` belongs to; the difference is used as a time of the machine
   void set(Instant due, Instant now) noexcept {
     if (!expired_ && due_ > now && due_ <= due) return;
     const auto left = std::clamp<std::chrono::nanoseconds>(due - now, std::chrono::nanoseconds(1), std::chrono::hours(1));
     write(left);
     due_ = due;
   }
-  /// Nothing is due: makes the descriptor unreadable.
+  /// Cancels the alarm: makes the descriptor unreadable.
   void clear() noexcept {
     if (!expired_) return;
     write(std::chrono::nanoseconds(0));

@@ -20,7 +20,7 @@ namespace {
 /// Only pages that have been written to use memory.
 constexpr std::size_t min_capacity = 16 * 1024;
 
-/// Of bytes that were given away.
+/// Of bytes that were moved out.
 struct Mapping {
   Mapping() = default;
   ~Mapping() {

@@ -127,7 +127,7 @@ ChunkDecoder::Status ChunkDecoder::feed(std::string_view& input, BodyBuffer& bod
   }
 }
 
-/// Completes line_, or says with false that there is no whole line: `status` is then more or bad.
+/// Completes line_. False: the line is incomplete, and `status` is more or bad.
 bool ChunkDecoder::take_line(std::string_view& input, Status& status) {
   const auto end = input.find('\n');
   const auto part = input.substr(0, end);
@@ -159,7 +159,7 @@ ChunkDecoder::Status ChunkDecoder::size_line() {
   }
   if (digits == 0) return fail("a chunk size does not begin with a hexadecimal digit");
   const auto extension = std::string_view(line_).substr(digits);
-  if (!is_extension(extension)) return fail("a chunk size is followed by something that is no chunk extension");
+  if (!is_extension(extension)) return fail("a chunk size is followed by text that is not a chunk extension");
   overhead_left_ -= std::min(overhead_left_, extension.size());
   line_.clear();
   return Status::more;

@@ -12,9 +12,9 @@ namespace lrt::transport {
 inline namespace v0 {
 namespace {
 
-/// A client that does not read costs so much, or one message.
+/// The limit of buffered bytes for a client that does not read; at least one message.
 constexpr std::size_t max_bytes_at_once = 16 * 1024;
-/// Of a client that may have more messages, before the others have theirs.
+/// Messages of one client before other clients have their turn.
 constexpr int turns_at_once = 8;
 /// Bytes that the system accepts for a channel beyond the client's window. Without this limit it accepts megabytes: a client that
 /// reads slowly would get values of minutes ago, and one that does not read would occupy that memory.

@@ -21,7 +21,7 @@ class Client : public Watched, public Linked<TurnTag>, public std::enable_shared
  public:
   virtual ~Client() = default;
 
-  /// How many messages of its channel it takes now; 0: none, or it has no channel.
+  /// How many messages of its channel it accepts now; 0: none, or it has no channel.
   std::size_t max_messages() const noexcept { return channel_ ? room_for_messages() : 0; }
   std::optional<engine::Channel> channel() const noexcept { return channel_; }
   /// Sends messages of its channel, at most max_messages().
@@ -32,7 +32,7 @@ class Client : public Watched, public Linked<TurnTag>, public std::enable_shared
   /// When messages were sent last, as the number of that turn; 0: never.
   std::uint64_t last_turn() const noexcept { return last_turn_; }
 
-  /// The server stops: ends what can end now.
+  /// The server stops: closes what can be closed now.
   virtual void begin_stop(TimePoint now) = 0;
   /// True while stop() should wait for a response or for the client's half of a closing handshake.
   virtual bool is_busy() const noexcept = 0;
@@ -51,19 +51,19 @@ class Client : public Watched, public Linked<TurnTag>, public std::enable_shared
   void join();
   /// Leaves it; deleted later.
   void leave();
-  /// Gives its place in the loop's list to `next`.
+  /// Replaces this by `next` in the loop's list.
   void make_way(std::shared_ptr<Client> next);
 
-  /// From now on push() is called when the handler has something for the channel.
+  /// From now on push() is called when the handler has messages for the channel.
   void open_channel(engine::Channel channel, const Socket& socket);
   void close_channel() noexcept;
-  /// Sends what the handler has for the channel, as long as the client takes it and for one turn.
+  /// Sends the handler's messages for the channel, while the client accepts them and for one turn.
   void push_some(TimePoint now);
 
   /// More than 0: the channel is open, and everything before has been sent.
   virtual std::size_t room_for_messages() const noexcept = 0;
   virtual void send_messages(engine::Push* pushes, std::size_t count, TimePoint now) = 0;
-  /// Follows the present state: what the loop should wait for, and whether the connection ends.
+  /// Updates the events to wait for, and closes a finished connection.
   virtual void update(TimePoint now) = 0;
 
   Loop& loop_;

@@ -17,7 +17,7 @@ namespace {
 
 /// Reads of one turn: a fast sender must not delay the others.
 constexpr int reads_per_turn = 4;
-/// Of a connection whose input is much.
+/// Bytes per turn of a connection with much input.
 constexpr int large_reads_per_turn = 1;
 /// Pipelined responses of one turn. A client that has sent a hundred requests gets the others after the requests of others.
 constexpr int writes_per_turn = 4;
@@ -67,7 +67,7 @@ void Connection::leave_reserve(TimePoint now) {
 }
 
 void Connection::reply(engine::Reply reply, TimePoint now) {
-  ticket_ = 0;  // the caller took it out of the loop's table
+  ticket_ = 0;  // the caller removed it from the loop's table
   session_.reply(std::move(reply), now);
   write_and_update(now);
 }
@@ -82,7 +82,7 @@ void Connection::give_up(TimePoint now) {
   loop_.tickets.erase(ticket_);
   ticket_ = 0;
   session_.abandon();
-  session_.refuse(503, "the server stops", now);
+  session_.refuse(503, "the server is stopping", now);
   write(now);
 }
 
@@ -119,7 +119,7 @@ void Connection::upgrade(TimePoint now) {
   try {
     next = std::make_shared<WebSocket>(loop_, std::move(upgrade), now);
   } catch (const std::exception& e) {
-    loop_.log(LogLevel::warning, std::string("a connection is dropped: no WebSocket: ") + e.what());
+    loop_.log(LogLevel::warning, std::string("a connection is closed: the WebSocket could not be opened: ") + e.what());
     loop_.context.handler->closed(opened);
     return close();
   }
@@ -192,7 +192,7 @@ void Connection::read(bool broken) {
 }
 
 ssize_t Connection::receive(char* to, std::size_t size) {
-  // After close_notify the bytes that still come are only discarded.
+  // Bytes after close_notify are discarded.
   if (!tls_ || half_closed_) return ::recv(socket_.descriptor(), to, size, 0);
   const bool was_open = tls_->is_open();
   const auto got = tls_->receive(to, size);
@@ -207,7 +207,7 @@ void Connection::on_tls_failure(TimePoint now) {
     http::Response response;
     response.status = 400;
     response.fields.add("Content-Type", "text/plain");
-    response.set_body("This port speaks HTTPS: the URL begins with https://\n");
+    response.set_body("This port serves HTTPS: use a URL that begins with https://\n");
     session_.refuse(std::move(response), now);
     write(now);
   } else if (tls_->is_open()) {
@@ -252,7 +252,7 @@ void Connection::write(TimePoint now) {
     const auto sent = send(socket_, tls_.get(), parts);
     if (sent < 0) {
       if (errno == EINTR) continue;
-      if (errno == EINPROGRESS && tls_) return;  // on_ready() goes on
+      if (errno == EINPROGRESS && tls_) return;  // on_ready() continues
       if (errno != EAGAIN && errno != EWOULDBLOCK) return close();
       blocked_ = true;
       return;
@@ -271,7 +271,7 @@ void Connection::write_later() {
 
 // --------------------------------------------------------------------------------------------------------------- waiting
 
-/// A reserved connection is given back when its response has left.
+/// A reserved connection is released when its response was sent.
 void Connection::update_reserve() {
   const auto phase = session_.phase();
   if (phase == Session::Phase::idle || phase == Session::Phase::header || phase == Session::Phase::body) {
@@ -287,7 +287,7 @@ void Connection::update_reserve() {
   ++loop_.refused;
 }
 
-/// Follows the phase of the session.
+/// Acts on the phase of the session.
 void Connection::update(TimePoint now) {
   if (closed_) return;
   if (reserved_) update_reserve();
@@ -337,7 +337,7 @@ void Connection::watch() {
   const bool wanted = wants_input();
   if (wanted && tls_ && tls_->has_more() && !half_closed_) read_later();
   if (loop_.readiness.watch(socket_, *this, (wanted ? EPOLLIN : 0U) | (blocked_ ? EPOLLOUT : 0U))) return;
-  loop_.log(LogLevel::warning, "a connection is dropped: the system cannot watch more");
+  loop_.log(LogLevel::warning, "a connection is closed: the system cannot poll another descriptor");
   close();
 }
 

@@ -26,10 +26,10 @@ class Connection final : public Client, public Deadlines::Entry, public Linked<I
 
   /// Begins to read.
   void open(TimePoint now);
-  /// Responds with 503 to whatever the client sends.
+  /// Responds with 503 to any request.
   void open_refused(TimePoint now);
   /// Beyond the limit: serves one request that stops the robot, and refuses others.
-  /// @param scarce  its descriptor is needed again: it does not linger
+  /// @param scarce  its descriptor is needed soon: it is closed without lingering
   void open_reserved(TimePoint now, bool scarce);
   /// Refuses the client of a reserved connection whose request is not complete.
   void leave_reserve(TimePoint now);
@@ -76,7 +76,7 @@ class Connection final : public Client, public Deadlines::Entry, public Linked<I
   Addresses::Place place_;
   std::uint32_t epoch_ = 0;
   std::uint64_t ticket_ = 0;  ///< that loop_.tickets has for this connection; 0: none
-  bool blocked_ = false;      ///< the socket takes no more for now
+  bool blocked_ = false;      ///< the socket is not writable now
   bool writes_later_ = false;
   bool reads_later_ = false;
   bool half_closed_ = false;

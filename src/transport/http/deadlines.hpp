@@ -30,7 +30,7 @@ class Deadlines {
   /// Base of an object that has at most one deadline at a time.
   class Entry : public Linked<Tag> {
    public:
-    /// Its time has come.
+    /// Called at the deadline.
     virtual void expire(TimePoint now) = 0;
 
    protected:
@@ -50,7 +50,7 @@ class Deadlines {
 
   void clear(Entry& entry) noexcept { entry.unlink(); }
 
-  /// Removes and returns one whose time has come; nullptr: there is none.
+  /// Removes and returns an entry that is due; nullptr: there is none.
   Entry* expired(Instant now) noexcept {
     for (auto& kind : kinds_) {
       if (kind.empty() || kind.front().due_ > now) continue;

@@ -96,13 +96,13 @@ class HttpTransport final : public Transport {
   WakeSignal wake_signal_;
   Alarm alarm_;
   Listener listener_;
-  bool left_ = false;                        ///< the budget ended before what the handler has
+  bool left_ = false;                        ///< the budget ended before all output of the handler was delivered
   bool descriptor_used_ = false;             ///< the host may sleep on descriptor()
   std::atomic<std::size_t> connections_{0};  ///< at the end of the last turn
 };
 
 Result<void> HttpTransport::start(engine::Handler& handler) {
-  if (started()) return unexpected(Errc::invalid_option, "the transport was started already");
+  if (started()) return unexpected(Errc::invalid_option, "the transport is already started");
   if (loop_.options.tls) {
     if (auto loaded = reload_tls(); !loaded) return loaded;
   }
@@ -138,7 +138,7 @@ void HttpTransport::alarm_now() noexcept {
 }
 
 Result<void> HttpTransport::reload_tls() {
-  if (!loop_.options.tls) return unexpected(Errc::invalid_option, "the port speaks plain HTTP: there is no TLS to reload");
+  if (!loop_.options.tls) return unexpected(Errc::invalid_option, "the port serves plain HTTP: there are no TLS files to reload");
   return loop_.tls.load(*loop_.options.tls);
 }
 
@@ -164,7 +164,7 @@ milliseconds HttpTransport::poll(std::chrono::microseconds budget, milliseconds 
   return due ? until(*due, now.steady) : milliseconds::max();
 }
 
-/// How long to wait. The alarm ends the wait for something that is due between two milliseconds.
+/// The time to wait. The alarm ends the wait for a deadline between two milliseconds.
 milliseconds HttpTransport::prepare_wait(milliseconds wait) {
   if (wait <= milliseconds(0)) return milliseconds(0);
   const auto now = loop_.clock.now().steady;
@@ -185,8 +185,8 @@ void HttpTransport::set_alarm(bool left, std::optional<Deadlines::Instant> due) 
   else alarm_.clear();
 }
 
-/// Delivers what the handler has. It is called in each poll while a ticket or channel is open, because requests and messages of others may have
-/// changed something; else at its deadline and after a wake-up.
+/// Delivers the handler's output. It is called in each poll while a ticket or channel is open, because requests and messages of others may have
+/// changed it; otherwise at its deadline and after a wake-up.
 void HttpTransport::deliver(TimePoint now) {
   if (!wake_signal_.woken && !left_ && loop_.tickets.empty() && loop_.channels.empty()) {
     const auto due = loop_.context.handler->next_deadline();
@@ -215,12 +215,12 @@ void HttpTransport::deliver_replies(TimePoint now) {
   }
 }
 
-/// The clients take turns, in one order over all calls: if the budget ends a call, the next goes on where it ended. At least one client is served,
-/// even if the replies have used the budget up.
+/// Clients are served round-robin over all calls: if the budget ends a call, the next call continues there. At least one client is served,
+/// even if the replies have used up the budget.
 void HttpTransport::deliver_pushes(TimePoint now) {
   auto& handler = *loop_.context.handler;
   enqueue_ready(now);
-  // Taken out: the end of a stream may make way for a WebSocket, which then asks for its first message.
+  // Moved out: after the end of a stream a WebSocket may start and request its first message.
   PushRound round = std::exchange(loop_.pushes, {});
   while (!loop_.turns.empty()) {
     round.clear();
@@ -228,7 +228,7 @@ void HttpTransport::deliver_pushes(TimePoint now) {
     while (!loop_.turns.empty() && round.clients.size() < clients) {
       Client& client = loop_.turns.front();
       static_cast<Linked<TurnTag>&>(client).unlink();
-      if (client.max_messages() > 0) round.add(client);  // else it asks again when it can
+      if (client.max_messages() > 0) round.add(client);  // otherwise it requests a message again later
     }
     handler.take_pushes(round.requests, round.pushes, now);
     engine::Push* next = round.pushes.data();
@@ -246,7 +246,7 @@ void HttpTransport::deliver_pushes(TimePoint now) {
   left_ = left_ || !loop_.turns.empty();
 }
 
-/// Urgent ones first. Of the others that have become ready together, who was served longest ago: the handler names them in an order of its own, in
+/// Urgent ones first. Then the client that was served longest ago: the handler reports them in its own order, in
 /// which the last would miss most values when not all are served before the next value.
 void HttpTransport::enqueue_ready(TimePoint now) {
   loop_.ready.clear();

@@ -4,7 +4,7 @@
 namespace lrt::transport {
 inline namespace v0 {
 
-/// Base of what has a place in a List with this Tag; leaves it when it is destroyed.
+/// Base of the elements of a List with this Tag. The destructor removes the element.
 template <class Tag>
 class Linked {
  public:
@@ -30,7 +30,7 @@ class Linked {
   Linked* next_ = nullptr;
 };
 
-/// An order of things that live elsewhere, each in at most one List with this Tag. T derives from Linked<Tag>. Nothing here allocates.
+/// An intrusive list. Each element is in at most one List with this Tag. T derives from Linked<Tag>. No function allocates.
 template <class T, class Tag>
 class List {
  public:

@@ -151,7 +151,7 @@ void Listener::on_ready(std::uint32_t) {
         return pause(std::strerror(EMFILE));
       case ENOBUFS:
       case ENOMEM: return pause(std::strerror(errno));
-      default: break;  // the client has gone, or its network had an error (accept(2))
+      default: break;  // the client has disconnected, or its network had an error (accept(2))
     }
   }
   loop_.readiness.later(*this);
@@ -169,7 +169,7 @@ void Listener::admit(int descriptor, std::string peer, bool scarce) {
   if (full && !reserves && (scarce || loop_.refused >= max_refused)) return refuse_at_once(descriptor, secure);
   Socket socket(descriptor);
   std::unique_ptr<TlsStream> tls;
-  if (secure && !(tls = loop_.tls.make(descriptor))) return loop_.log(LogLevel::warning, "a connection is dropped: no memory for TLS");
+  if (secure && !(tls = loop_.tls.make(descriptor))) return loop_.log(LogLevel::warning, "a connection is closed: no memory for TLS");
   if (full) place.reset();
   const auto connection =
       std::make_shared<Connection>(loop_, std::move(socket), std::move(peer), std::move(place).value_or(Addresses::Place()), std::move(tls));
@@ -204,7 +204,7 @@ bool Listener::close_idle() {
   for (int tried = 0; tried < max_tried && !loop_.idle.empty(); ++tried) {
     auto& longest = loop_.idle.front();
     longest.read_pending();
-    if (loop_.clients.size() < before) return true;  // it was gone
+    if (loop_.clients.size() < before) return true;  // it was closed before
     if (longest.is_idle() && &loop_.idle.front() == &longest) {
       longest.close();
       return true;

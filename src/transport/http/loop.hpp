@@ -32,11 +32,11 @@ using IdleOrder = List<Connection, IdleTag>;
 /// Connections beyond the limit whose request is not complete, the one that has waited for longest first.
 struct ReservedTag;
 using ReservedOrder = List<Connection, ReservedTag>;
-/// Clients for whose channel the handler may have more, after the others have had their turn.
+/// Clients whose channel may have more messages, after the others have had their turn.
 struct TurnTag;
 using TurnOrder = List<Client, TurnTag>;
 
-/// What some clients get at once. Kept, so that a round allocates nothing.
+/// The messages for some clients. Kept, so that a round does not allocate.
 struct PushRound {
   /// @pre Client::max_messages() is more than 0
   void add(Client& client);
@@ -53,7 +53,7 @@ struct PushRound {
 /// Clients over the limit that get a full 503 and linger, at one time; those beyond are closed at once.
 constexpr std::size_t max_refused = 64;
 
-/// What the connections of one transport share. One thread.
+/// The shared state of the connections of one transport. One thread.
 struct Loop {
   explicit Loop(TransportOptions given)
       : options(std::move(given)),

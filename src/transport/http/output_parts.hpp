@@ -13,7 +13,7 @@ inline namespace v0 {
 class OutputParts {
  public:
   bool empty() const noexcept { return count_ == 0; }
-  /// There is room for so many parts.
+  /// The number of free parts.
   std::size_t room() const noexcept { return max_parts - count_; }
   /// @pre room() > 0
   void add(std::string_view bytes) noexcept {
@@ -25,7 +25,7 @@ class OutputParts {
  private:
   static constexpr std::size_t max_parts = 64;
   std::size_t count_ = 0;
-  iovec parts_[max_parts];  // those that are not used are not set: this is made for each call
+  iovec parts_[max_parts];  // unused elements are not initialised, because this is created for each call
 };
 
 }  // namespace v0

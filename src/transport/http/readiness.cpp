@@ -95,7 +95,7 @@ bool Readiness::serve(int wait) {
   }
 }
 
-/// What is left of it. False when the budget ended it.
+/// The rest of a round. False when the budget ended it.
 bool Readiness::serve_round() {
   while (next_ < count_) {
     const auto& event = events_[static_cast<std::size_t>(next_++)];

@@ -23,7 +23,7 @@ struct LaterTag;
 /// Base of an object that is called when its descriptor is ready.
 class Watched : public Linked<LaterTag> {
  public:
-  /// @param events  of epoll_wait(2). They may be outdated: only system calls show the present state.
+  /// @param events  of epoll_wait(2). They may be outdated: only system calls show the current state.
   virtual void on_ready(std::uint32_t events) = 0;
   /// Follows a call of Readiness::later().
   virtual void go_on() {}
@@ -38,7 +38,7 @@ class Watched : public Linked<LaterTag> {
 ///
 /// It serves in rounds, each over as many calls as its budgets need: first the descriptors that are ready when the round begins, then, for
 /// `turns_time` and at least one step, those that called later(), in that order. So a descriptor that is always ready cannot delay the others, and
-/// what is new is served before the rest of what takes many steps, however many descriptors have that.
+/// new events are served before the rest of long work, for any number of descriptors.
 class Readiness {
  public:
   bool open();
@@ -49,9 +49,9 @@ class Readiness {
   int descriptor() const noexcept { return set_.descriptor(); }
 
   /// Watched::on_ready() follows whenever one of `events` is there, or an error. Replaces the Watched and the events of before.
-  /// Returns false if the system cannot watch more.
+  /// Returns false if the system cannot poll another descriptor.
   bool watch(Socket& socket, Watched& by, std::uint32_t events) noexcept;
-  /// For a descriptor that is not ours; once.
+  /// Polls a descriptor that lrt does not own. Once.
   bool add(int descriptor, Watched& by, std::uint32_t events) noexcept;
   /// Closes the socket. An event that was fetched before may still be delivered.
   void close(Socket& socket) noexcept;
@@ -63,16 +63,16 @@ class Readiness {
   void later(Watched& watched) noexcept {
     if (!watched.is_linked()) later_.push_back(watched);
   }
-  /// serve() would find something to do without a system call.
+  /// serve() has work without a system call.
   bool has_left() const noexcept { return next_ < count_ || !later_.empty(); }
 
   /// Waits until a descriptor is ready, then serves until none is. Returns false if the budget ended that.
   /// @param wait  milliseconds; 0: one system call if none is ready
   bool serve(int wait);
 
-  /// Deletes a closed client when no event can point to it and none of its functions is under way.
+  /// Deletes a closed client when no event can point to it and none of its functions is running.
   void defer_delete(std::shared_ptr<Client> client);
-  /// To be called when none is under way.
+  /// Must be called when none is running.
   void delete_deferred() noexcept;
   /// The same, and drops the events that the budget left over of this round: epoll will report them again.
   void drop() noexcept;
@@ -84,9 +84,9 @@ class Readiness {
   }
   /// Whether the budget that set_budget() gave is used up.
   bool is_over() noexcept;
-  /// What of the budget is not used.
+  /// The rest of the budget.
   std::chrono::microseconds budget_left() const noexcept;
-  /// How many steps of that time the budget allows still; at least 1.
+  /// How many steps of that time the budget still allows; at least 1.
   std::size_t steps_left(std::chrono::microseconds step, std::size_t max) noexcept;
 
  private:

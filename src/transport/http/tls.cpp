@@ -20,7 +20,7 @@ namespace lrt::transport {
 inline namespace v0 {
 namespace {
 
-/// A connection is closed when more than this is owed to a client that does not read.
+/// The limit of unsent bytes for a client that does not read. Above it the connection is closed.
 constexpr std::size_t max_owed = 128 * 1024;
 /// Bytes of one TLS record.
 constexpr std::size_t record_bytes = 16 * 1024;
@@ -35,7 +35,7 @@ std::string last_error(const std::string& fallback) {
 
 }  // namespace
 
-/// What OpenSSL reads from and writes to. Reading goes to the socket; writing never does, see TlsStream.
+/// The BIO of OpenSSL. It reads from the socket, and writes to memory only, see TlsStream.
 struct TlsBio {
   static TlsStream& owner(BIO* bio) { return *static_cast<TlsStream*>(BIO_get_data(bio)); }
 
@@ -53,7 +53,7 @@ struct TlsBio {
     if (got == 0) stream.input_ended_ = true;
     stream.drained_ = got < size;
     if (got > 0 && !std::exchange(stream.begun_, true)) {
-      // A handshake begins with byte 22 (RFC 8446 5.1), a request with a letter, or an empty line that is forgiven (RFC 9112 2.2).
+      // A handshake begins with byte 22 (RFC 8446 5.1), a request with a letter or an empty line, which is ignored (RFC 9112 2.2).
       const char first = *to;
       stream.plain_ = (first >= 'A' && first <= 'Z') || (first >= 'a' && first <= 'z') || first == '\r' || first == '\n';
       if (stream.plain_) return -1;
@@ -110,7 +110,7 @@ TlsStream::TlsStream(ssl_ctx_st* context, int descriptor, std::string& scratch) 
 
 TlsStream::~TlsStream() = default;
 
-/// What failed, as errno. OpenSSL's list of errors belongs to the thread, which is the host's: it is left empty.
+/// The error as errno. OpenSSL's error queue belongs to the host's thread, and is therefore left empty.
 ssize_t TlsStream::fail(int result) noexcept {
   const int why = SSL_get_error(ssl_.get(), result);
   ERR_clear_error();
@@ -162,7 +162,7 @@ ssize_t TlsStream::send(const iovec* parts, std::size_t count) {
     good = flush_scratch();
   }
   if (!good) return failed_ = true, errno = EPIPE, -1;
-  // A part of the ciphertext counts as a part of the text, so that it shows that the client reads; the last byte is kept back for the end.
+  // Sent ciphertext is reported as sent text, to show that the client reads. The last byte is reported at the end.
   const std::size_t sent = out_.empty() ? encrypted_ : std::min(before - out_.size(), encrypted_ > 0 ? encrypted_ - 1 : 0);
   encrypted_ -= sent;
   if (sent == 0) return errno = EAGAIN, -1;
@@ -252,7 +252,7 @@ std::string TlsStream::client_certificate() const {
 
 namespace {
 
-/// Only http/1.1 is spoken here. A client that offers nothing else than h2 would speak that; it gets the alert no_application_protocol
+/// Only http/1.1 is supported. A client that offers only h2 gets the alert no_application_protocol
 /// (RFC 7301 3.2).
 int choose_protocol(SSL*, const unsigned char** chosen, unsigned char* size, const unsigned char* offered, unsigned offered_size, void*) {
   static constexpr std::string_view ours = "http/1.1";
@@ -290,7 +290,7 @@ Result<std::shared_ptr<ssl_ctx_st>> make_context(const TlsOptions& tls) {
   const auto failed = [](const char* what, const std::string& path, const std::string& reason) {
     return unexpected(Errc::io_error, std::string(what) + " \"" + path + "\": " + reason);
   };
-  // The first error says what, the last only which part of OpenSSL met it.
+  // The first error names the reason, the last one only the part of OpenSSL that reported it.
   const auto pem_error = [](const char* expected) {
     std::string first;
     bool no_pem = false;
@@ -310,7 +310,7 @@ Result<std::shared_ptr<ssl_ctx_st>> make_context(const TlsOptions& tls) {
   };
   ERR_clear_error();
   const ThirdPartyCall call;
-  if (!call) return unexpected(Errc::closed, "the process ends");
+  if (!call) return unexpected(Errc::closed, "the process is exiting");
   std::shared_ptr<ssl_ctx_st> made(SSL_CTX_new(TLS_server_method()), [](ssl_ctx_st* context) {
     if (const ThirdPartyCall in_time; in_time) SSL_CTX_free(context);
   });

@@ -22,7 +22,7 @@ inline namespace v0 {
 
 /// The server's side of TLS on one socket that does not block, to be used in place of recv() and sendmsg().
 ///
-/// It stands on memory: what OpenSSL writes is collected and sent by one send(), what the socket does not take waits here (at most
+/// OpenSSL writes to memory. Its output is collected and sent by one send(). The rest waits in a buffer (at most
 /// `chunk_bytes` of a message). No call of OpenSSL waits for the socket, so none must be repeated with the same arguments.
 ///
 /// @par Implements  R0.2
@@ -56,7 +56,7 @@ class TlsStream {
   bool has_more() const noexcept { return more_; }
   /// There is ciphertext that the socket has not taken.
   bool owes() const noexcept { return !out_.empty(); }
-  /// The client has begun something, a handshake or a record, that is not complete.
+  /// The client has sent part of a handshake or a record.
   bool is_under_way() const noexcept;
   /// Subject of the verified certificate of the client (RFC 2253); empty: it showed none.
   std::string client_certificate() const;
@@ -85,7 +85,7 @@ class TlsStream {
   bool ended_ = false;
 };
 
-/// The certificates that the streams of one transport are made with; replaced as a whole.
+/// The TLS context for the streams of one transport. It is replaced as a whole.
 ///
 /// @par Threads  make(): one thread. load(): any.
 class TlsContext {
@@ -97,7 +97,7 @@ class TlsContext {
   std::unique_ptr<TlsStream> make(int descriptor);
 
  private:
-  std::mutex loading_;  ///< the last call wins
+  std::mutex loading_;  ///< the last call takes effect
   std::mutex mutex_;    ///< guards context_
   std::shared_ptr<ssl_ctx_st> context_;
   std::string scratch_;

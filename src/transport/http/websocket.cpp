@@ -120,8 +120,8 @@ ssize_t WebSocket::receive(char* to, std::size_t size) {
   return tls_ ? tls_->receive(to, size) : ::recv(socket_.descriptor(), to, size, 0);
 }
 
-/// Gives the handler the messages received, and the client the replies to each before the next. This goes on while the client does not read:
-/// it costs no memory here, and a message may change what is sent.
+/// Passes received messages to the handler, and sends the replies to each before the next. This continues while the client does not read:
+/// it needs no memory, and a message may change the output.
 void WebSocket::take_messages(TimePoint now) {
   while (is_speaking()) {
     auto message = frames_.next();
@@ -160,7 +160,7 @@ void WebSocket::discard() {
     if (got < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) return;
     if (got <= 0) return close();
     discarded_ += static_cast<std::size_t>(got);
-    if (discarded_ >= loop_.options.limits.max_linger_bytes) return update(loop_.clock.now());  // TCP holds the client back until the time is over
+    if (discarded_ >= loop_.options.limits.max_linger_bytes) return update(loop_.clock.now());  // TCP flow control stops the client
     if (static_cast<std::size_t>(got) < scratch.size()) return;
   }
 }
@@ -180,7 +180,7 @@ void WebSocket::add_output(OutputParts& parts) const noexcept {
   else frames_.add_output(parts);
 }
 
-/// Sends the output and follows the state of the frames. Returns true if nothing is left of it and the connection is open.
+/// Sends the output and updates the phase. Returns true if all of it was sent and the connection is open.
 bool WebSocket::write(TimePoint now) {
   if (phase_ > Phase::closing) return false;
   if (!blocked_) send_all(now);
@@ -274,7 +274,7 @@ void WebSocket::enter_closing(TimePoint now) {
   loop_.deadlines.set(life_, Deadlines::closing, now.steady + loop_.options.limits.close_timeout);
 }
 
-/// RFC 6455 7.1.1: the server is the first to end the connection, and waits for the client to notice.
+/// RFC 6455 7.1.1: the server closes the TCP connection first, and waits for the client to close its side.
 void WebSocket::linger() {
   phase_ = Phase::lingering;
   loop_.deadlines.clear(progress_);
@@ -323,7 +323,7 @@ void WebSocket::update(TimePoint) {
   if (phase_ == Phase::closed) return;
   const bool wanted = phase_ == Phase::lingering ? discarded_ < loop_.options.limits.max_linger_bytes : is_speaking() && frames_.wants_input();
   if (loop_.readiness.watch(socket_, *this, (wanted ? EPOLLIN : 0U) | (blocked_ && phase_ != Phase::lingering ? EPOLLOUT : 0U))) return;
-  loop_.log(LogLevel::warning, "a WebSocket is dropped: the system cannot watch more");
+  loop_.log(LogLevel::warning, "a WebSocket is closed: the system cannot poll another descriptor");
   close();
 }
 

@@ -22,7 +22,7 @@ inline namespace v0 {
 
 /// A client after its opening handshake: WebSocketFrames on the socket that was a Connection's.
 ///
-/// The frames speak RFC 6455; this has the socket, the order of reads and writes, and all times, which are Deadlines by the clock of the
+/// WebSocketFrames implements RFC 6455. This class owns the socket, orders reads and writes, and sets all deadlines by the clock of the
 /// options. A message costs one sendmsg, and no epoll_ctl as long as the client reads.
 ///
 /// @par Implements  R0.12, R0.14, RFC 6455
@@ -51,7 +51,7 @@ class WebSocket final : public Client {
   enum class Phase : unsigned char {
     opening,  ///< the 101 is being sent
     open,
-    closing,    ///< the client's half of the closing handshake is awaited; limits.close_timeout from here to the end
+    closing,    ///< waiting for the client's half of the closing handshake; limits.close_timeout until the end
     lingering,  ///< half-closed: the client should close the connection
     closed,
   };

@@ -34,7 +34,7 @@ std::string peer_of(lws* wsi) {
   return text;
 }
 
-http::Refusal pipelined() { return {503, "a request with a body, or for another protocol, is not taken before the response to the one before it"}; }
+http::Refusal pipelined() { return {503, "a request with a body or an Upgrade field is not accepted before the response to the previous request"}; }
 
 std::int64_t to_microseconds(std::chrono::milliseconds time) { return std::chrono::microseconds(time).count(); }
 
@@ -70,7 +70,7 @@ int Connection::on_request() {
   if (framing_.chunked) return refuse({411, "Transfer-Encoding: found \"chunked\", expected Content-Length"});
   if (framing_.length > limits.max_body_bytes) return refuse_size(limits.max_body_bytes);
   if (framing_.length > 0 && is_pipelined()) return refuse(pipelined());
-  // libwebsockets takes what follows POST, PUT and PATCH without Content-Length for a body that has no end.
+  // Without Content-Length, libwebsockets treats all bytes after POST, PUT and PATCH as a body without end.
   const bool delimited =
       request.find("Content-Length").has_value() || (request.method != "POST" && request.method != "PUT" && request.method != "PATCH");
   reusable_ = !only_stops_ && !dying_ && delimited && framing_.keep_alive && requests_ < limits.max_requests_per_connection;
@@ -83,7 +83,7 @@ int Connection::on_request() {
   return framing_.length == 0 ? dispatch() : receive_body();
 }
 
-/// A body that is not wanted is discarded if it is short and on its way; else the connection ends with the response.
+/// The body of a refused request is discarded if it is short and was announced; otherwise the connection ends with the response.
 int Connection::receive_body() {
   auto verdict = vhost_.handler().judge_header(incoming_.request, framing_.length, vhost_.now());
   if (verdict.response && (verdict.response->close || framing_.expects_continue || framing_.length > max_discarded_body_bytes)) {
@@ -106,15 +106,15 @@ int Connection::receive_body() {
   return 0;
 }
 
-/// Whether the request may have arrived before the response to the one before had left. libwebsockets 4.1 has it in a buffer then, and
-/// takes its header section for the beginning of its body. It does not say which connection has something in its buffer.
+/// Whether the request may have arrived before the previous response was sent. libwebsockets 4.1 then has it in a buffer, and
+/// treats its header section as the beginning of its body. It does not show which connections have buffered input.
 bool Connection::is_pipelined() const { return requests_ > 1 && lws_service_adjust_timeout(lws_get_context(wsi_), 1, 0) == 0; }
 
 int Connection::on_body(std::string_view part) {
   if (phase_ != Phase::reading) return 0;  // of a request that has its response already, and whose connection ends
   if (part.size() > framing_.length - body_.size() - discarded_body_bytes_) return -1;
   if (refusal_ || ignores_body_) discarded_body_bytes_ += part.size();
-  else if (!body_.append(part)) return refuse({503, "the bodies of other requests need the memory; try again later"}, "1");
+  else if (!body_.append(part)) return refuse({503, "the memory for request bodies is in use by other requests; try again later"}, "1");
   return 0;
 }
 
@@ -147,12 +147,12 @@ int Connection::dispatch() {
   }
   if (auto* const upgraded = std::get_if<engine::Upgraded>(&outcome)) {
     vhost_.handler().closed(upgraded->channel);
-    return refuse({500, "what is no WebSocket handshake was to become a WebSocket"});
+    return refuse({500, "the response opens a WebSocket, but the request is not a WebSocket handshake"});
   }
   return respond(std::get<http::Response>(std::move(outcome)));
 }
 
-/// Of the handler's decision there is nothing to be waited for here: libwebsockets goes on with the handshake when this returns.
+/// The handler's decision cannot be deferred here: libwebsockets continues the handshake when this returns.
 int Connection::on_upgrade() {
   if (phase_ != Phase::idle || lws_hdr_total_length(wsi_, WSI_TOKEN_UPGRADE) <= 0) return -1;  // libwebsockets has refused it
   auto& request = incoming_.request;
@@ -173,7 +173,7 @@ int Connection::on_upgrade() {
   if (auto* const response = std::get_if<http::Response>(&outcome)) return respond(std::move(*response));
   if (auto* const streamed = std::get_if<engine::Streamed>(&outcome)) {
     vhost_.handler().closed(streamed->channel);
-    return refuse({500, "a WebSocket handshake was to become an event stream"});
+    return refuse({500, "the response opens an event stream, but the request is a WebSocket handshake"});
   }
   websocket_ = std::make_unique<WebSocket>(vhost_, *this, wsi_);
   if (auto* const upgraded = std::get_if<engine::Upgraded>(&outcome)) {
@@ -316,11 +316,11 @@ int Connection::finish() {
   return lws_http_transaction_completed(wsi_) != 0 ? -1 : 0;
 }
 
-/// What the client sends now, its end too, is for later. While a response is open libwebsockets does not read, and returns from every wait
-/// if something is there to be read.
+/// Later input of the client, also its end, is read afterwards. While a response is open libwebsockets does not read, and returns from every wait
+/// if input is pending.
 void Connection::stop_reading() { lws_rx_flow_control(wsi_, 0); }
 
-/// A client that does not read is dropped. What it takes gives it new time. Without reading, libwebsockets does not write either.
+/// A client that does not read is disconnected. Each successful write restarts the time. libwebsockets does not write without reading.
 void Connection::wait_for_writable() {
   lws_rx_flow_control(wsi_, 1);
   lws_set_timeout(wsi_, PENDING_TIMEOUT_USER_OK, to_seconds(vhost_.options().limits.write_timeout));

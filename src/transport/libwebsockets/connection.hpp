@@ -34,7 +34,7 @@ class Connection {
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
 
-  // What libwebsockets reports.
+  // Events of libwebsockets.
   int on_request();
   int on_body(std::string_view part);
   int on_body_end();
@@ -42,12 +42,12 @@ class Connection {
   int on_timer();
   int on_upgrade();
   WebSocket* websocket() noexcept { return websocket_.get(); }
-  /// The handler hears that the client is gone.
+  /// Reports the disconnected client to the handler.
   void end() noexcept;
 
-  // What the handler has.
+  // Output of the handler.
   void reply(engine::Reply reply);
-  /// The channel has something.
+  /// The channel has a message.
   void push();
 
   void begin_stop();
@@ -60,7 +60,7 @@ class Connection {
   bool serves_only_stops() const noexcept { return only_stops_; }
   /// Another client needs its place: ends it soon. A stop that arrives before that is served, and another request refused.
   void give_way() noexcept;
-  /// Ends it soon, without a word.
+  /// Closes it soon, without a response.
   void kill() noexcept;
   bool is_dying() const noexcept { return dying_; }
   const std::string& peer() const noexcept { return peer_; }

@@ -60,7 +60,7 @@ Result<void> check_tls(const std::optional<TlsOptions>& tls) {
   return libwebsockets::check_tls_files(*tls);
 }
 
-/// What both kinds have: a vhost, and a waker that outlives it.
+/// The common part of both transports: a vhost, and a waker that outlives it.
 class VhostTransport : public Transport {
  public:
   explicit VhostTransport(TransportOptions options) : options_(std::move(options)), vhost_(std::make_shared<Vhost>(options_, waker_)) {}
@@ -69,7 +69,7 @@ class VhostTransport : public Transport {
   std::uint16_t port() const noexcept override { return vhost_->port(); }
   std::optional<std::size_t> connections() const noexcept override { return connections_.load(std::memory_order_relaxed); }
   Result<void> reload_tls() override {
-    if (!options_.tls) return unexpected(Errc::invalid_option, "the port speaks plain HTTP: there is no TLS to reload");
+    if (!options_.tls) return unexpected(Errc::invalid_option, "the port serves plain HTTP: there are no TLS files to reload");
     if (auto checked = check_tls(options_.tls); !checked) return checked;
     reload_ = true;
     waker_->wake();
@@ -80,7 +80,7 @@ class VhostTransport : public Transport {
   bool is_open() const noexcept { return vhost_->is_open(); }
   TimePoint now() const noexcept { return vhost_->now(); }
   std::optional<SteadyClock::time_point> next_deadline() const { return vhost_->handler().next_deadline(); }
-  /// For the next start(): libwebsockets may still have the one that was.
+  /// For the next start(): libwebsockets may still use the previous one.
   void renew() { vhost_ = std::make_shared<Vhost>(options_, waker_); }
   void count_connections() noexcept { connections_.store(vhost_->connection_count(), std::memory_order_relaxed); }
   /// At the beginning of a turn, so that the next client gets the new certificate.
@@ -97,7 +97,7 @@ class VhostTransport : public Transport {
   std::atomic<std::size_t> connections_{0};  ///< at the end of the last turn
 };
 
-/// On a context of its own, which is there from start() to stop().
+/// On its own context, which exists from start() to stop().
 class OwnContext final : public VhostTransport {
  public:
   using VhostTransport::VhostTransport;
@@ -125,7 +125,7 @@ class OwnContext final : public VhostTransport {
 };
 
 Result<void> OwnContext::start(engine::Handler& handler) {
-  if (is_open()) return unexpected(Errc::invalid_option, "the transport was started already");
+  if (is_open()) return unexpected(Errc::invalid_option, "the transport is already started");
   if (auto checked = check_tls(options_.tls); !checked) return checked;
   log_.emplace(options_.log);
   const auto& limits = options_.limits;
@@ -178,7 +178,7 @@ milliseconds OwnContext::poll(std::chrono::microseconds budget, milliseconds wai
     if (vhost_->events() == events) relieve();
     if (wait > milliseconds(0)) pause_after_nothing(events);
     wait = milliseconds(0);
-    if ((!vhost_->deliver() && vhost_->events() == events) || SteadyClock::now() >= end) break;  // what was given is written in the next round
+    if ((!vhost_->deliver() && vhost_->events() == events) || SteadyClock::now() >= end) break;  // the delivered output is written in the next round
   }
   count_connections();
   auto rest = vhost_->has_connections() ? timer_period : max_wait;
@@ -187,7 +187,7 @@ milliseconds OwnContext::poll(std::chrono::microseconds budget, milliseconds wai
   return vhost_->has_more() ? milliseconds(0) : rest;
 }
 
-/// A client that sends while it does not take its response makes libwebsockets return from every wait: that is not to cost all of a processor.
+/// A client that sends without reading its response makes libwebsockets return from every wait. This limits the CPU time of that.
 void OwnContext::pause_after_nothing(std::size_t events) {
   if (vhost_->events() != events) empty_rounds_ = 0;
   else if (++empty_rounds_ > max_empty_rounds) std::this_thread::sleep_for(milliseconds(1));
@@ -241,10 +241,9 @@ class HostContext final : public VhostTransport {
 };
 
 Result<void> HostContext::start(engine::Handler& handler) {
-  if (is_open()) return unexpected(Errc::invalid_option, "the transport was started already");
+  if (is_open()) return unexpected(Errc::invalid_option, "the transport is already started");
   if (context_ == nullptr) return unexpected(Errc::invalid_option, "the transport needs an lws_context");
-  if (!options_.turn)
-    return unexpected(Errc::invalid_option, "the transport lives on a loop of the host's: TransportOptions::turn says what to do there");
+  if (!options_.turn) return unexpected(Errc::invalid_option, "the transport runs on the host's event loop: set TransportOptions::turn");
   if (auto checked = check_tls(options_.tls); !checked) return checked;
   auto opened = Vhost::open(vhost_, context_, handler, [this] { request_turn(); });
   if (opened) request_turn();
@@ -252,7 +251,7 @@ Result<void> HostContext::start(engine::Handler& handler) {
   return opened;
 }
 
-/// The host serves: this gives what there is, and sets the time of the next turn.
+/// The host calls lws_service(): this delivers the pending output and sets the time of the next turn.
 milliseconds HostContext::poll(std::chrono::microseconds, milliseconds) {
   if (!is_open()) return milliseconds::max();
   reload_if_requested();

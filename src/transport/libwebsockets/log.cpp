@@ -23,11 +23,11 @@ struct Targets {
 };
 
 Targets& targets() {
-  static auto* const all = new Targets;  // a thread may log while the process ends
+  static auto* const all = new Targets;  // a thread may log while the process exits
   return *all;
 }
 
-/// A client can cause most of them: none is an error of the robot's.
+/// A client can cause most of them, so that none is logged as an error.
 void emit(int level, const char* line) noexcept {
   try {
     std::shared_ptr<const LogCallback> log;

@@ -17,7 +17,7 @@ Result<void> load_tls(ssl_ctx_st* context, const transport::TlsOptions& options)
 /// Loads the files once, for what libwebsockets only logs.
 /// @par Errors  io_error: a file, with the reason
 Result<void> check_tls_files(const transport::TlsOptions& options);
-/// What libwebsockets leaves to its user: TLS 1.2 or later with forward secrecy, and whose certificates clients may have. False: it failed.
+/// Settings that libwebsockets does not make: TLS 1.2 or later with forward secrecy, and the authorities of clients. False: it failed.
 bool set_up_tls(ssl_ctx_st* context, const transport::TlsOptions& options);
 /// Subject of the client's verified certificate (RFC 2253); empty: it showed none.
 std::string client_subject(ssl_st* ssl);

@@ -119,7 +119,7 @@ Result<void> Vhost::listen(lws_context* context, bool is_v6) {
   const auto port = vhost_ != nullptr ? static_cast<std::uint16_t>(lws_get_vhost_listen_port(vhost_)) : std::uint16_t{0};
   if (port == 0 || check_address(options_.address, port, ignored))
     return unexpected(Errc::io_error, "libwebsockets cannot listen on " + options_.address + ", port " + std::to_string(options_.port));
-  if (!watch_waker()) return unexpected(Errc::io_error, "libwebsockets takes no event descriptor to wake the transport with");
+  if (!watch_waker()) return unexpected(Errc::io_error, "libwebsockets did not accept the event descriptor that wakes the transport");
   return {};
 }
 
@@ -138,7 +138,7 @@ void Vhost::close() {
   on_event_ = {};
 }
 
-/// libwebsockets 4.1 leaves to its user to close the connections, also that which listens, and frees the vhost when the last is gone.
+/// With libwebsockets 4.1 the user must close all connections, also the listening one. The vhost is freed with the last one.
 void Vhost::destroy() {
   if (vhost_ == nullptr) return;
   for (auto* const connection : connections_) connection->kill();
@@ -153,7 +153,7 @@ std::uint16_t Vhost::port() const noexcept {
   return vhost_ != nullptr && is_open() ? static_cast<std::uint16_t>(lws_get_vhost_listen_port(vhost_)) : std::uint16_t{0};
 }
 
-/// Unlike lws_tls_cert_updated() this reads the authorities of clients, too, and says what is wrong.
+/// Unlike lws_tls_cert_updated() this also reads the authorities of clients, and reports the reason of an error.
 void Vhost::reload_tls() {
   if (auto loaded = load_tls(ssl_context_, *options_.tls); !loaded && options_.log) options_.log(LogLevel::error, loaded.error().message);
 }
@@ -220,7 +220,7 @@ unsigned char* Vhost::scratch(std::size_t size) {
 // ----------------------------------------------------------------------------------------------------- from libwebsockets
 
 int Vhost::on_lws(lws* wsi, lws_callback_reasons reason, void* user, void* in, std::size_t size) noexcept {
-  // Returned is whether to refuse; `size` says whether OpenSSL takes the certificate for valid.
+  // Returns whether to refuse; `size` states whether OpenSSL accepted the certificate.
   if (reason == LWS_CALLBACK_OPENSSL_PERFORM_CLIENT_CERT_VERIFICATION) return size != 0 ? 0 : 1;
   if (reason == LWS_CALLBACK_PROTOCOL_INIT || reason == LWS_CALLBACK_PROTOCOL_DESTROY) return 0;  // the latter comes after on_freed()
   Vhost* const vhost = owner_of(wsi);
@@ -343,7 +343,7 @@ int Vhost::filter(int descriptor) {
   return full && !next_is_reserved_ ? -1 : 0;
 }
 
-/// Whether one more connection may serve a stop. If as many do as may, the one that has waited for its request for longest ends.
+/// Whether one more connection may serve a stop. At the limit, the connection that has waited longest for its request is closed.
 bool Vhost::make_reserve() {
   std::size_t reserved = 0;
   Connection* oldest = nullptr;

@@ -46,7 +46,7 @@ class Vhost {
   Vhost& operator=(const Vhost&) = delete;
 
   /// Listens, as a vhost of `context`. `self` is kept until libwebsockets frees the vhost.
-  /// @param on_event  called after each event that the handler may have something to give after; may be empty
+  /// @param on_event  called after each event after which the handler may have output; may be empty
   static Result<void> open(const std::shared_ptr<Vhost>& self, lws_context* context, engine::Handler& handler, std::function<void()> on_event);
   /// No handler from here on; open tickets are abandoned, channels closed.
   void close();
@@ -55,13 +55,13 @@ class Vhost {
   /// After close(): the caller has destroyed the context, and the vhost with it.
   void forget() { self_.reset(); }
 
-  /// Gives to the connections what the handler has for them, a few at a time. True if something was given.
+  /// Delivers the handler's output to the connections, a few at a time. True if something was delivered.
   bool deliver();
-  /// deliver() stopped before the handler had nothing more.
+  /// deliver() stopped before all output was delivered.
   bool has_more() const noexcept { return has_more_; }
   /// No new connections; every response is the last one of its connection, WebSockets begin to close.
   void begin_stop();
-  /// Responses or closing handshakes are under way.
+  /// Responses or closing handshakes are in progress.
   bool is_busy() const noexcept;
   /// Loads the certificate and its key again.
   void reload_tls();

@@ -132,7 +132,7 @@ void WebSocket::close_later(std::uint16_t code, std::string reason) {
 
 void WebSocket::push() {
   if (!open_ || std::exchange(pending_, true)) return;
-  // A client that does not read is dropped. Each message that it has taken gives it new time.
+  // A client that does not read is disconnected. Each sent message restarts the time.
   lws_set_timeout(wsi_, PENDING_TIMEOUT_USER_OK, to_seconds(vhost_.options().limits.write_timeout));
   lws_callback_on_writable(wsi_);
 }

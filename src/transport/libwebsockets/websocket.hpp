@@ -35,7 +35,7 @@ class WebSocket {
   /// The deferred decision is a refusal.
   void refuse(const http::Response& response);
 
-  // What libwebsockets reports.
+  // Events of libwebsockets.
   int add_fields(lws_process_html_args& to);
   int on_open();
   int on_received(const char* bytes, std::size_t size);
@@ -44,7 +44,7 @@ class WebSocket {
   /// The connection is over.
   void end() noexcept;
 
-  /// The channel has something.
+  /// The channel has a message.
   void push();
   /// Closes with 1001.
   void begin_stop();

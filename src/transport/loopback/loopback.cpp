@@ -104,7 +104,7 @@ void Loopback::Impl::begin(StreamId id, engine::Reply reply) {
   stream.ticket.reset();
   if (reply.channel && reply.response.status == 101) {
     handler->closed(*reply.channel);
-    reply = {{}, problem(500, "there are no WebSockets here")};
+    reply = {{}, problem(500, "the loopback transport does not support WebSockets")};
   }
   if (!reply.channel) {
     const auto respond = std::move(stream.client.response);
@@ -202,7 +202,7 @@ void Loopback::Impl::give_up() {
   }
   for (auto& [ticket, done] : std::exchange(tickets, {})) {
     stopped->abandon(engine::Ticket{ticket});
-    done({{}, problem(503, "the server stops")});
+    done({{}, problem(503, "the server is stopping")});
   }
 }
 
@@ -213,7 +213,7 @@ Loopback::~Loopback() {
 }
 
 Result<void> Loopback::start(engine::Handler& handler) {
-  if (impl_->handler) return unexpected(Errc::invalid_option, "the transport was started already");
+  if (impl_->handler) return unexpected(Errc::invalid_option, "the transport is already started");
   impl_->handler = &handler;
   return {};
 }
@@ -247,7 +247,7 @@ void Loopback::submit(const http::Request& request, std::function<void(http::Res
       [this, done = std::move(done)](engine::Reply reply) {
         if (!reply.channel) return done(std::move(reply.response));
         impl_->handler->closed(*reply.channel);
-        done(problem(500, "there are no WebSockets and event streams here"));
+        done(problem(500, "the loopback transport does not support WebSockets and event streams"));
       },
       nullptr);
 }

@@ -20,7 +20,7 @@ struct BlueprintOptions {
   bool for_people = false;
 };
 
-/// What a shape says, with the shapes that it refers to.
+/// The triples of a shape, with the shapes that it refers to.
 Graph reachable(const client::Shape& shape) {
   Graph result;
   const Graph& graph = shape.graph;

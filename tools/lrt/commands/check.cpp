@@ -20,7 +20,7 @@ struct CheckOptions {
 Result<int> check(Session& session, CheckOptions& options) {
   if (!options.words.empty()) session.use_robot(options.words.front());
   const std::string url = session.options().robot;
-  if (url.empty()) return unexpected(Errc::invalid_option, "which server? Give its URL, --robot, or set LRT_ROBOT");
+  if (url.empty()) return unexpected(Errc::invalid_option, "no server is given: use its URL, --robot URL, or set LRT_ROBOT");
   conformance::CheckOptions how;
   Result<client::Options> client = session.client_options();
   if (!client) return unexpected(std::move(client).error());
@@ -64,8 +64,8 @@ Result<int> check(Session& session, CheckOptions& options) {
 void add_check(CommandLine& line) {
   auto options = std::make_shared<CheckOptions>();
   CLI::App* const command =
-      line.add("check", "Tell whether a server is a Linked Robotic Thing, requirement by requirement",
-               "Nothing is written or invoked but what is named. Exit status: 0 fulfilled; 1 not; 2 usage; 3 no response. Examples:\n"
+      line.add("check", "Check whether a server is a Linked Robotic Thing, requirement by requirement",
+               "Only the named resources are written or invoked. Exit status: 0 fulfilled; 1 not fulfilled; 2 usage; 3 no response. Examples:\n"
                "  lrt check http://127.0.0.1:8080/baxter/right_s1\n"
                "  lrt check URL --write URL/friction --invoke URL/actions/rotate input.ttl\n"
                "  lrt check URL --format earl > report.ttl",
@@ -76,7 +76,7 @@ void add_check(CommandLine& line) {
   command->add_option("--format", options->format, "text, json or earl (EARL in Turtle)")
       ->type_name("FORMAT")
       ->check(CLI::IsMember({"text", "json", "earl"}));
-  command->add_flag("--all", options->all, "Also what is fulfilled, with its evidence");
+  command->add_flag("--all", options->all, "Also print the fulfilled requirements, with their evidence");
   command->add_flag("--strict", options->strict, "Exit status 1 also if a SHOULD is not fulfilled");
   command->add_option("--write", options->write, "A resource whose present representation may be sent back")
       ->type_name("URL")
@@ -89,7 +89,7 @@ void add_check(CommandLine& line) {
   command->add_option("--callback-address", options->callback_address, "Where this machine receives callbacks of the server")
       ->type_name("ADDRESS:PORT");
   command->add_flag("--no-subscriptions", options->no_subscriptions, "Open no subscriptions");
-  command->add_option("--resources", options->resources, "How many resources it visits, 40 by default")
+  command->add_option("--resources", options->resources, "The maximum number of resources to visit, 40 by default")
       ->type_name("N")
       ->check(CLI::Range(1, 100'000));
   command->add_option("--for", options->seconds, "The time of the whole check, 120 s by default")

@@ -51,7 +51,7 @@ Result<int> completion(Session& session, CompletionOptions& options) {
   return session.terminal().print(options.shell == "zsh" ? zsh_script : bash_script) ? Exit::success : Exit::failure;
 }
 
-/// Names come from the robot, and shells put them on a command line: only those without a meaning for a shell are offered.
+/// Names come from the robot, and the shell inserts them into a command line: names with special characters of a shell are left out.
 bool is_harmless(std::string_view name) {
   constexpr std::string_view allowed = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_./:@%+,-";
   return !name.empty() && name.front() != '-' && name.front() != '.' && name.size() < 200 &&

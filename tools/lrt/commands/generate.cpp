@@ -42,7 +42,7 @@ Result<rdf::Graph> documents(Session& session, GenerateOptions& options) {
   return graph;
 }
 
-/// Beside the file first, so that a build never sees half a header.
+/// Written to a temporary file first, so that a build never reads an incomplete header.
 Result<void> replace_file(const std::string& name, std::string_view text) {
   const std::string beside = name + ".new";
   const auto failed = [&](const std::string& what) {
@@ -101,7 +101,7 @@ void add_generate(CommandLine& line) {
                                      "What C++ cannot express is a warning on standard error, and a comment. Examples:\n"
                                      "  lrt generate -o robot.hpp --namespace acme::arm\n"
                                      "  lrt generate blueprints.ttl -o robot.hpp\n"
-                                     "  lrt generate --check robot.hpp         # exit status 1 and the differences if the robot has moved on",
+                                     "  lrt generate --check robot.hpp         # exit status 1 and the differences if the robot has changed",
                                      options, generate);
   command->add_option("FROM", options->words, "A URL of the robot, or a file with its documents; default: --robot")
       ->type_name("[URL|FILE]")

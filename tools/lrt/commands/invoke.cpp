@@ -22,7 +22,7 @@ struct InvokeOptions {
   std::optional<double> wait;
 };
 
-/// A bar on standard error that is drawn over itself; nothing where that is no terminal.
+/// A progress bar on standard error that is redrawn in place; nothing if that is not a terminal.
 class ProgressBar {
  public:
   ProgressBar(const Terminal& terminal, std::string name) : terminal_(terminal), name_(std::move(name)), is_shown_(terminal.shows_progress()) {}
@@ -125,7 +125,7 @@ Result<int> finish(Session& session, const client::Action& action, const Invocat
     }
     if (const int signal = wait_for_signal(signals, pause); signal != 0) {
       bar.clear();
-      if (signal == SIGHUP) return 128 + signal;  // nobody looks any more; whether it goes on is not for the terminal to say
+      if (signal == SIGHUP) return 128 + signal;  // the terminal was closed: the invocation continues
       if (const Result<void> stopped = invocation.cancel(); !stopped) {
         session.warn("\"" + action.name() + "\" could not be cancelled: " + stopped.error().message);
         return 128 + signal;
@@ -148,7 +148,7 @@ Result<int> invoke(Session& session, InvokeOptions& options) {
   }
   if (options.words.size() > 2) session.take_robot(options.words, 2);
   else if (options.words.size() == 2 && is_url(options.words[0])) {
-    // URL NAME, or URL INPUT: what the URL is says which.
+    // URL NAME, or URL INPUT: the kind of the resource decides.
     Result<client::Action> action = session.action(options.words[0]);
     const Result<client::RepresentationPtr> found = action ? action->get() : Result<client::RepresentationPtr>(unexpected(action.error()));
     if (!found) return unexpected(found.error());

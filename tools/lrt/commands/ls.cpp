@@ -20,7 +20,7 @@ std::string_view local_name(std::string_view iri) noexcept {
   return at == std::string_view::npos ? iri : iri.substr(at + 1);
 }
 
-/// Whether a class is the one that a person means: by its IRI, with a prefix, or by its local name.
+/// Whether a class matches the name on the command line: by its IRI, with a prefix, or by its local name.
 bool is_meant(std::string_view iri, const std::string& name) { return iri == name || rdf::abbreviate(iri) == name || local_name(iri) == name; }
 
 /// The types of a Thing without hybrit:RoboticThing, which all have.
@@ -37,7 +37,7 @@ std::string joined(const std::vector<std::string>& texts, const char* between) {
   return result;
 }
 
-/// A property with what ls says of it.
+/// A property with its text in ls.
 struct Shown {
   PlainValue value;
   bool writable = false;
@@ -147,7 +147,7 @@ Result<int> list_robot(Session& session, const client::Robot& robot, const LsOpt
   }
   if (!found_any && !options.type.empty())
     return unexpected(Errc::unknown_path, "\"" + robot.url() + "\" has no Thing of type \"" + options.type + "\"");
-  if (!found_any) return unexpected(Errc::unknown_path, "\"" + robot.url() + "\" leads to no Thing");
+  if (!found_any) return unexpected(Errc::unknown_path, "\"" + robot.url() + "\" has no Thing");
   const bool printed = options.json      ? session.terminal().print_line(json + "]")
                        : options.details ? table.print(session.terminal(), {"name", "properties", "actions", "types", "URL"})
                                          : session.terminal().print(names);

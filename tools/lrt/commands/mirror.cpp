@@ -35,7 +35,7 @@ std::chrono::milliseconds milliseconds_of(double seconds) { return std::chrono::
 
 std::string count_of(std::uint64_t number, const char* noun) { return std::to_string(number) + " " + noun + (number == 1 ? "" : "s"); }
 
-/// Prints what is worth a line; single graphs only with --verbose.
+/// Prints important events; single graphs only with --verbose.
 class Reporter {
  public:
   Reporter(Session& session) : session_(session) {}
@@ -44,14 +44,14 @@ class Reporter {
     const std::lock_guard lock(mutex_);
     switch (event.kind) {
       case MirrorEvent::Kind::robot_found: return print(event.url + ": mirrored, " + event.reason);
-      case MirrorEvent::Kind::robot_left: return session_.warn(event.url + " has left and is marked: " + event.reason);
+      case MirrorEvent::Kind::robot_left: return session_.warn(event.url + " is not reachable and is marked: " + event.reason);
       case MirrorEvent::Kind::robot_returned: return print(event.url + ": returned");
       case MirrorEvent::Kind::graph_sent: return verbose("sent " + event.url);
       case MirrorEvent::Kind::graph_deleted: return verbose("deleted " + event.url);
       case MirrorEvent::Kind::graph_refused: return session_.warn("the store refuses <" + event.url + ">: " + event.reason);
       case MirrorEvent::Kind::graph_overwritten: return session_.warn("<" + event.url + ">: " + event.reason);
-      case MirrorEvent::Kind::store_lost: return session_.warn("the store fails, and is tried again: " + event.reason);
-      case MirrorEvent::Kind::store_returned: return session_.warn("the store takes graphs again");
+      case MirrorEvent::Kind::store_lost: return session_.warn("the store failed and is tried again: " + event.reason);
+      case MirrorEvent::Kind::store_returned: return session_.warn("the store accepts graphs again");
       case MirrorEvent::Kind::problem: return session_.warn(event.reason);
     }
   }
@@ -72,7 +72,7 @@ Result<client::MirrorOptions> options_of(Session& session, const MirrorCommandOp
   options.client = *std::move(client);
   options.robots = given.robots;
   if (options.robots.empty() && !session.options().robot.empty()) options.robots.push_back(session.options().robot);
-  if (options.robots.empty()) return unexpected(Errc::invalid_option, "which robots? Give their URLs, --robot URL, or set LRT_ROBOT");
+  if (options.robots.empty()) return unexpected(Errc::invalid_option, "no robots are given: use their URLs, --robot URL, or set LRT_ROBOT");
   options.store.endpoint = given.endpoint;
   options.store.user = given.user;
   if (!given.user.empty()) {
@@ -101,7 +101,7 @@ Result<client::MirrorOptions> options_of(Session& session, const MirrorCommandOp
   return options;
 }
 
-/// Prints what --once has done.
+/// Prints the result of --once.
 Result<int> copy(Session& session, client::Mirror& mirror) {
   Signals signals;
   int ended_by = 0;
@@ -136,7 +136,7 @@ Result<int> mirror(Session& session, MirrorCommandOptions& given) {
     for (int signal = signals.take(); signal != 0; signal = signals.take())
       if (ends_command(signal)) return 128 + signal;
     if (std::optional<Error> failure = made->failure()) return unexpected(*std::move(failure));
-    if (session.terminal().failed() != 0) return Exit::failure;  // said by main()
+    if (session.terminal().failed() != 0) return Exit::failure;  // reported by main()
   }
 }
 

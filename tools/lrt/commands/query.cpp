@@ -105,7 +105,7 @@ Result<int> query(Session& session, QueryOptions& options) {
 
 void add_query(CommandLine& line) {
   auto options = std::make_shared<QueryOptions>();
-  CLI::App* const command = line.add("query", "Ask the robot a question in SPARQL",
+  CLI::App* const command = line.add("query", "Run a SPARQL query on the robot",
                                      "Rows are printed in columns; in a pipe a tab separates them. Examples:\n"
                                      "  lrt query 'SELECT ?g { GRAPH ?g {} }'\n"
                                      "  lrt query @question.rq\n"

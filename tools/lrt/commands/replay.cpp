@@ -70,7 +70,7 @@ Result<int> replay(Session& session, ReplayOptions& options) {
   if (!recording) return unexpected(recording.error().code, "\"" + options.file + "\": " + recording.error().message);
   if (!options.to.empty()) session.use_robot(options.to);
   if (session.options().robot.empty())
-    return unexpected(Errc::invalid_option, "which robot is to be driven? Give --to URL; the recording is of " + recording->header().robot);
+    return unexpected(Errc::invalid_option, "no robot is given: use --to URL; the recording is of " + recording->header().robot);
   if (const std::size_t damaged = recording->damaged_lines(); damaged > 0)
     session.warn("\"" + options.file + "\": " + std::to_string(damaged) +
                  (damaged == 1 ? " damaged line is left out" : " damaged lines are left out"));
@@ -83,7 +83,7 @@ Result<int> replay(Session& session, ReplayOptions& options) {
   std::size_t written = 0, skipped = 0, refused = 0;
   while (!playback.has_ended()) {
     const auto elapsed = std::chrono::duration_cast<microseconds>(steady_clock::now() - start);
-    // Of values of one property that are due at the same time only the last one counts: a slow robot is not driven into the past.
+    // If several values of one property are due, only the last one is sent, so that a slow robot does not get outdated values.
     std::vector<const client::RecordedChange*> due;
     while (const client::RecordedChange* const change = playback.next(elapsed)) {
       if (change->is_gap() || driven->count(change->name) == 0) continue;

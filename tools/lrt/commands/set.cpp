@@ -36,7 +36,7 @@ Result<int> set(Session& session, SetOptions& options) {
 void add_set(CommandLine& line) {
   auto options = std::make_shared<SetOptions>();
   CLI::App* const command = line.add("set", "Write a property",
-                                     "The value is judged by the published shape before it is sent. Examples:\n"
+                                     "The value is validated against the published shape before it is sent. Examples:\n"
                                      "  lrt set right_s1/friction 1.5\n"
                                      "  lrt set right_s1/position 30deg        # converted to rad, which is the declared unit\n"
                                      "  lrt set arm/pose '{\"x\": 1, \"y\": 2}'    # a record, as JSON\n"

@@ -115,7 +115,7 @@ Result<int> subs(Session& session, SubsOptions& options) {
     for (const Subscription& one : all)
       if (url.empty() && id_of(one.url) == wanted) url = one.url;
     if (url.empty()) return unexpected(Errc::unknown_path, "there is no subscription \"" + wanted + "\"");
-    const Result<client::Property> trusted = session.property(url);  // of an origin that the person has named
+    const Result<client::Property> trusted = session.property(url);  // of an origin that was given on the command line
     if (!trusted) return unexpected(trusted.error());
     const Result<client::Response> response = (*client)->send({"DELETE", url, {{"Accept", "application/problem+json, text/turtle;q=0.5"}}, {}});
     if (!response) return unexpected(response.error());

@@ -12,7 +12,7 @@ struct ValidateOptions {
   std::string type;
 };
 
-/// The shape by which the server judges a body for this property or action.
+/// The shape that the server uses to validate a body for this property or action.
 struct Judge {
   std::string url;
   std::optional<client::Shape> shape;
@@ -63,7 +63,7 @@ Result<int> validate(Session& session, ValidateOptions& options) {
 
 void add_validate(CommandLine& line) {
   auto options = std::make_shared<ValidateOptions>();
-  CLI::App* const command = line.add("validate", "Judge a value or an input by the published shape, and send nothing",
+  CLI::App* const command = line.add("validate", "Validate a value or an input against the published shape; nothing is sent",
                                      "Exit status 1 and the report on standard output if it does not conform. Examples:\n"
                                      "  lrt validate right_s1/friction 70\n"
                                      "  lrt validate right_s1/rotate @input.ttl\n"

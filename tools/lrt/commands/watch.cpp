@@ -58,7 +58,7 @@ std::string text_line(const Terminal& terminal, const std::string& name, const O
 
 Result<int> watch_plot(Session& session, Observer& observer, const WatchOptions& options) {
   Terminal& terminal = session.terminal();
-  if (!terminal.is_for_people()) return unexpected(Errc::invalid_option, "--plot draws on a terminal, and standard output is none");
+  if (!terminal.is_for_people()) return unexpected(Errc::invalid_option, "--plot needs a terminal as standard output");
   Plot plot(std::chrono::duration<double>(options.window), terminal.has_unicode(), terminal.has_colours());
   for (std::size_t i = 0; i < observer.size(); ++i) plot.add(observer.name(i), {});
   std::string message;
@@ -90,7 +90,7 @@ Result<int> watch_plot(Session& session, Observer& observer, const WatchOptions&
     next_frame = now + frame;
     const std::size_t width = terminal.width(), height = terminal.height();
     const std::string last = cut(message.empty() ? "q or Ctrl-C ends" : message, width > 1 ? width - 1 : 0);
-    std::string text = "\033[?2026h\033[H";  // in one piece, where the terminal can
+    std::string text = "\033[?2026h\033[H";  // as one update, if the terminal supports it
     for (const char c : plot.draw(width, height > 1 ? height - 1 : 1, now)) {
       if (c == '\n') text += "\033[K\r\n";
       else text += c;
