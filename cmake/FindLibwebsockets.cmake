@@ -1,14 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 # Libwebsockets::Libwebsockets: found by pkg-config.
-find_package(PkgConfig QUIET)
-if(PkgConfig_FOUND)
-  pkg_check_modules(Libwebsockets QUIET IMPORTED_TARGET GLOBAL libwebsockets>=4.1)
-endif()
-include(FindPackageHandleStandardArgs)
-find_package_handle_standard_args(Libwebsockets REQUIRED_VARS Libwebsockets_LIBRARIES VERSION_VAR Libwebsockets_VERSION)
-if(Libwebsockets_FOUND AND NOT TARGET Libwebsockets::Libwebsockets)
-  add_library(Libwebsockets::Libwebsockets INTERFACE IMPORTED)
-  target_include_directories(Libwebsockets::Libwebsockets INTERFACE ${Libwebsockets_INCLUDE_DIRS})
+include("${CMAKE_CURRENT_LIST_DIR}/LrtPackages.cmake")
+lrt_find_by_pkg_config(Libwebsockets Libwebsockets::Libwebsockets libwebsockets>=4.1)
+if(Libwebsockets_FOUND)
   # A program that does not use the transport does not load the library.
-  target_link_libraries(Libwebsockets::Libwebsockets INTERFACE -Wl,--push-state,--as-needed ${Libwebsockets_LINK_LIBRARIES} -Wl,--pop-state)
+  set_target_properties(Libwebsockets::Libwebsockets PROPERTIES
+                        INTERFACE_INCLUDE_DIRECTORIES "${Libwebsockets_INCLUDE_DIRS}"
+                        INTERFACE_LINK_LIBRARIES "-Wl,--push-state,--as-needed;${Libwebsockets_LINK_LIBRARIES};-Wl,--pop-state")
 endif()

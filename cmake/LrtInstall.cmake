@@ -1,63 +1,115 @@
 # SPDX-License-Identifier: Apache-2.0
-# `cmake --install`: the library, its headers, and the package that find_package(lrt) reads.
+# `cmake --install`: the libraries, their headers, the package that find_package(lrt) reads, and files for pkg-config.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
 set(LRT_INSTALL_CMAKEDIR ${CMAKE_INSTALL_LIBDIR}/cmake/lrt)
-get_target_property(LRT_LIBRARY_TYPE lrt TYPE)
+set(LRT_INSTALL_PKGCONFIGDIR ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+set(LRT_COMPONENTS client query urdf mqtt)  # libraries besides lrt itself
 
-install(TARGETS lrt EXPORT lrtTargets
-        LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
-        ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
-        RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-if(TARGET lrt_client)  # apart, as lrt::urdf
-  get_target_property(LRT_CLIENT_LIBRARY_TYPE lrt_client TYPE)
-  install(TARGETS lrt_client EXPORT lrtClientTargets
-          LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
-          ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
-          RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-  install(EXPORT lrtClientTargets NAMESPACE lrt:: DESTINATION ${LRT_INSTALL_CMAKEDIR})
+# What an archive is linked with, which its user therefore needs: packages for CMake, and modules or libraries for pkg-config. A shared
+# library has found its own.
+get_target_property(lrt_type lrt TYPE)
+set(LRT_NEEDS_lrt Threads)
+set(LRT_REQUIRES_lrt)
+set(LRT_LIBS_lrt -pthread)
+foreach(component IN LISTS LRT_COMPONENTS)
+  set(LRT_NEEDS_${component})
+  set(LRT_REQUIRES_${component})
+  get_property(LRT_WITHOUT_${component} GLOBAL PROPERTY LRT_WITHOUT_${component})
+endforeach()
+function(lrt_archive_needs library package)
+  list(APPEND LRT_NEEDS_${library} ${package})
+  list(APPEND LRT_REQUIRES_${library} ${ARGN})
+  set(LRT_NEEDS_${library} ${LRT_NEEDS_${library}} PARENT_SCOPE)
+  set(LRT_REQUIRES_${library} ${LRT_REQUIRES_${library}} PARENT_SCOPE)
+endfunction()
+if(lrt_type STREQUAL "STATIC_LIBRARY")
+  lrt_archive_needs(lrt PCRE2 libpcre2-8)
+  lrt_archive_needs(lrt OpenSSL openssl)
+  if(LRT_LINKS_RAPTOR)
+    lrt_archive_needs(lrt Redland raptor2)
+  endif()
+  if(LRT_CALLBACKS OR LRT_CLIENT)
+    lrt_archive_needs(lrt CppHttplib cpp-httplib)
+  endif()
+  if(LRT_LIBWEBSOCKETS)
+    lrt_archive_needs(lrt Libwebsockets libwebsockets)
+  endif()
+  foreach(name ${CMAKE_DL_LIBS})
+    list(APPEND LRT_LIBS_lrt -l${name})
+  endforeach()
+  lrt_archive_needs(client Libwebsockets libwebsockets)
+  lrt_archive_needs(urdf Tinyxml2 tinyxml2)
+  lrt_archive_needs(urdf Urdfdom urdfdom console_bridge)
+  lrt_archive_needs(mqtt Mosquitto libmosquitto)
 endif()
-if(TARGET lrt_query)
-  get_target_property(LRT_QUERY_LIBRARY_TYPE lrt_query TYPE)
-  install(TARGETS lrt_query EXPORT lrtQueryTargets
-          LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
-          ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
-          RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-  install(EXPORT lrtQueryTargets NAMESPACE lrt:: DESTINATION ${LRT_INSTALL_CMAKEDIR})
+
+set(LRT_DESCRIPTION_lrt "${PROJECT_DESCRIPTION}")
+set(LRT_DESCRIPTION_client "Clients of Linked Robotic Things")
+set(LRT_DESCRIPTION_query "SPARQL queries to a robot's Linked Robotic Things")
+set(LRT_DESCRIPTION_urdf "Robot descriptions (URDF) as Linked Robotic Things")
+set(LRT_DESCRIPTION_mqtt "Linked Robotic Things on an MQTT broker")
+set(LRT_PC_PREFIX "\${pcfiledir}")  # so that an installed tree can be moved
+if(NOT IS_ABSOLUTE "${LRT_INSTALL_PKGCONFIGDIR}")
+  file(RELATIVE_PATH up "/p/${LRT_INSTALL_PKGCONFIGDIR}" "/p")
+  string(REGEX REPLACE "/$" "" up "${up}")
+  string(APPEND LRT_PC_PREFIX "/${up}")
+else()
+  set(LRT_PC_PREFIX "${CMAKE_INSTALL_PREFIX}")
 endif()
-if(TARGET lrt_urdf)  # apart, so that who does not use it does not need what it needs
-  get_target_property(LRT_URDF_LIBRARY_TYPE lrt_urdf TYPE)
-  install(TARGETS lrt_urdf EXPORT lrtUrdfTargets
-          LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
-          ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
-          RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-  install(EXPORT lrtUrdfTargets NAMESPACE lrt:: DESTINATION ${LRT_INSTALL_CMAKEDIR})
-endif()
-if(TARGET lrt_mqtt)  # apart, as lrt::urdf
-  get_target_property(LRT_MQTT_LIBRARY_TYPE lrt_mqtt TYPE)
-  install(TARGETS lrt_mqtt EXPORT lrtMqttTargets
-          LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
-          ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
-          RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-  install(EXPORT lrtMqttTargets NAMESPACE lrt:: DESTINATION ${LRT_INSTALL_CMAKEDIR})
-endif()
+foreach(kind LIB INCLUDE)
+  set(LRT_PC_${kind}DIR "${CMAKE_INSTALL_${kind}DIR}")
+  if(NOT IS_ABSOLUTE "${CMAKE_INSTALL_${kind}DIR}")
+    string(PREPEND LRT_PC_${kind}DIR "\${prefix}/")
+  endif()
+endforeach()
+
+foreach(library lrt ${LRT_COMPONENTS})
+  if(library STREQUAL "lrt")
+    set(target lrt)
+    set(package lrt_runtime)
+    set(LRT_PC_REQUIRES "")
+  else()
+    set(target lrt_${library})
+    set(package lrt_runtime)
+    if(library MATCHES "urdf|mqtt")  # a Debian package of its own: see LrtDebian.cmake
+      set(package lrt_${library}_runtime)
+    endif()
+    set(LRT_PC_REQUIRES "lrt = ${PROJECT_VERSION}")
+  endif()
+  if(NOT TARGET ${target})
+    continue()
+  endif()
+  # Each has its export file: a program that does not use one does not need what that one needs.
+  install(TARGETS ${target} EXPORT ${target}Targets
+          LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT ${package} NAMELINK_COMPONENT lrt_dev
+          ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT lrt_dev
+          RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT ${package})
+  install(EXPORT ${target}Targets NAMESPACE lrt:: DESTINATION ${LRT_INSTALL_CMAKEDIR} COMPONENT lrt_dev)
+
+  string(REPLACE "_" "-" LRT_PC_NAME ${target})
+  set(LRT_PC_LIBRARY ${target})
+  set(LRT_PC_DESCRIPTION "${LRT_DESCRIPTION_${library}}")
+  list(JOIN LRT_REQUIRES_${library} ", " LRT_PC_REQUIRES_PRIVATE)
+  list(JOIN LRT_LIBS_${library} " " LRT_PC_LIBS_PRIVATE)
+  configure_file(${PROJECT_SOURCE_DIR}/cmake/lrt.pc.in ${PROJECT_BINARY_DIR}/cmake/${LRT_PC_NAME}.pc @ONLY)
+  install(FILES ${PROJECT_BINARY_DIR}/cmake/${LRT_PC_NAME}.pc DESTINATION ${LRT_INSTALL_PKGCONFIGDIR} COMPONENT lrt_dev)
+endforeach()
+
 if(TARGET lrt_command)
-  install(TARGETS lrt_command RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-  install(FILES ${PROJECT_SOURCE_DIR}/tools/lrt/lrt.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
+  install(TARGETS lrt_command RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT lrt_tools)
+  install(FILES ${PROJECT_SOURCE_DIR}/tools/lrt/lrt.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT lrt_tools)
 endif()
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/lrt DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN *.hpp)
-install(FILES ${PROJECT_SOURCE_DIR}/src/engine/terms.ttl DESTINATION ${CMAKE_INSTALL_DATADIR}/lrt)
-install(EXPORT lrtTargets NAMESPACE lrt:: DESTINATION ${LRT_INSTALL_CMAKEDIR})
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/lrt DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT lrt_dev FILES_MATCHING PATTERN *.hpp)
+install(FILES ${PROJECT_SOURCE_DIR}/src/engine/terms.ttl DESTINATION ${CMAKE_INSTALL_DATADIR}/lrt COMPONENT lrt_dev)
+install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT lrt_license)
 
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/lrtConfig.cmake.in ${PROJECT_BINARY_DIR}/cmake/lrtConfig.cmake
-                              INSTALL_DESTINATION ${LRT_INSTALL_CMAKEDIR})
+                              INSTALL_DESTINATION ${LRT_INSTALL_CMAKEDIR} NO_CHECK_REQUIRED_COMPONENTS_MACRO)
 # Before 1.0 a minor version may break its users.
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/cmake/lrtConfigVersion.cmake COMPATIBILITY SameMinorVersion)
-install(FILES ${PROJECT_BINARY_DIR}/cmake/lrtConfig.cmake ${PROJECT_BINARY_DIR}/cmake/lrtConfigVersion.cmake
-              ${PROJECT_SOURCE_DIR}/cmake/FindRedland.cmake ${PROJECT_SOURCE_DIR}/cmake/FindPCRE2.cmake
-              ${PROJECT_SOURCE_DIR}/cmake/FindCppHttplib.cmake ${PROJECT_SOURCE_DIR}/cmake/FindLibwebsockets.cmake
-              ${PROJECT_SOURCE_DIR}/cmake/FindTinyxml2.cmake ${PROJECT_SOURCE_DIR}/cmake/FindUrdfdom.cmake
-              ${PROJECT_SOURCE_DIR}/cmake/FindMosquitto.cmake
-        DESTINATION ${LRT_INSTALL_CMAKEDIR})
-install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+file(GLOB find_modules ${PROJECT_SOURCE_DIR}/cmake/Find*.cmake)
+install(FILES ${PROJECT_BINARY_DIR}/cmake/lrtConfig.cmake ${PROJECT_BINARY_DIR}/cmake/lrtConfigVersion.cmake ${find_modules}
+              ${PROJECT_SOURCE_DIR}/cmake/LrtPackages.cmake
+        DESTINATION ${LRT_INSTALL_CMAKEDIR} COMPONENT lrt_dev)

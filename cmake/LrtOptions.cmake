@@ -9,12 +9,38 @@ option(LRT_INSTALL "Add install rules for the library, its headers and its CMake
 option(LRT_REDLAND "RDF/XML, by Redland's Raptor" ON)
 option(LRT_ASIO_LOOP "The HTTP transport on a host's Boost.Asio io_context" ON)
 option(LRT_LIBWEBSOCKETS "The transport libwebsockets, where libwebsockets is found" ON)
+option(LRT_PAGE "The page for people; without it a browser is shown RDF" ON)
 option(LRT_CALLBACKS "Web callbacks by cpp-httplib" ON)
 option(LRT_CLIENT "The library lrt::client, by cpp-httplib and libwebsockets, where they are found" ${PROJECT_IS_TOP_LEVEL})
 option(LRT_QUERY "The library lrt::query, SPARQL" ${PROJECT_IS_TOP_LEVEL})
 option(LRT_MQTT "The library lrt::mqtt, by libmosquitto, where it is found" ${PROJECT_IS_TOP_LEVEL})
 option(LRT_URDF "The library lrt::urdf, by liburdfdom, tinyxml2 and Eigen, where they are found" ${PROJECT_IS_TOP_LEVEL})
+option(LRT_COMPILE_TOGETHER "Compile sources eight at a time: a faster build from nothing. A sanitizer always does" OFF)
 set(LRT_SANITIZE "" CACHE STRING "Sanitizers for lrt's own targets: address, undefined, thread, a list of them, or nothing")
+
+# Switches LRT_<COMPONENT> off, here and above, if one of these packages is missing. lrtConfig.cmake gives the reason to those who ask for it.
+macro(lrt_check_packages_of component)
+  string(TOUPPER ${component} lrt_option)
+  set(lrt_missing)
+  foreach(lrt_package ${ARGN})  # PACKAGE or "PACKAGE VERSION"
+    if(LRT_${lrt_option})
+      string(REPLACE " " ";" lrt_wanted "${lrt_package}")
+      list(GET lrt_wanted 0 lrt_package)
+      find_package(${lrt_wanted} QUIET)
+      if(NOT ${lrt_package}_FOUND)
+        list(APPEND lrt_missing ${lrt_package})
+      endif()
+    endif()
+  endforeach()
+  if(lrt_missing)
+    lrt_how_to_install(lrt_how ${lrt_missing})
+    list(JOIN lrt_missing " and " lrt_missing)
+    message(STATUS "lrt: lrt::${component} needs ${lrt_missing} and is left out: ${lrt_how}")
+    set_property(GLOBAL PROPERTY LRT_WITHOUT_${component} "it was built without ${lrt_missing}: ${lrt_how}, and build lrt again")
+    set(LRT_${lrt_option} OFF)
+    set(LRT_${lrt_option} OFF PARENT_SCOPE)
+  endif()
+endmacro()
 
 # Warnings and sanitizers go on our targets only; global flags belong to the host.
 function(lrt_target_defaults target)
@@ -22,8 +48,16 @@ function(lrt_target_defaults target)
   set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF)
   get_target_property(type ${target} TYPE)
   if(type MATCHES "LIBRARY")  # only LRT_API is exported (lrt/base/abi.hpp)
-    set_target_properties(${target} PROPERTIES CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON
-                                               VERSION ${PROJECT_VERSION} SOVERSION ${LRT_ABI})
+    # An archive can be linked into a shared library of its user. Its objects are those of the shared libraries: no DEFINE_SYMBOL.
+    set_target_properties(${target} PROPERTIES CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON POSITION_INDEPENDENT_CODE ON
+                                               DEFINE_SYMBOL "" VERSION ${PROJECT_VERSION} SOVERSION ${LRT_ABI})
+    if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")  # calls within a library can be inlined, as clang does
+      target_compile_options(${target} PRIVATE -fno-semantic-interposition)
+    endif()
+    if(type STREQUAL "SHARED_LIBRARY" AND CMAKE_SYSTEM_NAME STREQUAL "Linux")
+      target_link_options(${target} PRIVATE LINKER:--version-script=${PROJECT_SOURCE_DIR}/cmake/exports.map LINKER:--no-undefined)
+      set_property(TARGET ${target} APPEND PROPERTY LINK_DEPENDS ${PROJECT_SOURCE_DIR}/cmake/exports.map)
+    endif()
   endif()
   if(PROJECT_IS_TOP_LEVEL)
     target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion)
@@ -41,10 +75,11 @@ function(lrt_target_defaults target)
   endif()
 endfunction()
 
-# With a sanitizer, which is slow to compile and adds nothing to the check of includes: the sources of these directories, eight at a time.
+# With LRT_COMPILE_TOGETHER, and with a sanitizer, which is slow to compile and adds nothing to the check of includes: the sources of these
+# directories, eight at a time.
 # Other directories have names in unnamed namespaces that meet.
 function(lrt_compile_together target)
-  if(NOT LRT_SANITIZE)
+  if(NOT LRT_SANITIZE AND NOT LRT_COMPILE_TOGETHER)
     return()
   endif()
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)

@@ -12,6 +12,7 @@
 #   vendor/install.sh stores   what the library and most tests need, and the RDF store of the test of `lrt mirror`. Debian starts it as a service where
 #                              systemd runs; it takes 275 MB of memory. Not in ci
 #   vendor/install.sh ros      what the library and most tests need, and ROS 1 for examples/ex_ros_node and its test
+#   vendor/install.sh cross    what the library and most tests need, and the cross compilers and the emulator of tests/portability/cross.sh
 #   vendor/install.sh ci       all of that, and what .ci/run needs besides
 #
 # vendor/README.md names each package with its version and licence.
@@ -20,12 +21,13 @@ set -eu
 build="g++ cmake ninja-build pkg-config ccache librdf0-dev libpcre2-dev libboost-dev libcpp-httplib-dev libwebsockets-dev libssl-dev nlohmann-json3-dev libeigen3-dev libcli11-dev catch2"
 urdf="liburdfdom-dev libtinyxml2-dev"
 mqtt="libmosquitto-dev mosquitto mosquitto-clients"
-tests="$urdf $mqtt python3 python3-websockets python3-rdflib curl openssl libjwt-dev"
+tests="$urdf $mqtt python3 python3-websockets python3-rdflib curl jq openssl libjwt-dev"
 proxies="nginx-light haproxy caddy varnish"
 stores="virtuoso-opensource-7"
 browser="python3 chromium chromium-driver"
 ros="libroscpp-dev libsensor-msgs-dev python3-rosmaster python3-rospy python3-sensor-msgs"
-ci="clang clang-format-14 clang-tidy-14 libclang-rt-14-dev shellcheck mandoc zsh valgrind libapache-jena-java default-jdk-headless"
+cross="g++-aarch64-linux-gnu g++-arm-linux-gnueabihf qemu-user-static"
+ci="clang clang-format-14 clang-tidy-14 libclang-rt-14-dev doxygen shellcheck codespell mandoc zsh valgrind libapache-jena-java default-jdk-headless dpkg-dev lintian abigail-tools xz-utils"
 
 wanted=$build
 for group in "$@"; do
@@ -38,9 +40,10 @@ for group in "$@"; do
     proxies) wanted="$wanted python3 python3-websockets openssl $proxies" ;;
     stores) wanted="$wanted python3 $stores" ;;
     ros) wanted="$wanted $ros" ;;
-    ci) wanted="$wanted $tests $browser $proxies $ros $ci" ;;
+    cross) wanted="$wanted $cross" ;;
+    ci) wanted="$wanted $tests $browser $proxies $ros $cross $ci" ;;
     *)
-      echo "usage: $0 [build] [urdf] [mqtt] [tests] [browser] [proxies] [stores] [ros] [ci]" >&2
+      echo "usage: $0 [build] [urdf] [mqtt] [tests] [browser] [proxies] [stores] [ros] [cross] [ci]" >&2
       exit 2
       ;;
   esac

@@ -20,46 +20,55 @@
 namespace lrt {
 inline namespace v0 {
 
-/// In Action::effect(): the value that the invocation was given.
+/// The type of lrt::from_input.
 struct FromInput {};
+/// In Action::effect(): the value that the invocation gets as its input.
 inline constexpr FromInput from_input{};
 
-/// Handle to an Action of a Thing. Unit and bounds are those of the input. available() works before and after Server::add(), and has no effect once
-/// the thing is removed.
+/// Handle to an Action of a Thing: a command that clients invoke by POST. Thing::action() makes it.
 ///
-/// @par Threads  Set-up: one at a time, before Server::add(). available: any.
+/// Unit and bounds (unit(), between(), ...) are those of the input. available() has an effect before and after
+/// Server::add(), until the thing is removed.
+///
+/// @par Threads  Set-up: one thread at a time, before Server::add(). available(): any.
+/// @par Implements  R0.5, R0.8, R1.10, paper 5.4
 class LRT_API Action : public model::ResourceHandle<Action, model::ActionSpec> {
  public:
   /// An empty handle, to be assigned later.
   Action() noexcept = default;
 
-  /// Unit and bounds of the input. What `f` does not set stays as it is.
+  /// Sets unit and bounds of the input. What `f` does not set stays as it is.
   Action& consumes(const rdf::Facets& f) {
     return edit("consumes", [&](auto& s) { s.facets.merge(f); });
   }
-  /// Unit and bounds of the output. What `f` does not set stays as it is.
+  /// Sets unit and bounds of the output. What `f` does not set stays as it is.
   Action& produces(const rdf::Facets& f) {
     return edit("produces", [&](auto& s) { s.output_facets.merge(f); });
   }
-  /// What happens to an invocation while another one is pending or running. Default: queue(16).
+  /// Sets what happens to an invocation while another one of this action is pending or running. Default:
+  /// ActionPolicy::queue(16).
   Action& policy(ActionPolicy p) {
     return edit("policy", [&](auto& s) { s.policy = p; });
   }
 
-  /// Marks the action as a stop: it brings the robot to a standstill, and is served even when every limit is reached.
+  /// Marks the action as a stop: it brings the robot to a standstill, and the server serves it even when every limit is
+  /// reached.
   ///
-  /// - The lambda runs on the I/O thread (Dispatch::io_thread), before all other lambdas that wait there. It should set an atomic flag that the
-  ///   control loop obeys, and return. With Io::in_poll that thread is the one that polls.
-  /// - Connections: transport::Limits::reserved_connections. Requests: limits of waiting requests and of open calls do not apply.
-  /// - Invocations run in parallel and are neither queued nor refused. If `policy().limit` of them (default: 16) are under way, the oldest is
-  ///   cancelled.
+  /// - The lambda runs on the I/O thread (Dispatch::io_thread), before all other lambdas that wait there. It should set
+  ///   an atomic flag that the control loop obeys, and return. With Io::in_poll that thread is the one that polls.
+  /// - Connections: transport::Limits::reserved_connections are kept for it. Requests: the limits of waiting requests
+  ///   and of open calls do not apply.
+  /// - Invocations run in parallel and are neither queued nor refused. If `policy().limit` of them (default: 16) have
+  ///   not ended, the oldest is cancelled.
   /// - A body and its header fields are ignored. TLS, the authorizer and the check of foreign origins apply.
-  /// - Clients find it by lrt:stop at the root and at its Thing, and by the class lrt:StopAction; in JSON by `stops` of the root and `stop` of the
-  ///   action. The page for people pins a button to each view.
+  /// - Clients find it by lrt:stop at the root and at its Thing, and by the class lrt:StopAction; in JSON by `stops` of
+  ///   the root and `stop` of the action. The console page shows its button in each view.
   ///
-  /// A later call of dispatch() or policy() may name Dispatch::executor, or another limit by ActionPolicy::parallel(n).
+  /// A later call of dispatch() may set Dispatch::executor, and a later call of policy() another limit by
+  /// ActionPolicy::parallel(n).
   ///
-  /// @par Errors  invalid_option, by Server::add(): an input, a dispatch that waits for Server::poll, another policy
+  /// @par Errors  invalid_option, from Server::add(): the action has an input, a dispatch that waits for Server::poll,
+  ///              or another policy
   Action& stop() {
     return edit("stop", [](auto& s) {
       s.stop = true;
@@ -68,16 +77,19 @@ class LRT_API Action : public model::ResourceHandle<Action, model::ActionSpec> {
     });
   }
 
-  /// States the effect: what a successful invocation changes. A client finds the action that leads to its goal by it. hybrit:produces links to
-  /// a shape that refers to the property by ssn:forProperty, and that the property's representation conforms to afterwards. Each call adds an
-  /// effect.
+  /// @{
+  /// States the effect: what a successful invocation changes. Clients can search for the action that leads to their
+  /// goal. The action gets hybrit:produces with a shape that refers to the property by ssn:forProperty. The property's
+  /// representation conforms to this shape afterwards. Each call adds an effect. lrt publishes the statement and does
+  /// not verify it.
   ///
-  ///     joint.action("rotate", ...).effect(rotation, lrt::from_input);   // the property then has the value of the input, in its own unit
-  ///     gripper.action("open", ...).effect(state, GripperState::open);   // then has this value
-  ///     arm.action("calibrate", ...).effect(offset);                     // then has another value
+  ///     joint.action("rotate", ...).effect(rotation, lrt::from_input);   // the property gets the value of the input, in its own unit
+  ///     gripper.action("open", ...).effect(state, GripperState::open);   // the property gets this value
+  ///     arm.action("calibrate", ...).effect(offset);                     // the property gets another value
   ///
-  /// @param property  a handle; or, without a value, the path of a property below the server's root: "baxter/right_s1/rotation"
-  /// @par Errors  expected_iri (a path), invalid_option (from_input without an input): by Server::add()
+  /// @param property  a handle; or, without a value, the path of a property below the server's root:
+  ///                  "baxter/right_s1/rotation"
+  /// @par Errors  expected_iri (a path), invalid_option (from_input without an input): from Server::add()
   /// @par Implements  paper 5.4, Figure 5a
   template <class Self, class T>
   Action& effect(const model::PropertyHandle<Self, T>& property) {
@@ -93,40 +105,47 @@ class LRT_API Action : public model::ResourceHandle<Action, model::ActionSpec> {
   }
   Action& effect(std::string_view property) { return add_effect(property, false); }
   Action& effect(std::string_view property, FromInput) { return add_effect(property, true); }
-  /// States the effect by a shape in Turtle, with the name `<#effect>`. The base is the action, so `<../rotation>` is the property "rotation" of
-  /// its thing.
-  /// @par Errors  expected_rdf: by Server::add()
+  /// @}
+  /// States the effect by a shape in Turtle with the name `<#effect>`. The base IRI is the action, so `<../rotation>`
+  /// is the property "rotation" of its thing.
+  /// @par Errors  expected_rdf: from Server::add()
   Action& effect_turtle(std::string text) {
     return edit("effect_turtle", [&](auto& s) { s.effect_turtle.push_back(std::move(text)); });
   }
 
-  /// A header field of the request in the action's binding (http-core:headers), for example one that a proxy or an authorizer requires. lrt states
-  /// Content-Type, if there is an input, and Accept, both with text/turtle; a field with one of these names replaces lrt's.
-  /// @par Errors  expected_http: by Server::add()
+  /// Adds a header field of the request to the action's binding (http-core:headers), for example one that a proxy or an
+  /// authorizer requires. lrt states Content-Type (if there is an input) and Accept, both with text/turtle; a field
+  /// with one of these names replaces lrt's.
+  /// @par Errors  expected_http: from Server::add()
   Action& header(std::string name, std::string value) {
     return edit("header", [&](auto& s) { s.headers.emplace_back(std::move(name), std::move(value)); });
   }
 
-  /// States that this action is composed of another one (dcterms:hasPart), as moving an arm is of turning its joints. Each call adds one. How the
-  /// lambda does it is its own affair; Responder::split() passes progress and cancellation through.
+  /// @{
+  /// States that this action is composed of another one (dcterms:hasPart), as moving an arm is composed of turning its
+  /// joints. Each call adds one part. The lambda calls the parts itself; Responder::split() passes progress and
+  /// cancellation between them.
   /// @param part  a handle; or the path of an action below the server's root: "baxter/right_s1/actions/rotate"
-  /// @par Errors  expected_iri (a path): by Server::add()
+  /// @par Errors  expected_iri (a path): from Server::add()
   /// @par Implements  paper 5.4
   Action& composed_of(const Action& part);
   Action& composed_of(std::string_view part);
+  /// @}
 
-  /// Says whether the action can be invoked now. Default: true.
+  /// Sets whether the action can be invoked now. Default: true.
   ///
-  /// While it is not available, its Thing does not link to it (Link fields, hybrit:action, overviews), a POST is answered 409 with the reason, and
-  /// an invocation that waits in the queue fails with the reason when its turn comes. If this is called on the thread where the action's lambda
-  /// runs, the lambda is not called after it. Running invocations continue. The action itself still answers GET, with the reason in
-  /// lrt:unavailable, so that a client that knows it learns why. Observers of the Thing, of its state and of the action get the new
-  /// representation.
+  /// While it is not available, its Thing does not link to it (Link fields, hybrit:action, overviews), a POST is
+  /// answered with 409 with the reason, and a queued invocation fails with the reason when it would begin. If this is
+  /// called on the thread where the action's lambda runs, the lambda is not called afterwards. Running invocations
+  /// continue. GET of the action still works and states the reason in lrt:unavailable. Observers of the Thing, of its
+  /// state and of the action get the new representation.
   ///
-  /// @param reason  a string literal, for people: "the gripper is empty". Only its address is stored, so that nothing is allocated; for several
-  ///                reasons write several calls.
+  /// @param yes     whether it can be invoked
+  /// @param reason  a string literal, for people: "the gripper is empty". Only its address is stored, so nothing is
+  ///                allocated. For several reasons write several calls.
   /// @par Threads  Any; the last call counts.
-  /// @par Time     No lock, no allocation; a system call only if the state changes while something is observed and the engine sleeps.
+  /// @par Time     No lock and no allocation. One system call, only if the state changes while something is observed
+  ///               and the engine sleeps.
   /// @par Implements  R1.10, paper 5.4
   template <class Reason>
   Action& available(bool yes, Reason&& reason) noexcept {
@@ -140,6 +159,7 @@ class LRT_API Action : public model::ResourceHandle<Action, model::ActionSpec> {
     }
     return *this;
   }
+  /// As above, with the reason "the robot does not offer it now".
   Action& available(bool yes) noexcept { return available(yes, "the robot does not offer it now"); }
 
  private:
@@ -158,10 +178,12 @@ class LRT_API Action : public model::ResourceHandle<Action, model::ActionSpec> {
 }  // namespace v0
 }  // namespace lrt
 
+/// @cond internal
 namespace lrt::model {
 inline namespace v0 {
 
-/// The parameters and the result of a callable. `known` is false for generic lambdas, std::bind and what is no callable.
+/// The parameters and the result of a callable. `known` is false for generic lambdas, std::bind, and types that are not
+/// callable.
 template <class F, class = void>
 struct Signature {
   static constexpr bool known = false;
@@ -222,7 +244,7 @@ struct ActionShape {
   static constexpr bool asynchronous = count > 0 && ResponderTraits<Last>::value;
   static constexpr std::size_t inputs = count - (asynchronous ? 1 : 0);
   using Parameter = std::conditional_t<inputs == 1, std::tuple_element_t<0, std::conditional_t<count == 0, std::tuple<void*>, Args>>, void>;
-  /// The input is a view of a text, which lives during the call.
+  /// The input is a view of a text, which is valid during the call.
   static constexpr bool takes_view = rdf::detail::is_text_view<Parameter>;
   using Input = std::conditional_t<takes_view, std::string, Parameter>;
 };
@@ -297,3 +319,4 @@ auto erase_action(F f) {
 
 }  // namespace v0
 }  // namespace lrt::model
+/// @endcond

@@ -20,7 +20,8 @@
 namespace lrt {
 inline namespace v0 {
 
-/// Uses robots that are Linked Robotic Things, of lrt or of others. It is given one URL and finds the rest by links and shapes, never by known paths.
+/// A client for robots that are Linked Robotic Things, of lrt or of others. It gets one URL and finds the rest by links
+/// and shapes, never by known paths.
 ///
 ///     lrt::Client client = lrt::Client::create().value();
 ///     auto robot = client.open("http://127.0.0.1:8080/").value();
@@ -29,13 +30,17 @@ inline namespace v0 {
 ///     auto run = joint.action("rotate").value().invoke(43.6F).value();
 ///     run.wait(std::chrono::seconds(10)).value();
 ///
-/// Functions that ask a server wait for it, at most the times of client::Limits. A program with a loop of its own lets async() wait instead, and gets
-/// results and changes in poll().
+/// Functions that send requests block until the response, at most the times of client::Limits. A program with its own
+/// loop passes blocking calls to async(), and gets results and changes in poll().
 ///
-/// @par Threads  poll, wait: one thread at a time. All else: any.
+/// @par Errors   of an exchange: timed_out, io_error (no connection, TLS), expected_http (an invalid response),
+///               limit_exceeded (client::Limits), closed (after stop()); for a status of 400 or more see
+///               client::Action::invoke().
+/// @par Threads  poll, wait: one thread at a time. The others: any.
 /// @par Implements  R1.6
 class LRT_API Client {
  public:
+  /// Makes a client. It connects to nothing yet.
   /// @par Errors  invalid_option, io_error
   static Result<Client> create(client::Options options = {});
   Client(Client&&) noexcept;
@@ -43,29 +48,38 @@ class LRT_API Client {
   /// Calls stop().
   ~Client();
 
-  /// Finds the Things that are linked, directly or through others, from a URL: by Link fields, by hybrit:property and hybrit:action, by members of
-  /// containers, and by any other predicate whose object is of the same origin. The identity of the options is sent to this origin.
-  /// @par Errors  of the exchange with this URL; limit_exceeded. What else cannot be read is in Robot::problems()
+  /// Finds the Things that are linked, directly or through others, from a URL: by Link fields, by hybrit:property and
+  /// hybrit:action, by members of containers, and by any other predicate whose object is of the same origin. The
+  /// identity of the options is sent to this origin.
+  /// @par Errors  of the exchange with this URL; limit_exceeded. Robot::problems() lists other resources that cannot be
+  ///              read
   Result<client::Robot> open(const std::string& url);
-  /// A Property or an Action whose URL the program knows: nothing is read. The identity of the options is sent to its origin.
+  /// @{
+  /// A Property or an Action with a known URL. Nothing is requested yet. The identity of the options is sent to its
+  /// origin.
   /// @par Errors  expected_iri
   Result<client::Property> property(const std::string& url);
   Result<client::Action> action(const std::string& url);
-  /// An invocation whose URL the program has kept.
+  /// @}
+  /// An invocation with a known URL. Nothing is requested yet.
   /// @par Errors  expected_iri
   Result<client::Invocation> invocation(const std::string& url);
-  /// One resource. @par Errors  of the exchange; refused ... with the server's reason; unsupported_syntax: it has no RDF
+  /// GET of one resource.
+  /// @par Errors  of the exchange; refused and others with the server's reason; unsupported_syntax: it has no RDF
   Result<client::RepresentationPtr> get(const std::string& url);
-  /// Any request, within the limits.
+  /// Sends any request, within the limits. A response with a status of 400 or more is not an error.
   Result<client::Response> send(const client::Request& request);
 
-  /// Begins to watch a resource. `on_change` gets its values, gaps, and the end, where Options::callbacks says: a refusal by the server is an end, too.
-  /// The identity of the options is sent to its origin.
+  /// Begins to watch a resource. `on_change` gets its values, gaps, and the end (also a refusal by the server), on the
+  /// thread of Options::callbacks. The identity of the options is sent to its origin.
   /// @par Errors  expected_iri, invalid_option; closed: after stop()
   Result<client::Watch> watch(const std::string& url, const client::WatchOptions& options, client::OnChange on_change);
 
-  /// Runs `work`, which may wait, on a thread of the client, and hands its result to `done` in poll(). At most 1,000 wait; then `work` gets no thread,
-  /// and false is returned.
+  /// Runs `work`, which may block, on a thread of the client, and calls `done` with its result: in poll(), or with
+  /// Callbacks::in_background on that thread.
+  /// @param work  callable without parameters
+  /// @param done  callable of the result of `work`
+  /// @return      false: 1,000 calls wait already, or the client was stopped; neither is called
   template <class Work, class Done>
   bool async(Work work, Done done) {
     return post([work = std::move(work), done = std::move(done)]() mutable -> UniqueFunction<void()> {
@@ -79,16 +93,17 @@ class LRT_API Client {
     });
   }
 
-  /// Runs callbacks that are due: of watches and of async(). With Callbacks::in_background there is nothing to do. Never waits for a
-  /// server. When nothing is due it makes no system call and takes no lock.
-  /// @return  true: there is more
+  /// Runs due callbacks: of watches and of async(). Not needed with Callbacks::in_background. Never waits for a server.
+  /// When nothing is due it makes no system call and takes no lock.
+  /// @param budget  time after which no further callback is started
+  /// @return        true: more callbacks are due
   bool poll(std::chrono::microseconds budget = std::chrono::microseconds(200)) noexcept;
-  /// Waits until poll() has something to do, at most that long.
+  /// Waits until poll() has work, at most this time.
   void wait(std::chrono::milliseconds at_most) noexcept;
-  /// Readable whenever poll() has something to do, for the host's own poll() or epoll.
+  /// A descriptor that is readable whenever poll() has work, for the host's own poll() or epoll.
   int descriptor() const noexcept;
 
-  /// Ends all exchanges and watches. Callbacks that are due are not called any more.
+  /// Ends all exchanges and watches. Due callbacks are not called any more.
   void stop() noexcept;
 
  private:

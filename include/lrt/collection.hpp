@@ -13,8 +13,19 @@
 namespace lrt {
 inline namespace v0 {
 
-/// Handle to a collection of a Thing: a container of values (way-points, tasks, saved poses). Clients create members by POST and remove
-/// them by DELETE. The server stores the members. It calls your lambda before each change, and the lambda may refuse it.
+/// Handle to a collection of a Thing: an LDP container of values of one type (way-points, tasks, saved poses). Clients
+/// create members by POST and remove them by DELETE. The server stores the members in memory. Before each change it
+/// calls the lambda of on_create() or on_remove(), which may refuse the change.
+///
+/// Unit, bounds, title, predicates and dispatch of a collection are those of model::ResourceHandle.
+///
+/// @tparam T  type of a member, with rdf::traits<T>
+/// @par Threads  Set-up: one thread at a time, before Server::add(). The lambdas run where dispatch() says. With
+///               Dispatch::in_poll they run one after another; with Dispatch::executor several calls may run at the
+///               same time if the executor has several threads.
+/// @par Time     A request waits at most engine::Limits::host_timeout for its lambda, then the client gets 503 and a
+///               lambda that has not begun is not called.
+/// @par Implements  R0.5, R0.8, LDP 5.2
 template <class T>
 class Collection : public model::ResourceHandle<Collection<T>, model::CollectionSpec> {
   using Base = model::ResourceHandle<Collection<T>, model::CollectionSpec>;
@@ -23,7 +34,14 @@ class Collection : public model::ResourceHandle<Collection<T>, model::Collection
   /// An empty handle, to be assigned later.
   Collection() noexcept = default;
 
-  /// Allows POST. `create(id, T)` or `create(T)` returns void or Result<void>. After an error nothing is created, and the response is 409.
+  /// Allows POST: the server reads and validates the body as a T, makes an id, and calls `create`. If it succeeds, the
+  /// server adds the member, and the response is 201 with Location. Without on_create() a POST is answered with 405.
+  ///
+  /// @param create  callable `(const std::string& id, T)` or `(T)` that returns void or Result<void>. `id` is the last
+  ///                path segment of the member's IRI
+  /// @par Errors  of `create`; no member is added. refused, out_of_range, limit_exceeded: 409 with the message.
+  ///              expected_value: 422. Another error, or an exception: 500. A body that is not a T within the bounds is
+  ///              answered with 400, 415 or 422, and `create` is not called.
   template <class F>
   Collection& on_create(F create) {
     constexpr bool with_id = std::is_invocable_v<F&, const std::string&, T>, alone = std::is_invocable_v<F&, T>;
@@ -58,7 +76,11 @@ class Collection : public model::ResourceHandle<Collection<T>, model::Collection
       }
     }
   }
-  /// Allows DELETE of members. `remove(id)` returns void or Result<void>. After an error the member is kept, and the response is 409.
+  /// Allows DELETE of members: the server calls `remove`, and removes the member if it succeeds. Without on_remove() a
+  /// DELETE is answered with 405.
+  ///
+  /// @param remove  callable `(const std::string& id)` that returns void or Result<void>
+  /// @par Errors  of `remove`: as for on_create(); the member is kept. 409 also if the member is being removed already.
   template <class F>
   Collection& on_remove(F remove) {
     if constexpr (!std::is_invocable_v<F&, const std::string&>) {
@@ -76,11 +98,11 @@ class Collection : public model::ResourceHandle<Collection<T>, model::Collection
       });
     }
   }
-  /// Unit and bounds of the members. What `f` does not set stays as it is.
+  /// Sets unit and bounds of the members. What `f` does not set stays as it is.
   Collection& facets(const rdf::Facets& f) {
     return this->edit("facets", [&](auto& s) { s.facets.merge(f); });
   }
-  /// Limits the number of members. A POST beyond it is answered 409. Default: 1000.
+  /// Limits the number of members; a POST beyond it is answered with 409. Default: 1000.
   Collection& max_members(std::size_t n) {
     return this->edit("max_members", [&](auto& s) { s.max_members = n; });
   }

@@ -24,7 +24,8 @@
 #include <lrt/rdf/value.hpp>
 #include <lrt/rdf/vocab.hpp>
 
-/// Traits of Eigen's types, as values of properties, actions and collections and as fields of records. Not part of lrt.hpp.
+/// Traits of Eigen's types, for values of properties, actions and collections and for fields of records. Not part of
+/// lrt.hpp.
 ///
 /// | C++ | RDF | in JSON |
 /// |---|---|---|
@@ -37,26 +38,30 @@
 /// | Isometry3 | spatial:SpatialRelationship: spatial:translation, spatial:rotation (a quaternion), lrt:matrix | a pose |
 /// | Affine3, AffineCompact3 | spatial:SpatialRelationship: spatial:translation, lrt:matrix | |
 ///
-/// Scalars are float, double and the integer types; in rotations and transforms float and double. The terms are those of ARVIDA, as its
-/// authors write them, except maths:Vector2D, which is formed like its siblings, and lrt:matrix. maths:x, y, z and w are always numbers; their
-/// unit is at the vector or the translation.
+/// Scalars are float, double and the integer types; in rotations and transforms float and double. The terms are those
+/// of ARVIDA, in the spelling of its authors, except maths:Vector2D, which is formed like its siblings, and lrt:matrix.
+/// maths:x, y, z and w are always plain numbers; the unit is stated at the vector or the translation.
 ///
-/// - Finite values read back bit-identically. NaN and infinities from clients are always refused. Values that the robot reads or publishes
-///   may be non-finite.
-/// - A rotation is checked: the norm of a quaternion and of an axis is 1 within 1e-9; a rotation matrix times its transpose is the identity
-///   within 1e-8, and its determinant is positive; the quaternion and the matrix of a pose agree within 1e-7. For float the tolerances are
-///   1000 times as large. A value outside is refused with a message (422). A value inside is kept as it is and not normalised.
+/// - Finite values read back bit-identically. NaN and infinities from clients are always refused. Values that the robot
+///   reads or publishes may be non-finite.
+/// - A rotation is checked: the norm of a quaternion and of an axis is 1 within 1e-9; a rotation matrix times its
+///   transpose is the identity within 1e-8, and its determinant is positive; the quaternion and the matrix of a pose
+///   agree within 1e-7. For float the tolerances are 1000 times as large. A value outside is refused with a message
+///   (422). A value inside is stored unchanged and not normalised.
 ///
-/// - The property's unit applies to all coordinates: `property<Eigen::Vector3d>("tip", unit::metre)`; for a pose it applies to the
-///   translation. Each member of a list repeats the unit in RDF, so large lists are better without a unit.
-/// - A property names its frame by frame(): lrt:frame, and of a pose spatial:sourceCoordinateSystem. By default it is the frame of the owning
-///   thing. Add what a pose is about by `.add(vocab::spatial::targetCoordinateSystem, Object::resource("arm/tool"))`.
+/// - The property's unit applies to all coordinates: `property<Eigen::Vector3d>("tip", unit::metre)`; for a pose it
+///   applies to the translation. Each member of a list repeats the unit in RDF, so large lists are better without a
+///   unit.
+/// - A property names its frame by frame(): lrt:frame, and for a pose spatial:sourceCoordinateSystem. By default it is
+///   the frame of the owning thing. State the moved frame of a pose by `.add(vocab::spatial::targetCoordinateSystem,
+///   Object::resource("arm/tool"))`.
 ///
 /// - A lambda must return a value type instead of an expression: `[&]() -> Eigen::Vector3d { return r * v; }`.
-/// - publish() of fixed sizes, and of dynamic sizes with a fixed maximum, takes no lock and does not allocate. VectorXd and MatrixXd
-///   allocate, like std::vector.
-/// - For large values and programs as readers use octets (octets() of a property): a matrix row by row in every storage order, with its shape in
-///   the RDF. If the number of columns or rows is fixed (Matrix<double, Dynamic, 3>, one point for each row), PUT accepts octets too.
+/// - publish() of fixed sizes, and of dynamic sizes with a fixed maximum, takes no lock and does not allocate. VectorXd
+///   and MatrixXd allocate, like std::vector.
+/// - For large values and programs as readers use octets (octets() of a property): a matrix row by row in every storage
+///   order, with its shape in the RDF. If the number of columns or rows is fixed (Matrix<double, Dynamic, 3>, one point
+///   for each row), PUT accepts octets too.
 
 namespace lrt::rdf {
 inline namespace v0 {
@@ -278,12 +283,16 @@ bool same_transform(const T& a, const T& b) noexcept {
 
 }  // namespace detail::eigen
 
-/// Vectors and matrices, fixed and dynamic. A matrix without rows reads back without columns if their number is dynamic.
+/// Vectors and matrices, fixed and dynamic; see the table of lrt/eigen.hpp for their form. Lists are in the order of
+/// the index; matrices are lists of rows for every storage order. A matrix without rows reads back without columns if
+/// their number is dynamic.
 template <class S, int Rows, int Columns, int Options, int MostRows, int MostColumns>
 struct traits<Eigen::Matrix<S, Rows, Columns, Options, MostRows, MostColumns>>
     : detail::eigen::MatrixTraits<Eigen::Matrix<S, Rows, Columns, Options, MostRows, MostColumns>> {};
 
-/// 4 numbers by name, norm 1. q and -q are different values; a GET shows the signs that the robot published.
+/// Quaternions: 4 numbers by name (x, y, z, w), norm 1 within 1e-9 (float: 1e-6). A spatial rotation in the frame of
+/// the owning thing. q and -q are different values; a GET shows the signs that the robot published. Finite values read
+/// back bit-identically.
 template <class S, int Options>
 struct traits<Eigen::Quaternion<S, Options>> {
   using T = Eigen::Quaternion<S, Options>;
@@ -305,7 +314,8 @@ struct traits<Eigen::Quaternion<S, Options>> {
   static bool same(const T& a, const T& b) noexcept { return detail::eigen::same_bits(a.coeffs(), b.coeffs()); }
 };
 
-/// An angle in radians, of any size and sign, about an axis of length 1.
+/// Rotations about an axis: an angle in radians, of any size and sign, and an axis of length 1 within 1e-9 (float:
+/// 1e-6).
 template <class S>
 struct traits<Eigen::AngleAxis<S>> {
   using T = Eigen::AngleAxis<S>;
@@ -335,7 +345,7 @@ struct traits<Eigen::AngleAxis<S>> {
   static bool same(const T& a, const T& b) noexcept { return traits<S>::same(a.angle(), b.angle()) && traits<Axis>::same(a.axis(), b.axis()); }
 };
 
-/// 3 numbers by name.
+/// Translations: 3 numbers by name (x, y, z), in the unit of the property.
 template <class S>
 struct traits<Eigen::Translation<S, 3>> {
   using T = Eigen::Translation<S, 3>;
@@ -353,10 +363,11 @@ struct traits<Eigen::Translation<S, 3>> {
   static bool same(const T& a, const T& b) noexcept { return detail::eigen::same_bits(a.vector(), b.vector()); }
 };
 
-/// A pose. Its rotation is represented twice: as a quaternion, for readers, and as lrt:matrix, which reads back bit-identically. A body must
-/// have the quaternion. If it has no matrix, the matrix is computed from the quaternion; otherwise the matrix is stored and must agree with
-/// the quaternion. A GET shows the normalised quaternion of the matrix: the same rotation, possibly with the other sign and a different last
-/// digit. To keep the exact quaternion, use a Record of a Translation3 and a Quaternion.
+/// Poses. The rotation is represented twice: as a quaternion, for readers, and as lrt:matrix, which reads back
+/// bit-identically. A body must have the quaternion. Without a matrix, the matrix is computed from the quaternion;
+/// otherwise the matrix is stored and must agree with the quaternion. A GET shows the normalised quaternion of the
+/// matrix: the same rotation, possibly with the other sign and a different last digit. To keep the exact quaternion,
+/// use a Record of a Translation3 and a Quaternion.
 template <class S, int Options>
 struct traits<Eigen::Transform<S, 3, Eigen::Isometry, Options>> {
   using T = Eigen::Transform<S, 3, Eigen::Isometry, Options>;
@@ -402,7 +413,7 @@ struct traits<Eigen::Transform<S, 3, Eigen::Isometry, Options>> {
   static bool same(const T& a, const T& b) noexcept { return detail::eigen::same_transform(a, b); }
 };
 
-/// A translation and an arbitrary linear part: rotation, scale, shear.
+/// Transforms with a translation and an arbitrary linear part: rotation, scale, shear.
 template <class S, int Mode, int Options>
 struct traits<Eigen::Transform<S, 3, Mode, Options>, std::enable_if_t<Mode == int(Eigen::Affine) || Mode == int(Eigen::AffineCompact)>> {
   using T = Eigen::Transform<S, 3, Mode, Options>;

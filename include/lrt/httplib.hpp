@@ -24,12 +24,14 @@
 namespace lrt {
 inline namespace v0 {
 
-/// Bounds of what a mounted server uses of its host. The host's own settings (connections, times, payload length) hold as well.
+/// Limits of what a mounted server uses of its host. The host's own settings (connections, times, payload length) apply
+/// as well.
 struct MountOptions {
   std::size_t max_body_bytes = transport::Limits().max_body_bytes;  ///< of a request's body; more: 413
-  /// At once; more: 503. Each one keeps one of the host's threads busy, and cpp-httplib has eight unless the host says otherwise.
+  /// Event streams at a time; more: 503. Each one occupies one of the host's threads, and cpp-httplib has eight by
+  /// default.
   std::size_t max_event_streams = 4;
-  std::chrono::milliseconds ping_interval{15'000};  ///< an event stream without an event for so long gets a comment
+  std::chrono::milliseconds ping_interval{15'000};  ///< an event stream gets a comment after this time without an event
 };
 
 }  // namespace v0
@@ -96,9 +98,9 @@ class Mount {
 
  private:
   using SteadyClock = std::chrono::steady_clock;
-  /// So long can an open event stream delay the end of the host's server.
+  /// The longest time by which an open event stream can delay the end of the host's server.
   static constexpr std::chrono::milliseconds longest_wait{200};
-  /// Of the body of a refused request, so that its connection can be kept.
+  /// Size of the body of a refused request that is read and discarded, so that its connection can be kept.
   static constexpr std::size_t max_discarded_body_bytes = 16 * 1024;
 
   /// An open event stream.
@@ -119,7 +121,7 @@ class Mount {
   }
   static bool may_have_content(std::string_view method) { return method == "POST" || method == "PUT" || method == "PATCH" || method == "DELETE"; }
 
-  /// The target as it was received, but for the prefix. The prefix may contain percent escapes (RFC 3986 6.2.2.2).
+  /// The target as it was received, without the prefix. The prefix may contain percent escapes (RFC 3986 6.2.2.2).
   std::optional<std::string> without_prefix(const std::string& target) const {
     if (prefix_.empty() || target.empty()) return target;
     std::size_t begin = 0;
@@ -188,7 +190,7 @@ class Mount {
     return std::nullopt;
   }
 
-  /// Of a request whose body may have bytes left on the connection: that can serve no other request then.
+  /// For a request whose body may have unread bytes on the connection: the connection is closed.
   static http::Response problem(int status, std::string detail) {
     http::Response response;
     http::set_problem(response, {status, std::move(detail)});
@@ -227,7 +229,7 @@ class Mount {
         stream->written = SteadyClock::now();
         return sink.write(bytes.data(), bytes.size());
       };
-      if (sink.is_writable && !sink.is_writable()) return false;  // the client is gone
+      if (sink.is_writable && !sink.is_writable()) return false;  // the client has disconnected
       const EventSource::Event event = stream->events.next(std::min(longest_wait, ping_interval));
       if (event.bytes) return write(*event.bytes);
       if (event.end) {
@@ -241,8 +243,8 @@ class Mount {
     else to.set_content_provider(content_type, provide);
   }
 
-  /// Status and fields. What the host says by default gives way to what the server says.
-  /// @return  the Content-Type, which is not put: each way to send a body does that
+  /// Sets status and fields. Fields of the server replace the host's defaults.
+  /// @return  the Content-Type, which is not set: each way to send a body sets it
   static std::string put_fields(const http::Response& response, httplib::Response& to) {
     to.status = response.status;
     const std::vector<http::Field> fields = response.fields.list();
@@ -271,25 +273,34 @@ class Mount {
 namespace lrt {
 inline namespace v0 {
 
-/// Mounts a server's Things into a host's cpp-httplib server (0.11.4 or later), below a prefix: `/robot` is the server's root, and its
-/// representations have the base `http://HOST/robot`. The host's threads, TLS and other routes stay. Its default fields, error handler and
-/// other handlers apply to these responses, too.
+/// Mounts a server's Things into a host's cpp-httplib server (0.11.4 or later), below a prefix. With the prefix
+/// `/robot`, `/robot` is the server's root, and its representations have the base `http://HOST/robot`. The host keeps
+/// its threads, TLS and other routes. Its default fields, error handler and other handlers apply to these responses,
+/// too.
 ///
-/// Below a prefix every request is the server's. Without one the host's routes stay if they were added before; then a POST, PUT or PATCH without
-/// Content-Length waits for the host's read timeout with some releases (0.11).
+/// Below a prefix the server gets every request. Without a prefix the host's routes precede if they were added before;
+/// then a POST, PUT or PATCH without Content-Length waits for the host's read timeout with some releases (0.11).
 ///
-/// Below a prefix a request is judged by its header section before its body is read (engine::Handler::judge_header()). Without one cpp-httplib
-/// reads the body first, up to its own limit. `100 Continue` is the host's: cpp-httplib sends it before any of this, unless
-/// set_expect_100_continue_handler() says otherwise. Each body occupies a thread of the host, so that their number limits the memory.
+/// Below a prefix the server judges a request by its header section before its body is read
+/// (engine::Handler::judge_header()). Without a prefix cpp-httplib reads the body first, up to its own limit. The host
+/// sends `100 Continue` before that, unless set_expect_100_continue_handler() was called. Each body occupies a thread
+/// of the host, so the number of threads limits the memory.
 ///
-/// A client may name the host server's port on this machine, or with that port one of Security::allowed_hosts; or set
-/// Listen::public_base. There are no WebSockets here; web callbacks are ordered by POST or GET with `Upgrade: callback` as elsewhere.
-/// http::Request::client_certificate is empty. A waiting request and each event stream keep one of the host's threads.
+/// Newer releases of cpp-httplib (seen with 0.18.7) read the body of a GET before they call lrt. If the body does not
+/// come within the read timeout, they respond 400 and keep the connection: later bytes of that body are parsed as the
+/// next request. Behind a reverse proxy that shares connections between clients, call
+/// `http_server.set_keep_alive_max_count(1)`.
 ///
-/// A server without a port of its own has `options.listen.transport = lrt::transport::no_network`.
+/// A request must name in Host the host server's port on this machine, or with that port one of
+/// Security::allowed_hosts, or the host of Listen::public_base. There are no WebSockets; clients make web callbacks by
+/// POST or GET with `Upgrade: callback` as elsewhere. http::Request::client_certificate is empty. A waiting request and
+/// each event stream occupy one of the host's threads.
 ///
-/// @param http_server  not listening yet
-/// @param server       stays where it is and lives until http_server has stopped listening; it may stop before
+/// For a server without a port of its own set `options.listen.transport = lrt::transport::no_network`.
+///
+/// @param http_server  must not listen yet
+/// @param server       must not be moved, and must exist until http_server has stopped listening; it may be stopped
+///                     before
 /// @param prefix       a path without percent escapes, "/robot"; empty or "/": all paths
 /// @par Implements     R0.3-R0.11, R1.1-R1.12 as far as there is no WebSocket
 inline void mount(httplib::Server& http_server, Server& server, std::string prefix = {}, MountOptions options = {}) {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Everything but what needs further packages: eigen.hpp and urdf.hpp are included by those who use them.
+// Everything that describes and serves a robot. Include the headers that need further packages or libraries by name: eigen.hpp, urdf.hpp,
+// httplib.hpp, mqtt.hpp, query.hpp, client.hpp.
 #include <lrt/action.hpp>
 #include <lrt/collection.hpp>
 #include <lrt/property.hpp>

@@ -18,14 +18,22 @@
 namespace lrt::model {
 inline namespace v0 {
 
-/// What PushedProperty and PulledProperty have in common.
+/// The common part of PushedProperty and PulledProperty: writing, unit and bounds, caching, and representations that
+/// the user encodes. Unit, bounds, title, predicates and dispatch are those of ResourceHandle.
+///
+/// @par Threads  Set-up: one thread at a time, before Server::add().
 template <class Self, class T>
 class PropertyHandle : public ResourceHandle<Self, PropertySpec> {
   using Base = ResourceHandle<Self, PropertySpec>;
 
  public:
-  /// Makes the property writable: PUT calls `write(T)`, which returns void or Result<void>. An error is answered 409. A following GET
-  /// shows the written value until the robot publishes again.
+  /// Makes the property writable: the server reads and validates the body of a PUT as a T, and calls `write`. A
+  /// following GET shows the written value until the robot publishes or returns another one.
+  ///
+  /// @param write  callable of T that returns void or Result<void>
+  /// @par Errors   of `write`. refused, out_of_range, limit_exceeded: 409 with the message. expected_value: 422.
+  ///               Another error, or an exception: 500. A body that is not a T within the bounds is answered with 400,
+  ///               415 or 422, and `write` is not called.
   /// @par Threads  `write` runs where dispatch() says.
   /// @par Implements  R0.5
   template <class F>
@@ -49,52 +57,57 @@ class PropertyHandle : public ResourceHandle<Self, PropertySpec> {
     }
   }
 
-  /// Unit and bounds together. What `f` does not set stays as it is.
+  /// Sets unit and bounds together. What `f` does not set stays as it is.
   Self& facets(const rdf::Facets& f) {
     return this->edit("facets", [&](auto& s) { s.facets.merge(f); });
   }
-  /// The frame of the numbers: lrt:frame, of a pose spatial:sourceCoordinateSystem. An IRI, a name, or Object::resource("baxter/torso").
+  /// States the frame of the numbers: lrt:frame, and for a pose spatial:sourceCoordinateSystem. An IRI, a name, or
+  /// Object::resource("baxter/torso"). Numbers are never transformed.
   Self& frame(Object system) {
     return this->edit("frame", [&](auto& s) { s.frame = std::make_unique<const Object>(std::move(system)); });
   }
 
-  /// How old the values may be that clients and caches use without asking the robot. Without it they ask each time (`Cache-Control: no-cache`), and an
-  /// entity tag tells that nothing has changed. With it any number of readers behind a cache cost the robot one request for each `age`: see
-  /// docs/fleet.md.
+  /// Allows clients and caches to use values of this age without a request to the robot. By default they ask each time
+  /// (`Cache-Control: no-cache`), and an unchanged entity tag saves the body. With an age, any number of readers behind
+  /// a cache cost the robot one request for each `age`; see docs/fleet.md.
   ///
   ///     battery.max_age(std::chrono::seconds(5));   // Cache-Control: max-age=5
   ///
-  /// A reader behind a cache may read such an old value also after its own PUT. Subscriptions get each value as ever. On a server with an authorizer or
-  /// rules for reading the response is `private`: a cache that several clients share does not keep it.
+  /// A reader behind a cache may read a value of this age even after its own PUT. Subscriptions get each value as
+  /// before. On a server with an authorizer or with rules for reading the response is `private`: a cache that several
+  /// clients share does not store it.
   ///
-  /// @param age                 in whole seconds, rounded down; less than a second: as without it
-  /// @param while_revalidating  a cache that is asking the robot may use the old value for so long besides (`stale-while-revalidate`), so that no reader
-  ///                            waits: values are then up to `age` and this time old
+  /// @param age                 in whole seconds, rounded down; less than a second: the default
+  /// @param while_revalidating  while a cache asks the robot, it may use the old value for this further time
+  ///                            (`stale-while-revalidate`), so that no reader waits. Values are then at most `age` plus
+  ///                            this time old
   /// @par Implements  RFC 9111 5.2.2.1, RFC 5861 3
   Self& max_age(std::chrono::milliseconds age, std::chrono::milliseconds while_revalidating = {}) {
     return this->edit("max_age", [&](auto& s) { s.cache_control = cache_control_of(age, while_revalidating); });
   }
 
-  /// Offers the property's values in a further media type. Clients that request it get the bytes that `encode` makes of the present value, by
-  /// GET (with ranges) and as binary messages. The RDF links to this representation with its size, and it links back.
+  /// Offers the property's values in a further media type. `encode` makes the bytes of the present value for clients
+  /// that request this type by GET (also with ranges) or as binary messages. The RDF links to this representation and
+  /// states its size; the representation links back.
   ///
   ///     camera.representation("image/jpeg", [](const Frame& f) { return f.jpeg; });   // Bytes: nothing is copied
   ///
-  /// If traits<T>::same() returns true for two values, the encoded bytes are not regenerated. So everything that changes the bytes must also
-  /// change the RDF, for example by a time stamp or a number. A value written by a client is decoded from RDF: members of T that are not in
-  /// the RDF have their values from T{}.
+  /// If traits<T>::same() returns true for two values, the encoded bytes are not regenerated. So everything that
+  /// changes the bytes must also change the RDF, for example a time stamp or a number. A value written by a client is
+  /// decoded from RDF: members of T that are not in the RDF have their values from T{}.
   ///
-  /// @param media_type  "image/jpeg". Of the media types that lrt writes itself only application/octet-stream is allowed,
-  ///                    and text/plain with a parameter: "text/plain; version=0.0.4".
-  /// @param encode      callable of `const T&` that returns Bytes, std::string, or a Result of these. Null or Errc::unsupported_syntax: this
-  ///                    value has no such representation (406). Another error: 500.
-  /// @param layout      of the numbers in the bytes; described in RDF if element_type is set
+  /// @param media_type  "image/jpeg". Of the media types that lrt itself writes, only application/octet-stream is
+  ///                    allowed, and text/plain with a parameter: "text/plain; version=0.0.4".
+  /// @param encode      callable of `const T&` that returns Bytes, std::string, or a Result of these. Null or
+  ///                    Errc::unsupported_syntax: this value has no such representation (406). Another error: 500.
+  /// @param layout      layout of the numbers in the bytes; described in RDF if element_type is set
   ///
-  /// @par Errors   expected_media_type, duplicate_path (a type is offered twice): by Server::add
-  /// @par Threads  `encode` runs like rdf::traits<T>::encode: on the thread that makes representations, on a copy of the value, once for each
-  ///               requested value. A request for the RDF of the property or of the thing's state also calls it, because the RDF contains the
-  ///               size. It must not access the robot. If encoding takes more than 1 ms, encode before publish().
-  /// @par Implements  R0.17, R1.2; the paper's D5
+  /// @par Errors   expected_media_type, duplicate_path (a type is offered twice): from Server::add()
+  /// @par Threads  `encode` runs like rdf::traits<T>::encode: on the thread that makes representations, on a copy of
+  ///               the value, once for each requested value. A request for the RDF of the property or of the thing's
+  ///               state also calls it, because the RDF contains the size. It must not access the robot. If encoding
+  ///               takes more than 1 ms, encode before publish().
+  /// @par Implements  R0.17, R1.2, paper D5
   template <class F>
   Self& representation(std::string_view media_type, F encode, Layout layout = {}) {
     if constexpr (!std::is_invocable_v<F&, const T&>) {
@@ -118,25 +131,28 @@ class PropertyHandle : public ResourceHandle<Self, PropertySpec> {
       });
     }
   }
-  /// Offers numbers, lists and matrices of numbers also as application/octet-stream (rdf::Plain::octets). The RDF describes the layout of the
-  /// present value. A value with rows of different lengths has no octets.
+  /// Offers numbers, lists and matrices of numbers also as application/octet-stream (rdf::Plain::octets). The RDF
+  /// describes the layout of the present value. A value with rows of different lengths has no such representation.
   ///
-  /// PUT accepts octets if at most one length of the type is free: a MatrixXd cannot be written in octets, because they do not contain the
-  /// number of columns. Limits::max_body_triples and max_list_members limit the numbers in a body. If a value has more numbers than
-  /// Limits::max_value_members, its RDF describes the octets instead of the numbers.
-  /// @par Errors  invalid_option, for other types: by Server::add
+  /// PUT accepts octets if at most one length of the type is free: a MatrixXd cannot be written in octets, because they
+  /// do not contain the number of columns. Limits::max_body_triples and max_list_members limit the numbers in a body.
+  /// If a value has more numbers than Limits::max_value_members, its RDF describes the octets instead of the numbers.
+  /// @par Errors  invalid_option, for other types: from Server::add()
   Self& octets() {
     return this->edit("octets", [](auto& s) { s.octets = true; });
   }
 
-  /// Serves the property as a file, for example a mesh or a map: a client that accepts anything gets the first representation() instead of
-  /// Turtle, and the thing's state does not contain the property. So its bytes are made only for clients that request this resource.
+  /// Serves the property as a file, for example a mesh or a map. A client that accepts every type gets the first
+  /// representation() instead of Turtle. The thing's state does not contain the property, so its bytes are made only
+  /// for clients that request this resource.
   Self& as_file() {
     return this->edit("as_file", [](auto& s) { s.file = true; });
   }
 
  protected:
+  /// An empty handle.
   PropertyHandle() noexcept = default;
+  /// Made by Thing.
   explicit PropertyHandle(std::shared_ptr<PropertySpec> spec) noexcept : Base(std::move(spec)) {}
 };
 
@@ -146,10 +162,12 @@ class PropertyHandle : public ResourceHandle<Self, PropertySpec> {
 namespace lrt {
 inline namespace v0 {
 
-/// Handle to a pushed Property: the robot's code publishes its values, and GET does not need the host. publish() works before and after
-/// Server::add(), and has no effect once the thing is removed.
+/// Handle to a pushed Property: the robot's code publishes its values, and the server answers GET without the host.
+/// publish() works before and after Server::add(), and has no effect once the thing is removed.
+/// Thing::property<T>(path) makes it.
 ///
-/// @par Threads  Set-up: one at a time, before Server::add(). publish: any one thread at a time per property.
+/// @par Threads  Set-up: one thread at a time, before Server::add(). publish(): any one thread at a time per property.
+/// @par Implements  R0.3, R1.9, paper 5.2
 template <class T>
 class PushedProperty : public model::PropertyHandle<PushedProperty<T>, T> {
   using Base = model::PropertyHandle<PushedProperty<T>, T>;
@@ -158,29 +176,33 @@ class PushedProperty : public model::PropertyHandle<PushedProperty<T>, T> {
   /// An empty handle, to be assigned later.
   PushedProperty() noexcept = default;
 
-  /// Passes the present value to the engine. A bit-identical value is not a change (SPEC 3.8).
-  /// @par Time  No lock. No allocation if T is trivially destructible (numbers, structs of numbers): about 40 ns, independent of the number
-  ///            of subscribers. One system call if the property is observed and the engine sleeps, see
-  ///            subscription::SubscriptionOptions::scan_period and always_scan; or if it is urgent().
+  /// Passes the present value to the engine. A bit-identical value is not a change (SPEC 3.8), unless every_sample() is
+  /// set.
+  /// @par Errors  None is reported. If T owns memory and there is none left, the last value is kept.
+  /// @par Time  No lock. No allocation if T is trivially destructible (numbers, structs of numbers): about 40 ns,
+  ///            independent of the number of subscribers. One system call if the property is observed and the engine
+  ///            sleeps, see subscription::SubscriptionOptions::scan_period and always_scan; or if it is urgent().
   /// @par Implements  R0.11, R0.12
   void publish(const T& value) noexcept {
     assert(slot_ && "lrt: the handle is empty; assign what Thing::property returns");
     if (slot_) slot_->publish(value);
   }
 
-  /// Sets how many published values are kept between two scans of the engine while a subscriber has a queue, which gets each of them. A value
-  /// that a queue does not get counts as dropped (lrt:dropped). The default suffices for the longest queue that a subscriber may request, within
-  /// subscription::SubscriptionOptions::max_kept_bytes. That limit does not apply to `samples`; 0: only the newest value is kept.
+  /// Sets how many published values are kept between two scans of the engine while a subscriber has a queue. Such a
+  /// subscriber gets each kept value. Values that a queue does not get count as dropped (lrt:dropped). The default
+  /// suffices for the longest queue that a subscriber may request, within
+  /// subscription::SubscriptionOptions::max_kept_bytes. That limit does not apply to `samples`. 0: only the newest
+  /// value is kept.
   PushedProperty& keep(std::size_t samples) {
     return this->edit("keep", [&](auto& s) { s.slot->keep(samples); });
   }
-  /// While the property is observed, each publish() wakes the engine by a system call, so that the value is sent at once. For events that come at
-  /// irregular times and must not wait. Without it the engine learns when a regular publish() is due, and finds an irregular one after at most
-  /// subscription::SubscriptionOptions::scan_period.
+  /// While the property is observed, each publish() wakes the engine by a system call, so that the value is sent at
+  /// once. Use it for events that come at irregular times and must not wait. Without it the engine predicts when a
+  /// regular publish() is due, and finds an irregular one after at most subscription::SubscriptionOptions::scan_period.
   PushedProperty& urgent() {
     return this->edit("urgent", [](auto& s) { s.slot->set_urgent(); });
   }
-  /// Counts a repeated value as a change.
+  /// Counts a repeated value as a change: a new time, and a notification.
   PushedProperty& every_sample() {
     return this->edit("every_sample", [](auto& s) { s.slot->set_every_sample(); });
   }
@@ -192,10 +214,11 @@ class PushedProperty : public model::PropertyHandle<PushedProperty<T>, T> {
   std::shared_ptr<model::Slot<T>> slot_;
 };
 
-/// Handle to a pulled Property: a lambda reads its value when a client requests it or observes it. changed() works before and after
-/// Server::add(), and has no effect once the thing is removed.
+/// Handle to a pulled Property: a lambda reads its value when a client requests it or observes it. changed() works
+/// before and after Server::add(), and has no effect once the thing is removed. Thing::property(path, read) makes it.
 ///
-/// @par Threads  Set-up: one at a time, before Server::add(). changed: any.
+/// @par Threads  Set-up: one thread at a time, before Server::add(). changed(): any.
+/// @par Implements  R0.3, R1.9, paper 5.2
 template <class T>
 class PulledProperty : public model::PropertyHandle<PulledProperty<T>, T> {
   using Base = model::PropertyHandle<PulledProperty<T>, T>;
@@ -212,7 +235,7 @@ class PulledProperty : public model::PropertyHandle<PulledProperty<T>, T> {
     if (this->spec_) this->spec_->changes->changed();
   }
 
-  /// The period at which `read` is called while the property is observed. Zero: only after changed(). Default:
+  /// Sets the period at which `read` is called while the property is observed. Zero: only after changed(). Default:
   /// subscription::SubscriptionOptions::sample_period.
   PulledProperty& sample(std::chrono::milliseconds period) {
     return this->edit("sample", [&](auto& s) { s.sample_period = period; });

@@ -17,7 +17,9 @@
 
 namespace lrt::model {
 inline namespace v0 {
-/// One invocation, for the robot's code. Implemented by the engine. After the first finish() or a cancellation, calls have no effect.
+/// @cond internal
+/// One invocation, as the user's code sees it. The engine implements it. After the first finish() or a cancellation,
+/// calls have no effect.
 /// @par Threads  Any.
 class LRT_API InvocationLink {
  public:
@@ -28,7 +30,8 @@ class LRT_API InvocationLink {
   virtual void on_cancel(UniqueFunction<void()> hook) = 0;
 };
 
-/// What the copies of a Responder share. Ends the invocation as failed when the last copy is destroyed without a result.
+/// The state that the copies of a Responder share. Ends the invocation as failed when the last copy is destroyed
+/// without a result.
 class LRT_API SharedInvocation {
  public:
   explicit SharedInvocation(std::shared_ptr<InvocationLink> link) : link_(std::move(link)) {}
@@ -46,33 +49,43 @@ class LRT_API SharedInvocation {
   std::atomic<bool> finished_{false};
 };
 
+/// @endcond
+/// The common part of Responder and ResponderOf: failure, progress and cancellation of an invocation. Copies refer to
+/// the same invocation.
+/// @par Threads  Any. Several copies may be used at the same time; one copy by one thread at a time.
 class ResponderBase {
  public:
-  /// An empty responder: its calls have no effect, and one of an action may be assigned later.
+  /// An empty responder. Its calls have no effect. Another responder may be assigned to it.
   ResponderBase() = default;
+  /// Made by the engine for each invocation.
   explicit ResponderBase(std::shared_ptr<InvocationLink> link) : invocation_(std::make_shared<SharedInvocation>(std::move(link))) {}
 
-  /// True while it refers to an invocation for which neither succeed() nor fail() was called, on this or another copy.
+  /// True if it refers to an invocation that has not been ended by succeed() or fail(), on this or another copy.
   explicit operator bool() const noexcept { return invocation_ && !invocation_->finished(); }
 
-  /// Ends the invocation as failed, with `error` in its representation. Errc::refused: the robot's state or limits exclude the command, a
-  /// waiting client gets 409. Any other code: the robot tried and failed, 500.
+  /// Ends the invocation as failed, with `error` in its representation. Has no effect on an ended invocation. A waiting
+  /// client gets a status by the code: 409 for refused (the robot's state or limits exclude the command), out_of_range
+  /// and limit_exceeded, 422 for expected_value, and 500 for another code (the robot tried and failed).
   void fail(Error error) const { finish(Unexpected{std::move(error)}); }
+  /// As fail(Error) with Errc::failed.
   void fail(std::string message) const { fail(Error{Errc::failed, std::move(message)}); }
-  /// Sets the progress of the invocation, 0 to 1.
+  /// Sets the progress of the invocation, 0 to 1. Other numbers are clamped, NaN is ignored. Observers of the
+  /// invocation get it.
   void progress(double fraction) const noexcept {
     if (invocation_) invocation_->link().progress(fraction);
   }
-  /// True after the invocation was cancelled or preempted. Then stop the robot's action and destroy the responder.
+  /// True after the invocation was cancelled (by DELETE) or preempted (by its policy). Then stop the robot's motion and
+  /// destroy the responder.
   bool cancelled() const noexcept { return invocation_ && invocation_->link().cancelled(); }
-  /// Runs `hook` once when the invocation is cancelled or preempted or its thing is removed; at once if that has happened already. The hook
-  /// runs where the action's Dispatch says, so possibly after Server::remove() has returned. It must not hold a copy of this responder:
-  /// then the last copy would never be destroyed.
+  /// Registers a function that runs once when the invocation is cancelled or preempted or its thing is removed; at once
+  /// if that has happened already. It runs where the action's Dispatch says, so possibly after Server::remove() has
+  /// returned. It must not hold a copy of this responder: then the last copy would never be destroyed.
   void on_cancel(UniqueFunction<void()> hook) const {
     if (invocation_) invocation_->link().on_cancel(std::move(hook));
   }
 
  protected:
+  /// Ends the invocation. Only the first call has an effect.
   void finish(Result<rdf::Value> result) const {
     if (invocation_) invocation_->finish(std::move(result));
   }
@@ -86,23 +99,28 @@ class ResponderBase {
 namespace lrt {
 inline namespace v0 {
 
-/// Ends an invocation of an asynchronous action without output: call succeed() or fail(). Copies refer to the same invocation, so a
-/// std::function can hold one. The first call of succeed() or fail() on any copy counts, later ones have no effect. When the last copy is
-/// destroyed and neither was called, the invocation ends as failed, and a waiting client gets 500.
+/// Ends an invocation of an asynchronous action without output, by succeed() or fail().
 ///
-/// @par Threads  Any. Several copies may be used at the same time, one copy by one thread at a time.
+/// Copies refer to the same invocation, so a std::function can hold one. The first call of succeed() or fail() on any
+/// copy counts; later calls have no effect. If the last copy is destroyed before either call, the invocation ends as
+/// failed, and a waiting client gets 500.
+///
+/// @par Threads  Any. Several copies may be used at the same time; one copy by one thread at a time.
 /// @par Implements  R0.8, paper 5.4
 class LRT_API Responder : public model::ResponderBase {
  public:
   using ResponderBase::ResponderBase;
+  /// Ends the invocation as succeeded.
   void succeed() const { finish(rdf::Value()); }
 
-  /// Splits the invocation into parts, for an action that is composed of others (Action::composed_of): give each part to the code of one of
-  /// them, which uses it as the responder of an invocation of its own.
+  /// Splits the invocation into parts, for an action that is composed of others (Action::composed_of). Give each part
+  /// to the code of one of them, which uses it as the responder of its own invocation. Afterwards use the parts instead
+  /// of this responder.
   ///
-  /// The invocation succeeds when all parts have succeeded. When a part fails or its last copy is destroyed, the invocation fails with its error,
-  /// and the other parts are cancelled; their on_cancel hooks run on the thread of that call. Its progress is the mean of theirs. When it is
-  /// cancelled, all parts are. Of no parts it succeeds at once. Afterwards use the parts instead of this responder.
+  /// The invocation succeeds when all parts have succeeded. If a part fails or its last copy is destroyed, the
+  /// invocation fails with its error, and the other parts are cancelled; their on_cancel hooks run on the thread of
+  /// that call. Its progress is the mean of the parts' progress. If it is cancelled, all parts are cancelled. With 0
+  /// parts it succeeds at once.
   ///
   ///     std::vector<lrt::Responder> parts = done.split(2);
   ///     rotate(shoulder, angles.shoulder, parts[0]);
@@ -112,11 +130,14 @@ class LRT_API Responder : public model::ResponderBase {
   std::vector<Responder> split(std::size_t parts) const;
 };
 
-/// Ends an invocation of an asynchronous action that produces a T.
+/// Ends an invocation of an asynchronous action that produces a T. Otherwise as Responder.
+/// @par Threads  As Responder.
+/// @par Implements  R0.8, paper 5.4
 template <class T>
 class ResponderOf : public model::ResponderBase {
  public:
   using ResponderBase::ResponderBase;
+  /// Ends the invocation as succeeded, with its output.
   void succeed(const T& output) const { finish(rdf::traits<T>::encode(output)); }
 };
 

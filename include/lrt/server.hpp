@@ -26,27 +26,31 @@ class FeedHost;
 struct Served;
 struct ServerCounters;
 
-/// Serves Things. Owns them, the transport and, with Io::own_thread, a thread.
+/// Serves Things. It owns them, the transport and, with Io::own_thread, a thread.
 ///
-/// It may have static storage, and exit() may be called at any time: what lrt's threads use is never destroyed. What the lambdas use must live as long as
-/// they may be called: until stop(), or until the process has ended.
+/// A server may have static storage, and exit() may be called at any time: what lrt's threads use is never destroyed.
+/// What the lambdas use must exist as long as they may be called: until stop(), or until the process has ended.
 ///
-/// A server belongs to the process that has created it. In a child of fork() its functions return at once and have no effect: add, remove and reload_tls
-/// return closed, serve and judge_header respond with 503. The destructor does nothing there; the descriptors are closed by exec and at the end.
+/// A server belongs to the process that created it. In a child of fork() its functions return at once and have no
+/// effect: add, remove and reload_tls return Errc::closed, serve and judge_header respond with 503. The destructor has
+/// no effect there; exec or the end of the child closes the descriptors.
 ///
-/// @par Threads  add, remove, stop, wake: any thread. poll, run: one thread at a time, the host's.
+/// @par Threads  add, remove, stop, wake: any. poll, run: one thread at a time, the host's. The others say it
+///               themselves. User lambdas run without a lock of lrt, where their Dispatch says.
+/// @par Implements  R0.1 to R0.17, R1.1 to R1.12
 class LRT_API Server {
  public:
-  /// Starts to listen.
+  /// Makes a server and starts to listen.
   /// @par Errors  address_in_use, insecure_address, invalid_option (also of Threads::own), io_error
   static Result<Server> create(Options options = {});
   Server(Server&&) noexcept;
   Server& operator=(Server&&) noexcept;
-  /// Calls stop(). Below a lambda of this server, as exit() in a lambda does with a static server, nothing is freed.
+  /// Calls stop(). If it is called from a lambda of this server, as by exit() with a static server, nothing is freed.
   ~Server();
 
-  /// Registers a thing. From now on it is served.
-  /// @par Errors      the thing's first error, duplicate_path, expected_rdf, closed; nothing is registered after an error
+  /// Registers a thing. When it returns, the thing is served.
+  /// @par Errors      the thing's first error, duplicate_path, expected_rdf, closed; after an error nothing is
+  ///                  registered
   /// @par Implements  R0.3
   Result<void> add(Thing thing);
   /// Registers several things: all of them at once, or none.
@@ -57,52 +61,59 @@ class LRT_API Server {
 
   /// Runs lambdas that are due. With Io::in_poll it also serves the network. Never waits.
   ///
-  /// When `budget` is used up, at most one more lambda is started. With Io::in_poll the current step is completed: at most 1 ms, except for a
-  /// large body (README, Threads), which limits.max_body_bytes bounds. When idle it does not allocate, and makes no system call with
-  /// Io::own_thread and one with Io::in_poll.
-  /// @return  how long the caller may sleep; zero: work is left
+  /// When `budget` is used up, at most one more lambda is started. With Io::in_poll the current step is completed: at
+  /// most 1 ms, except for a large body, which limits.max_body_bytes bounds (see Threads::body_threads). When idle,
+  /// poll() does not allocate; it makes no system call with Io::own_thread and one with Io::in_poll.
+  /// @param budget  time after which no further work is started, except as above
+  /// @return        how long the caller may sleep; zero: work is left
   std::chrono::milliseconds poll(std::chrono::microseconds budget = std::chrono::microseconds(200)) noexcept;
-  /// A descriptor for the host's own poll(), epoll or select. It is readable whenever poll() has work, including expired times and work left
-  /// by a budget. The server owns it, until stop(); do not read from it.
+  /// A descriptor for the host's own poll(), epoll or select. It is readable whenever poll() has work, including
+  /// expired times and work that a budget left over. The server owns it, until stop(). Do not read from it.
   /// @return  -1: the transport has no descriptor; sleep as long as poll() returns
   int descriptor() noexcept;
   /// Calls poll() and waits, until stop().
   void run() noexcept;
-  /// Calls run() on a thread of its own. Throws if the system has no further thread.
+  /// Calls run() on a thread of lrt. A second call has no effect.
+  /// @throws BadResult  the system refuses a further thread, or its options (Threads::own)
   void start();
   /// Interrupts a blocking run().
   /// @par Threads  Any.
   /// @par Time     No lock, no allocation, at most one system call.
   void wake() noexcept;
-  /// Responds to waiting requests with 503, closes connections and ends the threads; run() returns. Waits for a running lambda.
+  /// Responds to waiting requests with 503, closes connections and ends the threads; run() returns. Waits until a
+  /// running lambda has returned.
   /// @par Threads  Any, also from a lambda.
   void stop() noexcept;
 
-  /// Serves a request that came over an HTTP server of the host's, and waits for its response. The parsed header section must have passed
-  /// http::check_request(). What only its bytes can show is up to the host's server, and so are Date, Content-Length, Connection, and the
-  /// missing body of HEAD. lrt::mount() in httplib.hpp uses this.
-  /// @param request  `mount` and `local_port` say where the host's server serves; `can_stream` if it can send event streams
+  /// Serves a request that the host's own HTTP server received, and waits for the response. http::check_request() must
+  /// have accepted the request. The host's server checks what only the raw bytes show, and adds Date, Content-Length
+  /// and Connection. It does not send the body of a response to HEAD. lrt::mount() in httplib.hpp uses this function.
+  /// @param request  `mount` and `local_port` state where the host's server serves; `can_stream`: it can send event
+  ///                 streams
   /// @par Threads     Any, many at once; not from a lambda of this server.
-  /// @par Time        At most host_timeout, or what `Prefer: wait` says.
+  /// @par Time        At most Limits::host_timeout, or the time of `Prefer: wait`.
   Served serve(const http::Request& request);
 
-  /// Judges a request for serve() before its body is received: who may send it, whether its resource takes such a body, and of which size.
-  /// After a verdict without a response, set `request.judged` to its `judged` for serve(), which does not call the authorizer again then.
+  /// Checks a request for serve() before its body is received: whether the client may send it, and whether its resource
+  /// takes a body of this size. If the verdict has no response, store its `judged` in `request.judged` for serve(),
+  /// which then does not call the authorizer again.
+  /// @param request     its header section; `body` is empty
   /// @param body_bytes  Content-Length, more than 0; nullopt: the body is chunked
   /// @par Threads     As serve().
   engine::HeaderVerdict judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes);
 
-  /// Reads the certificate and key of Security::tls again. Open connections are kept.
+  /// Reads certificate and key of Security::tls again. Open connections keep the old ones.
   /// @par Errors   invalid_option: the server has no TLS; io_error: the old certificate and key stay in use
   /// @par Threads  Any.
   Result<void> reload_tls();
 
-  /// What the server has done, and what it has now (server_thing.hpp).
+  /// Counters since the server was created, and present numbers (server_thing.hpp).
   /// @par Threads  Any.
   ServerCounters counters() const;
 
-  std::uint16_t port() const noexcept;
-  /// Listen::address as it was given, and the port: "http://127.0.0.1:8080/", "http://robot.local:8080/"; with TLS "https://..."
+  std::uint16_t port() const noexcept;  ///< the port that it listens on
+  /// URL with Listen::address as it was given, and the port: "http://127.0.0.1:8080/", "http://robot.local:8080/"; with
+  /// TLS "https://..."
   std::string url() const;
 
  private:
@@ -119,14 +130,17 @@ class LRT_API Server {
   std::unique_ptr<Impl, End> impl_;
 };
 
-/// The events of one event stream that Server::serve() has opened. Destroying it ends the subscription. It must not outlive the server.
+/// The events of one event stream that Server::serve() has opened. Destroying it ends the subscription. It must not
+/// outlive the server.
 ///
-/// @par Threads  One at a time.
+/// @par Threads  One thread at a time.
+/// @par Implements  WHATWG HTML 9.2 (server-sent events)
 class LRT_API EventSource {
  public:
+  /// What next() returns.
   struct Event {
-    std::shared_ptr<const std::string> bytes;  ///< to be sent as they are; nullptr: there was none in that time
-    bool end = false;                          ///< the stream is over: nothing follows
+    std::shared_ptr<const std::string> bytes;  ///< to be sent unchanged; nullptr: there was no event within the time
+    bool end = false;                          ///< the stream has ended: nothing follows
   };
   EventSource(EventSource&& other) noexcept;
   EventSource& operator=(EventSource&& other) noexcept;
@@ -141,10 +155,10 @@ class LRT_API EventSource {
   engine::Channel channel_;
 };
 
-/// What Server::serve() gives.
+/// What Server::serve() returns.
 struct Served {
-  http::Response response;
-  std::optional<EventSource> events;  ///< the response is an event stream: its header section is to be sent, and then these
+  http::Response response;            ///< the response
+  std::optional<EventSource> events;  ///< the response is an event stream: send its header section, then these events
 };
 
 }  // namespace v0

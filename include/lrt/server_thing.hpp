@@ -16,45 +16,52 @@
 namespace lrt {
 inline namespace v0 {
 
-/// How long something takes, of all times since the server was created. [s]
+/// A distribution of durations since the server was created, in seconds.
 struct TimeCounts {
   /// Upper bounds of the first counts.
   static constexpr std::array<double, 11> bounds = {0.00001, 0.00005, 0.0001, 0.0002, 0.0005, 0.001, 0.002, 0.005, 0.01, 0.1, 1};
-  std::array<std::uint64_t, bounds.size() + 1> counts{};  ///< up to each bound and above the one before; the last: more than all of them
-  double sum = 0;
-  double newest = 0;
-  double maximum = 0;
+  std::array<std::uint64_t, bounds.size() + 1> counts{};  ///< durations up to each bound and above the one before; the last: above all bounds
+  double sum = 0;                                         ///< [s] of all durations
+  double newest = 0;                                      ///< [s]
+  double maximum = 0;                                     ///< [s]
 };
 
-/// What a server has done since it was created, and what it has now. Requests that the transport refuses without asking the server are not in it.
+/// Counters of a server since it was created, and present numbers. Requests that the transport itself refuses are not
+/// counted.
 struct ServerCounters {
-  std::uint64_t requests = 0;
-  std::array<std::uint64_t, 5> responses{};                      ///< 1xx, 2xx, 3xx, 4xx, 5xx
-  std::array<std::uint64_t, http::denial_count> refusals{};      ///< by http::Denial
-  std::optional<std::size_t> connections;                        ///< open, WebSockets included; nullopt: the transport does not count them
-  std::size_t websockets = 0, event_streams = 0, callbacks = 0;  ///< subscriptions
-  std::uint64_t messages_sent = 0;                               ///< taken by transports, or confirmed by receivers of web callbacks
-  std::uint64_t messages_dropped = 0;                            ///< changes that a subscriber did not get one by one
-  std::size_t queued_bytes = 0;                                  ///< of messages for subscribers
-  std::size_t waiting_requests = 0;                              ///< deferred
-  std::size_t waiting_calls = 0;                                 ///< calls of lambdas that the host has not run
-  TimeCounts poll;                                               ///< of Server::poll()
-  TimeCounts poll_interval;                                      ///< from the beginning of one Server::poll() to that of the next
-  std::uint64_t audit_dropped = 0;                               ///< lines
-  std::size_t audit_waiting = 0;                                 ///< lines
-  std::size_t feeds = 0;                                         ///< subscriptions of lrt::Feed, as of a bridge to an MQTT broker
+  std::uint64_t requests = 0;                                ///< all requests that the engine got
+  std::array<std::uint64_t, 5> responses{};                  ///< by class of status: 1xx, 2xx, 3xx, 4xx, 5xx
+  std::array<std::uint64_t, http::denial_count> refusals{};  ///< by http::Denial
+  std::optional<std::size_t> connections;                    ///< open ones, WebSockets included; nullopt: the transport does not count them
+  /// @{
+  /// Present subscriptions.
+  std::size_t websockets = 0, event_streams = 0, callbacks = 0;
+  /// @}
+  std::uint64_t messages_sent = 0;     ///< taken by transports, or confirmed by receivers of web callbacks
+  std::uint64_t messages_dropped = 0;  ///< changes that a subscriber did not get one by one
+  std::size_t queued_bytes = 0;        ///< of messages for subscribers
+  std::size_t waiting_requests = 0;    ///< requests whose response is deferred
+  std::size_t waiting_calls = 0;       ///< calls of lambdas that the host has not run
+  TimeCounts poll;                     ///< durations of Server::poll()
+  TimeCounts poll_interval;            ///< from the beginning of one Server::poll() to that of the next
+  std::uint64_t audit_dropped = 0;     ///< lines of the audit that were lost
+  std::size_t audit_waiting = 0;       ///< lines that wait for the sink of the audit
+  std::size_t feeds = 0;               ///< subscriptions of lrt::Feed, for example of an MQTT bridge
 };
 
-/// The counters in the text format 0.0.4 of Prometheus, `text/plain;version=0.0.4;charset=utf-8`. The names begin with `lrt_`.
+/// The counters in the text format 0.0.4 of Prometheus, `text/plain;version=0.0.4;charset=utf-8`. The names begin with
+/// `lrt_`.
 LRT_API std::string prometheus_text(const ServerCounters& counters);
 
-/// A Thing with the counters of a server, to be added to it: who may read it, sees them. Its property `metrics` is the text of prometheus_text():
+/// A Thing with the counters of a server, to be added to that server. Each client that may read it sees them. Its
+/// property `metrics` is the text of prometheus_text():
 ///
 ///     server.add(lrt::server_thing(server));   // scrape_configs: metrics_path: /server/metrics
 ///
-/// Its lambdas run on the thread that does I/O and do not wait for the host.
+/// Its lambdas run on the I/O thread and do not wait for the host.
 ///
 /// @param server  must exist as long as the Thing is served
+/// @param path    path of the Thing
 LRT_API Thing server_thing(const Server& server, std::string_view path = "server");
 
 }  // namespace v0

@@ -17,21 +17,22 @@
 namespace lrt {
 inline namespace v0 {
 
-/// The description of a Linked Robotic Thing: its types, properties, actions and collections. Pass it to Server::add when it is complete.
-/// The thing stores the first error of any of its calls, and add() returns it.
+/// The description of a Linked Robotic Thing: its types, properties, actions and collections. Pass it to Server::add()
+/// when it is complete. The thing stores the first error of its calls, and add() returns it.
 ///
-/// @par Names    Things, properties, actions and collections may have any name. lrt has names of its own below a thing: `state`, `blueprint`,
-///               `subscriptions`, `all`, and `actions/` before the name of an action. If the user gives the same path to something else, also later
-///               and as the path of another Thing, then lrt's resource has `-lrt` after its name ("arm/state-lrt", "arm/actions-lrt/turn"),
-///               for as long as the user's is there. Clients follow links, so they find both. So do the Blueprints of kinds below
-///               "blueprints". Three paths are reserved: "ns/lrt", "ns/vocabulary" and "ns/context.jsonld".
-/// @par Threads  Set-up only, one thread at a time.
+/// @par Names    Things, properties, actions and collections may have any name. lrt uses names of its own below a
+///               thing: `state`, `blueprint`, `subscriptions`, `all`, and `actions/` before the name of an action. If
+///               the user gives one of these paths to something else, also later and as the path of another Thing,
+///               lrt's resource gets `-lrt` after its name ("arm/state-lrt", "arm/actions-lrt/turn") as long as the
+///               user's resource exists. The same holds for the Blueprints of kinds below "blueprints". Clients follow
+///               links, so they find both. Three paths are reserved: "ns/lrt", "ns/vocabulary" and "ns/context.jsonld".
 /// @par Implements  R0.3, R1.1, R1.3
 class LRT_API Thing {
  public:
-  /// @param path  its path below the server's root: "baxter/right_s1" or "/baxter/right_s1". A Thing at a prefix of the path is its parent.
-  ///              Names are percent-encoded.
-  /// @par Errors  expected_iri (an empty name, "." or ".."; the message says what to write), duplicate_path: by add()
+  /// @param path  its path below the server's root: "baxter/right_s1" or "/baxter/right_s1". A Thing at a prefix of the
+  ///              path is its parent. Names are percent-encoded.
+  /// @par Errors  expected_iri (an empty name, "." or ".."; the message says what to write), duplicate_path: from
+  ///              Server::add()
   explicit Thing(std::string_view path);
   Thing(Thing&&) noexcept;
   Thing& operator=(Thing&&) noexcept;
@@ -39,37 +40,38 @@ class LRT_API Thing {
 
   /// Adds an rdf:type. Every thing has the type hybrit:RoboticThing (R1.3, R1.4).
   Thing& type(Iri type);
-  /// Sets dcterms:title. Default: the last segment of the path.
+  /// Sets dcterms:title, for people. Default: the last segment of the path.
   Thing& title(std::string text);
   /// Adds a triple about the thing (R1.12).
   Thing& add(Iri predicate, Object object);
   /// Adds a Turtle document. Its base is the thing's IRI, so `<>` is the thing.
   Thing& add_turtle(std::string text);
-  /// Refers to an external Blueprint instead of the generated one (R1.11).
+  /// Refers to an external Blueprint by its IRI instead of the generated one (R1.11).
   Thing& blueprint(Iri external);
-  /// Adds SHACL shapes in Turtle to the thing's own Blueprint, which is their base. A shape with one of these names replaces the
-  /// generated one: `<#rotation>` for values of the property "rotation", `<#actions/rotate/input>` for the input of the action "rotate"
-  /// (`<#actions-lrt/rotate/input>` if there is a property "actions/rotate/input"), `<#waypoints>` for members of the collection "waypoints",
-  /// `<>` for the thing. A body that does not conform is answered 422 with the
-  /// report, before any lambda is called.
-  /// @par Errors      expected_rdf, expected_value (an ill-formed shape, with its triple): by add()
+  /// Adds SHACL shapes in Turtle to the thing's own Blueprint, whose IRI is their base. A shape with one of these names
+  /// replaces the generated one: `<#rotation>` for values of the property "rotation", `<#actions/rotate/input>` for the
+  /// input of the action "rotate" (`<#actions-lrt/rotate/input>` if there is a property "actions/rotate/input"),
+  /// `<#waypoints>` for members of the collection "waypoints", `<>` for the thing. If a body does not conform, the
+  /// client gets 422 with the report, and no lambda is called.
+  /// @par Errors      expected_rdf, expected_value (an ill-formed shape, with its triple): from Server::add()
   /// @par Implements  R1.11, paper 5.1
   Thing& shapes(std::string turtle);
   /// As shapes(), from a file.
-  /// @par Errors  io_error: by add()
+  /// @par Errors  io_error: from Server::add()
   Thing& shapes_from_file(const std::string& path);
   /// Sets where the thing's lambdas run.
   Thing& dispatch(Dispatch where);
-  /// As max_age() of a property, for the representations of the thing and of its state (lrt:state), which has all its values.
+  /// Sets max_age() for the representations of the thing and of its state (lrt:state), which contains all its values.
+  /// See model::PropertyHandle::max_age().
   Thing& max_age(std::chrono::milliseconds age, std::chrono::milliseconds while_revalidating = {});
 
   /// Exposes a readable value as a pulled Property: GET calls `read` and renders the result with rdf::traits<T>.
   ///
   /// @param path  relative to the thing, without a leading '/': "rotation", "arm/j1".
-  /// @param read  callable `T()`. It returns numbers in `unit`; they are not converted.
-  /// @param unit  for example unit::radian
+  /// @param read  callable `T()`, with rdf::traits<T>. It returns numbers in `unit`; they are not converted.
+  /// @param unit  unit of the numbers, for example unit::radian
   /// @return      handle, for predicates, types, bounds and on_write
-  /// @par Errors      expected_iri, duplicate_path: by add()
+  /// @par Errors      expected_iri, duplicate_path: from Server::add(). If `read` throws, a GET is answered with 500.
   /// @par Threads     `read` runs where dispatch() of the property says, never concurrently with itself.
   /// @par Time        Expects `read` to return within one control period.
   /// @par Implements  R0.3, R0.9, R1.9
@@ -96,8 +98,15 @@ class LRT_API Thing {
       return PulledProperty<T>(std::move(spec));
     }
   }
-  /// Exposes a value as a pushed Property: the control loop passes it to publish(), and GET is answered without the host's thread. Before the
-  /// first publish() the property has no value.
+  /// Exposes a value as a pushed Property: the control loop passes it to publish(), and the server answers GET without
+  /// the host's thread. Before the first publish() the property has no value.
+  ///
+  /// @tparam T    type of the value, with rdf::traits<T>, a default constructor and copies
+  /// @param path  relative to the thing, without a leading '/'
+  /// @param unit  unit of the numbers, which are not converted
+  /// @return      handle, for publish(), predicates, types, bounds and on_write
+  /// @par Errors      expected_iri, duplicate_path: from Server::add()
+  /// @par Implements  R0.3, R0.9, R1.9
   template <class T>
   PushedProperty<T> property(std::string_view path, const Unit& unit = unit::none) {
     if constexpr (!std::is_default_constructible_v<T> || !std::is_copy_constructible_v<T> || !std::is_copy_assignable_v<T>) {
@@ -115,16 +124,25 @@ class LRT_API Thing {
 
   /// Exposes a command as an Action below `actions/`.
   ///
+  /// The response to a POST tells what happened to the command. The server waits, at most Limits::host_timeout, for the
+  /// result of a synchronous `f` and for the return of an asynchronous one.
+  ///
+  /// | status                      | meaning |
+  /// |-----------------------------|---------|
+  /// | 204, or 200 with the output | the invocation has succeeded |
+  /// | 204 with Location           | the invocation continues |
+  /// | 202                         | not known yet: the invocation waits in the queue of the action, or `f` takes longer |
+  /// | 409, 422                    | `f` failed with Errc::refused, out_of_range or limit_exceeded (409), or expected_value (422) |
+  /// | 500                         | `f` failed with another error or threw, or the Responder was destroyed |
+  /// | 503                         | `f` did not begin within the time, and will never begin |
+  ///
   /// @param path  relative to `actions/`: "rotate"
-  /// @param f     `R()`, `R(In)`: synchronous, R is void, a type with traits, or a Result of these;
-  ///              `void(Responder)`, `void(In, Responder)`, `void(In, ResponderOf<Out>)`: asynchronous.
-  ///              In may be std::string_view or const char* if the action is synchronous: the text lives during the call.
+  /// @param f     `R()`, `R(In)`: synchronous, R is void, a type with traits, or a Result of these; `void(Responder)`,
+  ///              `void(In, Responder)`, `void(In, ResponderOf<Out>)`: asynchronous. In may be std::string_view or
+  ///              const char* if the action is synchronous: the text is valid during the call.
+  /// @return      handle, for unit and bounds, policy, effects and availability
   ///
-  /// The response to a POST says what became of the command. It waits, at most Limits::host_timeout, for the result of a synchronous `f`
-  /// and for the return of an asynchronous one: 204, or 200 with the output; 204 with Location, if the invocation continues; 409 after
-  /// Errc::refused; 500 after another error, an exception, or a Responder that was destroyed; 503 if `f` has not begun, and then it never
-  /// does. 202: it is not known yet, because the invocation waits in the queue of the action, or `f` takes longer.
-  ///
+  /// @par Errors   expected_iri, duplicate_path: from Server::add()
   /// @par Threads  `f` runs where Action::dispatch() says.
   /// @par Implements  R0.5, R0.8, R1.10, paper 5.4
   template <class F>
@@ -149,6 +167,9 @@ class LRT_API Thing {
   }
 
   /// Exposes a container of values. Clients create and remove its members.
+  /// @param path   relative to the thing, without a leading '/'
+  /// @return       handle, for on_create, on_remove, unit and bounds
+  /// @par Errors   expected_iri, duplicate_path: from Server::add()
   /// @par Implements  R0.5, R0.8, LDP 5.2
   template <class T>
   Collection<T> collection(std::string_view path) {
@@ -158,10 +179,12 @@ class LRT_API Thing {
   /// The path in percent-encoded form.
   const std::string& path() const noexcept;
 
-  /// For the engine and the server: what it has as a World; nullptr: it is no World.
+  /// @cond internal
+  /// For the engine and the server: the part that a World has; nullptr: the thing is not a World.
   const model::WorldSpec* world() const noexcept { return spec_ ? spec_->world.get() : nullptr; }
   /// For the engine: moves the description out. The thing is empty afterwards.
   std::unique_ptr<model::ThingSpec> release() && noexcept { return std::move(spec_); }
+  /// @endcond
 
  private:
   friend class World;

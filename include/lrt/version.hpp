@@ -9,6 +9,7 @@
 #define LRT_VERSION_PATCH 0
 #define LRT_VERSION "0.1.0"
 
-/// Of the shared libraries: `liblrt.so.0`. Libraries of one number can replace each other. The classes and functions of lrt are in inline
-/// namespaces `v0`, of the same number, so that a program does not link with two of them unnoticed.
+/// ABI version of the shared libraries: `liblrt.so.0`. Libraries with the same number can replace each other. The
+/// classes and functions of lrt are in inline namespaces `v0` with the same number, so a program that mixes two
+/// versions does not link.
 #define LRT_ABI 0

@@ -31,68 +31,81 @@ class GraphState;
 namespace lrt {
 inline namespace v0 {
 
-/// What one graph of a World is like.
+/// Options of one graph of a World.
 struct GraphOptions {
   std::string title;  ///< dcterms:title; empty: the last name of its path
-  /// SHACL shapes in Turtle. The whole graph that a write would leave must conform to those that have targets, whether code or a client
-  /// writes. What is published() is not judged. Their base is the World's own Blueprint, where clients read them.
+  /// SHACL shapes in Turtle. A write, by code or by a client, is refused unless the resulting graph conforms to the
+  /// shapes that have targets. What is published() is not checked. Their base is the World's own Blueprint, where
+  /// clients read them.
   std::string shapes;
-  bool clients_may_write = false;            ///< PUT, POST, PATCH and DELETE; the right to write is needed as well
-  std::size_t max_triples = 100'000;         ///< a write that would leave more is refused (413)
-  std::size_t max_bytes = 32 * 1024 * 1024;  ///< the same of its IRIs and literals, written out each time they occur; also of a request body
-  /// Where the graph is kept over a restart: N-Triples with a first line of lrt. The file is replaced whole after each change, by a thread of
-  /// its own, so that it always has one state of the graph; what is published() is not in it. A file that was changed or cut off is kept beside as
-  /// FILE.damaged-1, the log says so, and the graph begins with `turtle`. One process writes a file at a time. Empty: nowhere.
+  bool clients_may_write = false;            ///< by PUT, POST, PATCH and DELETE; the client also needs the right to write
+  std::size_t max_triples = 100'000;         ///< of the resulting graph; a write beyond it is refused (413)
+  std::size_t max_bytes = 32 * 1024 * 1024;  ///< of its IRIs and literals, written in full at each occurrence; also of a request body (413)
+  /// File that stores the graph across restarts: N-Triples with a first line of lrt. A thread of lrt replaces it
+  /// atomically after each change, so it always contains one state of the graph, without what is published(). If the
+  /// file was changed or truncated, it is kept as FILE.damaged-1, the log says so, and the graph begins with `turtle`.
+  /// Only one process may write a file. Empty: the graph is not stored.
   std::string file;
-  std::string turtle;  ///< what the graph has at first, unless a file was written. Its base is the graph's IRI
+  std::string turtle;  ///< first content, unless there is a stored file. Its base is the graph's IRI
 };
 
-/// What clients may do with a World besides its graphs.
+/// What clients may do with a World besides writing its graphs.
 struct WorldOptions {
-  bool clients_may_create = false;  ///< new graphs, by PUT or POST below the World; the right to write the World is needed as well
-  std::size_t max_created = 100;    ///< graphs of clients at once; more: 409
-  /// Of each graph that a client creates. Clients may write and delete it, whatever clients_may_write says; `file`, `title` and `turtle` have
-  /// no meaning.
+  bool clients_may_create = false;  ///< new graphs, by PUT or POST below the World; the client also needs the right to write the World
+  std::size_t max_created = 100;    ///< graphs of clients at a time; more: 409
+  /// Options of each graph that a client creates. Clients may write and delete it, whatever clients_may_write says;
+  /// `file`, `title` and `turtle` are ignored.
   GraphOptions created{};
 };
 
-/// What a published value of an object is like.
+/// Options of a published value of an object.
 struct PublishedOptions {
+  /// Only a unit.
   PublishedOptions(const Unit& its_unit = unit::none) : unit(its_unit) {}  // NOLINT: most have a unit only
-  Unit unit;
-  std::optional<Object> frame{};  ///< of the numbers, as PropertyHandle::frame()
-  /// The object has gone if publish() was not called for so long: its value leaves the graph until the next publish(). Each publish() counts as a
-  /// change then, also of the same value. Zero: never.
+  Unit unit;                                                               ///< of the numbers, which are not converted
+  std::optional<Object> frame{};                                           ///< of the numbers, see model::PropertyHandle::frame()
+  /// If publish() is not called for this time, the value leaves the graph until the next publish(). Each publish() then
+  /// counts as a change, also of the same value. Zero: never.
   std::chrono::milliseconds expires_after{0};
 };
 
-/// Changes to a graph, inside WorldGraph::update(). They take effect together, or not at all. The first error stays, and is what update() returns.
+/// Changes to a graph, inside WorldGraph::update(). They take effect together, or not at all. update() returns the
+/// first error.
 ///
-/// A subject is an IRI. A relative one is resolved against the graph's IRI: "#cup" in the graph "map" of the World "world" is
-/// </world/map#cup>. IRIs of this server's own resources stand below World::base.
+/// A subject is an IRI. A relative one is resolved against the graph's IRI: `#cup` in the graph "map" of the World
+/// "world" is `</world/map#cup>`. IRIs of this server's own resources begin with World::base.
+///
+/// @par Errors   update() returns expected_iri (a subject), expected_rdf (a document), limit_exceeded
+/// @par Threads  The thread that calls `change`; only during the call.
 class LRT_API GraphUpdate {
  public:
+  /// Adds a triple.
   GraphUpdate& add(std::string_view subject, Iri predicate, const Object& object);
-  /// Terms as they are; relative IRIs are resolved, too. Blank nodes are those of the graph, see graph().
+  /// Adds a triple of terms. Relative IRIs are resolved, too. Blank nodes are those of the graph, see graph().
   GraphUpdate& add(const rdf::TermView& subject, const rdf::TermView& predicate, const rdf::TermView& object);
-  /// Adds a document. Its base is the graph's IRI. Its blank nodes become new ones.
+  /// Adds a Turtle document. Its base is the graph's IRI. Its blank nodes become new ones.
   GraphUpdate& add_turtle(std::string_view text);
-  /// Adds all triples. The blank nodes become new ones.
+  /// Adds all triples of a graph. Its blank nodes become new ones.
   GraphUpdate& add(const rdf::Graph& graph);
 
+  /// @{
+  /// Removes a triple, if the graph has it.
   GraphUpdate& remove(std::string_view subject, Iri predicate, const Object& object);
   GraphUpdate& remove(const rdf::TermView& subject, const rdf::TermView& predicate, const rdf::TermView& object);
-  /// Removes the triples with these terms; nullptr: any.
+  /// @}
+  /// Removes all triples with these terms; nullptr: any term.
   GraphUpdate& remove_matching(const rdf::TermView* subject, const rdf::TermView* predicate, const rdf::TermView* object);
-  /// Removes what the graph says of an object: its triples, those of blank nodes that only they lead to, and those that lead to it.
+  /// Removes an object: the triples about it, those about blank nodes that only these triples refer to, and those that
+  /// refer to it.
   GraphUpdate& remove_node(std::string_view subject);
-  /// The object becomes the only one of that subject and predicate.
+  /// Replaces all objects of that subject and predicate by one.
   GraphUpdate& set(std::string_view subject, Iri predicate, const Object& object);
+  /// Removes all triples.
   GraphUpdate& clear();
 
-  /// The graph with the changes up to now. Valid until the next change.
+  /// The graph with the changes so far. Valid until the next change.
   const rdf::Graph& graph();
-  /// How many triples it has now.
+  /// The number of its triples.
   std::size_t size() const noexcept;
 
  private:
@@ -101,10 +114,12 @@ class LRT_API GraphUpdate {
   model::GraphEdit& edit_;
 };
 
-/// A value of an object in a graph that the control loop publishes, such as its pose. Copies are handles to the same value.
+/// A value of an object in a graph that the control loop publishes, for example its pose. Copies are handles to the
+/// same value.
 template <class T>
 class PublishedObject {
  public:
+  /// An empty handle, to be assigned later.
   PublishedObject() noexcept = default;
 
   /// Passes the present value to the engine.
@@ -114,12 +129,12 @@ class PublishedObject {
     assert(slot_ && "lrt: the handle is empty; assign what WorldGraph::published returns");
     if (slot_) slot_->publish(value);
   }
-  /// The object is gone: its value leaves the graph. publish() has no effect any more.
-  /// @par Threads  Any but the control loop's: it locks.
+  /// Removes the value from the graph. publish() then has no effect.
+  /// @par Threads  Any but the control loop's, because it locks.
   void remove() noexcept {
     if (removes_) removes_();
   }
-  explicit operator bool() const noexcept { return slot_ != nullptr; }
+  explicit operator bool() const noexcept { return slot_ != nullptr; }  ///< false for an empty handle
 
  private:
   friend class WorldGraph;
@@ -128,24 +143,30 @@ class PublishedObject {
   std::function<void()> removes_;
 };
 
-/// Handle to a named graph of a World: what the robot knows of its surroundings, of its tasks, of its calibration. It is a resource with a URI, in
-/// every RDF syntax, observable, and writable by clients if GraphOptions say so. Copies are handles to the same graph. It works before and after
-/// Server::add(), and goes on working, unseen, when the World is removed.
+/// Handle to a named graph of a World: what the robot knows about its surroundings, its tasks or its calibration. The
+/// graph is a resource with a URI, in every RDF syntax, observable, and writable by clients if GraphOptions allow it.
+/// Copies are handles to the same graph. A handle works before and after Server::add(), and also after the World is
+/// removed; then nobody sees the changes.
 ///
-/// @par Threads  Any, also several at once, but not the control loop: all functions lock. publish() of what published() returns does not.
+/// @par Threads  Any, also concurrently, but not the control loop: all functions lock. publish() of what published()
+///               returns does not lock.
+/// @par Implements  paper D4
 class LRT_API WorldGraph {
  public:
   /// An empty handle, to be assigned later.
   WorldGraph() noexcept = default;
+  /// False for an empty handle.
   explicit operator bool() const noexcept { return state_ != nullptr; }
 
-  /// Changes the graph in one step: readers see all of the changes or none. Updates of several threads, and writes of clients, follow one another.
+  /// Changes the graph in one step: readers see all of the changes or none. Updates of several threads, and writes of
+  /// clients, run one after another.
   ///
   /// @param change  callable of GraphUpdate&. It runs on the calling thread. It may throw: then nothing changes.
-  /// @par Errors  those of the changes: expected_iri, expected_rdf; limit_exceeded: GraphOptions::max_triples, max_bytes; expected_value: the graph
-  ///              would not conform to its shapes, with the report as text; failed: `change` threw; refused: called within `change` of the same
-  ///              graph. Nothing has changed then.
-  /// @par Time     In proportion to the graph, which is copied: for 100,000 triples about 25 ms, 50 if some are removed; and the validation.
+  /// @par Errors  expected_iri, expected_rdf: a change; limit_exceeded: GraphOptions::max_triples, max_bytes;
+  ///              expected_value: the graph would not conform to its shapes, with the report as text; failed: `change`
+  ///              threw; refused: called within `change` of the same graph. After an error nothing has changed.
+  /// @par Time     Proportional to the graph, which is copied: for 100,000 triples about 25 ms, 50 ms if some are
+  ///               removed; plus the validation.
   template <class F>
   Result<void> update(F change) {
     if constexpr (!std::is_invocable_v<F&, GraphUpdate&>) {
@@ -157,18 +178,21 @@ class LRT_API WorldGraph {
     }
   }
 
-  /// The present graph without what is published(). It never changes; the next update() makes another one. IRIs of this server's own resources
-  /// stand below World::base.
+  /// The present graph without what is published(). The returned graph never changes; update() makes a new one. IRIs of
+  /// this server's own resources begin with World::base.
   std::shared_ptr<const rdf::Graph> snapshot() const;
-  /// Moves with each change.
+  /// A number that grows with each change.
   std::uint64_t revision() const;
 
-  /// Makes a value of an object that the control loop publishes, such as its pose. The value is a pushed Property of its own, at `path` below the
-  /// graph, and its triples, with the time, are also in the graph: `<#cup> predicate </world/map/cup>` and the value of </world/map/cup>. Before
-  /// the first publish() neither is there. Clients cannot write it: what a body says of it is left out.
+  /// Adds a value of an object that the control loop publishes, for example its pose. The value is a pushed Property of
+  /// its own, at `path` below the graph. Its triples, with the time, are also in the graph: `<#cup> predicate
+  /// </world/map/cup>` and the value of `</world/map/cup>`. Before the first publish() neither exists. Clients cannot
+  /// write it: the server ignores what a body states about it.
   ///
-  /// @param path  "cup", or "cup/pose" if the object has several values. The object is `<#cup>`: the first name.
-  /// @return      an empty handle if the path is not valid or taken; the server's log says so when the World is added
+  /// @param path       "cup", or "cup/pose" if the object has several values. The object is `<#cup>`: the first name.
+  /// @param predicate  from the object to the value
+  /// @return           an empty handle if the path is not valid or not free; the server's log says so when the World is
+  ///                   added
   template <class T>
   PublishedObject<T> published(std::string_view path, Iri predicate, const PublishedOptions& options = {}) {
     if constexpr (!std::is_default_constructible_v<T> || !std::is_copy_constructible_v<T> || !std::is_copy_assignable_v<T>) {
@@ -196,8 +220,8 @@ class LRT_API WorldGraph {
   std::shared_ptr<model::GraphState> state_;
 };
 
-/// A Thing that holds named graphs: the world model of the robot (the paper's D4). It has all that a Thing has, and is a container of its graphs (LDP)
-/// and a graph store (SPARQL 1.1 Graph Store HTTP Protocol), at its own URI and by the parameters `graph` and `default`.
+/// A Thing that holds named graphs: the world model of the robot. It is a Thing, a container of its graphs (LDP), and a
+/// graph store (SPARQL 1.1 Graph Store HTTP Protocol) at its own URI, with the parameters `graph` and `default`.
 ///
 ///     lrt::World world("world");
 ///     lrt::WorldGraph map = world.graph("map", {});
@@ -205,17 +229,20 @@ class LRT_API WorldGraph {
 ///     map.update([](lrt::GraphUpdate& u) { u.add("#cup", lrt::vocab::rdfs::label, "the red cup"); });
 ///
 /// @par Threads  Set-up only, one thread at a time.
-/// @par Implements  SPARQL 1.1 Graph Store HTTP Protocol; of SPARQL 1.1 Update INSERT DATA and DELETE DATA
+/// @par Implements  paper D4; SPARQL 1.1 Graph Store HTTP Protocol; of SPARQL 1.1 Update: INSERT DATA and DELETE DATA
 class LRT_API World final : public Thing {
  public:
-  /// Stands for the server in IRIs of graphs that code reads and writes: representations have the base of their request instead.
+  /// Replaces the server's base in the IRIs of graphs that code reads and writes. Representations have the base of
+  /// their request instead.
   static constexpr std::string_view base = "http://lrt.invalid";
 
+  /// @param path     its path below the server's root, see Thing
+  /// @param options  what clients may do
   explicit World(std::string_view path, WorldOptions options = {});
 
   /// Adds a named graph at `path` below the World.
-  /// @par Errors  expected_iri, duplicate_path, expected_rdf, expected_value (an ill-formed shape, or a first content that does not conform),
-  ///              limit_exceeded, io_error and invalid_option (its file): by add()
+  /// @par Errors  expected_iri, duplicate_path, expected_rdf, expected_value (an ill-formed shape, or a first content
+  ///              that does not conform), limit_exceeded, io_error and invalid_option (its file): from Server::add()
   WorldGraph graph(std::string_view path, GraphOptions options = {});
 };
 

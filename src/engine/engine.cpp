@@ -457,7 +457,7 @@ std::optional<http::Response> Engine::Impl::find_resource(Context& context, cons
   if (const auto links = query_parameter(context.request().target, "links")) {
     const auto first = rdf::lexical::parse_uint64(*links);
     if (!first) return parts.responses.problem(context, 400, "links: expected a number");
-    context.first_link = static_cast<std::size_t>(*first);
+    context.first_link = static_cast<std::size_t>(std::min<std::uint64_t>(*first, std::numeric_limits<std::size_t>::max()));
   }
   return context.resource->is_container() ? read_page(context, target.query) : std::nullopt;
 }

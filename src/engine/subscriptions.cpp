@@ -889,7 +889,7 @@ void Subscriptions::delivered(Channel channel, const subscription::DeliveryResul
     return end(*s, 0, {});
   }
   // Jitter from the data of the subscription: the engine has no random source.
-  const std::size_t spread = std::hash<std::string>()(s->subscription_id) ^ (s->backlog.dropped() * 7919 + s->revision * 104729);
+  const std::uint64_t spread = std::hash<std::string>()(s->subscription_id) ^ (s->backlog.dropped() * 7919 + s->revision * 104729);
   const auto pause = s->retry.failed(static_cast<double>(spread % 1024) / 1024);
   if (!pause) {
     responses_.log(LogLevel::warning, s->path + " ends after too many failures: " + detail);

@@ -115,7 +115,9 @@ bool Grammar::element(Group& group) {
     group.filters.push_back(std::move(condition));
     return true;
   }
-  if (is_word("SERVICE")) { return fail(token_.at, "SERVICE is not supported: this endpoint does not query other endpoints", Errc::unsupported_syntax); }
+  if (is_word("SERVICE")) {
+    return fail(token_.at, "SERVICE is not supported: this endpoint does not query other endpoints", Errc::unsupported_syntax);
+  }
   const bool read = is_punctuation("{")       ? group_or_union(group)
                     : accept_word("OPTIONAL") ? optional(group)
                     : accept_word("MINUS")    ? minus(group)

@@ -66,15 +66,14 @@ std::string words_for(const rdf::Graph& graph, rdf::TermId list) {
   return accepts(xsd::dayTimeDuration) && accepts(xsd::duration) ? words_for(xsd::duration.text) : std::string();
 }
 
-std::optional<std::size_t> count_of(const rdf::Graph& graph, rdf::TermId shape, Iri parameter) {
+std::optional<std::uint64_t> count_of(const rdf::Graph& graph, rdf::TermId shape, Iri parameter) {
   const auto id = object(graph, shape, parameter);
-  const auto n = id ? rdf::lexical::parse_uint64(graph.term(*id).text) : std::nullopt;
-  return n ? std::optional(static_cast<std::size_t>(*n)) : std::nullopt;
+  return id ? rdf::lexical::parse_uint64(graph.term(*id).text) : std::nullopt;
 }
 
 /// The cells are one more than the members: rdf:nil is one of the nodes that rdf:rest* reaches.
 std::string words_for_list(const rdf::Graph& graph, rdf::TermId cells) {
-  const std::size_t min = count_of(graph, cells, sh::minCount).value_or(1), max = count_of(graph, cells, sh::maxCount).value_or(0);
+  const std::uint64_t min = count_of(graph, cells, sh::minCount).value_or(1), max = count_of(graph, cells, sh::maxCount).value_or(0);
   if (max == 0) return min > 1 ? "a list of at least " + counted(min - 1, "value", "values") : "a list";
   if (min == max) return "a list of " + counted(max - 1, "value", "values");
   return "a list of " + (min > 1 ? std::to_string(min - 1) + " to " : std::string("at most ")) + counted(max - 1, "value", "values");
@@ -181,7 +180,7 @@ std::string shown_shape(const Plan& plan, std::uint32_t shape) {
   return "the shape given there";
 }
 
-std::string counted(std::size_t n, const char* one, const char* many) { return std::to_string(n) + " " + (n == 1 ? one : many); }
+std::string counted(std::uint64_t n, const char* one, const char* many) { return std::to_string(n) + " " + (n == 1 ? one : many); }
 
 }  // namespace v0
 }  // namespace lrt::shacl

@@ -39,7 +39,7 @@ std::string list_violation(const Run& run, const Scene& scene);
 std::string shown_shape(const Plan& plan, std::uint32_t shape);
 
 /// "1 value", "2 values".
-std::string counted(std::size_t n, const char* one, const char* many);
+std::string counted(std::uint64_t n, const char* one, const char* many);
 
 }  // namespace v0
 }  // namespace lrt::shacl

@@ -3,9 +3,11 @@
 #include <atomic>
 #include <thread>
 
+#include <lrt/base/abi.hpp>
+
 #include "src/base/thread.hpp"
 
-extern "C" __attribute__((visibility("default"))) bool start(std::atomic<int>* state);
+extern "C" LRT_API bool start(std::atomic<int>* state);
 
 /// Starts a thread that sets 1, waits for 2 and sets 3.
 extern "C" bool start(std::atomic<int>* state) {

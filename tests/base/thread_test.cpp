@@ -70,7 +70,7 @@ bool may_be_real_time() {
 
 }  // namespace
 
-TEST_CASE("a thread has its name and blocks all signals but faults", "[base]") {
+TEST_CASE("a thread has its name and blocks all signals but faults", "[base][not_emulated]") {
   const Task seen = seen_by({}, "lrt-test");
   CHECK(seen.name == "lrt-test");
   for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE, SIGXFSZ, SIGALRM, SIGUSR1, SIGCHLD, SIGRTMIN, SIGRTMAX}) CHECK(seen.blocks(signal));

@@ -5,7 +5,7 @@
 
 Finds what can be written or invoked by links, as a client does, and makes bodies from the published shapes: some as the shape wants them, most
 changed. Each is sent to the server as Turtle. The engines get the same body after the rules by which the server completes it
-(examples/MODELLING.md, "What a body may leave out"), which are written anew here and know the shape alone. A body is accepted or refused by all, or
+(docs/modelling.md, "What a body may leave out"), which are written anew here and know the shape alone. A body is accepted or refused by all, or
 the test fails. DIR is for what the engines read, and for the Node packages, which are fetched there by npm once. Without node, npm, its
 registry, or Apache Jena it exits with 77. LRT_RANDOM_BODIES_SEED and LRT_RANDOM_BODIES are the seed and the number of bodies.
 """
@@ -759,7 +759,7 @@ Sent = collections.namedtuple("Sent", "number target change turtle status judged
 
 
 def beyond_shapes(body):
-    """What the server refuses and no SHACL Core shape can state (examples/MODELLING.md): the reason, or None."""
+    """What the server refuses and no SHACL Core shape can state (docs/modelling.md): the reason, or None."""
     for node in body.subjects():
         if QUATERNION in body.objects(node, TYPE):
             numbers = [parts(o)[0] for c in "xyzw" for o in body.objects(node, iri(MATHS + c))]

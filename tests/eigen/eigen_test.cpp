@@ -503,7 +503,7 @@ TEST_CASE("GET shows a pose with its unit, and the state conforms to the Bluepri
   CHECK(says(json.body, "\"matrix\": {\"@list\": [{\"@list\": ["));
 }
 
-TEST_CASE("the sensor and the pose of MODELLING.md are shown as it says", "[eigen][R1.9]") {
+TEST_CASE("the sensor and the pose of docs/modelling.md are shown as it says", "[eigen][R1.9]") {
   Bench bench;
   double force = 3;
   lrt::Thing sensor{"arm/force"};

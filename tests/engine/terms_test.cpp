@@ -84,9 +84,9 @@ TEST_CASE(
   CHECK(properties > 70);
 }
 
-TEST_CASE("the term list has every term of MODELLING.md", "[engine][R1.5]") {
+TEST_CASE("the term list has every term of docs/modelling.md", "[engine][R1.5]") {
   const std::set<std::string> listed = subjects_in(term_list());
-  std::ifstream file(LRT_SOURCE_DIR "/examples/MODELLING.md");
+  std::ifstream file(LRT_SOURCE_DIR "/docs/modelling.md");
   const std::string page((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
   std::size_t terms = 0;
   const std::regex term("\\b(lrt|hybrit|ros|vom|maths|spatial):([A-Za-z][A-Za-z0-9]*)");

@@ -322,6 +322,10 @@ TEST_CASE("a request whose body cpp-httplib may leave on the connection ends it"
   for (const std::string line : {"GET /robot/arm", "GET /robot/nothing", "OPTIONS /robot/arm"}) {
     Raw client(robot.host->port());
     client.send(robot.raw(line + " HTTP/1.1", "Content-Length: " + std::to_string(inner.size()) + "\r\n")).until("\r\n\r\n");
+    if (!contains(client.received, "\r\nDate: ")) {  // newer releases (0.18) wait for the body themselves, and lrt is not called: mount() says so
+      CHECK(client.received.substr(9, 3) == "400");
+      continue;
+    }
     CHECK(contains(client.received, "\r\nConnection: close\r\n"));
     client.send(inner).all();
     CHECK(client.received.find("HTTP/1.1 ", 1) == std::string::npos);

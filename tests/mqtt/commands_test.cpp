@@ -124,7 +124,7 @@ TEST_CASE("a command writes a property, and the response has status and correlat
   const Watcher::Message refused = arm.command(client.watcher, "put/arm/speed", "30", with_token(operator_token));
   CHECK(refused.property("status") == "409");
   CHECK(refused.content_type == "application/problem+json");
-  CHECK_THAT(refused.payload, Catch::Matchers::Contains("too fast"));
+  CHECK_THAT(refused.payload, Catch::Matchers::ContainsSubstring("too fast"));
   const Watcher::Message invalid = arm.command(client.watcher, "put/arm/speed", "\"fast\"", with_token(operator_token));
   CHECK(invalid.property("status").substr(0, 1) == "4");
   CHECK(arm.command(client.watcher, "put/arm/nothing", "1", with_token(operator_token)).property("status") == "404");
@@ -290,10 +290,10 @@ TEST_CASE("options that cannot work are refused", "[mqtt]") {
   };
   CHECK(error_of([](mqtt::Options&) {}).empty());
   for (const char* prefix : {"", "/r1", "r1/", "a//b", "a/+/b", "a/#", "$SYS/r1", "a\nb", "a\xFF"})
-    CHECK_THAT(error_of([&](mqtt::Options& o) { o.prefix = prefix; }), Catch::Matchers::Contains("prefix"));
-  CHECK_THAT(error_of([](mqtt::Options& o) { o.publications[0].qos = 3; }), Catch::Matchers::Contains("qos"));
-  CHECK_THAT(error_of([](mqtt::Options& o) { o.broker.keep_alive = seconds(1); }), Catch::Matchers::Contains("keep_alive"));
-  CHECK_THAT(error_of([](mqtt::Options& o) { o.broker.host = ""; }), Catch::Matchers::Contains("host"));
-  CHECK_THAT(error_of([](mqtt::Options& o) { o.commands.token = "a b"; }), Catch::Matchers::Contains("token"));
-  CHECK_THAT(error_of([](mqtt::Options& o) { o.broker.tls.emplace().ca_file = "/nonexistent"; }), Catch::Matchers::Contains("tls"));
+    CHECK_THAT(error_of([&](mqtt::Options& o) { o.prefix = prefix; }), Catch::Matchers::ContainsSubstring("prefix"));
+  CHECK_THAT(error_of([](mqtt::Options& o) { o.publications[0].qos = 3; }), Catch::Matchers::ContainsSubstring("qos"));
+  CHECK_THAT(error_of([](mqtt::Options& o) { o.broker.keep_alive = seconds(1); }), Catch::Matchers::ContainsSubstring("keep_alive"));
+  CHECK_THAT(error_of([](mqtt::Options& o) { o.broker.host = ""; }), Catch::Matchers::ContainsSubstring("host"));
+  CHECK_THAT(error_of([](mqtt::Options& o) { o.commands.token = "a b"; }), Catch::Matchers::ContainsSubstring("token"));
+  CHECK_THAT(error_of([](mqtt::Options& o) { o.broker.tls.emplace().ca_file = "/nonexistent"; }), Catch::Matchers::ContainsSubstring("tls"));
 }

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-/// What lrt's shared libraries export: the classes and functions of the public headers that have this. All else is hidden.
+/// Marks a class or function of the public headers that lrt's shared libraries export. All other symbols are hidden.
 #define LRT_API __attribute__((visibility("default")))
 
-/// Exported for lrt's other libraries (lrt::client, lrt::query, lrt::mqtt, lrt::urdf) alone. It is no part of the ABI.
+/// Marks a function that is exported only for lrt's other libraries (lrt::client, lrt::query, lrt::mqtt, lrt::urdf). It
+/// is not part of the ABI.
 #define LRT_INTERNAL_API __attribute__((visibility("default")))

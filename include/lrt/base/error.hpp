@@ -40,10 +40,10 @@ enum class Errc : std::uint8_t {
 /// The enumerator's name, "expected_iri".
 LRT_API std::string_view to_string(Errc code) noexcept;
 
-/// A code, a sentence (what was found, where, what was expected) and, for errors in a text, the position.
+/// An error: its kind, a sentence for people, and, for errors in a text, the position.
 struct Error {
-  Errc code;
-  std::string message;
+  Errc code;                            ///< its kind, for programs
+  std::string message;                  ///< what was found, where, and what was expected, for people
   std::optional<std::size_t> offset{};  ///< byte offset in the text; nullopt: unknown
   std::uint32_t line = 0;               ///< 1-based; 0: unknown
   std::uint32_t column = 0;             ///< 1-based, in bytes; 0: unknown

@@ -9,8 +9,8 @@
 namespace lrt {
 inline namespace v0 {
 
-/// The source of ids: the last path segments of invocations, members and subscriptions.
-/// @par Threads  One thread at a time.
+/// The source of ids: the last path segments of invocations, members and subscriptions. The source of the ids of
+/// invocations, members of collections and subscriptions. An id is the last path segment of their IRIs.
 class LRT_API IdSource {
  public:
   virtual ~IdSource() = default;
@@ -18,7 +18,7 @@ class LRT_API IdSource {
   virtual std::string next() = 0;
 };
 
-/// Random UUIDs (RFC 9562 version 4) from the system's entropy: unpredictable, and unique across restarts.
+/// Random UUIDs (RFC 9562 version 4) from the system's entropy. They are unpredictable, and unique across restarts.
 class LRT_API RandomIds final : public IdSource {
  public:
   std::string next() override;

@@ -7,18 +7,19 @@
 namespace lrt {
 inline namespace v0 {
 
-/// A value in static storage that is never destroyed. Threads of lrt run until the process has ended, so what they use must not have a destructor
-/// that runs in exit(). Write it in traits of your own, too:
+/// A value in static storage that is never destroyed. Threads of lrt run until the process has ended. So no destructor
+/// of what they use may run in exit(). Use it for static objects in your own rdf::traits, too:
 ///
 ///     static const Type& type() {
 ///       static const Immortal<Type> t(make_type());
 ///       return *t;
 ///     }
 ///
-/// @par Threads  Those of T. A function-local static is initialised once.
+/// @par Threads  Those of T. The compiler initialises a function-local static once.
 template <class T>
 class Immortal {
  public:
+  /// Constructs the value.
   template <class... Args>
   explicit Immortal(Args&&... args) {
     ::new (static_cast<void*>(storage_)) T(std::forward<Args>(args)...);
@@ -26,10 +27,14 @@ class Immortal {
   Immortal(const Immortal&) = delete;
   Immortal& operator=(const Immortal&) = delete;
 
+  /// @{
+  /// The value. Never null.
   const T& operator*() const noexcept { return *std::launder(reinterpret_cast<const T*>(storage_)); }
   T& operator*() noexcept { return *std::launder(reinterpret_cast<T*>(storage_)); }
   const T* operator->() const noexcept { return &**this; }
   T* operator->() noexcept { return &**this; }
+
+  /// @}
 
  private:
   alignas(T) unsigned char storage_[sizeof(T)];

@@ -10,14 +10,18 @@
 namespace lrt {
 inline namespace v0 {
 
-/// A view of a text that is an IRI, for constants and arguments: `Iri{"http://example.org/ns#colour"}`. Vocabulary terms have this type.
-/// The text must outlive the view.
+/// A view of a text that is an IRI, for constants and arguments: `Iri{"http://example.org/ns#colour"}`. Vocabulary
+/// terms have this type. The constructors do not validate the text. The text must outlive the view.
 struct Iri {
-  std::string_view text;
+  std::string_view text;  ///< the IRI
 
   constexpr Iri() noexcept = default;
+  /// @{
+  /// A view of an IRI.
   constexpr explicit Iri(std::string_view iri) noexcept : text(iri) {}
   constexpr explicit Iri(const char* iri) noexcept : text(iri) {}
+  /// @}
+  /// Whether there is no text.
   constexpr bool empty() const noexcept { return text.empty(); }
   friend constexpr bool operator==(Iri a, Iri b) noexcept { return a.text == b.text; }
   friend constexpr bool operator!=(Iri a, Iri b) noexcept { return !(a == b); }
@@ -29,27 +33,35 @@ struct Iri {
 namespace lrt::iri {
 inline namespace v0 {
 
-/// The five parts of an IRI reference (RFC 3986 3, RFC 3987). Views into the text given to split().
+/// The five parts of an IRI reference (RFC 3986 3, RFC 3987), as views of the text given to split(). A part that is
+/// absent is empty; the flags tell an absent part from an empty one.
 struct Parts {
+  /// @{
+  /// A part, without its delimiters.
   std::string_view scheme, authority, path, query, fragment;
+  /// @}
+  /// @{
+  /// Whether the reference has this part.
   bool has_scheme = false, has_authority = false, has_query = false, has_fragment = false;
+  /// @}
 };
 
-/// Splits a reference and does not validate its characters (RFC 3986 appendix B).
+/// Splits a reference into its parts (RFC 3986 appendix B). Does not validate its characters.
 LRT_API Parts split(std::string_view reference) noexcept;
 
-/// True if `text` has a scheme and only characters that RFC 3987 2.2 allows (UTF-8, no controls, no space, none of <>"{}|^`\,
-/// well-formed percent escapes).
+/// Whether `text` is an absolute IRI: it has a scheme and only characters that RFC 3987 2.2 allows (UTF-8, no controls,
+/// no space, none of `<>"{}|^` or backquote or backslash, well-formed percent escapes).
 LRT_API bool is_absolute(std::string_view text) noexcept;
 
-/// True if `text` is an IRI reference, absolute or relative, of allowed characters only.
+/// Whether `text` is an IRI reference, absolute or relative, with allowed characters only.
 LRT_API bool is_reference(std::string_view text) noexcept;
 
 /// Resolves a reference against an absolute base (RFC 3986 5.2, strict).
-/// @par Errors  expected_iri, if either is not valid
+/// @par Errors  expected_iri: one of the two is not valid
 LRT_API Result<std::string> resolve(std::string_view base, std::string_view reference);
 
-/// Percent-encodes a name for use as one path segment: everything but RFC 3986 unreserved and "!$&'()*+,;=:@" as UTF-8 bytes.
+/// Percent-encodes a name for use as one path segment. The unreserved characters of RFC 3986 and "!$&'()*+,;=:@" stay;
+/// each other byte of the UTF-8 text is encoded.
 LRT_API std::string encode_segment(std::string_view name);
 
 /// Decodes percent escapes.

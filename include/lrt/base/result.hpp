@@ -17,21 +17,27 @@ inline namespace v0 {
 /// Thrown by Result::value() if there is no value. Holds the error.
 class LRT_API BadResult : public std::runtime_error {
  public:
+  /// @param error  the error; its message is what()
   explicit BadResult(Error error) : std::runtime_error(error.message), error_(std::move(error)) {}
+  /// The error that the Result had.
   const Error& error() const noexcept { return error_; }
 
  private:
   Error error_;
 };
 
-/// Converts to a Result without a value: `return lrt::unexpected(Errc::refused, "...")`.
+/// An error that converts to any Result: `return lrt::unexpected(Errc::refused, "...")`.
 struct Unexpected {
-  Error error;
+  Error error;  ///< the error
 };
+/// @{
+/// Makes an Unexpected.
 inline Unexpected unexpected(Error error) { return Unexpected{std::move(error)}; }
 inline Unexpected unexpected(Errc code, std::string message) { return Unexpected{Error{code, std::move(message)}}; }
+/// @}
 
-/// For user code: the robot refuses, because its state or limits exclude the request. The client gets 409 with the reason.
+/// The return value of user code that refuses a request, because the robot's state or limits exclude it. The client
+/// gets 409 with the reason.
 inline Unexpected refused(std::string reason) { return unexpected(Errc::refused, std::move(reason)); }
 
 }  // namespace v0
@@ -93,43 +99,59 @@ struct ValueOrError {
 namespace lrt {
 inline namespace v0 {
 
-/// A value, or the Error that explains why there is none. The names are those of std::expected. The definition is the same in every
-/// language mode, so hosts of any C++ standard link with one build of the library.
+/// A value, or the Error that explains why there is none. Names and meaning are those of std::expected. The definition
+/// is the same in every language mode, so programs of any C++ standard link with one build of the library.
+///
+/// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
 template <class T>
 class [[nodiscard]] Result : detail::CopyableIf<std::is_copy_constructible_v<T>> {
  public:
-  using value_type = T;
-  using error_type = Error;
+  using value_type = T;      ///< type of the value
+  using error_type = Error;  ///< type of the error
 
+  /// @{
+  /// A result with a value, or with an error. The conversions are implicit, as in std::expected.
   Result(T value) : state_(std::in_place, std::move(value)) {}  // NOLINT: implicit as in std
   Result(Unexpected error) : state_(std::move(error.error)) {}  // NOLINT: implicit as in std
   template <class U, class = std::enable_if_t<std::is_constructible_v<T, U&&> && !std::is_same_v<std::decay_t<U>, Result> &&
                                               !std::is_same_v<std::decay_t<U>, Unexpected> && std::is_convertible_v<U&&, T> &&
                                               !std::is_same_v<std::decay_t<U>, T>>>
   Result(U&& value) : state_(std::in_place, std::forward<U>(value)) {}  // NOLINT: implicit as in std
+  /// @}
 
+  /// @{
+  /// Whether there is a value.
   bool has_value() const noexcept { return state_.has_value; }
   explicit operator bool() const noexcept { return has_value(); }
+  /// @}
 
-  /// @pre has_value()
+  /// @{
+  /// The value. @pre has_value()
   T& operator*() & noexcept { return assert(has_value()), state_.value; }
   const T& operator*() const& noexcept { return assert(has_value()), state_.value; }
   T&& operator*() && noexcept { return assert(has_value()), std::move(state_.value); }
   T* operator->() noexcept { return assert(has_value()), &state_.value; }
   const T* operator->() const noexcept { return assert(has_value()), &state_.value; }
+  /// @}
 
+  /// @{
+  /// The value.
   /// @throws BadResult  if there is no value
   T& value() & { return require(), state_.value; }
   const T& value() const& { return require(), state_.value; }
   T&& value() && { return require(), std::move(state_.value); }
+  /// @}
+  /// The value, or `other` if there is none.
   template <class U>
   T value_or(U&& other) const& {
     return has_value() ? **this : static_cast<T>(std::forward<U>(other));
   }
 
-  /// @pre !has_value()
+  /// @{
+  /// The error. @pre !has_value()
   const Error& error() const& noexcept { return assert(!has_value()), state_.error; }
   Error&& error() && noexcept { return assert(!has_value()), std::move(state_.error); }
+  /// @}
 
  private:
   void require() const {
@@ -138,23 +160,33 @@ class [[nodiscard]] Result : detail::CopyableIf<std::is_copy_constructible_v<T>>
   detail::ValueOrError<T> state_;
 };
 
+/// Success, or the Error that explains the failure.
 template <>
 class [[nodiscard]] Result<void> {
  public:
-  using value_type = void;
-  using error_type = Error;
+  using value_type = void;   ///< there is no value
+  using error_type = Error;  ///< type of the error
 
+  /// Success.
   Result() noexcept = default;
+  /// A failure.
   Result(Unexpected error) : error_(std::move(error.error)) {}  // NOLINT: implicit as in std
 
+  /// @{
+  /// Whether it is a success.
   bool has_value() const noexcept { return !error_; }
   explicit operator bool() const noexcept { return has_value(); }
+  /// @}
+  /// Does nothing after a success.
+  /// @throws BadResult  after a failure
   void value() const {
     if (error_) throw BadResult(*error_);
   }
-  /// @pre !has_value()
+  /// @{
+  /// The error. @pre !has_value()
   const Error& error() const& noexcept { return assert(error_), *error_; }
   Error&& error() && noexcept { return assert(error_), std::move(*error_); }
+  /// @}
 
  private:
   std::optional<Error> error_;

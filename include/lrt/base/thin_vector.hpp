@@ -12,10 +12,13 @@
 namespace lrt {
 inline namespace v0 {
 
-/// A vector that is one pointer, and owns no memory while it is empty. For members of which most objects have none.
+/// A vector whose object is one pointer, and which owns no memory while it is empty. For members that are empty in most
+/// objects. The functions are those of std::vector.
 template <class T>
 class ThinVector {
  public:
+  /// @{
+  /// As std::vector.
   bool empty() const noexcept { return !items_; }
   std::size_t size() const noexcept { return items_ ? items_->size() : 0; }
   T* begin() noexcept { return items_ ? items_->data() : nullptr; }
@@ -26,25 +29,30 @@ class ThinVector {
   const T& operator[](std::size_t i) const { return (*items_)[i]; }
   T& back() { return items_->back(); }
   const T& back() const { return items_->back(); }
+  /// @}
+  /// As a std::vector.
   operator const std::vector<T>&() const {  // NOLINT: it is one
     static const Immortal<std::vector<T>> none;
     return items_ ? *items_ : *none;
   }
 
+  /// Appends an item.
   void push_back(T item) {
     if (items_) return items_->push_back(std::move(item));
     auto made = std::make_unique<std::vector<T>>();
     made->push_back(std::move(item));
     items_ = std::move(made);
   }
+  /// Removes all items and frees their memory.
   void clear() noexcept { items_ = nullptr; }
-  /// Removes the first that equals `item`.
+  /// Removes the first item that equals `item`.
   void remove(const T& item) noexcept {
     const auto found = std::find(begin(), end(), item);
     if (found == end()) return;
     items_->erase(items_->begin() + (found - begin()));
     if (items_->empty()) clear();
   }
+  /// Removes all items for which `predicate` returns true.
   template <class Predicate>
   void remove_if(Predicate predicate) {
     if (!items_) return;

@@ -15,17 +15,18 @@ enum class Scheduling : std::uint8_t {
   round_robin,  ///< SCHED_RR
 };
 
-/// How lrt's own threads run. None of it is taken from the thread that creates the server: a control loop with SCHED_FIFO that is bound to one CPU
-/// gets threads that have the normal policy and run elsewhere.
+/// How lrt's own threads run. They inherit nothing from the thread that creates the server: if a control loop with
+/// SCHED_FIFO is bound to one CPU, lrt's threads have the normal policy and may run on the other CPUs.
 struct ThreadOptions {
-  /// The threads parse what clients send. With a real-time policy, clients can keep robot code of a lower priority from running.
+  /// With a real-time policy, the threads parse requests of clients at real-time priority. Clients can then keep robot
+  /// code of a lower priority from running.
   Scheduling policy = Scheduling::normal;
   int priority = 0;  ///< of fifo and round_robin: 1 to 99 (sched_get_priority_max); of normal: 0
-  /// The CPUs on which the threads may run, 0 to CPU_SETSIZE - 1. Empty: those that the process could use when lrt was loaded, before the host bound
-  /// its threads to CPUs. These respect taskset(1), isolcpus and the container.
+  /// The CPUs on which the threads may run, 0 to CPU_SETSIZE - 1. Empty: those that the process could use when lrt was
+  /// loaded, before the host bound its threads to CPUs. These respect taskset(1), isolcpus and the container.
   std::vector<unsigned> cpus{};
-  /// [bytes], at least PTHREAD_STACK_MIN; 0: the system's default (ulimit -s, usually 8 MiB). User code that runs on these threads counts, too. A
-  /// process that has called mlockall(MCL_FUTURE) has all of it in memory.
+  /// Stack of a thread in bytes, at least PTHREAD_STACK_MIN; 0: the system's default (ulimit -s, usually 8 MiB). User
+  /// code that runs on these threads uses it as well. After mlockall(MCL_FUTURE) all of it is resident.
   std::size_t stack_bytes = 0;
 };
 

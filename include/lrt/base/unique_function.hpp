@@ -23,17 +23,21 @@ inline namespace v0 {
 template <class Signature>
 class UniqueFunction;
 
-/// A callable that may own move-only captures, as C++23's std::move_only_function. Calling an empty one is a precondition
-/// violation.
+/// A callable that may own move-only captures, as C++23's std::move_only_function. Calling an empty one is a violated
+/// precondition.
+/// @par Threads  Those of the callable.
 template <class R, class... Args>
 class UniqueFunction<R(Args...)> {
  public:
   UniqueFunction() noexcept = default;
+  /// Stores a callable. Allocates.
   template <class F,
             class = std::enable_if_t<!std::is_same_v<std::decay_t<F>, UniqueFunction> && std::is_invocable_r_v<R, std::decay_t<F>&, Args...>>>
   UniqueFunction(F&& f) : impl_(new Holder<std::decay_t<F>>(std::forward<F>(f))) {}  // NOLINT: as std::function
 
+  /// False for an empty one.
   explicit operator bool() const noexcept { return impl_ != nullptr; }
+  /// Calls it. Exceptions of the callable pass through.
   R operator()(Args... args) { return static_cast<Base&>(*impl_).call(std::forward<Args>(args)...); }
 
  private:

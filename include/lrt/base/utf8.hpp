@@ -12,8 +12,9 @@
 namespace lrt::utf8 {
 inline namespace v0 {
 
-/// The offset of the first byte that is not part of well-formed UTF-8 (RFC 3629: no surrogates, no overlong forms, at most
-/// U+10FFFF), or nullopt when all is well.
+/// Validates a text.
+/// @return  offset of the first byte that is not part of well-formed UTF-8 (RFC 3629: no surrogates, no overlong forms,
+///          at most U+10FFFF); nullopt: the text is well-formed
 LRT_API std::optional<std::size_t> find_invalid(std::string_view text) noexcept;
 
 /// Whether the text ends with an incomplete character. @pre the text is well-formed up to that character

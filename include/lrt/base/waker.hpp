@@ -7,7 +7,8 @@
 namespace lrt {
 inline namespace v0 {
 
-/// Ends the wait of another thread, such as a transport's poll(). It may outlive the object that waits; then wake() has no effect.
+/// Ends the wait of another thread, such as a transport's poll(). It may outlive the object that waits; then wake() has
+/// no effect.
 class LRT_API Waker {
  public:
   virtual ~Waker() = default;

@@ -24,80 +24,87 @@ class Robot;
 
 /// Limits of what describe() reads. Beyond them: Errc::limit_exceeded, with the limit.
 struct DescribeOptions {
-  SchemaOptions schema;
-  std::size_t max_things = 10'000;
+  SchemaOptions schema;                 ///< of each shape
+  std::size_t max_things = 10'000;      ///< of the robot
   std::size_t max_members = 1'000;      ///< properties and actions of one Thing, and predicates of one member
   std::size_t max_schemas = 5'000;      ///< different shapes
   std::size_t max_warnings = 1'000;     ///< further ones are left out
-  std::size_t max_documents = 20'000;   ///< that are read from a robot
-  std::size_t max_triples = 2'000'000;  ///< of all these documents
+  std::size_t max_documents = 20'000;   ///< read from a robot
+  std::size_t max_triples = 2'000'000;  ///< of all these documents together
 };
 
 /// A Property of a Thing, as its robot describes it.
 struct PropertyDescription {
-  std::string iri;
+  std::string iri;                      ///< its IRI
   std::string name;                     ///< the part of its IRI after that of the Thing, "rotation"
   std::string title;                    ///< dcterms:title, or empty
-  std::vector<std::string> predicates;  ///< by which the Thing links to it, without hybrit:property; sorted
+  std::vector<std::string> predicates;  ///< predicates by which the Thing links to it, without hybrit:property; sorted
   bool writable = false;                ///< it has a binding with PUT
-  std::optional<Schema> schema;         ///< of its value, usable; nullopt: no shape says what it is
+  std::optional<Schema> schema;         ///< of its value, usable; nullopt: no shape describes it
 };
 
 /// An Action of a Thing, as its robot describes it.
 struct ActionDescription {
-  std::string iri;
-  std::string name;  ///< as that of a Property, without "actions/"
-  std::string title;
-  std::vector<std::string> predicates;
-  bool asynchronous = false;
+  std::string iri;                      ///< its IRI
+  std::string name;                     ///< as that of a Property, without "actions/"
+  std::string title;                    ///< dcterms:title, or empty
+  std::vector<std::string> predicates;  ///< predicates by which the Thing links to it, without hybrit:action; sorted
+  bool asynchronous = false;            ///< hybrit:AsynchronousAction
   bool stop = false;                    ///< lrt:StopAction
   bool has_input = false;               ///< it consumes something, or its document is missing
-  std::optional<Schema> input, output;  ///< usable
+  /// @{
+  /// Usable; nullopt: none, or no shape describes it.
+  std::optional<Schema> input, output;
+  /// @}
 };
 
 /// A Thing, as its robot describes it.
 struct ThingDescription {
-  std::string iri;
-  std::string title;
+  std::string iri;                              ///< its IRI
+  std::string title;                            ///< dcterms:title, or empty
   std::vector<std::string> classes;             ///< without hybrit:RoboticThing; sorted
-  std::string kind;                             ///< IRI of the Blueprint that it shares with Things of its kind; empty: it has none
+  std::string kind;                             ///< IRI of the Blueprint that it shares with Things of its kind; empty: none
   std::vector<PropertyDescription> properties;  ///< in the order of their IRIs
   std::vector<ActionDescription> actions;       ///< in the order of their IRIs
 };
 
 /// A shape of a file that describes no Thing.
 struct ShapeDescription {
-  std::string iri;
+  std::string iri;   ///< its IRI
   std::string name;  ///< the last part of its class, else of its IRI
   Schema schema;     ///< usable
 };
 
+/// A robot, as its documents describe it.
 struct Description {
   std::vector<ThingDescription> things;  ///< in the order of their IRIs
   std::vector<ShapeDescription> shapes;  ///< in the order of their IRIs; only if there are no Things
-  std::vector<std::string> warnings;     ///< sentences: what was not found, and what no type can express
+  std::vector<std::string> warnings;     ///< sentences: missing documents, and constraints that no type can express
 };
 
-/// Describes the Things of a graph that has their documents, and those of their Properties, Actions and Blueprints: of one file, or merged by
-/// merge_document() from what a client has read. A document that is missing is a warning.
+/// Describes the Things of a graph that contains their documents and those of their Properties, Actions and Blueprints.
+/// The graph is from one file, or merged by merge_document() from what a client has read. A missing document is a
+/// warning.
 ///
-/// The shape of a Property's value is, in this order: one that targets it, the one that its binding says its body conforms to, and the
-/// one that a Blueprint of its Thing has for its predicate. If there is none, what the Property says itself is taken: qudt:dataType,
-/// lrt:elementType and unit, or the datatype of its rdf:value.
+/// The shape of a Property's value is, in this order: one that targets it, the one to which its binding says that its
+/// body conforms, and the one that a Blueprint of its Thing has for its predicate. If there is none, the Property's own
+/// description is used: qudt:dataType, lrt:elementType and unit, or the datatype of its rdf:value.
 ///
-/// Of a graph without Things, its node shapes with IRIs are described.
+/// In a graph without Things, the node shapes with IRIs are described.
 ///
 /// A shape that is ill-formed or beyond the limits of a Schema is a warning.
 ///
 /// @par Errors  limit_exceeded: DescribeOptions
-/// @par Time    Linear in the graph for a robot's own shapes
+/// @par Time    Linear in the graph for a robot's own shapes.
 LRT_API Result<Description> describe(const rdf::Graph& graph, const DescribeOptions& options = {});
 
-/// Describes a live robot: reads the documents of its Things, Properties, Actions and Blueprints, and of shapes that these refer to. Only what
-/// has an origin of one of its Things is read. A document that cannot be read is a warning.
+/// Describes a live robot: reads the documents of its Things, Properties, Actions and Blueprints, and of shapes to
+/// which these refer. Only documents with the origin of one of its Things are read. A document that cannot be read is a
+/// warning.
 /// @par Errors  limit_exceeded: DescribeOptions
 LRT_API Result<Description> describe(lrt::Client& client, const Robot& robot, const DescribeOptions& options = {});
-/// The documents that describe() reads, as one graph: written to a file, it describes the robot without a connection.
+/// The documents that describe() reads, as one graph. Written to a file, the graph describes the robot without a
+/// connection.
 /// @param problems  receives a sentence for each document that cannot be read, at most DescribeOptions::max_warnings
 LRT_API Result<rdf::Graph> read_documents(lrt::Client& client, const Robot& robot, std::vector<std::string>& problems,
                                           const DescribeOptions& options = {});

@@ -14,33 +14,38 @@ inline namespace v0 {
 
 /// A request for Client::send().
 struct Request {
-  std::string method = "GET";
+  std::string method = "GET";                                 ///< case-sensitive
   std::string url;                                            ///< absolute http or https URL; a fragment is not sent
   std::vector<std::pair<std::string, std::string>> fields{};  ///< Content-Type, Accept, If-Match, ...
-  std::string body{};
+  std::string body{};                                         ///< empty: none
 };
 
 /// A complete response.
 struct LRT_API Response {
-  int status = 0;
-  http::Fields fields{};
-  std::string body{};
-  std::string url{};  ///< of what has responded: the request's, or after redirects another
+  int status = 0;         ///< status code (RFC 9110 15)
+  http::Fields fields{};  ///< header fields
+  std::string body{};     ///< without the chunked coding
+  std::string url{};      ///< URL of the resource that responded: of the request, or of the last redirect
 
-  bool ok() const noexcept { return status >= 200 && status < 300; }
+  bool ok() const noexcept { return status >= 200 && status < 300; }  ///< whether the status is 2xx
   /// Content-Type without parameters, in lower case; empty: there is none.
   std::string media_type() const;
-  /// Why the server refused: `detail`, else `title`, of problem details (RFC 9457), messages of a SHACL report, or the first line of a text; at
-  /// most 500 bytes. Else the status and its phrase.
+  /// The server's reason for a refusal: `detail`, else `title`, of problem details (RFC 9457), messages of a SHACL
+  /// report, or the first line of a text; at most 500 bytes. Otherwise the status and its phrase.
   std::string reason() const;
 };
 
 /// A link of a response (RFC 8288), resolved against its URL.
 struct Link {
+  /// @{
+  /// Absolute target, relation type, and media type (may be empty).
   std::string target, relation, type;
+  /// @}
 };
-/// The links of all Link fields, of at most `max` links. What is ill-formed is left out.
-/// @param base  URL of the response
+/// The links of all Link fields, at most `max`. Ill-formed links are left out.
+/// @param fields  of the response
+/// @param base    URL of the response
+/// @param max     limit
 LRT_API std::vector<Link> links(const http::Fields& fields, std::string_view base, std::size_t max = 10'000);
 
 }  // namespace v0

@@ -24,11 +24,11 @@ inline namespace v0 {
 ///       control_step(target);
 ///     }
 ///
-/// Values are decoded on the thread of the client that receives them. There are three cells: the decoder and the loop own one each and exchange
-/// the third, as model::Slot does in the other direction. A moved-from or empty handle gives no values.
+/// A thread of the client that receives values decodes them. There are three cells: decoder and loop own one each and
+/// exchange the third. A moved-from or empty handle returns no values.
 ///
 /// @tparam T  with rdf::traits<T> or what the decoder makes; it owns no memory
-/// @par Threads  take(), age(): one thread at a time, the loop. The others: any.
+/// @par Threads  take(), age(): one thread at a time, the control loop. The others: any.
 /// @par Time     take(), age(), is_connected(): no lock, no allocation, no system call.
 template <class T>
 class Latest {
@@ -38,18 +38,21 @@ class Latest {
   static_assert(std::is_default_constructible_v<T> && std::is_copy_assignable_v<T>, "lrt: Latest<T> needs a default constructor and copies of T");
 
  public:
-  /// Reads a value of a representation. An error: the value does not fit T.
+  /// Decodes the value of a representation. An error: the value is not a T.
   using Decode = std::function<Result<T>(const Change& change)>;
   /// Begins a watch whose callback runs on the thread that receives.
   using Start = std::function<Result<Watch>(OnChange on_change)>;
 
+  /// Numbers since the watch began.
   struct Counts {
-    std::uint64_t values = 0;      ///< decoded
-    std::uint64_t gaps = 0;        ///< after each of them, changes may be missing
-    std::uint64_t unreadable = 0;  ///< representations that are no T
+    std::uint64_t values = 0;      ///< decoded values
+    std::uint64_t gaps = 0;        ///< times after which changes may be missing
+    std::uint64_t unreadable = 0;  ///< representations that are not a T
   };
 
+  /// An empty handle.
   Latest() noexcept = default;
+  /// Begins to watch. Property::latest() is the usual way.
   /// @par Errors  those of `start`
   static Result<Latest> follow(const Start& start, Decode decode) {
     auto shared = std::make_shared<Shared>();
@@ -58,26 +61,28 @@ class Latest {
     return Latest(std::move(shared), *std::move(watch));
   }
 
-  /// Copies the newest value, if there is one that was not taken.
+  /// Copies the newest value, if there is one that was not taken. False: `value` is unchanged.
   bool take(T& value) noexcept(std::is_nothrow_copy_assignable_v<T>) { return shared_ && shared_->take(value); }
-  /// How long ago the value that was taken last was received; the greatest duration: none was taken.
+  /// Time since the value that was taken last was received; the greatest duration: none was taken.
   std::chrono::nanoseconds age() const noexcept {
     if (!shared_ || !shared_->was_taken) return std::chrono::nanoseconds::max();
     return std::chrono::steady_clock::now() - shared_->taken_received;
   }
-  /// The server is connected, as far as this program knows: see WatchOptions::idle_time. With Via::polling: the last request succeeded.
+  /// Whether the server is connected, as far as this program knows: see WatchOptions::idle_time. With Via::polling: the
+  /// last request succeeded.
   bool is_connected() const noexcept { return watch_.is_connected(); }
+  /// Numbers since the watch began.
   Counts counts() const noexcept {
     if (!shared_) return {};
     return {shared_->values.load(std::memory_order_relaxed), shared_->gaps.load(std::memory_order_relaxed),
             shared_->unreadable.load(std::memory_order_relaxed)};
   }
-  /// The server has ended the subscription or refuses it. Nothing follows.
+  /// Whether the server has ended the subscription or refuses it. Nothing follows then.
   bool has_ended() const noexcept { return shared_ && shared_->ended.load(std::memory_order_acquire); }
-  /// Why the last connection was lost, or the last attempt failed.
+  /// The reason why the last connection was lost, or the last attempt failed.
   std::optional<Error> last_error() const { return watch_.last_error(); }
-  const Watch& watch() const noexcept { return watch_; }
-  void stop() noexcept { watch_.stop(); }
+  const Watch& watch() const noexcept { return watch_; }  ///< the watch
+  void stop() noexcept { watch_.stop(); }                 ///< ends the watch
 
  private:
   struct Cell {

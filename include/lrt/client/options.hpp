@@ -13,19 +13,23 @@
 namespace lrt::client {
 inline namespace v0 {
 
-/// As whom a client sends requests. Only the origins that the program itself names get it: those of Client::open(), and trusted_origins. A link or a
-/// redirect to another origin is followed without it.
+/// The identity with which a client sends requests. It is sent only to origins that the program itself names: those of
+/// Client::open(), property(), action(), invocation() and watch(), and trusted_origins. A link or a redirect to another
+/// origin is followed without it.
 struct Identity {
-  std::string token;                                        ///< bearer token (RFC 6750)
-  std::string token_file;                                   ///< a file whose first line is the token; read again when a server responds 401
-  std::string user, password;                               ///< HTTP Basic (RFC 7617), only over TLS or to this machine
-  std::string certificate_file;                             ///< certificate of the client with its chain, PEM; shown to these origins only
+  std::string token;       ///< bearer token (RFC 6750)
+  std::string token_file;  ///< a file whose first line is the token; read again when a server responds 401
+  /// @{
+  /// HTTP Basic (RFC 7617), only over TLS or to this machine.
+  std::string user, password;
+  /// @}
+  std::string certificate_file;                             ///< certificate of the client with its chain, PEM; sent to these origins only
   std::string key_file;                                     ///< its private key, PEM
   std::vector<std::string> trusted_origins;                 ///< "https://robot.example:8443"
   std::vector<std::pair<std::string, std::string>> fields;  ///< further header fields of each request to these origins
 };
 
-/// Limits of what a server can make a client do. Servers are strangers: beyond a limit there is Errc::limit_exceeded or timed_out.
+/// Limits of what a server can make a client do. Beyond a limit: Errc::limit_exceeded or timed_out.
 struct Limits {
   std::chrono::milliseconds resolve_time{2'000};    ///< for the address of a name
   std::chrono::milliseconds connect_time{2'000};    ///< for connecting, including the TLS handshake
@@ -34,32 +38,33 @@ struct Limits {
   std::size_t max_header_bytes = 64 * 1024;         ///< of a response
   std::size_t max_body_bytes = 16 * 1024 * 1024;    ///< of a response
   std::size_t max_triples = 500'000;                ///< of a representation
-  std::size_t max_resources = 20'000;               ///< that one Client::open() reads
+  std::size_t max_resources = 20'000;               ///< read by one Client::open()
   unsigned max_depth = 32;                          ///< links between the URL of Client::open() and a resource
-  std::size_t max_cached_bytes = 64 * 1024 * 1024;  ///< of representations that are kept for conditional requests
+  std::size_t max_cached_bytes = 64 * 1024 * 1024;  ///< of representations that are cached for conditional requests
   std::size_t max_idle_connections = 32;            ///< open connections without an exchange
   std::size_t max_streams = 64;                     ///< event streams at a time; each has a thread
   std::size_t max_message_bytes = 4 * 1024 * 1024;  ///< of one message of a subscription
-  std::size_t max_waiting_changes = 1'000;          ///< of one watch, until poll() hands them over; then the oldest are dropped and counted
+  std::size_t max_waiting_changes = 1'000;          ///< of one watch, until poll() delivers them; beyond it the oldest are dropped and counted
 };
 
-/// Where the callbacks of a client run.
+/// The thread on which the callbacks of a client run.
 enum class Callbacks : unsigned char {
-  in_poll,        ///< in Client::poll(): a program that is a robot and a client has one loop
+  in_poll,        ///< in Client::poll(): for a program with its own loop
   in_background,  ///< on a thread of lrt
 };
 
-/// What makes a client. Set-up only.
+/// Options of a Client. Set-up only.
 struct Options {
-  Identity identity;
-  Limits limits;
+  Identity identity;    ///< credentials
+  Limits limits;        ///< memory and time
   std::string ca_file;  ///< certificate authorities, PEM; empty: those of the system
-  /// Value of Accept for representations. A server that has none of these types is read in what it responds, if that is RDF.
+  /// Value of Accept for representations. If a server has none of these types and responds with another one, it is read
+  /// if it is RDF.
   std::string accept = "text/turtle, application/n-triples;q=0.9, application/ld+json;q=0.8, application/rdf+xml;q=0.5";
-  bool validate = true;  ///< an input that violates the published shape is not sent
-  Callbacks callbacks = Callbacks::in_poll;
-  ThreadOptions threads;  ///< of the threads of the client
-  LogCallback log;        ///< debug: each request with its status, "GET http://robot/arm: 200"
+  bool validate = true;                      ///< an input that violates the published shape is not sent
+  Callbacks callbacks = Callbacks::in_poll;  ///< where callbacks run
+  ThreadOptions threads;                     ///< of the threads of the client
+  LogCallback log;                           ///< debug: each request with its status, "GET http://robot/arm: 200"
 };
 
 }  // namespace v0

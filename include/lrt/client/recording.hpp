@@ -14,55 +14,63 @@
 #include <lrt/rdf/traits.hpp>
 #include <lrt/rdf/value_codec.hpp>
 
-/// Files of changes: what was observed of a robot, to be looked at or to drive the properties of a robot again.
+/// Files of changes: recorded values of a robot, for inspection or to publish them again.
 ///
-/// A recording is lines of JSON (UTF-8, each ends with a line feed). The first is its header, each further one is a change:
+/// A recording is lines of JSON (UTF-8, each ends with a line feed). The first is its header, each further one is a
+/// change:
 ///
 ///     {"lrt":"recording","version":1,"robot":"http://127.0.0.1:8080/","started":"2026-11-23T15:31:19Z"}
 ///     {"at":0.0123,"name":"right_s1/position","value":0.27,"unit":"rad"}
 ///     {"at":1.5,"name":"right_s1/position","gap":"the connection was lost"}
 ///
-/// `at` is in seconds since the beginning. `value` is the value as Plain::json_with_units, `unit` the UCUM code of a number. `gap`: changes before this line may
-/// be missing. Unknown members are ignored.
+/// `at` is in seconds since the beginning. `value` has the format Plain::json_with_units; `unit` is the UCUM code of a
+/// number. `gap`: changes before this line may be missing. Unknown members are ignored.
 namespace lrt::client {
 inline namespace v0 {
 
+/// One change of a recording.
 struct RecordedChange {
-  std::chrono::microseconds at{0};
-  std::string name{};   ///< by which Robot::property() finds it
-  std::string value{};  ///< JSON; empty: a gap
-  std::string unit{};   ///< UCUM code; empty: none
-  std::string gap{};    ///< why changes may be missing
+  std::chrono::microseconds at{0};  ///< since the beginning of the recording
+  std::string name{};               ///< name for Robot::property()
+  std::string value{};              ///< JSON; empty: a gap
+  std::string unit{};               ///< UCUM code; empty: none
+  std::string gap{};                ///< the reason why changes may be missing
 
-  bool is_gap() const noexcept { return value.empty(); }
+  bool is_gap() const noexcept { return value.empty(); }  ///< whether it has no value
 };
 
+/// The first line of a recording.
 struct RecordingHeader {
   std::string robot{};    ///< its URL
   std::string started{};  ///< xsd:dateTime
 };
 
-/// The lines of a recording, each with its line feed.
+/// @{
+/// A line of a recording, with its line feed.
 LRT_API std::string to_line(const RecordingHeader& header);
 LRT_API std::string to_line(const RecordedChange& change);
+/// @}
 
+/// Limits of Recording::parse().
 struct RecordingLimits {
-  std::size_t max_line_bytes = 1024 * 1024;  ///< a longer line counts as damaged
-  std::size_t max_changes = 10'000'000;
-  std::size_t max_bytes = 1024 * 1024 * 1024;
+  std::size_t max_line_bytes = 1024 * 1024;    ///< a longer line counts as damaged
+  std::size_t max_changes = 10'000'000;        ///< more: limit_exceeded
+  std::size_t max_bytes = 1024 * 1024 * 1024;  ///< of the text; more: limit_exceeded
 };
 
-/// A recording that was read. A program that stops while it writes, or a disk that is full, leaves an incomplete line: damaged lines are left out and
-/// counted, all others are read.
+/// A recording that was read. If the recording program stops while it writes, or the disk is full, a line is
+/// incomplete. Damaged lines are left out and counted; all others are read.
+/// @par Threads  Distinct objects: any thread. One object: any number of reading threads.
 class LRT_API Recording {
  public:
-  /// @par Errors  expected_value: the first line is no header, or one of a later version; limit_exceeded
+  /// Reads a recording.
+  /// @par Errors  expected_value: the first line is not a header, or is one of a later version; limit_exceeded
   static Result<Recording> parse(std::string_view text, const RecordingLimits& limits = {});
 
-  const RecordingHeader& header() const noexcept { return header_; }
-  /// In the order of their times.
+  const RecordingHeader& header() const noexcept { return header_; }  ///< the first line
+  /// The changes in the order of their times.
   const std::vector<RecordedChange>& changes() const noexcept { return changes_; }
-  std::size_t damaged_lines() const noexcept { return damaged_lines_; }
+  std::size_t damaged_lines() const noexcept { return damaged_lines_; }  ///< number of lines that were left out
 
  private:
   RecordingHeader header_;
@@ -70,12 +78,16 @@ class LRT_API Recording {
   std::size_t damaged_lines_ = 0;
 };
 
-/// The value of a recorded change as a C++ value, for a robot that publishes it again:
+/// Decodes the value of a recorded change, for a robot that publishes it again:
 ///
 ///     while (const RecordedChange* change = playback.next(now - start))
 ///       if (change->name == "right_s1/position") position.publish(value_of<double>(*change).value());
 ///
-/// @par Errors  expected_value: it is a gap, or no T; another unit is not converted, and an error
+/// @tparam T      type of the value, with rdf::traits<T>
+/// @param change  the change
+/// @param unit    unit of the numbers; unit::none: any
+/// @par Errors  expected_value: the change is a gap, its value is not a T, or it has another unit, which is not
+///              converted
 template <class T>
 Result<T> value_of(const RecordedChange& change, const lrt::Unit& unit = lrt::unit::none) {
   if (change.is_gap()) return unexpected(Errc::expected_value, "the change is a gap and has no value");
@@ -95,15 +107,16 @@ Result<T> value_of(const RecordedChange& change, const lrt::Unit& unit = lrt::un
   return rdf::traits<T>::decode(*value);
 }
 
-/// Gives the changes of a recording when they are due. It has no clock: the caller says how much time has passed.
-/// @par Time  next(), until_next(): constant.
+/// Returns the changes of a recording when they are due. It has no clock: the caller passes the elapsed time.
+/// @par Threads  One thread at a time.
+/// @par Time     next(), until_next(): constant.
 class Playback {
  public:
   /// @param recording  must outlive this
   /// @param speed      2: twice as fast. @pre more than 0
   explicit Playback(const Recording& recording, double speed = 1) noexcept : changes_(recording.changes()), speed_(speed) {}
 
-  /// The next change that is due after `elapsed`; nullptr: none is.
+  /// The next change that is due at `elapsed`; nullptr: none is due.
   const RecordedChange* next(std::chrono::microseconds elapsed) noexcept {
     if (has_ended() || due(changes_[at_]) > elapsed) return nullptr;
     return &changes_[at_++];
@@ -114,7 +127,7 @@ class Playback {
     const std::chrono::microseconds when = due(changes_[at_]);
     return when > elapsed ? when - elapsed : std::chrono::microseconds(0);
   }
-  bool has_ended() const noexcept { return at_ >= changes_.size(); }
+  bool has_ended() const noexcept { return at_ >= changes_.size(); }  ///< whether all changes were returned
 
  private:
   std::chrono::microseconds due(const RecordedChange& change) const noexcept {

@@ -20,27 +20,29 @@
 namespace lrt::client {
 inline namespace v0 {
 
-/// Limits of what is read from a stranger's shapes. Beyond them there is no Schema but Errc::limit_exceeded, with the limit.
-/// Facets keep the units that they name for the life of the process: of units that lrt does not know, the first 4,096 are kept, and a further one is a
-/// warning.
+/// Limits of reading the shapes of a server. Beyond them: Errc::limit_exceeded, with the limit.
+///
+/// Units that facets name are stored until the process ends: of units that lrt does not know, the first 4,096 are
+/// stored, and a further one is a warning.
 struct SchemaOptions {
-  std::size_t max_shapes = 10'000;  ///< shapes that are visited; a shape counts each time that it is referred to
+  std::size_t max_shapes = 10'000;  ///< shapes that are visited; a shape counts once for each reference to it
   std::size_t max_fields = 1'000;   ///< of one record
   std::size_t max_names = 1'000;    ///< of one sh:in
   std::size_t max_depth = 24;       ///< nesting of records and lists, of sh:node and of sh:and
-  std::size_t max_text = 8'192;     ///< bytes of one IRI or literal that is kept
+  std::size_t max_text = 8'192;     ///< bytes of one IRI or literal that is stored
   std::size_t max_warnings = 100;   ///< further ones are counted in the last warning
 };
 
-/// What a published shape says of a value, as an rdf::Type and rdf::Facets: values whose type is known only at run time are read, written and
-/// converted by them like values of C++ types. Owns all that type and facets point to.
+/// The description of a value by a published shape, as an rdf::Type and rdf::Facets. With them a program reads, writes
+/// and converts values whose type is known only at run time, like values of C++ types. A Schema owns all that type and
+/// facets refer to.
 ///
-/// These shapes are understood, whoever made them:
+/// These shapes are supported, whoever made them:
 ///
 /// | shape of a node | type |
 /// |---|---|
 /// | vom:numericalValue, with or without a unit | number |
-/// | rdf:value alone | the scalar or the list that it has |
+/// | rdf:value alone | the scalar or list that it has |
 /// | other properties | record; its unit by vom:unit, qudt:hasUnit or qudt:unit with sh:hasValue or sh:in |
 /// | vom:quantityValue alone | record whose fields are at that node |
 ///
@@ -53,41 +55,43 @@ struct SchemaOptions {
 /// | properties | number with a unit, or record |
 /// | sh:minCount 0 or none | optional |
 ///
-/// sh:node and sh:and are followed. Bounds and lengths become facets. A field has the last part of its predicate as its name, or the sh:name
-/// that encodes to it. Two fields may have equal names: rdf::write_plain() tells them apart. All classes and predicates are absolute IRIs, so
-/// the vocabulary that the functions of rdf take does not matter.
+/// sh:node and sh:and are followed. Bounds and lengths become facets. A field has the last part of its predicate as its
+/// name, or the sh:name that encodes to it. Two fields may have equal names: rdf::write_plain() tells them apart. All
+/// classes and predicates are absolute IRIs, so the vocabulary that the functions of rdf take does not matter.
 ///
-/// What a type cannot express is a warning: one sentence with the path and the constraint. The value may then be refused by the shape although
-/// the type accepts it, so it should be validated (shacl::validate with shape()).
+/// A constraint that a type cannot express is a warning: one sentence with the path and the constraint. The shape may
+/// then refuse a value that the type accepts, so validate the value (shacl::validate with shape()).
 ///
 /// @par Threads  Any: immutable. Copies share their data.
 class LRT_API Schema {
  public:
   /// Reads a shape.
-  /// @param shape  a node shape of `shapes`; a property shape is read for what it says of its values, as focus nodes
-  /// @par Errors  expected_value: an ill-formed shape, or no such shape, with the triple. limit_exceeded: SchemaOptions.
+  /// @param shapes  the shapes graph
+  /// @param shape   a node shape of `shapes`; a property shape is read as the description of its values, as focus nodes
+  /// @par Errors  expected_value: an ill-formed shape, or no such shape, with the triple. limit_exceeded:
+  ///              SchemaOptions.
   /// @par Time    Linear in the shapes that are visited. Allocates.
   static Result<Schema> read(const rdf::Graph& shapes, const rdf::TermView& shape, const SchemaOptions& options = {});
 
-  /// False: the shape says nothing that a type can express. The last warning says so.
+  /// Whether there is a type. False: the shape contains nothing that a type can express, and the last warning says so.
   bool usable() const noexcept;
-  /// @pre usable()
+  /// The structure of the value. @pre usable()
   const rdf::Type& type() const noexcept;
-  const rdf::Facets& facets() const noexcept;
-  const std::vector<std::string>& warnings() const noexcept;
+  const rdf::Facets& facets() const noexcept;                 ///< unit and bounds of the value
+  const std::vector<std::string>& warnings() const noexcept;  ///< constraints that the type cannot express
   /// The shape. A blank node has its label of the shapes graph.
   rdf::TermView shape() const noexcept;
   /// Its sh:name, or an empty text.
   const std::string& name() const noexcept;
 
-  /// Reads the value of a focus node, as rdf::read_value(). A unit by qudt:unit counts as one by qudt:hasUnit.
+  /// Reads the value of a focus node, as rdf::read_value(). qudt:unit is read as qudt:hasUnit.
   /// @pre usable()
   /// @par Errors  those of rdf::read_value()
   Result<rdf::Value> read_value(const rdf::Graph& graph, rdf::TermId focus, std::vector<rdf::Mismatch>* mismatches = nullptr) const;
-  /// Adds the triples of a value, as rdf::write_value(), and what the shape wants besides: its classes, and qudt:unit if it asks for that.
+  /// Adds the triples of a value, as rdf::write_value(), and what else the shape requires: its classes, and qudt:unit.
   /// @pre usable(), `value` is of type()
   void write_value(rdf::Graph& graph, rdf::TermId focus, const rdf::Value& value) const;
-  /// Adds the triples of a value in JSON, text, CBOR or octets, as rdf::read_plain(), and what the shape wants besides.
+  /// Adds the triples of a value in JSON, text, CBOR or octets, as rdf::read_plain(), and what else the shape requires.
   /// @pre usable()
   /// @par Errors  those of rdf::read_plain(); the graph must then be discarded
   Result<void> write_plain_value(rdf::Graph& graph, rdf::TermId focus, std::string_view body, rdf::Plain format,

@@ -30,36 +30,40 @@ inline namespace v0 {
 
 class Session;
 
-/// A published shape with the graph in which it stands: its own document, and those that it refers to.
+/// A published shape with the graph that contains it: its own document, and those to which it refers.
 struct Shape {
-  rdf::Graph graph{};
-  rdf::Term node{};
+  rdf::Graph graph{};  ///< the shapes graph
+  rdf::Term node{};    ///< the shape in it
 };
 
+/// Options of Property::write().
 struct WriteOptions {
-  lrt::Unit unit{};        ///< in which the number is given; empty: in the declared one. Nothing is converted: another unit is an error
+  lrt::Unit unit{};        ///< unit of the number; empty: the declared one. Nothing is converted: another unit is an error
   std::string if_match{};  ///< an entity tag: the value is written only if the representation still has it (RFC 9110 13.1.1)
 };
 
-/// What a resource is called: shortened paths, titles and terms. A handle of a Thing, Property or Action has all of these names.
+/// The names of a resource: shortened paths, titles and terms. Look-up by name accepts each of them.
 struct Names {
   std::vector<std::string> titles{};      ///< dcterms:title, rdfs:label, schema:name
-  std::vector<std::string> predicates{};  ///< by which its Thing refers to it, without hybrit:property and hybrit:action
+  std::vector<std::string> predicates{};  ///< predicates from its Thing to it, without hybrit:property and hybrit:action
 };
 
 /// A Property of a Thing (R1.9): a resource of its own, or a node in the graph of its Thing.
-/// @par Threads  Any. Functions that return a Result wait for the server, at most the times of Limits. Not for a control loop; see latest().
+/// @par Errors   of an exchange, see Client; refusals by the server as for Action::invoke().
+/// @par Threads  Any. Functions that return a Result block until the response, at most the times of Limits. Not for a
+///               control loop; see latest().
 class LRT_API Property {
  public:
-  const std::string& url() const noexcept { return url_; }
-  const Names& names() const noexcept { return names_; }
+  const std::string& url() const noexcept { return url_; }  ///< its URL
+  const Names& names() const noexcept { return names_; }    ///< its names
   /// The shortest name: the local name of its predicate, else the last segment of the path.
   std::string name() const;
 
-  /// GET. Unchanged representations are not transferred again (R0.11).
+  /// The present representation, by GET. If it has not changed since the last GET, only the header section is
+  /// transferred (R0.11).
   Result<RepresentationPtr> get() const;
 
-  /// The value. A number must have the given unit.
+  /// The present value. A number must have the given unit.
   /// @par Errors  of the exchange; expected_value: the representation has no such value, or another unit
   template <class T>
   Result<T> read(const lrt::Unit& unit = lrt::unit::none) const {
@@ -70,47 +74,54 @@ class LRT_API Property {
     return rdf::traits<T>::decode(*value);
   }
 
-  /// PUT (R0.5). With Options::validate the value is judged by the published shape first and, if it does not conform, not sent.
-  /// @par Errors  expected_value: with what the shape says; refused, closed, ...: of the exchange, with the server's reason
+  /// Writes the value, by PUT (R0.5). With Options::validate the value is validated against the published shape first
+  /// and, if it does not conform, not sent.
+  /// @par Errors  expected_value: the value does not conform, with the shape's message; refused, closed, ...: of the
+  ///              exchange, with the server's reason
   template <class T>
   Result<void> write(const T& value, const WriteOptions& options = {}) const {
     return write(rdf::traits<T>::type(), rdf::traits<T>::encode(value), options);
   }
+  /// Writes a value of a type that is known at run time.
   Result<void> write(const rdf::Type& type, const rdf::Value& value, const WriteOptions& options = {}) const;
-  /// Writes a graph; `focus` is the node that stands for the value.
+  /// Writes a graph; `focus` is the node of the value.
   Result<void> write(const rdf::Graph& graph, rdf::TermId focus, const WriteOptions& options = {}) const;
 
-  /// Whether the server says that it can be written: by its binding (SPEC 3.3) or by Allow.
+  /// Whether the server states that it can be written: by its binding (SPEC 3.3) or by Allow.
   Result<bool> is_writable() const;
   /// The declared unit of a number; empty: none.
   Result<lrt::Unit> unit() const;
-  /// The shape by which the server judges what is written. nullopt: it publishes none.
+  /// The shape against which the server validates what is written. nullopt: it publishes none.
   Result<std::optional<Shape>> shape() const;
-  /// The shape of its value, also if it cannot be written: shape(), else what a linked Blueprint says of its predicate. nullopt: there is none.
+  /// The shape of its value, also if it cannot be written: shape(), otherwise that of a linked Blueprint for its
+  /// predicate. nullopt: there is none.
   Result<std::optional<Shape>> value_shape() const;
 
   /// Begins to watch it; see Client::watch().
   Result<Watch> watch(const WatchOptions& options, OnChange on_change) const;
-  /// The newest value for a control loop, decoded on a thread of the client: a joint that follows a joint of another robot.
+  /// The newest value for a control loop, decoded on a thread of the client: a joint that follows a joint of another
+  /// robot.
   /// @par Errors  expected_iri, invalid_option; closed: after Client::stop()
   template <class T>
   Result<Latest<T>> latest(const lrt::Unit& unit = lrt::unit::none, const WatchOptions& options = {}) const {
     return Latest<T>::follow([&](OnChange on_change) { return watch_at_once(options, std::move(on_change)); },
                              [self = *this, unit](const Change& change) { return self.value_of<T>(change, unit); });
   }
-  /// The value in a change that a watch has reported.
+  /// Decodes the value of a change that a watch has reported.
   template <class T>
   Result<T> value_of(const Change& change, const lrt::Unit& unit = lrt::unit::none) const {
     Result<rdf::Value> value = decode(change, rdf::traits<T>::type(), unit);
     if (!value) return Unexpected{std::move(value).error()};
     return rdf::traits<T>::decode(*value);
   }
+  /// Decodes a value of a type that is known at run time.
   Result<rdf::Value> decode(const Change& change, const rdf::Type& type, const lrt::Unit& unit = lrt::unit::none) const;
 
-  /// The node of a graph of this property that has the value: the focus node or, of an inline property, the object of its predicate.
-  /// @par Errors  expected_value: it is not clear; unknown_path: the Thing no longer has the property
+  /// The node of the value in a graph of this property: the focus node or, of an inline property, the object of its
+  /// predicate.
+  /// @par Errors  expected_value: the node is ambiguous or missing; unknown_path: the Thing no longer has the property
   Result<rdf::TermId> value_node(const rdf::Graph& graph, std::optional<rdf::TermId> focus) const;
-  /// The value in a representation of this property.
+  /// Decodes the value of a representation of this property.
   Result<rdf::Value> decode(const Representation& representation, const rdf::Type& type, const lrt::Unit& unit = lrt::unit::none) const;
 
  private:
@@ -131,28 +142,31 @@ class LRT_API Property {
   Names names_;
 };
 
-/// One run of an action (SPEC 3.1).
+/// One invocation of an action (SPEC 3.1).
+/// @par Threads  Any. Functions that return a Result block until the response, at most the times of Limits.
 class LRT_API Invocation {
  public:
+  /// The status that the server states; unknown: none.
   enum class Status : unsigned char { pending, running, succeeded, failed, cancelled, unknown };
+  /// What the server states about the invocation.
   struct State {
-    Status status = Status::unknown;
+    Status status = Status::unknown;     ///< its status
     std::optional<double> progress{};    ///< 0 to 1
     std::string error{};                 ///< the robot's reason, if it failed
-    RepresentationPtr representation{};  ///< null: the response to the request said all
+    RepresentationPtr representation{};  ///< null: the response to the request contained everything
   };
 
-  /// Empty if the server has made no resource for it: it had ended with the response.
+  /// Its URL; empty if the server has made no resource for it, because it had ended with the response.
   const std::string& url() const noexcept { return url_; }
-  /// Asks the server.
+  /// Requests its present state.
   Result<State> state() const;
-  /// Waits until it has ended. `on_progress` is called when the status or the progress has changed.
-  /// @par Errors  timed_out: it still runs; unknown_path: the server has forgotten it
+  /// Waits until it has ended. `on_progress` is called on this thread when the status or the progress has changed.
+  /// @par Errors  timed_out: it has not ended; unknown_path: the server no longer has it
   Result<State> wait(std::chrono::milliseconds at_most, const std::function<void(const State&)>& on_progress = {}) const;
-  /// DELETE while it runs.
+  /// Cancels it, by DELETE.
   Result<void> cancel() const;
 
-  /// What the action has produced. @pre it has succeeded
+  /// The output of the action. @pre it has succeeded
   /// @par Errors  expected_value: there is no such result
   template <class T>
   Result<T> result(const lrt::Unit& unit = lrt::unit::none) const {
@@ -160,13 +174,15 @@ class LRT_API Invocation {
     if (!value) return Unexpected{std::move(value).error()};
     return rdf::traits<T>::decode(*value);
   }
+  /// The output as a value of a type that is known at run time.
   Result<rdf::Value> result(const rdf::Type& type, const lrt::Unit& unit = lrt::unit::none) const;
-  /// The node that has the result, in the graph where it stands.
-  /// @par Errors  expected_value: there is no result
+  /// The node of the output, and the representation that contains it.
   struct ResultNode {
-    RepresentationPtr representation;
-    rdf::TermId node;
+    RepresentationPtr representation;  ///< contains the node
+    rdf::TermId node;                  ///< of its graph
   };
+  /// Finds the output.
+  /// @par Errors  expected_value: there is no result
   Result<ResultNode> result_node() const;
 
  private:
@@ -178,45 +194,55 @@ class LRT_API Invocation {
   State ended_;  ///< if there is no resource
 };
 
+/// Options of Action::invoke().
 struct InvokeOptions {
-  lrt::Unit unit{};                                           ///< as WriteOptions::unit
-  bool async = false;                                         ///< `Prefer: respond-async`: the response does not wait until the robot has begun
+  lrt::Unit unit{};                                           ///< see WriteOptions::unit
+  bool async = false;                                         ///< `Prefer: respond-async`: the response does not wait for the beginning
   std::vector<std::pair<std::string, std::string>> fields{};  ///< further header fields
 };
 
 /// An Action of a Thing (R1.10).
+/// @par Threads  Any. Functions that return a Result block until the response, at most the times of Limits.
 class LRT_API Action {
  public:
-  const std::string& url() const noexcept { return url_; }
-  const Names& names() const noexcept { return names_; }
+  const std::string& url() const noexcept { return url_; }  ///< its URL
+  const Names& names() const noexcept { return names_; }    ///< its names
+  /// The shortest of its names.
   std::string name() const;
+  /// The present representation, by GET.
   Result<RepresentationPtr> get() const;
 
-  /// Invokes it by the method, the URL and the header fields of its binding (paper 5.4); without a binding by a POST to its URL.
-  /// @par Errors  expected_value: the input does not conform to the published shape, and nothing was sent; refused (403, 409), expected_value (400,
-  ///              422), unknown_path (404), limit_exceeded (429, 503), failed (5xx), each with the server's reason; and those of the exchange
+  /// Invokes it by the method, the URL and the header fields of its binding (paper 5.4); without a binding by a POST to
+  /// its URL.
+  /// @par Errors  expected_value: the input does not conform to the published shape, and nothing was sent; refused
+  ///              (403, 409), expected_value (400, 422), unknown_path (404), limit_exceeded (429, 503), failed (5xx),
+  ///              each with the server's reason; and those of the exchange
   template <class T>
   Result<Invocation> invoke(const T& input, const InvokeOptions& options = {}) const {
     return invoke(rdf::traits<T>::type(), rdf::traits<T>::encode(input), options);
   }
+  /// Invokes it without input.
   Result<Invocation> invoke(const InvokeOptions& options = {}) const;
+  /// Invokes it with a value of a type that is known at run time.
   Result<Invocation> invoke(const rdf::Type& type, const rdf::Value& input, const InvokeOptions& options = {}) const;
+  /// Invokes it with a graph; `focus` is the node of the input.
   Result<Invocation> invoke(const rdf::Graph& input, rdf::TermId focus, const InvokeOptions& options = {}) const;
 
-  /// Shape of the input (`hybrit:consumes`). nullopt: it takes none, or does not say.
+  /// Shape of the input (`hybrit:consumes`). nullopt: it has none, or does not state it.
   Result<std::optional<Shape>> input_shape() const;
-  /// Shape of the output (`hybrit:produces` that is no effect). nullopt: it has none, or does not say.
+  /// Shape of the output (`hybrit:produces`, except effects). nullopt: it has none, or does not state it.
   Result<std::optional<Shape>> output_shape() const;
   /// The declared unit of a number as input; empty: none.
   Result<lrt::Unit> unit() const;
   /// URLs of the Properties that it changes: `ssn:forProperty` of its effects.
   Result<std::vector<std::string>> effects() const;
-  /// Classes that its input and output have: sh:class and sh:targetClass of their shapes.
+  /// Classes of its input: sh:class and sh:targetClass of the shape.
   Result<std::vector<std::string>> consumed_classes() const;
+  /// Classes of its output and effects: sh:class and sh:targetClass of the shapes.
   Result<std::vector<std::string>> produced_classes() const;
-  /// False while the robot says that it is not available.
+  /// Whether the robot offers it now (lrt:unavailable).
   Result<bool> is_available() const;
-  /// Running and past invocations, which the action links to.
+  /// URLs of running and past invocations to which the action links.
   Result<std::vector<std::string>> invocations() const;
 
  private:
@@ -232,22 +258,28 @@ class LRT_API Action {
   Names names_;
 };
 
-/// A Thing as Client::open() has found it. Its links and types are those of that moment; see Robot::refresh().
+/// A Thing that Client::open() has found. Its links and types are those of that time; see Robot::refresh().
+/// @par Threads  Any: immutable.
 class LRT_API Thing {
  public:
-  const std::string& url() const noexcept { return representation_->url; }
-  const Names& names() const noexcept { return names_; }
+  const std::string& url() const noexcept { return representation_->url; }  ///< its URL
+  const Names& names() const noexcept { return names_; }                    ///< its names
+  /// The shortest of its names.
   std::string name() const;
-  std::vector<std::string> types() const { return representation_->types(); }
-  bool is(Iri type) const;
-  const RepresentationPtr& representation() const noexcept { return representation_; }
-  const std::vector<Property>& properties() const noexcept { return properties_; }
-  const std::vector<Action>& actions() const noexcept { return actions_; }
+  std::vector<std::string> types() const { return representation_->types(); }           ///< IRIs of its classes
+  bool is(Iri type) const;                                                              ///< whether it has a class
+  const RepresentationPtr& representation() const noexcept { return representation_; }  ///< as it was read
+  const std::vector<Property>& properties() const noexcept { return properties_; }      ///< its properties
+  const std::vector<Action>& actions() const noexcept { return actions_; }              ///< its actions
 
-  /// The property with a name: a predicate or its local name, a title, a URL or the end of one ("friction", "arm/friction").
-  /// @par Errors  unknown_path: there is none; the message lists what there is. expected_value: several have the name
+  /// The property with a name: a predicate or its local name, a title, a URL or the end of one ("friction",
+  /// "arm/friction").
+  /// @par Errors  unknown_path: there is none; the message lists the names. expected_value: several have the name
   Result<Property> property(std::string_view name) const;
+  /// The property to which the Thing links by a predicate.
+  /// @par Errors  as above
   Result<Property> property(Iri predicate) const { return property(predicate.text); }
+  /// The action with a name, as property().
   Result<Action> action(std::string_view name) const;
 
   /// URL of the Subscriptions container (R1.8); empty: it has none.
@@ -267,31 +299,33 @@ class LRT_API Thing {
   std::vector<Action> actions_;
 };
 
-/// Which actions are looked for. What is empty does not count.
+/// A search for actions. Empty members are ignored.
 struct ActionQuery {
   Iri consumes{};         ///< class of the input, maths:Scalar
   Iri produces{};         ///< class of the output or of the effect
-  std::string affects{};  ///< a Property that an effect names: its URL, or a predicate by which its Thing refers to it
-  std::string thing{};    ///< URL of the Thing
+  std::string affects{};  ///< a Property that an effect names: its URL, or a predicate from its Thing to it
+  std::string thing{};    ///< URL of the action's Thing
 };
 
-/// All that Client::open() has found from one URL.
+/// Everything that Client::open() has found from one URL.
+/// @par Threads  Any: immutable.
 class LRT_API Robot {
  public:
-  const std::string& url() const noexcept { return url_; }
-  const std::vector<Thing>& things() const noexcept { return *things_; }
-  std::vector<Thing> things(Iri type) const;
+  const std::string& url() const noexcept { return url_; }                ///< URL given to Client::open()
+  const std::vector<Thing>& things() const noexcept { return *things_; }  ///< all Things
+  std::vector<Thing> things(Iri type) const;                              ///< the Things with a class
   /// The Thing with a name: a title, a URL or the end of one ("right_s1", "baxter/right_s1").
   /// @par Errors  as Thing::property()
   Result<Thing> thing(std::string_view name) const;
-  /// A property by the names of its Thing and its own, "right_s1/friction", or by its URL or the end of that.
+  /// A property by the names of its Thing and its own, "right_s1/friction", or by its URL or the end of the URL.
   Result<Property> property(std::string_view name) const;
+  /// An action by the names of its Thing and its own, or by its URL or the end of the URL.
   Result<Action> action(std::string_view name) const;
-  /// The actions that fit, found by what they say of themselves.
+  /// The actions whose descriptions match a search.
   Result<std::vector<Action>> actions(const ActionQuery& query) const;
-  /// What could not be read while it was opened, a sentence each; at most 100.
+  /// Resources that could not be read, a sentence each; at most 100.
   const std::vector<std::string>& problems() const noexcept { return *problems_; }
-  /// Requests that it took to find them.
+  /// Number of requests that were needed.
   std::size_t requests() const noexcept { return requests_; }
   /// Reads it again; unchanged representations are not transferred.
   Result<Robot> refresh() const;
@@ -308,7 +342,9 @@ class LRT_API Robot {
   std::size_t requests_ = 0;
 };
 
+/// The enumerator's name.
 LRT_API std::string_view to_string(Invocation::Status status) noexcept;
+/// Whether an invocation with this status has ended.
 inline bool has_ended(Invocation::Status status) noexcept {
   return status == Invocation::Status::succeeded || status == Invocation::Status::failed || status == Invocation::Status::cancelled;
 }

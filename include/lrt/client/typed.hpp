@@ -16,28 +16,32 @@
 #include <lrt/rdf/type.hpp>
 #include <lrt/rdf/unit.hpp>
 
-/// What headers of generate() are made of: properties and actions whose C++ types are known.
+/// Classes that headers of generate() use: properties and actions whose C++ types are known.
 namespace lrt::client {
 inline namespace v0 {
 
-/// The type with another datatype for its literals: xsd:date for a text, xsd:decimal for a double. Of a list, map or optional: for its values.
-/// Lives as long as the process. For constants of generated headers.
+/// A type with another datatype for its literals: xsd:date for a text, xsd:decimal for a double. For a list, map or
+/// optional: the datatype of its values. The object exists until the process ends. For constants of generated headers.
 LRT_API const rdf::Type& with_datatype(const rdf::Type& type, Iri datatype);
 
-/// How the values of a C++ type are written.
+/// The form in which values of a C++ type are written.
 struct ValueForm {
+  /// No type.
   ValueForm() = default;
+  /// A type and a unit.
   ValueForm(const rdf::Type& t, const lrt::Unit& u) : type(&t), unit(u) {}
-  const rdf::Type* type = nullptr;
-  lrt::Unit unit{};
+  const rdf::Type* type = nullptr;  ///< structure of the value
+  lrt::Unit unit{};                 ///< unit of its numbers
 };
 
 /// A Property without a C++ type.
 class Untyped {
  public:
+  /// @param property  nullopt: the Thing does not have it
   explicit Untyped(std::optional<Property> property) : property_(std::move(property)) {}
-  /// False: this Thing does not have it, though others of its kind do.
+  /// Whether this Thing has the property. Others of its kind may have it if this one does not.
   bool exists() const noexcept { return property_.has_value(); }
+  /// The property.
   /// @par Errors  unknown_path: exists() is false
   Result<Property> property() const {
     if (property_) return *property_;
@@ -52,9 +56,11 @@ class Untyped {
 template <class T>
 class Readable : public Untyped {
  public:
+  /// Made by generated code.
   Readable(std::optional<Property> property, const rdf::Type& type, const lrt::Unit& unit) : Untyped(std::move(property)), form_(type, unit) {}
 
-  /// The value now. @par Errors  those of Property::read()
+  /// The present value.
+  /// @par Errors  those of Property::read()
   Result<T> read() const {
     const Result<Property> property = this->property();
     if (!property) return Unexpected{property.error()};
@@ -62,7 +68,7 @@ class Readable : public Untyped {
     if (!found) return Unexpected{found.error()};
     return decode(**found);
   }
-  /// The value in a representation of this Property, such as a watch reports.
+  /// Decodes the value of a representation of this Property.
   Result<T> decode(const Representation& representation) const {
     const Result<Property> property = this->property();
     if (!property) return Unexpected{property.error()};
@@ -70,11 +76,11 @@ class Readable : public Untyped {
     if (!value) return Unexpected{value.error()};
     return rdf::traits<T>::decode(*value);
   }
-  /// In which its numbers are; unit::none: they have none.
+  /// Unit of its numbers; unit::none: none.
   const lrt::Unit& unit() const noexcept { return form_.unit; }
 
  protected:
-  ValueForm form_;
+  ValueForm form_;  ///< type and unit of the values
 };
 
 /// A Property with values of type T that clients may write.
@@ -83,6 +89,7 @@ class Writable : public Readable<T> {
  public:
   using Readable<T>::Readable;
 
+  /// Writes the value, by PUT.
   /// @param if_match  an entity tag: written only if the representation still has it
   /// @par Errors  those of Property::write()
   Result<void> write(const T& value, const std::string& if_match = {}) const {
@@ -92,19 +99,22 @@ class Writable : public Readable<T> {
   }
 };
 
-/// One run of an action that produces a T.
+/// One invocation of an action that produces a T.
 template <class T>
 class TypedInvocation {
  public:
+  /// Made by TypedAction.
   TypedInvocation(Invocation invocation, ValueForm form) : invocation_(std::move(invocation)), form_(std::move(form)) {}
 
-  const Invocation& invocation() const noexcept { return invocation_; }
-  /// Waits until it has ended. @par Errors  those of Invocation::wait()
+  const Invocation& invocation() const noexcept { return invocation_; }  ///< without the type
+  /// Waits until it has ended.
+  /// @par Errors  those of Invocation::wait()
   Result<Invocation::State> wait(std::chrono::milliseconds at_most, const std::function<void(const Invocation::State&)>& on_progress = {}) const {
     return invocation_.wait(at_most, on_progress);
   }
-  Result<void> cancel() const { return invocation_.cancel(); }
-  /// @pre it has succeeded. @par Errors  expected_value: there is no such result
+  Result<void> cancel() const { return invocation_.cancel(); }  ///< as Invocation::cancel()
+  /// The output. @pre it has succeeded
+  /// @par Errors  expected_value: there is no such result
   template <class U = T>
   Result<U> result() const {
     const Result<rdf::Value> value = invocation_.result(*form_.type, form_.unit);
@@ -120,9 +130,11 @@ class TypedInvocation {
 /// An Action whose input has no C++ type.
 class UntypedAction {
  public:
+  /// @param action  nullopt: the Thing does not have it
   explicit UntypedAction(std::optional<Action> action) : action_(std::move(action)) {}
-  /// False: this Thing does not have it now, though others of its kind do, or it is not available.
+  /// Whether this Thing has the action and it is available. Others of its kind may have it if this one does not.
   bool exists() const noexcept { return action_.has_value(); }
+  /// The action.
   /// @par Errors  unknown_path: exists() is false
   Result<Action> action() const {
     if (action_) return *action_;
@@ -133,13 +145,15 @@ class UntypedAction {
   std::optional<Action> action_;
 };
 
-/// An Action that takes an In and produces an Out; each may be void. Called like a function: `joint.rotate(43.6F)`.
+/// An Action with input In and output Out; each may be void. It is called like a function: `joint.rotate(43.6F)`.
 template <class In, class Out>
 class TypedAction : public UntypedAction {
  public:
+  /// Made by generated code.
   TypedAction(std::optional<Action> action, ValueForm input, ValueForm output)
       : UntypedAction(std::move(action)), input_(std::move(input)), output_(std::move(output)) {}
 
+  /// Invokes the action.
   /// @par Errors  those of Action::invoke()
   Result<TypedInvocation<Out>> operator()(const In& input, InvokeOptions options = {}) const {
     const Result<Action> action = this->action();
@@ -153,11 +167,14 @@ class TypedAction : public UntypedAction {
  private:
   ValueForm input_, output_;
 };
+/// An Action without input.
 template <class Out>
 class TypedAction<void, Out> : public UntypedAction {
  public:
+  /// Made by generated code.
   TypedAction(std::optional<Action> action, const ValueForm&, ValueForm output) : UntypedAction(std::move(action)), output_(std::move(output)) {}
 
+  /// Invokes the action.
   /// @par Errors  those of Action::invoke()
   Result<TypedInvocation<Out>> operator()(const InvokeOptions& options = {}) const {
     const Result<Action> action = this->action();
@@ -171,17 +188,24 @@ class TypedAction<void, Out> : public UntypedAction {
   ValueForm output_;
 };
 
-/// Finds the members of a Thing of a generated class, and notes what is missing.
+/// Finds the members of a Thing for a generated class, and records which are missing.
 class LRT_API Members {
  public:
+  /// @param thing    the Thing
   /// @param kind     name of the class, for messages
   /// @param classes  IRIs that the Thing must have as rdf:type
   Members(Thing thing, std::string kind, const std::vector<std::string>& classes);
 
-  const Thing& thing() const noexcept { return thing_; }
-  /// @param predicate  by which the Thing links to it; empty: only the name counts
+  const Thing& thing() const noexcept { return thing_; }  ///< the Thing
+  /// @{
+  /// A member; nullopt: the Thing does not have it.
+  /// @param predicate  predicate from the Thing to it; empty: only the name is compared
+  /// @param name       its name
+  /// @param required   a missing member is an error of fits()
   std::optional<Property> property(std::string_view predicate, std::string_view name, bool required);
   std::optional<Action> action(std::string_view predicate, std::string_view name, bool required);
+  /// @}
+  /// Whether the Thing fits the class.
   /// @par Errors  expected_value: what is missing
   Result<void> fits() const;
 
@@ -192,7 +216,7 @@ class LRT_API Members {
   std::string kind_, missing_;
 };
 
-/// The Things of a robot that are of a generated class.
+/// The Things of a robot that fit a generated class.
 template <class T>
 std::vector<T> all_of(const Robot& robot) {
   std::vector<T> all;

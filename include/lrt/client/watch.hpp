@@ -27,62 +27,71 @@ enum class Via : unsigned char {
   polling,       ///< conditional requests; for a server that offers nothing else
 };
 
+/// Options of a watch.
 struct WatchOptions {
-  Via via = Via::any;
-  /// Media type of the messages (R0.17), or several with q-values; empty: Options::accept. They are tried one by one, because a WebSocket and an
-  /// event stream do not say which of several the server has chosen.
+  Via via = Via::any;  ///< the protocol
+  /// Media type of the messages (R0.17), or several with q-values; empty: Options::accept. They are tried one by one,
+  /// because a WebSocket and an event stream do not state which of several the server has chosen.
   std::string accept;
   std::chrono::milliseconds minimum_interval{0};  ///< between two messages
-  std::size_t queue_length = 0;                   ///< 0: the newest value; else the server keeps so many changes
+  std::size_t queue_length = 0;                   ///< 0: the newest value; otherwise the number of changes that the server queues
   std::chrono::milliseconds poll_period{1'000};   ///< of Via::polling
-  // After a loss the client connects again after first_pause, then after twice that, and so on up to max_pause, each times a random factor of
-  // 0.5 to 1.5, and not before what Retry-After or `retry` of the server says. A value counts as a success. A resource that was connected before and is
-  // now 404 may belong to a server that is starting: it is tried again for max_pause.
+  /// After a connection is lost the client connects again after first_pause, then after twice that, and so on up to
+  /// max_pause, each times a random factor of 0.5 to 1.5, and not before the time of Retry-After or of the stream's
+  /// `retry`. A received value resets the pause. If a resource was connected before and is now 404, its server may be
+  /// starting: the client tries again for max_pause.
   std::chrono::milliseconds first_pause{200};
-  std::chrono::milliseconds max_pause{30'000};
-  /// Without a message, a pong or a comment for so long, the connection counts as lost. Via::callback: the subscription is looked at.
+  std::chrono::milliseconds max_pause{30'000};  ///< see first_pause
+  /// Without a message, a pong or a comment for this time, the connection counts as lost. Via::callback: the client
+  /// then reads the subscription.
   std::chrono::milliseconds idle_time{60'000};
-  /// `hybrit:websocketUrl` of the resource, where it is known. Empty: the URL of the resource is tried, and if the server refuses, its graph is read.
+  /// `hybrit:websocketUrl` of the resource, if it is known. Empty: the client tries the URL of the resource, and if the
+  /// server refuses, reads its graph.
   std::string websocket_url{};
-  /// `hybrit:subscriptions` of the resource's Thing, for Via::callback, where it is known. It must be of the resource's origin. With it, notifications are signed with a secret of the watch.
+  /// `hybrit:subscriptions` of the resource's Thing, for Via::callback, if it is known. It must have the resource's
+  /// origin. With it, notifications are signed with a secret of the watch.
   std::string subscriptions_url{};
   std::shared_ptr<CallbackReceiver> receiver{};  ///< of Via::callback
 };
 
-/// What a watch reports.
+/// An event that a watch reports.
 struct LRT_API Change {
+  /// What happened.
   enum class Kind : unsigned char {
     value,  ///< a representation, the same as GET would have received
     gap,    ///< connected again: changes since the last value may be missing. The next value is the present one
-    ended,  ///< nothing follows: the server has ended the subscription, or refuses it; `reason` says why
+    ended,  ///< the server has ended the subscription, or refuses it; `reason` says why. Nothing follows
   };
-  Kind kind = Kind::value;
-  std::string url{};         ///< of the resource
-  std::string media_type{};  ///< without parameters
-  std::shared_ptr<const std::string> body{};
-  std::string entity_tag{};       ///< where the protocol transfers it
-  std::uint64_t dropped = 0;      ///< values that this program has not taken in time, before this one
-  std::optional<Error> reason{};  ///< of ended; of a gap: why the connection was lost
-  std::chrono::steady_clock::time_point received{};
-  std::size_t max_triples = 500'000;  ///< of graph(): Limits::max_triples
+  Kind kind = Kind::value;                           ///< what happened
+  std::string url{};                                 ///< of the resource
+  std::string media_type{};                          ///< without parameters
+  std::shared_ptr<const std::string> body{};         ///< of a value: the representation
+  std::string entity_tag{};                          ///< if the protocol transfers it
+  std::uint64_t dropped = 0;                         ///< values before this one that this program did not take in time
+  std::optional<Error> reason{};                     ///< of ended; of a gap: why the connection was lost
+  std::chrono::steady_clock::time_point received{};  ///< when this program received it
+  std::size_t max_triples = 500'000;                 ///< of graph(): Limits::max_triples
 
-  /// The graph of the body, which is parsed by each call.
+  /// The graph of the body. Each call parses the body.
   /// @par Errors  expected_rdf, limit_exceeded, unsupported_syntax: the body is not RDF
   Result<rdf::Graph> graph() const;
 };
+/// Called with each change; see Options::callbacks for the thread.
 using OnChange = std::function<void(const Change&)>;
 
 /// A running watch. Destroying the handle ends it. A handle that outlives its client has no effect.
 ///
-/// After stop() or destruction the callback is not called again: they wait for one that runs, unless they are called in it. So the caller must not
-/// hold a lock that the callback needs.
+/// After stop() or destruction the callback is not called again. They wait for a running callback, unless they are
+/// called from it. So the caller must not hold a lock that the callback needs.
 /// @par Threads  Any.
+/// @par Implements  R0.12 to R0.17
 class LRT_API Watch {
  public:
+  /// Numbers since the watch began.
   struct Counts {
-    std::uint64_t values = 0;  ///< received
-    std::uint64_t gaps = 0;
-    std::uint64_t dropped = 0;  ///< of the values: not taken in time
+    std::uint64_t values = 0;   ///< received values
+    std::uint64_t gaps = 0;     ///< connections after a loss
+    std::uint64_t dropped = 0;  ///< values that this program did not take in time
   };
 
   Watch() noexcept;
@@ -90,18 +99,20 @@ class LRT_API Watch {
   Watch& operator=(Watch&&) noexcept;
   ~Watch();
 
-  void stop() noexcept;
-  bool is_connected() const noexcept;
+  void stop() noexcept;                ///< ends the watch
+  bool is_connected() const noexcept;  ///< whether the server is connected, as far as this program knows
   /// The protocol that is in use; any: none yet.
   Via via() const noexcept;
-  /// URL of the subscription, as the server has named it; empty: not yet, or it has none.
+  /// URL of the subscription, as the server has named it; empty: not known yet, or it has none.
   std::string subscription() const;
-  Counts counts() const noexcept;
-  /// Why the last connection was lost, or the last attempt failed; nullopt: none was, or it is connected again.
+  Counts counts() const noexcept;  ///< numbers since the watch began
+  /// The reason why the last connection was lost, or the last attempt failed; nullopt: none, or it is connected again.
   std::optional<Error> last_error() const;
 
+  /// @cond internal
   class Impl;
   explicit Watch(std::shared_ptr<Impl> impl) noexcept;
+  /// @endcond
 
  private:
   std::shared_ptr<Impl> impl_;

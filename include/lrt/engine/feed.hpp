@@ -17,43 +17,44 @@
 namespace lrt::engine {
 inline namespace v0 {
 
-/// A resource that can be observed, as a feed finds it.
+/// A resource that can be observed, for a feed.
 struct ObservableResource {
-  std::uint64_t id = 0;      ///< never used for another resource; the same resource comes again if its path has changed
+  std::uint64_t id = 0;      ///< never used for another resource; a resource is reported again if its path has changed
   std::string path;          ///< "/arm/angle", percent-encoded
-  std::string_view kind;     ///< "thing", "state", "property", "action", "invocation", ...: as overviews say it
-  bool wants_queue = false;  ///< each of its changes counts, not only the last
+  std::string_view kind;     ///< "thing", "state", "property", "action", "invocation", ...: as in overviews
+  bool wants_queue = false;  ///< each of its changes matters, not only the last one
 };
 
-/// What a feed subscribes to: a subscription that no connection carries, because the host takes its messages itself.
+/// Options of a subscription of a feed: no connection carries it, because the host takes its messages itself.
 struct FeedSubscription {
   std::string path;        ///< as in ObservableResource
   std::string media_type;  ///< one that the resource has; empty: its first, which is text/turtle
-  /// 0: no queue, only the newest representation is sent. nullopt: SubscriptionOptions::default_queue_length for actions and invocations, 0 for others.
-  /// More than SubscriptionOptions::max_queue_length counts as that.
+  /// 0: no queue, only the newest representation is sent. nullopt: SubscriptionOptions::default_queue_length for
+  /// actions and invocations, 0 for others. More than SubscriptionOptions::max_queue_length is reduced to that.
   std::optional<std::size_t> queue_length{};
   std::chrono::milliseconds minimum_interval{0};  ///< between two messages, at most a day
-  std::string protocol = "feed";                  ///< by which the host sends on, in one word: in overviews
-  /// Where the host sends the messages, "lrt:mqttTopic". The subscription says it, and so does the resource in its own document (as it says
-  /// hybrit:websocketUrl), to those who may subscribe to it.
+  std::string protocol = "feed";                  ///< protocol with which the host forwards messages, one word, for overviews
+  /// Where the host sends the messages, for example "lrt:mqttTopic". These statements are in the description of the
+  /// subscription, and in the resource's own document (like hybrit:websocketUrl) for clients that may subscribe to it.
   std::vector<Statement> statements{};
-  /// Whose subscription it is: it shows what this principal may see. nullptr: everything. lrt::Feed sets it.
+  /// The principal that owns the subscription, which shows what this principal may read. nullptr: everything. lrt::Feed
+  /// sets it.
   std::shared_ptr<const security::Principal> owner{};
 };
 
 /// A subscription that a feed has made.
 struct Subscribed {
-  subscription::Channel channel;
-  bool queues;  ///< it has a queue
+  subscription::Channel channel;  ///< identifies the subscription
+  bool queues;                    ///< it has a queue
 };
 
-/// What a subscription of a feed has next.
+/// The next message of a subscription of a feed.
 struct FeedMessage {
-  subscription::Channel channel{};
+  subscription::Channel channel{};            ///< identifies the subscription
   std::shared_ptr<const std::string> body{};  ///< the representation; nullptr with `end`
-  bool end = false;                           ///< the resource is gone, or the right to it: nothing follows on this channel
-  bool queued = false;                        ///< of a subscription with a queue
-  std::uint64_t missed = 0;                   ///< changes between the message before and this one that had no place in the queue, or were superseded
+  bool end = false;                           ///< the resource or the right to it no longer exists: nothing follows on this channel
+  bool queued = false;                        ///< the subscription has a queue
+  std::uint64_t missed = 0;                   ///< changes since the last message that did not fit into the queue, or were superseded
 };
 
 }  // namespace v0

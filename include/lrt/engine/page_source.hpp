@@ -11,27 +11,30 @@
 namespace lrt::engine {
 inline namespace v0 {
 
-/// HTML for people, as one more variant of every resource. The bytes are the same for all resources: the page's script uses its own
-/// address and reads the rest as any client does.
+/// HTML for people: a further representation of every resource. The bytes are the same for all resources, because the
+/// page's script reads its own address and requests the data as any client does.
 ///
-/// @par Threads  const: any.
+/// @par Threads  Constant functions: any, concurrently.
 class LRT_API PageSource {
  public:
   virtual ~PageSource() = default;
+  /// The page in UTF-8.
   virtual const std::shared_ptr<const std::string>& html() const = 0;
   /// Its entity tag.
   virtual const std::string& tag() const = 0;
   /// An error page.
   /// @param home  IRI of the list of Things
   virtual std::string error(int status, std::string_view detail, std::string_view home) const = 0;
-  /// Makes the page where a user logs in the body of a 401, with its fields. A script in it sends the token by POST, as `Authorization: Bearer TOKEN`.
-  /// @param session  IRI of the session
-  /// @return  false: there is no such page, and error() is shown
+  /// Makes the login page the body of a 401, with its fields. Its script sends the token by POST, as `Authorization:
+  /// Bearer TOKEN`.
+  /// @param response  the response
+  /// @param session   IRI of the session
+  /// @return          false: there is no such page, and error() is shown
   virtual bool add_login(http::Response& response, std::string_view session) const {
     (void)response, (void)session;
     return false;
   }
-  /// Content-Type and security policy of page and errors.
+  /// Adds Content-Type and the security policy of pages.
   virtual void add_fields(http::Fields& fields) const = 0;
 };
 

@@ -19,89 +19,110 @@
 namespace lrt::engine {
 inline namespace v0 {
 
-/// A graph of a snapshot: the representation of a resource, by its URI.
+/// A graph of a snapshot: the representation of a resource, named by its URI.
 struct NamedGraph {
-  std::string name;
-  std::shared_ptr<const rdf::Graph> graph;  ///< nullptr: the resource is gone
-  std::string placeholder{}, base{};        ///< IRIs that begin with `placeholder` begin with `base` instead; empty: there are none
+  std::string name;                         ///< IRI
+  std::shared_ptr<const rdf::Graph> graph;  ///< nullptr: the resource was removed
+  /// @{
+  /// IRIs that begin with `placeholder` begin with `base` instead; empty: there are none.
+  std::string placeholder{}, base{};
+  /// @}
 };
 
-/// What a query may depend on besides the graphs that it is asked of.
+/// What the result of a query depends on besides the queried graphs.
 struct QueryDependencies {
-  bool everything = false;              ///< any triple may count
-  std::vector<std::string> predicates;  ///< without `everything`: only triples with these count
-  std::vector<std::string> graphs{};    ///< only triples of these count; empty: those of all
-  bool time = false;                    ///< NOW(), RAND() and the like: the answer changes although no graph does
+  bool everything = false;              ///< any triple may matter
+  std::vector<std::string> predicates;  ///< without `everything`: only triples with these predicates matter
+  std::vector<std::string> graphs{};    ///< only triples of these graphs matter; empty: those of all
+  bool time = false;                    ///< NOW(), RAND() and the like: the result changes although no graph does
 };
 
-/// A query that was parsed. Immutable.
+/// A parsed query. Immutable.
 ///
-/// @par Threads  any
+/// @par Threads  Any.
 class LRT_API PreparedQuery {
  public:
   virtual ~PreparedQuery() = default;
-  /// The media types that its answers can have, best first, as http::negotiate() takes them. They live as long as the program.
+  /// The media types that its results can have, best first, as http::negotiate() takes them. They are valid until the
+  /// process ends.
   virtual const std::vector<std::string_view>& types() const = 0;
+  /// What its result depends on.
   virtual const QueryDependencies& dependencies() const = 0;
-  /// Its answers are rows, of which QueryAnswer::changes_since() tells.
+  /// Whether its results are rows, which QueryAnswer::changes_since() compares.
   virtual bool has_rows() const noexcept = 0;
 };
 
-/// The answer to a query. Immutable.
+/// The result of a query. Immutable.
 ///
-/// @par Threads  any
+/// @par Threads  Any.
 class LRT_API QueryAnswer {
  public:
   virtual ~QueryAnswer() = default;
+  /// The result as a document.
   /// @param type  an index into PreparedQuery::types()
   /// @par Errors  unsupported_syntax: the type cannot carry it
   virtual Result<std::string> write(std::size_t type) const = 0;
-  /// Answers with the same rows or triples have the same. Where the query does not sort them, their order does not count.
+  /// A hash. Results with the same rows or triples have the same hash. If the query does not sort them, their order
+  /// does not matter.
   virtual std::uint64_t digest() const noexcept = 0;
-  /// The rows that are new since another answer to the same query, and those that are gone, as SPARQL results in JSON: the new ones are the
-  /// results; the member "removed" has the others, and "sequence" a number.
+  /// The difference to another result of the same query, as SPARQL results in JSON: `results` has the new rows, the
+  /// member "removed" the rows that are missing now, and "sequence" a number.
+  /// @param before    the other result
+  /// @param sequence  the number
   /// @pre PreparedQuery::has_rows()
   virtual Result<std::string> changes_since(const QueryAnswer& before, std::uint64_t sequence) const = 0;
 };
 
-/// The graphs that one audience sees, with what makes them fast to query.
+/// The graphs that clients with the same rights see, with indexes for queries.
 class LRT_API QueryData {
  public:
   virtual ~QueryData() = default;
-  /// Takes note of graphs that were made or replaced, or are gone. Cheap: the work is done by the next evaluation.
-  /// @par Threads  any
+  /// Records graphs that were made, replaced or removed. Cheap: the next evaluation does the work.
+  /// @par Threads  Any.
   virtual void change(std::vector<NamedGraph> graphs) = 0;
 };
 
-/// What an engine needs to answer queries: lrt::query::endpoint() makes one.
+/// Parses and evaluates queries for an engine. lrt::query::endpoint() makes one.
 ///
-/// @par Threads  const: any
+/// @par Threads  Constant functions: any, concurrently.
 class LRT_API QueryService {
  public:
+  /// Limits of the endpoint.
   struct Limits {
-    std::string path = "/sparql";                 ///< of the endpoint: "/" and one or more segments that are unreserved characters (RFC 3986)
-    unsigned threads = 1;                         ///< on which queries run; they start with the first query
-    std::chrono::milliseconds time{2'000};        ///< of one evaluation; more: 503. A query waits at most as long again to begin
-    std::size_t max_queries = 32;                 ///< that run or wait to run; more: 503
+    std::string path = "/sparql";                 ///< of the endpoint: "/" and one or more segments of unreserved characters (RFC 3986)
+    unsigned threads = 1;                         ///< number of threads that evaluate queries; they start with the first query
+    std::chrono::milliseconds time{2'000};        ///< of one evaluation; more: 503. A query waits at most the same time before it begins
+    std::size_t max_queries = 32;                 ///< running and waiting ones; more: 503
     std::size_t max_text_bytes = 16 * 1024;       ///< of a query; more: 413
     std::size_t max_standing = 64;                ///< different standing queries; more: 503
-    std::size_t max_standing_rows = 1'000;        ///< of the answer of one; more: its subscriptions end
+    std::size_t max_standing_rows = 1'000;        ///< of the result of a standing query; more: its subscriptions end
     std::chrono::milliseconds min_interval{100};  ///< between two evaluations of a standing query
     std::chrono::milliseconds max_age{100};       ///< a property that is read by a lambda is read again if its value is older
-    std::size_t max_value_members = 1'000;        ///< a property whose value has more numbers, texts and so on is not in the graphs
-    std::size_t max_views = 8;                    ///< sets of graphs that are kept, for callers with different rights or different Host fields
+    std::size_t max_value_members = 1'000;        ///< a property whose value has more scalars is not in the graphs
+    std::size_t max_views = 8;                    ///< cached sets of graphs, for clients with different rights or different Host fields
   };
 
   virtual ~QueryService() = default;
+  /// The limits.
   virtual const Limits& limits() const noexcept = 0;
-  /// @param base            for relative IRIs
-  /// @param default_graphs  with named_graphs: the dataset, instead of what the query says (SPARQL 1.1 Protocol 2.1.4); both empty: the query decides
-  /// @par Errors  expected_rdf, whose message says where; limit_exceeded; unsupported_syntax: SERVICE, an update
+  /// Parses a query.
+  /// @param text            the query in UTF-8
+  /// @param base            base of relative IRIs
+  /// @param default_graphs  with named_graphs: the dataset, instead of the one of the query (SPARQL 1.1 Protocol
+  ///                        2.1.4); both empty: that of the query
+  /// @param named_graphs    see default_graphs
+  /// @par Errors  expected_rdf, whose message states the position; limit_exceeded; unsupported_syntax: SERVICE, an
+  ///              update
   virtual Result<std::shared_ptr<const PreparedQuery>> parse(std::string_view text, std::string_view base, std::vector<std::string> default_graphs,
                                                              std::vector<std::string> named_graphs) const = 0;
+  /// Makes an empty set of graphs.
   virtual std::shared_ptr<QueryData> make_data() const = 0;
-  /// Evaluates a query on the graphs that `data` has now. Takes as long as the service's own limits say.
-  /// @param max_rows  nullopt: as many as the service gives
+  /// Evaluates a query on the present graphs of `data`, within the service's own limits.
+  /// @param query      the query
+  /// @param data       the graphs
+  /// @param cancelled  set to true by another thread to end the evaluation
+  /// @param now        value of NOW()
+  /// @param max_rows   nullopt: the service's own limit
   /// @par Errors  timed_out, limit_exceeded, cancelled
   virtual Result<std::shared_ptr<const QueryAnswer>> evaluate(const PreparedQuery& query, QueryData& data, const std::atomic<bool>& cancelled,
                                                               TimePoint now, std::optional<std::size_t> max_rows) const = 0;

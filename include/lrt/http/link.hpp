@@ -14,26 +14,33 @@
 namespace lrt::http {
 inline namespace v0 {
 
-/// Builds Link field lines (RFC 8288) that clients with small limits can read: several links share a line of at most 4 KiB, and
-/// all lines together keep to a budget. A link that does not fit is left out whole, with all that follow; finish() then says
-/// where the rest is.
+/// Builds Link field lines (RFC 8288). Several links share a line of at most 4 KiB, and all lines together stay within
+/// a budget, because clients limit the size and the number of fields. If a link does not fit, it and all that follow
+/// are left out, and finish() adds a link to where the rest is.
+///
+/// @par Threads  One thread at a time.
 /// @par Implements  R0.9
 class LRT_API LinkWriter {
  public:
+  /// @param budget  bytes of all lines together, with field names and line ends
   explicit LinkWriter(std::size_t budget = 8 * 1024) : budget_(budget) {}
 
+  /// Adds a link.
   /// @param target  IRI reference; bytes that RFC 3986 does not allow are percent-encoded
   /// @param type    media type of the target (RFC 8288 3.4.1); empty: none. Quotes in it are left out
   void add(std::string_view target, std::string_view rel, std::string_view type = {});
-  /// From here on, links to such targets are not added.
+  /// Sets a filter for later calls of add(): links are left out to targets for which `hidden` returns true.
   void leave_out(std::function<bool(std::string_view target)> hidden) { hidden_ = std::move(hidden); }
-  /// Appends the lines to `fields`; when links were left out, with one to `rest` as the last, for which space was reserved.
+  /// Appends the lines to `fields`. If links were left out, the last link has the target `rest` and the relation
+  /// `rest_rel`. If that needs space, more links are left out.
   void finish(Fields& fields, std::string_view rest, std::string_view rest_rel = "next");
-  /// From here on links may be left out: the first `n`, which a response before had, and those that do not fit.
+  /// Leaves out the next `n` links, which an earlier response had. Call it between the links that every response has
+  /// and the others.
   void skip(std::size_t n);
-  /// Appends the lines; when links were left out at the end, the last one links with rel="next" to where they are.
-  /// @param rest  the IRI of a response whose writer skips that many links
+  /// Appends the lines. If links after those of skip() were left out, the last link has rel="next".
+  /// @param rest  gets the number of links to skip, and returns the IRI of the response that has the rest
   void finish_in_parts(Fields& fields, const std::function<std::string(std::size_t)>& rest);
+  /// Whether a link did not fit.
   bool cut() const noexcept { return cut_; }
 
  private:

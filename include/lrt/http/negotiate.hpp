@@ -12,11 +12,20 @@
 namespace lrt::http {
 inline namespace v0 {
 
-/// Picks among the media types on offer by an Accept field (RFC 9110 12.5.1): the highest q-value wins, the more specific range
-/// decides a type's q, among equals the earlier offer wins. A range with parameters matches only offers that have them;
-/// charset=utf-8 is taken as true of every offer, and profiles of http://www.w3.org/ns/json-ld# of application/ld+json. A malformed member is skipped; a field that is absent, empty or has no
-/// well-formed member accepts everything. nullopt: none is acceptable. Does not allocate.
-/// @param accept  the joined Accept fields, or nullopt
+/// Chooses one of the offered media types by an Accept field (RFC 9110 12.5.1).
+///
+/// - The offer with the highest q-value wins. Among equal ones the earlier offer wins.
+/// - The most specific range that matches an offer determines its q-value.
+/// - A range with parameters matches only offers that have these parameters. Two are ignored: charset=utf-8, and of
+///   application/ld+json profiles below http://www.w3.org/ns/json-ld#.
+/// - A malformed member of the field is skipped. A field that is absent, empty or without a well-formed member accepts
+///   everything.
+///
+/// Does not allocate.
+///
+/// @param accept  the joined Accept fields; nullopt: there is none
+/// @param offers  media types that the server can send, the preferred one first
+/// @return        index of an offer; nullopt: none is acceptable (406)
 /// @par Implements  R1.2
 LRT_API std::optional<std::size_t> negotiate(std::optional<std::string_view> accept, const std::vector<std::string_view>& offers);
 

@@ -13,14 +13,23 @@
 namespace lrt::http {
 inline namespace v0 {
 
-/// The preferences of a Prefer field that lrt knows (RFC 7240, LDP 7.2). Unknown and malformed ones are ignored, the first of a
-/// repeated one counts.
+/// The preferences of a Prefer field that lrt supports (RFC 7240, LDP 7.2). Unknown and malformed ones are ignored. If
+/// one is repeated, the first counts.
 struct Preferences {
-  enum class Return : unsigned char { unsaid, minimal, representation };
-  Return return_ = Return::unsaid;
-  bool respond_async = false;
-  std::optional<std::chrono::seconds> wait;  ///< at most 24 h
-  std::vector<std::string> include, omit;    ///< IRIs of `return=representation; include="..."`
+  /// The preference `return`.
+  enum class Return : unsigned char {
+    unsaid,          ///< not stated
+    minimal,         ///< return=minimal
+    representation,  ///< return=representation
+  };
+  Return return_ = Return::unsaid;           ///< `return`
+  bool respond_async = false;                ///< `respond-async`
+  std::optional<std::chrono::seconds> wait;  ///< `wait`, at most 24 h
+  /// @{
+  /// IRIs of `return=representation; include="..."` and `omit="..."`.
+  std::vector<std::string> include, omit;
+  /// @}
+  /// Parses the joined Prefer fields of a request.
 };
 /// @param prefer  the joined Prefer fields
 LRT_API Preferences parse_prefer(std::string_view prefer);

@@ -10,22 +10,22 @@
 namespace lrt::http {
 inline namespace v0 {
 
-/// Problem details (RFC 9457). `type` is about:blank, `title` the reason phrase.
+/// Problem details (RFC 9457 3.1). `type` is about:blank, `title` is the reason phrase of the status.
 struct Problem {
-  int status = 500;
-  std::string detail;       ///< what was found and where
-  std::string errors = {};  ///< the extension member `errors` as JSON (RFC 9457 3.2); empty: none
+  int status = 500;         ///< status code of the response
+  std::string detail;       ///< a sentence for people: what was found, where, and what was expected
+  std::string errors = {};  ///< value of the extension member `errors`, as JSON (RFC 9457 3.2); empty: none
 };
 
-/// application/problem+json
+/// A problem as a document of type application/problem+json.
 LRT_API std::string to_json(const Problem& problem);
 
 struct Response;
-/// Makes a problem the status and body of a response that no engine has made, with the fields that browsers must see in each response:
-/// Content-Type, X-Content-Type-Options, Cross-Origin-Resource-Policy.
+/// Sets status and body of a response that a transport makes without the engine, and the fields that each response to a
+/// browser has: Content-Type, X-Content-Type-Options, Cross-Origin-Resource-Policy.
 LRT_API void set_problem(Response& response, const Problem& problem);
 
-/// Text as a JSON string with its quotes; bytes that are not UTF-8 become U+FFFD.
+/// A text as a JSON string with its quotes. Bytes that are not UTF-8 become U+FFFD.
 LRT_API std::string json_string(std::string_view text);
 
 }  // namespace v0

@@ -10,19 +10,22 @@
 namespace lrt::http {
 inline namespace v0 {
 
-/// What a Range field requests of a representation (RFC 9110 14.1.2, 14.2).
+/// The part of a representation that a Range field requests (RFC 9110 14.1.2, 14.2).
 struct ByteRange {
+  /// How the request is answered.
   enum class Kind : unsigned char {
-    whole,  ///< no byte range, a malformed one, or several: the field is ignored
-    part,
+    whole,          ///< 200: the field has no byte range, a malformed one, or several, and is ignored
+    part,           ///< 206
     unsatisfiable,  ///< 416
   };
-  Kind kind = Kind::whole;
-  std::size_t first = 0;   ///< of a part
-  std::size_t length = 0;  ///< of a part, at least 1
+  Kind kind = Kind::whole;  ///< how the request is answered
+  std::size_t first = 0;    ///< offset of a part, in bytes
+  std::size_t length = 0;   ///< size of a part, at least 1 byte
 };
 
-/// Reads `bytes=first-last`, `bytes=first-` and `bytes=-suffix` against a representation of `size` bytes.
+/// Parses `bytes=first-last`, `bytes=first-` or `bytes=-suffix` for a representation of `size` bytes. Does not
+/// allocate.
+/// @par Implements  RFC 9110 14.1.1, 14.1.2, 14.2
 LRT_API ByteRange parse_range(std::string_view field, std::size_t size) noexcept;
 
 }  // namespace v0

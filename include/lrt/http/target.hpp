@@ -11,7 +11,7 @@
 namespace lrt::http {
 inline namespace v0 {
 
-/// The parts of a request target (RFC 9112 3.2), as views of it:
+/// The parts of a request target (RFC 9112 3.2), as views of the parsed text:
 ///
 ///     origin-form   = absolute-path [ "?" query ]
 ///     absolute-form = ( "http" / "https" ) "://" authority [ absolute-path ] [ "?" query ]
@@ -19,23 +19,25 @@ inline namespace v0 {
 ///
 /// The authority-form belongs to CONNECT, which is refused.
 struct Target {
-  std::string_view authority;  ///< of an absolute-form, else empty
+  std::string_view authority;  ///< host and port of an absolute-form; empty for the other forms
   std::string_view path;       ///< "/...", percent-encoded as received; "/" if there is none; "*" for the asterisk-form
   std::string_view query;      ///< without '?'
-  bool absolute = false;
-  bool secure = false;  ///< absolute-form with https
+  bool absolute = false;       ///< the target is an absolute-form
+  bool secure = false;         ///< absolute-form with https
 };
-/// Returns nullopt for any other form, and for an authority that parse_host() refuses.
+/// Parses a request target. Does not allocate.
+/// @return  nullopt: the target has another form, or an authority that parse_host() refuses
 LRT_API std::optional<Target> split_target(std::string_view target) noexcept;
 
 /// Host and port of a Host field (RFC 9110 7.2) or of an authority (RFC 3986 3.2.2, 3.2.3):
 ///
 ///     Host = ( IPv4address / IPv6 literal in brackets / reg-name without ',' ) [ ":" *DIGIT ]
 struct HostPort {
-  std::string_view host;  ///< `[::1]:80` gives `[::1]`
-  std::optional<std::uint16_t> port;
+  std::string_view host;              ///< `[::1]:80` gives `[::1]`
+  std::optional<std::uint16_t> port;  ///< nullopt: none
 };
-/// Returns nullopt for userinfo, a comma, an empty host, an ill-formed IPv6 address, and a port above 65535.
+/// Parses host and port. Does not allocate.
+/// @return  nullopt: userinfo, a comma, an empty host, an ill-formed IPv6 address, or a port above 65535
 LRT_API std::optional<HostPort> parse_host(std::string_view authority) noexcept;
 
 }  // namespace v0

@@ -22,17 +22,19 @@ using Bytes = std::shared_ptr<const std::string>;
 
 /// The layout of numbers in a binary representation, for its description in RDF.
 struct Layout {
+  /// The order of the bytes of a number.
   enum class ByteOrder : std::uint8_t { little_endian, big_endian };
 
   Iri element_type;                ///< xsd:double: IEEE 754 binary64; xsd:float: binary32; xsd:unsignedByte ... xsd:long by their size
   std::vector<std::size_t> shape;  ///< length of each axis, the last one varies fastest: {480, 640, 3}
-  ByteOrder byte_order = ByteOrder::little_endian;
-  Unit unit{};  ///< of the numbers; empty: as the property
+  ByteOrder byte_order = ByteOrder::little_endian;  ///< order of the bytes of each number
+  Unit unit{};                                      ///< of the numbers; empty: the property's unit
 };
 
 }  // namespace v0
 }  // namespace lrt
 
+/// @cond internal
 namespace lrt::model {
 inline namespace v0 {
 
@@ -65,3 +67,4 @@ Result<Bytes> to_bytes(Encoded&& encoded) {
 
 }  // namespace v0
 }  // namespace lrt::model
+/// @endcond

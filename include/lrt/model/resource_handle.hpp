@@ -19,6 +19,7 @@ class Action;
 namespace lrt::model {
 inline namespace v0 {
 
+/// @cond internal
 /// Whether a callable that returns R can refuse by it, or never refuses.
 template <class R>
 inline constexpr bool refuses_by_result = std::is_void_v<R> || std::is_convertible_v<R, Result<void>>;
@@ -34,35 +35,46 @@ Result<void> result_of(F f) {
   }
 }
 
-/// What the handles of properties, actions and collections have in common. They describe a resource before its thing is added to a server.
-/// Copies are handles to the same resource.
+/// @endcond
+
+/// The common part of the handles of properties, actions and collections. They describe a resource before its thing is
+/// added to a server. Copies are handles to the same resource.
 ///
-/// A set-up call after Server::add() has no effect. It writes one message with the resource and the call to the server's log callback, and
-/// without NDEBUG it is a failed assertion. The same assertion fails for a call on an empty handle.
+/// A set-up call after Server::add() has no effect: it writes one message with the resource and the call to the
+/// server's log callback, and is a failed assertion unless NDEBUG is defined. A call on an empty handle is a failed
+/// assertion, too.
 ///
-/// @par Threads  One at a time.
+/// @tparam Self  the handle that the calls return
+/// @par Errors   Set-up calls do not fail. Server::add() returns the first error of a thing.
+/// @par Threads  One thread at a time.
 template <class Self, class Spec>
 class ResourceHandle {
  public:
   /// False for an empty handle.
   explicit operator bool() const noexcept { return spec_ != nullptr; }
 
-  /// The unit of the numbers. Values are never converted.
+  /// Sets the unit of the numbers. Values are never converted.
   Self& unit(const Unit& u) {
     return edit_facets("unit", [&](auto& f) { f.unit(u); });
   }
+  /// Sets the lower bound of numbers from clients; `v` itself is allowed. A number outside the bounds is answered with
+  /// 422. Values that the robot reads or publishes are not checked.
   Self& at_least(double v) {
     return edit_facets("at_least", [&](auto& f) { f.at_least(v); });
   }
+  /// Sets the lower bound, see at_least(); `v` itself is not allowed.
   Self& above(double v) {
     return edit_facets("above", [&](auto& f) { f.above(v); });
   }
+  /// Sets the upper bound, see at_least(); `v` itself is allowed.
   Self& at_most(double v) {
     return edit_facets("at_most", [&](auto& f) { f.at_most(v); });
   }
+  /// Sets the upper bound, see at_least(); `v` itself is not allowed.
   Self& below(double v) {
     return edit_facets("below", [&](auto& f) { f.below(v); });
   }
+  /// Sets both bounds, see at_least(); they themselves are allowed.
   Self& between(double low, double high) {
     return edit_facets("between", [&](auto& f) { f.between(low, high); });
   }
@@ -75,23 +87,25 @@ class ResourceHandle {
     return edit_facets("length", [&](auto& f) { f.length(min, max); });
   }
 
-  /// Where the resource's lambdas run, and an action's on_cancel hook. Default: as the thing's lambdas. With Dispatch::io_thread a command
-  /// does not wait for Server::poll: an emergency stop that sets an atomic flag works while the host is busy.
+  /// Sets where the resource's lambdas run, and an action's on_cancel hook. Default: as the thing's lambdas. With
+  /// Dispatch::io_thread a command does not wait for Server::poll: an emergency stop that sets an atomic flag works
+  /// while the host is busy.
   Self& dispatch(Dispatch where) {
     return edit("dispatch", [&](auto& s) { s.dispatch = where; });
   }
 
-  /// Limits the body of a PUT or POST in bytes; more: 413 before the body is received. Default: what a value of the type needs
-  /// (engine::Limits::max_scalar_body_bytes). transport::Limits::max_body_bytes limits it as well.
+  /// Limits the body of a PUT or POST, in bytes; more: 413 before the body is received. Default: what a value of the
+  /// type needs (engine::Limits::max_scalar_body_bytes). transport::Limits::max_body_bytes also applies.
   Self& max_body_bytes(std::size_t n) {
     return edit("max_body_bytes", [&](auto& s) { s.max_body_bytes = n; });
   }
 
-  /// A domain predicate from the thing to this resource, in addition to hybrit:property or hybrit:action (R1.9, R1.10).
+  /// Adds a domain predicate from the thing to this resource, in addition to hybrit:property or hybrit:action (R1.9,
+  /// R1.10).
   Self& predicate(Iri p) {
     return edit("predicate", [&](auto& s) { s.predicates.push_back(std::string(p.text)); });
   }
-  /// A further rdf:type (R1.4).
+  /// Adds an rdf:type (R1.4).
   Self& type(Iri t) {
     return edit("type", [&](auto& s) { s.classes.push_back(std::string(t.text)); });
   }
@@ -105,6 +119,7 @@ class ResourceHandle {
   }
 
  protected:
+  /// @cond internal
   ResourceHandle() noexcept = default;
   explicit ResourceHandle(std::shared_ptr<Spec> spec) noexcept : spec_(std::move(spec)) {}
 
@@ -121,10 +136,11 @@ class ResourceHandle {
   void misuse([[maybe_unused]] const char* call, [[maybe_unused]] const char* what) const noexcept {
     if (spec_) spec_->report(call, what);
     assert(spec_ && "lrt: the handle is empty; assign what Thing::property, Thing::action or Thing::collection returns");
-    assert(!"lrt: a set-up call on a handle must precede Server::add()");
+    assert(false && "lrt: a set-up call on a handle must precede Server::add()");
   }
 
   std::shared_ptr<Spec> spec_;
+  /// @endcond
 
  private:
   friend class ::lrt::Action;  // reads the properties that it changes

@@ -18,19 +18,21 @@
 namespace lrt::query {
 inline namespace v0 {
 
-/// The solutions of a SELECT, in order: a row for each, a column for each selected variable.
+/// The solutions of a SELECT, in order: a row for each solution, a column for each selected variable.
 ///
 /// @par Threads  Distinct objects: any. One object: one thread at a time, or any number of reading threads.
 class Table {
  public:
   Table() = default;
+  /// A table without rows. @param variables  names of the columns
   explicit Table(std::vector<std::string> variables) : variables_(std::move(variables)) {}
 
-  /// Names without the question mark.
+  /// Names of the variables without the question mark.
   const std::vector<std::string>& variables() const noexcept { return variables_; }
-  std::size_t rows() const noexcept { return rows_; }
-  std::size_t columns() const noexcept { return variables_.size(); }
-  /// nullopt: the variable is not bound. A blank node has the same label wherever it is in the table. Valid until the table is changed.
+  std::size_t rows() const noexcept { return rows_; }                 ///< number of rows
+  std::size_t columns() const noexcept { return variables_.size(); }  ///< number of columns
+  /// The term in a cell; nullopt: the variable is not bound. A blank node has the same label everywhere in the table.
+  /// Valid until the table is changed.
   /// @pre row < rows(), column < columns()
   std::optional<rdf::TermView> at(std::size_t row, std::size_t column) const noexcept {
     const std::uint32_t cell = cells_[row * columns() + column];
@@ -55,19 +57,20 @@ class Table {
   std::size_t rows_ = 0;  // also of a table without columns
 };
 
-/// SELECT gives a Table, ASK a bool, CONSTRUCT and DESCRIBE a Graph.
+/// The result of a query: a Table for SELECT, a bool for ASK, a Graph for CONSTRUCT and DESCRIBE.
 using Answer = std::variant<Table, bool, rdf::Graph>;
 
-/// The formats of the answers to SELECT and ASK: SPARQL 1.1 Query Results JSON, XML (2nd edition), CSV and TSV. CSV and TSV have no ASK.
+/// The formats of results of SELECT and ASK: SPARQL 1.1 Query Results JSON, XML (2nd edition), CSV and TSV. CSV and TSV
+/// do not support ASK.
 enum class ResultFormat : std::uint8_t { json, xml, csv, tsv };
 /// "application/sparql-results+json", "application/sparql-results+xml", "text/csv", "text/tab-separated-values"
 LRT_API std::string_view media_type(ResultFormat format) noexcept;
 
 /// Writes solutions.
-/// @par Errors  unsupported_syntax: XML cannot have a character of a term (XML 1.0 2.2)
+/// @par Errors  unsupported_syntax: a term has a character that XML cannot express (XML 1.0 2.2)
 LRT_API Result<std::string> write(const Table& table, ResultFormat format);
-/// Writes the answer to ASK.
-/// @par Errors  unsupported_syntax: CSV and TSV have no such answer
+/// Writes the result of ASK.
+/// @par Errors  unsupported_syntax: CSV and TSV do not support it
 LRT_API Result<std::string> write(bool yes, ResultFormat format);
 
 }  // namespace v0

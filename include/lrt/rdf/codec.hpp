@@ -15,95 +15,107 @@
 namespace lrt::rdf {
 inline namespace v0 {
 
-/// The RDF syntaxes that lrt knows.
+/// The RDF syntaxes of lrt.
 enum class Syntax : unsigned char { turtle, n_triples, rdf_xml, json_ld, trig, n_quads };
-/// Those that this build reads and writes, in the order in which they are offered: RDF/XML is absent without Redland
-/// (CMake option LRT_REDLAND).
+/// The syntaxes that this build reads and writes, in the order in which they are offered. RDF/XML is absent without
+/// Redland (CMake option LRT_REDLAND).
 LRT_API const std::vector<Syntax>& available_syntaxes();
 
-/// "text/turtle", "application/n-triples", "application/rdf+xml", "application/ld+json", "application/trig", "application/n-quads".
+/// "text/turtle", "application/n-triples", "application/rdf+xml", "application/ld+json", "application/trig",
+/// "application/n-quads".
 LRT_API std::string_view media_type(Syntax syntax) noexcept;
-/// The available syntax of a media type without parameters, in lower case.
+/// The available syntax of a media type without parameters, in lower case; nullopt: none.
 LRT_API std::optional<Syntax> syntax_of(std::string_view media_type) noexcept;
 
-/// Prefix and namespace IRI, for writing Turtle, RDF/XML and JSON-LD.
+/// Pairs of prefix and namespace IRI, for writing Turtle, RDF/XML and JSON-LD.
 using Prefixes = std::vector<std::pair<std::string, std::string>>;
-/// The prefixes of the vocabularies that lrt uses: hybrit, vom, maths, spatial, ros, xhv, ldp, sh, dcterms, rdf, rdfs, xsd, prov, ...
+/// The prefixes of the vocabularies that lrt uses: hybrit, vom, maths, spatial, ros, xhv, ldp, sh, dcterms, rdf, rdfs,
+/// xsd, prov, ...
 LRT_API const Prefixes& default_prefixes();
 
+/// Options and limits of read().
 struct ReadOptions {
   std::string_view base;              ///< absolute IRI that relative ones are resolved against; may be empty for N-Triples
   std::size_t max_triples = 100'000;  ///< as written, repeated ones too; more: Errc::limit_exceeded
-  /// Of the IRIs and literals of all triples, written out, each time they occur; more: Errc::limit_exceeded. What a document
-  /// needs in memory and time grows with this rather than with its own size: prefixes and bases are shorthand.
-  /// What is resolved against a base of more than 256 bytes counts more where it takes more time: in Turtle 16 times the base
-  /// if that has no authority, in JSON-LD five times the base and the reference.
+  /// Limit of the bytes of the IRIs and literals of all triples, written in full at each occurrence; more:
+  /// Errc::limit_exceeded. Prefixes and bases abbreviate, so a document's memory and time grow with this number rather
+  /// than with its own size. A reference that is resolved against a base of more than 256 bytes counts more, because it
+  /// takes more time: in Turtle 16 times the base if that has no authority, in JSON-LD five times the base and the
+  /// reference.
   std::size_t max_bytes = 64 * 1024 * 1024;
-  /// JSON-LD: the IRI by which documents may refer to json_ld_context(*context_prefixes), besides json_ld_context_iri; a query
-  /// of theirs does not count.
+  /// JSON-LD: the IRI by which documents may refer to json_ld_context(*context_prefixes), besides json_ld_context_iri.
+  /// A query in their reference is ignored.
   std::string_view context = {};
   const Prefixes* context_prefixes = nullptr;  ///< nullptr: default_prefixes()
 };
 
-/// Reads a document. Every syntax refuses invalid UTF-8, surrogate escapes, illegal and relative IRIs, and language tags of more
-/// than 255 bytes; Turtle brackets nested more than 1000 deep; RDF/XML a document type declaration. A literal may have U+0000
-/// (RDF 1.1), but not in RDF/XML, and it is no xsd:string then. Blank nodes are called b0, b1, ... in order of appearance.
+/// Reads a document. Every syntax refuses invalid UTF-8, surrogate escapes, illegal and relative IRIs, language tags of
+/// more than 255 bytes, Turtle brackets nested more than 1000 deep, and in RDF/XML a document type declaration. A
+/// literal may contain U+0000 (RDF 1.1), but not in RDF/XML; it is then not a valid xsd:string. Blank nodes are called
+/// b0, b1, ... in order of appearance.
 ///
-/// Turtle and N-Triples are read in one pass, without recursion. Redland reads RDF/XML. Of TriG and N-Quads only a default graph is read,
-/// without braces: a document with a named graph is no valid Turtle or N-Triples, and is refused as such.
+/// Turtle and N-Triples are read in one pass, without recursion. Redland reads RDF/XML. In TriG and N-Quads only a
+/// default graph without braces is supported: they are read as Turtle and N-Triples, so a document with a named graph
+/// is refused as invalid.
 ///
-/// Fixed limits keep the time of a document close to proportional to its size. More than these is Errc::limit_exceeded:
+/// Fixed limits keep the time close to proportional to the size of the document. Beyond them: Errc::limit_exceeded.
 ///
 ///  - one IRI, resolved: 8 KiB, also a prefix, a namespace name or a base;
 ///  - Turtle: 1000 prefix and base directives;
-///  - RDF/XML: elements 256 deep, 256 attributes on one, 1000 namespace declarations, 32 dot segments in one xml:base, and
-///    elements three times max_triples (those in XML literals make no triples);
-///  - JSON-LD: objects and arrays 256 deep, JSON values 16 times max_triples and 1000, 4000 terms in all its contexts, 32 contexts
-///    in one array or in each other.
+///  - RDF/XML: elements 256 deep, 256 attributes on one, 1000 namespace declarations, 32 dot segments in one xml:base,
+///    and elements three times max_triples (those in XML literals make no triples);
+///  - JSON-LD: objects and arrays 256 deep, JSON values 16 times max_triples and 1000, 4000 terms in all its contexts,
+///    32 contexts in one array or in each other.
 ///
-/// JSON-LD 1.1 is read as it stands: the context is an object in the document or ours, by its IRI; none is fetched. One default
-/// graph. Refused by name (unsupported_syntax): other contexts by IRI, named graphs, @json, @direction, scoped, imported and
-/// protected contexts, @id, @type and @graph as containers, blank nodes as predicates. Refused too (expected_rdf): members of one
-/// name in an object, and IRIs that stay relative. Numbers are what JSON-LD says, xsd:integer and xsd:double in canonical form, but
-/// exact: integers below 10^21 keep all digits, doubles the 17th where the value needs it.
+/// JSON-LD 1.1 is read directly. The context is an object in the document, or lrt's own by its IRI; lrt fetches none.
+/// There is one default graph. Refused with unsupported_syntax: other contexts by IRI, named graphs, `@json`,
+/// `@direction`, scoped, imported and protected contexts, `@id`, `@type` and `@graph` as containers, blank nodes as
+/// predicates. Refused with expected_rdf: an object that has a member twice, and IRIs that stay relative. Numbers
+/// become xsd:integer and xsd:double in canonical form, as JSON-LD says, but exactly: integers below 10^21 keep all
+/// digits, doubles the 17th if the value needs it.
 ///
-/// @par Errors   expected_rdf and limit_exceeded with line, column and offset (RDF/XML: the line, where known; JSON-LD: of what is no
-///               JSON, else the member's JSON Pointer); unsupported_syntax for what JSON-LD has beyond that, and for a syntax that
-///               is not available; expected_iri for a base that is no absolute IRI.
-/// @par Threads  Any. RDF/XML: each call borrows a Redland world; there are as many as calls have run at once, and they are kept.
+/// @par Errors   expected_rdf and limit_exceeded with line, column and offset (RDF/XML: the line, where known; JSON-LD:
+///               the position of invalid JSON, else the member's JSON Pointer); unsupported_syntax for unsupported
+///               JSON-LD features and for a syntax that is not available; expected_iri for a base that is not an
+///               absolute IRI.
+/// @par Threads  Any. RDF/XML: each call uses a Redland world of its own from a pool, which keeps as many as calls have
+///               run at once.
 /// @par Time     Turtle: 1.3 us for 4 triples, 2 us for 12, 10 ms for 1 MiB of properties. N-Triples: 2 ms for 1 MiB.
 /// @par Implements  R1.2, RDF 1.1 Turtle, N-Triples, RDF/XML, JSON-LD 1.1
 LRT_API Result<Graph> read(std::string_view text, Syntax syntax, const ReadOptions& options);
 
-/// Writes a graph. Deterministic: the same triples in the same order give the same bytes. IRIs are written absolute or with a prefix,
-/// never relative. Only used prefixes are declared.
+/// Writes a graph. Deterministic: the same triples in the same order give the same bytes. IRIs are written absolute or
+/// with a prefix, never relative. Only used prefixes are declared.
 ///
-/// TriG and N-Quads have the graph as their default graph: TriG as Turtle, N-Quads as N-Triples.
+/// In TriG and N-Quads the graph is the default graph, written as in Turtle and N-Triples.
 ///
-/// JSON-LD is compacted with the terms of json_ld_context(). A literal becomes a JSON number only if every reader gets the same literal back.
+/// JSON-LD is compacted with the terms of json_ld_context(). A literal becomes a JSON number only if every reader gets
+/// the same literal back.
 ///
-/// @param context  JSON-LD: the IRI of json_ld_context(prefixes), which the document refers to. If it is empty, or if an IRI has a prefix as
-///                 its scheme, the used terms of the context are written into the document.
+/// @param context  JSON-LD: the IRI of json_ld_context(prefixes), which the document refers to. If it is empty, or if
+///                 an IRI has a prefix as its scheme, the used terms of the context are written into the document.
 ///
-/// @par Errors   unsupported_syntax: the syntax is not available, or it cannot express the graph (RDF/XML: a predicate without a local
-///               name, a character that XML 1.0 does not have), or a term is not valid RDF (a relative IRI, invalid UTF-8)
-/// @par Time     Turtle, N-Triples, JSON-LD: 3 us for 12 triples; JSON-LD with its context inside: 8. RDF/XML: 150, and it is read back.
+/// @par Errors   unsupported_syntax: the syntax is not available, or it cannot express the graph (RDF/XML: a predicate
+///               without a local name, a character that XML 1.0 does not have), or a term is not valid RDF (a relative
+///               IRI, invalid UTF-8)
+/// @par Time     Turtle, N-Triples, JSON-LD: 3 us for 12 triples; JSON-LD with its context inside: 8. RDF/XML: 150, and
+///               it is read back.
 LRT_API Result<std::string> write(const Graph& graph, Syntax syntax, const Prefixes& prefixes = default_prefixes(), std::string_view context = {});
 
-/// Graphs of one document. Blank nodes belong to their graph, also where labels are equal.
+/// The graphs of one document. A blank node belongs to one graph: equal labels in two graphs are two nodes.
 struct Dataset {
-  Graph default_graph;
-  std::vector<std::pair<std::string, Graph>> named;  ///< by IRI
+  Graph default_graph;                               ///< the graph without a name
+  std::vector<std::pair<std::string, Graph>> named;  ///< IRI and graph of each named graph
 };
-/// Whether documents can have named graphs: TriG and N-Quads.
+/// Whether documents in this syntax can have named graphs: TriG and N-Quads.
 constexpr bool has_named_graphs(Syntax syntax) noexcept { return syntax == Syntax::trig || syntax == Syntax::n_quads; }
 /// Writes a dataset in TriG or N-Quads.
 /// @par Errors  as write() of a graph; unsupported_syntax: the syntax has no named graphs
 LRT_API Result<std::string> write(const Dataset& dataset, Syntax syntax, const Prefixes& prefixes = default_prefixes());
 
-/// The JSON-LD context of lrt, as a document of type application/ld+json. It contains the prefixes, `id` and `type`, and the local names of
-/// terms of hybrit, lrt, vom and other vocabularies. Links, times and units are typed, so that their values are strings. A prefix with
-/// the name of a term is left out.
+/// The JSON-LD context of lrt, as a document of type application/ld+json. It contains the prefixes, `id` and `type`,
+/// and the local names of terms of hybrit, lrt, vom and other vocabularies. Links, times and units are typed, so that
+/// their values are strings. A prefix with the name of a term is left out.
 LRT_API std::string json_ld_context(const Prefixes& prefixes = default_prefixes());
 
 /// Denotes json_ld_context() in documents that are not made for one server. lrt never fetches it.

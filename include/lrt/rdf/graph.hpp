@@ -19,17 +19,23 @@ inline namespace v0 {
 /// The number of a term in one Graph: small and dense, in order of first use. Not valid in another graph.
 enum class TermId : std::uint32_t {};
 
+/// A triple of a Graph, by the numbers of its terms.
 struct Triple {
+  /// @{
+  /// A term of the same graph.
   TermId subject, predicate, object;
+  /// @}
   friend bool operator==(const Triple& a, const Triple& b) noexcept {
     return a.subject == b.subject && a.predicate == b.predicate && a.object == b.object;
   }
 };
 
-/// An RDF graph with value semantics: a set of triples over interned terms, with look-up by any position.
+/// An RDF graph (RDF 1.1 Concepts 3): a set of triples over interned terms, with look-up by any position. It has value
+/// semantics.
 ///
-/// Triples keep the order in which they were added, so the output of a writer is reproducible. Equal graphs may number their terms
-/// differently. Blank node labels are local to a graph: merging two graphs identifies blank nodes with equal labels.
+/// Triples keep the order in which they were added, so the output of a writer is reproducible. Equal graphs may number
+/// their terms differently. Blank node labels are local to a graph: merging two graphs identifies blank nodes with
+/// equal labels.
 ///
 /// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
 /// @par Time     add, contains, find: constant on average. match: proportional to the rarest bound term's triples.
@@ -39,46 +45,54 @@ class LRT_API Graph {
 
   Graph() = default;
 
-  /// Adds a triple; false: the graph had it already. Subject: IRI or blank node; predicate: IRI.
+  /// @{
+  /// Adds a triple. The subject is an IRI or blank node, the predicate an IRI.
+  /// @return  false: the graph has it already
   bool add(const TermView& subject, const TermView& predicate, const TermView& object);
   bool add(TermId subject, TermId predicate, TermId object);
+  /// @}
   /// Adds every triple of `other`. Blank nodes with equal labels become one.
   void merge(const Graph& other);
 
-  std::size_t size() const noexcept { return triples_.size(); }
-  bool empty() const noexcept { return triples_.empty(); }
-  const std::vector<Triple>& triples() const noexcept { return triples_; }
+  std::size_t size() const noexcept { return triples_.size(); }             ///< number of triples
+  bool empty() const noexcept { return triples_.empty(); }                  ///< whether there are no triples
+  const std::vector<Triple>& triples() const noexcept { return triples_; }  ///< all triples, in the order in which they were added
 
-  /// The number of a term. A new term is added.
+  /// The number of a term. The term is added if the graph does not have it.
   TermId intern(const TermView& term);
   /// The number of a term; nullopt: the graph does not have it.
   std::optional<TermId> find(const TermView& term) const noexcept;
   /// The term of a number. Its views are valid until the graph is changed or destroyed.
   TermView term(TermId id) const noexcept;
-  std::size_t term_count() const noexcept { return terms_.size(); }
+  std::size_t term_count() const noexcept { return terms_.size(); }  ///< numbers of terms are below this
   /// A new blank node with a label that is unique in this graph.
   TermId fresh_blank();
 
+  /// @{
+  /// Whether the graph has the triple.
   bool contains(TermId subject, TermId predicate, TermId object) const noexcept;
   bool contains(const TermView& subject, const TermView& predicate, const TermView& object) const noexcept;
+  /// @}
 
   /// The triples with the given terms, in the order they were added. Valid until the graph is changed or destroyed.
   Matches match(std::optional<TermId> subject, std::optional<TermId> predicate, std::optional<TermId> object) const noexcept;
   /// As above, with terms by value. A term that the graph does not have matches no triple.
   Matches match(const TermView* subject, const TermView* predicate, const TermView* object) const noexcept;
 
-  /// The object of the first triple with this subject and predicate.
+  /// @{
+  /// The object of the first triple with this subject and predicate; nullopt: there is none.
   std::optional<TermView> object(const TermView& subject, const TermView& predicate) const noexcept;
   std::optional<TermId> object(TermId subject, TermId predicate) const noexcept;
+  /// @}
   /// All objects of a subject and predicate, in order.
   std::vector<TermView> objects(const TermView& subject, const TermView& predicate) const;
   /// All subjects of a predicate and object, in order.
   std::vector<TermView> subjects(const TermView& predicate, const TermView& object) const;
 
-  /// The members of the RDF list that starts at `head`; nullopt: it is not a well-formed, finite list.
+  /// The members of the RDF list whose first node is `head`; nullopt: the list is ill-formed or infinite.
   std::optional<std::vector<TermId>> list(TermId head) const;
-  /// Adds an RDF list of the members. Returns its head: rdf:nil or the first cell. All cells are made before the triples are added.
-  /// @param cells  nodes for the first cells; further cells are new blank nodes
+  /// Adds an RDF list of the members. Returns its first node: rdf:nil for no members.
+  /// @param cells  nodes for the first cells; for further cells new blank nodes are made
   TermId add_list(const std::vector<TermId>& members, std::vector<TermId> cells = {});
 
  private:
@@ -113,11 +127,13 @@ class LRT_API Graph {
   lrt::detail::HashIndex triple_index_;  // of triples that are beyond the first few in all three chains
 };
 
-/// A range of triples: `for (const Triple& t : graph.match(...))`.
+/// A range of triples: `for (const Triple& t : graph.match(...))`. Valid until the graph is changed or destroyed.
 class Graph::Matches {
  public:
+  /// A forward iterator.
   class iterator {
    public:
+    /// @cond internal
     using iterator_category = std::forward_iterator_tag;
     using value_type = Triple;
     using difference_type = std::ptrdiff_t;
@@ -138,6 +154,7 @@ class Graph::Matches {
     }
     friend bool operator==(const iterator& a, const iterator& b) noexcept { return a.at_ == b.at_; }
     friend bool operator!=(const iterator& a, const iterator& b) noexcept { return !(a == b); }
+    /// @endcond
 
    private:
     friend class Matches;
@@ -146,9 +163,9 @@ class Graph::Matches {
     std::uint32_t at_ = Graph::none;
   };
 
-  iterator begin() const noexcept { return {this, first_}; }
-  iterator end() const noexcept { return {this, Graph::none}; }
-  bool empty() const noexcept { return first_ == Graph::none; }
+  iterator begin() const noexcept { return {this, first_}; }     ///< the first triple
+  iterator end() const noexcept { return {this, Graph::none}; }  ///< the end
+  bool empty() const noexcept { return first_ == Graph::none; }  ///< whether no triple matches
 
  private:
   friend class Graph;
@@ -162,7 +179,7 @@ class Graph::Matches {
   std::uint32_t first_ = Graph::none;
 };
 
-/// True if the graphs are equal except for the labels of their blank nodes (RDF 1.1 Concepts 3.6).
+/// Whether the graphs are equal except for the labels of their blank nodes (RDF 1.1 Concepts 3.6).
 /// @par Time  Exponential in the worst case (graphs with many interchangeable blank nodes); for tests and small graphs.
 LRT_API bool isomorphic(const Graph& a, const Graph& b);
 

@@ -88,7 +88,7 @@ auto a_result() {
                 "lrt: a Result is no value; only actions, on_write and on_create may return one; write std::optional for a value that may be absent");
 }
 
-/// The members of traits of a type that has none, so that the sentence is the only error.
+/// Members for types without traits, so that the static_assert is the only error.
 template <class T>
 struct NoTraits {
   static const Type& type();
@@ -107,7 +107,8 @@ LRT_API Type integer_type(std::int64_t lowest, std::uint64_t highest, std::size_
 LRT_API Type list_type(const Type& element, std::size_t shortest, std::size_t longest);
 LRT_API Type optional_type(const Type& element);
 LRT_API Type map_type(const Type& element);
-/// True if traits<T>::encode is code of the user. Specialisations of lrt say so by a fifth member, runs_user_code().
+/// True if traits<T>::encode calls code of the user. Specialisations of lrt state it by a fifth member,
+/// runs_user_code().
 template <class T>
 bool runs_user_code() noexcept;
 LRT_API Unexpected not_a_value_of(const char* what);
@@ -115,22 +116,35 @@ LRT_API Unexpected does_not_fit(const char* what);
 LRT_API Unexpected read_only();
 }  // namespace detail
 
-/// Maps a C++ type to RDF and to every other representation. lrt provides it for bool, integers, float, double, std::string, durations,
-/// system_clock time points, and std::array, std::vector, std::optional of these, and
-/// std::map and std::unordered_map from std::string to these. For your own structs and enums derive a
-/// specialisation from Record or Enumeration. Every specialisation has four members:
+/// Converts a C++ type to and from RDF and every other representation.
 ///
-///   static const Type& type();                          // the same object at every call
-///   static Value encode(const T& value);                // a Value of that type
-///   static Result<T> decode(const Value& value);        // may refuse values that the Type allows
-///   static bool same(const T& a, const T& b) noexcept;  // true: both have the same representations; no allocation
+/// lrt has specialisations for bool, integers, float, double, std::string, durations, system_clock time points, for
+/// std::array, std::vector and std::optional of these, and for std::map and std::unordered_map from std::string to
+/// these; lrt/eigen.hpp has those for Eigen. For your own structs and enums derive a specialisation from Record or
+/// Enumeration. For another type without traits a static_assert says what to write.
+///
+/// Every specialisation has four static members:
+///
+///     const Type& type();                          // the same object at every call
+///     Value encode(const T& value);                // a Value of that type
+///     Result<T> decode(const Value& value);        // may refuse values that the Type allows
+///     bool same(const T& a, const T& b) noexcept;  // true: both have the same representations; does not allocate
+///
+/// @par Errors   decode(): expected_value, if the value is not a T; the client gets 422. An exception of encode(): 500.
+/// @par Threads  Any, also concurrently: the members have no state. encode() of a pulled property and decode() of what
+///               a client sends run on the thread of the user's lambda (see Dispatch). Of a pushed property, publish()
+///               calls same() on the publishing thread, and the engine's thread calls encode() unless traits of the
+///               user take part.
+/// @par Units    The unit of a number is stated by the property, action or field (Facets::unit). Numbers are never
+///               converted.
+/// @par Implements  R1.5, R1.11, paper 5.2
 template <class T, class Enable = void>
 struct traits : detail::NoTraits<T> {
   using Sentence = decltype(detail::undescribed<T>());
 };
 
+/// @cond internal
 // Types that have no traits, with what to write instead.
-
 template <class T>
 struct traits<T, std::enable_if_t<detail::is_character<T>>> : detail::NoTraits<T> {
   using Sentence = decltype(detail::a_character<T>());
@@ -163,7 +177,9 @@ template <class T>
 struct traits<Result<T>> : detail::NoTraits<Result<T>> {
   using Sentence = decltype(detail::a_result<T>());
 };
+/// @endcond
 
+/// A truth value, as xsd:boolean.
 template <>
 struct traits<bool> {
   static const Type& type() noexcept { return detail::boolean_type(); }
@@ -176,7 +192,9 @@ struct traits<bool> {
   static bool same(bool a, bool b) noexcept { return a == b; }
 };
 
-/// The integer types, as xsd:byte ... xsd:unsignedLong by their size. Character types are not numbers.
+/// Integers, by their size and sign: xsd:byte, short, int, long, unsignedByte, unsignedShort, unsignedInt,
+/// unsignedLong. Character types have no traits; std::int8_t and std::uint8_t are numbers. A value outside the range of
+/// T is refused: expected_value.
 template <class T>
 struct traits<T, std::enable_if_t<std::is_integral_v<T> && !std::is_same_v<T, bool> && !detail::is_character<T>>> {
   static const Type& type() {
@@ -209,7 +227,9 @@ struct traits<T, std::enable_if_t<std::is_integral_v<T> && !std::is_same_v<T, bo
   static bool same(T a, T b) noexcept { return a == b; }
 };
 
-/// float as xsd:float, double as xsd:double: the shortest decimal that reads back bit-identically.
+/// Floating-point numbers: float as xsd:float, double as xsd:double. The text is the shortest decimal that reads back
+/// bit-identically. NaN and infinities of the robot are represented; those of clients are refused unless
+/// Facets::allow_non_finite() is set.
 template <class T>
 struct traits<T, std::enable_if_t<std::is_same_v<T, float> || std::is_same_v<T, double>>> {
   static const Type& type() noexcept {
@@ -225,7 +245,7 @@ struct traits<T, std::enable_if_t<std::is_same_v<T, float> || std::is_same_v<T, 
   static bool same(T a, T b) noexcept { return std::memcmp(&a, &b, sizeof(T)) == 0; }
 };
 
-/// Text in UTF-8. Ill-formed bytes are replaced by U+FFFD in representations.
+/// Text in UTF-8, as xsd:string. Ill-formed bytes are replaced by U+FFFD in representations.
 template <>
 struct traits<std::string> {
   static const Type& type() noexcept { return detail::text_type(); }
@@ -238,7 +258,8 @@ struct traits<std::string> {
   static bool same(const std::string& a, const std::string& b) noexcept { return a == b; }
 };
 
-/// Durations as xsd:dayTimeDuration, to the nanosecond, at most 292 years.
+/// Durations, as xsd:dayTimeDuration in nanoseconds, at most 292 years. A duration from a client is truncated to the
+/// period of T.
 template <class Rep, class Period>
 struct traits<std::chrono::duration<Rep, Period>> {
   using T = std::chrono::duration<Rep, Period>;
@@ -252,7 +273,8 @@ struct traits<std::chrono::duration<Rep, Period>> {
   static bool same(const T& a, const T& b) noexcept { return a == b; }
 };
 
-/// Instants as xsd:dateTime in UTC.
+/// Instants of the system clock, as xsd:dateTime in UTC, in nanoseconds within 292 years of 1970. An instant from a
+/// client is truncated to `Duration`.
 template <class Duration>
 struct traits<std::chrono::time_point<std::chrono::system_clock, Duration>> {
   using T = std::chrono::time_point<std::chrono::system_clock, Duration>;
@@ -278,7 +300,7 @@ Value encode_list(const Sequence& members) {
 }
 }  // namespace detail
 
-/// Fixed arrays as RDF lists of exactly N members, in order.
+/// Arrays, as RDF lists of exactly N members in order. Unit and bounds are those of each member.
 template <class T, std::size_t N>
 struct traits<std::array<T, N>> {
   static const Type& type() {
@@ -305,7 +327,7 @@ struct traits<std::array<T, N>> {
   }
 };
 
-/// Vectors as RDF lists, in order.
+/// Vectors, as RDF lists of any length, in order. Unit and bounds are those of each member.
 template <class T>
 struct traits<std::vector<T>> {
   static const Type& type() {
@@ -334,7 +356,7 @@ struct traits<std::vector<T>> {
   }
 };
 
-/// A value that may be absent. An absent value has no triple.
+/// A value that may be absent. An absent value has no triple, and null or no member in JSON.
 template <class T>
 struct traits<std::optional<T>> {
   static const Type& type() {
@@ -354,6 +376,7 @@ struct traits<std::optional<T>> {
   }
 };
 
+/// @cond internal
 namespace detail {
 template <class T>
 inline constexpr bool is_optional = false;
@@ -402,14 +425,18 @@ struct MapTraits {
   }
 };
 }  // namespace detail
+/// @endcond
 
-/// Maps from names: in JSON and CBOR an object with a member for each, in RDF a list of nodes with schema:name and schema:value, in the
-/// order of the names. Unit and bounds are those of the values. A name occurs once.
+/// Maps from names to values. In JSON and CBOR: an object with a member for each. In RDF: a list of nodes with
+/// schema:name and schema:value, in the byte order of the names. Unit and bounds are those of the values. A name occurs
+/// once.
 template <class T, class Less, class Allocator>
 struct traits<std::map<std::string, T, Less, Allocator>> : detail::MapTraits<std::map<std::string, T, Less, Allocator>> {};
+/// As std::map from names.
 template <class T, class Hash, class Equal, class Allocator>
 struct traits<std::unordered_map<std::string, T, Hash, Equal, Allocator>>
     : detail::MapTraits<std::unordered_map<std::string, T, Hash, Equal, Allocator>> {};
+/// @cond internal
 template <class K, class T, class Less, class Allocator>
 struct traits<std::map<K, T, Less, Allocator>> : detail::NoTraits<std::map<K, T, Less, Allocator>> {
   using Sentence = decltype(detail::a_map_without_names<K>());
@@ -418,11 +445,21 @@ template <class K, class T, class Hash, class Equal, class Allocator>
 struct traits<std::unordered_map<K, T, Hash, Equal, Allocator>> : detail::NoTraits<std::unordered_map<K, T, Hash, Equal, Allocator>> {
   using Sentence = decltype(detail::a_map_without_names<K>());
 };
+/// @endcond
 
-/// Base of `traits` for an enum. Its values are strings from a closed set of names.
+/// Base of rdf::traits for an enum. Its values are texts from a closed set of names; in RDF xsd:string literals.
+///
+///     template <>
+///     struct lrt::rdf::traits<Mode> : lrt::rdf::Enumeration<Mode> {
+///       static void describe(Enumeration<Mode>& e) { e.name(Mode::slow, "slow").name(Mode::fast, "fast"); }
+///     };
+///
+/// A value without a name has no representation: it is null, like an absent value. A name that is not in the set is
+/// refused: expected_value.
 template <class E>
 class Enumeration {
  public:
+  /// Gives an enumerator its name.
   Enumeration& name(E value, std::string text) {
     type_.names.push_back(std::move(text));
     values_.push_back(value);
@@ -472,16 +509,24 @@ template <class T>
 inline constexpr bool is_result<Result<T>> = true;
 }  // namespace detail
 
-/// The name and predicate of a field of a Record: a vocabulary term, or a name of your own. The predicate of the latter is
-/// `<vocabulary>Type/name`, a term of the server's vocabulary (Options::vocabulary): one IRI for all values of the C++ type.
+/// Name and predicate of a field of a Record: a vocabulary term, or a name of your own. For an own name the predicate
+/// is `<vocabulary>Type/name`, a term of the server's vocabulary (Options::vocabulary): one IRI for all values of the
+/// C++ type.
 class FieldName {
  public:
+  /// @{
+  /// The constructors are implicit: this is an argument of Record::field(). The name of a term is the part after its
+  /// last '#' or '/'.
   FieldName(Iri term) : name(term.text.substr(term.text.find_last_of("#/") + 1)), predicate(term.text) {}  // NOLINT: an argument of field()
   FieldName(std::string_view own) : name(own), predicate("#" + name) {}                                    // NOLINT
   FieldName(const std::string& own) : FieldName(std::string_view(own)) {}                                  // NOLINT
   FieldName(const char* own) : FieldName(std::string_view(own)) {}                                         // NOLINT
+  /// @}
 
+  /// @{
+  /// Name, for people and JSON; and predicate, an absolute IRI, or "#name" until the name of the record is known.
   std::string name, predicate;
+  /// @}
 };
 
 namespace detail {
@@ -510,32 +555,41 @@ LRT_API std::string term_name(std::string_view name);
 LRT_API void place_terms(Type& record);
 }  // namespace detail
 
-/// Base of `traits` for a struct or class. The user lists its fields:
+/// Base of rdf::traits for a struct or class. The user lists its fields:
 ///
-///     r.field("x", &S::x);                            // a data member; also of type char[N] (a text) or T[N] (a list)
-///     r.field("speed", &S::speed, &S::set_speed);     // a getter and a setter
-///     r.field("speed", &S::speed);                    // a getter: read-only
-///     r.field("speed", [](const S& s) { return s.v(); }, [](S& s, double v) { s.drive(v); });   // lambdas; the first alone: read-only
+///     template <>
+///     struct lrt::rdf::traits<S> : lrt::rdf::Record<S> {
+///       static void describe(Record<S>& r) {
+///         r.field("x", &S::x);                            // a data member; also of type char[N] (a text) or T[N] (a list)
+///         r.field("speed", &S::speed, &S::set_speed);     // a getter and a setter
+///         r.field("load", &S::load);                      // a getter: read-only
+///         r.field("v", [](const S& s) { return s.v(); }, [](S& s, double v) { s.drive(v); });   // lambdas; the first alone: read-only
+///       }
+///     };
 ///
-/// field() returns the field's facets, for unit and bounds. A field is optional if its C++ type is std::optional, and only then.
+/// field() returns the field's facets, for unit and bounds. A field is optional exactly if its C++ type is
+/// std::optional.
 ///
-/// A record without is() has the class `<vocabulary>Type`. Type is the name of the C++ type without namespaces, or that of named(). Two
-/// types of one server with the same name and different fields are an error of Server::add().
+/// A record without is() has the class `<vocabulary>Type`. Type is the name of the C++ type without namespaces, or that
+/// of named(). If two types of one server have the same name and different fields, Server::add() returns an error.
 ///
-/// A value with a read-only field cannot be made from what a client sends: on_write, on_create and an action whose input contains one are
-/// an error of Server::add() that names the field. So is a const data member.
+/// A value with a read-only field, or with a const data member, cannot be decoded. If on_write, on_create or the input
+/// of an action needs such a value, Server::add() returns an error that names the field.
 ///
-/// If `get` is not const, it is called on a copy. Of overloaded getters the const one is taken, of
-/// overloaded setters the one that takes what the getter returns. A setter may return Result<void>, or false
-/// for a value that it does not accept: 422. A getter that throws is 500.
+/// A getter that is not const is called on a copy. Of overloaded getters the const one is used, and of overloaded
+/// setters the one that takes what the getter returns. A setter may return Result<void>, or false for a value that it
+/// does not accept: 422. A getter that throws is answered with 500.
+///
+/// @par Threads  describe() runs once, at the first use. Getters and setters run where rdf::traits says.
 template <class S>
 class Record {
  public:
   /// Adds an rdf:type.
   Record& is(Iri type) { return type_.classes.emplace_back(type.text), *this; }
-  /// Names the C++ type in the server's vocabulary: letters, digits, '-' and '_'. For types of the same name in two namespaces, and to keep
-  /// the terms when the C++ type is renamed.
+  /// Sets the name of the C++ type in the server's vocabulary: letters, digits, '-' and '_'. Use it if two namespaces
+  /// have types of the same name, and to keep the terms when the C++ type is renamed.
   Record& named(std::string_view name) { return type_.name = detail::term_name(name), *this; }
+  /// @{
   /// Adds a field: a data member, or a read-only field by a getter or a callable of const S&.
   template <class Get>
   Facets& field(FieldName name, Get get) {
@@ -549,6 +603,8 @@ class Record {
   Facets& field(FieldName name, R (S::*get)() const) {
     return add_getter(std::move(name), get, nullptr);
   }
+  /// @}
+  /// @{
   /// Adds a field by a getter and a setter: member functions or callables of const S& and of (S&, value).
   template <class Get, class Set>
   Facets& field(FieldName name, Get get, Set set) {
@@ -562,6 +618,7 @@ class Record {
   Facets& field(FieldName name, R (S::*get)() const, void (S::*set)(std::decay_t<R>)) {
     return add_getter(std::move(name), get, set);
   }
+  /// @}
 
   static const Type& type() { return instance().type_; }
   static Value encode(const S& v) {

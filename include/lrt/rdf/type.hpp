@@ -16,21 +16,32 @@
 namespace lrt::rdf {
 inline namespace v0 {
 
-/// The unit of a value and restrictions beyond its type. Bounds are compared as numbers.
+/// The unit of a value and the restrictions beyond its type: `Facets{unit::degree}.at_least(0).below(360)`.
 ///
-/// `Facets{unit::degree}.at_least(0).below(360)`
+/// Bounds apply to numbers and, for lists and maps, to each number in them. They are compared as numbers. What a client
+/// sends is checked; a value that the robot reads or publishes is not.
+///
+/// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
 class Facets {
  public:
   Facets() = default;
+  /// Only a unit.
   explicit Facets(const Unit& u) : unit_(&detail::kept_unit(u)) {}
+  /// Sets the unit. Numbers are never converted.
   Facets& unit(const Unit& u) { return unit_ = &detail::kept_unit(u), *this; }
   /// Takes the unit of `other`.
   Facets& unit_of(const Facets& other) { return unit_ = other.unit_, *this; }
+  /// Sets the lower bound; `v` itself is allowed.
   Facets& at_least(double v) { return min_ = v, has_min_ = true, min_exclusive_ = false, *this; }
+  /// Sets the lower bound; `v` itself is not allowed.
   Facets& above(double v) { return min_ = v, has_min_ = true, min_exclusive_ = true, *this; }
+  /// Sets the upper bound; `v` itself is allowed.
   Facets& at_most(double v) { return max_ = v, has_max_ = true, max_exclusive_ = false, *this; }
+  /// Sets the upper bound; `v` itself is not allowed.
   Facets& below(double v) { return max_ = v, has_max_ = true, max_exclusive_ = true, *this; }
+  /// Sets both bounds; they themselves are allowed.
   Facets& between(double low, double high) { return at_least(low).at_most(high); }
+  /// Removes both bounds.
   Facets& without_bounds() { return has_min_ = false, has_max_ = false, *this; }
   /// Accepts NaN and infinities from clients. Values that the robot reads or publishes may always be non-finite.
   Facets& allow_non_finite() { return non_finite_ = true, *this; }
@@ -52,14 +63,14 @@ class Facets {
   bool empty() const noexcept {
     return unit_->empty() && !has_min_ && !has_max_ && !non_finite_ && min_length_ == 0 && max_length_ == std::numeric_limits<std::size_t>::max();
   }
-  const Unit& unit() const noexcept { return *unit_; }
-  std::optional<double> min() const noexcept { return has_min_ ? std::optional(min_) : std::nullopt; }
-  std::optional<double> max() const noexcept { return has_max_ ? std::optional(max_) : std::nullopt; }
-  bool min_exclusive() const noexcept { return min_exclusive_; }
-  bool max_exclusive() const noexcept { return max_exclusive_; }
-  bool allows_non_finite() const noexcept { return non_finite_; }
-  std::size_t min_length() const noexcept { return min_length_; }
-  std::size_t max_length() const noexcept { return max_length_; }
+  const Unit& unit() const noexcept { return *unit_; }                                                  ///< unit::none: none is set
+  std::optional<double> min() const noexcept { return has_min_ ? std::optional(min_) : std::nullopt; }  ///< lower bound
+  std::optional<double> max() const noexcept { return has_max_ ? std::optional(max_) : std::nullopt; }  ///< upper bound
+  bool min_exclusive() const noexcept { return min_exclusive_; }                                        ///< the lower bound itself is not allowed
+  bool max_exclusive() const noexcept { return max_exclusive_; }                                        ///< the upper bound itself is not allowed
+  bool allows_non_finite() const noexcept { return non_finite_; }                                       ///< clients may send NaN and infinities
+  std::size_t min_length() const noexcept { return min_length_; }                                       ///< of a text, in code points
+  std::size_t max_length() const noexcept { return max_length_; }                                       ///< of a text, in code points
 
  private:
   const Unit* unit_ = &unit::none;  // kept for the life of the process
@@ -72,45 +83,46 @@ struct Type;
 
 /// One field of a record.
 struct FieldType {
-  std::string name;       ///< for people and JSON
-  std::string predicate;  ///< a term: an absolute IRI, or "#Type/name" of the server's vocabulary
-  const Type* type = nullptr;
-  Facets facets;
-  bool read_only = false;   ///< values of the record cannot be decoded
-  bool takes_unit = false;  ///< the unit of the record is that of this field, and not of other fields
+  std::string name;            ///< for people and JSON
+  std::string predicate;       ///< a term: an absolute IRI, or "#Type/name" of the server's vocabulary
+  const Type* type = nullptr;  ///< of its values
+  Facets facets;               ///< unit and bounds of its values
+  bool read_only = false;      ///< values of the record cannot be decoded
+  bool takes_unit = false;     ///< the unit of the record applies to this field, and not to other fields
 };
 
 /// Describes the values of a C++ type for every representation. Made by rdf::traits<T>::type().
 struct Type {
+  /// Which C++ types it describes: see rdf::traits.
   enum class Kind : std::uint8_t { boolean, integer, real, text, enumeration, duration, instant, list, optional, record, map };
 
-  Kind kind = Kind::text;
-  Iri datatype;             ///< of the literal; empty for list, optional, record and map
-  std::int64_t lowest = 0;  ///< integer: range of the C++ type
-  std::uint64_t highest = 0;
-  bool single = false;             ///< real: float, not double
-  std::vector<std::string> names;  ///< enumeration: names in the given order
-  const Type* element = nullptr;   ///< list, optional, map: type of the members or of the value
-  std::size_t shortest = 0;        ///< list: minimum number of members
-  std::size_t longest = std::numeric_limits<std::size_t>::max();
-  std::string name;                        ///< record: that of the C++ type, "PidGains"; empty: it has no terms of its own
+  Kind kind = Kind::text;                                         ///< which of the members below have a meaning
+  Iri datatype;                                                   ///< of the literal; empty for list, optional, record and map
+  std::int64_t lowest = 0;                                        ///< integer: smallest value of the C++ type
+  std::uint64_t highest = 0;                                      ///< integer: largest value of the C++ type
+  bool single = false;                                            ///< real: float, not double
+  std::vector<std::string> names;                                 ///< enumeration: names in the given order
+  const Type* element = nullptr;                                  ///< list, optional, map: type of the members or of the value
+  std::size_t shortest = 0;                                       ///< list: minimum number of members
+  std::size_t longest = std::numeric_limits<std::size_t>::max();  ///< list: maximum number of members
+  std::string name;                                               ///< record: name of the C++ type, "PidGains"; empty: it has no terms of its own
   std::vector<std::string> classes;        ///< record: its rdf:types, terms: absolute IRIs, or "#Type" of the server's vocabulary
-  std::vector<FieldType> fields;           ///< record
-  std::string value_predicate;             ///< record: from its node to a node that has its fields; empty: its own node has them
+  std::vector<FieldType> fields;           ///< record: its fields in order
+  std::string value_predicate;             ///< record: from its node to a node that has its fields; empty: the fields are at its own node
   std::vector<std::string> value_classes;  ///< record with a value_predicate: rdf:types of that node
   Iri quantity_kind;                       ///< record: object of vom:quantityKind
 
-  bool is_number() const noexcept { return kind == Kind::integer || kind == Kind::real; }
+  bool is_number() const noexcept { return kind == Kind::integer || kind == Kind::real; }  ///< integer or real
 };
 
-/// The unit of the node of a record: none if one of its fields takes it.
+/// The unit stated at the node of a record: none if one of its fields takes it.
 inline Unit node_unit(const Type& record, const Facets& facets) {
   for (const FieldType& field : record.fields)
     if (field.takes_unit) return unit::none;
   return facets.unit();
 }
 
-/// The facets of a field of a record with these facets.
+/// The facets of a field of a record that has the facets `record`.
 inline Facets field_facets(const FieldType& field, const Facets& record) {
   return field.takes_unit ? Facets(field.facets).unit_of(record) : field.facets;
 }

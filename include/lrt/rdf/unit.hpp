@@ -9,18 +9,23 @@
 namespace lrt {
 inline namespace v0 {
 
-/// A unit of measurement with its names in three vocabularies. It documents the meaning of a number; numbers are never converted.
+/// A unit of measurement with its names in three vocabularies. It documents the meaning of a number; lrt never converts
+/// numbers.
 struct Unit {
   Iri qudt;               ///< object of qudt:hasUnit
   Iri vom;                ///< object of vom:unit; empty: the ARVIDA vocabulary does not have it
   std::string_view ucum;  ///< code for JSON, "deg"
   Iri quantity_kind{};    ///< object of qudt:hasQuantityKind; empty: the unit is used for several kinds of quantity
 
+  /// Whether it has no name: unit::none.
   constexpr bool empty() const noexcept { return qudt.empty() && vom.empty(); }
   friend constexpr bool operator==(const Unit& a, const Unit& b) noexcept { return a.qudt == b.qudt && a.vom == b.vom; }
 };
 
+/// Units that robots often use. A program can define others: `constexpr lrt::Unit{iri_of_qudt, iri_of_vom, ucum_code}`.
 namespace unit {
+/// @{
+/// The unit with the terms that are shown.
 inline constexpr Unit none{};
 inline constexpr Unit radian{vocab::unit_::RAD, vocab::maths::Radian, "rad", vocab::quantitykind::Angle};
 inline constexpr Unit degree{vocab::unit_::DEG, vocab::maths::Degree, "deg", vocab::quantitykind::Angle};
@@ -38,6 +43,7 @@ inline constexpr Unit volt{vocab::unit_::V, {}, "V", vocab::quantitykind::Voltag
 inline constexpr Unit ampere{vocab::unit_::A, {}, "A", vocab::quantitykind::ElectricCurrent};
 inline constexpr Unit percent{vocab::unit_::PERCENT, {}, "%"};
 inline constexpr Unit one{vocab::unit_::UNITLESS, {}, "1"};
+/// @}
 }  // namespace unit
 
 }  // namespace v0

@@ -21,9 +21,10 @@ inline namespace v0 {
 /// - a number is `a maths:Scalar; vom:numericalValue n` with its unit as vom:unit and qudt:hasUnit,
 /// - another scalar or a list is the object of rdf:value,
 /// - a record is its classes and fields, with one unit for all of them, or for the field that takes it.
-/// As the object of a field a scalar is a literal (with a unit: a node as above), a list an rdf:List, a record a blank node, a map an rdf:List
-/// of nodes `a schema:PropertyValue; schema:name "left"; schema:value 1`. An absent optional has no triple. An optional record that is present
-/// without any field is `a rdfs:Resource` at the focus node.
+///
+/// As the object of a field a scalar is a literal (with a unit: a node as above), a list an rdf:List, a record a blank
+/// node, a map an rdf:List of nodes `a schema:PropertyValue; schema:name "left"; schema:value 1`. An absent optional
+/// has no triple. An optional record that is present without any field is `a rdfs:Resource` at the focus node.
 
 /// Adds the triples of `value` to `graph` at `focus`.
 /// @param vocabulary  namespace of the server's own terms, "http://robot/ns/vocabulary#"
@@ -39,29 +40,29 @@ struct Mismatch {
   std::string message;  ///< "expected a number of at least 0 and below 360, found \"360\"^^xsd:float"
 };
 
-/// Reads the value at `focus`. Triples that the type does not describe are ignored. A floating-point value may be given as xsd:float, double,
-/// decimal or an integer. Bounds, datatypes, missing and repeated values and units are checked (SPEC 3.3).
+/// Reads the value at `focus`. Triples outside the type are ignored. A floating-point value may be given as xsd:float,
+/// double, decimal or an integer. Bounds, datatypes, missing and repeated values and units are checked (SPEC 3.3).
 /// @param mismatches  receives at most 16 mismatches
 /// @return the value, if there is no mismatch
 /// @par Errors  expected_value, out_of_range: the first mismatch as a sentence
 LRT_API Result<Value> read_value(const Graph& graph, TermId focus, const Type& type, const Facets& facets, std::string_view vocabulary,
                                  std::vector<Mismatch>& mismatches);
 
-/// The graph of a body with what a client may leave out or write in another way, so that it conforms to the derived shape if its values fit
-/// (SPEC 3.3):
+/// Completes the graph of a body: adds what a client may leave out or write in another form, so that the graph conforms
+/// to the derived shape if its values fit (SPEC 3.3):
 /// - the node of a value that has no rdf:type, or one of the value's classes, has all of them;
 /// - a number of another numeric datatype has the datatype of the C++ type, if that can hold it;
 /// - a unit that is stated in one vocabulary is stated in the other one, too.
-/// @return  nullopt: nothing is missing
+/// @return  the completed graph; nullopt: nothing is missing
 LRT_API std::optional<Graph> completed(const Graph& graph, TermId focus, const Type& type, const Facets& facets, std::string_view vocabulary);
 
-/// Checks a value that was not read from RDF (a C++ value, JSON) against facets.
+/// Whether a value that was not read from RDF (a C++ value, JSON) is within the facets.
 LRT_API bool within(const Type& type, const Facets& facets, const Value& value) noexcept;
 
-/// The class of nodes with such a value: maths:Scalar for numbers, the first class of a record, else empty.
+/// The class of nodes with such a value: maths:Scalar for numbers, the first class of a record, otherwise empty.
 LRT_API std::string target_class(const Type& type, std::string_view vocabulary);
 
-/// "vom:numericalValue" if a default prefix fits, else "<iri>".
+/// An IRI with a default prefix, "vom:numericalValue", or else "<iri>".
 LRT_API std::string abbreviate(std::string_view iri);
 
 }  // namespace v0

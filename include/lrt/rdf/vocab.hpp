@@ -3,8 +3,9 @@
 
 #include <lrt/base/iri.hpp>
 
-/// The vocabulary terms that lrt uses, spelled as in their vocabularies (R1.5, SPEC section 4). Each vocabulary is a namespace with the name of
-/// its usual prefix. The prefixes rdf, unit and lrt are namespaces of lrt already; these vocabularies are rdf_, unit_ and lrt_.
+/// The vocabulary terms that lrt uses, spelled as in their vocabularies (R1.5, SPEC section 4). Each vocabulary is a
+/// namespace with the name of its usual prefix. The prefixes rdf, unit and lrt are namespaces of lrt already; these
+/// vocabularies are rdf_, unit_ and lrt_.
 namespace lrt::vocab {
 inline namespace v0 {
 

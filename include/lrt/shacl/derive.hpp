@@ -10,23 +10,26 @@
 namespace lrt::shacl {
 inline namespace v0 {
 
-/// What a derived shape is for.
+/// The purpose of a derived shape.
 struct DeriveOptions {
   bool required = true;  ///< false: the value may be missing, as for std::optional
   bool input = true;     ///< false: only the robot gives such values; the shape has no constraints that only clients could violate
 };
 
-/// Adds constraints for a value of a type to a shape in `graph`. A focus node written by rdf::write_value() conforms to the shape. A focus
-/// node that rdf::read_value() refuses does not, if rdf::completed() has completed it (SPEC 3.3: Numbers, Units).
+/// Adds constraints for a value of a type to a shape in `graph`. A focus node written by rdf::write_value() conforms to
+/// the shape. A focus node that rdf::read_value() refuses does not, if rdf::completed() has completed it (SPEC 3.3:
+/// Numbers, Units).
 ///
-/// A number has the datatype of its C++ type, which rdf::completed() gives to numbers of other datatypes; sh:datatype judges its range. It has
-/// the bounds of the facets, as decimals if these are short: `below(360)` becomes `sh:maxExclusive 360`. An input without two bounds has a
-/// pattern that excludes NaN and infinities, unless these are allowed. Nodes have their classes, and the unit in the first vocabulary that has
-/// it. Lists must be well-formed RDF lists of the right length.
+/// A number has the datatype of its C++ type; rdf::completed() converts numbers of other datatypes to it, and
+/// sh:datatype checks its range. It has the bounds of the facets, as decimals if these are short: `below(360)` becomes
+/// `sh:maxExclusive 360`. An input without two bounds has a pattern that excludes NaN and infinities, unless these are
+/// allowed. Nodes have their classes, and the unit in the first vocabulary that has it. Lists must be well-formed RDF
+/// lists of the right length.
 ///
-/// The shape and read_value() differ in three cases. The shape does not limit durations to 64 bits of nanoseconds. A number whose text is
-/// beyond its datatype (1e400) conforms, and read_value() refuses it. If a bound is not representable as float (0.1), the shape compares an
-/// xsd:float as float, as XPath does, and read_value() compares it as double.
+/// The shape and read_value() differ in three cases. The shape does not limit durations to 64 bits of nanoseconds. A
+/// number whose text is beyond its datatype (1e400) conforms, and read_value() refuses it. If a bound cannot be
+/// represented as float (0.1), the shape compares an xsd:float as float, as XPath does, and read_value() compares it as
+/// double.
 ///
 /// @param shape       an IRI or blank node of `graph`; the caller adds rdf:type and targets
 /// @param vocabulary  namespace of the server's own terms, "http://robot/ns/vocabulary#"

@@ -24,13 +24,15 @@ class LRT_API PropertyPath {
   PropertyPath() = default;
   /// A path of one predicate.
   explicit PropertyPath(const rdf::TermView& predicate) : predicate_(rdf::Term(predicate)) {}
+  /// @cond internal
   PropertyPath(std::shared_ptr<const Plan> plan, std::uint32_t path) : plan_(std::move(plan)), path_(path) {}
+  /// @endcond
 
-  /// True for the result of a node shape, which has no path.
+  /// Whether there is no path: true for the result of a node shape.
   bool empty() const noexcept { return !plan_ && !predicate_; }
   /// As a SPARQL 1.1 property path with the default prefixes: "vom:numericalValue", "^ex:part/(ex:a|ex:b)*".
   std::string to_string() const;
-  /// The predicate of a path that is one predicate.
+  /// The predicate, if the path is one predicate; nullopt otherwise.
   std::optional<rdf::Term> predicate() const;
   /// Adds the path to a graph in the syntax of SHACL: an IRI, or new blank nodes. @pre !empty()
   rdf::TermId write(rdf::Graph& graph) const;
@@ -43,16 +45,16 @@ class LRT_API PropertyPath {
 
 /// A violation of a constraint (sh:ValidationResult, SHACL 3.6.2). Owns its terms.
 ///
-/// A blank node in `focus` and `value` has its label of the data graph. A blank node in `source_shape` and `severity` has its label of the
-/// shapes graph. Equal labels of the two graphs are different nodes.
+/// A blank node in `focus` and `value` has its label of the data graph. A blank node in `source_shape` and `severity`
+/// has its label of the shapes graph. Equal labels of the two graphs are different nodes.
 struct ValidationResult {
-  rdf::Term focus;
-  PropertyPath path;
-  std::optional<rdf::Term> value;
-  rdf::Term source_shape;
+  rdf::Term focus;                          ///< sh:focusNode
+  PropertyPath path;                        ///< sh:resultPath
+  std::optional<rdf::Term> value;           ///< sh:value
+  rdf::Term source_shape;                   ///< sh:sourceShape
   Iri component;                            ///< sh:MinCountConstraintComponent ...
   rdf::Term severity;                       ///< sh:Violation by default
-  std::vector<rdf::Term> messages;          ///< the shape's sh:message; else one sentence: what was expected, what was found
+  std::vector<rdf::Term> messages;          ///< sh:resultMessage: the shape's sh:message; else one sentence: what was expected, what was found
   std::vector<ValidationResult> details{};  ///< sh:detail: for sh:node and sh:and, the results of the nested shapes
 };
 
@@ -60,15 +62,17 @@ struct ValidationResult {
 /// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
 class LRT_API Report {
  public:
-  /// True if there is no result of any severity (SHACL 3.6.1.1).
+  /// Whether there is no result of any severity (SHACL 3.6.1.1).
   bool conforms() const noexcept { return results_.empty(); }
-  /// Ordered by shapes, focus nodes, constraint components (sections 4.1 to 4.8) and values. The order is deterministic.
+  /// The results, ordered by shapes, focus nodes, constraint components (sections 4.1 to 4.8) and values. The order is
+  /// deterministic.
   const std::vector<ValidationResult>& results() const noexcept { return results_; }
-  /// False: ValidateOptions::max_results was reached, and there may be more results.
+  /// Whether all results are in the report. False: ValidateOptions::max_results was reached.
   bool complete() const noexcept { return complete_; }
 
-  /// The report as a graph (SHACL 3.6). Its root is a blank node of type sh:ValidationReport. Blank nodes of the data keep their labels; blank
-  /// nodes of the shapes get new labels. An incomplete report has an rdfs:comment that says so.
+  /// The report as a graph (SHACL 3.6). Its root is a blank node of type sh:ValidationReport. Blank nodes of the data
+  /// keep their labels; blank nodes of the shapes get new labels. An incomplete report has an rdfs:comment that says
+  /// so.
   rdf::Graph to_graph() const;
   /// One line for each result: focus node, path, message, component. Empty: the data conform.
   std::string to_text() const;

@@ -12,19 +12,21 @@ inline namespace v0 {
 
 /// A web callback that has a notification to post.
 struct ReadyCallback {
-  Channel channel;
+  Channel channel;       ///< identifies the subscription
   std::string receiver;  ///< scheme, host and port of its URL
 };
 
-/// A notification for a web callback, or the question whether the receiver wants the subscription.
+/// A notification for a web callback, or the request for confirmation of a subscription.
 struct Notification {
-  std::string url;      ///< has passed parse_callback_url() and AllowedHosts::names()
-  http::Fields fields;  ///< Content-Type, ETag, Link (SPEC 3.6)
-  std::shared_ptr<const std::string> body;
-  std::string secret;          ///< signs the body; empty: unsigned
-  bool failed_before = false;  ///< the last delivery to this subscriber failed
+  std::string url;                          ///< has passed parse_callback_url() and AllowedHosts::names()
+  http::Fields fields;                      ///< Content-Type, ETag, Link (SPEC 3.6)
+  std::shared_ptr<const std::string> body;  ///< the representation
+  std::string secret;                       ///< signs the body; empty: unsigned
+  bool failed_before = false;               ///< the last delivery to this subscriber failed
+  /// @{
   /// Not empty: instead of a POST, a GET of the URL with `query` added to its query. See CallbackOptions::confirmation.
   std::string challenge{}, query{};
+  /// @}
 };
 
 /// The outcome of one delivery.

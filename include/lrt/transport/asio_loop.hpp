@@ -4,6 +4,7 @@
 #include <memory>
 #include <utility>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/transport/transport.hpp>
 
 #if __has_include(<boost/version.hpp>)
@@ -19,15 +20,17 @@ inline namespace v0 {
 
 #ifdef BOOST_VERSION
 namespace detail {
-/// Defined for the version of Boost that lrt was compiled with. A host with another version does not link.
+/// Defined for the version of Boost with which lrt was compiled. A host with another version does not link.
 template <int boost_version>
-std::unique_ptr<Transport> make_http_on_loop(TransportOptions options, boost::asio::io_context& io);
+LRT_API std::unique_ptr<Transport> make_http_on_loop(TransportOptions options, boost::asio::io_context& io);
 }  // namespace detail
 
-/// make_http() on the host's io_context: the threads that run it serve, and call the lambdas of Things; the host polls nothing. Needs
-/// Io::in_poll.
+/// make_http() on the host's io_context. The threads that run it serve requests and call the lambdas of Things; the
+/// host does not poll. Requires Io::in_poll.
 ///
-/// @param io  must outlive the transport. Host and lrt must be compiled with the same version of Boost: else the host does not link.
+/// @param options  options of the transport
+/// @param io       must outlive the transport. Host and lrt must be compiled with the same version of Boost: otherwise
+///                 the host does not link.
 /// @par Threads  Those that run `io`, one at a time.
 inline std::unique_ptr<Transport> make_http(TransportOptions options, boost::asio::io_context& io) {
   return detail::make_http_on_loop<BOOST_VERSION>(std::move(options), io);

@@ -9,7 +9,8 @@
 namespace lrt::transport {
 inline namespace v0 {
 
-/// The HTTP server of lrt: HTTP/1.1, WebSocket and TLS on one port. One event loop on an epoll set, no threads of its own.
+/// The HTTP server of lrt: HTTP/1.1, WebSocket and TLS on one port, with one event loop on an epoll set. It starts no
+/// threads.
 LRT_API std::unique_ptr<Transport> make_http(TransportOptions options);
 
 }  // namespace v0

@@ -13,27 +13,28 @@
 namespace lrt::transport {
 inline namespace v0 {
 
-/// Requests and responses in the same process, without a network: for tests, and for hosts that have an HTTP server of their own and hand its
-/// requests over. A request goes through http::check_request(); what only the bytes of its header section show is up to the host's server,
-/// and so are Date, Content-Length, Connection, and the missing body of HEAD.
+/// Requests and responses in the same process, without a network: for tests, and for hosts that pass on the requests of
+/// their own HTTP server. A request is checked by http::check_request(). The host's server checks what only the raw
+/// bytes show, and adds Date, Content-Length and Connection. It does not send the body of a response to HEAD.
 ///
-/// @par Threads  One thread at a time; what waker() returns: any.
+/// @par Threads  One thread at a time; the object that waker() returns: any.
 class LRT_API Loopback final : public Transport {
  public:
-  /// What the client of a request gets that may become an event stream. Called from submit(), resume(), poll(), stop() and the destructor;
-  /// may call submit(), resume() and cancel().
+  /// The callbacks of a client whose response may be an event stream. Called from submit(), resume(), poll(), stop()
+  /// and the destructor; they may call submit(), resume() and cancel().
   struct StreamClient {
-    /// Once, the response. If `streams`, it is the header section of an event stream, which follows.
+    /// Gets the response, once. If `streams`, it is the header section of an event stream.
     std::function<void(http::Response response, bool streams)> response;
-    /// Each message of the stream, shared by all clients that get the same. Returns whether it takes the next one now; after false the next one comes
-    /// when resume() is called. Comments that keep the connection alive are up to the host.
+    /// Gets each message of the stream; clients with the same message share it. Returns whether it takes the next one
+    /// now; after false the next one comes after resume(). The host sends the comments that keep the connection open.
     std::function<bool(std::shared_ptr<const std::string> message)> message;
-    /// Once after `streams`, when the stream has ended, unless it was cancelled.
+    /// Called once after `streams`, when the stream has ended, unless it was cancelled.
     std::function<void()> end;
   };
-  /// Names a submitted StreamClient. Never 0, never used twice.
+  /// Identifies a submitted StreamClient. Never 0, never used twice.
   enum class StreamId : std::uint64_t {};
 
+  /// @param options  options of the transport; it listens on no port
   explicit Loopback(TransportOptions options = {});
   ~Loopback() override;
 
@@ -41,17 +42,18 @@ class LRT_API Loopback final : public Transport {
   std::chrono::milliseconds poll(std::chrono::microseconds budget, std::chrono::milliseconds wait) override;
   std::shared_ptr<Waker> waker() const noexcept override;
   void stop() override;
+  /// No port, no WebSockets, no TLS.
   Capabilities capabilities() const noexcept override { return {false, false, false}; }
   std::uint16_t port() const noexcept override { return 0; }
 
-  /// Hands one request over. `done` is called once, now or from a later poll(), stop() or destruction, on the thread that calls
-  /// those; it may submit again. Not started or stopped meanwhile: 503.
+  /// Submits one request. `done` is called once, now or from a later poll(), stop() or destruction, on the thread that
+  /// calls those; it may submit again. Before start() and after stop() the response is 503.
   void submit(const http::Request& request, std::function<void(http::Response)> done);
-  /// The same for a request whose response may be an event stream.
+  /// Submits a request whose response may be an event stream.
   StreamId submit(const http::Request& request, StreamClient client);
-  /// The client takes messages again. Without effect on a stream that has ended.
+  /// Reports that the client takes messages again. Has no effect on a stream that has ended.
   void resume(StreamId stream);
-  /// The client has gone: nothing of it is called any more.
+  /// Reports that the client has disconnected: none of its callbacks is called any more.
   void cancel(StreamId stream);
 
  private:

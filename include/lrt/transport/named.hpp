@@ -14,7 +14,7 @@ inline namespace v0 {
 /// The network transports of this build, the default first: "http", "libwebsockets" (LRT_LIBWEBSOCKETS).
 LRT_API std::vector<std::string_view> names();
 
-/// Makes the transport of that name; an empty name means the default. nullptr: this build has none of that name.
+/// Makes the transport of that name; an empty name means the default. nullptr: this build does not have it.
 LRT_API std::unique_ptr<Transport> make_named(std::string_view name, TransportOptions options);
 
 }  // namespace v0

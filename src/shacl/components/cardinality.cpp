@@ -47,7 +47,7 @@ class MaxCount final : public Constraint {
     if (static_cast<std::int64_t>(scene.size()) <= max_) return;
     run.violation(scene, *this, std::nullopt, [&] {
       if (std::string text = list_violation(run, scene); !text.empty()) return text;
-      return (max_ <= 0 ? "expected no value" : "expected at most " + counted(static_cast<std::size_t>(max_), "value", "values")) +
+      return (max_ <= 0 ? "expected no value" : "expected at most " + counted(static_cast<std::uint64_t>(max_), "value", "values")) +
              for_name(run.plan(), scene.shape.id) + ", found " + std::to_string(scene.size());
     });
   }

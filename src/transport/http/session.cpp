@@ -6,11 +6,13 @@
 #include <cstring>
 #include <utility>
 #include <variant>
+#include <vector>
 
 #include <lrt/http/date.hpp>
 #include <lrt/http/problem.hpp>
 #include <lrt/http/request_parser.hpp>
 #include <lrt/http/websocket.hpp>
+#include <lrt/transport/detail/body_buffer.hpp>
 #include <lrt/transport/detail/chunks.hpp>
 
 namespace lrt::transport {
@@ -51,6 +53,7 @@ void release(std::string& buffer) {
 
 }  // namespace
 
+/// A request that is being received and the response to it, with their buffers.
 struct Exchange {
   /// Clears the client's data and keeps the capacity of buffers. Each request sets the rest before it is read.
   void clear();
@@ -99,61 +102,157 @@ void Exchange::clear() {
   out_sent = 0;
 }
 
-SessionContext::SessionContext(const Limits& limits) : limits_(limits), bodies_(limits) { spare_.reserve(max_spare); }
+/// Apart, so that users' programs do not depend on its layout.
+struct SessionContext::State {
+  explicit State(const Limits& given) : limits(given), bodies(given) { spare.reserve(max_spare); }
+
+  std::unique_ptr<Exchange> take_exchange();
+  void give_back(std::unique_ptr<Exchange> exchange) noexcept;
+
+  const Limits limits;
+  BodyBudget bodies;
+  std::vector<std::unique_ptr<Exchange>> spare;  ///< of sessions that are idle now
+  std::chrono::seconds date_second{-1};
+  std::string date;
+};
+
+SessionContext::SessionContext(const Limits& limits) : state_(std::make_unique<State>(limits)) {}
 SessionContext::~SessionContext() = default;
 
-std::unique_ptr<Exchange> SessionContext::take_exchange() {
-  if (spare_.empty()) return std::make_unique<Exchange>();
-  auto exchange = std::move(spare_.back());
-  spare_.pop_back();
+const Limits& SessionContext::limits() const noexcept { return state_->limits; }
+BodyBudget& SessionContext::bodies() noexcept { return state_->bodies; }
+
+std::unique_ptr<Exchange> SessionContext::State::take_exchange() {
+  if (spare.empty()) return std::make_unique<Exchange>();
+  auto exchange = std::move(spare.back());
+  spare.pop_back();
   return exchange;
 }
 
-void SessionContext::give_back(std::unique_ptr<Exchange> exchange) noexcept {
-  if (spare_.size() == max_spare) return;
+void SessionContext::State::give_back(std::unique_ptr<Exchange> exchange) noexcept {
+  if (spare.size() == max_spare) return;
   exchange->clear();
-  spare_.push_back(std::move(exchange));
+  spare.push_back(std::move(exchange));
 }
 
 std::string_view SessionContext::date(std::chrono::system_clock::time_point utc) {
   const auto second = std::chrono::floor<std::chrono::seconds>(utc.time_since_epoch());
-  if (second != date_second_) {
-    date_ = http::to_http_date(utc);
-    date_second_ = second;
+  if (second != state_->date_second) {
+    state_->date = http::to_http_date(utc);
+    state_->date_second = second;
   }
-  return date_;
+  return state_->date;
 }
 
-Session::Session(SessionContext& context, std::string peer) : context_(context), peer_(std::move(peer)) {}
-Session::~Session() = default;
+/// What a session does and has, apart for the same reason. Its functions are those of Session.
+class Session::State {
+ public:
+  State(SessionContext& context, std::string peer) : context_(context), shared_(*context.state_), peer_(std::move(peer)) {}
 
-void Session::set_secure(std::string client_certificate) {
+  void receive(std::string_view bytes, TimePoint now);
+  void end_of_input(TimePoint now);
+  void reply(engine::Reply reply, TimePoint now);
+  Upgrade take_upgrade();
+  void push(engine::Push push, TimePoint now);
+  void end_stream(TimePoint now);
+  void abandon() noexcept;
+  void refuse(int status, std::string reason, TimePoint now);
+  void refuse(http::Response response, TimePoint now);
+  void hang_up() noexcept { enter(input_ended_ ? Phase::closed : Phase::lingering); }
+  void set_secure(std::string client_certificate);
+  void serve_only_stops() noexcept { only_stops_ = true; }
+  void expire(TimePoint now);
+  Output output() const noexcept;
+  void sent(std::size_t bytes, TimePoint now);
+  bool wants_input() const noexcept;
+  bool expects_much() const noexcept;
+  Phase phase() const noexcept { return phase_; }
+  Phase timed_phase() const noexcept { return phase_ == Phase::idle && requests_ == 0 ? Phase::header : phase_; }
+  std::optional<std::chrono::milliseconds> time() const noexcept;
+  std::uint32_t epoch() const noexcept { return epoch_; }
+  std::optional<engine::Ticket> ticket() const noexcept { return ticket_; }
+  std::optional<engine::Channel> channel() const noexcept { return channel_; }
+  bool wants_message() const noexcept { return phase_ == Phase::streaming; }
+  bool input_ended() const noexcept { return input_ended_; }
+
+ private:
+  void run(TimePoint now);
+  void drop_consumed() noexcept;
+  bool take_header(TimePoint now);
+  bool take_body(TimePoint now);
+  void begin_body(std::string_view header, TimePoint now);
+  bool judge_header(TimePoint now);
+  void refuse_size(const std::string& found, TimePoint now);
+  void refuse_for_memory(TimePoint now);
+  bool take_sized_body(TimePoint now);
+  bool take_chunked_body(TimePoint now);
+  std::optional<std::size_t> parse_at_once();
+  std::optional<std::size_t> find_header_end(TimePoint now);
+  bool is_line_too_long(std::string_view line, TimePoint now);
+  void keep_header(std::string_view header);
+  void remove_framing_fields();
+  void dispatch(TimePoint now);
+  void respond(http::Response response, TimePoint now);
+  void finish_response(TimePoint now);
+  void keep_handshake();
+  void accept_upgrade(engine::Channel channel, http::Response response, TimePoint now);
+  void accept_stream(engine::Channel channel, http::Response response, TimePoint now);
+  void write_chunk(std::string_view text);
+  void write_chunk(std::shared_ptr<const std::string> message);
+  bool must_end_stream() const noexcept { return input_ended_ || context_.stopping; }
+  void finish_stream(TimePoint now);
+  void check_end(TimePoint now);
+  void enter(Phase phase) noexcept;
+  void need_exchange();
+  void rest() noexcept;
+
+  SessionContext& context_;
+  SessionContext::State& shared_;
+  const std::string peer_;
+  std::string client_certificate_;
+  std::unique_ptr<Exchange> exchange_;  ///< nullptr: there is nothing to read or write
+  std::uint32_t epoch_ = 0;
+  Phase phase_ = Phase::idle;
+  bool secure_ = false;
+  bool input_ended_ = false;
+  bool only_stops_ = false;
+  bool keep_alive_ = true;
+  bool header_only_ = false;
+  std::uint8_t version_ = 11;     ///< of the request
+  std::uint8_t empty_lines_ = 0;  ///< before the request
+  std::size_t discarded_ = 0;     ///< while lingering
+  std::size_t requests_ = 0;
+  std::optional<engine::Ticket> ticket_;
+  std::optional<engine::Channel> channel_;  ///< of the open event stream
+};
+
+void Session::State::set_secure(std::string client_certificate) {
   client_certificate_ = std::move(client_certificate);
   secure_ = true;
 }
 
 /// Before anything is read or written.
-void Session::need_exchange() {
+void Session::State::need_exchange() {
   if (exchange_) return;
-  exchange_ = context_.take_exchange();
+  exchange_ = shared_.take_exchange();
   exchange_->request.peer = peer_;
   exchange_->request.secure = secure_;
   exchange_->request.client_certificate = client_certificate_;
 }
 
 /// After everything was read and written: the buffers are available to other sessions.
-void Session::rest() noexcept {
+void Session::State::rest() noexcept {
   if (!exchange_ || !exchange_->in.empty() || !output().empty()) return;
-  if (phase_ == Phase::idle || phase_ == Phase::streaming || phase_ >= Phase::closed) context_.give_back(std::move(exchange_));
+  if (phase_ == Phase::idle || phase_ == Phase::streaming || phase_ >= Phase::closed) shared_.give_back(std::move(exchange_));
 }
 
-void Session::enter(Phase phase) noexcept {
+void Session::State::enter(Phase phase) noexcept {
   phase_ = phase;
   ++epoch_;
 }
 
-std::optional<std::chrono::milliseconds> Session::time() const noexcept {
-  const auto& limits = context_.limits();
+std::optional<std::chrono::milliseconds> Session::State::time() const noexcept {
+  const auto& limits = shared_.limits;
   switch (timed_phase()) {
     case Phase::idle: return limits.idle_timeout;
     case Phase::header: return limits.header_timeout;
@@ -170,16 +269,16 @@ std::optional<std::chrono::milliseconds> Session::time() const noexcept {
 
 // ---------------------------------------------------------------------------------------------------------------- input
 
-bool Session::wants_input() const noexcept {
+bool Session::State::wants_input() const noexcept {
   if (input_ended_) return false;
   switch (phase_) {
     case Phase::idle:
     case Phase::header:
     case Phase::body: return true;
     case Phase::streaming:
-    case Phase::waiting: return !exchange_ || exchange_->in.size() - exchange_->in_used < context_.limits().max_header_bytes;
+    case Phase::waiting: return !exchange_ || exchange_->in.size() - exchange_->in_used < shared_.limits.max_header_bytes;
     // Above the limit nothing is read, so that TCP flow control stops the client until the time is over.
-    case Phase::lingering: return discarded_ < context_.limits().max_linger_bytes;
+    case Phase::lingering: return discarded_ < shared_.limits.max_linger_bytes;
     case Phase::writing:
     case Phase::upgraded:
     case Phase::closed: return false;
@@ -187,14 +286,14 @@ bool Session::wants_input() const noexcept {
   return false;
 }
 
-bool Session::expects_much() const noexcept {
+bool Session::State::expects_much() const noexcept {
   if (phase_ == Phase::lingering) return true;
   if (phase_ != Phase::body) return false;
   const Exchange& x = *exchange_;
   return (x.framing.chunked ? x.body->size() : x.framing.length) > large_body_bytes;
 }
 
-void Session::receive(std::string_view bytes, TimePoint now) {
+void Session::State::receive(std::string_view bytes, TimePoint now) {
   if (phase_ == Phase::closed) return;
   if (phase_ == Phase::lingering) {
     discarded_ += bytes.size();
@@ -226,7 +325,7 @@ void Session::receive(std::string_view bytes, TimePoint now) {
 }
 
 /// What of the kept input the last run() has left.
-void Session::drop_consumed() noexcept {
+void Session::State::drop_consumed() noexcept {
   Exchange& x = *exchange_;
   x.in_used = x.in.size() - x.rest.size();
   if (x.in_used != x.in.size()) return;
@@ -234,7 +333,7 @@ void Session::drop_consumed() noexcept {
   x.in_used = 0;
 }
 
-void Session::end_of_input(TimePoint now) {
+void Session::State::end_of_input(TimePoint now) {
   input_ended_ = true;
   if (ticket_) context_.handler->input_ended(*ticket_);
   if (phase_ == Phase::lingering) enter(Phase::closed);
@@ -244,7 +343,7 @@ void Session::end_of_input(TimePoint now) {
 }
 
 /// Handles the end of input before a request is complete.
-void Session::check_end(TimePoint now) {
+void Session::State::check_end(TimePoint now) {
   if (!input_ended_) return;
   if (phase_ == Phase::idle) enter(Phase::closed);
   else if (phase_ == Phase::header) refuse(400, "the request ends within its header section", now);
@@ -252,7 +351,7 @@ void Session::check_end(TimePoint now) {
 }
 
 /// Handles requests of the input until one is incomplete or a response is open.
-void Session::run(TimePoint now) {
+void Session::State::run(TimePoint now) {
   for (;;) {
     if (phase_ == Phase::idle || phase_ == Phase::header) {
       if (!take_header(now)) return;
@@ -265,17 +364,17 @@ void Session::run(TimePoint now) {
 }
 
 /// The size of the header section at the front of the input if it is complete and accepted, and none of its lines can be too long.
-std::optional<std::size_t> Session::parse_at_once() {
+std::optional<std::size_t> Session::State::parse_at_once() {
   Exchange& x = *exchange_;
-  const auto& limits = context_.limits();
+  const auto& limits = shared_.limits;
   const auto window = x.rest.substr(0, std::min(limits.max_header_bytes, limits.max_line_bytes));
   return http::parse_leading_header(window, x.request, x.framing);
 }
 
 /// The size of the header section at the front of the input if it is complete. Refuses one that cannot become acceptable.
-std::optional<std::size_t> Session::find_header_end(TimePoint now) {
+std::optional<std::size_t> Session::State::find_header_end(TimePoint now) {
   Exchange& x = *exchange_;
-  const auto limit = context_.limits().max_header_bytes;
+  const auto limit = shared_.limits.max_header_bytes;
   const auto window = x.rest.substr(0, limit);
   while (x.scanned < window.size()) {
     const void* const found = std::memchr(window.data() + x.scanned, '\n', window.size() - x.scanned);
@@ -303,8 +402,8 @@ std::optional<std::size_t> Session::find_header_end(TimePoint now) {
 }
 
 /// Refuses a line of the header section that is longer than allowed, complete or not. Its CRLF does not count.
-bool Session::is_line_too_long(std::string_view line, TimePoint now) {
-  const auto limit = context_.limits().max_line_bytes;
+bool Session::State::is_line_too_long(std::string_view line, TimePoint now) {
+  const auto limit = shared_.limits.max_line_bytes;
   if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
   if (line.size() <= limit) return false;
   const auto longer = " is longer than the " + std::to_string(limit) + " bytes allowed for a line";
@@ -314,7 +413,7 @@ bool Session::is_line_too_long(std::string_view line, TimePoint now) {
 }
 
 /// True when there may be more to do with the input.
-bool Session::take_header(TimePoint now) {
+bool Session::State::take_header(TimePoint now) {
   if (phase_ == Phase::idle) {
     while (!exchange_->rest.empty() && exchange_->rest.front() == '\r') {
       if (exchange_->rest.size() == 1) return false;
@@ -354,13 +453,13 @@ bool Session::take_header(TimePoint now) {
   return true;
 }
 
-void Session::begin_body(std::string_view header, TimePoint now) {
+void Session::State::begin_body(std::string_view header, TimePoint now) {
   exchange_->request.body = {};
   exchange_->request.judged = nullptr;
   exchange_->request.can_upgrade = context_.websockets && version_ == 11 && !context_.stopping;
   exchange_->request.can_stream = context_.streams && !context_.stopping;
   const bool has_body = exchange_->framing.chunked || exchange_->framing.length > 0;
-  exchange_->max_body_bytes = context_.limits().max_body_bytes;
+  exchange_->max_body_bytes = shared_.limits.max_body_bytes;
   if (!exchange_->framing.chunked && exchange_->framing.length > exchange_->max_body_bytes)
     return refuse_size(std::to_string(exchange_->framing.length), now);
   remove_framing_fields();
@@ -375,14 +474,14 @@ void Session::begin_body(std::string_view header, TimePoint now) {
   enter(Phase::body);
   if (exchange_->framing.expects_continue && exchange_->rest.empty()) exchange_->out += "HTTP/1.1 100 Continue\r\n\r\n";
   exchange_->discarded_body_bytes = 0;
-  exchange_->body.emplace(context_.bodies(), peer_);
-  exchange_->chunks.reset(exchange_->max_body_bytes, context_.limits().max_header_bytes);
+  exchange_->body.emplace(shared_.bodies, peer_);
+  exchange_->chunks.reset(exchange_->max_body_bytes, shared_.limits.max_header_bytes);
   keep_header(header);
 }
 
 /// Passes the header section to the handler. False: the response is final, and the connection is closed: after `Expect: 100-continue` nothing else
 /// shows whether the client still sends the body. Otherwise a short body is discarded, and the connection is kept.
-bool Session::judge_header(TimePoint now) {
+bool Session::State::judge_header(TimePoint now) {
   const auto length = exchange_->framing.chunked ? std::nullopt : std::optional(exchange_->framing.length);
   auto verdict = context_.handler->judge_header(exchange_->request, length, now);
   exchange_->max_body_bytes = std::min(exchange_->max_body_bytes, verdict.max_body_bytes);
@@ -400,12 +499,12 @@ bool Session::judge_header(TimePoint now) {
   return false;
 }
 
-void Session::refuse_size(const std::string& found, TimePoint now) {
+void Session::State::refuse_size(const std::string& found, TimePoint now) {
   refuse(413, "the body has " + found + " bytes; " + std::to_string(exchange_->max_body_bytes) + " are allowed", now);
 }
 
 /// Copies the header section, whose bytes are about to be discarded, and makes the request a view of the copy.
-void Session::keep_header(std::string_view header) {
+void Session::State::keep_header(std::string_view header) {
   Exchange& x = *exchange_;
   x.header.assign(header);
   const auto moved = [&](std::string_view part) { return std::string_view(x.header.data() + (part.data() - header.data()), part.size()); };
@@ -414,7 +513,7 @@ void Session::keep_header(std::string_view header) {
   for (auto& field : x.request.fields) field = {moved(field.name), moved(field.value)};
 }
 
-void Session::remove_framing_fields() {
+void Session::State::remove_framing_fields() {
   auto& fields = exchange_->request.fields;
   fields.erase(std::remove_if(fields.begin(), fields.end(),
                               [](const http::Field& field) {
@@ -425,7 +524,7 @@ void Session::remove_framing_fields() {
 }
 
 /// True when there may be more to do with the input.
-bool Session::take_body(TimePoint now) {
+bool Session::State::take_body(TimePoint now) {
   Exchange& x = *exchange_;
   if (!(x.framing.chunked ? take_chunked_body(now) : take_sized_body(now))) return false;
   x.request.body = x.body->view();
@@ -435,7 +534,7 @@ bool Session::take_body(TimePoint now) {
 }
 
 /// True when the body is complete.
-bool Session::take_sized_body(TimePoint now) {
+bool Session::State::take_sized_body(TimePoint now) {
   const auto missing = static_cast<std::size_t>(exchange_->framing.length) - exchange_->body->size() - exchange_->discarded_body_bytes;
   const auto part = exchange_->rest.substr(0, missing);
   if (exchange_->refusal || exchange_->ignores_body) exchange_->discarded_body_bytes += part.size();
@@ -445,7 +544,7 @@ bool Session::take_sized_body(TimePoint now) {
 }
 
 /// True when the body is complete.
-bool Session::take_chunked_body(TimePoint now) {
+bool Session::State::take_chunked_body(TimePoint now) {
   Exchange& x = *exchange_;
   switch (x.chunks.feed(x.rest, *x.body)) {
     case ChunkDecoder::Status::more: break;
@@ -457,14 +556,16 @@ bool Session::take_chunked_body(TimePoint now) {
   return false;
 }
 
-void Session::refuse_for_memory(TimePoint now) { refuse(503, "the memory for request bodies is in use by other requests; try again later", now); }
+void Session::State::refuse_for_memory(TimePoint now) {
+  refuse(503, "the memory for request bodies is in use by other requests; try again later", now);
+}
 
 // ------------------------------------------------------------------------------------------------------------- responses
 
-void Session::dispatch(TimePoint now) {
+void Session::State::dispatch(TimePoint now) {
   Exchange& x = *exchange_;
   ++requests_;
-  keep_alive_ = x.framing.keep_alive && requests_ < context_.limits().max_requests_per_connection && !only_stops_;
+  keep_alive_ = x.framing.keep_alive && requests_ < shared_.limits.max_requests_per_connection && !only_stops_;
   if (x.refusal) return respond(*std::exchange(x.refusal, std::nullopt), now);
   x.request.can_upgrade = x.request.can_upgrade && !context_.stopping;
   x.request.can_stream = x.request.can_stream && !context_.stopping;
@@ -487,7 +588,7 @@ void Session::dispatch(TimePoint now) {
   }
 }
 
-void Session::reply(engine::Reply reply, TimePoint now) {
+void Session::State::reply(engine::Reply reply, TimePoint now) {
   if (phase_ != Phase::waiting) {
     if (reply.channel) context_.handler->closed(*reply.channel);
     return;
@@ -500,14 +601,14 @@ void Session::reply(engine::Reply reply, TimePoint now) {
 }
 
 /// Copies the part of the request that a WebSocket needs, before its bytes are discarded.
-void Session::keep_handshake() {
+void Session::State::keep_handshake() {
   if (!exchange_->request.can_upgrade || !http::requests_upgrade(exchange_->request, "websocket") || http::check_websocket(exchange_->request))
     return;
   exchange_->upgrade = std::make_unique<Upgrade>();
   exchange_->upgrade->key = std::string(exchange_->request.find("Sec-WebSocket-Key").value_or(""));
 }
 
-void Session::accept_upgrade(engine::Channel channel, http::Response response, TimePoint now) {
+void Session::State::accept_upgrade(engine::Channel channel, http::Response response, TimePoint now) {
   if (!exchange_->upgrade || context_.stopping) {
     context_.handler->closed(channel);
     if (exchange_->upgrade) refuse(503, "the server is stopping", now);
@@ -519,23 +620,23 @@ void Session::accept_upgrade(engine::Channel channel, http::Response response, T
   enter(Phase::upgraded);
 }
 
-Session::Upgrade Session::take_upgrade() {
+Session::Upgrade Session::State::take_upgrade() {
   auto upgrade = std::move(*exchange_->upgrade);
   exchange_->upgrade.reset();
   upgrade.early = exchange_->in.substr(exchange_->in_used);
   phase_ = Phase::closed;
-  context_.give_back(std::move(exchange_));
+  shared_.give_back(std::move(exchange_));
   return upgrade;
 }
 
-void Session::refuse(int status, std::string reason, TimePoint now) {
+void Session::State::refuse(int status, std::string reason, TimePoint now) {
   http::Response response;
   http::set_problem(response, {status, std::move(reason)});
   if (status == 503) response.fields.add("Retry-After", "1");
   refuse(std::move(response), now);
 }
 
-void Session::refuse(http::Response response, TimePoint now) {
+void Session::State::refuse(http::Response response, TimePoint now) {
   keep_alive_ = false;
   ticket_.reset();
   need_exchange();
@@ -546,7 +647,7 @@ void Session::refuse(http::Response response, TimePoint now) {
   respond(std::move(response), now);
 }
 
-void Session::respond(http::Response response, TimePoint now) {
+void Session::State::respond(http::Response response, TimePoint now) {
   Exchange& x = *exchange_;
   if (response.close || context_.stopping) keep_alive_ = false;
   http::write_response_header(x.out, response, context_.date(now.utc), keep_alive_, version_);
@@ -557,7 +658,7 @@ void Session::respond(http::Response response, TimePoint now) {
   enter(Phase::writing);
 }
 
-Output Session::output() const noexcept {
+Output Session::State::output() const noexcept {
   if (!exchange_) return {};
   const Exchange& x = *exchange_;
   const std::string_view body = x.out_body ? std::string_view(*x.out_body) : std::string_view();
@@ -567,7 +668,7 @@ Output Session::output() const noexcept {
   return {x.out_tail.substr(behind - body.size()), {}};
 }
 
-void Session::sent(std::size_t bytes, TimePoint now) {
+void Session::State::sent(std::size_t bytes, TimePoint now) {
   Exchange& x = *exchange_;
   x.out_sent += bytes;
   if (!output().empty()) {
@@ -586,7 +687,7 @@ void Session::sent(std::size_t bytes, TimePoint now) {
   rest();
 }
 
-void Session::finish_response(TimePoint now) {
+void Session::State::finish_response(TimePoint now) {
   Exchange& x = *exchange_;
   if (!keep_alive_) {
     x.in.clear();
@@ -609,7 +710,7 @@ void Session::finish_response(TimePoint now) {
 
 // --------------------------------------------------------------------------------------------------------- event streams
 
-void Session::accept_stream(engine::Channel channel, http::Response response, TimePoint now) {
+void Session::State::accept_stream(engine::Channel channel, http::Response response, TimePoint now) {
   if (!exchange_->request.can_stream || context_.stopping || header_only_) context_.handler->closed(channel);
   if (!exchange_->request.can_stream) return refuse(500, "this connection cannot carry an event stream", now);
   if (context_.stopping) return refuse(503, "the server is stopping", now);
@@ -621,7 +722,7 @@ void Session::accept_stream(engine::Channel channel, http::Response response, Ti
   enter(Phase::writing);
 }
 
-void Session::push(engine::Push push, TimePoint now) {
+void Session::State::push(engine::Push push, TimePoint now) {
   if (push.close != 0) {
     finish_stream(now);
     return rest();
@@ -633,7 +734,7 @@ void Session::push(engine::Push push, TimePoint now) {
 }
 
 /// Small: copied.
-void Session::write_chunk(std::string_view text) {
+void Session::State::write_chunk(std::string_view text) {
   Exchange& x = *exchange_;
   const bool chunked = version_ == 11;
   if (chunked) append_chunk_size(x.out, text.size());
@@ -641,7 +742,7 @@ void Session::write_chunk(std::string_view text) {
   if (chunked) x.out += "\r\n";
 }
 
-void Session::write_chunk(std::shared_ptr<const std::string> message) {
+void Session::State::write_chunk(std::shared_ptr<const std::string> message) {
   Exchange& x = *exchange_;
   if (message->size() <= copied_body_bytes) return write_chunk(std::string_view(*message));
   if (version_ == 11) {
@@ -651,14 +752,14 @@ void Session::write_chunk(std::shared_ptr<const std::string> message) {
   x.out_body = std::move(message);
 }
 
-void Session::end_stream(TimePoint now) {
+void Session::State::end_stream(TimePoint now) {
   if (phase_ == Phase::streaming) finish_stream(now);
   // else sent() does, because of must_end_stream()
   rest();
 }
 
 /// Nothing is in output().
-void Session::finish_stream(TimePoint now) {
+void Session::State::finish_stream(TimePoint now) {
   context_.handler->closed(*channel_);
   channel_.reset();
   if (context_.stopping) keep_alive_ = false;
@@ -668,7 +769,7 @@ void Session::finish_stream(TimePoint now) {
   enter(Phase::writing);
 }
 
-void Session::abandon() noexcept {
+void Session::State::abandon() noexcept {
   if (ticket_) context_.handler->abandon(*ticket_);
   if (channel_) context_.handler->closed(*channel_);
   if (phase_ == Phase::upgraded) context_.handler->closed(exchange_->upgrade->channel);
@@ -679,13 +780,13 @@ void Session::abandon() noexcept {
 
 // ------------------------------------------------------------------------------------------------------------------ time
 
-void Session::expire(TimePoint now) {
+void Session::State::expire(TimePoint now) {
   const auto within = [](std::chrono::milliseconds time) { return " was not complete within " + std::to_string(time.count()) + " ms"; };
   switch (phase_) {
-    case Phase::header: refuse(408, "the head" + within(context_.limits().header_timeout), now); break;
+    case Phase::header: refuse(408, "the head" + within(shared_.limits.header_timeout), now); break;
     case Phase::body:
       if (exchange_->refusal) refuse(*std::exchange(exchange_->refusal, std::nullopt), now);
-      else refuse(408, "the body" + within(context_.limits().body_timeout), now);
+      else refuse(408, "the body" + within(shared_.limits.body_timeout), now);
       break;
     case Phase::idle:
     case Phase::writing:
@@ -700,6 +801,37 @@ void Session::expire(TimePoint now) {
     case Phase::closed: break;
   }
 }
+
+// ------------------------------------------------------------------------------------------------------------- Session
+
+Session::Session(SessionContext& context, std::string peer) : state_(std::make_unique<State>(context, std::move(peer))) {}
+Session::~Session() = default;
+
+void Session::receive(std::string_view bytes, TimePoint now) { state_->receive(bytes, now); }
+void Session::end_of_input(TimePoint now) { state_->end_of_input(now); }
+void Session::reply(engine::Reply reply, TimePoint now) { state_->reply(std::move(reply), now); }
+Session::Upgrade Session::take_upgrade() { return state_->take_upgrade(); }
+void Session::push(engine::Push push, TimePoint now) { state_->push(std::move(push), now); }
+void Session::end_stream(TimePoint now) { state_->end_stream(now); }
+void Session::abandon() noexcept { state_->abandon(); }
+void Session::refuse(int status, std::string reason, TimePoint now) { state_->refuse(status, std::move(reason), now); }
+void Session::refuse(http::Response response, TimePoint now) { state_->refuse(std::move(response), now); }
+void Session::hang_up() noexcept { state_->hang_up(); }
+void Session::set_secure(std::string client_certificate) { state_->set_secure(std::move(client_certificate)); }
+void Session::serve_only_stops() noexcept { state_->serve_only_stops(); }
+void Session::expire(TimePoint now) { state_->expire(now); }
+Output Session::output() const noexcept { return state_->output(); }
+void Session::sent(std::size_t bytes, TimePoint now) { state_->sent(bytes, now); }
+bool Session::wants_input() const noexcept { return state_->wants_input(); }
+bool Session::expects_much() const noexcept { return state_->expects_much(); }
+Session::Phase Session::phase() const noexcept { return state_->phase(); }
+Session::Phase Session::timed_phase() const noexcept { return state_->timed_phase(); }
+std::optional<std::chrono::milliseconds> Session::time() const noexcept { return state_->time(); }
+std::uint32_t Session::epoch() const noexcept { return state_->epoch(); }
+std::optional<engine::Ticket> Session::ticket() const noexcept { return state_->ticket(); }
+std::optional<engine::Channel> Session::channel() const noexcept { return state_->channel(); }
+bool Session::wants_message() const noexcept { return state_->wants_message(); }
+bool Session::input_ended() const noexcept { return state_->input_ended(); }
 
 }  // namespace v0
 }  // namespace lrt::transport

@@ -10,8 +10,8 @@
 namespace lrt::model {
 inline namespace v0 {
 
-/// Whether an action can be invoked now, and why not. Many threads set it, the engine reads it. State and reason are one pointer, so that no
-/// reader sees the reason of another state.
+/// Whether an action can be invoked now, and the reason if not. Many threads set it, the engine reads it. State and
+/// reason are one pointer, so a reader always sees the reason that belongs to the state.
 class Availability {
  public:
   /// @param reason  nullptr: it is available; else a text that lives as long as the process

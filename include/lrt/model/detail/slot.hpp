@@ -27,21 +27,23 @@ class LRT_API SlotBase : public ChangeSource {
 
   /// True if take() would return a value. Any thread.
   bool has_change() const noexcept { return (middle_.load(std::memory_order_seq_cst) & fresh) != 0; }
-  /// Takes the next value and the time of its publish(): the oldest of those that are kept, else the newest. For the reader.
+  /// Takes the next value and the time of its publish(): the oldest kept value, or else the newest one. For the reader.
   /// @return  false: every value has been taken
   virtual bool take(rdf::Value& value, Utc& since) = 0;
-  /// Of the values that could be taken now, only the newest is left; the others count as lost. For the reader.
+  /// Drops all values that could be taken now except the newest; they count as lost. For the reader.
   virtual void skip_to_newest() noexcept = 0;
   /// Counts values that were taken but not used. For the reader.
   void count_lost(std::uint64_t values) noexcept { lost_.fetch_add(values, std::memory_order_relaxed); }
-  /// The number of values that take() may give at once. For the reader.
+  /// The maximum number of values that take() can return in a row. For the reader.
   virtual std::size_t available() const noexcept = 0;
-  /// Sets the number of values that are kept, instead of the one that start_keeping() finds. Call before the first publish().
+  /// Sets the number of values that are kept, instead of the one that start_keeping() finds. Call before the first
+  /// publish().
   virtual void keep(std::size_t samples) = 0;
 
   // Keeping: between start and stop the writer puts each value into a ring, so that the reader can take each. publish() stays wait-free.
-  /// Begins to keep values. Values that were published before are not given as kept ones. The ring is made at the first call and remains.
-  /// @param samples  that are enough
+  /// Begins to keep values. Values that were published before are not kept. The first call allocates the ring, which
+  /// remains.
+  /// @param samples  number of values to keep
   /// @param bytes    limit of the ring, see set_value_bytes()
   /// @par Threads  The engine's; the reader may be in take().
   virtual void start_keeping(std::size_t samples, std::size_t bytes) = 0;
@@ -49,15 +51,15 @@ class LRT_API SlotBase : public ChangeSource {
   bool keeps() const noexcept { return keeps_.load(std::memory_order_acquire); }
   /// The memory that one value owns besides sizeof(T), if owns_memory(). Until it is known, one value is kept.
   virtual void set_value_bytes(std::size_t bytes) noexcept = 0;
-  /// How many values were never taken: overwritten by newer ones, or the ring was full. Only values between start_keeping() and
-  /// stop_keeping() are counted. A value is counted when a later one is taken.
+  /// How many values were never taken: overwritten by newer ones, or the ring was full. Only values between
+  /// start_keeping() and stop_keeping() are counted. A value is counted when a later one is taken.
   std::uint64_t lost() const noexcept { return lost_.load(std::memory_order_relaxed); }
   /// Enables whole(). Call before the first publish().
   virtual void hold() = 0;
   /// The T that was taken last; null without hold(). For the reader.
   virtual std::shared_ptr<const void> whole() const noexcept = 0;
   virtual bool owns_memory() const noexcept = 0;
-  /// take() calls traits that the user wrote.
+  /// Whether take() calls traits of the user.
   virtual bool runs_user_code() const noexcept = 0;
 
   /// Makes the next publish() count as a change even if it repeats the last value. Any thread.
@@ -93,7 +95,8 @@ struct Sample {
   std::uint64_t number = 0;
 };
 
-/// A ring of values in the order of publication. A value that does not fit is left out. Wait-free: one writer, one reader.
+/// A ring of values in the order of publication. A value that does not fit is left out. Wait-free: one writer, one
+/// reader.
 template <class T>
 class SampleRing {
  public:
@@ -118,7 +121,8 @@ class SampleRing {
     begin_.store(after(at), std::memory_order_release);
     return true;
   }
-  /// The reader is to skip what is in the ring now. While the writer does not use the ring; a value that it is just putting may remain.
+  /// The reader is to skip what is in the ring now. While the writer does not use the ring; a value that it is just
+  /// putting may remain.
   void skip() noexcept { skip_to_.store(end_.load(std::memory_order_acquire), std::memory_order_relaxed); }
 
   std::size_t size() const noexcept { return cells_.size() - 1; }
@@ -208,11 +212,11 @@ class KeepingSlot : public SlotBase {
   std::atomic<bool> first_{false};                  // the next value is the first since start_keeping()
 };
 
-/// For types that own no memory: numbers, structs and arrays of such types, fixed sizes of Eigen. The criterion is a trivial destructor,
-/// because Eigen's fixed sizes are not trivially copyable, although copying them does no more.
+/// For types that own no memory: numbers, structs and arrays of such types, fixed sizes of Eigen. The criterion is a
+/// trivial destructor, because Eigen's fixed sizes are not trivially copyable, although copying them does no more.
 ///
-/// There are three cells. The writer and the reader own one each and exchange the third. Both sides are wait-free. publish() does not
-/// allocate or lock. It makes a system call only if the property is observed and the engine sleeps.
+/// There are three cells. The writer and the reader own one each and exchange the third. Both sides are wait-free.
+/// publish() does not allocate or lock. It makes a system call only if the property is observed and the engine sleeps.
 template <class T, bool = std::is_trivially_destructible_v<T>>
 class Slot final : public KeepingSlot<T> {
  public:

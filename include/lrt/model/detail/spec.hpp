@@ -31,29 +31,31 @@
 namespace lrt {
 inline namespace v0 {
 
-/// Where user lambdas run.
+/// The place where user lambdas run. No lambda runs under a lock of lrt.
 enum class Dispatch : std::uint8_t {
-  as_server,  ///< as the server does (the default of a Thing; of a property, action or collection it is what its thing does)
+  as_server,  ///< as Threads::dispatch says (the default of a Thing). For a property, action or collection: as its thing
   in_poll,    ///< inside Server::poll, on the host's thread (the default of a server): robot code needs no locks
   io_thread,  ///< on the I/O thread: shortest response time; for fast, thread-safe code
-  executor,   ///< passed to Threads::executor
+  executor,   ///< passed to Threads::executor: several lambdas may run at the same time
 };
 
-/// What happens to an invocation while another one of the same action is pending or running.
+/// The rule for an invocation while another one of the same action is pending or running.
 struct ActionPolicy {
+  /// The rules, see the functions of these names.
   enum class Kind : std::uint8_t { preempt, queue, reject, parallel };
-  Kind kind = Kind::queue;
-  std::size_t limit = 16;  ///< queue: waiting invocations; parallel: running invocations; beyond: 429
+  Kind kind = Kind::queue;  ///< which rule
+  std::size_t limit = 16;   ///< queue: number of waiting invocations; parallel: of running invocations; beyond it the client gets 429
 
-  static constexpr ActionPolicy preempt() noexcept { return {Kind::preempt, 1}; }           ///< the older one is cancelled
-  static constexpr ActionPolicy queue(std::size_t n) noexcept { return {Kind::queue, n}; }  ///< one after another
-  static constexpr ActionPolicy reject() noexcept { return {Kind::reject, 1}; }             ///< 409
-  static constexpr ActionPolicy parallel(std::size_t n) noexcept { return {Kind::parallel, n}; }
+  static constexpr ActionPolicy preempt() noexcept { return {Kind::preempt, 1}; }                 ///< the older invocation is cancelled
+  static constexpr ActionPolicy queue(std::size_t n) noexcept { return {Kind::queue, n}; }        ///< one runs, at most `n` wait for it
+  static constexpr ActionPolicy reject() noexcept { return {Kind::reject, 1}; }                   ///< the newer invocation is refused: 409
+  static constexpr ActionPolicy parallel(std::size_t n) noexcept { return {Kind::parallel, n}; }  ///< at most `n` run at the same time
 };
 
 }  // namespace v0
 }  // namespace lrt
 
+/// @cond internal
 namespace lrt::model {
 inline namespace v0 {
 
@@ -71,13 +73,13 @@ class LRT_API HandleLog {
   LogCallback log_;
 };
 
-/// What the handles of a Thing's resources need of it, also when it is gone.
+/// What the handles of a Thing's resources know about it. It outlives the Thing.
 struct HandleContext {
   std::string path;                  ///< ThingSpec::path
   std::shared_ptr<HandleLog> log{};  ///< of the server, set before the resources are sealed
 };
 
-/// What all registered resources have in common.
+/// The common part of all registered resources.
 struct LRT_API ResourceSpec {
   enum class Kind : std::uint8_t { property, action, collection };
 
@@ -123,7 +125,7 @@ struct PropertySpec : ResourceSpec {
   std::unique_ptr<const std::string> cache_control;                      ///< null: "no-cache"
 };
 
-/// What a successful invocation of an action leaves in a property: any value, the input, or `value`.
+/// What a successful invocation of an action stores in a property: any value, the input, or `value`.
 struct EffectSpec {
   std::string property;  ///< its location
   bool from_input = false;
@@ -189,3 +191,4 @@ LRT_API Result<std::string> encode_path_from_root(std::string_view path);
 
 }  // namespace v0
 }  // namespace lrt::model
+/// @endcond

@@ -13,16 +13,17 @@
 namespace lrt::model {
 inline namespace v0 {
 
-/// Wakes the engine while it sleeps; costs one atomic load while it is awake. Urgent signals wake it always. Many threads signal, one thread
-/// sleeps.
+/// Wakes the engine if it sleeps; costs one atomic load while it is awake. Urgent signals always wake it. Many threads
+/// signal, one thread sleeps.
 ///
-/// The engine scans for changes periodically. Before it stops, it calls sleep() and scans once more. A change made after that scan finds
-/// asleep() true. Each side stores its own flag and then loads the flag of the other side; all four operations are sequentially consistent,
-/// so at least one side sees the other.
+/// The engine scans for changes periodically. Before it stops, it calls sleep() and scans once more. A change made
+/// after that scan finds asleep() true. Each side stores its own flag and then loads the flag of the other side; all
+/// four operations are sequentially consistent, so at least one side sees the other.
 class WakeSignal {
  public:
   /// @par Threads  Any.
-  /// @par Time     Wait-free, no allocation. One system call if the engine sleeps; only the first of several concurrent calls makes it.
+  /// @par Time     Wait-free, no allocation. One system call if the engine sleeps; only the first of several concurrent
+  ///               calls makes it.
   void signal() noexcept {
     if (!asleep_.load(std::memory_order_seq_cst) || !asleep_.exchange(false, std::memory_order_seq_cst)) return;
     if (Waker* waker = waker_.load(std::memory_order_acquire)) waker->wake();
@@ -39,12 +40,13 @@ class WakeSignal {
 
   // For the engine.
   bool is_urgent() const noexcept { return urgent_.load(std::memory_order_acquire); }
-  /// To be called before the scan.
+  /// Resets is_urgent(). Call it before the scan.
   void take_urgent() noexcept { urgent_.exchange(false, std::memory_order_acq_rel); }
   void sleep() noexcept { asleep_.store(true, std::memory_order_seq_cst); }
   void stay_awake() noexcept { asleep_.store(false, std::memory_order_seq_cst); }
   bool asleep() const noexcept { return asleep_.load(std::memory_order_seq_cst); }
-  /// Sets the waker that signal() calls. Every waker is kept until the WakeSignal is destroyed: a concurrent signal() may still use it.
+  /// Sets the waker that signal() calls. Every waker is kept until the WakeSignal is destroyed: a concurrent signal()
+  /// may still use it.
   void set_waker(std::shared_ptr<Waker> waker) {
     const std::lock_guard lock(mutex_);
     wakers_.push_back(std::move(waker));
@@ -58,7 +60,7 @@ class WakeSignal {
   std::vector<std::shared_ptr<Waker>> wakers_;
 };
 
-/// Something that can change on the robot. It signals the engine while it is observed.
+/// A value of the robot that can change. It signals the engine while it is observed.
 class LRT_API ChangeSource {
  public:
   virtual ~ChangeSource() = default;
@@ -82,8 +84,8 @@ class LRT_API ChangeSource {
   bool urgent_ = false;
 };
 
-/// A flag that the host sets: PulledProperty::changed() requests that a property is read again, Action::available() that the availability of the
-/// actions is read.
+/// A flag that the host sets: PulledProperty::changed() requests that a property is read again, Action::available()
+/// that the availability of the actions is read.
 class LRT_API ChangeSignal final : public ChangeSource {
  public:
   /// Any thread; wait-free.

@@ -10,7 +10,7 @@
 namespace lrt::detail {
 inline namespace v0 {
 
-/// Finds numbers by the hash of what they number. Open addressing; at most two thirds of the slots are in use.
+/// Finds the numbers of items by the items' hash. Open addressing; at most two thirds of the slots are in use.
 class LRT_API HashIndex {
  public:
   static constexpr std::uint32_t none = 0xFFFFFFFF;

@@ -15,11 +15,13 @@ inline namespace v0 {
 
 struct Limits;
 
-/// The bytes of all bodies that a transport is receiving, and their limits (Limits::max_total_body_bytes, max_total_body_bytes_per_address).
-/// @par Threads  One at a time.
+/// The memory of all bodies that a transport is receiving, and its limits (Limits::max_total_body_bytes,
+/// max_total_body_bytes_per_address).
+/// @par Threads  One thread at a time.
 class LRT_API BodyBudget {
  public:
-  /// Of each body, not counted: small commands are received while large bodies use up the limit. max_connections bounds these.
+  /// The first bytes of each body are not counted, so small commands are received while large bodies use up the limit.
+  /// max_connections bounds them.
   static constexpr std::size_t free_bytes = 4096;
 
   explicit BodyBudget(const Limits& limits) noexcept;
@@ -35,11 +37,11 @@ class LRT_API BodyBudget {
 
   const std::size_t limit_, client_limit_;
   std::size_t used_ = 0;
-  std::map<std::string, std::size_t> clients_;  ///< those that use something; not a hash table: clients choose their IPv6 addresses
+  std::map<std::string, std::size_t> clients_;  ///< clients that use memory; not a hash table, because clients choose their IPv6 addresses
 };
 
-/// The bytes of one body. They are a memory mapping, which grows without a copy and is returned to the system by clear(): a freed block of
-/// malloc() would stay with the process.
+/// The bytes of one body, in a memory mapping. It grows without a copy, and clear() returns it to the system; a block
+/// of malloc() could stay with the process.
 class LRT_API BodyBuffer {
  public:
   /// @param peer  numeric address of the client
@@ -48,12 +50,13 @@ class LRT_API BodyBuffer {
   BodyBuffer(const BodyBuffer&) = delete;
   BodyBuffer& operator=(const BodyBuffer&) = delete;
 
-  /// False, without effect: the budget is used up, or the client's share of it, or the system has no memory.
+  /// Appends bytes. False: the budget or the client's share of it is used up, or the system has no memory; nothing was
+  /// appended.
   [[nodiscard]] bool append(std::string_view bytes) noexcept;
   /// Frees the bytes.
   void clear() noexcept;
-  /// Gives the bytes away, which no longer count: what view() was stays valid as long as the result, which any thread may free.
-  /// nullptr: there are none, or there is no memory; then nothing has changed.
+  /// Transfers the bytes to the caller; they are no longer counted. The former view() is valid as long as the result,
+  /// which any thread may free. nullptr: there are no bytes, or the system has no memory; then nothing has changed.
   std::shared_ptr<const void> release() noexcept;
 
   std::size_t size() const noexcept { return size_; }
@@ -61,7 +64,7 @@ class LRT_API BodyBuffer {
 
  private:
   BodyBudget& budget_;
-  const std::string client_;  ///< client_key; empty: of this machine, which has no share
+  const std::string client_;  ///< client_key; empty: a client on this machine, which has no limit of its own
   char* data_ = nullptr;
   std::size_t size_ = 0, capacity_ = 0;
 };

@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: Apache-2.0
+# Debian packages of a shared build, by `cpack -G DEB` (tests/package/debs.sh):
+#   liblrt0                    lrt, lrt::client and lrt::query: the last two need no library that lrt does not need
+#   liblrt-urdf0, liblrt-mqtt0 apart: a robot without a description or a broker does not install XML parsers or libmosquitto
+#   liblrt-dev, lrt-tools, and a -dbgsym package for each with programs or libraries
+if(NOT BUILD_SHARED_LIBS OR NOT CMAKE_SYSTEM_NAME STREQUAL "Linux")
+  return()
+endif()
+
+set(LRT_DEBIAN_MAINTAINER "lrt maintainers <maintainers@lrt.example.org>" CACHE STRING "Maintainer: of Debian packages, with an address")
+set(LRT_DEBIAN_REVISION 1 CACHE STRING "Of the Debian packages of this version")
+
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME lrt)
+set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION})
+set(CPACK_PACKAGE_CONTACT "${LRT_DEBIAN_MAINTAINER}")
+set(CPACK_PACKAGE_VENDOR lrt)
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES OFF)  # objcopy of CPACK_DEBIAN_DEBUGINFO_PACKAGE does
+set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
+set(CPACK_PRE_BUILD_SCRIPTS ${PROJECT_SOURCE_DIR}/cmake/LrtDebianFiles.cmake)
+set(CPACK_POST_BUILD_SCRIPTS ${PROJECT_SOURCE_DIR}/cmake/LrtDebianControl.cmake)
+set(CPACK_LRT_SOURCE_DIR ${PROJECT_SOURCE_DIR})
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_RELEASE ${LRT_DEBIAN_REVISION})
+set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
+set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
+set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS_POLICY "=")  # LRT_INTERNAL_API between the libraries is of one version
+set(CPACK_DEBIAN_DEBUGINFO_PACKAGE ON)
+set(CPACK_COMPONENTS_GROUPING ONE_PER_GROUP)
+
+set(lrt_this_version "(= ${PROJECT_VERSION}-${LRT_DEBIAN_REVISION})")
+set(lrt_about "lrt exposes the joints, sensors and actions of a robot as resources on the Web:
+RDF over HTTP, with SHACL shapes for what clients may send, and subscriptions.")
+
+# lrt_debian_binary(COMPONENT NAME SECTION SYNOPSIS TEXT [DEPENDS])
+macro(lrt_debian_binary component name section synopsis text)
+  string(TOUPPER ${component} lrt_upper)
+  list(APPEND CPACK_COMPONENTS_ALL ${component})
+  set(CPACK_DEBIAN_${lrt_upper}_PACKAGE_NAME ${name})
+  set(CPACK_DEBIAN_${lrt_upper}_PACKAGE_SECTION ${section})
+  set(CPACK_DEBIAN_${lrt_upper}_DESCRIPTION "${synopsis}\n${lrt_about}\n\n${text}")
+  set(CPACK_DEBIAN_${lrt_upper}_PACKAGE_DEPENDS "${ARGN}")
+endmacro()
+
+set(CPACK_COMPONENTS_ALL)
+set(lrt_runtimes "liblrt${LRT_ABI} ${lrt_this_version}")
+lrt_debian_binary(lrt_runtime liblrt${LRT_ABI} libs "robots as Linked Robotic Things (shared libraries)"
+                  "This package has the libraries for servers, clients and SPARQL queries.")
+set(CPACK_DEBIAN_LRT_RUNTIME_PACKAGE_RECOMMENDS libraptor2-0)  # loaded with the first document in RDF/XML
+if(NOT LRT_REDLAND OR LRT_LINKS_RAPTOR)
+  set(CPACK_DEBIAN_LRT_RUNTIME_PACKAGE_RECOMMENDS "")
+endif()
+if(TARGET lrt_urdf)
+  lrt_debian_binary(lrt_urdf_runtime liblrt-urdf${LRT_ABI} libs "robots as Linked Robotic Things (URDF)"
+                    "This package has the library for robot descriptions." "liblrt${LRT_ABI} ${lrt_this_version}")
+  string(APPEND lrt_runtimes ", liblrt-urdf${LRT_ABI} ${lrt_this_version}")
+endif()
+if(TARGET lrt_mqtt)
+  lrt_debian_binary(lrt_mqtt_runtime liblrt-mqtt${LRT_ABI} libs "robots as Linked Robotic Things (MQTT)"
+                    "This package has the library for MQTT brokers." "liblrt${LRT_ABI} ${lrt_this_version}")
+  string(APPEND lrt_runtimes ", liblrt-mqtt${LRT_ABI} ${lrt_this_version}")
+endif()
+lrt_debian_binary(lrt_dev liblrt-dev libdevel "robots as Linked Robotic Things (development files)"
+                  "This package has the headers and the files for CMake and pkg-config." "${lrt_runtimes}")
+set(CPACK_DEBIAN_LRT_DEV_DEBUGINFO_PACKAGE OFF)
+if(TARGET lrt_command)
+  lrt_debian_binary(lrt_tools lrt-tools utils "robots as Linked Robotic Things (command lrt)"
+                    "This package has the command lrt, which lists, reads, commands, watches and\nchecks Linked Robotic Things."
+                    "liblrt${LRT_ABI} ${lrt_this_version}")
+endif()
+# dpkg-shlibdeps finds the libraries of one package, which is not installed, for another one.
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR}/src ${PROJECT_BINARY_DIR}/src/client ${PROJECT_BINARY_DIR}/src/query)
+
+include(CPack)

@@ -1,0 +1,22 @@
+# SPDX-License-Identifier: Apache-2.0
+# What aarch64-linux-gnu.cmake and arm-linux-gnueabihf.cmake share: Debian's cross compiler, libraries of a sysroot
+# (tests/portability/sysroot.sh), programs of the target run under qemu. They set LRT_TRIPLET, CMAKE_SYSTEM_PROCESSOR and LRT_QEMU.
+set(CMAKE_SYSTEM_NAME Linux)
+list(APPEND CMAKE_TRY_COMPILE_PLATFORM_VARIABLES LRT_SYSROOT)
+if(NOT LRT_SYSROOT)
+  message(FATAL_ERROR "-DLRT_SYSROOT=FOLDER is missing: what tests/portability/sysroot.sh makes, or a root of the target with its -dev packages")
+endif()
+set(CMAKE_CXX_COMPILER ${LRT_TRIPLET}-g++)
+set(CMAKE_SYSROOT ${LRT_SYSROOT})
+set(CMAKE_LIBRARY_ARCHITECTURE ${LRT_TRIPLET})
+set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
+set(CMAKE_FIND_ROOT_PATH_MODE_LIBRARY ONLY)
+set(CMAKE_FIND_ROOT_PATH_MODE_INCLUDE ONLY)
+set(CMAKE_FIND_ROOT_PATH_MODE_PACKAGE ONLY)
+set(ENV{PKG_CONFIG_DIR} "")
+set(ENV{PKG_CONFIG_LIBDIR} ${LRT_SYSROOT}/usr/lib/${LRT_TRIPLET}/pkgconfig:${LRT_SYSROOT}/usr/share/pkgconfig)
+set(ENV{PKG_CONFIG_SYSROOT_DIR} ${LRT_SYSROOT})
+find_program(LRT_QEMU_PROGRAM NAMES ${LRT_QEMU}-static ${LRT_QEMU})
+if(LRT_QEMU_PROGRAM)
+  set(CMAKE_CROSSCOMPILING_EMULATOR ${LRT_QEMU_PROGRAM};-L;${LRT_SYSROOT})
+endif()

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// A host of all libraries of lrt that are installed. Its argument is a URDF.
+#include <lrt/lrt.hpp>
+#include <lrt/transport/loopback.hpp>
+#ifdef WITH_CLIENT
+#include <lrt/client/units.hpp>
+#endif
+#ifdef WITH_QUERY
+#include <lrt/query.hpp>
+#endif
+#ifdef WITH_URDF
+#include <lrt/urdf.hpp>
+#endif
+#ifdef WITH_MQTT
+#include <lrt/mqtt.hpp>
+#endif
+
+int main([[maybe_unused]] int argc, [[maybe_unused]] char** argv) {
+  lrt::Options options;
+  options.listen.transport = lrt::transport::no_network;
+#ifdef WITH_QUERY
+  options.query = lrt::query::endpoint();
+#endif
+  lrt::Server server = lrt::Server::create(options).value();
+#ifdef WITH_CLIENT
+  if (!lrt::client::convert(1, "m", "mm")) return 1;
+#endif
+#ifdef WITH_URDF
+  if (argc != 2) return 2;
+  lrt::urdf::load(argv[1]).value().add_to(server).value();
+#endif
+#ifdef WITH_MQTT
+  lrt::mqtt::Options mqtt;
+  mqtt.broker.port = 1;
+  mqtt.prefix = "robots/r1";
+  lrt::mqtt::Bridge::create(server, mqtt).value().poll();
+#endif
+}
