@@ -196,7 +196,7 @@ TEST_CASE("a client has so many invocations at a time, and again when one has en
   const Answer refused(grip("192.0.2.1"));
   CHECK(refused.status == 429);
   CHECK(refused.field("Retry-After") == "1");
-  CHECK(refused.says("2 invocations"));
+  CHECK(refused.says("2 active invocations"));
   CHECK(g.status("POST /arm/actions/home") == 429);
   CHECK(g.robot.homed == 0);
   CHECK(grip("192.0.2.2").status == 202);
