@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 # cmake -D KIND=compiles|fails -D COMPILER=... -D SOURCE=... -D INCLUDE=... -P check.cmake
-file(STRINGS ${SOURCE} lines LIMIT_COUNT 2)
-list(GET lines 0 first_line)
+file(STRINGS ${SOURCE} lines LIMIT_COUNT 3)  # the first names the licence
 list(GET lines 1 second_line)
-if(NOT first_line MATCHES "^// expect: (.+)$")
-  message(FATAL_ERROR "${SOURCE}: the first line must be `// expect: <regular expression>`")
+list(GET lines 2 third_line)
+if(NOT second_line MATCHES "^// expect: (.+)$")
+  message(FATAL_ERROR "${SOURCE}: the second line must be `// expect: <regular expression>`")
 endif()
 set(expected "${CMAKE_MATCH_1}")
 set(flags)
-if(second_line MATCHES "^// flags: (.+)$")
+if(third_line MATCHES "^// flags: (.+)$")
   string(REPLACE " " ";" flags "${CMAKE_MATCH_1}")
 endif()
 

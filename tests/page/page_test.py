@@ -250,7 +250,7 @@ def without_websocket_it_asks(browser):
     try:
         with Robot("--demo") as robot:
             browser.open(robot.at("baxter/right_s1"))
-            browser.until("return document.getElementById('link').textContent.includes('asking')", "it says so")
+            browser.until("return document.getElementById('link').textContent.includes('polling')", "it says so")
             value = card(browser, "rotation", "return card.querySelector('.number').innerText", "a value")
             card(browser, "rotation", f"return card.querySelector('.number').innerText !== {json.dumps(value)}", "it changes")
             check_clean(browser, robot)
