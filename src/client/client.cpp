@@ -24,6 +24,7 @@ inline namespace v0 {
 
 using client::Session;
 
+// The options are taken by value, as everywhere. NOLINTNEXTLINE(performance-unnecessary-value-param)
 Result<Client> Client::create(client::Options options) {
   Result<std::shared_ptr<client::HttpClient>> http = client::HttpClient::create(options);
   if (!http) return unexpected(std::move(http).error());

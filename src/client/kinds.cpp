@@ -102,7 +102,7 @@ class Kinds {
   }
   static std::string wanted_name(const ThingKind& kind) {
     const ThingDescription& first = *kind.things.front();
-    const std::string own = decoded_last_part(first.kind);
+    std::string own = decoded_last_part(first.kind);
     if (!own.empty() && own != "blueprint" && own != "Blueprint") return own;
     if (!first.classes.empty()) return decoded_last_part(first.classes.front());
     return first.title.empty() ? decoded_last_part(first.iri) : first.title;

@@ -928,7 +928,7 @@ void Watch::Impl::subscribe(Generation generation) {
     }
   }
   if (!response) {
-    const Error error = response.error();
+    const Error& error = response.error();
     return error.code == Errc::limit_exceeded || error.code == Errc::closed ? end(generation, error) : lost(generation, error);
   }
   if (!is_made) {

@@ -187,9 +187,9 @@ void Invocations::started(InvocationResource& invocation, TimePoint now) {
 void Invocations::start_returned(InvocationResource& invocation, TimePoint now) {
   auto& waiting = invocation.waiting;
   const auto first = std::stable_partition(waiting.begin(), waiting.end(), [](const WaitingRequest& w) { return w.until_end; });
-  std::vector<WaitingRequest> ready(first, waiting.end());
+  const std::vector<WaitingRequest> ready(first, waiting.end());
   waiting.erase(first, waiting.end());
-  respond_to(std::move(ready), now, [&](const Context& context) { return response_for(context, invocation); });
+  respond_to(ready, now, [&](const Context& context) { return response_for(context, invocation); });
 }
 
 template <class MakeResponse>

@@ -140,14 +140,14 @@ Result<std::string> digest_authorization(const DigestChallenge& challenge, std::
     if (c == ':' || static_cast<unsigned char>(c) < 0x20 || c == 0x7F)
       return unexpected(Errc::expected_value, "a user of HTTP Digest has a colon or a control character");
   const auto hash = [&](const std::string& text) { return hex_digest(challenge.algorithm, text); };
-  const Result<std::string> secret = hash(std::string(user) + ":" + challenge.realm + ":" + std::string(password));
+  Result<std::string> secret = hash(std::string(user) + ":" + challenge.realm + ":" + std::string(password));
   if (!secret) return secret;
-  const Result<std::string> request = hash(std::string(method) + ":" + std::string(target));
+  Result<std::string> request = hash(std::string(method) + ":" + std::string(target));
   if (!request) return request;
   std::array<char, 9> nc{};
   std::snprintf(nc.data(), nc.size(), "%08x", count);
   const std::string middle = challenge.has_qop ? ":" + std::string(nc.data()) + ":" + std::string(cnonce) + ":auth:" : ":";
-  const Result<std::string> response = hash(*secret + ":" + challenge.nonce + middle + *request);
+  Result<std::string> response = hash(*secret + ":" + challenge.nonce + middle + *request);
   if (!response) return response;
   std::string value = "Digest username=" + quoted(user) + ", realm=" + quoted(challenge.realm) + ", nonce=" + quoted(challenge.nonce) +
                       ", uri=" + quoted(target) + ", response=\"" + *response + "\"";

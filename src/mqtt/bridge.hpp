@@ -80,7 +80,7 @@ class BridgeCore final : private Link::Events {
   void unbridge(std::uint64_t channel, bool clears_topic);
   std::vector<Statement> statements_of(const engine::ObservableResource& resource, const std::string& topic) const;
   bool send(engine::FeedMessage message);
-  bool publish(OutMessage message);
+  bool publish(const OutMessage& message);
   void publish_own(OutMessage message);
   void request_description();
   void answer(std::uint64_t number, const http::Response& response);

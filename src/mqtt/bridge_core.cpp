@@ -407,7 +407,7 @@ bool BridgeCore::send(engine::FeedMessage message) {
 }
 
 /// False: there is no connection, and the message is to be sent later.
-bool BridgeCore::publish(OutMessage message) {
+bool BridgeCore::publish(const OutMessage& message) {
   const std::size_t bytes = message.payload ? message.payload->size() : 0;
   const Result<int> id = link_->publish(message);
   if (!id) {

@@ -87,7 +87,7 @@ std::optional<Decimal> multiply(const Decimal& a, const Decimal& b) {
   std::array<std::uint32_t, 2 * Decimal::max_digits> digits{};
   for (int i = 0; i < a.size_; ++i) {
     for (int j = 0; j < b.size_; ++j)
-      digits[static_cast<std::size_t>(i + j)] +=
+      digits[static_cast<std::size_t>(i) + static_cast<std::size_t>(j)] +=
           static_cast<std::uint32_t>(a.digits_[static_cast<std::size_t>(i)]) * b.digits_[static_cast<std::size_t>(j)];
   }
   int size = a.size_ + b.size_;

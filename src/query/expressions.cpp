@@ -262,7 +262,7 @@ Value Run::function(const Expr& e, const Frame& frame) {
 
   // Functions of one argument.
   if (e.arguments.size() != 1) return {};
-  const Value a = evaluate(e.arguments[0], frame);
+  Value a = evaluate(e.arguments[0], frame);
   if (a.failed) return {};
   switch (e.op) {
     case Operator::is_iri: return Value(a.type == Type::iri);

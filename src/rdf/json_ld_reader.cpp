@@ -101,7 +101,7 @@ struct Layer {
 using Context = std::shared_ptr<const Layer>;
 
 std::string exact_double(double value) {
-  const std::string rounded = json_ld::canonical_double(value);
+  std::string rounded = json_ld::canonical_double(value);
   if (lexical::parse_double(rounded) == value) return rounded;
   char buffer[48];
   const auto end = std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::scientific).ptr;

@@ -218,7 +218,7 @@ std::shared_ptr<const View> Policy::view(const Principal* principal) {
   for (const auto& [known, view] : views_)
     if (known == granted)
       if (auto shared = view.lock()) return shared;
-  const auto made = std::make_shared<const View>(targets_, granted);
+  auto made = std::make_shared<const View>(targets_, granted);
   views_.emplace_back(std::move(granted), made);
   return made;
 }

@@ -362,7 +362,7 @@ class Robot::Impl {
   /// @return  its path below the server's root
   std::string serve(Thing& all, PackageFile found, std::size_t max_bytes) {
     const std::string name = found.package + '/' + found.name;
-    const std::string path = path_ + "/meshes/" + name;
+    std::string path = path_ + "/meshes/" + name;
     if (!served_.insert(name).second) return path;  // named in two ways
     const auto media_type = found.media_type;
     all.property(name, [file = std::move(found), max_bytes] { return state_of(file, max_bytes).value(); })

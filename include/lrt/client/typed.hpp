@@ -104,7 +104,7 @@ template <class T>
 class TypedInvocation {
  public:
   /// Made by TypedAction.
-  TypedInvocation(Invocation invocation, ValueForm form) : invocation_(std::move(invocation)), form_(std::move(form)) {}
+  TypedInvocation(Invocation invocation, ValueForm form) : invocation_(std::move(invocation)), form_(form) {}
 
   const Invocation& invocation() const noexcept { return invocation_; }  ///< without the type
   /// Waits until it has ended.
@@ -150,8 +150,7 @@ template <class In, class Out>
 class TypedAction : public UntypedAction {
  public:
   /// Made by generated code.
-  TypedAction(std::optional<Action> action, ValueForm input, ValueForm output)
-      : UntypedAction(std::move(action)), input_(std::move(input)), output_(std::move(output)) {}
+  TypedAction(std::optional<Action> action, ValueForm input, ValueForm output) : UntypedAction(std::move(action)), input_(input), output_(output) {}
 
   /// Invokes the action.
   /// @par Errors  those of Action::invoke()
@@ -172,7 +171,7 @@ template <class Out>
 class TypedAction<void, Out> : public UntypedAction {
  public:
   /// Made by generated code.
-  TypedAction(std::optional<Action> action, const ValueForm&, ValueForm output) : UntypedAction(std::move(action)), output_(std::move(output)) {}
+  TypedAction(std::optional<Action> action, const ValueForm&, ValueForm output) : UntypedAction(std::move(action)), output_(output) {}
 
   /// Invokes the action.
   /// @par Errors  those of Action::invoke()

@@ -64,10 +64,9 @@ class Term {
   /// @{
   /// A view of the term. Valid until the object is changed.
   TermView view() const noexcept { return {kind_, text_, datatype_, language_}; }
-  operator TermView() const noexcept {
-    return view();
-  }  // NOLINT: an owner converts to a view
-     /// @}
+  // An owner converts to a view. NOLINTNEXTLINE(google-explicit-constructor)
+  operator TermView() const noexcept { return view(); }
+  /// @}
 
  private:
   TermKind kind_ = TermKind::iri;

@@ -340,7 +340,7 @@ std::string Probe::shown(const std::string& url, std::string bytes) {
   return bytes;
 }
 
-Exchange Probe::ask(const std::string& method, const std::string& url, FieldList fields, const std::string& body) {
+Exchange Probe::ask(const std::string& method, const std::string& url, const FieldList& fields, const std::string& body) {
   Exchange exchange{url, {}, {}};
   const Result<http::Url> parts = url_of(url);
   if (!parts) {

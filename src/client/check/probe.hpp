@@ -84,7 +84,7 @@ class Probe {
   Probe(HttpClient& http, const CheckOptions& options);
 
   /// Each request has a connection of its own with `Connection: close`, so that a wrong length shows and cannot disturb the next response.
-  Exchange ask(const std::string& method, const std::string& url, FieldList fields = {}, const std::string& body = {});
+  Exchange ask(const std::string& method, const std::string& url, const FieldList& fields = {}, const std::string& body = {});
   /// Sends bytes that may be no valid request, and reads one response.
   Exchange raw(const std::string& url, const std::string& bytes, std::string_view method = "GET");
   /// A connection; an exchange whose error says why there is none.

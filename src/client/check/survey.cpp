@@ -135,7 +135,7 @@ bool same_origin(const std::string& a, const std::string& b) {
   return x && y && x->origin() == y->origin();
 }
 
-Exchange get(Context& context, const std::string& url, FieldList fields) {
+Exchange get(Context& context, const std::string& url, const FieldList& fields) {
   std::string at = without_fragment(url);
   for (unsigned redirects = 0;; ++redirects) {
     Exchange exchange = context.probe.ask("GET", at, fields);

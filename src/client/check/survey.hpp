@@ -50,7 +50,7 @@ struct Context {
 };
 
 /// GET that follows redirects within the limits of the client. The URL of the result is that of the last one.
-Exchange get(Context& context, const std::string& url, FieldList fields = {});
+Exchange get(Context& context, const std::string& url, const FieldList& fields = {});
 /// The graph of a response, if its media type is RDF. `fault`: why it cannot be read.
 std::optional<rdf::Graph> graph_of(const Context& context, const Exchange& exchange, std::string* fault = nullptr);
 /// Whether both have the same origin.

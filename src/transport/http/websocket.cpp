@@ -170,7 +170,8 @@ void WebSocket::discard() {
 void WebSocket::send_messages(engine::Push* pushes, std::size_t count, TimePoint now) {
   for (engine::Push* push = pushes; push != pushes + count; ++push) {
     if (push->close != 0) return begin_close(push->close, push->reason, now);
-    frames_.send(push->message ? std::move(push->message) : empty_message(), push->text);
+    if (!push->message) push->message = empty_message();
+    frames_.send(std::move(push->message), push->text);
   }
   write(now);
 }

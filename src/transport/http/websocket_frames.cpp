@@ -51,7 +51,7 @@ unsigned char write_header(std::array<char, 10>& header, unsigned opcode, std::u
   const int length_bytes = size < 126 ? 0 : size <= 0xFFFF ? 2 : 8;
   header[0] = static_cast<char>(0x80U | opcode);
   header[1] = static_cast<char>(length_bytes == 0 ? size : length_bytes == 2 ? 126U : 127U);
-  for (int i = 0; i < length_bytes; ++i) header[static_cast<std::size_t>(2 + i)] = static_cast<char>(size >> (8 * (length_bytes - 1 - i)));
+  for (int i = 0; i < length_bytes; ++i) header[2 + static_cast<std::size_t>(i)] = static_cast<char>(size >> (8 * (length_bytes - 1 - i)));
   return static_cast<unsigned char>(2 + length_bytes);
 }
 
