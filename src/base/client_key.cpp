@@ -5,6 +5,7 @@
 #include <netinet/in.h>
 
 #include <algorithm>
+#include <cstdint>
 
 namespace lrt {
 inline namespace v0 {

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <cstdint>
+
 #include <lrt/base/clock.hpp>
 
 #include "tests/support/catch.hpp"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "src/client/event_parser.hpp"
 
+#include <algorithm>
 #include <string>
 #include <vector>
 

@@ -2,6 +2,7 @@
 #include "src/engine/publish_rhythm.hpp"
 
 #include <chrono>
+#include <cmath>
 #include <random>
 
 #include "tests/support/catch.hpp"

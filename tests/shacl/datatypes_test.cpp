@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <lrt/rdf/lexical.hpp>
 
+#include <limits>
 #include <string>
 #include <vector>
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "examples/ex_urdf_robot/moving_robot.hpp"
 
+#include <cmath>
 #include <cstdio>
 #include <fstream>
 

@@ -2,6 +2,7 @@
 #include <lrt/urdf.hpp>
 
 #include <clocale>
+#include <cmath>
 #include <fstream>
 #include <iterator>
 #include <locale>
