@@ -158,6 +158,10 @@ struct ChannelHost {
   std::unique_ptr<transport::Transport> server;
 };
 
+/// libwebsockets 4.3.5 ends a connection when a request arrives before the response to the previous one is complete, or behind a body in one
+/// segment (docs/platforms.md). There the next request is sent after the response.
+constexpr bool takes_pipelined = LWS_LIBRARY_VERSION_NUMBER < 4003005;
+
 }  // namespace
 
 // ------------------------------------------------------------------------------------------------------------------- HTTP
@@ -167,7 +171,9 @@ TEST_CASE("libwebsockets: requests of one connection are handled one after anoth
   auto client = host.client();
   client.send(get("/") + request("HEAD", "/") + get("/none") + get("/same") + get("/nowhere"));
   REQUIRE(host.run_to_answers(client, 5, {1}));
-  client.send(request("POST", "/", "Content-Length: 5\r\n", "Hello") + request("PUT", "/", "Content-Length: 0\r\n") + get("/"));
+  client.send(request("POST", "/", "Content-Length: 5\r\n", "Hello"));
+  if (!takes_pipelined) REQUIRE(host.run_to_answers(client, 6, {1}));
+  client.send(request("PUT", "/", "Content-Length: 0\r\n") + get("/"));
   REQUIRE(host.run_to_answers(client, 8, {1}));
   const auto answers = parse_answers(client.received, {1});
   CHECK(statuses(answers) == std::vector{200, 200, 204, 304, 404, 200, 200, 200});
@@ -181,15 +187,34 @@ TEST_CASE("libwebsockets: requests of one connection are handled one after anoth
   CHECK(host.handler.peer == "127.0.0.1");
 }
 
-TEST_CASE("libwebsockets: a body that is pipelined is not taken, for libwebsockets would begin it with its header section",
-          "[transport][libwebsockets]") {
+TEST_CASE("libwebsockets: a pipelined body is not accepted, for libwebsockets would begin it with its header section", "[transport][libwebsockets]") {
+  const std::string hello = request("POST", "/", "Content-Length: 5\r\n", "Hello");
+  const std::string long_body = request("POST", "/", "Content-Length: 300\r\n", std::string(300, 'x'));
+  for (const std::string& sent : {hello, hello + get("/"), long_body, long_body + get("/")}) {
+    INFO(sent);
+    TestHost host(make());
+    auto client = host.client();
+    client.send(get("/") + sent);
+    REQUIRE(host.run_to_end(client));
+    const auto answered = statuses(parse_answers(client.received));
+    CHECK(answered == (takes_pipelined ? std::vector{200, 503} : std::vector{200}));
+    CHECK(host.handler.requests == 1);
+    CHECK(host.is_well());
+  }
+}
+
+TEST_CASE("libwebsockets: a connection carries requests with bodies, one after another", "[transport][libwebsockets]") {
   TestHost host(make());
   auto client = host.client();
-  client.send(get("/") + request("POST", "/", "Content-Length: 5\r\n", "Hello") + get("/"));
-  REQUIRE(host.run_to_end(client));
-  CHECK(statuses(parse_answers(client.received)) == std::vector{200, 503});
-  CHECK(host.handler.requests == 1);
-  CHECK(host.is_well());
+  client.send(get("/"));
+  REQUIRE(host.run_to_answers(client, 1));
+  for (std::size_t i = 0; i < 3; ++i) {
+    client.send(request("POST", "/", "Content-Length: 5\r\n", "Hello"));
+    REQUIRE(host.run_to_answers(client, 2 + i));
+  }
+  const auto answers = parse_answers(client.received);
+  CHECK(statuses(answers) == std::vector{200, 200, 200, 200});
+  CHECK(answers[3].body == "Hello");
 }
 
 TEST_CASE("libwebsockets: the method, the target and the fields reach the handler", "[transport][libwebsockets]") {
@@ -382,14 +407,20 @@ TEST_CASE("libwebsockets: what it refuses by itself never reaches the handler", 
 TEST_CASE("libwebsockets: a deferred response comes when the handler has it, and before the next of its connection", "[transport][libwebsockets]") {
   TestHost host(make());
   auto first = host.client(), second = host.client();
-  first.send(get("/defer") + get("/"));
-  second.send(request("POST", "/defer", "Content-Length: 3\r\n", "abc") + get("/"));
+  first.send(get("/defer") + (takes_pipelined ? get("/") : ""));
+  second.send(request("POST", "/defer", "Content-Length: 3\r\n", "abc") + (takes_pipelined ? get("/") : ""));
   REQUIRE(host.run({&first, &second}, [&] { return host.handler.open.size() == 2; }));
   CHECK(host.is_well());
   CHECK(first.received.empty());
   CHECK(host.handler.requests == 3);
   host.complete(0, "one");
   host.complete(1, "two");
+  if (!takes_pipelined) {
+    for (auto* const client : {&first, &second}) {
+      REQUIRE(host.run_to_answers(*client, 1));
+      client->send(get("/"));
+    }
+  }
   REQUIRE(host.run({&first, &second}, [&] { return parse_answers(first.received).size() == 2 && parse_answers(second.received).size() == 2; }));
   for (auto* const client : {&first, &second}) {
     const auto answers = parse_answers(client->received);
@@ -414,11 +445,12 @@ TEST_CASE("libwebsockets: a long response goes out as the client takes it", "[tr
   TestHost host(make());
   auto client = host.client(4096);
   client.paused = true;
-  client.send(get("/big?10000000") + get("/"));
+  client.send(get("/big?10000000") + (takes_pipelined ? get("/") : ""));
   REQUIRE(host.run_until_handled(client, 1));
   CHECK(host.is_well());
   client.paused = false;
   REQUIRE(host.run({&client}, [&] { return client.received.size() > 10'000'000; }));
+  if (!takes_pipelined) client.send(get("/"));
   REQUIRE(host.run_to_answers(client, 2));
   CHECK(parse_answers(client.received)[0].body == std::string(10'000'000, 'b'));
 }

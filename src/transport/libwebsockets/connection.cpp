@@ -108,7 +108,11 @@ int Connection::receive_body() {
 
 /// Whether the request may have arrived before the previous response was sent. libwebsockets 4.1 then has it in a buffer, and
 /// treats its header section as the beginning of its body. It does not show which connections have buffered input.
-bool Connection::is_pipelined() const { return requests_ > 1 && lws_service_adjust_timeout(lws_get_context(wsi_), 1, 0) == 0; }
+/// 4.3.5 buffers every request after the first, and ends a connection whose client has pipelined a body.
+bool Connection::is_pipelined() const {
+  if constexpr (LWS_LIBRARY_VERSION_NUMBER >= 4003005) return false;
+  else return requests_ > 1 && lws_service_adjust_timeout(lws_get_context(wsi_), 1, 0) == 0;
+}
 
 int Connection::on_body(std::string_view part) {
   if (phase_ != Phase::reading) return 0;  // of a request that has its response already, and whose connection ends
