@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <vector>
 
+#include <lrt/base/language.hpp>
+
 namespace lrt {
 inline namespace v0 {
 
