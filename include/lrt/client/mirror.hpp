@@ -146,6 +146,7 @@ class LRT_API Mirror {
 };
 
 /// The name of the graph that marks a robot: its URL with the fragment "mirror".
+/// @par Threads  Any.
 LRT_API std::string mirror_mark_of(const std::string& robot);
 
 }  // namespace v0
