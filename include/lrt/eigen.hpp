@@ -64,7 +64,7 @@
 ///   for each row), PUT accepts octets too.
 ///
 /// @par Errors   Of decode(): expected_value and, for integers, out_of_range, with the member and what was expected.
-/// @par Threads  Any: all functions of the traits.
+/// @par Threads  Any: all functions of the traits of Eigen's types.
 /// @par Time     encode() and decode() are linear in the numbers, and allocate.
 
 namespace lrt::rdf {

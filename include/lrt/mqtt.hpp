@@ -199,6 +199,7 @@ class LRT_API Bridge {
   int descriptor() noexcept;
   /// Disconnects from the broker, which then publishes the Last Will, and ends the thread. Waiting messages are not
   /// sent.
+  /// @par Time  Waits for the thread.
   void stop() noexcept;
 
   /// Numbers since its creation.

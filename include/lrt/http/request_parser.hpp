@@ -54,12 +54,14 @@ LRT_API std::optional<int> spoken_version(std::string_view http_version) noexcep
 /// @param framing  is set
 /// @return         nullopt: the request is accepted
 /// @par Threads  Any.
+/// @par Time     Linear in the header section.
 /// @par Implements  R0.1, RFC 9112 2.2, 3, 5, 6
 LRT_API std::optional<Refusal> parse_request_header(std::string_view header, Request& request, Framing& framing);
 
 /// As parse_request_header(), for bytes that begin with a header section and may continue after it. One pass.
 /// @return  size of the header section; nullopt: it is incomplete, or parse_request_header() would refuse it
 /// @par Threads  Any.
+/// @par Time     Linear in the header section, of which an incomplete one is read again by the next call.
 LRT_API std::optional<std::size_t> parse_leading_header(std::string_view bytes, Request& request, Framing& framing);
 
 /// Checks the meaning of a parsed request: exactly one well-formed Host (HTTP/1.0 may lack it), the form of the target
@@ -69,6 +71,7 @@ LRT_API std::optional<std::size_t> parse_leading_header(std::string_view bytes, 
 /// must include those that frame the body. Percent escapes of the target are not checked.
 /// @return  nullopt: the request is accepted, and `framing` is set
 /// @par Threads  Any.
+/// @par Time     Linear in the fields. Allocates only for a refusal.
 /// @par Implements  R0.1, RFC 9112 3.2, 6.1, 6.3, RFC 9110 7.2, 7.4, 8.6, 10.1.1
 LRT_API std::optional<Refusal> check_request(const Request& request, Framing& framing);
 
