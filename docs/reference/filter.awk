@@ -11,7 +11,7 @@ function describe(text) { sub(/[^ ]/, "/** " text " */ &") }
 / \/\/\/< / && !/\*\// { sub(/\/\/\/< /, "/**< "); $0 = $0 " */" }
 /^ *\/\/\/ @\{/ { grouped = 1 }
 /^ *\/\/\/ @\}/ { grouped = 0 }
-/^inline namespace v0 \{$/ || /^}  \/\/ namespace v0$/ { $0 = "" }
+/^inline namespace v[0-9]+ \{$/ || /^}  \/\/ namespace v[0-9]+$/ { $0 = "" }
 
 match($0, /@par [A-Z][a-z]+ +/) {
   split(substr($0, RSTART, RLENGTH), word, " ")

@@ -72,7 +72,7 @@ class LRT_API Client {
 
   /// Begins to watch a resource. `on_change` gets its values, gaps, and the end (also a refusal by the server), on the
   /// thread of Options::callbacks. The identity of the options is sent to its origin.
-  /// @par Errors  expected_iri, invalid_option; closed: after stop()
+  /// @par Errors  expected_iri, invalid_option; closed: after stop(); io_error: no thread for it
   Result<client::Watch> watch(const std::string& url, const client::WatchOptions& options, client::OnChange on_change);
 
   /// Runs `work`, which may block, on a thread of the client, and calls `done` with its result: in poll(), or with

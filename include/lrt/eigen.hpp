@@ -62,6 +62,10 @@
 /// - For large values and programs as readers use octets (octets() of a property): a matrix row by row in every storage
 ///   order, with its shape in the RDF. If the number of columns or rows is fixed (Matrix<double, Dynamic, 3>, one point
 ///   for each row), PUT accepts octets too.
+///
+/// @par Errors   Of decode(): expected_value and, for integers, out_of_range, with the member and what was expected.
+/// @par Threads  Any: all functions of the traits of Eigen's types.
+/// @par Time     encode() and decode() are linear in the numbers, and allocate.
 
 namespace lrt::rdf {
 inline namespace v0 {

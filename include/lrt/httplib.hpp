@@ -302,6 +302,9 @@ inline namespace v0 {
 /// @param server       must not be moved, and must exist until http_server has stopped listening; it may be stopped
 ///                     before
 /// @param prefix       a path without percent escapes, "/robot"; empty or "/": all paths
+/// @par Threads  Set-up: one thread at a time, before http_server listens. Afterwards the host's threads serve
+///               requests, many at once, as Server::serve().
+/// @par Time     A request occupies its thread of the host as long as Server::serve(); an event stream, until it ends.
 /// @par Implements     R0.3-R0.11, R1.1-R1.12 as far as there is no WebSocket
 inline void mount(httplib::Server& http_server, Server& server, std::string prefix = {}, MountOptions options = {}) {
   while (!prefix.empty() && prefix.back() == '/') prefix.pop_back();

@@ -54,6 +54,7 @@ struct Publication {
 
 /// The default: properties and states with QoS 0, newest value, retained; invocations with QoS 1, each change, not
 /// retained; all in JSON. Actions, Things and others are not published, because Description contains them.
+/// @par Threads  Any.
 LRT_API std::vector<Publication> default_publications();
 
 /// TLS to the broker. Files are PEM.
@@ -198,6 +199,7 @@ class LRT_API Bridge {
   int descriptor() noexcept;
   /// Disconnects from the broker, which then publishes the Last Will, and ends the thread. Waiting messages are not
   /// sent.
+  /// @par Time  Waits for the thread.
   void stop() noexcept;
 
   /// Numbers since its creation.

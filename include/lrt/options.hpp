@@ -157,6 +157,8 @@ struct Threads {
 };
 
 /// Options of a Server. The defaults suit development on one machine.
+/// @par Threads  Set-up only: Server::create() takes them. Where the server calls the functions in them, each of these
+///               says.
 struct Options {
   Listen listen;                                     ///< address, port and public base
   Security security;                                 ///< TLS, authentication and authorization

@@ -53,6 +53,8 @@ class LRT_API SharedInvocation {
 /// The common part of Responder and ResponderOf: failure, progress and cancellation of an invocation. Copies refer to
 /// the same invocation.
 /// @par Threads  Any. Several copies may be used at the same time; one copy by one thread at a time.
+/// @par Time     progress() and cancelled(): no lock and no allocation. succeed(), fail(), on_cancel() and the end of
+///               the last copy: a lock for a moment, which only a cancellation also takes. Each at most one system call.
 class ResponderBase {
  public:
   /// An empty responder. Its calls have no effect. Another responder may be assigned to it.
@@ -106,6 +108,8 @@ inline namespace v0 {
 /// failed, and a waiting client gets 500.
 ///
 /// @par Threads  Any. Several copies may be used at the same time; one copy by one thread at a time.
+/// @par Time     As ResponderBase. Calls on parts of split() share a lock, and may run hooks of on_cancel() of other
+///               parts.
 /// @par Implements  R0.8, paper 5.4
 class LRT_API Responder : public model::ResponderBase {
  public:

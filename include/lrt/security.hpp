@@ -62,6 +62,7 @@ struct Principal {
 using Roles = std::map<std::string, Rights, std::less<>>;
 
 /// `reader`: read and subscribe. `operator`: all rights but manage. `administrator`: all rights.
+/// @par Threads  Any.
 LRT_API Roles default_roles();
 
 /// The part of the tree to which a Rule applies.
@@ -102,10 +103,13 @@ class View;
 /// path of the server), acl:agent (`<#anna>`, the principal of that name; any other IRI is a name as a whole),
 /// acl:agentGroup (`<#operator>`, the role) or acl:agentClass (foaf:Agent, acl:AuthenticatedAgent), and acl:mode:
 /// acl:Read, acl:Write, acl:Control (Right::manage), lrt:Invoke, lrt:Subscribe.
-/// @par Errors  expected_rdf; invalid_option: names the authorization and what is wrong with it
+/// @par Errors   expected_rdf; invalid_option: names the authorization and what is wrong with it
+/// @par Threads  Any.
 LRT_API Result<std::vector<Rule>> parse_rules(std::string_view turtle);
 /// The same from a file of at most 1 MiB.
-/// @par Errors  io_error, and those above
+/// @par Errors   io_error, and those above
+/// @par Threads  Any.
+/// @par Time     Reads the file.
 LRT_API Result<std::vector<Rule>> load_rules(const std::string& file);
 
 /// Finds the principal of a request from its header section; nullopt: it knows none. Called on the thread that serves

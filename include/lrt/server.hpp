@@ -54,6 +54,7 @@ class LRT_API Server {
   /// @par Implements  R0.3
   Result<void> add(Thing thing);
   /// Registers several things: all of them at once, or none.
+  /// @par Errors  as above
   Result<void> add(std::vector<Thing> things);
   /// Removes a thing and all things below it. Handles to its properties have no effect afterwards.
   /// @par Errors  unknown_path
@@ -90,8 +91,8 @@ class LRT_API Server {
   /// and Connection. It does not send the body of a response to HEAD. lrt::mount() in httplib.hpp uses this function.
   /// @param request  `mount` and `local_port` state where the host's server serves; `can_stream`: it can send event
   ///                 streams
-  /// @par Threads     Any, many at once; not from a lambda of this server.
-  /// @par Time        At most Limits::host_timeout, or the time of `Prefer: wait`.
+  /// @par Threads  Any, many at once; not from a lambda of this server.
+  /// @par Time     At most Limits::host_timeout, or the time of `Prefer: wait`.
   Served serve(const http::Request& request);
 
   /// Checks a request for serve() before its body is received: whether the client may send it, and whether its resource
@@ -99,7 +100,7 @@ class LRT_API Server {
   /// which then does not call the authorizer again.
   /// @param request     its header section; `body` is empty
   /// @param body_bytes  Content-Length, more than 0; nullopt: the body is chunked
-  /// @par Threads     As serve().
+  /// @par Threads  As serve().
   engine::HeaderVerdict judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes);
 
   /// Reads certificate and key of Security::tls again. Open connections keep the old ones.

@@ -28,6 +28,7 @@ struct TimeCounts {
 
 /// Counters of a server since it was created, and present numbers. Requests that the transport itself refuses are not
 /// counted.
+/// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
 struct ServerCounters {
   std::uint64_t requests = 0;                                ///< all requests that the engine got
   std::array<std::uint64_t, 5> responses{};                  ///< by class of status: 1xx, 2xx, 3xx, 4xx, 5xx
@@ -51,6 +52,7 @@ struct ServerCounters {
 
 /// The counters in the text format 0.0.4 of Prometheus, `text/plain;version=0.0.4;charset=utf-8`. The names begin with
 /// `lrt_`.
+/// @par Threads  Any.
 LRT_API std::string prometheus_text(const ServerCounters& counters);
 
 /// A Thing with the counters of a server, to be added to that server. Each client that may read it sees them. Its
@@ -62,6 +64,7 @@ LRT_API std::string prometheus_text(const ServerCounters& counters);
 ///
 /// @param server  must exist as long as the Thing is served
 /// @param path    path of the Thing
+/// @par Threads  Any.
 LRT_API Thing server_thing(const Server& server, std::string_view path = "server");
 
 }  // namespace v0

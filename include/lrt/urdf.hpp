@@ -39,6 +39,7 @@ struct Pose {
 /// The types of joints of URDF.
 enum class JointType : std::uint8_t { revolute, continuous, prismatic, fixed, floating, planar };
 /// The enumerator's name, "revolute".
+/// @par Threads  Any.
 LRT_API std::string_view to_string(JointType type) noexcept;
 
 /// The limits of a joint: rad, rad/s and N m for revolute and continuous joints, m, m/s and N for others. A limit that
@@ -307,7 +308,9 @@ class LRT_API Robot {
 };
 
 /// Reads a file with parse() and makes a Robot.
-/// @par Errors  io_error, and those of parse() with the file's name before the message
+/// @par Errors   io_error, and those of parse() with the file's name before the message
+/// @par Threads  Any, as parse().
+/// @par Time     Reads the file.
 LRT_API Result<Robot> load(const std::string& file, const ParseOptions& options = {});
 
 }  // namespace v0

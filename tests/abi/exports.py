@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""exports.py check LIBRARY...: each exported symbol has LRT_API in a public header, in a namespace v0, or LRT_INTERNAL_API in src/.
+"""exports.py check LIBRARY...: each exported symbol has LRT_API in a public header, in the inline namespace of the ABI, or LRT_INTERNAL_API in src/.
 exports.py suppressions: for abidiff, what LRT_INTERNAL_API exports. It is no part of the ABI."""
 
 import pathlib
@@ -11,7 +11,7 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 # _ZN3lrt3rdf2v05Graph...: a function or a member; a vtable, type_info or its name; a thunk; a static of a function, and its guard.
 KIND = r"^_Z(?:T[VTIS]|Thn?[0-9]+_|Tvn?[0-9]+_n?[0-9]+_|GV)?Z?N[VKRO]*3lrt"
-VERSION = "v0"
+VERSION = "v" + re.search(r"^#define LRT_ABI (\d+)$", (ROOT / "include/lrt/version.hpp").read_text(), re.M).group(1)  # the inline namespace
 
 
 def parts_of(symbol):

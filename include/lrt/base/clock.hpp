@@ -30,9 +30,11 @@ class LRT_API Clock {
 };
 
 /// The system's clocks: std::chrono::steady_clock and system_clock. The object exists until the process ends.
+/// @par Threads  Any.
 LRT_API const Clock& system_clock() noexcept;
 
 /// A time as xsd:dateTime in UTC with microseconds, "2026-11-21T10:38:39.000125Z".
+/// @par Threads  Any.
 LRT_API std::string to_xsd_date_time(std::chrono::system_clock::time_point utc);
 
 }  // namespace v0

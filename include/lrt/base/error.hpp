@@ -38,9 +38,11 @@ enum class Errc : std::uint8_t {
 };
 
 /// The enumerator's name, "expected_iri".
+/// @par Threads  Any.
 LRT_API std::string_view to_string(Errc code) noexcept;
 
 /// An error: its kind, a sentence for people, and, for errors in a text, the position.
+/// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
 struct Error {
   Errc code;                            ///< its kind, for programs
   std::string message;                  ///< what was found, where, and what was expected, for people

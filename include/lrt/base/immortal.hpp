@@ -4,6 +4,8 @@
 #include <new>
 #include <utility>
 
+#include <lrt/base/language.hpp>
+
 namespace lrt {
 inline namespace v0 {
 

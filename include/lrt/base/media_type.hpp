@@ -14,6 +14,7 @@ inline namespace v0 {
 
 /// A media type with parameters (RFC 9110 8.3.1): `type "/" subtype *( OWS ";" OWS [ name "=" ( token / quoted-string )
 /// ] )`. Type, subtype and parameter names are lower-cased; values are unquoted.
+/// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
 struct LRT_API MediaType {
   std::string type;                                             ///< "text"
   std::string subtype;                                          ///< "turtle"

@@ -15,6 +15,7 @@ namespace lrt {
 inline namespace v0 {
 
 /// Thrown by Result::value() if there is no value. Holds the error.
+/// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
 class LRT_API BadResult : public std::runtime_error {
  public:
   /// @param error  the error; its message is what()

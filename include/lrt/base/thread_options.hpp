@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <vector>
 
+#include <lrt/base/language.hpp>
+
 namespace lrt {
 inline namespace v0 {
 
@@ -17,6 +19,8 @@ enum class Scheduling : std::uint8_t {
 
 /// How lrt's own threads run. They inherit nothing from the thread that creates the server: if a control loop with
 /// SCHED_FIFO is bound to one CPU, lrt's threads have the normal policy and may run on the other CPUs.
+/// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
+///               Servers and clients copy it when they are created.
 struct ThreadOptions {
   /// With a real-time policy, the threads parse requests of clients at real-time priority. Clients can then keep robot
   /// code of a lower priority from running.

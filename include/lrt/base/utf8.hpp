@@ -15,15 +15,23 @@ inline namespace v0 {
 /// Validates a text.
 /// @return  offset of the first byte that is not part of well-formed UTF-8 (RFC 3629: no surrogates, no overlong forms,
 ///          at most U+10FFFF); nullopt: the text is well-formed
+/// @par Threads  Any.
+/// @par Time     Linear in the text. Does not allocate.
 LRT_API std::optional<std::size_t> find_invalid(std::string_view text) noexcept;
 
 /// Whether the text ends with an incomplete character. @pre the text is well-formed up to that character
+/// @par Threads  Any.
+/// @par Time     Constant. Does not allocate.
 LRT_API bool ends_within_character(std::string_view text) noexcept;
 
 /// Appends one code point. @pre it is a scalar value
+/// @par Threads  Any.
+/// @par Time     Constant, but for an allocation of `out`.
 LRT_API void append(std::string& out, char32_t code_point);
 
 /// Reads the code point at `offset` and advances past it. @pre the text is well-formed and offset < size
+/// @par Threads  Any.
+/// @par Time     Constant. Does not allocate.
 LRT_API char32_t decode(std::string_view text, std::size_t& offset) noexcept;
 
 }  // namespace v0

@@ -9,6 +9,7 @@ inline namespace v0 {
 
 /// Ends the wait of another thread, such as a transport's poll(). It may outlive the object that waits; then wake() has
 /// no effect.
+/// @par Threads  Any.
 class LRT_API Waker {
  public:
   virtual ~Waker() = default;

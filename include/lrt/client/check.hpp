@@ -28,11 +28,13 @@ enum class Outcome : unsigned char {
   not_testable,    ///< it is not visible from outside, or not with these options; the detail states the reason
 };
 /// The enumerator's name.
+/// @par Threads  Any.
 LRT_API std::string_view to_string(Outcome outcome) noexcept;
 
 /// The strength of a requirement (RFC 2119). A failed `may` is advice.
 enum class Level : unsigned char { must, should, may };
 /// The enumerator's name.
+/// @par Threads  Any.
 LRT_API std::string_view to_string(Level level) noexcept;
 
 /// How certain an outcome is.
@@ -41,6 +43,7 @@ enum class Certainty : unsigned char {
   likely,   ///< another explanation exists, and the detail names it
 };
 /// The enumerator's name.
+/// @par Threads  Any.
 LRT_API std::string_view to_string(Certainty certainty) noexcept;
 
 /// One request and its response, shortened.
@@ -77,6 +80,7 @@ struct Requirement {
 };
 
 /// The result of run().
+/// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
 struct LRT_API Report {
   std::string url;                                  ///< the checked URL
   std::chrono::system_clock::time_point started{};  ///< when the check began
@@ -142,15 +146,22 @@ struct TextOptions {
   bool all = false;     ///< also what passed, with its evidence
 };
 /// The report for people: the violated requirements with their evidence, then a line for each requirement.
+/// @par Threads  Any.
+/// @par Time     Allocates. Performs no I/O.
 LRT_API std::string to_text(const Report& report, const TextOptions& options = {});
 /// The report as a JSON document.
+/// @par Threads  Any.
+/// @par Time     Allocates. Performs no I/O.
 LRT_API std::string to_json(const Report& report);
 /// The report in Turtle, with the terms of EARL 1.0 (W3C Working Draft of 2017): an earl:Assertion for each finding. A
 /// failed `should` or `may` is earl:failed too; earl:info states the level.
+/// @par Threads  Any.
+/// @par Time     Allocates. Performs no I/O.
 LRT_API std::string to_earl(const Report& report);
 
 /// Exit status of a program. 0: no `must` has failed; 1: one has, or with `strict` a `should`; 2: the check could not
 /// be run.
+/// @par Threads  Any.
 LRT_API int exit_status(const Result<Report>& report, bool strict = false) noexcept;
 
 }  // namespace v0

@@ -94,22 +94,31 @@ struct Description {
 ///
 /// A shape that is ill-formed or beyond the limits of a Schema is a warning.
 ///
-/// @par Errors  limit_exceeded: DescribeOptions
-/// @par Time    Linear in the graph for a robot's own shapes.
+/// @par Errors   limit_exceeded: DescribeOptions
+/// @par Threads  Any.
+/// @par Time     Linear in the graph for a robot's own shapes.
 LRT_API Result<Description> describe(const rdf::Graph& graph, const DescribeOptions& options = {});
 
 /// Describes a live robot: reads the documents of its Things, Properties, Actions and Blueprints, and of shapes to
 /// which these refer. Only documents with the origin of one of its Things are read. A document that cannot be read is a
 /// warning.
-/// @par Errors  limit_exceeded: DescribeOptions
+/// @par Errors   limit_exceeded: DescribeOptions
+/// @par Threads  Any.
+/// @par Time     Blocks: one exchange after the other for the documents that are not read yet, each within the times of
+///               client::Limits.
 LRT_API Result<Description> describe(lrt::Client& client, const Robot& robot, const DescribeOptions& options = {});
 /// The documents that describe() reads, as one graph. Written to a file, the graph describes the robot without a
 /// connection.
 /// @param problems  receives a sentence for each document that cannot be read, at most DescribeOptions::max_warnings
+/// @par Errors   limit_exceeded: DescribeOptions
+/// @par Threads  Any.
+/// @par Time     As describe() of a live robot.
 LRT_API Result<rdf::Graph> read_documents(lrt::Client& client, const Robot& robot, std::vector<std::string>& problems,
                                           const DescribeOptions& options = {});
 
 /// Adds the triples of another document. Its blank nodes get labels that `to` does not have.
+/// @par Threads  Any.
+/// @par Time     Linear in `document`.
 LRT_API void merge_document(rdf::Graph& to, const rdf::Graph& document);
 
 }  // namespace v0

@@ -42,13 +42,17 @@ struct Generated {
 /// are in the order of the shapes. Texts of the robot cannot end their comments and string literals. The last lines
 /// list what the header was generated from, with a digest, for check().
 ///
-/// @par Errors  invalid_option: the namespace; limit_exceeded: max_bytes
+/// @par Errors   invalid_option: the namespace; limit_exceeded: max_bytes
+/// @par Threads  Any.
+/// @par Time     Allocates. Performs no I/O.
 LRT_API Result<Generated> generate(const Description& robot, const GenerateOptions& options = {});
 
 /// Compares a generated header with the present description of a robot. Returns one sentence for each difference, with
 /// the kind of Thing, the property or action, and the field. Empty: the header is up to date. Host and port of the
 /// robot are ignored.
-/// @par Errors  expected_value: the text was not made by generate(), or its list has been changed
+/// @par Errors   expected_value: the text was not made by generate(), or its list has been changed
+/// @par Threads  Any.
+/// @par Time     Allocates. Performs no I/O.
 LRT_API Result<std::vector<std::string>> check(std::string_view header, const Description& robot, const GenerateOptions& options = {});
 
 }  // namespace v0

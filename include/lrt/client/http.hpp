@@ -13,6 +13,7 @@ namespace lrt::client {
 inline namespace v0 {
 
 /// A request for Client::send().
+/// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
 struct Request {
   std::string method = "GET";                                 ///< case-sensitive
   std::string url;                                            ///< absolute http or https URL; a fragment is not sent
@@ -21,6 +22,7 @@ struct Request {
 };
 
 /// A complete response.
+/// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
 struct LRT_API Response {
   int status = 0;         ///< status code (RFC 9110 15)
   http::Fields fields{};  ///< header fields
@@ -46,6 +48,8 @@ struct Link {
 /// @param fields  of the response
 /// @param base    URL of the response
 /// @param max     limit
+/// @par Threads  Any.
+/// @par Time     Allocates.
 LRT_API std::vector<Link> links(const http::Fields& fields, std::string_view base, std::size_t max = 10'000);
 
 }  // namespace v0

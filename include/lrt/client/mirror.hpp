@@ -128,6 +128,7 @@ class LRT_API Mirror {
   /// @param goes_on  called several times a second; false ends the copy with Errc::cancelled. May be empty
   /// @par Errors  refused: the store refuses the user; io_error, timed_out, failed, ...: the store has failed for
   ///              longer than `patience`; cancelled: also after stop()
+  /// @par Time    Blocks until the copy is done.
   Result<MirrorCounts> copy(const std::function<bool()>& goes_on = {});
   /// Begins to mirror, until stop().
   /// @par Errors  io_error: the system has no further thread
@@ -136,6 +137,7 @@ class LRT_API Mirror {
   /// The reason why the mirror ended without stop(): the store refuses the user. nullopt: it has not ended.
   std::optional<Error> failure() const;
   /// Ends all requests and writes the state. Waiting graphs are not sent; the next mirror sends them.
+  /// @par Time  Waits for running callbacks, and writes the file of the state.
   void stop() noexcept;
 
   class Impl;
@@ -146,6 +148,7 @@ class LRT_API Mirror {
 };
 
 /// The name of the graph that marks a robot: its URL with the fragment "mirror".
+/// @par Threads  Any.
 LRT_API std::string mirror_mark_of(const std::string& robot);
 
 }  // namespace v0

@@ -54,6 +54,8 @@ enum class Callbacks : unsigned char {
 };
 
 /// Options of a Client. Set-up only.
+/// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
+///               Client::create() takes a copy. For `log` see LogCallback.
 struct Options {
   Identity identity;    ///< credentials
   Limits limits;        ///< memory and time

@@ -47,6 +47,7 @@ struct RecordingHeader {
 
 /// @{
 /// A line of a recording, with its line feed.
+/// @par Threads  Any.
 LRT_API std::string to_line(const RecordingHeader& header);
 LRT_API std::string to_line(const RecordedChange& change);
 /// @}

@@ -16,6 +16,7 @@ namespace lrt::client {
 inline namespace v0 {
 
 /// The response of a server for a resource: its graph and its header fields. Immutable.
+/// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
 struct LRT_API Representation {
   std::string url{};                   ///< URL of the resource, after redirects
   std::string media_type{};            ///< without parameters
@@ -38,6 +39,7 @@ using RepresentationPtr = std::shared_ptr<const Representation>;
 
 /// Finds the node that a representation of `url` is about: the IRI itself; else the only IRI that differs from it only
 /// in the fragment; else the only subject that is not an object. nullopt: none or several.
+/// @par Threads  Any.
 LRT_API std::optional<rdf::TermId> find_focus(const rdf::Graph& graph, std::string_view url);
 
 }  // namespace v0

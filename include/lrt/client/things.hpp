@@ -98,6 +98,8 @@ class LRT_API Property {
   Result<std::optional<Shape>> value_shape() const;
 
   /// Begins to watch it; see Client::watch().
+  /// @par Errors  those of Client::watch()
+  /// @par Time    Does not wait for the server.
   Result<Watch> watch(const WatchOptions& options, OnChange on_change) const;
   /// The newest value for a control loop, decoded on a thread of the client: a joint that follows a joint of another
   /// robot.
@@ -108,6 +110,8 @@ class LRT_API Property {
                              [self = *this, unit](const Change& change) { return self.value_of<T>(change, unit); });
   }
   /// Decodes the value of a change that a watch has reported.
+  /// @par Errors  as read(); expected_rdf and others of Change::graph()
+  /// @par Time    Sends no request.
   template <class T>
   Result<T> value_of(const Change& change, const lrt::Unit& unit = lrt::unit::none) const {
     Result<rdf::Value> value = decode(change, rdf::traits<T>::type(), unit);
@@ -115,6 +119,8 @@ class LRT_API Property {
     return rdf::traits<T>::decode(*value);
   }
   /// Decodes a value of a type that is known at run time.
+  /// @par Errors  as value_of()
+  /// @par Time    Sends no request.
   Result<rdf::Value> decode(const Change& change, const rdf::Type& type, const lrt::Unit& unit = lrt::unit::none) const;
 
   /// The node of the value in a graph of this property: the focus node or, of an inline property, the object of its
@@ -122,6 +128,8 @@ class LRT_API Property {
   /// @par Errors  expected_value: the node is ambiguous or missing; unknown_path: the Thing no longer has the property
   Result<rdf::TermId> value_node(const rdf::Graph& graph, std::optional<rdf::TermId> focus) const;
   /// Decodes the value of a representation of this property.
+  /// @par Errors  as value_node() and read()
+  /// @par Time    Sends no request.
   Result<rdf::Value> decode(const Representation& representation, const rdf::Type& type, const lrt::Unit& unit = lrt::unit::none) const;
 
  private:
@@ -143,6 +151,7 @@ class LRT_API Property {
 };
 
 /// One invocation of an action (SPEC 3.1).
+/// @par Errors   of an exchange, see Client; refusals by the server as for Action::invoke().
 /// @par Threads  Any. Functions that return a Result block until the response, at most the times of Limits.
 class LRT_API Invocation {
  public:
@@ -175,6 +184,7 @@ class LRT_API Invocation {
     return rdf::traits<T>::decode(*value);
   }
   /// The output as a value of a type that is known at run time.
+  /// @par Errors  as above
   Result<rdf::Value> result(const rdf::Type& type, const lrt::Unit& unit = lrt::unit::none) const;
   /// The node of the output, and the representation that contains it.
   struct ResultNode {
@@ -202,6 +212,7 @@ struct InvokeOptions {
 };
 
 /// An Action of a Thing (R1.10).
+/// @par Errors   of an exchange, see Client; refusals by the server as for invoke().
 /// @par Threads  Any. Functions that return a Result block until the response, at most the times of Limits.
 class LRT_API Action {
  public:
@@ -280,6 +291,7 @@ class LRT_API Thing {
   /// @par Errors  as above
   Result<Property> property(Iri predicate) const { return property(predicate.text); }
   /// The action with a name, as property().
+  /// @par Errors  as above
   Result<Action> action(std::string_view name) const;
 
   /// URL of the Subscriptions container (R1.8); empty: it has none.
@@ -318,16 +330,22 @@ class LRT_API Robot {
   /// @par Errors  as Thing::property()
   Result<Thing> thing(std::string_view name) const;
   /// A property by the names of its Thing and its own, "right_s1/friction", or by its URL or the end of the URL.
+  /// @par Errors  as Thing::property()
   Result<Property> property(std::string_view name) const;
   /// An action by the names of its Thing and its own, or by its URL or the end of the URL.
+  /// @par Errors  as Thing::property()
   Result<Action> action(std::string_view name) const;
   /// The actions whose descriptions match a search.
+  /// @par Errors  of the exchange for a description
+  /// @par Time    Blocks while descriptions are requested.
   Result<std::vector<Action>> actions(const ActionQuery& query) const;
   /// Resources that could not be read, a sentence each; at most 100.
   const std::vector<std::string>& problems() const noexcept { return *problems_; }
   /// Number of requests that were needed.
   std::size_t requests() const noexcept { return requests_; }
   /// Reads it again; unchanged representations are not transferred.
+  /// @par Errors  as Client::open()
+  /// @par Time    Blocks, as Client::open().
   Result<Robot> refresh() const;
 
  private:
@@ -343,6 +361,7 @@ class LRT_API Robot {
 };
 
 /// The enumerator's name.
+/// @par Threads  Any.
 LRT_API std::string_view to_string(Invocation::Status status) noexcept;
 /// Whether an invocation with this status has ended.
 inline bool has_ended(Invocation::Status status) noexcept {

@@ -22,9 +22,12 @@ inline namespace v0 {
 
 /// A type with another datatype for its literals: xsd:date for a text, xsd:decimal for a double. For a list, map or
 /// optional: the datatype of its values. The object exists until the process ends. For constants of generated headers.
+/// @par Threads  Any.
+/// @par Time     Locks for a moment, and allocates. Kept once for each pair of type and datatype.
 LRT_API const rdf::Type& with_datatype(const rdf::Type& type, Iri datatype);
 
 /// The form in which values of a C++ type are written.
+/// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
 struct ValueForm {
   /// No type.
   ValueForm() = default;
@@ -35,6 +38,7 @@ struct ValueForm {
 };
 
 /// A Property without a C++ type.
+/// @par Threads  Any: immutable. For property() see Property.
 class Untyped {
  public:
   /// @param property  nullopt: the Thing does not have it
@@ -53,6 +57,7 @@ class Untyped {
 };
 
 /// A Property with values of type T.
+/// @par Threads  Any. read() blocks as Property::read().
 template <class T>
 class Readable : public Untyped {
  public:
@@ -69,6 +74,7 @@ class Readable : public Untyped {
     return decode(**found);
   }
   /// Decodes the value of a representation of this Property.
+  /// @par Errors  unknown_path: exists() is false; those of Property::decode()
   Result<T> decode(const Representation& representation) const {
     const Result<Property> property = this->property();
     if (!property) return Unexpected{property.error()};
@@ -84,6 +90,7 @@ class Readable : public Untyped {
 };
 
 /// A Property with values of type T that clients may write.
+/// @par Threads  Any. write() blocks as Property::write().
 template <class T>
 class Writable : public Readable<T> {
  public:
@@ -100,6 +107,7 @@ class Writable : public Readable<T> {
 };
 
 /// One invocation of an action that produces a T.
+/// @par Threads  Any. wait() and cancel() block as those of Invocation.
 template <class T>
 class TypedInvocation {
  public:
@@ -128,6 +136,7 @@ class TypedInvocation {
 };
 
 /// An Action whose input has no C++ type.
+/// @par Threads  Any: immutable. For action() see Action.
 class UntypedAction {
  public:
   /// @param action  nullopt: the Thing does not have it
@@ -146,6 +155,7 @@ class UntypedAction {
 };
 
 /// An Action with input In and output Out; each may be void. It is called like a function: `joint.rotate(43.6F)`.
+/// @par Threads  Any. The call blocks as Action::invoke().
 template <class In, class Out>
 class TypedAction : public UntypedAction {
  public:
@@ -167,6 +177,7 @@ class TypedAction : public UntypedAction {
   ValueForm input_, output_;
 };
 /// An Action without input.
+/// @par Threads  Any. The call blocks as Action::invoke().
 template <class Out>
 class TypedAction<void, Out> : public UntypedAction {
  public:
@@ -188,6 +199,8 @@ class TypedAction<void, Out> : public UntypedAction {
 };
 
 /// Finds the members of a Thing for a generated class, and records which are missing.
+/// @par Threads  One thread at a time.
+/// @par Time     Sends no request.
 class LRT_API Members {
  public:
   /// @param thing    the Thing
@@ -216,6 +229,8 @@ class LRT_API Members {
 };
 
 /// The Things of a robot that fit a generated class.
+/// @par Threads  Any.
+/// @par Time     Sends no request.
 template <class T>
 std::vector<T> all_of(const Robot& robot) {
   std::vector<T> all;

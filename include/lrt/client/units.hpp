@@ -21,7 +21,8 @@ struct Quantity {
 /// Reads "0.5rad", "30 deg", "-1.5e3 mm", "50%", "1.5". Decimals are those of xsd:double, without NaN and infinities.
 /// The unit is a code of known_units() or one of the other names of its table: "turn", "rpm", "h", "kph", "C", "degC",
 /// "\u00b0", "\u00b0C", "Nm", "N*m" ... Case matters: "mm" is not "Mm".
-/// @par Errors  expected_value: not a number, with the offset; or an unknown unit, with the list of units
+/// @par Errors   expected_value: not a number, with the offset; or an unknown unit, with the list of units
+/// @par Threads  Any.
 LRT_API Result<Quantity> parse_quantity(std::string_view text);
 
 /// Converts a number to another unit of the same kind of quantity: turn, rad and deg; rad/s, deg/s and rpm; m, mm, cm,
@@ -33,26 +34,32 @@ LRT_API Result<Quantity> parse_quantity(std::string_view text);
 /// within 2 units in the last place. A unit converts to itself bit-identically.
 /// @param number    number in the unit `from`
 /// @param from, to  UCUM codes; both may also be the same unknown code
-/// @par Errors  expected_value: a unit is unknown, or the units are of different kinds. The message names both, and the
-///              units that would fit.
+/// @par Errors   expected_value: a unit is unknown, or the units are of different kinds. The message names both, and the
+///               units that would fit.
+/// @par Threads  Any.
 LRT_API Result<double> convert(double number, std::string_view from, std::string_view to);
 
 /// Converts a text such as "30 deg" to a number in `unit`. A number without a unit is taken as it is.
 /// @param text  number and unit, see parse_quantity()
 /// @param unit  of the property or field; none: a written unit is an error
-/// @par Errors  expected_value: as parse_quantity() and convert(); a unit that has no UCUM code accepts only numbers
-///              without a unit
+/// @par Errors   expected_value: as parse_quantity() and convert(); a unit that has no UCUM code accepts only numbers
+///               without a unit
+/// @par Threads  Any.
 LRT_API Result<double> number_in(std::string_view text, const Unit& unit);
 
 /// The UCUM codes that convert() knows, in the order of the kinds.
+/// @par Threads  Any.
 LRT_API const std::vector<std::string_view>& known_units();
 /// The UCUM codes to which a unit can be converted; empty: the unit is unknown.
+/// @par Threads  Any.
 LRT_API std::vector<std::string_view> units_like(std::string_view unit);
 
-/// The unit of lrt with these IRIs, with its code and its other IRI; otherwise a unit with only these IRIs. Both may be
-/// empty.
+/// The unit of lrt with these IRIs, with its code and its other IRI; otherwise a unit with only these IRIs, as views of
+/// the arguments. Both may be empty.
+/// @par Threads  Any.
 LRT_API Unit find_unit(std::string_view vom, std::string_view qudt);
 /// The UCUM code of a unit, "deg"; otherwise the last part of its IRI; otherwise empty.
+/// @par Threads  Any.
 LRT_API std::string unit_label(const Unit& unit);
 
 }  // namespace v0

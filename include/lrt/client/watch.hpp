@@ -55,6 +55,8 @@ struct WatchOptions {
 };
 
 /// An event that a watch reports.
+/// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
+///               `body` is immutable.
 struct LRT_API Change {
   /// What happened.
   enum class Kind : unsigned char {

@@ -63,7 +63,9 @@ class LRT_API Deliverer {
 ///   hanging receiver cannot delay others.
 /// - A response that is incomplete, too long or not HTTP/1.1 counts as a failure.
 ///
-/// @par Errors  invalid_option (an entry of `allow`, a limit of 0, or lrt was built without LRT_CALLBACKS), io_error
+/// @par Errors   invalid_option (an entry of `allow`, a limit of 0, or lrt was built without LRT_CALLBACKS), io_error
+/// @par Threads  Any.
+/// @par Time     Reads ca_file. Connects to nothing and starts no thread yet.
 LRT_API Result<std::unique_ptr<Deliverer>> make_deliverer(Source& source, const subscription::CallbackOptions& options, LogCallback log);
 
 }  // namespace v0

@@ -208,6 +208,7 @@ class LRT_API Engine final : public Handler {
   ///              registered
   Result<void> add(Thing thing);
   /// The same of several: all of them, or none.
+  /// @par Errors  as above
   Result<void> add(std::vector<Thing> things);
   /// Removes the thing at a path and all things below it.
   /// @par Errors  unknown_path

@@ -18,6 +18,7 @@ namespace lrt::engine {
 inline namespace v0 {
 
 /// A resource that can be observed, for a feed.
+/// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
 struct ObservableResource {
   std::uint64_t id = 0;      ///< never used for another resource; a resource is reported again if its path has changed
   std::string path;          ///< "/arm/angle", percent-encoded
@@ -26,6 +27,7 @@ struct ObservableResource {
 };
 
 /// Options of a subscription of a feed: no connection carries it, because the host takes its messages itself.
+/// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
 struct FeedSubscription {
   std::string path;        ///< as in ObservableResource
   std::string media_type;  ///< one that the resource has; empty: its first, which is text/turtle
@@ -43,12 +45,15 @@ struct FeedSubscription {
 };
 
 /// A subscription that a feed has made.
+/// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
 struct Subscribed {
   subscription::Channel channel;  ///< identifies the subscription
   bool queues;                    ///< it has a queue
 };
 
 /// The next message of a subscription of a feed.
+/// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
+///               `body` is immutable.
 struct FeedMessage {
   subscription::Channel channel{};            ///< identifies the subscription
   std::shared_ptr<const std::string> body{};  ///< the representation; nullptr with `end`

@@ -70,10 +70,12 @@ class LRT_API QueryAnswer {
   /// @param before    the other result
   /// @param sequence  the number
   /// @pre PreparedQuery::has_rows()
+  /// @par Errors  as write()
   virtual Result<std::string> changes_since(const QueryAnswer& before, std::uint64_t sequence) const = 0;
 };
 
 /// The graphs that clients with the same rights see, with indexes for queries.
+/// @par Threads  Any, concurrently: change() also during QueryService::evaluate(), and several evaluations at a time.
 class LRT_API QueryData {
  public:
   virtual ~QueryData() = default;

@@ -13,6 +13,8 @@ inline namespace v0 {
 /// Computes a strong entity tag with its quotes, from the media type and the bytes. The tag is a 128-bit hash
 /// (MurmurHash3, not cryptographic): equal input gives an equal tag, and different input a different one, but for
 /// collisions.
+/// @par Threads  Any.
+/// @par Time     Linear in the bytes.
 /// @par Implements  R0.11, RFC 9110 8.8.3
 LRT_API std::string entity_tag(std::string_view media_type, std::string_view bytes);
 
@@ -30,6 +32,8 @@ enum class Match : unsigned char {
 /// @param tag   the present entity tag, with its quotes
 /// @param weak  true: weak comparison, for If-None-Match (RFC 9110 13.1.2); false: strong comparison, for If-Match
 ///              (13.1.1)
+/// @par Threads  Any.
+/// @par Time     Linear in the field.
 /// @par Implements  R0.11, RFC 9110 8.8.3.2
 LRT_API Match matches(std::string_view field, std::string_view tag, bool weak) noexcept;
 

@@ -19,6 +19,8 @@ inline namespace v0 {
 /// are left out, and finish() adds a link to where the rest is.
 ///
 /// @par Threads  One thread at a time.
+/// @par Time     add() is linear in the link. The memory is bounded by the budget; a link after the one that did not
+///               fit costs nothing.
 /// @par Implements  R0.9
 class LRT_API LinkWriter {
  public:

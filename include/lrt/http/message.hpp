@@ -17,12 +17,15 @@ namespace lrt::http {
 inline namespace v0 {
 
 /// A header field of a request or response (RFC 9110 5). Views; they live as long as the message they are taken from.
+/// @par Threads  Any, as long as nobody changes the message.
 struct Field {
   std::string_view name;   ///< as received; compare with iequals
   std::string_view value;  ///< without surrounding white space
 };
 
 /// Compares without regard to the case of ASCII letters, for field names and tokens.
+/// @par Threads  Any.
+/// @par Time     Linear in the texts. Does not allocate.
 LRT_API bool iequals(std::string_view a, std::string_view b) noexcept;
 
 /// A complete request: http::parse_request_header() has accepted its header section, and its body has been received.
@@ -30,6 +33,7 @@ LRT_API bool iequals(std::string_view a, std::string_view b) noexcept;
 /// All views belong to the transport and are valid during the call that gets the request.
 ///
 /// @par Threads  Distinct objects: any thread. One object: any number of reading threads.
+/// @par Time     find(), count(), joined(): linear in the fields. Only joined() allocates.
 /// @par Implements  R0.1, RFC 9110, RFC 9112
 struct LRT_API Request {
   std::string_view method;                ///< case-sensitive, as received: "GET"
@@ -65,6 +69,7 @@ struct LRT_API Request {
 ///
 /// @par Threads  Distinct objects: any thread, also after share(). One object: one thread at a time, or any number of
 ///               reading threads.
+/// @par Time     find(), joined() and list(): linear in the bytes of all fields. has(), block(), a copy after share(): constant.
 class LRT_API Fields {
  public:
   /// Names whose presence is known without a search.
@@ -117,10 +122,14 @@ enum class Denial : std::uint8_t {
 };
 inline constexpr std::size_t denial_count = 10;  ///< the number of enumerators of Denial, `none` included
 /// The enumerator's name; empty for `none`.
+/// @par Threads  Any.
+/// @par Time     Constant. The view is valid until the process ends.
 LRT_API std::string_view to_string(Denial denial) noexcept;
 
 /// A response. The transport adds Date, Content-Length and Connection. The body of a response to HEAD is not sent, but
 /// Content-Length states its size.
+/// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
+///               Responses may share a body.
 struct Response {
   int status = 200;                         ///< status code (RFC 9110 15)
   Fields fields;                            ///< without those that the transport adds
@@ -135,13 +144,15 @@ struct Response {
 };
 
 /// The reason phrase of a status code, "Not Found"; empty for a code that RFC 9110 does not define.
+/// @par Threads  Any.
+/// @par Time     Constant. The view is valid until the process ends.
 LRT_API std::string_view reason_phrase(int status) noexcept;
 
 /// Whether a response with this status has a body: false for 1xx, 204 and 304. Such a response gets no Content-Length.
 constexpr bool may_have_body(int status) noexcept { return status >= 200 && status != 204 && status != 304; }
 
-/// @par Implements  RFC 9110 6.6.1, 8.6, RFC 9112 9.6
 /// The fields that a transport adds to a response.
+/// @par Implements  RFC 9110 6.6.1, 8.6, RFC 9112 9.6
 struct AddedFields {
   bool date = false;            ///< the response has no Date yet
   bool content_length = false;  ///< with the size of response.content()
@@ -152,6 +163,8 @@ struct AddedFields {
 /// @param keep_alive  whether the connection stays open
 /// @param version     version of the request, 10 or 11. An HTTP/1.0 client whose connection stays open gets Connection:
 ///                    keep-alive
+/// @par Threads  Any.
+/// @par Time     Constant. Does not allocate.
 LRT_API AddedFields added_fields(const Response& response, bool keep_alive, int version) noexcept;
 
 /// How a client finds the end of a response's body (RFC 9112 6.3).
@@ -166,6 +179,8 @@ enum class BodyEnd : std::uint8_t {
 /// @param date        an IMF-fixdate, see to_http_date()
 /// @param keep_alive  whether the connection stays open
 /// @param version     version of the request, 10 or 11
+/// @par Threads  Any.
+/// @par Time     Linear in the fields.
 /// @par Implements  RFC 9112 4, 5, 6
 LRT_API void write_response_header(std::string& out, const Response& response, std::string_view date, bool keep_alive, int version,
                                    BodyEnd end = BodyEnd::length);

@@ -26,6 +26,8 @@ inline namespace v0 {
 /// @param accept  the joined Accept fields; nullopt: there is none
 /// @param offers  media types that the server can send, the preferred one first
 /// @return        index of an offer; nullopt: none is acceptable (406)
+/// @par Threads  Any.
+/// @par Time     Linear in the product of field and offers.
 /// @par Implements  R1.2
 LRT_API std::optional<std::size_t> negotiate(std::optional<std::string_view> accept, const std::vector<std::string_view>& offers);
 

@@ -29,9 +29,11 @@ struct Preferences {
   /// IRIs of `return=representation; include="..."` and `omit="..."`.
   std::vector<std::string> include, omit;
   /// @}
-  /// Parses the joined Prefer fields of a request.
 };
+/// Parses the joined Prefer fields of a request.
 /// @param prefer  the joined Prefer fields
+/// @par Threads  Any.
+/// @par Time     Linear in the field. Allocates.
 LRT_API Preferences parse_prefer(std::string_view prefer);
 
 }  // namespace v0

@@ -18,14 +18,20 @@ struct Problem {
 };
 
 /// A problem as a document of type application/problem+json.
+/// @par Threads  Any.
+/// @par Time     Linear in the text. Allocates.
 LRT_API std::string to_json(const Problem& problem);
 
 struct Response;
 /// Sets status and body of a response that a transport makes without the engine, and the fields that each response to a
 /// browser has: Content-Type, X-Content-Type-Options, Cross-Origin-Resource-Policy.
+/// @par Threads  Any.
+/// @par Time     Linear in the text. Allocates.
 LRT_API void set_problem(Response& response, const Problem& problem);
 
 /// A text as a JSON string with its quotes. Bytes that are not UTF-8 become U+FFFD.
+/// @par Threads  Any.
+/// @par Time     Linear in the text. Allocates.
 LRT_API std::string json_string(std::string_view text);
 
 }  // namespace v0

@@ -25,6 +25,8 @@ struct ByteRange {
 
 /// Parses `bytes=first-last`, `bytes=first-` or `bytes=-suffix` for a representation of `size` bytes. Does not
 /// allocate.
+/// @par Threads  Any.
+/// @par Time     Linear in the field.
 /// @par Implements  RFC 9110 14.1.1, 14.1.2, 14.2
 LRT_API ByteRange parse_range(std::string_view field, std::size_t size) noexcept;
 

@@ -29,6 +29,8 @@ struct Framing {
 
 /// The HTTP version by which a request is served: 10 for "HTTP/1.0"; 11 for "HTTP/1.1" and each later minor version
 /// (RFC 9110 6.2). nullopt: another major version, or text that is not an HTTP-version (RFC 9112 2.3).
+/// @par Threads  Any.
+/// @par Time     Constant.
 LRT_API std::optional<int> spoken_version(std::string_view http_version) noexcept;
 
 /// Parses the header section of a request, from the request line to the empty line, and checks it with check_request().
@@ -52,11 +54,14 @@ LRT_API std::optional<int> spoken_version(std::string_view http_version) noexcep
 /// @param framing  is set
 /// @return         nullopt: the request is accepted
 /// @par Threads  Any.
+/// @par Time     Linear in the header section.
 /// @par Implements  R0.1, RFC 9112 2.2, 3, 5, 6
 LRT_API std::optional<Refusal> parse_request_header(std::string_view header, Request& request, Framing& framing);
 
 /// As parse_request_header(), for bytes that begin with a header section and may continue after it. One pass.
 /// @return  size of the header section; nullopt: it is incomplete, or parse_request_header() would refuse it
+/// @par Threads  Any.
+/// @par Time     Linear in the header section, of which an incomplete one is read again by the next call.
 LRT_API std::optional<std::size_t> parse_leading_header(std::string_view bytes, Request& request, Framing& framing);
 
 /// Checks the meaning of a parsed request: exactly one well-formed Host (HTTP/1.0 may lack it), the form of the target
@@ -65,6 +70,8 @@ LRT_API std::optional<std::size_t> parse_leading_header(std::string_view bytes, 
 /// connection is refused (421). A transport uses it for requests that another HTTP server has parsed. `request.fields`
 /// must include those that frame the body. Percent escapes of the target are not checked.
 /// @return  nullopt: the request is accepted, and `framing` is set
+/// @par Threads  Any.
+/// @par Time     Linear in the fields. Allocates only for a refusal.
 /// @par Implements  R0.1, RFC 9112 3.2, 6.1, 6.3, RFC 9110 7.2, 7.4, 8.6, 10.1.1
 LRT_API std::optional<Refusal> check_request(const Request& request, Framing& framing);
 

@@ -26,9 +26,11 @@ struct Url {
 
 /// Parses an absolute http or https URL.
 /// @param longest  limit of the URL's size, in bytes
-/// @par Errors  expected_iri: the URL is not absolute, not http(s), or longer than `longest`; it has userinfo, a
-///              fragment, a byte that RFC 3986 does not allow, a host that is neither an address nor a host name
-///              (percent escapes, empty labels), or an invalid port (0, empty, leading zeros)
+/// @par Errors   expected_iri: the URL is not absolute, not http(s), or longer than `longest`; it has userinfo, a
+///               fragment, a byte that RFC 3986 does not allow, a host that is neither an address nor a host name
+///               (percent escapes, empty labels), or an invalid port (0, empty, leading zeros)
+/// @par Threads  Any.
+/// @par Time     Linear in the text, of which at most `longest` bytes are read. Allocates.
 /// @par Implements  RFC 3986 3, RFC 9110 4.2
 LRT_API Result<Url> parse_url(std::string_view url, std::size_t longest = 8 * 1024);
 

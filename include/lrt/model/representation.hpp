@@ -21,6 +21,7 @@ inline namespace v0 {
 using Bytes = std::shared_ptr<const std::string>;
 
 /// The layout of numbers in a binary representation, for its description in RDF.
+/// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
 struct Layout {
   /// The order of the bytes of a number.
   enum class ByteOrder : std::uint8_t { little_endian, big_endian };

@@ -16,6 +16,7 @@ inline namespace v0 {
 
 /// The object of a statement: an IRI, a literal, or another resource of the same server. The constructors are implicit,
 /// so that statements read like Turtle: `thing.add(vocab::rdfs::label, "left arm")`.
+/// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
 class LRT_API Object {
  public:
   /// What the object is.

@@ -64,13 +64,17 @@ using Answer = std::variant<Table, bool, rdf::Graph>;
 /// do not support ASK.
 enum class ResultFormat : std::uint8_t { json, xml, csv, tsv };
 /// "application/sparql-results+json", "application/sparql-results+xml", "text/csv", "text/tab-separated-values"
+/// @par Threads  Any.
 LRT_API std::string_view media_type(ResultFormat format) noexcept;
 
 /// Writes solutions.
-/// @par Errors  unsupported_syntax: a term has a character that XML cannot express (XML 1.0 2.2)
+/// @par Errors   unsupported_syntax: a term has a character that XML cannot express (XML 1.0 2.2)
+/// @par Threads  Any.
+/// @par Time     Linear in the result. Allocates.
 LRT_API Result<std::string> write(const Table& table, ResultFormat format);
 /// Writes the result of ASK.
-/// @par Errors  unsupported_syntax: CSV and TSV do not support it
+/// @par Errors   unsupported_syntax: CSV and TSV do not support it
+/// @par Threads  Any.
 LRT_API Result<std::string> write(bool yes, ResultFormat format);
 
 }  // namespace v0

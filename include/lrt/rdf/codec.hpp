@@ -19,18 +19,22 @@ inline namespace v0 {
 enum class Syntax : unsigned char { turtle, n_triples, rdf_xml, json_ld, trig, n_quads };
 /// The syntaxes that this build reads and writes, in the order in which they are offered. RDF/XML is absent without
 /// Redland (CMake option LRT_REDLAND).
+/// @par Threads  Any.
 LRT_API const std::vector<Syntax>& available_syntaxes();
 
 /// "text/turtle", "application/n-triples", "application/rdf+xml", "application/ld+json", "application/trig",
 /// "application/n-quads".
+/// @par Threads  Any.
 LRT_API std::string_view media_type(Syntax syntax) noexcept;
 /// The available syntax of a media type without parameters, in lower case; nullopt: none.
+/// @par Threads  Any.
 LRT_API std::optional<Syntax> syntax_of(std::string_view media_type) noexcept;
 
 /// Pairs of prefix and namespace IRI, for writing Turtle, RDF/XML and JSON-LD.
 using Prefixes = std::vector<std::pair<std::string, std::string>>;
 /// The prefixes of the vocabularies that lrt uses: hybrit, vom, maths, spatial, ros, xhv, ldp, sh, dcterms, rdf, rdfs,
 /// xsd, prov, ...
+/// @par Threads  Any.
 LRT_API const Prefixes& default_prefixes();
 
 /// Options and limits of read().
@@ -98,6 +102,7 @@ LRT_API Result<Graph> read(std::string_view text, Syntax syntax, const ReadOptio
 /// @par Errors   unsupported_syntax: the syntax is not available, or it cannot express the graph (RDF/XML: a predicate
 ///               without a local name, a character that XML 1.0 does not have), or a term is not valid RDF (a relative
 ///               IRI, invalid UTF-8)
+/// @par Threads  Any. RDF/XML: as read().
 /// @par Time     Turtle, N-Triples, JSON-LD: 3 us for 12 triples; JSON-LD with its context inside: 8. RDF/XML: 150, and
 ///               it is read back.
 LRT_API Result<std::string> write(const Graph& graph, Syntax syntax, const Prefixes& prefixes = default_prefixes(), std::string_view context = {});
@@ -110,12 +115,14 @@ struct Dataset {
 /// Whether documents in this syntax can have named graphs: TriG and N-Quads.
 constexpr bool has_named_graphs(Syntax syntax) noexcept { return syntax == Syntax::trig || syntax == Syntax::n_quads; }
 /// Writes a dataset in TriG or N-Quads.
-/// @par Errors  as write() of a graph; unsupported_syntax: the syntax has no named graphs
+/// @par Errors   as write() of a graph; unsupported_syntax: the syntax has no named graphs
+/// @par Threads  Any.
 LRT_API Result<std::string> write(const Dataset& dataset, Syntax syntax, const Prefixes& prefixes = default_prefixes());
 
 /// The JSON-LD context of lrt, as a document of type application/ld+json. It contains the prefixes, `id` and `type`,
 /// and the local names of terms of hybrit, lrt, vom and other vocabularies. Links, times and units are typed, so that
 /// their values are strings. A prefix with the name of a term is left out.
+/// @par Threads  Any.
 LRT_API std::string json_ld_context(const Prefixes& prefixes = default_prefixes());
 
 /// Denotes json_ld_context() in documents that are not made for one server. lrt never fetches it.

@@ -180,7 +180,8 @@ class Graph::Matches {
 };
 
 /// Whether the graphs are equal except for the labels of their blank nodes (RDF 1.1 Concepts 3.6).
-/// @par Time  Exponential in the worst case (graphs with many interchangeable blank nodes); for tests and small graphs.
+/// @par Threads  Any.
+/// @par Time     Exponential in the worst case (graphs with many interchangeable blank nodes); for tests and small graphs.
 LRT_API bool isomorphic(const Graph& a, const Graph& b);
 
 }  // namespace v0

@@ -16,6 +16,7 @@ enum class TermKind : std::uint8_t { iri, blank, literal };
 
 /// A view of an RDF term (RDF 1.1 Concepts 3). Two terms are equal if all four members are equal. A literal always has
 /// a datatype IRI: xsd:string by default, rdf:langString if it has a language. The texts must outlive the view.
+/// @par Threads  Any, as long as nobody changes the texts.
 struct TermView {
   TermKind kind = TermKind::iri;  ///< kind of the term
   std::string_view text;          ///< the IRI, the blank node's label without "_:", or the lexical form
@@ -44,13 +45,18 @@ constexpr TermView iri(std::string_view text) noexcept { return {TermKind::iri, 
 /// A view of a blank node. @param label  without "_:"
 constexpr TermView blank(std::string_view label) noexcept { return {TermKind::blank, label}; }
 /// A plain literal: datatype xsd:string.
+/// @par Threads  Any.
+/// @par Time     Constant. Does not allocate.
 LRT_API TermView literal(std::string_view lexical) noexcept;
 /// A typed literal. @pre the datatype is not rdf:langString
 constexpr TermView literal(std::string_view lexical, Iri datatype) noexcept { return {TermKind::literal, lexical, datatype.text}; }
 /// A language-tagged literal. @pre `language` is in lower case
+/// @par Threads  Any.
+/// @par Time     Constant. Does not allocate.
 LRT_API TermView tagged_literal(std::string_view lexical, std::string_view language) noexcept;
 
 /// A term that owns its text.
+/// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
 class Term {
  public:
   Term() = default;
@@ -75,6 +81,7 @@ class Term {
 
 /// The term in the syntax of N-Triples, for messages: `<iri>`, `_:label`, `"lexical"^^<datatype>`. Long texts are not
 /// shortened.
+/// @par Threads  Any.
 LRT_API std::string to_string(const TermView& term);
 
 }  // namespace v0

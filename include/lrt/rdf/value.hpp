@@ -65,6 +65,8 @@ class LRT_API Value {
 };
 
 /// Whether both are bit-identical: NaN equals NaN, 0.0 does not equal -0.0.
+/// @par Threads  Any.
+/// @par Time     Linear in the values. Does not allocate.
 LRT_API bool same(const Value& a, const Value& b) noexcept;
 
 }  // namespace v0

@@ -29,9 +29,12 @@ inline namespace v0 {
 /// Adds the triples of `value` to `graph` at `focus`.
 /// @param vocabulary  namespace of the server's own terms, "http://robot/ns/vocabulary#"
 /// @pre `value` is of that type
+/// @par Threads  Any, one at a time for each graph.
+/// @par Time     Linear in the value. Allocates.
 LRT_API void write_value(Graph& graph, TermId focus, const Type& type, const Facets& facets, const Value& value, std::string_view vocabulary);
 
 /// The IRI of a term: an absolute IRI itself, "#Type" and "#Type/name" in the vocabulary.
+/// @par Threads  Any.
 LRT_API std::string term_iri(std::string_view term, std::string_view vocabulary);
 
 /// A difference between a graph and a type.
@@ -44,7 +47,9 @@ struct Mismatch {
 /// double, decimal or an integer. Bounds, datatypes, missing and repeated values and units are checked (SPEC 3.3).
 /// @param mismatches  receives at most 16 mismatches
 /// @return the value, if there is no mismatch
-/// @par Errors  expected_value, out_of_range: the first mismatch as a sentence
+/// @par Errors   expected_value, out_of_range: the first mismatch as a sentence
+/// @par Threads  Any, also many at once with one graph.
+/// @par Time     Allocates.
 LRT_API Result<Value> read_value(const Graph& graph, TermId focus, const Type& type, const Facets& facets, std::string_view vocabulary,
                                  std::vector<Mismatch>& mismatches);
 
@@ -54,15 +59,22 @@ LRT_API Result<Value> read_value(const Graph& graph, TermId focus, const Type& t
 /// - a number of another numeric datatype has the datatype of the C++ type, if that can hold it;
 /// - a unit that is stated in one vocabulary is stated in the other one, too.
 /// @return  the completed graph; nullopt: nothing is missing
+/// @par Threads  Any, also many at once with one graph.
+/// @par Time     Allocates.
 LRT_API std::optional<Graph> completed(const Graph& graph, TermId focus, const Type& type, const Facets& facets, std::string_view vocabulary);
 
 /// Whether a value that was not read from RDF (a C++ value, JSON) is within the facets.
+/// @par Threads  Any.
+/// @par Time     Linear in the value.
 LRT_API bool within(const Type& type, const Facets& facets, const Value& value) noexcept;
 
 /// The class of nodes with such a value: maths:Scalar for numbers, the first class of a record, otherwise empty.
+/// @par Threads  Any.
 LRT_API std::string target_class(const Type& type, std::string_view vocabulary);
 
 /// An IRI with a default prefix, "vom:numericalValue", or else "<iri>".
+/// @par Threads  Any.
+/// @par Time     Linear in the number of default prefixes.
 LRT_API std::string abbreviate(std::string_view iri);
 
 }  // namespace v0

@@ -6,6 +6,8 @@
 /// The vocabulary terms that lrt uses, spelled as in their vocabularies (R1.5, SPEC section 4). Each vocabulary is a
 /// namespace with the name of its usual prefix. The prefixes rdf, unit and lrt are namespaces of lrt already; these
 /// vocabularies are rdf_, unit_ and lrt_.
+///
+/// @par Threads  Any: they are constants.
 namespace lrt::vocab {
 inline namespace v0 {
 

@@ -34,6 +34,7 @@ struct DeriveOptions {
 /// @param shape       an IRI or blank node of `graph`; the caller adds rdf:type and targets
 /// @param vocabulary  namespace of the server's own terms, "http://robot/ns/vocabulary#"
 ///
+/// @par Threads     Any, one at a time for each graph.
 /// @par Time        Allocates.
 /// @par Implements  R1.11
 LRT_API void derive(rdf::Graph& graph, rdf::TermId shape, const rdf::Type& type, const rdf::Facets& facets, std::string_view vocabulary,

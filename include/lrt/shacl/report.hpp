@@ -19,6 +19,7 @@ inline namespace v0 {
 struct Plan;
 
 /// The property path of a result (SHACL 2.3.1). It has value semantics and shares ownership of the shapes.
+/// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
 class LRT_API PropertyPath {
  public:
   PropertyPath() = default;

@@ -51,6 +51,7 @@ LRT_API Result<Report> validate(const Shapes& shapes, const rdf::Graph& data, co
 /// the data.
 ///
 /// @par Errors   expected_value: there is no such shape. limit_exceeded.
+/// @par Threads  As above.
 /// @par Implements  SPEC 3.3
 LRT_API Result<Report> validate(const Shapes& shapes, const rdf::Graph& data, const rdf::TermView& focus, const rdf::TermView& shape,
                                 const ValidateOptions& options = {});

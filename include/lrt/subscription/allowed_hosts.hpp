@@ -71,7 +71,8 @@ class LRT_API AllowedHosts {
 /// The URL of a web callback.
 using CallbackUrl = http::Url;
 /// Parses a callback URL of at most 2,048 bytes.
-/// @par Errors  expected_iri, as http::parse_url()
+/// @par Errors   expected_iri, as http::parse_url()
+/// @par Threads  Any.
 LRT_API Result<CallbackUrl> parse_callback_url(std::string_view url);
 
 }  // namespace v0

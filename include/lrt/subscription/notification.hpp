@@ -11,12 +11,15 @@ namespace lrt::subscription {
 inline namespace v0 {
 
 /// A web callback that has a notification to post.
+/// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
 struct ReadyCallback {
   Channel channel;       ///< identifies the subscription
   std::string receiver;  ///< scheme, host and port of its URL
 };
 
 /// A notification for a web callback, or the request for confirmation of a subscription.
+/// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
+///               `body` is immutable.
 struct Notification {
   std::string url;                          ///< has passed parse_callback_url() and AllowedHosts::names()
   http::Fields fields;                      ///< Content-Type, ETag, Link (SPEC 3.6)
@@ -30,6 +33,7 @@ struct Notification {
 };
 
 /// The outcome of one delivery.
+/// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
 struct DeliveryResult {
   int status = 0;          ///< of the receiver's response; 0: no response was received
   std::string error{};     ///< the reason, if no response was received

@@ -20,6 +20,8 @@ enum class Confirmation : unsigned char {
 };
 
 /// Web callbacks: allowed receivers, limits, times and retries.
+/// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
+///               Servers and deliverers copy it when they are created.
 struct CallbackOptions {
   /// Receivers that may be called, see AllowedHosts. Empty: requests for callbacks are answered with 403, and no thread
   /// is started.
@@ -62,6 +64,8 @@ struct CallbackOptions {
 };
 
 /// Subscriptions: limits, and how changes reach the engine from the control loop.
+/// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
+///               Servers copy it when they are created.
 struct SubscriptionOptions {
   std::size_t max_subscriptions = 1'500;     ///< of the server; beyond: 503. Less than Limits::max_connections, so that requests are served
   std::size_t max_queue_length = 1'000;      ///< notifications that a client may request to be queued; beyond: 422, in a query 400

@@ -53,6 +53,7 @@ inline namespace v0 {
 ///
 /// libwebsockets ignores SIGPIPE in the whole process. Its log is that of the whole process, too: while a transport has
 /// an lws_context of its own, warnings and errors go to TransportOptions::log of the transport that was started last.
+/// @par Threads  Any: it only makes the object, which is used as Transport says.
 LRT_API std::unique_ptr<Transport> make_libwebsockets(TransportOptions options);
 
 /// As above, as a vhost of the host's lws_context. The thread that runs lws_service() serves requests and calls the
