@@ -11,7 +11,6 @@
 #include <utility>
 
 #include <lrt/base/abi.hpp>
-#include <lrt/model/detail/spec.hpp>
 #include <lrt/model/resource_handle.hpp>
 #include <lrt/property.hpp>
 #include <lrt/rdf/traits.hpp>
@@ -32,24 +31,18 @@ inline constexpr FromInput from_input{};
 ///
 /// @par Threads  Set-up: one thread at a time, before Server::add(). available(): any.
 /// @par Implements  R0.5, R0.8, R1.10, paper 5.4
-class LRT_API Action : public model::ResourceHandle<Action, model::ActionSpec> {
+class LRT_API Action : public model::ResourceHandle<Action, model::ResourceSetup> {
  public:
   /// An empty handle, to be assigned later.
   Action() noexcept = default;
 
   /// Sets unit and bounds of the input. What `f` does not set stays as it is.
-  Action& consumes(const rdf::Facets& f) {
-    return edit("consumes", [&](auto& s) { s.facets.merge(f); });
-  }
+  Action& consumes(const rdf::Facets& f);
   /// Sets unit and bounds of the output. What `f` does not set stays as it is.
-  Action& produces(const rdf::Facets& f) {
-    return edit("produces", [&](auto& s) { s.output_facets.merge(f); });
-  }
+  Action& produces(const rdf::Facets& f);
   /// Sets what happens to an invocation while another one of this action is pending or running. Default:
   /// ActionPolicy::queue(16).
-  Action& policy(ActionPolicy p) {
-    return edit("policy", [&](auto& s) { s.policy = p; });
-  }
+  Action& policy(ActionPolicy p);
 
   /// Marks the action as a stop: it brings the robot to a standstill, and the server serves it even when every limit is
   /// reached.
@@ -69,13 +62,7 @@ class LRT_API Action : public model::ResourceHandle<Action, model::ActionSpec> {
   ///
   /// @par Errors  invalid_option, from Server::add(): the action has an input, a dispatch that waits for Server::poll,
   ///              or another policy
-  Action& stop() {
-    return edit("stop", [](auto& s) {
-      s.stop = true;
-      s.dispatch = Dispatch::io_thread;
-      s.policy = ActionPolicy::parallel(16);
-    });
-  }
+  Action& stop();
 
   /// @{
   /// States the effect: what a successful invocation changes. Clients can search for the action that leads to their
@@ -93,15 +80,15 @@ class LRT_API Action : public model::ResourceHandle<Action, model::ActionSpec> {
   /// @par Implements  paper 5.4, Figure 5a
   template <class Self, class T>
   Action& effect(const model::PropertyHandle<Self, T>& property) {
-    return add_effect({location_of(property)});
+    return add_effect(not_empty(property), false);
   }
   template <class Self, class T>
   Action& effect(const model::PropertyHandle<Self, T>& property, FromInput) {
-    return add_effect({location_of(property), true});
+    return add_effect(not_empty(property), true);
   }
   template <class Self, class T>
   Action& effect(const model::PropertyHandle<Self, T>& property, const std::common_type_t<T>& value) {
-    return add_effect({location_of(property), false, property.spec_, rdf::traits<T>::encode(value)});
+    return add_effect(not_empty(property), rdf::traits<T>::encode(value));
   }
   Action& effect(std::string_view property) { return add_effect(property, false); }
   Action& effect(std::string_view property, FromInput) { return add_effect(property, true); }
@@ -109,17 +96,13 @@ class LRT_API Action : public model::ResourceHandle<Action, model::ActionSpec> {
   /// States the effect by a shape in Turtle with the name `<#effect>`. The base IRI is the action, so `<../rotation>`
   /// is the property "rotation" of its thing.
   /// @par Errors  expected_rdf: from Server::add()
-  Action& effect_turtle(std::string text) {
-    return edit("effect_turtle", [&](auto& s) { s.effect_turtle.push_back(std::move(text)); });
-  }
+  Action& effect_turtle(std::string text);
 
   /// Adds a header field of the request to the action's binding (http-core:headers), for example one that a proxy or an
   /// authorizer requires. lrt states Content-Type (if there is an input) and Accept, both with text/turtle; a field
   /// with one of these names replaces lrt's.
   /// @par Errors  expected_http: from Server::add()
-  Action& header(std::string name, std::string value) {
-    return edit("header", [&](auto& s) { s.headers.emplace_back(std::move(name), std::move(value)); });
-  }
+  Action& header(std::string name, std::string value);
 
   /// @{
   /// States that this action is composed of another one (dcterms:hasPart), as moving an arm is composed of turning its
@@ -155,7 +138,7 @@ class LRT_API Action : public model::ResourceHandle<Action, model::ActionSpec> {
                     "lrt: the reason of available() is stored as an address; write a string literal: available(false, \"the gripper is empty\")");
     } else {
       assert(spec_ && "lrt: the handle is empty; assign what Thing::action returns");
-      if (spec_) spec_->availability.set(yes ? nullptr : reason);
+      if (spec_) set_unavailable(yes ? nullptr : reason);
     }
     return *this;
   }
@@ -164,14 +147,15 @@ class LRT_API Action : public model::ResourceHandle<Action, model::ActionSpec> {
 
  private:
   friend class Thing;
-  explicit Action(std::shared_ptr<model::ActionSpec> spec) noexcept : ResourceHandle(std::move(spec)) {}
+  explicit Action(std::shared_ptr<model::ResourceSpec> spec) noexcept : ResourceHandle(std::move(spec)) {}
 
-  template <class Handle>
-  static std::string location_of(const Handle& resource) {
-    assert(resource.spec_ && "lrt: the handle is empty; assign what Thing::property or Thing::action returns");
-    return resource.spec_ ? resource.spec_->location() : std::string();
+  static const model::ResourceSetup& not_empty(const model::ResourceSetup& resource) {
+    assert(resource && "lrt: the handle is empty; assign what Thing::property or Thing::action returns");
+    return resource;
   }
-  Action& add_effect(model::EffectSpec effect);
+  void set_unavailable(const char* reason) noexcept;
+  Action& add_effect(const model::ResourceSetup& property, bool input);
+  Action& add_effect(const model::ResourceSetup& property, rdf::Value value);
   Action& add_effect(std::string_view property, bool input);
 };
 

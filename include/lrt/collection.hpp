@@ -6,7 +6,6 @@
 #include <type_traits>
 #include <utility>
 
-#include <lrt/model/detail/spec.hpp>
 #include <lrt/model/resource_handle.hpp>
 #include <lrt/rdf/traits.hpp>
 
@@ -27,8 +26,8 @@ inline namespace v0 {
 ///               lambda that has not begun is not called.
 /// @par Implements  R0.5, R0.8, LDP 5.2
 template <class T>
-class Collection : public model::ResourceHandle<Collection<T>, model::CollectionSpec> {
-  using Base = model::ResourceHandle<Collection<T>, model::CollectionSpec>;
+class Collection : public model::ResourceHandle<Collection<T>, model::CollectionSetup> {
+  using Base = model::ResourceHandle<Collection<T>, model::CollectionSetup>;
 
  public:
   /// An empty handle, to be assigned later.
@@ -65,14 +64,15 @@ class Collection : public model::ResourceHandle<Collection<T>, model::Collection
                       "lrt: the callable of on_create returns void or Result<void>; write -> lrt::Result<void> and return lrt::refused(\"reason\")");
         return *this;
       } else {
-        return this->edit("on_create", [&](auto& s) {
-          s.create = [create = std::move(create)](const std::string& id, const rdf::Value& v) mutable -> Result<void> {
+        if (this->is_editable("on_create")) {
+          this->set_create([create = std::move(create)](const std::string& id, const rdf::Value& v) mutable -> Result<void> {
             Result<T> value = rdf::traits<T>::decode(v);
             if (!value) return Unexpected{std::move(value).error()};
             if constexpr (std::is_invocable_v<F&, const std::string&, T>) return model::result_of([&] { return create(id, *std::move(value)); });
             else return model::result_of([&] { return create(*std::move(value)); });
-          };
-        });
+          });
+        }
+        return *this;
       }
     }
   }
@@ -91,25 +91,27 @@ class Collection : public model::ResourceHandle<Collection<T>, model::Collection
                     "lrt: the callable of on_remove returns void or Result<void>; write -> lrt::Result<void> and return lrt::refused(\"reason\")");
       return *this;
     } else {
-      return this->edit("on_remove", [&](auto& s) {
-        s.remove = [remove = std::move(remove)](const std::string& id) mutable -> Result<void> {
-          return model::result_of([&] { return remove(id); });
-        };
-      });
+      if (this->is_editable("on_remove")) {
+        this->set_remove(
+            [remove = std::move(remove)](const std::string& id) mutable -> Result<void> { return model::result_of([&] { return remove(id); }); });
+      }
+      return *this;
     }
   }
   /// Sets unit and bounds of the members. What `f` does not set stays as it is.
   Collection& facets(const rdf::Facets& f) {
-    return this->edit("facets", [&](auto& s) { s.facets.merge(f); });
+    if (this->is_editable("facets")) this->facets_of().merge(f);
+    return *this;
   }
   /// Limits the number of members; a POST beyond it is answered with 409. Default: 1000.
   Collection& max_members(std::size_t n) {
-    return this->edit("max_members", [&](auto& s) { s.max_members = n; });
+    if (this->is_editable("max_members")) this->set_max_members(n);
+    return *this;
   }
 
  private:
   friend class Thing;
-  explicit Collection(std::shared_ptr<model::CollectionSpec> spec) noexcept : Base(std::move(spec)) {}
+  explicit Collection(std::shared_ptr<model::ResourceSpec> spec) noexcept : Base(std::move(spec)) {}
 };
 
 }  // namespace v0

@@ -10,7 +10,7 @@
 #include <type_traits>
 #include <utility>
 
-#include <lrt/model/detail/spec.hpp>
+#include <lrt/model/detail/slot.hpp>
 #include <lrt/model/representation.hpp>
 #include <lrt/model/resource_handle.hpp>
 #include <lrt/rdf/traits.hpp>
@@ -23,8 +23,8 @@ inline namespace v0 {
 ///
 /// @par Threads  Set-up: one thread at a time, before Server::add().
 template <class Self, class T>
-class PropertyHandle : public ResourceHandle<Self, PropertySpec> {
-  using Base = ResourceHandle<Self, PropertySpec>;
+class PropertyHandle : public ResourceHandle<Self, PropertySetup> {
+  using Base = ResourceHandle<Self, PropertySetup>;
 
  public:
   /// Makes the property writable: the server reads and validates the body of a PUT as a T, and calls `write`. A
@@ -47,24 +47,27 @@ class PropertyHandle : public ResourceHandle<Self, PropertySpec> {
                     "lrt: the callable of on_write returns void or Result<void>; write -> lrt::Result<void> and return lrt::refused(\"reason\")");
       return static_cast<Self&>(*this);
     } else {
-      return this->edit("on_write", [&](auto& s) {
-        s.write = [write = std::move(write)](const rdf::Value& v) mutable -> Result<void> {
+      if (this->is_editable("on_write")) {
+        this->set_write([write = std::move(write)](const rdf::Value& v) mutable -> Result<void> {
           Result<T> value = rdf::traits<T>::decode(v);
           if (!value) return Unexpected{std::move(value).error()};
           return result_of([&] { return write(*std::move(value)); });
-        };
-      });
+        });
+      }
+      return this->self();
     }
   }
 
   /// Sets unit and bounds together. What `f` does not set stays as it is.
   Self& facets(const rdf::Facets& f) {
-    return this->edit("facets", [&](auto& s) { s.facets.merge(f); });
+    if (this->is_editable("facets")) this->facets_of().merge(f);
+    return this->self();
   }
   /// States the frame of the numbers: lrt:frame, and for a pose spatial:sourceCoordinateSystem. An IRI, a name, or
   /// Object::resource("baxter/torso"). Numbers are never transformed.
   Self& frame(Object system) {
-    return this->edit("frame", [&](auto& s) { s.frame = std::make_unique<const Object>(std::move(system)); });
+    if (this->is_editable("frame")) this->set_frame(std::move(system));
+    return this->self();
   }
 
   /// Allows clients and caches to use values of this age without a request to the robot. By default they ask each time
@@ -83,7 +86,8 @@ class PropertyHandle : public ResourceHandle<Self, PropertySpec> {
   ///                            this time old
   /// @par Implements  RFC 9111 5.2.2.1, RFC 5861 3
   Self& max_age(std::chrono::milliseconds age, std::chrono::milliseconds while_revalidating = {}) {
-    return this->edit("max_age", [&](auto& s) { s.cache_control = cache_control_of(age, while_revalidating); });
+    if (this->is_editable("max_age")) this->set_max_age(age, while_revalidating);
+    return this->self();
   }
 
   /// Offers the property's values in a further media type. `encode` makes the bytes of the present value for clients
@@ -118,17 +122,16 @@ class PropertyHandle : public ResourceHandle<Self, PropertySpec> {
       static_assert(rdf::detail::always_false<F>, "lrt: the callable of representation returns lrt::Bytes, std::string or a Result of these");
       return static_cast<Self&>(*this);
     } else {
-      return this->edit("representation", [&](auto& s) {
-        model::RepresentationSpec made{std::string(media_type), {}, std::move(layout), {}};
-        made.element_type = std::string(made.layout.element_type.text);
-        made.encode = [encode = std::move(encode)](const void* value) mutable { return model::to_bytes(encode(*static_cast<const T*>(value))); };
-        s.representations.push_back(std::move(made));
-        if (s.slot) s.slot->hold();
-        s.whole = [](const rdf::Value& value) -> std::shared_ptr<const void> {
-          Result<T> whole = rdf::traits<T>::decode(value);
-          return whole ? std::make_shared<const T>(*std::move(whole)) : nullptr;
-        };
-      });
+      if (this->is_editable("representation")) {
+        this->add_representation(
+            media_type, [encode = std::move(encode)](const void* value) mutable { return model::to_bytes(encode(*static_cast<const T*>(value))); },
+            std::move(layout),
+            [](const rdf::Value& value) -> std::shared_ptr<const void> {
+              Result<T> whole = rdf::traits<T>::decode(value);
+              return whole ? std::make_shared<const T>(*std::move(whole)) : nullptr;
+            });
+      }
+      return this->self();
     }
   }
   /// Offers numbers, lists and matrices of numbers also as application/octet-stream (rdf::Plain::octets). The RDF
@@ -139,21 +142,23 @@ class PropertyHandle : public ResourceHandle<Self, PropertySpec> {
   /// If a value has more numbers than Limits::max_value_members, its RDF describes the octets instead of the numbers.
   /// @par Errors  invalid_option, for other types: from Server::add()
   Self& octets() {
-    return this->edit("octets", [](auto& s) { s.octets = true; });
+    if (this->is_editable("octets")) this->set_octets();
+    return this->self();
   }
 
   /// Serves the property as a file, for example a mesh or a map. A client that accepts every type gets the first
   /// representation() instead of Turtle. The thing's state does not contain the property, so its bytes are made only
   /// for clients that request this resource.
   Self& as_file() {
-    return this->edit("as_file", [](auto& s) { s.file = true; });
+    if (this->is_editable("as_file")) this->set_file();
+    return this->self();
   }
 
  protected:
   /// An empty handle.
   PropertyHandle() noexcept = default;
   /// Made by Thing.
-  explicit PropertyHandle(std::shared_ptr<PropertySpec> spec) noexcept : Base(std::move(spec)) {}
+  explicit PropertyHandle(std::shared_ptr<ResourceSpec> spec) noexcept : Base(std::move(spec)) {}
 };
 
 }  // namespace v0
@@ -194,22 +199,25 @@ class PushedProperty : public model::PropertyHandle<PushedProperty<T>, T> {
   /// subscription::SubscriptionOptions::max_kept_bytes. That limit does not apply to `samples`. 0: only the newest
   /// value is kept.
   PushedProperty& keep(std::size_t samples) {
-    return this->edit("keep", [&](auto& s) { s.slot->keep(samples); });
+    if (this->is_editable("keep")) slot_->keep(samples);
+    return *this;
   }
   /// While the property is observed, each publish() wakes the engine by a system call, so that the value is sent at
   /// once. Use it for events that come at irregular times and must not wait. Without it the engine predicts when a
   /// regular publish() is due, and finds an irregular one after at most subscription::SubscriptionOptions::scan_period.
   PushedProperty& urgent() {
-    return this->edit("urgent", [](auto& s) { s.slot->set_urgent(); });
+    if (this->is_editable("urgent")) slot_->set_urgent();
+    return *this;
   }
   /// Counts a repeated value as a change: a new time, and a notification.
   PushedProperty& every_sample() {
-    return this->edit("every_sample", [](auto& s) { s.slot->set_every_sample(); });
+    if (this->is_editable("every_sample")) slot_->set_every_sample();
+    return *this;
   }
 
  private:
   friend class Thing;
-  PushedProperty(std::shared_ptr<model::PropertySpec> spec, std::shared_ptr<model::Slot<T>> slot) noexcept
+  PushedProperty(std::shared_ptr<model::ResourceSpec> spec, std::shared_ptr<model::Slot<T>> slot) noexcept
       : Base(std::move(spec)), slot_(std::move(slot)) {}
   std::shared_ptr<model::Slot<T>> slot_;
 };
@@ -231,19 +239,22 @@ class PulledProperty : public model::PropertyHandle<PulledProperty<T>, T> {
   /// @par Threads  Any.
   /// @par Time     No lock, no allocation; a system call as in publish().
   void changed() noexcept {
-    assert(this->spec_ && "lrt: the handle is empty; assign what Thing::property returns");
-    if (this->spec_) this->spec_->changes->changed();
+    assert(changes_ && "lrt: the handle is empty; assign what Thing::property returns");
+    if (changes_) changes_->changed();
   }
 
   /// Sets the period at which `read` is called while the property is observed. Zero: only after changed(). Default:
   /// subscription::SubscriptionOptions::sample_period.
   PulledProperty& sample(std::chrono::milliseconds period) {
-    return this->edit("sample", [&](auto& s) { s.sample_period = period; });
+    if (this->is_editable("sample")) this->set_sample_period(period);
+    return *this;
   }
 
  private:
   friend class Thing;
-  explicit PulledProperty(std::shared_ptr<model::PropertySpec> spec) noexcept : Base(std::move(spec)) {}
+  PulledProperty(std::shared_ptr<model::ResourceSpec> spec, std::shared_ptr<model::ChangeSignal> changes) noexcept
+      : Base(std::move(spec)), changes_(std::move(changes)) {}
+  std::shared_ptr<model::ChangeSignal> changes_;
 };
 
 }  // namespace v0

@@ -11,8 +11,18 @@
 #include <lrt/action.hpp>
 #include <lrt/base/abi.hpp>
 #include <lrt/collection.hpp>
-#include <lrt/model/detail/spec.hpp>
+#include <lrt/model/detail/callables.hpp>
+#include <lrt/model/detail/slot.hpp>
+#include <lrt/model/dispatch.hpp>
 #include <lrt/property.hpp>
+
+namespace lrt::model {
+inline namespace v0 {
+struct PropertySpec;
+struct ThingSpec;
+struct WorldSpec;
+}  // namespace v0
+}  // namespace lrt::model
 
 namespace lrt {
 inline namespace v0 {
@@ -88,15 +98,14 @@ class LRT_API Thing {
       return PulledProperty<bool>();
     } else {
       using T = rdf::detail::stored_t<std::invoke_result_t<Read&>>;
-      auto spec = new_property(path, rdf::traits<T>::type(), unit);
-      spec->changes = std::make_shared<model::ChangeSignal>();
-      spec->read = [read = std::move(read), own = spec.get()]() mutable {
+      auto changes = std::make_shared<model::ChangeSignal>();
+      auto spec = new_property(path, rdf::traits<T>::type(), unit, changes, [read = std::move(read)](bool whole) mutable {
         T value(read());
         model::Reading reading{rdf::traits<T>::encode(value), nullptr};
-        if (!own->representations.empty()) reading.whole = std::make_shared<const T>(std::move(value));
+        if (whole) reading.whole = std::make_shared<const T>(std::move(value));
         return reading;
-      };
-      return PulledProperty<T>(std::move(spec));
+      });
+      return PulledProperty<T>(std::move(spec), std::move(changes));
     }
   }
   /// Exposes a value as a pushed Property: the control loop passes it to publish(), and the server answers GET without
@@ -116,9 +125,8 @@ class LRT_API Thing {
                     "property(path, [] { return value; })");
       return PushedProperty<T>();
     } else {
-      auto spec = new_property(path, rdf::traits<T>::type(), unit);
       auto slot = std::make_shared<model::Slot<T>>();
-      spec->slot = slot;
+      auto spec = new_property(path, rdf::traits<T>::type(), unit, slot);
       return PushedProperty<T>(std::move(spec), std::move(slot));
     }
   }
@@ -152,18 +160,17 @@ class LRT_API Thing {
       return Action();
     } else {
       using Shape = model::ActionShape<F>;
-      auto spec = new_action(path);
-      if constexpr (!std::is_void_v<typename Shape::Input>) spec->input = &rdf::traits<typename Shape::Input>::type();
+      const rdf::Type* input = nullptr;
+      const rdf::Type* output = nullptr;
+      if constexpr (!std::is_void_v<typename Shape::Input>) input = &rdf::traits<typename Shape::Input>::type();
       if constexpr (Shape::asynchronous) {
         using Out = typename model::ResponderTraits<typename Shape::Last>::Output;
-        if constexpr (!std::is_void_v<Out>) spec->output = &rdf::traits<Out>::type();
+        if constexpr (!std::is_void_v<Out>) output = &rdf::traits<Out>::type();
       } else {
         using Out = typename model::Unwrapped<typename Shape::Return>::type;
-        if constexpr (!std::is_void_v<Out>) spec->output = &rdf::traits<Out>::type();
+        if constexpr (!std::is_void_v<Out>) output = &rdf::traits<Out>::type();
       }
-      spec->asynchronous = Shape::asynchronous;
-      spec->start = model::erase_action(std::move(f));
-      return Action(std::move(spec));
+      return Action(new_action(path, input, output, Shape::asynchronous, model::erase_action(std::move(f))));
     }
   }
 
@@ -182,16 +189,22 @@ class LRT_API Thing {
 
   /// @cond internal
   /// For the engine and the server: the part that a World has; nullptr: the thing is not a World.
-  const model::WorldSpec* world() const noexcept { return spec_ ? spec_->world.get() : nullptr; }
+  const model::WorldSpec* world() const noexcept;
   /// For the engine: moves the description out. The thing is empty afterwards.
-  std::unique_ptr<model::ThingSpec> release() && noexcept { return std::move(spec_); }
+  std::unique_ptr<model::ThingSpec> release() && noexcept;
   /// @endcond
 
  private:
   friend class World;
   std::shared_ptr<model::PropertySpec> new_property(std::string_view path, const rdf::Type& type, const Unit& unit);
-  std::shared_ptr<model::ActionSpec> new_action(std::string_view path);
-  std::shared_ptr<model::CollectionSpec> new_collection(std::string_view path, const rdf::Type& type);
+  std::shared_ptr<model::ResourceSpec> new_property(std::string_view path, const rdf::Type& type, const Unit& unit,
+                                                    std::shared_ptr<model::ChangeSignal> changes, model::ReadFunction read);
+  std::shared_ptr<model::ResourceSpec> new_property(std::string_view path, const rdf::Type& type, const Unit& unit,
+                                                    std::shared_ptr<model::SlotBase> slot);
+  /// @param input,output  nullptr: none
+  std::shared_ptr<model::ResourceSpec> new_action(std::string_view path, const rdf::Type* input, const rdf::Type* output, bool asynchronous,
+                                                  model::StartFunction start);
+  std::shared_ptr<model::ResourceSpec> new_collection(std::string_view path, const rdf::Type& type);
   void set_path(model::ResourceSpec& spec, std::string_view path, const char* what);
   void remember(Error error);
 

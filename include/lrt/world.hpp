@@ -15,7 +15,7 @@
 #include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/model/detail/slot.hpp>
-#include <lrt/model/detail/spec.hpp>
+#include <lrt/model/detail/slot.hpp>
 #include <lrt/model/statement.hpp>
 #include <lrt/rdf/graph.hpp>
 #include <lrt/rdf/traits.hpp>
@@ -199,15 +199,10 @@ class LRT_API WorldGraph {
       static_assert(rdf::detail::always_false<T>, "lrt: values that are published need a default constructor and copies");
       return {};
     } else {
-      auto spec = std::make_shared<model::PropertySpec>();
-      spec->type = &rdf::traits<T>::type();
-      spec->facets.unit(options.unit);
-      if (options.frame) spec->frame = std::make_unique<const Object>(*options.frame);
       auto slot = std::make_shared<model::Slot<T>>();
-      if (options.expires_after.count() > 0) slot->set_every_sample();
-      spec->slot = slot;
-      if (!add_published(spec, path, predicate, options.expires_after)) return {};
-      return PublishedObject<T>(std::move(slot), remover(std::move(spec)));
+      std::function<void()> remove = add_published(slot, rdf::traits<T>::type(), path, predicate, options);
+      if (!remove) return {};
+      return PublishedObject<T>(std::move(slot), std::move(remove));
     }
   }
 
@@ -215,8 +210,9 @@ class LRT_API WorldGraph {
   friend class World;
   explicit WorldGraph(std::shared_ptr<model::GraphState> state) noexcept : state_(std::move(state)) {}
   Result<void> apply(const std::function<void(GraphUpdate&)>& change);
-  bool add_published(std::shared_ptr<model::PropertySpec> spec, std::string_view path, Iri predicate, std::chrono::milliseconds expires_after);
-  std::function<void()> remover(std::shared_ptr<model::PropertySpec> spec) const;
+  /// @return  removes it again; empty: it is not added
+  std::function<void()> add_published(std::shared_ptr<model::SlotBase> slot, const rdf::Type& type, std::string_view path, Iri predicate,
+                                      const PublishedOptions& options);
   std::shared_ptr<model::GraphState> state_;
 };
 

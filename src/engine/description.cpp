@@ -2,11 +2,11 @@
 #include "src/engine/description.hpp"
 
 #include <lrt/engine/engine.hpp>
-#include <lrt/model/detail/spec.hpp>
 #include <lrt/rdf/value_codec.hpp>
 
 #include "src/engine/resources/thing.hpp"
 #include "src/engine/vocabulary.hpp"
+#include "src/model/spec.hpp"
 
 namespace lrt::engine {
 inline namespace v0 {

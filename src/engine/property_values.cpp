@@ -227,7 +227,8 @@ void PropertyValues::ends_if_thrown(PropertyResource& property, Step step) {
 /// A pulled property: calls its lambda on the thread that its Dispatch names.
 void PropertyValues::read(PropertyResource& property) {
   property.refresh_state->token = calls_.call<model::Reading>(
-      property.thing->where(*property.spec), [spec = property.spec]() -> Result<model::Reading> { return spec->read(); },
+      property.thing->where(*property.spec),
+      [spec = property.spec]() -> Result<model::Reading> { return spec->read(!spec->representations.empty()); },
       [this, ref = Ref(property)](Result<model::Reading> reading, TimePoint now) {
         PropertyResource* p = registry_.find(ref);
         if (p) ends_if_thrown(*p, [&] { was_read(*p, std::move(reading), now); });

@@ -4,9 +4,9 @@
 #include <memory>
 
 #include <lrt/base/result.hpp>
-#include <lrt/model/detail/spec.hpp>
 
 #include "src/engine/resources/thing.hpp"
+#include "src/model/spec.hpp"
 
 namespace lrt::engine {
 inline namespace v0 {

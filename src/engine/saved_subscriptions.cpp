@@ -9,6 +9,7 @@
 
 #include "src/engine/description.hpp"
 #include "src/engine/resources/thing.hpp"
+#include "src/model/spec.hpp"
 
 namespace lrt::engine {
 inline namespace v0 {

@@ -8,9 +8,10 @@
 #include <string_view>
 #include <vector>
 
-#include <lrt/model/detail/spec.hpp>
 #include <lrt/rdf/codec.hpp>
 #include <lrt/rdf/plain.hpp>
+
+#include "src/model/spec.hpp"
 
 namespace lrt::engine {
 inline namespace v0 {

@@ -8,10 +8,10 @@
 #include <vector>
 
 #include <lrt/base/result.hpp>
-#include <lrt/model/detail/spec.hpp>
 #include <lrt/rdf/type.hpp>
 
 #include "src/engine/resource.hpp"
+#include "src/model/spec.hpp"
 
 namespace lrt::engine {
 inline namespace v0 {

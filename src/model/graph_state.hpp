@@ -15,13 +15,13 @@
 #include <vector>
 
 #include <lrt/base/result.hpp>
-#include <lrt/model/detail/spec.hpp>
 #include <lrt/rdf/graph.hpp>
 #include <lrt/shacl/report.hpp>
 #include <lrt/shacl/shapes.hpp>
 #include <lrt/world.hpp>
 
 #include "src/base/function_ref.hpp"
+#include "src/model/spec.hpp"
 #include "src/rdf/update_data.hpp"
 
 namespace lrt::model {

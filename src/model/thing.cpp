@@ -10,6 +10,7 @@
 #include <lrt/rdf/lexical.hpp>
 
 #include "src/base/read_file.hpp"
+#include "src/model/spec.hpp"
 
 namespace lrt {
 inline namespace v0 {
@@ -177,20 +178,43 @@ std::shared_ptr<model::PropertySpec> Thing::new_property(std::string_view path, 
   return spec;
 }
 
-std::shared_ptr<model::ActionSpec> Thing::new_action(std::string_view path) {
+std::shared_ptr<model::ResourceSpec> Thing::new_property(std::string_view path, const rdf::Type& type, const Unit& unit,
+                                                         std::shared_ptr<model::ChangeSignal> changes, model::ReadFunction read) {
+  auto spec = new_property(path, type, unit);
+  spec->changes = std::move(changes);
+  spec->read = std::move(read);
+  return spec;
+}
+
+std::shared_ptr<model::ResourceSpec> Thing::new_property(std::string_view path, const rdf::Type& type, const Unit& unit,
+                                                         std::shared_ptr<model::SlotBase> slot) {
+  auto spec = new_property(path, type, unit);
+  spec->slot = std::move(slot);
+  return spec;
+}
+
+std::shared_ptr<model::ResourceSpec> Thing::new_action(std::string_view path, const rdf::Type* input, const rdf::Type* output, bool asynchronous,
+                                                       model::StartFunction start) {
   auto spec = std::make_shared<model::ActionSpec>();
   set_path(*spec, path, "action");
+  spec->input = input;
+  spec->output = output;
+  spec->asynchronous = asynchronous;
+  spec->start = std::move(start);
   spec_->actions.push_back(spec);
   return spec;
 }
 
-std::shared_ptr<model::CollectionSpec> Thing::new_collection(std::string_view path, const rdf::Type& type) {
+std::shared_ptr<model::ResourceSpec> Thing::new_collection(std::string_view path, const rdf::Type& type) {
   auto spec = std::make_shared<model::CollectionSpec>();
   set_path(*spec, path, "collection");
   spec->type = &type;
   spec_->collections.push_back(spec);
   return spec;
 }
+
+const model::WorldSpec* Thing::world() const noexcept { return spec_ ? spec_->world.get() : nullptr; }
+std::unique_ptr<model::ThingSpec> Thing::release() && noexcept { return std::move(spec_); }
 
 }  // namespace v0
 }  // namespace lrt

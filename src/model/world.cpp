@@ -8,6 +8,7 @@
 #include <lrt/rdf/codec.hpp>
 
 #include "src/model/graph_state.hpp"
+#include "src/model/spec.hpp"
 
 namespace lrt {
 inline namespace v0 {
@@ -86,20 +87,23 @@ std::shared_ptr<const rdf::Graph> WorldGraph::snapshot() const { return state_ ?
 
 std::uint64_t WorldGraph::revision() const { return state_ ? state_->version().revision : 0; }
 
-bool WorldGraph::add_published(std::shared_ptr<model::PropertySpec> spec, std::string_view path, Iri predicate,
-                               std::chrono::milliseconds expires_after) {
-  if (!state_ || !iri::is_absolute(predicate.text)) return false;
+std::function<void()> WorldGraph::add_published(std::shared_ptr<model::SlotBase> slot, const rdf::Type& type, std::string_view path, Iri predicate,
+                                                const PublishedOptions& options) {
+  if (!state_ || !iri::is_absolute(predicate.text)) return {};
   const Result<std::string> below = model::encode_path(path);
-  if (!below) return false;
+  if (!below) return {};
+  const auto spec = std::make_shared<model::PropertySpec>();
+  spec->type = &type;
+  spec->facets.unit(options.unit);
+  if (options.frame) spec->frame = std::make_unique<const Object>(*options.frame);
+  if (options.expires_after.count() > 0) slot->set_every_sample();
+  spec->slot = std::move(slot);
   spec->thing = state_->thing();
   const std::string& root = spec->thing->path;  // "world", of a graph at "/world/map"
   spec->path = state_->path().substr(root.size() + 2) + "/" + *below;
   std::string object = "#" + below->substr(0, below->find('/'));
-  return state_->add_published({std::move(spec), std::string(predicate.text), std::move(object), expires_after});
-}
-
-std::function<void()> WorldGraph::remover(std::shared_ptr<model::PropertySpec> spec) const {
-  return [state = state_, spec = std::move(spec)] { state->remove_published(*spec); };
+  if (!state_->add_published({spec, std::string(predicate.text), std::move(object), options.expires_after})) return {};
+  return [state = state_, spec] { state->remove_published(*spec); };
 }
 
 // ----------------------------------------------------------------------------------------------------------------- world

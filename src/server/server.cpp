@@ -17,6 +17,7 @@
 #include "src/base/mailbox.hpp"
 #include "src/base/process.hpp"
 #include "src/base/thread.hpp"
+#include "src/model/spec.hpp"
 #include "src/page/page.hpp"
 #include "src/rdf/codecs.hpp"
 #include "src/server/audit.hpp"

@@ -5,8 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include <lrt/model/detail/spec.hpp>
-
+#include "src/model/spec.hpp"
 #include "tests/support/catch.hpp"
 
 using namespace lrt;

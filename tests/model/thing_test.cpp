@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "src/model/spec.hpp"
 #include "tests/support/catch.hpp"
 
 using namespace lrt;

@@ -39,14 +39,6 @@ struct Layout {
 namespace lrt::model {
 inline namespace v0 {
 
-/// A representation that a user's encoder makes of a property's values.
-struct RepresentationSpec {
-  std::string media_type;
-  UniqueFunction<Result<Bytes>(const void*)> encode;  ///< of a T
-  Layout layout;                                      ///< is described in RDF if it has an element_type
-  std::string element_type;                           ///< owns the text of layout.element_type
-};
-
 /// Whether to_bytes() takes it.
 template <class E>
 inline constexpr bool makes_bytes = std::is_convertible_v<E, Bytes> || std::is_convertible_v<E, std::string>;

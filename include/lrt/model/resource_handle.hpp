@@ -2,13 +2,19 @@
 #pragma once
 
 #include <cassert>
+#include <chrono>
 #include <cstddef>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <type_traits>
 #include <utility>
 
-#include <lrt/model/detail/spec.hpp>
+#include <lrt/base/abi.hpp>
+#include <lrt/model/detail/callables.hpp>
+#include <lrt/model/dispatch.hpp>
+#include <lrt/model/statement.hpp>
+#include <lrt/rdf/type.hpp>
 
 namespace lrt {
 inline namespace v0 {
@@ -35,6 +41,72 @@ Result<void> result_of(F f) {
   }
 }
 
+struct ResourceSpec;
+
+/// What all handles have: the description of a resource, which only the library sees. The functions that set something
+/// expect that is_editable() has returned true.
+class LRT_API ResourceSetup {
+ public:
+  /// False for an empty handle.
+  explicit operator bool() const noexcept { return spec_ != nullptr; }
+
+ protected:
+  ResourceSetup() noexcept = default;
+  explicit ResourceSetup(std::shared_ptr<ResourceSpec> spec) noexcept : spec_(std::move(spec)) {}
+
+  /// Whether set-up calls have an effect: the handle is not empty, and the thing not added to a server. False is also
+  /// logged, and a failed assertion of the user's build.
+  bool is_editable(const char* call) const noexcept {
+    if (is_open()) return true;
+    report_late(call);
+    assert(spec_ && "lrt: the handle is empty; assign what Thing::property, Thing::action or Thing::collection returns");
+    assert(false && "lrt: a set-up call on a handle must precede Server::add()");
+    return false;
+  }
+
+  rdf::Facets& facets_of() noexcept;
+  void set_dispatch(Dispatch where) noexcept;
+  void set_max_body_bytes(std::size_t n) noexcept;
+  void add_predicate(std::string iri);
+  void add_class(std::string iri);
+  void add_statement(std::string predicate, Object object);
+  /// Its usual path below the root: "/arm/angle", "/arm/actions/turn"; empty for an empty handle.
+  std::string location() const;
+
+  std::shared_ptr<ResourceSpec> spec_;
+
+ private:
+  friend class ::lrt::Action;  // reads the properties that it changes
+  bool is_open() const noexcept;
+  void report_late(const char* call) const noexcept;
+};
+
+/// The same of a property.
+class LRT_API PropertySetup : public ResourceSetup {
+ protected:
+  using ResourceSetup::ResourceSetup;
+  PropertySetup() noexcept = default;
+
+  void set_write(WriteFunction write);
+  void set_frame(Object system);
+  void set_max_age(std::chrono::milliseconds age, std::chrono::milliseconds while_revalidating);
+  /// @param whole  of a value that a client writes
+  void add_representation(std::string_view media_type, EncodeFunction encode, Layout layout, WholeFunction whole);
+  void set_octets() noexcept;
+  void set_file() noexcept;
+  void set_sample_period(std::chrono::milliseconds period) noexcept;
+};
+
+/// The same of a collection.
+class LRT_API CollectionSetup : public ResourceSetup {
+ protected:
+  using ResourceSetup::ResourceSetup;
+  CollectionSetup() noexcept = default;
+
+  void set_create(CreateFunction create);
+  void set_remove(RemoveFunction remove);
+  void set_max_members(std::size_t n) noexcept;
+};
 /// @endcond
 
 /// The common part of the handles of properties, actions and collections. They describe a resource before its thing is
@@ -44,106 +116,99 @@ Result<void> result_of(F f) {
 /// server's log callback, and is a failed assertion unless NDEBUG is defined. A call on an empty handle is a failed
 /// assertion, too.
 ///
-/// @tparam Self  the handle that the calls return
+/// @tparam Self   the handle that the calls return
+/// @tparam Setup  internal: what the library sets
 /// @par Errors   Set-up calls do not fail. Server::add() returns the first error of a thing.
 /// @par Threads  One thread at a time.
-template <class Self, class Spec>
-class ResourceHandle {
+template <class Self, class Setup>
+class ResourceHandle : public Setup {
  public:
-  /// False for an empty handle.
-  explicit operator bool() const noexcept { return spec_ != nullptr; }
-
   /// Sets the unit of the numbers. Values are never converted.
   Self& unit(const Unit& u) {
-    return edit_facets("unit", [&](auto& f) { f.unit(u); });
+    if (this->is_editable("unit")) this->facets_of().unit(u);
+    return self();
   }
   /// Sets the lower bound of numbers from clients; `v` itself is allowed. A number outside the bounds is answered with
   /// 422. Values that the robot reads or publishes are not checked.
   Self& at_least(double v) {
-    return edit_facets("at_least", [&](auto& f) { f.at_least(v); });
+    if (this->is_editable("at_least")) this->facets_of().at_least(v);
+    return self();
   }
   /// Sets the lower bound, see at_least(); `v` itself is not allowed.
   Self& above(double v) {
-    return edit_facets("above", [&](auto& f) { f.above(v); });
+    if (this->is_editable("above")) this->facets_of().above(v);
+    return self();
   }
   /// Sets the upper bound, see at_least(); `v` itself is allowed.
   Self& at_most(double v) {
-    return edit_facets("at_most", [&](auto& f) { f.at_most(v); });
+    if (this->is_editable("at_most")) this->facets_of().at_most(v);
+    return self();
   }
   /// Sets the upper bound, see at_least(); `v` itself is not allowed.
   Self& below(double v) {
-    return edit_facets("below", [&](auto& f) { f.below(v); });
+    if (this->is_editable("below")) this->facets_of().below(v);
+    return self();
   }
   /// Sets both bounds, see at_least(); they themselves are allowed.
   Self& between(double low, double high) {
-    return edit_facets("between", [&](auto& f) { f.between(low, high); });
+    if (this->is_editable("between")) this->facets_of().between(low, high);
+    return self();
   }
   /// Accepts NaN and infinities from clients.
   Self& allow_non_finite() {
-    return edit_facets("allow_non_finite", [](auto& f) { f.allow_non_finite(); });
+    if (this->is_editable("allow_non_finite")) this->facets_of().allow_non_finite();
+    return self();
   }
   /// Bounds the length of a text, in code points.
   Self& length(std::size_t min, std::size_t max) {
-    return edit_facets("length", [&](auto& f) { f.length(min, max); });
+    if (this->is_editable("length")) this->facets_of().length(min, max);
+    return self();
   }
 
   /// Sets where the resource's lambdas run, and an action's on_cancel hook. Default: as the thing's lambdas. With
   /// Dispatch::io_thread a command does not wait for Server::poll: an emergency stop that sets an atomic flag works
   /// while the host is busy.
   Self& dispatch(Dispatch where) {
-    return edit("dispatch", [&](auto& s) { s.dispatch = where; });
+    if (this->is_editable("dispatch")) this->set_dispatch(where);
+    return self();
   }
 
   /// Limits the body of a PUT or POST, in bytes; more: 413 before the body is received. Default: what a value of the
   /// type needs (engine::Limits::max_scalar_body_bytes). transport::Limits::max_body_bytes also applies.
   Self& max_body_bytes(std::size_t n) {
-    return edit("max_body_bytes", [&](auto& s) { s.max_body_bytes = n; });
+    if (this->is_editable("max_body_bytes")) this->set_max_body_bytes(n);
+    return self();
   }
 
   /// Adds a domain predicate from the thing to this resource, in addition to hybrit:property or hybrit:action (R1.9,
   /// R1.10).
   Self& predicate(Iri p) {
-    return edit("predicate", [&](auto& s) { s.predicates.push_back(std::string(p.text)); });
+    if (this->is_editable("predicate")) this->add_predicate(std::string(p.text));
+    return self();
   }
   /// Adds an rdf:type (R1.4).
   Self& type(Iri t) {
-    return edit("type", [&](auto& s) { s.classes.push_back(std::string(t.text)); });
+    if (this->is_editable("type")) this->add_class(std::string(t.text));
+    return self();
   }
   /// Adds dcterms:title, for people.
   Self& title(std::string text) {
-    return edit("title", [&](auto& s) { s.statements.push_back({std::string(vocab::dcterms::title.text), Object(std::move(text))}); });
+    if (this->is_editable("title")) this->add_statement(std::string(vocab::dcterms::title.text), Object(std::move(text)));
+    return self();
   }
   /// Adds a triple about the resource (R1.12).
   Self& add(Iri predicate, Object object) {
-    return edit("add", [&](auto& s) { s.statements.push_back({std::string(predicate.text), std::move(object)}); });
+    if (this->is_editable("add")) this->add_statement(std::string(predicate.text), std::move(object));
+    return self();
   }
 
  protected:
   /// @cond internal
+  using Setup::Setup;
   ResourceHandle() noexcept = default;
-  explicit ResourceHandle(std::shared_ptr<Spec> spec) noexcept : spec_(std::move(spec)) {}
 
-  template <class F>
-  Self& edit(const char* call, F f) {
-    if (spec_ && !spec_->sealed.load(std::memory_order_acquire)) f(*spec_);
-    else misuse(call, "was called after the thing was added to a server; it has no effect");
-    return static_cast<Self&>(*this);
-  }
-  template <class F>
-  Self& edit_facets(const char* call, F f) {
-    return edit(call, [&](auto& s) { f(s.facets); });
-  }
-  void misuse([[maybe_unused]] const char* call, [[maybe_unused]] const char* what) const noexcept {
-    if (spec_) spec_->report(call, what);
-    assert(spec_ && "lrt: the handle is empty; assign what Thing::property, Thing::action or Thing::collection returns");
-    assert(false && "lrt: a set-up call on a handle must precede Server::add()");
-  }
-
-  std::shared_ptr<Spec> spec_;
+  Self& self() noexcept { return static_cast<Self&>(*this); }
   /// @endcond
-
- private:
-  friend class ::lrt::Action;  // reads the properties that it changes
 };
 
 }  // namespace v0

@@ -12,12 +12,12 @@
 #include <vector>
 
 #include <lrt/base/result.hpp>
-#include <lrt/model/detail/spec.hpp>
 
 #include "src/engine/client_counts.hpp"
 #include "src/engine/deadline_queue.hpp"
 #include "src/engine/invocation_control.hpp"
 #include "src/engine/resource.hpp"
+#include "src/model/spec.hpp"
 
 namespace lrt::engine {
 inline namespace v0 {

@@ -8,10 +8,10 @@
 #include <vector>
 
 #include <lrt/base/result.hpp>
-#include <lrt/model/detail/spec.hpp>
 
 #include "src/engine/host_calls.hpp"
 #include "src/engine/resource.hpp"
+#include "src/model/spec.hpp"
 
 namespace lrt::engine {
 inline namespace v0 {

@@ -10,12 +10,12 @@
 #include <vector>
 
 #include <lrt/base/result.hpp>
-#include <lrt/model/detail/spec.hpp>
 #include <lrt/model/representation.hpp>
 
 #include "src/engine/deadline_queue.hpp"
 #include "src/engine/property_values.hpp"
 #include "src/engine/resource.hpp"
+#include "src/model/spec.hpp"
 
 namespace lrt::engine {
 inline namespace v0 {

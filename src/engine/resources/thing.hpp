@@ -9,7 +9,6 @@
 #include <vector>
 
 #include <lrt/base/thin_vector.hpp>
-#include <lrt/model/detail/spec.hpp>
 #include <lrt/rdf/graph.hpp>
 #include <lrt/rdf/type.hpp>
 
@@ -17,6 +16,7 @@
 #include "src/engine/resources/blueprint.hpp"
 #include "src/engine/resources/subscription.hpp"
 #include "src/engine/resources/tree.hpp"
+#include "src/model/spec.hpp"
 
 namespace lrt::engine {
 inline namespace v0 {

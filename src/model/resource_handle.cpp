@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <lrt/model/resource_handle.hpp>
+
+#include "src/model/spec.hpp"
+
+namespace lrt::model {
+inline namespace v0 {
+namespace {
+
+PropertySpec& property_of(const std::shared_ptr<ResourceSpec>& spec) { return static_cast<PropertySpec&>(*spec); }
+CollectionSpec& collection_of(const std::shared_ptr<ResourceSpec>& spec) { return static_cast<CollectionSpec&>(*spec); }
+
+}  // namespace
+
+bool ResourceSetup::is_open() const noexcept { return spec_ && !spec_->sealed.load(std::memory_order_acquire); }
+
+void ResourceSetup::report_late(const char* call) const noexcept {
+  if (spec_) spec_->report(call, "was called after the thing was added to a server; it has no effect");
+}
+
+rdf::Facets& ResourceSetup::facets_of() noexcept {
+  switch (spec_->kind) {
+    case ResourceSpec::Kind::property: return static_cast<PropertySpec&>(*spec_).facets;
+    case ResourceSpec::Kind::action: return static_cast<ActionSpec&>(*spec_).facets;
+    default: return static_cast<CollectionSpec&>(*spec_).facets;
+  }
+}
+void ResourceSetup::set_dispatch(Dispatch where) noexcept { spec_->dispatch = where; }
+void ResourceSetup::set_max_body_bytes(std::size_t n) noexcept { spec_->max_body_bytes = n; }
+void ResourceSetup::add_predicate(std::string iri) { spec_->predicates.push_back(std::move(iri)); }
+void ResourceSetup::add_class(std::string iri) { spec_->classes.push_back(std::move(iri)); }
+void ResourceSetup::add_statement(std::string predicate, Object object) {
+  spec_->statements.push_back({std::move(predicate), std::move(object)});
+}
+std::string ResourceSetup::location() const { return spec_ ? spec_->location() : std::string(); }
+
+void PropertySetup::set_write(WriteFunction write) { property_of(spec_).write = std::move(write); }
+void PropertySetup::set_frame(Object system) { property_of(spec_).frame = std::make_unique<const Object>(std::move(system)); }
+void PropertySetup::set_max_age(std::chrono::milliseconds age, std::chrono::milliseconds while_revalidating) {
+  property_of(spec_).cache_control = cache_control_of(age, while_revalidating);
+}
+void PropertySetup::add_representation(std::string_view media_type, EncodeFunction encode, Layout layout, WholeFunction whole) {
+  PropertySpec& property = property_of(spec_);
+  RepresentationSpec made{std::string(media_type), std::move(encode), std::move(layout), {}};
+  made.element_type = std::string(made.layout.element_type.text);
+  property.representations.push_back(std::move(made));
+  if (property.slot) property.slot->hold();
+  property.whole = std::move(whole);
+}
+void PropertySetup::set_octets() noexcept { property_of(spec_).octets = true; }
+void PropertySetup::set_file() noexcept { property_of(spec_).file = true; }
+void PropertySetup::set_sample_period(std::chrono::milliseconds period) noexcept { property_of(spec_).sample_period = period; }
+
+void CollectionSetup::set_create(CreateFunction create) { collection_of(spec_).create = std::move(create); }
+void CollectionSetup::set_remove(RemoveFunction remove) { collection_of(spec_).remove = std::move(remove); }
+void CollectionSetup::set_max_members(std::size_t n) noexcept { collection_of(spec_).max_members = n; }
+
+}  // namespace v0
+}  // namespace lrt::model
