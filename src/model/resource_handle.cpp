@@ -29,9 +29,7 @@ void ResourceSetup::set_dispatch(Dispatch where) noexcept { spec_->dispatch = wh
 void ResourceSetup::set_max_body_bytes(std::size_t n) noexcept { spec_->max_body_bytes = n; }
 void ResourceSetup::add_predicate(std::string iri) { spec_->predicates.push_back(std::move(iri)); }
 void ResourceSetup::add_class(std::string iri) { spec_->classes.push_back(std::move(iri)); }
-void ResourceSetup::add_statement(std::string predicate, Object object) {
-  spec_->statements.push_back({std::move(predicate), std::move(object)});
-}
+void ResourceSetup::add_statement(std::string predicate, Object object) { spec_->statements.push_back({std::move(predicate), std::move(object)}); }
 std::string ResourceSetup::location() const { return spec_ ? spec_->location() : std::string(); }
 
 void PropertySetup::set_write(WriteFunction write) { property_of(spec_).write = std::move(write); }

@@ -89,13 +89,13 @@ struct PropertySpec : ResourceSpec {
   ReadFunction read;                                       ///< of a pulled property
   std::shared_ptr<ChangeSignal> changes;                   ///< of a pulled property
   std::optional<std::chrono::milliseconds> sample_period;  ///< of a pulled property; nullopt: SubscriptionOptions::sample_period
-  WriteFunction write;   ///< empty: read-only
+  WriteFunction write;                                     ///< empty: read-only
   ThinVector<RepresentationSpec> representations;
-  WholeFunction whole;  ///< makes the T of a written value; returns null if it cannot
-  bool octets = false;                                                   ///< rdf::Plain::octets is offered
-  bool file = false;                                                     ///< not in the state; the first representation is the default
-  std::unique_ptr<const Object> frame;                                   ///< null: none
-  std::unique_ptr<const std::string> cache_control;                      ///< null: "no-cache"
+  WholeFunction whole;                               ///< makes the T of a written value; returns null if it cannot
+  bool octets = false;                               ///< rdf::Plain::octets is offered
+  bool file = false;                                 ///< not in the state; the first representation is the default
+  std::unique_ptr<const Object> frame;               ///< null: none
+  std::unique_ptr<const std::string> cache_control;  ///< null: "no-cache"
 };
 
 /// What a successful invocation of an action stores in a property: any value, the input, or `value`.
@@ -128,9 +128,9 @@ struct CollectionSpec : ResourceSpec {
   CollectionSpec() noexcept : ResourceSpec(Kind::collection) {}
   const rdf::Type* type = nullptr;
   rdf::Facets facets;
-  std::size_t max_members = 1000;                                                 ///< beyond: 409
-  CreateFunction create;  ///< empty: no POST
-  RemoveFunction remove;                     ///< empty: no DELETE
+  std::size_t max_members = 1000;  ///< beyond: 409
+  CreateFunction create;           ///< empty: no POST
+  RemoveFunction remove;           ///< empty: no DELETE
 };
 
 struct WorldSpec;

@@ -132,7 +132,7 @@ TEST_CASE("a thing stores its description", "[model]") {
   CHECK(spec->properties[0]->facets.min() == -1.0);
   CHECK(spec->properties[0]->read);
   CHECK_FALSE(spec->properties[0]->slot);
-  CHECK(*spec->properties[1]->read().value.text() == "literal");
+  CHECK(*spec->properties[1]->read(false).value.text() == "literal");
   CHECK(spec->properties[2]->slot);
   CHECK_FALSE(spec->properties[2]->write);
   REQUIRE(spec->actions.size() == 2);

@@ -166,7 +166,8 @@ class LRT_API Handler {
       }
     }
   }
-  /// Reports a complete message of the client. next_push() may have something afterwards.
+  /// Reports a complete message of the client. next_push() may have something afterwards. The engine ignores such
+  /// messages, for subscriptions have one direction; a handler of another protocol over the same transports uses them.
   virtual void received(Channel channel, std::string_view message, bool text, TimePoint now) { (void)channel, (void)message, (void)text, (void)now; }
   /// Reports that the connection of a channel has ended; called once for each Upgraded or Streamed. The channel is
   /// forgotten.

@@ -22,7 +22,7 @@ struct Reading {
 
 /// The user's callables without their types: made by templates, called by the engine. Exceptions of user code pass through.
 /// @{
-using ReadFunction = UniqueFunction<Reading(bool whole)>;                               ///< `whole`: the T itself is needed
+using ReadFunction = UniqueFunction<Reading(bool whole)>;  ///< `whole`: the T itself is needed
 using WriteFunction = UniqueFunction<Result<void>(const rdf::Value&)>;
 using WholeFunction = UniqueFunction<std::shared_ptr<const void>(const rdf::Value&)>;  ///< makes the T of a written value; returns null if it cannot
 using EncodeFunction = UniqueFunction<Result<Bytes>(const void*)>;                     ///< of a T
