@@ -78,6 +78,13 @@ inline std::string_view trim(std::string_view value) noexcept {
   return value;
 }
 
+/// Removes spaces, tabs and ends of lines at both ends.
+inline std::string_view trim_space(std::string_view text) noexcept {
+  constexpr std::string_view space = " \t\r\n";
+  const std::size_t first = text.find_first_not_of(space);
+  return first == std::string_view::npos ? std::string_view() : text.substr(first, text.find_last_not_of(space) - first + 1);
+}
+
 inline void append_percent(std::string& out, char c) {
   static constexpr char digits[] = "0123456789ABCDEF";
   const auto byte = static_cast<unsigned char>(c);

@@ -14,6 +14,8 @@
 #include <lrt/rdf/lexical.hpp>
 #include <lrt/rdf/value_codec.hpp>
 
+#include "src/base/ascii.hpp"
+
 namespace lrt::client {
 inline namespace v0 {
 namespace {
@@ -194,13 +196,6 @@ double convert(double number, const Scale& from, const Scale& to) noexcept {
   return as_meant(number, a / common, b / common, c / common);
 }
 
-std::string_view trimmed(std::string_view text) noexcept {
-  const auto is_space = [](char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; };
-  while (!text.empty() && is_space(text.front())) text.remove_prefix(1);
-  while (!text.empty() && is_space(text.back())) text.remove_suffix(1);
-  return text;
-}
-
 /// The length of the number at the beginning of a text.
 std::size_t number_length(std::string_view text) noexcept {
   std::size_t i = 0;
@@ -228,12 +223,12 @@ struct Split {
 };
 
 Result<Split> split(std::string_view text) {
-  const std::string_view body = trimmed(text);
+  const std::string_view body = lrt::detail::trim_space(text);
   const std::size_t length = number_length(body);
   const std::optional<double> number = length > 0 ? rdf::lexical::parse_double(body.substr(0, length)) : std::nullopt;
   if (!number) return unexpected(Error{Errc::expected_value, "expected a number, with or without a unit, found " + quoted(body), 0});
   if (!std::isfinite(*number)) return unexpected(Error{Errc::expected_value, "expected a finite number, found " + quoted(body), 0});
-  return Split{*number, trimmed(body.substr(length))};
+  return Split{*number, lrt::detail::trim_space(body.substr(length))};
 }
 
 }  // namespace

@@ -8,9 +8,9 @@
 #include <string_view>
 #include <vector>
 
+#include <lrt/rdf/detail/hash_index.hpp>
 #include <lrt/rdf/graph.hpp>
 
-#include "src/query/erasable_index.hpp"
 #include "src/query/reading.hpp"
 
 namespace lrt::query {
@@ -179,7 +179,7 @@ class Dataset {
   std::vector<Quad> quads_;
   std::vector<GraphEntry> graphs_;
   std::vector<std::uint32_t> free_terms_, free_subject_groups_, free_object_groups_, free_predicates_, free_triples_, free_quads_, free_graphs_;
-  ErasableIndex term_index_, subject_index_, object_index_, triple_index_, quad_index_;
+  lrt::detail::HashIndex term_index_, subject_index_, object_index_, triple_index_, quad_index_;
   std::size_t subjects_ = 0, objects_ = 0;
   std::uint32_t mark_ = 0;
 };

@@ -77,13 +77,6 @@ std::string canonical(double value, bool single) {
   return (negative ? "-" : "") + digits.substr(0, 1) + "." + (digits.size() > 1 ? digits.substr(1) : "0") + "E" + std::to_string(exponent);
 }
 
-std::string_view trimmed(std::string_view text) noexcept {
-  const auto is_space = [](char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; };
-  while (!text.empty() && is_space(text.front())) text.remove_prefix(1);
-  while (!text.empty() && is_space(text.back())) text.remove_suffix(1);
-  return text;
-}
-
 double round_half_up(double value) noexcept {
   const double floor = std::floor(value);
   if (value - floor < 0.5) return std::copysign(floor, value);
@@ -485,7 +478,7 @@ Value Run::cast(std::string_view type, const Value& a) {
   }
   if (!a.is_literal() || a.type == Type::tagged) return {};
   const bool is_string = a.type == Type::string;
-  const std::string_view text = is_string ? trimmed(a.text()) : std::string_view();
+  const std::string_view text = is_string ? lrt::detail::trim_space(a.text()) : std::string_view();
   budget.work(text.size());
   switch (target) {
     case Datatype::boolean: {

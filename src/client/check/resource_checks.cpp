@@ -15,10 +15,8 @@ namespace {
 
 using lrt::detail::trim;
 
-std::string number(int status) { return std::to_string(status); }
-
 std::string outcome_of(const Exchange& exchange) {
-  return exchange.reply.error ? "there is no response: " + exchange.reply.error->message : "the response is " + number(exchange.reply.status);
+  return exchange.reply.error ? "there is no response: " + exchange.reply.error->message : "the response is " + std::to_string(exchange.reply.status);
 }
 
 std::set<std::string> methods_of(const http::Fields& fields) {
@@ -63,8 +61,9 @@ void check_uris(Context& context) {
                             r.get.reply.error->code == Errc::timed_out ? Certainty::likely : Certainty::certain);
     else if (r.exists()) context.verdicts.pass("uri.get", &r.get);
     else if (status == 401 || status == 403) context.verdicts.not_testable("uri.get", "there is no right to read " + r.url, &r.get);
-    else if (status == 429 || status >= 500) context.verdicts.not_testable("uri.get", r.url + " cannot be read now: " + number(status), &r.get);
-    else context.verdicts.fail("uri.get", r.url + ", advertised by " + r.advertised_by + ", gets " + number(status), &r.get);
+    else if (status == 429 || status >= 500)
+      context.verdicts.not_testable("uri.get", r.url + " cannot be read now: " + std::to_string(status), &r.get);
+    else context.verdicts.fail("uri.get", r.url + ", advertised by " + r.advertised_by + ", gets " + std::to_string(status), &r.get);
   }
   if (!advertised) context.verdicts.not_applicable("uri.get", "no sub-resource is advertised");
   bool named = false;
@@ -117,9 +116,10 @@ void check_unknown(Context& context) {
   const int status = exchange.reply.status;
   if (exchange.reply.error) context.verdicts.fail("status.not-found", outcome_of(exchange), &exchange);
   else if (status == 401 || status == 403)
-    context.verdicts.not_testable("status.not-found", "there is no right to ask: " + number(status), &exchange);
+    context.verdicts.not_testable("status.not-found", "there is no right to ask: " + std::to_string(status), &exchange);
   else if (status >= 400 && status < 500) context.verdicts.pass("status.not-found", &exchange);
-  else if (status < 400) context.verdicts.fail("status.not-found", "a URI that nobody has made gets " + number(status) + ", expected 404", &exchange);
+  else if (status < 400)
+    context.verdicts.fail("status.not-found", "a URI that nobody has made gets " + std::to_string(status) + ", expected 404", &exchange);
   // 5xx: status.blame
 }
 
@@ -135,8 +135,9 @@ void check_refused_methods(Context& context, const Resource& r) {
   const int status = exchange.reply.status;
   if (exchange.reply.error) return context.verdicts.not_testable("methods.refused", outcome_of(exchange), &exchange);
   if (status < 400)
-    return context.verdicts.fail("methods.refused", std::string(method) + " is not in Allow of " + r.url + " and gets " + number(status), &exchange);
-  if (status != 405) return context.verdicts.pass("methods.refused", &exchange, "refused with " + number(status) + " instead of 405");
+    return context.verdicts.fail("methods.refused", std::string(method) + " is not in Allow of " + r.url + " and gets " + std::to_string(status),
+                                 &exchange);
+  if (status != 405) return context.verdicts.pass("methods.refused", &exchange, "refused with " + std::to_string(status) + " instead of 405");
   context.verdicts.pass("methods.refused", &exchange);
   if (exchange.reply.fields.find("Allow")) context.verdicts.pass("methods.allow-of-405", &exchange);
   else context.verdicts.fail("methods.allow-of-405", "the 405 has no Allow", &exchange);
@@ -177,7 +178,7 @@ void check_options(Context& context, Resource& r) {
   const Exchange exchange = context.probe.ask("OPTIONS", r.url);
   if (!exchange.reply.ok()) {
     if (exchange.reply.status == 401 || exchange.reply.status == 403)
-      return context.verdicts.not_testable("options.success", "no right: " + number(exchange.reply.status), &exchange);
+      return context.verdicts.not_testable("options.success", "no right: " + std::to_string(exchange.reply.status), &exchange);
     context.verdicts.fail("options.success", r.url + ": " + outcome_of(exchange), &exchange);
     return context.verdicts.not_applicable("options.allow", "OPTIONS has no success");
   }
@@ -194,7 +195,7 @@ void check_tags(Context& context, Resource& r) {
   const Exchange head = context.probe.ask("HEAD", r.url);
   if (head.reply.error) verdicts.fail("http.head", r.url + ": " + outcome_of(head), &head);
   else if (head.reply.status != r.get.reply.status && !(head.reply.ok() && r.get.reply.ok()))
-    verdicts.fail("http.head", r.url + ": GET gets " + number(r.get.reply.status) + ", HEAD " + number(head.reply.status), &head);
+    verdicts.fail("http.head", r.url + ": GET gets " + std::to_string(r.get.reply.status) + ", HEAD " + std::to_string(head.reply.status), &head);
   else verdicts.pass("http.head", &head);
 
   const Exchange again = context.probe.ask("GET", r.url);
@@ -236,7 +237,8 @@ void check_tags(Context& context, Resource& r) {
     if (conditional.reply.fields.find("ETag")) verdicts.pass("etag.304-tag", &conditional);
     else verdicts.fail("etag.304-tag", r.url + ": the 304 has no ETag", &conditional);
   } else if (conditional.reply.ok() && conditional.reply.field("ETag") == after) {
-    verdicts.fail("etag.304", r.url + ": the tag is still " + after + ", and the response is " + number(conditional.reply.status), &conditional);
+    verdicts.fail("etag.304", r.url + ": the tag is still " + after + ", and the response is " + std::to_string(conditional.reply.status),
+                  &conditional);
   } else if (!conditional.reply.ok()) {
     verdicts.fail("etag.304", r.url + ": " + outcome_of(conditional), &conditional);
   } else {

@@ -20,8 +20,6 @@ constexpr std::size_t max_candidates = 4;
 constexpr std::size_t max_ignored = 2;  // resources at which a callback is waited for in vain
 constexpr const char* other_type = "application/n-triples";
 
-std::string number(int status) { return std::to_string(status); }
-
 bool names_protocol(const Resource& r, std::string_view protocol) {
   return lrt::detail::lower(r.get.reply.fields.joined("Upgrade")).find(protocol) != std::string::npos;
 }
@@ -85,7 +83,7 @@ void check_version(Context& context, const std::string& url) {
   else if (exchange.reply.status == 101) context.verdicts.fail("ws.version", "version 7 is accepted", &exchange);
   else if (exchange.reply.ok()) context.verdicts.pass("ws.version", &exchange, "the Upgrade is ignored");
   else if (!exchange.reply.fields.find("Sec-WebSocket-Version"))
-    context.verdicts.fail("ws.version", "the response is " + number(exchange.reply.status) + " without Sec-WebSocket-Version", &exchange);
+    context.verdicts.fail("ws.version", "the response is " + std::to_string(exchange.reply.status) + " without Sec-WebSocket-Version", &exchange);
   else context.verdicts.pass("ws.version", &exchange);
 }
 
@@ -169,11 +167,12 @@ void check_websocket(Context& context) {
     if (reply.status == 401 || reply.status == 403) refused = socket.exchange();
     last = socket.exchange();
   }
-  if (refused) v.not_testable("ws.handshake", "there is no right to subscribe: " + number(refused->reply.status), &*refused);
+  if (refused) v.not_testable("ws.handshake", "there is no right to subscribe: " + std::to_string(refused->reply.status), &*refused);
   else if (last && last->reply.error) v.fail("ws.handshake", "the handshake has no response: " + last->reply.error->message, &*last);
   else if (last)
     v.fail("ws.handshake",
-           "none of " + std::to_string(urls.size()) + " resources opens a WebSocket; the last response is " + number(last->reply.status), &*last);
+           "none of " + std::to_string(urls.size()) + " resources opens a WebSocket; the last response is " + std::to_string(last->reply.status),
+           &*last);
   else v.not_testable("ws.handshake", "no resource could be asked");
   for (const char* id : websocket_ids) v.otherwise(id, Outcome::not_testable, "no WebSocket could be opened");
   v.otherwise("ws.version", Outcome::not_testable, "no WebSocket could be opened");
@@ -232,10 +231,10 @@ void cancel(Context& context, std::string url, const std::string& receiver) {
   const Exchange removed = context.probe.ask("DELETE", url);
   if (!removed.reply.ok()) {
     context.notes.push_back("the subscription " + url + " could not be cancelled");
-    return v.fail(
-        "callback.cancel",
-        "DELETE of " + url + (removed.reply.error ? " has no response: " + removed.reply.error->message : " gets " + number(removed.reply.status)),
-        &removed);
+    return v.fail("callback.cancel",
+                  "DELETE of " + url +
+                      (removed.reply.error ? " has no response: " + removed.reply.error->message : " gets " + std::to_string(removed.reply.status)),
+                  &removed);
   }
   const Exchange gone = context.probe.ask("GET", url);
   if (gone.reply.ok()) return v.fail("callback.cancel", url + " is still there after DELETE", &gone);
@@ -316,20 +315,21 @@ void check_callback(Context& context) {
     if (without.reply.error) v.not_testable("callback.requires-uri", "there is no response", &without);
     else if (without.reply.status == 201 || without.reply.status == 202 ||
              (without.reply.ok() && without.reply.body != before.reply.body && without.reply.fields.find("Location")))
-      v.fail("callback.requires-uri", "the response is " + number(without.reply.status), &without);
+      v.fail("callback.requires-uri", "the response is " + std::to_string(without.reply.status), &without);
     else if (without.reply.ok())
-      v.fail("callback.requires-uri", "the response is " + number(without.reply.status) + ", as if the Upgrade were not there", &without,
+      v.fail("callback.requires-uri", "the response is " + std::to_string(without.reply.status) + ", as if the Upgrade were not there", &without,
              Certainty::likely);
     else if (without.reply.status < 500) v.pass("callback.requires-uri", &without);
     return;
   }
   if (refused)
-    return not_testable("the server refuses the receiver " + (*receiver)->url() + " by policy: " + number(refused->reply.status), &*refused);
+    return not_testable("the server refuses the receiver " + (*receiver)->url() + " by policy: " + std::to_string(refused->reply.status), &*refused);
   if (last && last->reply.ok())
     v.fail("callback.created", "the Upgrade is ignored: the response is that of an ordinary GET, and there is no notification", &*last);
   else if (last)
     v.fail("callback.created",
-           last->reply.error ? "there is no response: " + last->reply.error->message : "the response is " + number(last->reply.status), &*last);
+           last->reply.error ? "there is no response: " + last->reply.error->message : "the response is " + std::to_string(last->reply.status),
+           &*last);
   not_testable("no callback could be created");
 }
 

@@ -16,10 +16,8 @@ namespace {
 constexpr const char* turtle = "text/turtle";
 constexpr const char* no_rdf = "<> <urn:lrt:check> \"this Turtle has no end";
 
-std::string number(int status) { return std::to_string(status); }
-
 std::string outcome_of(const Exchange& exchange) {
-  return exchange.reply.error ? "there is no response: " + exchange.reply.error->message : "the response is " + number(exchange.reply.status);
+  return exchange.reply.error ? "there is no response: " + exchange.reply.error->message : "the response is " + std::to_string(exchange.reply.status);
 }
 
 /// The verdict on a request that must be refused with 4xx.
@@ -27,9 +25,9 @@ void must_be_refused(Context& context, std::string_view id, const Exchange& exch
   const int status = exchange.reply.status;
   if (exchange.reply.error) context.verdicts.not_testable(id, outcome_of(exchange), &exchange);
   else if (status == 401 || status == 403 || status == 429 || status == 503)
-    context.verdicts.not_testable(id, "the response is " + number(status), &exchange);
+    context.verdicts.not_testable(id, "the response is " + std::to_string(status), &exchange);
   else if (status >= 400 && status < 500) context.verdicts.pass(id, &exchange);
-  else context.verdicts.fail(id, exchange.url + ": " + what + " gets " + number(status) + ", expected 4xx", &exchange);
+  else context.verdicts.fail(id, exchange.url + ": " + what + " gets " + std::to_string(status) + ", expected 4xx", &exchange);
 }
 
 /// The graph with its value replaced by one of another datatype: well-formed, and not what any shape of it allows. Empty: it has no such value.
@@ -78,7 +76,7 @@ void check_put(Context& context, const std::string& url) {
   const Exchange other_tag = context.probe.ask("PUT", url, with("\"lrt-check\"", type), present.reply.body);
   if (other_tag.reply.status == 412) v.pass("write.if-match", &other_tag);
   else if (other_tag.reply.ok())
-    v.fail("write.if-match", url + ": a PUT with the tag of another representation gets " + number(other_tag.reply.status), &other_tag);
+    v.fail("write.if-match", url + ": a PUT with the tag of another representation gets " + std::to_string(other_tag.reply.status), &other_tag);
   else v.not_testable("write.if-match", outcome_of(other_tag), &other_tag);
 
   const Exchange bad = context.probe.ask("PUT", url, with(tag, turtle), no_rdf);
@@ -113,7 +111,7 @@ void check_put(Context& context, const std::string& url) {
   if (!put.reply.ok()) return v.not_applicable("write.no-content", "no PUT succeeded");
   if (put.reply.status == 204) v.pass("write.no-content", &put);
   else if (put.reply.status == 202) v.pass("write.no-content", &put, "202: the change is not complete yet");
-  else v.fail("write.no-content", url + ": a PUT that asks for nothing more gets " + number(put.reply.status), &put);
+  else v.fail("write.no-content", url + ": a PUT that asks for nothing more gets " + std::to_string(put.reply.status), &put);
 }
 
 void judge_success(Context& context, const Exchange& posted) {
@@ -121,12 +119,12 @@ void judge_success(Context& context, const Exchange& posted) {
   const int status = posted.reply.status;
   if (status == 204 || status == 202) v.pass("invoke.no-content", &posted);
   else if (status == 201) v.pass("invoke.no-content", &posted, "201, as LDP demands of containers");
-  else if (!posted.reply.body.empty()) v.pass("invoke.no-content", &posted, number(status) + " with an output, which 204 cannot carry");
-  else v.fail("invoke.no-content", posted.url + ": the response is " + number(status) + " without a body", &posted);
+  else if (!posted.reply.body.empty()) v.pass("invoke.no-content", &posted, std::to_string(status) + " with an output, which 204 cannot carry");
+  else v.fail("invoke.no-content", posted.url + ": the response is " + std::to_string(status) + " without a body", &posted);
   const std::string location = posted.reply.field("Location");
   if (location.empty()) {
     v.not_applicable("post.location-get", "there is no Location");
-    return v.fail("post.location", posted.url + ": the response " + number(status) + " has no Location", &posted);
+    return v.fail("post.location", posted.url + ": the response " + std::to_string(status) + " has no Location", &posted);
   }
   v.pass("post.location", &posted);
   const Result<std::string> created = iri::resolve(posted.url, location);
@@ -134,7 +132,7 @@ void judge_success(Context& context, const Exchange& posted) {
   const Exchange exchange = get(context, *created);
   if (exchange.reply.ok()) v.pass("post.location-get", &exchange);
   else if (exchange.reply.status == 401 || exchange.reply.status == 403)
-    v.not_testable("post.location-get", "no right: " + number(exchange.reply.status), &exchange);
+    v.not_testable("post.location-get", "no right: " + std::to_string(exchange.reply.status), &exchange);
   else v.fail("post.location-get", *created + ": " + outcome_of(exchange), &exchange);
 }
 

@@ -33,6 +33,25 @@ class LRT_API HashIndex {
     ++used_;
   }
 
+  /// Moves later slots back, so that find() remains fast after many changes.
+  /// @pre  the index has the number with this hash
+  void erase(std::uint32_t hash, std::uint32_t number) noexcept {
+    const std::size_t mask = slots_.size() - 1;
+    std::size_t gap = hash & mask;
+    while (slots_[gap].number != number) gap = (gap + 1) & mask;
+    for (std::size_t at = gap;;) {
+      at = (at + 1) & mask;
+      if (slots_[at].number == none) break;
+      const std::size_t home = slots_[at].hash & mask;
+      if (((at - home) & mask) >= ((at - gap) & mask)) slots_[gap] = slots_[at], gap = at;
+    }
+    slots_[gap] = Slot{};
+    --used_;
+  }
+
+  /// The memory that it takes.
+  std::size_t bytes() const noexcept { return slots_.capacity() * sizeof(Slot); }
+
  private:
   struct Slot {
     std::uint32_t hash = 0, number = none;
