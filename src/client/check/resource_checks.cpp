@@ -119,7 +119,8 @@ void check_unknown(Context& context) {
   else if (status == 401 || status == 403)
     context.verdicts.not_testable("status.not-found", "there is no right to ask: " + number(status), &exchange);
   else if (status >= 400 && status < 500) context.verdicts.pass("status.not-found", &exchange);
-  else if (status < 400) context.verdicts.fail("status.not-found", "a URI that nobody has made gets " + number(status) + ", expected 404", &exchange);
+  else if (status < 400)
+    context.verdicts.fail("status.not-found", "a GET of a URI that does not exist returned " + number(status) + "; expected 404", &exchange);
   // 5xx: status.blame
 }
 
