@@ -307,7 +307,7 @@ class Generator {
       const std::string term = term_or_iri(f.predicate);
       fields += "    r.field(lrt::Iri{" + cpp::string_literal(term) + "}, &" + q + "::" + id + ")" + facets_code(*f.type, own, bounds) + ";\n";
       const std::string at = "      t.fields[" + std::to_string(index) + "]";
-      // What Record makes of it.
+      // The predicate and name that Record derives from it.
       const std::string name = term.substr(term.find_last_of("#/") + 1);
       const std::string placed = term.front() == '#' ? "#" + made.name + "/" + iri::encode_segment(name) : term;
       if (placed != term) changes += at + ".predicate = " + cpp::string_literal(term) + ";\n";

@@ -41,7 +41,7 @@ constexpr std::size_t request_threads = 8;
 /// For polls, besides Limits::max_streams.
 constexpr std::size_t poll_threads = 8;
 constexpr milliseconds max_delete_time{2'000};
-/// Of the body of a response that refuses an event stream.
+/// The bytes that are read of a response that refuses an event stream.
 constexpr std::size_t max_reason_bytes = 64 * 1024;
 
 double system_random() {
@@ -560,7 +560,7 @@ void Watch::Impl::end(Generation generation, Error error) {
   post(lock, std::move(made));
 }
 
-/// What the activity has: a socket, a stream, a callback. Under the lock, which is released meanwhile.
+/// Releases the socket, stream or callback of the activity. @pre the lock is held; it is released meanwhile.
 void Watch::Impl::release_activity(Lock& lock) noexcept {
   const std::uint64_t socket = std::exchange(websocket_, 0);
   const std::shared_ptr<EventWaker> stream_end = std::exchange(stream_end_, nullptr);

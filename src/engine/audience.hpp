@@ -35,7 +35,7 @@ struct Audience {
   Methods methods(const Resource& resource) const;
   /// Whether the audience may see an IRI: a resource that it may read, with or without query and fragment, or an IRI of another server.
   bool sees_iri(std::string_view iri, const std::string& base, const Registry& registry) const;
-  /// Of the principal, where a representation of the resource depends on it.
+  /// The name of the principal if a representation of the resource depends on it, else empty.
   std::string_view name_in(const Resource& resource) const noexcept;
 };
 

@@ -41,7 +41,7 @@ class ChangeScanner {
   void unwatch(PropertyResource& property);
   void watch(InvocationResource& invocation);
   void unwatch(InvocationResource& invocation);
-  /// Of a resource whose representations say which actions are available.
+  /// Watches the availability of actions, for a resource whose representations state it.
   void watch_availability();
   void unwatch_availability();
 

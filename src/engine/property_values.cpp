@@ -23,7 +23,7 @@ std::size_t bytes_of(const rdf::Value& value) {
   return sum;
 }
 
-/// What has representations may be much larger than its RDF: an image.
+/// Representations by user-defined encoders may be much larger than the RDF of the value: an image, for example.
 constexpr std::size_t min_bytes_with_representations = 64 * 1024;
 
 Encoding encoded(model::RepresentationSpec& spec, const void* whole) {

@@ -28,7 +28,7 @@ struct Encodings {
   bool all = false;
   std::optional<std::size_t> one{};
 
-  /// What a representation needs: RDF states the size of each encoding.
+  /// The encodings that a variant needs. RDF needs all, because it states the size of each.
   static Encodings of(Variant variant) noexcept;
   bool contains(std::size_t encoder) const noexcept { return all || one == encoder; }
 };

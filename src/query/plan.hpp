@@ -63,14 +63,15 @@ struct PlanState {
 
 class Solver;
 
-/// Makes pipelines of patterns.
+/// Translates patterns into pipelines.
 ///
-/// Patterns are evaluated from the left with what is bound already wherever SPARQL's evaluation from the inside gives the same: not where a
-/// pattern would see a variable of a sibling. Those parts, and queries in the query, are evaluated apart and joined by hash.
+/// Patterns are evaluated from left to right; each stage gets the bindings of the stages before it. SPARQL defines an evaluation from the
+/// inside out. Both have the same solutions unless a pattern would see a variable of a sibling. Such patterns, and subqueries, are evaluated
+/// separately and joined by hash.
 class Planner {
  public:
   explicit Planner(Run& run);
-  /// Adds the stages of a pattern, and filters after it. `state` is then that after the pattern.
+  /// Adds the stages of a pattern and the filters after it. `state` becomes the state after the pattern.
   void plan(const Pattern& pattern, const Expression* condition, Frame& frame, PlanState& state, Pipeline& out);
   /// Aggregates of the expression are computed elsewhere: their values are in new slots.
   struct Aggregate {

@@ -107,7 +107,7 @@ class Run {
       if (result->messages.empty()) result->messages.emplace_back(rdf::literal(make_message()));
     }
   }
-  /// As above, with the results of the shape `inner` for the value as details.
+  /// Reports a violation. The results of the shape `inner` for the value become its details (sh:detail).
   template <class MakeMessage>
   void violation_within(const Scene& scene, const Constraint& constraint, Node value, ShapeIndex inner, MakeMessage&& make_message) {
     const std::size_t before = results_ ? results_->size() : 0;

@@ -133,7 +133,7 @@ void check_triples(Context& context, std::string_view id, Iri predicate, Iri typ
     if (!thing->graph) continue;
     const bool has = thing->graph->object(rdf::iri(thing->url), predicate).has_value();
     if (has) v.pass(id, &thing->get);
-    // What Link or another triple of the Thing leads to, and what says of itself, or of what the Thing says, that it is of the kind.
+    // The targets of Link fields or triples of the Thing whose type is that kind, as they or the Thing state.
     std::set<std::string> reached = thing->related;
     const rdf::TermView subject = rdf::iri(thing->url);
     for (const rdf::Triple& t : thing->graph->match(&subject, nullptr, nullptr))

@@ -63,7 +63,7 @@ std::vector<std::string> lines_of(const rdf::Graph& graph) {
   return lines;
 }
 
-/// Whether both say the same, but for which blank node is which: to find that out could take a hostile server's graph for ever.
+/// Whether the graphs are equal, without a comparison of blank nodes: graph isomorphism takes unbounded time for a hostile graph.
 bool same_graph(const std::string& a, const std::string& b, const std::string& type, const std::string& base) {
   if (a == b) return true;
   const auto syntax = rdf::syntax_of(type);

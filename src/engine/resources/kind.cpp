@@ -258,7 +258,7 @@ void KindResource::describe(const Description& d, bool with_targets) const {
   rdf::Graph& graph = d.graph;
   const std::vector<ThingNode*> members = members_seen_by(d.audience);
   const ThingNode& first = *members.front();
-  // Of what these have, at least so many are seen at each.
+  // The smallest count that any member has.
   const auto least = [&](auto count) {
     std::size_t n = std::numeric_limits<std::size_t>::max();
     for (const ThingNode* t : members) n = std::min(n, static_cast<std::size_t>(count(*t)));

@@ -43,7 +43,7 @@ class Client : public Watched, public Linked<TurnTag>, public std::enable_shared
  protected:
   explicit Client(Loop& loop) : loop_(loop) {}
 
-  /// As send(2).
+  /// Sends like send(2).
   /// @param tls  nullptr: plain
   static ssize_t send(const Socket& socket, TlsStream* tls, const OutputParts& output);
 

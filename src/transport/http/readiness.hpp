@@ -45,7 +45,7 @@ class Readiness {
   /// Deletes the deferred, too.
   void close() noexcept;
   bool is_open() const noexcept { return set_.is_open(); }
-  /// Of the set; readable while a descriptor in it is ready.
+  /// The descriptor of the set. It is readable while a descriptor in the set is ready.
   int descriptor() const noexcept { return set_.descriptor(); }
 
   /// Watched::on_ready() follows whenever one of `events` is there, or an error. Replaces the Watched and the events of before.

@@ -23,7 +23,7 @@ namespace {
 constexpr int max_empty_lines = 4;
 /// Bodies up to this size are copied behind their header section: one buffer costs the system less than two.
 constexpr std::size_t copied_body_bytes = 2048;
-/// Of the body of a refused request, so that its connection can be kept.
+/// This much of the body of a refused request is received and discarded, so that its connection can be kept.
 constexpr std::size_t max_discarded_body_bytes = 16 * 1024;
 /// A body larger than this is received after other connections were served.
 constexpr std::size_t large_body_bytes = 16 * 1024;
@@ -102,7 +102,7 @@ void Exchange::clear() {
   out_sent = 0;
 }
 
-/// Apart, so that users' programs do not depend on its layout.
+/// Private implementation: users' programs do not depend on its layout.
 struct SessionContext::State {
   explicit State(const Limits& given) : limits(given), bodies(given) { spare.reserve(max_spare); }
 
@@ -144,7 +144,7 @@ std::string_view SessionContext::date(std::chrono::system_clock::time_point utc)
   return state_->date;
 }
 
-/// What a session does and has, apart for the same reason. Its functions are those of Session.
+/// The private implementation of Session, with the same functions.
 class Session::State {
  public:
   State(SessionContext& context, std::string peer) : context_(context), shared_(*context.state_), peer_(std::move(peer)) {}
@@ -324,7 +324,7 @@ void Session::State::receive(std::string_view bytes, TimePoint now) {
   rest();
 }
 
-/// What of the kept input the last run() has left.
+/// Removes the input that the last run() has consumed.
 void Session::State::drop_consumed() noexcept {
   Exchange& x = *exchange_;
   x.in_used = x.in.size() - x.rest.size();

@@ -19,7 +19,8 @@ namespace lrt::libwebsockets {
 class Vhost;
 class Connection;
 
-/// What a connection is after a WebSocket handshake: the messages of a channel. Frames, pings and the closing handshake are libwebsockets'.
+/// A connection after the WebSocket handshake: it carries the messages of a channel. libwebsockets handles frames, pings and the closing
+/// handshake.
 /// Return values are those of Connection.
 ///
 /// @par Implements  R0.12, R0.14, RFC 6455
