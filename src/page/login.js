@@ -1,9 +1,9 @@
-// The form of a 401: the token goes to the robot in a header field, so that no address and no other page has it, and a cookie stands for it then.
+// The login form of a 401 response. The token is sent in a header field; afterwards a cookie replaces it. No URL contains the token.
 
 const form = document.querySelector("form"), token = form.querySelector("input"), trouble = form.querySelector("[role=alert]");
-const path = new URL(form.dataset.session).pathname;  // here, whatever the public base is
+const path = new URL(form.dataset.session).pathname;  // at the origin of this page, whatever the public base is
 
-/// The page that was asked for: this one, or at the address of the session the one in the fragment.
+/// Opens the requested page: this address, or at the address of the session the path in the fragment.
 function arrive() {
   if (location.pathname !== path) return location.reload();
   const root = new URL("..", location.origin + path), wanted = new URL(location.hash.slice(1), root);

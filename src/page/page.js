@@ -1,5 +1,5 @@
-// The page for people. It is the same for every resource: it looks at its own address, reads that as N-Triples and follows the links
-// it finds; no path is assumed. What changes comes by WebSocket, or by asking again where there is none.
+// The HTML page of the robot. It is the same for every resource: it requests its own address as N-Triples and follows the links in the
+// response. It assumes no paths. Changes arrive by WebSocket, or by polling if there is none.
 
 // ---- vocabularies
 
@@ -86,7 +86,7 @@ function toNumber(text) {
 }
 const isNumeric = (o) => NUMBER_TYPES.includes(o.type) || isIntegerType(o.type);
 
-// ---- words
+// ---- names, units and numbers as text
 
 const localName = (iri) => {
   const name = iri.replace(/[/#]+$/, "").split(/[/#]/).pop();
@@ -102,7 +102,7 @@ const unitPart = (part) => {
 };
 const unitText = (iri) => !iri ? "" : localName(iri).split("-PER-").map((side) => side.split("-").map(unitPart).join("·")).join("/");
 
-/// For reading at a glance; the whole number stands in the title. What moves keeps its places, so that it does not jump.
+/// A rounded number; the title attribute has all digits. A moving number has a fixed number of decimals, so that the text does not jump.
 function numberText(o, moving) {
   const n = toNumber(o.value);
   if (!Number.isFinite(n) || isIntegerType(o.type)) return o.value;
@@ -119,9 +119,9 @@ function ago(ms) {
   return s < 129600 ? `${Math.round(s / 3600)} h ago` : `${Math.round(s / 86400)} days ago`;
 }
 
-// ---- elements. Text is only ever set as text; no style attribute, no handler in markup.
+// ---- elements. Text is only inserted as text. The markup has no style attributes and no event handlers.
 
-/// h("p.quiet", { title }, children ...): the properties may be left out.
+/// Creates an element: h("p.quiet", { title }, children ...). The second argument is optional. A property "on..." is an event handler.
 function h(selector, properties, ...children) {
   const [tag, ...classes] = selector.split(".");
   const element = document.createElement(tag);
@@ -151,7 +151,7 @@ function copyable(text) {
   const code = h("code", text), copy = button("Copy", async () => {
     try {
       await navigator.clipboard.writeText(text);
-    } catch {  // not a secure context
+    } catch {  // the clipboard requires a secure context
       getSelection().selectAllChildren(code);
       document.execCommand("copy");
     }
@@ -161,13 +161,13 @@ function copyable(text) {
   return h("div.copyable", code, copy);
 }
 
-// ---- talking to the robot
+// ---- requests to the robot
 
 const N_TRIPLES = "application/n-triples", JSON_TYPE = "application/json", PROBLEM = "application/problem+json;q=0.9";
 const meaning = (type, text) => type === N_TRIPLES ? parse(text) : type === JSON_TYPE ? JSON.parse(text) : null;
-let robotOrigin = location.origin;  // of the IRIs in representations, where a public base makes it another than ours
-let user;                           // who is logged in
-let skew = 0;                       // of the robot's clock, where it is more than what a Date field can tell
+let robotOrigin = location.origin;  // origin of the IRIs in representations; differs from location.origin with a public base
+let user;                           // the session of the user that is logged in
+let skew = 0;                       // robot's clock minus ours [ms]; 0 below 3 s, because a Date field has only seconds
 
 const isOurs = (iri) => { try { return [location.origin, robotOrigin].includes(new URL(iri).origin); } catch { return false; } };
 const local = (iri) => iri.startsWith(robotOrigin + "/") ? location.origin + iri.slice(robotOrigin.length) : iri;
@@ -179,14 +179,14 @@ class Problem extends Error {
   constructor(status, title, detail, report) { super(detail || title); Object.assign(this, { status, title, report }); }
 }
 
-let others = new AbortController();  // of the requests under way
-/// An answer; throws a Problem for what is refused and Lost when nobody answers.
+let others = new AbortController();  // aborts all pending requests
+/// Sends a request and returns the response. Throws a Problem for a status of 400 or more, and Lost if there is no response.
 async function ask(method, iri, { accept = `${N_TRIPLES}, ${PROBLEM}`, body, etag, signal = others.signal } = {}) {
   const headers = { Accept: accept };
   if (body !== undefined) headers["Content-Type"] = N_TRIPLES;
   if (etag) headers["If-None-Match"] = etag;
   let response, text;
-  try {  // not stored: this address is the page's in the browser's cache
+  try {  // no-store: the browser's cache has the page for this address
     response = await fetch(local(withoutHash(iri)), { method, headers, body, signal, cache: "no-store" });
     text = await response.text();
   } catch { throw new Lost("the robot does not respond"); }
@@ -209,7 +209,8 @@ function links(answer, rel) {
 }
 
 const kept = new Map();
-/// What was just asked for, so that the parts of a page need not all ask. OPTIONS is kept longer: it tells of structure.
+/// Sends a request, or returns the recent response to the same request. Several parts of a page share it. OPTIONS is cached longer, because
+/// it depends on the structure only.
 function known(iri, method = "GET", ms = 5000) {
   const key = method + iri;
   if (!kept.has(key)) {
@@ -220,13 +221,13 @@ function known(iri, method = "GET", ms = 5000) {
   }
   return kept.get(key);
 }
-/// What OPTIONS says: it reads no value.
+/// The methods and links of a resource. OPTIONS reads no value of the robot.
 async function optionsOf(iri) {
   const answer = await known(iri, "OPTIONS", 60000), methods = answer.field("Allow").split(/[\s,]+/);
   return { allows: (m) => methods.includes(m), up: links(answer, "up")[0], constrainedBy: links(answer, ldp("constrainedBy"))[0] };
 }
 
-/// What is above a resource, the root first.
+/// The resources above a resource (Link rel=up), the root first.
 async function wayTo(iri) {
   const chain = [];
   for (let at = iri; chain.length < 20;) {
@@ -237,9 +238,11 @@ async function wayTo(iri) {
   return chain;
 }
 
-/// Keeps somebody up to date with a resource: by WebSocket, else by asking every two seconds. After a loss it comes back by itself.
+/// Watches a resource by WebSocket, else polls every 2 s. Reconnects after a loss.
+///
+/// @param on  callbacks: g(graph or JSON, response if polled), state(text), problem(Problem)
 class Watch {
-  static most = 6;  // open sockets; what is more is asked for
+  static most = 6;  // open sockets; further resources are polled
   static all = new Set();
   static onchange = () => {};
 
@@ -258,7 +261,7 @@ class Watch {
     Watch.all.delete(this);
     clearTimeout(this.timer);
     const { socket } = this;
-    if (socket?.readyState === 0) socket.onopen = () => socket.close();  // at once it would be a warning
+    if (socket?.readyState === 0) socket.onopen = () => socket.close();  // close() while connecting makes the browser log a warning
     else socket?.close();
     this.socket = null;
     Watch.onchange();
@@ -287,9 +290,9 @@ class Watch {
     url.protocol = url.protocol.replace("http", "ws");
     url.searchParams.set("accept", this.accept);
     url.searchParams.set("minimumInterval", this.interval);
-    url.searchParams.set("queueLength", "0");  // an invocation's would be told late, one after the other
+    url.searchParams.set("queueLength", "0");  // latest value only: queued states of an invocation would arrive late
     let socket, opened = false;
-    try { socket = this.socket = new WebSocket(url); } catch {  // a browser for which 'self' does not cover it
+    try { socket = this.socket = new WebSocket(url); } catch {  // a browser in which 'self' of connect-src does not include ws:
       this.socketAfter = Infinity;
       return this.poll();
     }
@@ -302,12 +305,12 @@ class Watch {
     socket.onclose = (event) => {
       if (this.socket !== socket) return;
       this.socket = null;
-      if (event.code === 1000) {  // somebody has cancelled the subscription, perhaps here
+      if (event.code === 1000) {  // the subscription was cancelled, by this page or another client
         this.over = true;
         this.stop();
         this.mark("cancelled");
       } else {
-        if (!opened) this.socketAfter = Date.now() + 30000;  // refused, or nobody is there: asking tells
+        if (!opened) this.socketAfter = Date.now() + 30000;  // The handshake failed. Polling shows the reason.
         this.poll();
       }
     };
@@ -345,7 +348,7 @@ Watch.onchange = () => {
   document.body.classList.toggle("lost", state === "lost");
 };
 
-// A page that nobody looks at holds no connection for long, and none when it is left: browsers keep it for the way back.
+// Hidden pages close their connections after a delay, and left pages at once: browsers keep left pages for the Back button.
 let hiddenTimer, resting = [];
 const rest = () => { resting.push(...Watch.all); resting.forEach((w) => w.stop()); };
 const wake = () => resting.splice(0).forEach((w) => w.start());
@@ -364,7 +367,7 @@ const NOT_VALUES = new Set([rdf("type"), rdfs("seeAlso"), rdfs("label"), rdfs("c
   ...["source", "target"].map((end) => spatial(end + "CoordinateSystem")), ...UNIT_PREDICATES]);
 const UNNAMED = new Set([vom("numericalValue"), vom("quantityValue"), rdf("value")]);
 
-/// What a node says as a flat list of { path: [words], objects, names, unit }; a vector is one of them, and so is a list of scalars.
+/// The values of a node as a flat list of { path: [words], objects, names, unit }. A vector or a list of scalars is one entry.
 function leaves(g, node, path = [], seen = new Set(), outer) {
   if (seen.has(node)) return [];
   seen.add(node);
@@ -387,7 +390,7 @@ function leaves(g, node, path = [], seen = new Set(), outer) {
 const isTrue = (o) => o.value === "true" || o.value === "1";
 const objectText = (o, moves) => o.id ? localName(o.id) : isNumeric(o) ? numberText(o, moves) : o.type === xsd("boolean") ? (isTrue(o) ? "yes" : "no") : o.value;
 
-/// Shows leaves in an element; touches only text as long as they have the same names.
+/// Shows leaves in an element. If their names have not changed, only text is replaced.
 class ValueView {
   element = h("div.value");
   show(all, plot) {
@@ -410,7 +413,7 @@ class ValueView {
 
 // ---- plots: the last minute of each number
 
-/// A canvas as fine as the screen, cleared; without a pen while it is not laid out.
+/// Resizes a canvas to the screen's resolution and clears it. `pen` is its 2D context; undefined while the canvas has no layout.
 function penOn(canvas) {
   const scale = devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight, pen = width && canvas.getContext("2d"), style = getComputedStyle(canvas);
   if (!pen) return {};
@@ -423,10 +426,10 @@ function penOn(canvas) {
 
 const MINUTE = 60000;
 const calm = matchMedia("(prefers-reduced-motion: reduce)");
-const plots = new Set();  // in sight
+const plots = new Set();  // the visible ones
 
 class Plot {
-  series = new Map();  // by name: [[time, number], ...]
+  series = new Map();  // name -> [[time, number], ...]
   constructor() {
     this.canvas = h("canvas", { role: "img", "aria-label": "the last minute" });
     this.legend = h("p.legend", { "aria-hidden": "true" });
@@ -440,14 +443,14 @@ class Plot {
       if (!this.series.has(name)) this.series.set(name, []);
       const points = this.series.get(name);
       points.push([now, n]);
-      // One from before the minute stays: it is where the line comes from.
+      // One point older than a minute is kept: the line begins there.
       while (points.length > 2 && points[1][0] < now - MINUTE) points.shift();
     });
   }
   moved() { return [...this.series].filter(([, points]) => points.some((p) => p[1] !== points[0][1])); }
   moves({ path, words = path }) { return this.moved().some(([name, points]) => points.length > 5 && name.startsWith(words.join(" › "))); }
   draw() {
-    // Those that have moved; else the first, if it is all there is.
+    // The series that have moved. Without one: a single series is drawn, several are not.
     const moved = this.moved().slice(0, 6), lines = moved.length || this.series.size > 1 || this.small ? moved : [...this.series];
     this.element.hidden = lines.length === 0;
     if (!lines.length) return;
@@ -482,7 +485,7 @@ class Plot {
       pen.strokeStyle = color(`--series${i}`);
       pen.beginPath();
       points.forEach(([t, n], j) => {
-        // What did not change was not told: a value holds until the next one.
+        // Unchanged values are not sent: a value is valid until the next one.
         if (j > 0 && t - points[j - 1][0] > 700) pen.lineTo(x(t), y(points[j - 1][1]));
         if (j === 0) pen.moveTo(x(t), y(n));
         else pen.lineTo(x(t), y(n));
@@ -511,15 +514,15 @@ function drawPlots(now) {
 }
 requestAnimationFrame(drawPlots);
 
-// ---- shapes as forms
+// ---- forms from shapes
 
-/// What a node shape asks for: { fields, fixed, classes, unit }. Whatever a form cannot show is left to the robot to judge.
+/// The form model of a node shape: { fields, fixed, classes, unit }. Constraints that a form cannot express are checked by the robot only.
 function nodeModel(g, shape, depth = 0) {
   const model = { fields: [], fixed: [], classes: [], unit: "" }, shapes = shape ? [shape] : [], byPath = new Map();
   if (depth > 6) return model;
   for (const s of shapes) {
     const more = [...g.ids(s, sh("node")), ...listed(g, s, "and")];
-    // Of alternatives the last that asks for something: lrt writes "nothing, or this".
+    // The last alternative with properties: lrt writes optional parts as "nothing, or this".
     more.push(listed(g, s, "or").filter((id) => g.id(id, sh("property"))).pop());
     shapes.push(...more.filter((m) => m && !shapes.includes(m) && shapes.length < 50));
     model.classes.push(...g.ids(s, sh("targetClass")), ...g.ids(s, sh("class")));
@@ -540,10 +543,10 @@ function nodeModel(g, shape, depth = 0) {
   for (const field of model.fields) field.unit ||= model.unit;
   return model;
 }
-/// Members of the lists that sh:or and sh:and name.
+/// The members of the lists in sh:or or sh:and.
 const listed = (g, s, which) => g.ids(s, sh(which)).flatMap((l) => g.list(l).flatMap((o) => o.id ?? []));
 
-/// What the values of property shapes with one path must be.
+/// The field of a form for all property shapes with one path.
 function valueModel(g, parts, depth) {
   const field = { least: 0, most: Infinity, kind: "text", name: "" }, types = [];
   for (const p of parts) {
@@ -552,12 +555,12 @@ function valueModel(g, parts, depth) {
     field.least = Math.max(field.least, g.number(p, sh("minCount")) ?? 0);
     field.most = Math.min(field.most, g.number(p, sh("maxCount")) ?? Infinity);
     field.choices ??= [...g.ids(p, sh("in")).map((l) => g.list(l)), ...g.all(p, sh("hasValue")).map((o) => [o])][0];
-    // Datatypes and bounds stand on the shape itself or in its alternatives.
+    // Datatypes and bounds are in the shape itself or in its alternatives.
     for (const c of [p, ...listed(g, p, "or"), ...listed(g, p, "or").flatMap((o) => listed(g, o, "or"))]) {
       types.push(...g.ids(c, sh("datatype")));
       for (const side of ["min", "max"]) for (const kind of ["Inclusive", "Exclusive"]) {
         const n = g.number(c, sh(side + kind));
-        if (n !== undefined && Math.abs(n) < 2e9) Object.assign(field, { [side]: n, [side + "Exclusive"]: kind === "Exclusive" });  // more is no bound for people
+        if (n !== undefined && Math.abs(n) < 2e9) Object.assign(field, { [side]: n, [side + "Exclusive"]: kind === "Exclusive" });  // larger bounds are those of a datatype and are not shown
       }
     }
     if (g.ids(p, sh("nodeKind")).includes(sh("IRI"))) field.kind = "iri";
@@ -586,7 +589,7 @@ function hint(field) {
 }
 const fieldName = (field) => field.name || (UNNAMED.has(field.path) ? "" : humanised(localName(field.path)));
 
-/// A number as the literal that suits it; what is none goes as it was typed, and the robot says what is wrong with it.
+/// The literal for a text. An invalid number is sent as it was typed; the robot reports the error.
 function literalOf(text, { types = [], kind }) {
   if (types.length === 1 || !["number", "integer"].includes(kind)) return { value: text, type: types[0] };
   if (/^[+-]?\d+$/.test(text)) return { value: text, type: xsd("integer") };
@@ -597,8 +600,8 @@ function niceStep(range) {
   return [1, 2, 5, 10].map((n) => n * power).find((s) => range / s <= 200.01);
 }
 
-/// The controls of one form. Each knows the node and the predicate it is about, so that a report finds it. Parts are
-/// { element, write(triples, subject), read(graph, subject) }.
+/// A form for one model. Each control has its node and predicate, by which explain() finds the control for a result of a SHACL report. Parts
+/// are { element, write(triples, subject), read(graph, subject) }.
 class Form {
   controls = [];
 
@@ -609,10 +612,10 @@ class Form {
   part(field, subject) {
     return field.kind === "node" ? this.node(field) : field.kind === "list" ? this.rows(field, subject) : this.single(field, subject);
   }
-  /// Nodes get IRIs, so that the report can name them.
+  /// Nodes have IRIs, so that a SHACL report can refer to them.
   node(field) {
     let node;
-    const { fields, fixed, classes } = field.node, alone = fields.length === 1;  // a node that carries one value is shown as that value
+    const { fields, fixed, classes } = field.node, alone = fields.length === 1;  // a node with one value is shown as that value
     const inner = fields.map((f) => this.part(alone ? { ...f, name: fieldName(field), outer: field.path, least: field.least && f.least } : f, () => node));
     const error = h("p.error");
     const element = alone ? inner[0].element : h("fieldset", h("legend", fieldName(field)), inner.map((p) => p.element), error);
@@ -677,7 +680,7 @@ class Form {
       set = (o) => { input.checked = isTrue(o); };
     } else {
       const isNumber = kind === "number" || kind === "integer", range = field.max - field.min;
-      // Text, not a number field: a browser gives no word of what it takes for no number, and the robot is to say what is wrong.
+      // A text field: a number field hides invalid input from scripts, and the robot could not report the error.
       input = h(isNumber ? "input.short" : "input", { ...common, type: "text", inputmode: isNumber && "decimal", autocomplete: "off", spellcheck: "false" });
       get = () => {
         const text = isNumber ? input.value.trim().replace(",", ".") : input.value;
@@ -701,7 +704,7 @@ class Form {
       read: (g, s) => { const o = g.one(s, path); if (o) set(o); } };
   }
 
-  /// The body, as N-Triples about the target.
+  /// The request body: N-Triples about the target.
   body() {
     this.nodes = 0;
     const { target, model } = this, triples = [...model.classes.map((c) => [target, rdf("type"), { id: c }]), ...model.fixed.map(([p, o]) => [target, p, o])];
@@ -715,7 +718,7 @@ class Form {
       c.input?.removeAttribute("aria-invalid");
     }
   }
-  /// Puts each result of a SHACL report beside the control it is about; what belongs to none is returned.
+  /// Shows each result of a SHACL report at its control. Returns the messages of the results that have no control.
   explain(report) {
     const rest = [], { controls } = this;
     let first;
@@ -735,7 +738,7 @@ class Form {
   }
 }
 
-/// A node or literal of a body as JSON.
+/// Converts a node or literal of a body to JSON.
 function plain(g, o) {
   const { id, value } = o;
   if (!id) return isNumeric(o) || o.type === xsd("boolean") ? value : JSON.stringify(value);
@@ -745,7 +748,7 @@ function plain(g, o) {
 }
 const shellQuoted = (text) => `'${text.replaceAll("'", "'\\''")}'`;
 
-/// A form with its button, and what the robot answers in place. done(answer) may say something.
+/// A form with its submit button and the result of the request. done(response) may return the text of the result.
 function formElement({ target, model, method, title, name, done }) {
   const form = new Form(withoutHash(target), model), answer = h("p.answer", { role: "status" }), alert = h("p.answer.bad", { role: "alert" });
   const submit = h("button.primary", { type: "submit" }, title);
@@ -773,7 +776,7 @@ function formElement({ target, model, method, title, name, done }) {
   return Object.assign(form, { whole: element });
 }
 
-// ---- what is shown
+// ---- the current view
 
 let view = { watches: new Set(), ticks: [] };
 
@@ -783,18 +786,18 @@ function newView() {
   view.observer?.disconnect();
   plots.clear();
   resting = [];
-  const seen = new Map();  // element: what begins and what ends with its being in sight
+  const seen = new Map();  // element -> [called when it becomes visible, called when it is hidden], ...
   const observer = new IntersectionObserver((entries) => {
     for (const e of entries) seen.get(e.target).forEach((act) => act[e.isIntersecting ? 0 : 1]());
   }, { rootMargin: "80px" });
   const inSight = (element, begin, end) => {
     if (!seen.has(element)) seen.set(element, []);
     seen.get(element).push([begin, end]);
-    observer.unobserve(element);  // for it to be told anew
+    observer.unobserve(element);  // observe() then reports its visibility again
     observer.observe(element);
   };
   view = { watches: new Set(), ticks: [], observer, inSight,
-    /// Watches for as long as an element is in sight.
+    /// Watches a resource while an element is visible.
     watch(element, iri, on, options) {
       const w = new Watch(iri, on, options);
       this.watches.add(w);
@@ -810,7 +813,7 @@ const problemText = (e) => e instanceof Problem && e.message !== e.title ? `${e.
 const notice = (e) => h("p.bad", { role: "alert" }, problemText(e));
 const titleOf = (g, node) => g.text(node, dcterms("title")) ?? g.text(node, rdfs("label")) ?? localName(node);
 const quiet = (...words) => h("p.quiet", ...words);
-/// Something that may be refused, with a button.
+/// A button for a request. An error is shown in `failed`.
 function command(words, act, failed, more) {
   const b = button(words, async () => {
     b.disabled = true;
@@ -826,7 +829,7 @@ function valueOf(g, node) {
   return value.element;
 }
 
-/// What a resource says that no other part of the page shows.
+/// The triples of a node, except for predicates that other parts of the page show.
 function facts(g, node, hidden) {
   const rows = new Map();
   for (const [p, o] of g.of(node)) {
@@ -846,7 +849,7 @@ function table(columns, rows, more = "") {
   return h("div.scroll", h("table" + more, h("thead", h("tr", columns.map((c) => h("th", { scope: "col" }, c)))), h("tbody", rows)));
 }
 
-/// The same in the formats on offer: what is text is shown, with the line that fetches it; the others are links.
+/// The representation in all offered formats. Text formats are shown with a curl command; other formats are links.
 function source(answer, iri) {
   const code = h("code"), curl = h("div"), buttons = h("div.line", { role: "group", "aria-label": "Media type" });
   const choose = async (type) => {
@@ -866,17 +869,17 @@ function source(answer, iri) {
 
 // ---- properties
 
-/// The form of what is sent to a resource, by the shapes that its Link names; null if it has none.
+/// The form model for the body of a request to a resource, from the shapes that its Link rel=constrainedBy refers to.
 async function guardedBy(iri) {
   const { constrainedBy } = await optionsOf(iri);
   const g = (await known(constrainedBy)).g;
-  // Its shape: the one that targets it, or the one that is called as it is below its thing.
+  // The shape that targets the resource, or the shape whose fragment is the path of the resource below its Thing.
   const shape = g.subjects(sh("targetNode"), iri)[0] ?? [...g.about.keys()].find((s) => s.includes("#") && iri.endsWith("/" + s.split("#")[1]));
   return nodeModel(g, shape);
 }
 
-/// What a property offers as a picture, loaded anew when it has changed: one at a time, and not more than ten a second. What the browser
-/// cannot show is not there.
+/// The image format of a property. A change reloads it: one request at a time, at most ten a second. Formats that the browser cannot display
+/// are left out.
 function picture(name) {
   let at = 0, busy, newest;
   const load = () => {
@@ -895,7 +898,7 @@ function picture(name) {
   } };
 }
 
-/// A value, its age and its last minute; with a form if it can be written.
+/// A property as a card: its value, age and plot; with a form if it is writable.
 function propertyCard(iri, large) {
   const value = new ValueView(), plot = new Plot(), when = h("p.age.quiet"), write = h("div.write"), name = humanised(localName(iri)), image = picture(name), frame = h("p.hint");
   const element = card(large ? "property.large" : "property", large ? 2 : 3, !large && iri, large ? "Value" : name, image.element, value.element, frame, when, plot.element, write);
@@ -937,7 +940,7 @@ function propertyCard(iri, large) {
   return { element, update, fail };
 }
 
-/// A property in one line, for a thing among others.
+/// A property in one line, for the card of a Thing.
 function propertyRow(iri) {
   const value = new ValueView(), plot = Object.assign(new Plot(), { small: true });
   const element = h("div.row", h("a", { href: local(iri) }, humanised(localName(iri))), value.element, plot.element);
@@ -1020,7 +1023,7 @@ function actionCard(iri, large, first) {
 
 // ---- containers
 
-/// Keeps one element for each member. They cannot be observed: asked for.
+/// Keeps one element for each member of a container. Containers are polled, because they cannot be observed.
 function members(element, list, container, make, every) {
   const rows = new Map();
   return view.watch(element, container, { problem: (e) => list.replaceChildren(notice(e)), g: (g) => {
@@ -1075,7 +1078,7 @@ function collectionCard(iri, large) {
 
 // ---- things
 
-/// Feeds properties from the state; each from itself if one of them spoils the whole.
+/// Updates properties from the state of their Thing. If the state fails because of one property, each property is watched by itself.
 function watchState(element, state, shown, cancelled) {
   const watch = view.watch(element, state, { g: (g) => shown.forEach((p) => p.update(g)), state: (s) => cancelled?.(s === "cancelled"),
     problem: () => {
@@ -1087,7 +1090,7 @@ function watchState(element, state, shown, cancelled) {
 }
 const partsOf = (g, iri, make) => g.ids(iri, hybrit("property")).map((p) => ({ iri: p, ...make(p) }));
 
-/// A thing as one card among others; read when it comes in sight.
+/// A Thing as a card. It is requested when the card becomes visible.
 function thingCard(iri, g, level = 3) {
   const element = card("thing", level, iri, titleOf(g, iri), h("p", chips(g, iri).slice(1))), here = view;
   let begun;
@@ -1116,7 +1119,7 @@ function showThing(iri, g) {
   const grid = h("div.cards", shown.map((p) => p.element));
   const watch = shown.length && watchState(grid, g.id(iri, lrt("state")), shown, (is) => { stopped.hidden = !is; });
   const list = subscriptionsOf(g.id(iri, hybrit("subscriptions")), g.id(iri, hybrit("blueprint")));
-  // Predicates that lead only to what is shown anyway: ros:rotation beside hybrit:property.
+  // Predicates whose objects are all shown elsewhere: ros:rotation in addition to hybrit:property.
   const all = [...ids(hybrit("property")), ...actions, ...collections], domain = g.of(iri).map(([p]) => p).filter((p) => g.all(iri, p).every((o) => all.includes(o.id)));
   const about = facts(g, iri, [...THING_PARTS, ...domain]);
   return [g.is(iri, ros("Robot")) && g.id(iri, lrt("rootLink")) && section("Skeleton", skeleton(iri, g)), shown.length && section("Properties", stopped, grid), actions.length && section("Actions", h("div.cards.wide", actions.map((a) => actionCard(a)))),
@@ -1132,7 +1135,7 @@ function subscriptionsOf(container, blueprint) {
 
 function showRoot(iri, g) {
   const things = g.ids(iri, ldp("contains")), here = view, box = h("div", thingCards(g, things, 2));
-  // Below a few robots their parts are what one comes for.
+  // If there are few robots, their parts are shown, too.
   if (things.length <= 3) for (const t of things) known(t).then(({ g }) => {
     const parts = g.ids(t, dcterms("hasPart"));
     if (parts.length && !here.gone) box.append(section(`Parts of ${titleOf(g, t)}`, thingCards(g, parts)));
@@ -1153,14 +1156,14 @@ function showBlueprint(g) {
   });
 }
 
-// ---- the way to a resource: by its own links
+// ---- the content for a resource, by its types
 
 async function show(focus) {
   const here = newView(), main = $("main"), address = withoutHash(location.href), plain = address.split("?")[0];
   main.setAttribute("aria-busy", "true");
   try {
     const answer = await ask("GET", address), g = answer.g;
-    // The resource itself: by its address, or at the same path under the robot's public name.
+    // The IRI of the resource: its address, or the same path below the robot's public base.
     const self = g.about.has(plain) ? plain : [...g.about.keys()].find((s) => isWeb(s) && plain.endsWith(new URL(s).pathname)) ?? plain;
     if (g.about.has(self)) robotOrigin = new URL(self).origin;
     const subject = g.subjects(lrt("state"), self)[0] ?? g.subjects(rdf("type"), "http://www.w3.org/2002/07/owl#Ontology")[0] ?? self, chain = await wayTo(self);
@@ -1188,7 +1191,7 @@ async function show(focus) {
     } else if (g.subjects(rdf("type"), sh("NodeShape")).length) {
       title = `Blueprint of ${localName(plain.includes("/blueprints") ? plain : up)}`;
       content = showBlueprint(g);
-    } else {  // a member of a collection, the list of terms, or what this page knows nothing of
+    } else {  // a member of a collection, the vocabulary, or a resource of an unknown type
       content = [g.about.has(subject) && h("div.card", self === subject ? valueOf(g, subject) : facts(g, subject, [])), ...[...g.about.keys()].filter((s) => !isBlank(s) && s !== subject && withoutHash(s) !== self).slice(0, 300).map((s) => section(localName(s), facts(g, s, [])))];
     }
     document.title = `${title} – robot`;
@@ -1204,7 +1207,7 @@ async function show(focus) {
   } finally { if (!here.gone) main.removeAttribute("aria-busy"); }
 }
 
-// ---- the tree
+// ---- the tree of Things
 
 let treeRoot;
 
@@ -1224,7 +1227,7 @@ async function tree(root, current) {
   nav.above = current;
   mark();
 }
-/// Unfolds the way to what is shown, and names the thing that it is of.
+/// Expands the branches above the shown resource, and marks its Thing as current.
 function mark() {
   const { above } = $("tree");
   let nearest;
@@ -1269,7 +1272,7 @@ $("menu").addEventListener("click", () => menu(!document.body.classList.contains
 let stops = [];
 async function invokeStops(iris) {
   enableMotion?.(false);
-  others.abort();  // a browser sends few requests at a time, and what moves the robot must not go on
+  others.abort();  // browsers limit parallel requests, and pending commands must not continue
   others = new AbortController();
   say($("stopped"), "Stopping …");
   const ends = await Promise.allSettled(iris.map((iri) => ask("POST", iri, { signal: null }))), failed = ends.find((e) => e.reason);
@@ -1295,7 +1298,7 @@ addEventListener("keydown", (event) => {
   invokeStops(stops);
 });
 
-// ---- who is logged in
+// ---- the user that is logged in
 
 async function findUser(iri) {
   let way;
@@ -1309,7 +1312,7 @@ async function findUser(iri) {
   $("link").after(h("span", user?.name, " ", way));
 }
 
-// ---- navigation, on the resources' own addresses
+// ---- navigation: the address of the page is that of the resource
 
 let shownAddress = withoutHash(location.href);
 function arrive(focus) {

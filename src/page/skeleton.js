@@ -1,4 +1,5 @@
-// ---- a robot's skeleton, from its kinematic tree. A place is [x, y, z], a rotation the quaternion [x, y, z, w], a pose [place, rotation].
+// ---- the skeleton of a robot, drawn from its kinematic tree. A place is [x, y, z], a rotation is a quaternion [x, y, z, w], a pose is
+// [place, rotation].
 
 const ros = space("http://ros.org/#");
 const maths = space("http://vocab.arvida.de/2015/06/maths/vocab#");
@@ -13,15 +14,15 @@ const posedIn = ([at, q], [place, rotation]) => [along(at, 1, rotated(q, place))
 const ORIGIN = [0, 0, 0], UNTURNED = [...ORIGIN, 1], AXES = [[1, 0, 0], [0, 1, 0], [0, 0, 1]], AXIS_COLORS = ["#e5484d", "#30a46c", "#3b82f6"];
 
 const vector = (g, node, names) => node && [...names].map((n) => g.number(node, maths(n)));
-/// The pose that a property says.
+/// The pose in the representation of a property.
 const poseOf = (g, iri) => [["translation", "xyz", ORIGIN], ["rotation", "xyzw", UNTURNED]].map(([part, names, none]) => vector(g, g.id(g.id(iri, spatial(part)), vom("quantityValue")), names) ?? none);
-/// Not all at once: the robot has other work, and the page other requests.
+/// Calls `work` for each item, four at a time: more requests would delay other work of the robot and of the page.
 async function inTurn(items, work) {
   const left = [...items];
   await Promise.all([1, 2, 3, 4].map(async () => { while (left.length) await work(left.shift()); }));
 }
 
-/// Lines from joint to joint that follow the positions; to be turned by dragging, by arrows; with sliders where joints can be written.
+/// Lines between joints, drawn at the robot's present positions. Dragging or the arrow keys turn the view. Writable joints have sliders.
 function skeleton(iri, robot) {
   const here = view, root = robot.id(iri, lrt("rootLink")), order = robot.list(robot.id(iri, lrt("positionsOf"))).map((o) => o.id), joints = [], steps = [], pointers = new Map();
   let positions = [], yaw = 0.9, pitch = 0.3, near = 1, asked, centre, size;
@@ -61,11 +62,11 @@ function skeleton(iri, robot) {
     }
     const places = [...links.values()].map(([p]) => p), bounds = (side) => ORIGIN.map((_, i) => Math[side](...places.map((p) => p[i]))), low = bounds("min");
     canvas.dataset.end = places.at(-1).map((n) => n.toFixed(3));
-    if (!size) {  // of what is first seen
+    if (!size) {  // from the first pose
       centre = along(low, 1, bounds("max")).map((n) => n / 2);
       size = Math.max(0.01, ...places.map((p) => Math.hypot(...along(p, -1, centre))));
     }
-    // The eye is at the same distance always; nearer is larger.
+    // Perspective projection: nearer parts are larger.
     const project = (p) => {
       const [x, y, z] = along(p, -1, centre), deep = y * Math.cos(yaw) - x * Math.sin(yaw), depth = 3 * size / near + deep * Math.cos(pitch) - z * Math.sin(pitch), scale = 1.45 * Math.min(width, height) / depth;
       return depth > size / 20 && [width / 2 + scale * (x * Math.cos(yaw) + y * Math.sin(yaw)), height / 2 - scale * (deep * Math.sin(pitch) + z * Math.cos(pitch))];
@@ -98,7 +99,7 @@ function skeleton(iri, robot) {
     say(note, `grid of ${Number(cell.toPrecision(1))} m – drag to turn – Ctrl and wheel to zoom`);
   }
 
-  /// Off again a minute after the last command.
+  /// Motion is disabled again one minute after the last command.
   let motionEnds;
   enableMotion = (yes) => {
     motion.checked = yes;
@@ -108,7 +109,7 @@ function skeleton(iri, robot) {
     else steps.forEach((s) => s.follow?.());
   };
 
-  /// A joint's field, which writes when it is released: one request at a time, of the newest value. A touch that becomes a scroll writes nothing.
+  /// Adds the field of a joint. Its release sends the newest value, one request at a time. A touch that becomes a scroll sends nothing.
   async function addField(step) {
     if (!step.position || !(await optionsOf(step.position)).allows("PUT")) return;
     const model = await guardedBy(step.position), alert = h("p.error", { role: "alert" });
@@ -139,7 +140,7 @@ function skeleton(iri, robot) {
         e.target.blur();
         step.follow();
       } }, form.element, alert);
-    step.follow = () => {  // but not while somebody is at it
+    step.follow = () => {  // not while the user operates the field
       const value = String(Number(positions[step.index]?.toFixed(4)));
       if (value !== "NaN" && !held && !step.field.contains(document.activeElement)) form.read({ one: () => ({ value }), id: () => step.position }, step.position);
     };
@@ -158,7 +159,7 @@ function skeleton(iri, robot) {
     if (here.gone) return;
     canvas.setAttribute("aria-label", `Skeleton of ${steps.length} joints and ${links.length} links. The arrow keys turn it and the plus and minus keys bring it nearer or farther.`);
     new ResizeObserver(redraw).observe(canvas);
-    for (const step of steps) if (step.free) {  // a whole pose and not a number: as its link says it
+    for (const step of steps) if (step.free) {  // its position is a pose, not a number: lrt:pose of its link
       const pose = (await known(step.to)).g.id(step.to, lrt("pose"));
       if (pose) here.watch(canvas, pose, { g: (g) => {
         step.pose = poseOf(g, pose);
