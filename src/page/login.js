@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The login form of a 401 response. The token is sent in a header field; afterwards a cookie replaces it. No URL contains the token.
 
 const form = document.querySelector("form"), token = form.querySelector("input"), trouble = form.querySelector("[role=alert]");

@@ -121,6 +121,7 @@ page_hash("${page_style}" LRT_PAGE_STYLE_HASH)
 page_hash("${page_script}" LRT_PAGE_SCRIPT_HASH)
 foreach(name IN ITEMS page error login)
   file(READ ${page_folder}/${name}.html page_text)
+  string(REGEX REPLACE "^<!--[^\n]*-->\n" "" page_text "${page_text}")  # a page begins with its doctype
   string(REPLACE "{{style}}" "${page_style}" page_text "${page_text}")
   string(REPLACE "{{script}}" "${page_script}" page_text "${page_text}")
   string(REPLACE "{{login}}" "${login_script}" page_text "${page_text}")

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The HTML page of the robot. It is the same for every resource: it requests its own address as N-Triples and follows the links in the
 // response. It assumes no paths. Changes arrive by WebSocket, or by polling if there is none.
 

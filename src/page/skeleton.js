@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // ---- the skeleton of a robot, drawn from its kinematic tree. A place is [x, y, z], a rotation is a quaternion [x, y, z, w], a pose is
 // [place, rotation].
 
