@@ -5,7 +5,7 @@ const form = document.querySelector("form"), token = form.querySelector("input")
 const path = new URL(form.dataset.session).pathname;  // at the origin of this page, whatever the public base is
 
 /// Opens the requested page: this address, or at the address of the session the path in the fragment.
-function arrive() {
+function openRequestedPage() {
   if (location.pathname !== path) return location.reload();
   const root = new URL("..", location.origin + path), wanted = new URL(location.hash.slice(1), root);
   location.replace(wanted.origin === location.origin && wanted.pathname !== path ? wanted : root);
@@ -17,7 +17,7 @@ form.addEventListener("submit", async (event) => {
   const text = token.value.trim();
   try {
     const response = /^[!-~]+$/.test(text) ? await fetch(path, { method: "POST", headers: { Authorization: `Bearer ${text}` } }) : { status: 401 };
-    if (response.ok) return arrive();
+    if (response.ok) return openRequestedPage();
     trouble.textContent = response.status === 401 ? "This token is not valid." : (await response.json()).detail;
   } catch {
     trouble.textContent = "The robot does not respond.";

@@ -47,12 +47,14 @@ endfunction()
 
 # Names of the script that may be shortened although they are short or are names of members. They must not occur in texts, classes,
 # attributes or the browser's API. The most frequent first.
-set(page_own iri element field subject kind watch model shown socket here address along cells chain choices classes command container
-             content controls cross dcterms depth fields found humanised hybrit inSight inner isList items known leaves listed local
-             isNumber JSON_TYPE mayOpen moved N_TRIPLES named names notice objects observer places points poseOf posedIn predicate product
-             project redraw report response resting rotated rows said socketAfter steps subjects update things vector view watches words
-             written UNTURNED AXIS_COLORS pointers buttons enableMotion motionLine motionEnds scrolled sliders about numbers member properties interval
-             space meaning unescape kept asked power quoted moving chips)
+set(page_own iri element field subject response kind watch model shown socket here hybrit view inner rows about cells dcterms points words found
+             local objects predicate space minValues names humanised isList report update things content controls items notice chain choices fields
+             steps subjects depth classes container moved isClosed finished JSON_TYPE redraw member schedule leaves listed N_TRIPLES pointers
+             buttons enableMotion sliders numbers setState thingGraph address onVisibility isNumber named observer suspendedWatches socketAfter
+             scrolled power showPosition command cross places watches NO_ROTATION properties interval unescape maxValues allowsSocket poseOf posedIn
+             project rotated vector motionLine motionEnds frameRequest moving chips openOrPoll candidates unplaced segments maxInvocations minItems
+             isSubscriptions showStatus addInvocation shownPath showReport product AXIS_COLORS quoted retryLater maxItems maxSockets statements
+             onCancelled)
 
 # Reads and minifies files. Removes comments, indentation, and spaces beside operators that have no spaces beside them in texts of the page.
 # Shortens names: those in `page_own`, and names declared at the outermost level of the script unless a member has the same name.
