@@ -35,7 +35,7 @@ using Kind = MirrorEvent::Kind;
 constexpr milliseconds tick{250};
 constexpr milliseconds state_pause{2'000};
 
-/// A pause after so many failures in succession.
+/// The pause after a number of failures in succession.
 milliseconds pause_after(unsigned failures, milliseconds first, milliseconds longest) {
   milliseconds pause = first;
   for (unsigned i = 1; i < failures && pause < longest; ++i) pause *= 2;

@@ -38,7 +38,7 @@ using Instant = std::chrono::steady_clock::time_point;
 
 /// For names, and for requests of watches that are neither event streams nor polls.
 constexpr std::size_t request_threads = 8;
-/// For polls, besides Limits::max_streams.
+/// Threads for polls, in addition to those for Limits::max_streams.
 constexpr std::size_t poll_threads = 8;
 constexpr milliseconds max_delete_time{2'000};
 /// The bytes that are read of a response that refuses an event stream.

@@ -21,7 +21,7 @@ struct Methods;
 /// The reader of a representation or response, with its rights. The default has all rights.
 struct Audience {
   std::shared_ptr<const security::View> view{};            ///< nullptr: everything
-  std::shared_ptr<const security::Principal> principal{};  ///< nullptr: nobody in particular
+  std::shared_ptr<const security::Principal> principal{};  ///< nullptr: no specific principal
 
   bool is_restricted() const noexcept { return view != nullptr; }
   /// Its rights at a resource. The server's own documents, such as the list of Things and the Blueprints, may be read by all who may read anything;

@@ -33,7 +33,7 @@ struct OutMessage {
   UserProperties user{};
 };
 
-/// A message from the broker, as far as its bounds allow.
+/// A message from the broker, within its limits.
 struct InMessage {
   std::string topic, payload, content_type, response_topic, correlation;
   UserProperties user;

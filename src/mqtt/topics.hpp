@@ -11,7 +11,7 @@
 namespace lrt::mqtt {
 inline namespace v0 {
 
-/// Whether a path fits a pattern: `*` stands for any characters but '/', `**` for any characters. Takes time in proportion to the product of both lengths.
+/// Whether a path fits a pattern: `*` stands for any characters but '/', `**` for any characters. Time: proportional to the product of both lengths.
 bool fits(std::string_view pattern, std::string_view path) noexcept;
 
 /// A topic that a message can have (MQTT 5 4.7): UTF-8, 1 to 65,535 bytes, no wildcard, no control character.

@@ -40,7 +40,7 @@ class Stage {
   virtual ~Stage() = default;
   /// Restarts with the current bindings.
   virtual void open() = 0;
-  /// Unbinds its variables and binds the next solution. False: there is none, and nothing is bound.
+  /// Unbinds its variables and binds the next solution. False: there is no further solution, and nothing is bound.
   virtual bool next() = 0;
   /// Unbinds its variables.
   virtual void close() noexcept = 0;

@@ -256,7 +256,7 @@ class Terminals {
     return true;
   }
 
-  /// The ':' behind PN_PREFIX or nothing at this place; nullptr if there is none.
+  /// The ':' after an optional PN_PREFIX at this place; nullptr: there is none.
   const char* prefix_end() const noexcept {
     const char* p = at_;
     if (p != end_ && *p != ':') {
@@ -307,7 +307,7 @@ class Terminals {
     return true;
   }
 
-  /// INTEGER, DECIMAL or DOUBLE without its sign, the longest that is here. False without an error: there is none.
+  /// INTEGER, DECIMAL or DOUBLE without its sign, the longest one at this place. False without an error: there is no number.
   bool unsigned_number(Iri& datatype) noexcept {
     const auto digits = [this] {
       const char* const first = at_;

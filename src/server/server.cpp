@@ -899,7 +899,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
     } while (!io_jobs_.empty() || !stop_jobs_.empty());
     runs_io_jobs_ = false;
   }
-  /// Subscriptions end with the right to them, also when nobody sends a request.
+  /// Ends subscriptions whose right has ended, also without a request.
   void renew_rights(TimePoint now) {
     const auto look = callers_ ? callers_->next_look() : std::nullopt;
     if (look && *look <= now.steady && callers_->have_changed(now)) with_engine([&] { engine_.renew_rights(); });

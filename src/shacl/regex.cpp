@@ -137,7 +137,7 @@ class Translator {
   std::string fault_;
 };
 
-/// The largest m of the quantifiers {m}, {m,} and {m,n}: so many characters an item may read before it fails.
+/// The largest m of the quantifiers {m}, {m,} and {m,n}: the number of characters that an item may read before it fails.
 std::size_t max_minimum(std::string_view pattern) noexcept {
   std::size_t max = 0;
   for (std::size_t at = 0; at < pattern.size(); ++at) {

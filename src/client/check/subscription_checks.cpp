@@ -37,7 +37,8 @@ std::vector<const Resource*> candidates(const Context& context, std::string_view
   return all;
 }
 
-/// The type to request of notifications: one that is not the usual one, so that it shows whether Accept counts. Empty: there is none.
+/// The media type that is requested for notifications. It is not the default, so that the response shows whether Accept has an effect. Empty:
+/// the resource has no other type.
 std::string type_to_request(Context& context, const Resource& r) {
   const Exchange exchange = context.probe.ask("GET", r.url, {{"Accept", other_type}});
   return exchange.reply.ok() && exchange.reply.media_type() == other_type && r.get.reply.media_type() != other_type ? other_type : "";

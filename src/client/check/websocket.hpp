@@ -17,7 +17,7 @@ class WebSocket {
     std::string payload;
   };
 
-  /// Sends the opening handshake. Whatever comes back is in exchange(); is_open() tells whether it is a 101.
+  /// Sends the opening handshake. The response is in exchange(); is_open(): its status is 101.
   WebSocket(Probe& probe, const CheckOptions& options, const std::string& url, const FieldList& fields);
 
   const Exchange& exchange() const noexcept { return exchange_; }

@@ -349,7 +349,7 @@ void KindResource::describe(const Description& d, bool with_targets) const {
       return std::count_if(all->begin(), all->end(), [&](std::size_t i) { return d.audience.sees(*t.properties[i]); });
     });
     About constraint = structure.path(predicate, at_each, indices.size(), vocab::hybrit::Property.text);
-    if (indices.size() > 1) continue;  // their values cannot be told apart by the predicate
+    if (indices.size() > 1) continue;  // the predicate does not distinguish their values
     const std::size_t i = indices.front();
     const model::PropertySpec& p = *first.properties[i]->spec;
     for (const std::string& c : p.classes) constraint.link(vocab::sh::class_, c);

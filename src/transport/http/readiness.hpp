@@ -48,7 +48,7 @@ class Readiness {
   /// The descriptor of the set. It is readable while a descriptor in the set is ready.
   int descriptor() const noexcept { return set_.descriptor(); }
 
-  /// Watched::on_ready() follows whenever one of `events` is there, or an error. Replaces the Watched and the events of before.
+  /// Watched::on_ready() is called for each of `events` and for errors. Replaces the previous Watched and events.
   /// Returns false if the system cannot poll another descriptor.
   bool watch(Socket& socket, Watched& by, std::uint32_t events) noexcept;
   /// Polls a descriptor that lrt does not own. Once.

@@ -21,7 +21,7 @@ namespace {
 
 /// RFC 9112 2.2 requires to ignore "at least one" empty line before a request line.
 constexpr int max_empty_lines = 4;
-/// Bodies up to this size are copied behind their header section: one buffer costs the system less than two.
+/// Bodies up to this size are copied behind their header section: sending one buffer is cheaper than sending two.
 constexpr std::size_t copied_body_bytes = 2048;
 /// This much of the body of a refused request is received and discarded, so that its connection can be kept.
 constexpr std::size_t max_discarded_body_bytes = 16 * 1024;
@@ -29,7 +29,7 @@ constexpr std::size_t max_discarded_body_bytes = 16 * 1024;
 constexpr std::size_t large_body_bytes = 16 * 1024;
 /// Capacity that a buffer may keep for the next exchange.
 constexpr std::size_t kept_capacity = 8 * 1024;
-/// The same of the fields of a request.
+/// The number of header fields for which a request keeps its capacity.
 constexpr std::size_t kept_fields = 64;
 /// Exchanges that are kept for the next requests of any session. Slow clients may need more.
 constexpr std::size_t max_spare = 8;
@@ -231,7 +231,7 @@ void Session::State::set_secure(std::string client_certificate) {
   secure_ = true;
 }
 
-/// Before anything is read or written.
+/// Takes buffers before anything is read or written.
 void Session::State::need_exchange() {
   if (exchange_) return;
   exchange_ = shared_.take_exchange();
@@ -240,7 +240,7 @@ void Session::State::need_exchange() {
   exchange_->request.client_certificate = client_certificate_;
 }
 
-/// After everything was read and written: the buffers are available to other sessions.
+/// Returns the buffers after everything was read and written. Other sessions can use them.
 void Session::State::rest() noexcept {
   if (!exchange_ || !exchange_->in.empty() || !output().empty()) return;
   if (phase_ == Phase::idle || phase_ == Phase::streaming || phase_ >= Phase::closed) shared_.give_back(std::move(exchange_));
@@ -733,7 +733,7 @@ void Session::State::push(engine::Push push, TimePoint now) {
   enter(Phase::writing);
 }
 
-/// Small: copied.
+/// Small messages are copied.
 void Session::State::write_chunk(std::string_view text) {
   Exchange& x = *exchange_;
   const bool chunked = version_ == 11;

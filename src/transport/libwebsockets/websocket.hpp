@@ -33,7 +33,7 @@ class WebSocket {
 
   /// Carries the messages of `channel`. If not called before the 101 is sent, the handler's decision is deferred.
   void accept(engine::Channel channel, http::Fields fields);
-  /// The deferred decision is a refusal.
+  /// Carries out a deferred refusal.
   void refuse(const http::Response& response);
 
   // Events of libwebsockets.
@@ -42,10 +42,10 @@ class WebSocket {
   int on_received(const char* bytes, std::size_t size);
   int on_client_close(std::string_view payload);
   int on_writable();
-  /// The connection is over.
+  /// Called when the connection has ended.
   void end() noexcept;
 
-  /// The channel has a message.
+  /// Called when the channel has a message.
   void push();
   /// Closes with 1001.
   void begin_stop();
