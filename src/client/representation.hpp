@@ -19,7 +19,7 @@ void add_apart(rdf::Graph& graph, const rdf::Graph& other, const std::function<b
 
 /// Whether two URLs have scheme, host and port in common.
 bool same_origin(std::string_view a, std::string_view b);
-/// Without its fragment.
+/// The IRI without its fragment.
 std::string_view document_of(std::string_view iri) noexcept;
 /// The text after the last '#' or '/'. A slash at the end of a path is ignored.
 std::string_view local_name(std::string_view iri) noexcept;

@@ -696,7 +696,7 @@ void Watch::Impl::open_websocket(Generation generation) {
   lost(generation, {Errc::io_error, "no thread for WebSockets"});
 }
 
-/// On the thread of the WebSockets.
+/// Called on the thread of the WebSockets.
 void Watch::Impl::socket_ended(Generation generation, const WebSocketEnd& ended) {
   bool has_value = false, was_connected = false;
   {

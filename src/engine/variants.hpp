@@ -30,7 +30,7 @@ class Variant {
   static Variant inlined_json_ld() { return {Kind::inlined_json_ld, static_cast<std::uint8_t>(rdf::Syntax::json_ld)}; }
   /// JSON of a resource that has no plain value: Overview.
   static Variant overview() { return {Kind::overview, 0}; }
-  /// By the property's encoder of that index.
+  /// The variant that the encoder of the property with that index makes.
   static Variant encoded(std::size_t encoder) { return {Kind::encoded, static_cast<std::uint8_t>(encoder)}; }
 
   /// The variant of a query result, in the media type with that index (PreparedQuery::types).

@@ -99,7 +99,7 @@ struct LinkOptions {
   ThreadOptions thread;
 };
 
-/// By libmosquitto.
+/// Creates a link that uses libmosquitto.
 /// @par Errors  invalid_option, io_error
 Result<std::unique_ptr<Link>> make_mosquitto_link(LinkOptions options);
 

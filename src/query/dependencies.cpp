@@ -24,7 +24,7 @@ class Finder {
   }
 
  private:
-  /// Where a pattern is matched.
+  /// The graphs in which a pattern is matched.
   enum class Place { default_graph, some_graph, one_graph };
 
   std::string text_of(std::uint32_t constant) const { return std::string(query_.constants[constant].view().text); }

@@ -548,7 +548,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
     return caller;
   }
 
-  // With the lock.
+  // @pre the lock is held
   engine::Outcome handle(const http::Request& request, const Result<engine::Caller>& caller, TimePoint now) {
     engine::Outcome outcome = engine_.handle(request, caller, now);
     counters_.request();
@@ -724,7 +724,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
       if (const LogCallback sink = log_.sink()) sink(level, message);
     } catch (...) {}
   }
-  /// For threads that do not flush the log themselves.
+  /// The log callback for threads that do not flush the log themselves.
   LogCallback waking_log() {
     if (!options_.log) return {};
     return [this, sink = log_.sink()](LogLevel level, std::string_view message) {

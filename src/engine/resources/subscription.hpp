@@ -78,7 +78,7 @@ class SubscriptionResource final : public Resource, public Observer {
   /// Where a feed sends its messages.
   void describe_controls(About& about, const Description& d) const override;
 
-  /// In one word, for overviews.
+  /// The protocol in one word, for overviews.
   std::string_view protocol_name() const noexcept;
   /// It gets each change, not only the current state.
   bool queues() const noexcept override { return backlog.policy().queues(); }

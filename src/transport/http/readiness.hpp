@@ -56,7 +56,7 @@ class Readiness {
   /// Closes the socket. An event that was fetched before may still be delivered.
   void close(Socket& socket) noexcept;
 
-  /// In each round for those that called later().
+  /// The time of each round for objects that called later().
   static constexpr std::chrono::microseconds turns_time{100};
 
   /// Watched::go_on() follows, after the descriptors that are ready now.

@@ -83,7 +83,7 @@ class Vhost {
   /// Events so far.
   std::size_t events() const noexcept { return events_; }
 
-  // For connections.
+  // Used by connections.
   engine::Handler& handler() noexcept { return *handler_; }
   const transport::TransportOptions& options() const noexcept { return options_; }
   TimePoint now() const noexcept { return clock_.now(); }
