@@ -122,9 +122,9 @@ struct Shape {
   std::string name;              ///< as in the document; may be empty
   Pose origin;                   ///< in the link's frame
   Kind kind = Kind::box;         ///< the geometry
-  std::array<double, 3> size{};  ///< of a box, along x y z [m]
+  std::array<double, 3> size{};  ///< box: the edge lengths along x y z [m]
   /// @{
-  /// Of a cylinder along z, a capsule (length without the ends) or a sphere [m].
+  /// The dimensions of a cylinder along z, a capsule (`length` without the two half spheres) or a sphere (`radius` only) [m].
   double radius = 0, length = 0;
   /// @}
   std::string mesh;                      ///< file name or IRI as in the document

@@ -12,7 +12,8 @@
 namespace lrt {
 inline namespace v0 {
 
-/// Reads a file; of one that has more than `max_bytes`, some bytes more than that. A process that another thread starts meanwhile does not inherit the descriptor, as it would from a stream.
+/// Reads a file. If it has more than `max_bytes`, the result is longer than `max_bytes` and may be incomplete. Child processes do not inherit
+/// the descriptor (O_CLOEXEC), unlike that of a std::ifstream.
 /// @par Errors  io_error
 inline Result<std::string> read_file(const std::string& path, std::size_t max_bytes) {
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rbe"), &std::fclose);

@@ -40,7 +40,7 @@ class RingQueue {
   }
 
  private:
-  /// Of an empty queue: one that is emptied as fast as it is filled should not allocate each time.
+  /// An empty queue keeps this many places, so that alternating insertions and removals do not allocate each time.
   static constexpr std::size_t kept_places = 2;
 
   std::size_t place_of(std::size_t index) const noexcept {

@@ -28,7 +28,7 @@ using rdf::Triple;
 
 namespace {
 
-/// Of the authors' older clients, and of today's (SPEC 4).
+/// The HTTP vocabularies of the authors' older clients and of current ones (SPEC 4).
 constexpr Iri http_namespaces[] = {Iri{"http://www.w3.org/2011/http#"}, Iri{"http://www.w3.org/2008/http#"}, Iri{"http://www.w3.org/2006/http#"}};
 
 std::optional<TermId> http_object(const Graph& graph, TermId subject, std::string_view name) {
@@ -129,7 +129,7 @@ std::string number_as(const TermView& literal, std::string_view datatype) {
   return std::to_string(static_cast<long long>(*number));
 }
 
-/// Of the shape, and of shapes that it refers to by sh:node; with `nested` also of the values of its properties.
+/// Collects the property shapes of a shape and of the shapes in its sh:node; with `nested` also those for the values of its properties.
 void collect_property_shapes(const Graph& graph, TermId shape, bool nested, std::vector<TermId>& found, std::vector<TermId>& seen) {
   constexpr std::size_t max_shapes = 1'000;
   if (seen.size() >= max_shapes || std::find(seen.begin(), seen.end(), shape) != seen.end()) return;

@@ -29,7 +29,7 @@ bool has_form_of_name(std::string_view text) noexcept {
          std::all_of(text.begin(), text.end(), [](char c) { return lrt::detail::is_digit(c) || (c >= 'a' && c <= 'f'); });
 }
 
-/// In a time that depends on the lengths only.
+/// Compares in a time that depends on the lengths only.
 bool are_equal(std::string_view a, std::string_view b) noexcept {
   if (a.size() != b.size()) return false;
   unsigned char difference = 0;

@@ -83,7 +83,7 @@ class Describer {
     for (const Iri predicate : {vocab::hybrit::property, vocab::hybrit::action, vocab::hybrit::blueprint})
       if (const auto p = graph_.find(predicate))
         for (const rdf::Triple& t : graph_.match(std::nullopt, *p, std::nullopt)) add(t);
-    // Also those that have neither, as the links of a robot.
+    // Things without both are included: the links of a robot, for example.
     const auto type = graph_.find(vocab::rdf_::type), thing = graph_.find(vocab::hybrit::RoboticThing), title = graph_.find(vocab::dcterms::title);
     if (type && thing && title)
       for (const rdf::Triple& t : graph_.match(std::nullopt, *type, *thing))

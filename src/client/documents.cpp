@@ -35,7 +35,7 @@ class Documents {
       for (const Property& property : thing.properties()) want(property.url());
       for (const Action& action : thing.actions()) want(action.url());
     }
-    // What was read may refer to further shapes.
+    // The documents that were read may refer to further shapes.
     for (std::size_t seen = 0; !wanted_.empty();) {
       if (Result<void> done = read_wanted(); !done) return Unexpected{std::move(done).error()};
       want_shapes(seen);

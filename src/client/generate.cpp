@@ -25,7 +25,7 @@ using rdf::FieldType;
 using rdf::Type;
 using Kind = Type::Kind;
 
-/// Ends the generation, inside this file only.
+/// Thrown to end the generation. Does not leave this file.
 struct Refused {
   Error error;
 };
@@ -91,7 +91,7 @@ class Generator {
     bytes_ += text.size();
     if (bytes_ > options_.max_bytes) refuse_size();
   }
-  /// From the global scope, because lrt has namespaces of its own.
+  /// Names begin with "::", because lrt has namespaces of its own.
   std::string qualified(const std::string& name) const { return "::" + options_.name_space + "::" + name; }
 
   // ---- texts
@@ -99,9 +99,9 @@ class Generator {
   std::string unit_text(const Facets& f) const {
     return f.unit().empty() ? std::string() : "[" + cpp::comment_text(unit_label(f.unit()), options_.max_comment) + "]";
   }
-  /// After a text: ": [deg], at least 0".
+  /// Follows a text: ": [deg], at least 0".
   static std::string with_colon(const std::string& range) { return range.empty() ? range : ": " + range; }
-  /// Unit and bounds for people: "[deg], at least 0, below 360".
+  /// Unit and bounds in words: "[deg], at least 0, below 360".
   std::string range_text(const Type& outer, const Facets& f, bool bounds) const {
     const Type* t = &outer;
     std::vector<std::string> parts;
@@ -307,7 +307,7 @@ class Generator {
       const std::string term = term_or_iri(f.predicate);
       fields += "    r.field(lrt::Iri{" + cpp::string_literal(term) + "}, &" + q + "::" + id + ")" + facets_code(*f.type, own, bounds) + ";\n";
       const std::string at = "      t.fields[" + std::to_string(index) + "]";
-      // What Record makes of it.
+      // The predicate and name that Record derives from it.
       const std::string name = term.substr(term.find_last_of("#/") + 1);
       const std::string placed = term.front() == '#' ? "#" + made.name + "/" + iri::encode_segment(name) : term;
       if (placed != term) changes += at + ".predicate = " + cpp::string_literal(term) + ";\n";

@@ -41,7 +41,7 @@ void skip_space(std::string_view& text) noexcept {
   while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
 }
 
-/// To behind the next comma outside of quotes and angle brackets.
+/// Removes the text up to and including the next comma outside of quotes and angle brackets.
 void skip_element(std::string_view& text) noexcept {
   bool quoted = false;
   while (!text.empty()) {
@@ -111,7 +111,7 @@ std::string report_message(std::string_view turtle) {
   return {};
 }
 
-/// In one line, without control characters.
+/// Shortens a text and makes it one line without control characters.
 std::string one_line(std::string text) {
   if (text.size() > max_reason) text.resize(max_reason);
   if (const std::size_t end = text.find_first_of("\r\n"); end != std::string::npos) text.resize(end);

@@ -107,7 +107,7 @@ class Kinds {
     if (!first.classes.empty()) return decoded_last_part(first.classes.front());
     return first.title.empty() ? decoded_last_part(first.iri) : first.title;
   }
-  /// In the order of the names, so that the numbers of equal ones do not depend on addresses.
+  /// Orders by name, so that the numbers of equal names do not depend on addresses.
   void name_all() {
     for (ThingKind& kind : kinds_) kind.name = wanted_name(kind);
     unite();

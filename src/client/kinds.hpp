@@ -27,7 +27,7 @@ using ActionMember = Member<ActionDescription>;
 struct ThingKind {
   std::string name;
   std::vector<const ThingDescription*> things;
-  std::vector<std::string> classes;  ///< that all have
+  std::vector<std::string> classes;  ///< the classes that all Things have
   std::map<std::string, PropertyMember> properties;
   std::map<std::string, ActionMember> actions;
 };

@@ -35,7 +35,7 @@ using Kind = MirrorEvent::Kind;
 constexpr milliseconds tick{250};
 constexpr milliseconds state_pause{2'000};
 
-/// A pause after so many failures in succession.
+/// The pause after a number of failures in succession.
 milliseconds pause_after(unsigned failures, milliseconds first, milliseconds longest) {
   milliseconds pause = first;
   for (unsigned i = 1; i < failures && pause < longest; ++i) pause *= 2;
@@ -469,7 +469,7 @@ bool Mirror::Impl::wait_for_turn(Lock& lock) {
   while (!stopped_) {
     const Instant now = std::chrono::steady_clock::now();
     const Instant due = std::max(ready_at_, next_turn_);
-    // After a failure one request tries.
+    // After a failure, a single request tests whether the store responds again.
     const bool is_tried = store_failures_ > 0 && being_sent_ > 0;
     if (queue_.empty() || is_tried) {
       changed_.wait(lock);
@@ -486,7 +486,7 @@ bool Mirror::Impl::wait_for_turn(Lock& lock) {
   return false;
 }
 
-/// On threads of its own.
+/// Runs on separate threads.
 void Mirror::Impl::send_all() {
   Lock lock(mutex_);
   while (wait_for_turn(lock)) {

@@ -25,7 +25,7 @@ Error system_error(const std::string& what, const std::string& path) {
   return {Errc::io_error, what + " \"" + path + "\": " + std::generic_category().message(errno)};
 }
 
-/// What cannot be in a record is left out: neither IRIs nor entity tags have white space.
+/// Removes the characters that a record cannot contain. IRIs and entity tags have no white space.
 std::string field(std::string_view text) {
   std::string result;
   for (const char c : text)

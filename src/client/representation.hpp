@@ -19,9 +19,9 @@ void add_apart(rdf::Graph& graph, const rdf::Graph& other, const std::function<b
 
 /// Whether two URLs have scheme, host and port in common.
 bool same_origin(std::string_view a, std::string_view b);
-/// Without its fragment.
+/// The IRI without its fragment.
 std::string_view document_of(std::string_view iri) noexcept;
-/// What follows the last '#' or '/', of a path without the slash at its end.
+/// The text after the last '#' or '/'. A slash at the end of a path is ignored.
 std::string_view local_name(std::string_view iri) noexcept;
 /// Percent-encoded as a value in the query of a URL: all but the unreserved characters (RFC 3986 2.3).
 std::string escaped(std::string_view text);

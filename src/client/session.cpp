@@ -191,7 +191,7 @@ Result<Shape> Session::shape(const TermView& node, const Representation& known) 
     const std::optional<TermId> id = shape.graph.find(term);
     return id && !shape.graph.match(*id, std::nullopt, std::nullopt).empty();
   };
-  // What shapes refer to by IRI, in documents of their own: at first the shape itself.
+  // Documents of shapes that are referred to by IRI, beginning with that of the shape itself.
   std::vector<std::string> wanted;
   const auto want = [&](const TermView& term) {
     if (term.is_iri() && !is_described(term) && read.count(std::string(document_of(term.text))) == 0) wanted.emplace_back(document_of(term.text));

@@ -19,12 +19,12 @@ using Instant = std::chrono::steady_clock::time_point;
 constexpr std::chrono::seconds idle_time{5};
 constexpr std::chrono::hours max_wait{1};
 
-/// Of the calling thread, if it is one of Tasks.
+/// The Tasks::State whose worker the calling thread is; nullptr: it is none.
 thread_local const void* own_state = nullptr;
 
 }  // namespace
 
-/// Its threads share ownership: the last of them may end after the Tasks.
+/// The worker threads share ownership, because a thread may outlive the Tasks.
 struct Tasks::State {
   State(ThreadOptions options, std::size_t max, const Clock& time) : threads(std::move(options)), max_threads(max), clock(time) {}
 

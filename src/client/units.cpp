@@ -144,7 +144,7 @@ Unexpected unknown(std::string_view unit, std::optional<Of> fitting = {}) {
                     "unknown unit " + quoted(unit) + ", expected " + (fitting ? "one of " : "none or one of ") + names_of(fitting));
 }
 
-/// How far (a x + b) / c is from y, times c.
+/// The difference between (a x + b) / c and y, times c.
 double residual(double x, double a, double b, double c, double y) noexcept {
   const double p = x * a, p_rest = std::fma(x, a, -p);
   const double s = p + b, s_b = s - p, s_rest = (p - (s - s_b)) + (b - s_b);

@@ -38,10 +38,10 @@ using Instant = std::chrono::steady_clock::time_point;
 
 /// For names, and for requests of watches that are neither event streams nor polls.
 constexpr std::size_t request_threads = 8;
-/// For polls, besides Limits::max_streams.
+/// Threads for polls, in addition to those for Limits::max_streams.
 constexpr std::size_t poll_threads = 8;
 constexpr milliseconds max_delete_time{2'000};
-/// Of the body of a response that refuses an event stream.
+/// The bytes that are read of a response that refuses an event stream.
 constexpr std::size_t max_reason_bytes = 64 * 1024;
 
 double system_random() {
@@ -560,7 +560,7 @@ void Watch::Impl::end(Generation generation, Error error) {
   post(lock, std::move(made));
 }
 
-/// What the activity has: a socket, a stream, a callback. Under the lock, which is released meanwhile.
+/// Releases the socket, stream or callback of the activity. @pre the lock is held; it is released meanwhile.
 void Watch::Impl::release_activity(Lock& lock) noexcept {
   const std::uint64_t socket = std::exchange(websocket_, 0);
   const std::shared_ptr<EventWaker> stream_end = std::exchange(stream_end_, nullptr);
@@ -696,7 +696,7 @@ void Watch::Impl::open_websocket(Generation generation) {
   lost(generation, {Errc::io_error, "no thread for WebSockets"});
 }
 
-/// On the thread of the WebSockets.
+/// Called on the thread of the WebSockets.
 void Watch::Impl::socket_ended(Generation generation, const WebSocketEnd& ended) {
   bool has_value = false, was_connected = false;
   {

@@ -29,7 +29,7 @@ class Watches {
     std::function<void()> wake{};      ///< called from any thread when poll() has something to do; must not block or call Watches
     exchange::Resolve resolve{};       ///< of names for WebSockets; empty: the system's resolver
   };
-  /// Which thread runs the callback of a watch.
+  /// The thread that runs the callback of a watch.
   enum class Delivery : unsigned char {
     as_options,  ///< Options::callbacks
     at_once,     ///< the thread that has received the value, for decoding. The callback must not block

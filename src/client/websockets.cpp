@@ -269,7 +269,7 @@ bool WebSockets::Impl::create_context() {
   own.vhost_name = protocol_name;
   own.protocols = protocols;
   own.connect_timeout_secs = 1 + seconds(limits.connect_time);
-  // Without it libwebsockets takes the proxy of the environment. Port 0 is none.
+  // Otherwise libwebsockets would use the environment's proxy. Port 0: no proxy.
   own.http_proxy_address = "none:0";
   own.alpn = "http/1.1";
   own.options = options.ca_file.empty() ? 0 : LWS_SERVER_OPTION_DISABLE_OS_CA_CERTS;
@@ -479,7 +479,7 @@ int WebSockets::Impl::on_lws(lws* wsi, lws_callback_reasons reason, void*, void*
     case LWS_CALLBACK_CLIENT_RECEIVE_PONG:
     case LWS_CALLBACK_CLIENT_WRITEABLE:
     case LWS_CALLBACK_WS_PEER_INITIATED_CLOSE: break;
-    default: return 0;  // some come with a wsi that is none
+    default: return 0;  // some callbacks have an invalid wsi
   }
   auto* const connection = static_cast<Connection*>(lws_get_opaque_user_data(wsi));
   if (connection == nullptr) return 0;

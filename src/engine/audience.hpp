@@ -21,7 +21,7 @@ struct Methods;
 /// The reader of a representation or response, with its rights. The default has all rights.
 struct Audience {
   std::shared_ptr<const security::View> view{};            ///< nullptr: everything
-  std::shared_ptr<const security::Principal> principal{};  ///< nullptr: nobody in particular
+  std::shared_ptr<const security::Principal> principal{};  ///< nullptr: no specific principal
 
   bool is_restricted() const noexcept { return view != nullptr; }
   /// Its rights at a resource. The server's own documents, such as the list of Things and the Blueprints, may be read by all who may read anything;
@@ -35,7 +35,7 @@ struct Audience {
   Methods methods(const Resource& resource) const;
   /// Whether the audience may see an IRI: a resource that it may read, with or without query and fragment, or an IRI of another server.
   bool sees_iri(std::string_view iri, const std::string& base, const Registry& registry) const;
-  /// Of the principal, where a representation of the resource depends on it.
+  /// The name of the principal if a representation of the resource depends on it, else empty.
   std::string_view name_in(const Resource& resource) const noexcept;
 };
 

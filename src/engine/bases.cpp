@@ -13,7 +13,7 @@ namespace {
 
 using lrt::detail::lower;
 
-/// In lower case, without the scheme's own port.
+/// The authority in lower case, without the default port of the scheme.
 std::string canonical_host(std::string_view authority, bool secure) {
   std::string host = lower(authority);
   const std::string_view port = secure ? ":443" : ":80";
@@ -121,7 +121,7 @@ bool Bases::is_served(std::string_view authority, const http::Request& request) 
   const std::string host = canonical_host(authority, request.secure);
   if (accepts(host)) return true;
   if (request.local_port == 0) return false;
-  // Behind a host's own HTTP server: its port instead of ours.
+  // Requests from a host's own HTTP server have its port instead of ours.
   const auto parsed = http::parse_host(host);
   const std::uint16_t port = parsed && parsed->port ? *parsed->port : request.secure ? 443 : 80;
   return parsed && port == request.local_port && is_known_name(parsed->host);

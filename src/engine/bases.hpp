@@ -58,7 +58,7 @@ class Bases {
   /// A request may name this authority: one of the listening port, or one of the public base, or of a host's own server.
   bool is_served(std::string_view authority, const http::Request& request) const;
   bool accepts(const std::string& host) const;
-  /// The same of names by which a proxy is known.
+  /// Whether the authority is a name of a proxy.
   bool accepts_from_proxy(std::string_view authority) const;
   /// A name of this machine, or an allowed host.
   bool is_known_name(std::string_view host) const;

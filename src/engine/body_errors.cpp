@@ -29,7 +29,7 @@ std::string step(const std::string& pointer, std::string_view name) {
   return out;
 }
 
-/// Where the nodes of a body would be in its plain form.
+/// The paths at which the nodes of a body would be in its plain form.
 class Places {
  public:
   struct Place {

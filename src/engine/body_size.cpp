@@ -9,9 +9,9 @@ inline namespace v0 {
 namespace {
 
 constexpr std::size_t unbounded = std::numeric_limits<std::size_t>::max();
-/// Of one value with its predicate: IRIs written out, its node, white space. A member of a list in RDF/XML takes about 300.
+/// An estimate for one value with its predicate: full IRIs, its node, white space. A list member in RDF/XML takes about 300.
 constexpr std::size_t value_bytes = 1024;
-/// Of one code point: a surrogate pair of escapes in JSON.
+/// The longest form of a code point: a surrogate pair of escapes in JSON.
 constexpr std::size_t code_point_bytes = 12;
 
 std::size_t plus(std::size_t a, std::size_t b) noexcept { return a > unbounded - b ? unbounded : a + b; }

@@ -91,7 +91,7 @@ class Judge {
   bool is_optional() const { return task_.type && task_.type->kind == rdf::Type::Kind::optional; }
   std::string what() const { return task_.focus ? std::string(task_.focus->what) : "node that carries the value"; }
 
-  /// To UTF-8.
+  /// Converts the body to UTF-8.
   Fault decode() {
     if (task_.charset.empty()) return std::nullopt;
     const Result<std::string_view> utf8 = charset::to_utf8(task_.text, task_.charset, transcoded_);

@@ -46,7 +46,7 @@ struct BodyFault {
 
 using JudgedBody = std::variant<Body, BodyFault>;
 
-/// What all validations of bodies share.
+/// The limits that all validations of bodies share.
 struct BodyLimits {
   std::size_t max_triples;
   std::size_t max_text_bytes;

@@ -90,7 +90,7 @@ void ChangeScanner::scan(TimePoint now, bool had_changes) {
     irregular |= invocation->progress != before;
   }
   idle_scans_ = irregular ? 0 : idle_scans_ + 1;
-  // A fifth of the time at most, however much clients have subscribed to.
+  // At most a fifth of the time, regardless of the number of subscriptions.
   const Instant after = clock_.now().steady;
   earliest_scan_ = std::max(now.steady + options_.scan_period / 5, after + 4 * (after - now.steady));
   std::optional<Instant> next = due_by_rhythm();
@@ -111,7 +111,7 @@ void ChangeScanner::scan(TimePoint now, bool had_changes) {
   }
 }
 
-/// Returns whether a value was found that came at an irregular time.
+/// Returns whether a value was found that was published at an irregular time.
 bool ChangeScanner::scan_properties(TimePoint now) {
   const Instant until = values_.catch_up_end();  // of all properties together
   bool irregular = false;

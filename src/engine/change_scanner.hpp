@@ -41,7 +41,7 @@ class ChangeScanner {
   void unwatch(PropertyResource& property);
   void watch(InvocationResource& invocation);
   void unwatch(InvocationResource& invocation);
-  /// Of a resource whose representations say which actions are available.
+  /// Watches the availability of actions, for a resource whose representations state it.
   void watch_availability();
   void unwatch_availability();
 
@@ -88,7 +88,7 @@ class ChangeScanner {
   std::vector<InvocationResource*> invocations_;
   std::size_t availability_watchers_ = 0;
   DeadlineQueue<ResourceId> samples_;
-  bool scanning_ = false;  ///< by itself
+  bool scanning_ = false;  ///< next_scan_ is set
   Instant next_scan_{};
   Instant earliest_scan_{};  ///< on request
   unsigned idle_scans_ = 0;  ///< without a change that came at an irregular time

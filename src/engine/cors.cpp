@@ -15,7 +15,7 @@ constexpr std::string_view exposed =
     "Vary, WWW-Authenticate";
 constexpr std::string_view request_fields = "Accept, Authorization, Content-Type, If-Match, If-None-Match, Last-Event-ID, Link, Prefer, Range";
 constexpr std::string_view preflight_seconds = "600";
-/// Of documents that are not lrt's page: an origin of their own, no scripts, nothing loaded. An image in SVG keeps its styles.
+/// The Content-Security-Policy of other documents than lrt's page: an opaque origin, no scripts, no loading. An SVG image keeps its styles.
 constexpr std::string_view document_policy = "sandbox; default-src 'none'; style-src 'unsafe-inline'; img-src data:";
 
 bool has_any(const std::vector<std::string>& origins) { return std::find(origins.begin(), origins.end(), "*") != origins.end(); }

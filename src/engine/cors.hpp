@@ -11,10 +11,10 @@
 namespace lrt::engine {
 inline namespace v0 {
 
-/// What browsers may do with responses. Pages of other origins: those of Security::read_origins read, those of Security::allowed_origins also send commands. The
-/// fields are those of the CORS protocol (WHATWG Fetch 3.3). Credentials of the browser (cookies, client certificates) are never allowed; a
-/// page that has a token sends it as Authorization. Other pages cannot embed a response (Cross-Origin-Resource-Policy, Fetch 3.7), and a
-/// browser that opens one as a document runs nothing in it.
+/// Header fields that limit what browsers do with responses. Pages of Security::read_origins may read. Pages of Security::allowed_origins may
+/// also send commands. The fields are those of the CORS protocol (WHATWG Fetch 3.3). Credentials of the browser (cookies, client
+/// certificates) are never allowed; a page that has a token sends it as Authorization. Other pages cannot embed a response
+/// (Cross-Origin-Resource-Policy, Fetch 3.7). If a browser opens a response as a document, no script in it runs.
 class Cors {
  public:
   explicit Cors(const EngineOptions& options) : options_(options) {}

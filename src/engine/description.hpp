@@ -83,7 +83,7 @@ Iri frame_predicate(const rdf::Type& type) noexcept;
 /// @param body_class  empty: none
 void describe_binding(About& about, const Description& d, const Resource& resource, Iri method, const std::string& body_class);
 
-/// What the values of a type are, whether there is one or not. Of a record, whose fields may differ, the unit alone.
+/// Unit and datatype of the values of a type, known without a value. A record has only a unit, because the datatypes of its fields may differ.
 struct Quantity {
   Unit unit;               ///< of a list: of its elements
   Iri datatype;            ///< empty for records and maps

@@ -248,7 +248,7 @@ void Invocations::ended(InvocationResource& invocation, TimePoint now) {
   prune(action);
 }
 
-/// The time of a request that waits for an invocation is over.
+/// Called when the time limit of a request that waits for an invocation has passed.
 void Invocations::wait_is_over(Ticket ticket, Context& context, ResourceId id, bool may_take_long) {
   auto* invocation = static_cast<InvocationResource*>(registry_.find(id));
   if (!invocation) return pending_.respond(ticket, responses_.timed_out(context));

@@ -26,7 +26,7 @@ EngineOptions completed(EngineOptions options) {
   return options;
 }
 
-/// A word for a query that changes with the text.
+/// A path segment that changes with the text of a query.
 std::string version_of(const std::string& text) {
   std::string version = http::entity_tag({}, text);
   version.erase(std::remove(version.begin(), version.end(), '"'), version.end());

@@ -23,7 +23,7 @@ std::size_t bytes_of(const rdf::Value& value) {
   return sum;
 }
 
-/// What has representations may be much larger than its RDF: an image.
+/// Representations by user-defined encoders may be much larger than the RDF of the value: an image, for example.
 constexpr std::size_t min_bytes_with_representations = 64 * 1024;
 
 Encoding encoded(model::RepresentationSpec& spec, const void* whole) {
@@ -45,7 +45,7 @@ void run_encoders(model::PropertySpec& spec, const std::vector<std::size_t>& enc
     if (!encodings[i].made) encodings[i] = encoded(spec.representations[i], whole);
 }
 
-/// Takes the published values in their order. When the time is over, the older ones are dropped, and the newest follows.
+/// Takes the published values in their order. After the time limit, the older ones are dropped and the newest is taken.
 template <class Use>
 void take_each(model::SlotBase& slot, const Clock& clock, PropertyValues::Instant until, Use use) {
   for (std::size_t left = slot.available(); left > 0; --left) {
@@ -145,7 +145,7 @@ void PropertyValues::refresh(Resource& resource, Encodings encodings, Done done)
 
 void PropertyValues::refresh(PropertyResource& property, Encodings encodings, Done done) {
   PropertyRefresh& state = refresh_of(property);
-  // When the host does not poll, most of so many requests have got 503 already: they are dropped.
+  // If the host does not poll, most of these requests have already been answered with 503. They are removed.
   if (state.waiters.size() + state.next_waiters.size() >= 2 * options_.max_waiting_requests) {
     std::vector<PropertyRefresh::Waiter> waiters = std::exchange(state.waiters, {});
     for (auto& w : std::exchange(state.next_waiters, {})) waiters.push_back(std::move(w));

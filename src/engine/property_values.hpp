@@ -28,7 +28,7 @@ struct Encodings {
   bool all = false;
   std::optional<std::size_t> one{};
 
-  /// What a representation needs: RDF states the size of each encoding.
+  /// The encodings that a variant needs. RDF needs all, because it states the size of each.
   static Encodings of(Variant variant) noexcept;
   bool contains(std::size_t encoder) const noexcept { return all || one == encoder; }
 };
@@ -81,7 +81,7 @@ class PropertyValues {
   /// An observed property may have a new value: refreshes it, unless a refresh is running.
   /// @param until  as for take_published()
   void refresh_observed(PropertyResource& property, Instant until);
-  /// Takes over published values if that needs no user code. The older ones of those that are kept are dropped when the time is over.
+  /// Takes published values if that needs no user code. After the time limit, older kept values are dropped.
   void take_published(PropertyResource& property, Instant until);
   void take_published(PropertyResource& property);
   /// Until when values for queues may be taken over, if that begins now (SubscriptionOptions::max_catch_up_time).

@@ -54,7 +54,7 @@ class Representations {
   /// The representation that suits the request best; the response if there is none.
   /// @param page  receives the HTML page if that suits best; nullptr: HTML is not offered
   Selected select(Context& context, std::optional<Representation>* page, bool current);
-  /// The representation in one variant, as it is now.
+  /// The present representation in one variant.
   /// @par Errors  unsupported_syntax, limit_exceeded: the variant cannot represent the value; others: encoding failed
   Result<Representation*> make(Resource& resource, std::size_t base, Variant variant, const Audience& audience, std::size_t page = 1);
   /// The representation as a message to subscribers.

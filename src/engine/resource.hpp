@@ -119,7 +119,7 @@ struct Methods {
   std::string text() const;
 };
 
-/// What a resource takes as the body of a PUT, POST or PATCH.
+/// The bodies that a resource accepts for PUT, POST or PATCH.
 struct Input {
   const rdf::Type* type = nullptr;  ///< of the value; nullptr: a body is RDF
   bool may_be_empty = false;        ///< an empty body is accepted, whatever its header fields are
@@ -202,7 +202,7 @@ class Resource {
   /// Its representation depends on the principal, not only on the rights.
   virtual bool differs_by_principal() const noexcept { return false; }
 
-  // What it describes.
+  // The description of the resource.
   virtual void describe(const Description& d) const = 0;
   /// Its whole description, if it keeps that: with IRIs of this server below placeholder_base; otherwise nullptr.
   virtual std::shared_ptr<const rdf::Graph> kept_graph(const EngineView& engine) const {
@@ -239,7 +239,7 @@ class Resource {
   /// Changes whenever a representation might have changed.
   /// @param structure  Registry::structure()
   virtual std::uint64_t state(std::uint64_t structure) const noexcept { return structure; }
-  /// Of a representation; more: 406.
+  /// The largest size of a representation; a larger one is answered with 406.
   virtual std::size_t max_bytes(const EngineOptions& options) const noexcept {
     (void)options;
     return static_cast<std::size_t>(-1);
@@ -271,7 +271,7 @@ class Resource {
     return nullptr;
   }
 
-  // What it links to (R0.9).
+  // The links of the resource (R0.9).
   virtual bool is_container() const noexcept { return false; }
   virtual std::vector<Resource*> members() const { return {}; }
   /// The links that an audience may see.
@@ -342,7 +342,7 @@ class Resource {
   std::size_t usual_size() const noexcept;
 };
 
-/// Of a resource that takes a value.
+/// The accepted bodies of a resource that takes a value.
 Input input_of(const model::ResourceSpec& spec, const rdf::Type& type, const rdf::Facets& facets, const EngineOptions& options);
 
 /// Stands for the base in graphs that are kept.

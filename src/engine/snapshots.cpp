@@ -18,7 +18,7 @@ inline namespace v0 {
 
 namespace {
 
-/// Of one step of filling.
+/// The time limit of one step that fills a snapshot.
 constexpr std::chrono::microseconds fill_budget{500};
 
 }  // namespace

@@ -593,7 +593,7 @@ void Subscriptions::announce(SubscriptionResource& s) {
   (s.observed.is_urgent() ? urgent_ : ready_).push_back(s.channel);
 }
 
-/// nullptr: there is none that may be sent now.
+/// @return  nullptr: none may be sent now
 subscription::Item Subscriptions::next_item(SubscriptionResource& s, TimePoint now) {
   s.ready_announced = false;
   if (!s.backlog.empty() && now.steady < s.backlog.due()) {

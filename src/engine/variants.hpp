@@ -31,10 +31,10 @@ class Variant {
   static Variant inlined_json_ld() { return {Kind::inlined_json_ld, static_cast<std::uint8_t>(rdf::Syntax::json_ld)}; }
   /// JSON of a resource that has no plain value: Overview.
   static Variant overview() { return {Kind::overview, 0}; }
-  /// By the property's encoder of that index.
+  /// The variant that the encoder of the property with that index makes.
   static Variant encoded(std::size_t encoder) { return {Kind::encoded, static_cast<std::uint8_t>(encoder)}; }
 
-  /// Of the answer to a query, in the media type of that index (PreparedQuery::types).
+  /// The variant of a query result, in the media type with that index (PreparedQuery::types).
   static Variant answer(std::size_t type) { return {Kind::answer, static_cast<std::uint8_t>(type)}; }
 
   Kind kind() const noexcept { return kind_; }
@@ -76,20 +76,20 @@ struct Variants {
   std::string list() const;
 };
 
-/// Of the HTML page.
+/// The media type of the HTML page.
 inline constexpr std::string_view page_type = "text/html";
-/// Of an event stream (WHATWG HTML 9.2).
+/// The media type of an event stream (WHATWG HTML 9.2).
 inline constexpr std::string_view event_stream_type = "text/event-stream";
 
-/// Of resources that only RDF describes.
+/// The variants of resources that only RDF describes.
 const Variants& graph_variants();
-/// Of resources that RDF and an overview in JSON describe.
+/// The variants of resources that RDF and an overview in JSON describe.
 const Variants& overview_variants();
-/// Of resources with a value that can be written without RDF.
+/// The variants of resources whose value can be written without RDF.
 const Variants& value_variants();
-/// Of the JSON-LD context.
+/// The variants of the JSON-LD context.
 const Variants& context_variants();
-/// Of a property with octets or encoders of its own. The views live as long as the spec.
+/// The variants of a property with octets or with user-defined encoders. The views are valid as long as the spec.
 Variants variants_of(const model::PropertySpec& spec);
 
 /// "text/turtle, application/n-triples, ...": the media types of request bodies, with or without those of plain values.

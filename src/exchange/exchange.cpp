@@ -190,7 +190,7 @@ Outcome exchange(Wire& wire, const Request& request, const Limits& limits, WaitL
   Outcome outcome;
   Header header;
   std::size_t body = 0;
-  bool refused = false;  // by the receiver
+  bool refused = false;  // the receiver refused the exchange
   bool has_header = false;
   const auto take_header = [&](const httplib::Response& response) {
     has_header = true;

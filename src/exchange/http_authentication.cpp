@@ -41,7 +41,7 @@ std::size_t after_ows(std::string_view text, std::size_t at) noexcept {
   return at;
 }
 
-/// The end of a token68 that is all there is before the next comma; npos: it is none.
+/// The end of a token68 that is followed by a comma or the end; npos: there is no such token68.
 std::size_t token68_end(std::string_view text, std::size_t at) noexcept {
   const std::size_t begin = at;
   while (at < text.size() && (is(text[at], unreserved) || text[at] == '+' || text[at] == '/')) ++at;

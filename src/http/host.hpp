@@ -16,7 +16,7 @@ inline namespace v0 {
 using AddressBytes = std::array<std::uint8_t, 16>;
 inline constexpr std::array<std::uint8_t, 12> ipv4_mapped{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0xFF, 0xFF};
 
-/// The address that a text denotes in its usual form, IPv6 without brackets. "127.1" and "0x7f.1" are none.
+/// The address that a text denotes in its usual form, IPv6 without brackets. "127.1" and "0x7f.1" are not accepted.
 std::optional<AddressBytes> parse_address(std::string_view text);
 /// The address that the host of a URL denotes; nullopt: it is a name.
 std::optional<AddressBytes> literal_address(std::string_view host);

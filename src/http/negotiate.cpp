@@ -75,7 +75,7 @@ bool same_value(std::string_view a, std::string_view b) noexcept {
   return a.empty() && b.empty();
 }
 
-/// weight = "0" [ "." 0*3DIGIT ] / "1" [ "." 0*3("0") ], in thousandths; -1 if it is none. ".2", which Java's URLConnection
+/// weight = "0" [ "." 0*3DIGIT ] / "1" [ "." 0*3("0") ], in thousandths; -1 if it is malformed. ".2", which Java's URLConnection
 /// sends, is read as 0.2.
 int parse_weight(std::string_view text) noexcept {
   if (text.empty()) return -1;

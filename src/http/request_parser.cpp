@@ -68,7 +68,7 @@ Refusal refuse_value(std::string_view field, std::string_view found, std::string
 // ---- Pieces
 
 constexpr bool is_method_char(char c) noexcept { return is(c, tchar) && !(c >= 'a' && c <= 'z'); }
-/// Of what RFC 3986 allows in a URI, all but the fragment's '#' (RFC 9112 3.2).
+/// The characters of a URI (RFC 3986) except '#': a request target has no fragment (RFC 9112 3.2).
 constexpr bool is_target_char(char c) noexcept { return is(c, uri) && c != '#'; }
 
 std::size_t method_end(std::string_view text) noexcept {

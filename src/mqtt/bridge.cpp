@@ -21,7 +21,7 @@ namespace {
 
 constexpr std::chrono::milliseconds longest_wait{1'000};
 
-/// A descriptor that is closed with it.
+/// Owns a descriptor.
 class Descriptor {
  public:
   explicit Descriptor(int number) : number_(number) {}

@@ -106,7 +106,7 @@ class BridgeCore final : private Link::Events {
   std::chrono::milliseconds pause_;
   std::uint64_t chance_;  ///< for jitter
   std::uint16_t max_aliases_ = 0, used_aliases_ = 0;
-  bool newest_first_ = false;                            ///< since the connection, until nothing of that is left
+  bool newest_first_ = false;                            ///< set after connecting: the newest values are sent before queued changes
   std::string last_reason_;                              ///< of a connection that failed, logged once
   std::unordered_map<int, std::size_t> unacknowledged_;  ///< bytes by id
   std::size_t unacknowledged_bytes_ = 0;

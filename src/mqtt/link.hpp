@@ -33,7 +33,7 @@ struct OutMessage {
   UserProperties user{};
 };
 
-/// A message from the broker, as far as its bounds allow.
+/// A message from the broker, within its limits.
 struct InMessage {
   std::string topic, payload, content_type, response_topic, correlation;
   UserProperties user;
@@ -99,7 +99,7 @@ struct LinkOptions {
   ThreadOptions thread;
 };
 
-/// By libmosquitto.
+/// Creates a link that uses libmosquitto.
 /// @par Errors  invalid_option, io_error
 Result<std::unique_ptr<Link>> make_mosquitto_link(LinkOptions options);
 

@@ -11,7 +11,7 @@
 namespace lrt::mqtt {
 inline namespace v0 {
 
-/// Whether a path fits a pattern: `*` stands for any characters but '/', `**` for any characters. Takes time in proportion to the product of both lengths.
+/// Whether a path fits a pattern: `*` stands for any characters but '/', `**` for any characters. Time: proportional to the product of both lengths.
 bool fits(std::string_view pattern, std::string_view path) noexcept;
 
 /// A topic that a message can have (MQTT 5 4.7): UTF-8, 1 to 65,535 bytes, no wildcard, no control character.
@@ -35,11 +35,11 @@ class Topics {
   std::string of(std::string_view path) const;
   std::string status() const { return own("status"); }
   std::string description() const { return own("description"); }
-  /// Of commands to a resource.
+  /// The topic for commands to a resource.
   std::string of(Command command, std::string_view path) const;
   /// The filter that a subscription to commands has.
   std::string filter(Command command) const;
-  /// nullopt: the topic is not of a command to this robot.
+  /// The command that a topic stands for; nullopt: the topic is not a command to this robot.
   std::optional<Demand> demand(std::string_view topic) const;
   /// Whether a response may be sent to a topic: not to one of this robot, whose subscribers trust it, and not to one at which a robot takes commands.
   bool may_respond_to(std::string_view topic) const;

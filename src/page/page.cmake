@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-# Makes page.html, error.html, login.html, page.css, page.js, skeleton.js and login.js into one C++ file of the library.
+# Generates one C++ file of the library from page.html, error.html, login.html, page.css, page.js, skeleton.js and login.js.
 
 set(page_folder ${CMAKE_CURRENT_LIST_DIR})
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS
              ${page_folder}/page.html ${page_folder}/error.html ${page_folder}/login.html ${page_folder}/page.css
              ${page_folder}/page.js ${page_folder}/skeleton.js ${page_folder}/login.js ${page_folder}/parts.cpp.in)
 
-# SHA-256 in base64, as a Content-Security-Policy wants it; CMake gives hexadecimal digits, three of which are two of base64.
+# SHA-256 in base64, for a Content-Security-Policy. CMake computes hexadecimal digits; three of them are two digits of base64.
 function(page_hash text result)
   set(alphabet ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/)
   string(SHA256 digits "${text}")
-  string(APPEND digits 00)  # 64 digits are 21 times three and one
+  string(APPEND digits 00)  # 64 digits, padded to 22 groups of three
   set(base64 "")
   foreach(at RANGE 0 63 3)
     string(SUBSTRING ${digits} ${at} 3 three)
@@ -20,11 +20,11 @@ function(page_hash text result)
     string(SUBSTRING ${alphabet} ${low} 1 low)
     string(APPEND base64 ${high}${low})
   endforeach()
-  string(REGEX REPLACE ".$" "=" base64 ${base64})  # of the last two only the first carries anything
+  string(REGEX REPLACE ".$" "=" base64 ${base64})  # the last digit is padding
   set(${result} "sha256-${base64}" PARENT_SCOPE)
 endfunction()
 
-# Raw string literals, one after the other, because a compiler need not take more than 16 KiB in one; cut where lines end.
+# Adjacent raw string literals, split at line ends: compilers need not accept a literal above 16 KiB.
 function(page_literal text result)
   set(literals "")
   string(LENGTH "${text}" left)
@@ -45,16 +45,19 @@ function(page_literal text result)
   set(${result} "${literals}" PARENT_SCOPE)
 endfunction()
 
-# Words of the script that are nobody else's: of no text, class, attribute or part of the browser. The most frequent first.
-set(page_own iri element field subject kind watch model shown socket here address along cells chain choices classes command container
-             content controls cross dcterms depth fields found humanised hybrit inSight inner isList items known leaves listed local
-             isNumber JSON_TYPE mayOpen moved N_TRIPLES named names notice objects observer places points poseOf posedIn predicate product
-             project redraw report response resting rotated rows said socketAfter steps subjects update things vector view watches words
-             written UNTURNED AXIS_COLORS pointers buttons enableMotion motionLine motionEnds scrolled sliders about numbers member properties interval
-             space meaning unescape kept asked power quoted moving chips)
+# Names of the script that may be shortened although they are short or are names of members. They must not occur in texts, classes,
+# attributes or the browser's API. The most frequent first.
+set(page_own iri element field subject response kind watch model shown socket here hybrit view inner rows about cells dcterms points words found
+             local objects predicate space minValues names humanised isList report update things content controls items notice chain choices fields
+             steps subjects depth classes container moved isClosed finished JSON_TYPE redraw member schedule leaves listed N_TRIPLES pointers
+             buttons enableMotion sliders numbers setState thingGraph address onVisibility isNumber named observer suspendedWatches socketAfter
+             scrolled power showPosition command cross places watches NO_ROTATION properties interval unescape maxValues allowsSocket poseOf posedIn
+             project rotated vector motionLine motionEnds frameRequest moving chips openOrPoll candidates unplaced segments maxInvocations minItems
+             isSubscriptions showStatus addInvocation shownPath showReport product AXIS_COLORS quoted retryLater maxItems maxSockets statements
+             onCancelled)
 
-# What only the reader of the source needs stays there: comments, indentation, spaces beside signs that no text of the page has spaces beside,
-# and long names: of `page_own`, and of what stands at the outermost level of the script, if it is no member's name too.
+# Reads and minifies files. Removes comments, indentation, and spaces beside operators that have no spaces beside them in texts of the page.
+# Shortens names: those in `page_own`, and names declared at the outermost level of the script unless a member has the same name.
 function(page_read result)
   set(text "")
   foreach(file IN LISTS ARGN)
@@ -76,7 +79,7 @@ function(page_read result)
     string(REPLACE ") {" "){" text "${text}")
     string(REGEX REPLACE "([{;])[ \n]+" "\\1" text "${text}")
     string(REGEX REPLACE "[ \n]+}" "}" text "${text}")
-    foreach(twice IN ITEMS 1 2)  # one match may end where the next begins
+    foreach(twice IN ITEMS 1 2)  # matches that touch: the second pass finds the rest
       string(REGEX REPLACE "([]A-Za-z0-9_)}\"'[]),[ \n]([[A-Za-z0-9_({!.`-])" "\\1,\\2" text "${text}")
     endforeach()
     string(REGEX REPLACE "([]A-Za-z0-9_)}]),[ \n]\"" "\\1,\"" text "${text}")
@@ -100,7 +103,7 @@ function(page_read result)
     foreach(name IN LISTS names)
       string(REGEX REPLACE ".* " "" name "${name}")
       if(text MATCHES "[\"`}][^\"`(){}\n]* ${name}[ \"`]|[\"`]${name} ")
-        message(FATAL_ERROR "${name} is a word of a text on the page, and no name for page_own: ${CMAKE_MATCH_0}")
+        message(FATAL_ERROR "${name} occurs in a text of the page: remove it from page_own or rename it: ${CMAKE_MATCH_0}")
       endif()
       if(NOT text MATCHES "[^.][.]${name}[^A-Za-z0-9]|[\"'#]${name}[^A-Za-z0-9]|[{,]${name}[,:}]" OR name IN_LIST page_own)
         foreach(twice IN ITEMS 1 2)
@@ -120,6 +123,7 @@ page_hash("${page_style}" LRT_PAGE_STYLE_HASH)
 page_hash("${page_script}" LRT_PAGE_SCRIPT_HASH)
 foreach(name IN ITEMS page error login)
   file(READ ${page_folder}/${name}.html page_text)
+  string(REGEX REPLACE "^<!--[^\n]*-->\n" "" page_text "${page_text}")  # a page begins with its doctype
   string(REPLACE "{{style}}" "${page_style}" page_text "${page_text}")
   string(REPLACE "{{script}}" "${page_script}" page_text "${page_text}")
   string(REPLACE "{{login}}" "${login_script}" page_text "${page_text}")

@@ -50,7 +50,7 @@ class Console final : public engine::PageSource {
   const std::string policy_ = policy_of(parts::script_hash), login_policy_ = policy_of(parts::login_hash);
 };
 
-/// A page whose placeholders are replaced by `values`, as text. In one pass, so that inserted text is not searched for placeholders.
+/// Replaces the placeholders of a page by `values`, escaped. One pass: placeholders in inserted values are not replaced.
 std::string filled(std::string_view page, std::initializer_list<std::pair<std::string_view, std::string_view>> values) {
   std::string html;
   for (std::string_view rest = page; !rest.empty();) {

@@ -7,7 +7,8 @@
 
 namespace lrt::page {
 
-/// The console for people: HTML, style and script of this folder, which CMake puts into the library. The page is a client of the robot that serves it.
+/// The HTML page for browsers: markup, style and script from this folder, embedded by CMake. The page is a client of the robot that serves it.
+/// nullptr: the library was built without it.
 std::shared_ptr<const engine::PageSource> console();
 
 }  // namespace lrt::page

@@ -1,5 +1,6 @@
-// The page for people. It is the same for every resource: it looks at its own address, reads that as N-Triples and follows the links
-// it finds; no path is assumed. What changes comes by WebSocket, or by asking again where there is none.
+// SPDX-License-Identifier: Apache-2.0
+// The HTML page of the robot. It is the same for every resource: it requests its own address as N-Triples and follows the links in the
+// response. It assumes no paths. Changes arrive by WebSocket, or by polling if there is none.
 
 // ---- vocabularies
 
@@ -40,7 +41,7 @@ class Graph {
   number(subject, predicate) { const t = this.text(subject, predicate); return t === undefined ? undefined : toNumber(t); }
   is(subject, type) { return this.ids(subject, rdf("type")).includes(type); }
   subjects(predicate, id) {
-    return [...this.about].filter(([, said]) => said.some(([p, o]) => p === predicate && o.id === id)).map(([s]) => s);
+    return [...this.about].filter(([, statements]) => statements.some(([p, o]) => p === predicate && o.id === id)).map(([s]) => s);
   }
   isList(node) { return node === rdf("nil") || this.one(node, rdf("first")) !== undefined; }
   list(head) {
@@ -78,7 +79,7 @@ function parse(text) {
 
 const isBlank = (id) => id.startsWith("_:");
 const quoted = (text) => `"${text.replace(/["\\]/g, "\\$&").replace(/\n/g, "\\n").replace(/\r/g, "\\r")}"`;
-const written = (o) => o.id ? (isBlank(o.id) ? o.id : `<${o.id}>`)
+const nTriplesOf = (o) => o.id ? (isBlank(o.id) ? o.id : `<${o.id}>`)
   : quoted(o.value) + (o.lang ? "@" + o.lang : o.type && o.type !== xsd("string") ? `^^<${o.type}>` : "");
 
 function toNumber(text) {
@@ -86,7 +87,7 @@ function toNumber(text) {
 }
 const isNumeric = (o) => NUMBER_TYPES.includes(o.type) || isIntegerType(o.type);
 
-// ---- words
+// ---- names, units and numbers as text
 
 const localName = (iri) => {
   const name = iri.replace(/[/#]+$/, "").split(/[/#]/).pop();
@@ -102,7 +103,7 @@ const unitPart = (part) => {
 };
 const unitText = (iri) => !iri ? "" : localName(iri).split("-PER-").map((side) => side.split("-").map(unitPart).join("·")).join("/");
 
-/// For reading at a glance; the whole number stands in the title. What moves keeps its places, so that it does not jump.
+/// A rounded number; the title attribute has all digits. A moving number has a fixed number of decimals, so that the text does not jump.
 function numberText(o, moving) {
   const n = toNumber(o.value);
   if (!Number.isFinite(n) || isIntegerType(o.type)) return o.value;
@@ -119,9 +120,9 @@ function ago(ms) {
   return s < 129600 ? `${Math.round(s / 3600)} h ago` : `${Math.round(s / 86400)} days ago`;
 }
 
-// ---- elements. Text is only ever set as text; no style attribute, no handler in markup.
+// ---- elements. Text is only inserted as text. The markup has no style attributes and no event handlers.
 
-/// h("p.quiet", { title }, children ...): the properties may be left out.
+/// Creates an element: h("p.quiet", { title }, children ...). The second argument is optional. A property "on..." is an event handler.
 function h(selector, properties, ...children) {
   const [tag, ...classes] = selector.split(".");
   const element = document.createElement(tag);
@@ -136,7 +137,7 @@ function h(selector, properties, ...children) {
 }
 const button = (words, onclick, more) => h("button.small", { type: "button", onclick, ...more }, words);
 const $ = (id) => document.getElementById(id);
-const say = (element, text) => { if (element.textContent !== text) element.textContent = text; };
+const setText = (element, text) => { if (element.textContent !== text) element.textContent = text; };
 let lastId = 0;
 const freshId = () => "i" + ++lastId;
 
@@ -151,83 +152,84 @@ function copyable(text) {
   const code = h("code", text), copy = button("Copy", async () => {
     try {
       await navigator.clipboard.writeText(text);
-    } catch {  // not a secure context
+    } catch {  // the clipboard requires a secure context
       getSelection().selectAllChildren(code);
       document.execCommand("copy");
     }
-    say(copy, "Copied");
-    setTimeout(() => say(copy, "Copy"), 1500);
+    setText(copy, "Copied");
+    setTimeout(() => setText(copy, "Copy"), 1500);
   });
   return h("div.copyable", code, copy);
 }
 
-// ---- talking to the robot
+// ---- requests to the robot
 
 const N_TRIPLES = "application/n-triples", JSON_TYPE = "application/json", PROBLEM = "application/problem+json;q=0.9";
-const meaning = (type, text) => type === N_TRIPLES ? parse(text) : type === JSON_TYPE ? JSON.parse(text) : null;
-let robotOrigin = location.origin;  // of the IRIs in representations, where a public base makes it another than ours
-let user;                           // who is logged in
-let skew = 0;                       // of the robot's clock, where it is more than what a Date field can tell
+const parseBody = (type, text) => type === N_TRIPLES ? parse(text) : type === JSON_TYPE ? JSON.parse(text) : null;
+let robotOrigin = location.origin;  // origin of the IRIs in representations; differs from location.origin with a public base
+let user;                           // the session of the user that is logged in
+let clockOffset = 0;                // robot's clock minus ours [ms]; 0 below 3 s, because a Date field has only seconds
 
 const isOurs = (iri) => { try { return [location.origin, robotOrigin].includes(new URL(iri).origin); } catch { return false; } };
 const local = (iri) => iri.startsWith(robotOrigin + "/") ? location.origin + iri.slice(robotOrigin.length) : iri;
 const withoutHash = (iri) => iri.split("#")[0];
 const pathText = (iri) => { try { return decodeURIComponent(new URL(iri).pathname.slice(1)) || "Robotic Things"; } catch { return iri; } };
 
-class Lost extends Error {}
+class Unreachable extends Error {}
 class Problem extends Error {
   constructor(status, title, detail, report) { super(detail || title); Object.assign(this, { status, title, report }); }
 }
 
-let others = new AbortController();  // of the requests under way
-/// An answer; throws a Problem for what is refused and Lost when nobody answers.
-async function ask(method, iri, { accept = `${N_TRIPLES}, ${PROBLEM}`, body, etag, signal = others.signal } = {}) {
+let abortController = new AbortController();  // aborts all pending requests
+/// Sends a request and returns the response. Throws a Problem for a status of 400 or more, and Unreachable if there is no response.
+async function sendRequest(method, iri, { accept = `${N_TRIPLES}, ${PROBLEM}`, body, etag, signal = abortController.signal } = {}) {
   const headers = { Accept: accept };
   if (body !== undefined) headers["Content-Type"] = N_TRIPLES;
   if (etag) headers["If-None-Match"] = etag;
   let response, text;
-  try {  // not stored: this address is the page's in the browser's cache
+  try {  // no-store: the browser's cache has the page for this address
     response = await fetch(local(withoutHash(iri)), { method, headers, body, signal, cache: "no-store" });
     text = await response.text();
-  } catch { throw new Lost("the robot does not respond"); }
+  } catch { throw new Unreachable("the robot does not respond"); }
   const off = Date.parse(response.headers.get("Date")) - Date.now();
-  if (Number.isFinite(off)) skew = Math.abs(off) < 3000 ? 0 : off;
+  if (Number.isFinite(off)) clockOffset = Math.abs(off) < 3000 ? 0 : off;
   if (response.status === 401 && user) location.reload();  // the session has ended
   const type = (response.headers.get("Content-Type") ?? "").split(";")[0];
-  const g = meaning(type, text) ?? new Graph();
+  const g = parseBody(type, text) ?? new Graph();
   if (response.status >= 400) {
     let detail = "";
-    if (type.endsWith("json")) try { detail = JSON.parse(text).detail; } catch { /* the status says enough */ }
+    if (type.endsWith("json")) try { detail = JSON.parse(text).detail; } catch { /* the status is sufficient */ }
     throw new Problem(response.status, `${response.status} ${response.statusText}`, detail, type === N_TRIPLES ? g : null);
   }
   return { status: response.status, g, text, type, etag: response.headers.get("ETag"), field: (name) => response.headers.get(name) ?? "" };
 }
 
 /// Targets of Link fields by relation (RFC 8288).
-function links(answer, rel) {
-  return [...answer.field("Link").matchAll(/<([^>]*)>\s*;\s*rel="([^"]*)"/g)].filter((l) => l[2].split(" ").includes(rel)).map((l) => l[1]);
+function links(response, rel) {
+  return [...response.field("Link").matchAll(/<([^>]*)>\s*;\s*rel="([^"]*)"/g)].filter((l) => l[2].split(" ").includes(rel)).map((l) => l[1]);
 }
 
-const kept = new Map();
-/// What was just asked for, so that the parts of a page need not all ask. OPTIONS is kept longer: it tells of structure.
-function known(iri, method = "GET", ms = 5000) {
+const requestCache = new Map();
+/// Sends a request, or returns the recent response to the same request. Several parts of a page share it. OPTIONS is cached longer, because
+/// it depends on the structure only.
+function cachedRequest(iri, method = "GET", ms = 5000) {
   const key = method + iri;
-  if (!kept.has(key)) {
-    const asked = ask(method, iri);
-    asked.catch(() => kept.delete(key));
-    kept.set(key, asked);
-    setTimeout(() => kept.delete(key), ms);
+  if (!requestCache.has(key)) {
+    const sent = sendRequest(method, iri);
+    sent.catch(() => requestCache.delete(key));
+    requestCache.set(key, sent);
+    setTimeout(() => requestCache.delete(key), ms);
   }
-  return kept.get(key);
+  return requestCache.get(key);
 }
-/// What OPTIONS says: it reads no value.
+/// The methods and links of a resource. OPTIONS reads no value of the robot.
 async function optionsOf(iri) {
-  const answer = await known(iri, "OPTIONS", 60000), methods = answer.field("Allow").split(/[\s,]+/);
-  return { allows: (m) => methods.includes(m), up: links(answer, "up")[0], constrainedBy: links(answer, ldp("constrainedBy"))[0] };
+  const response = await cachedRequest(iri, "OPTIONS", 60000), methods = response.field("Allow").split(/[\s,]+/);
+  return { allows: (m) => methods.includes(m), up: links(response, "up")[0], constrainedBy: links(response, ldp("constrainedBy"))[0] };
 }
 
-/// What is above a resource, the root first.
-async function wayTo(iri) {
+/// The resources above a resource (Link rel=up), the root first.
+async function ancestorsOf(iri) {
   const chain = [];
   for (let at = iri; chain.length < 20;) {
     const { up } = await optionsOf(at);
@@ -237,49 +239,51 @@ async function wayTo(iri) {
   return chain;
 }
 
-/// Keeps somebody up to date with a resource: by WebSocket, else by asking every two seconds. After a loss it comes back by itself.
+/// Watches a resource by WebSocket, else polls every 2 s. Reconnects after a loss.
+///
+/// @param on  callbacks: g(graph or JSON, response if polled), state(text), problem(Problem)
 class Watch {
-  static most = 6;  // open sockets; what is more is asked for
+  static maxSockets = 6;  // open sockets; further resources are polled
   static all = new Set();
   static onchange = () => {};
 
   constructor(iri, on, { socket = true, every = 2000, accept = N_TRIPLES, interval = 0.1 } = {}) {
-    Object.assign(this, { iri, on, every, accept, interval, mayOpen: socket, tries: 0, socketAfter: 0 });
+    Object.assign(this, { iri, on, every, accept, interval, allowsSocket: socket, tries: 0, socketAfter: 0 });
   }
 
   start() {
     if (this.running) return;
     this.running = true;
     Watch.all.add(this);
-    this.go();
+    this.openOrPoll();
   }
   stop() {
     this.running = false;
     Watch.all.delete(this);
     clearTimeout(this.timer);
     const { socket } = this;
-    if (socket?.readyState === 0) socket.onopen = () => socket.close();  // at once it would be a warning
+    if (socket?.readyState === 0) socket.onopen = () => socket.close();  // close() while connecting makes the browser log a warning
     else socket?.close();
     this.socket = null;
     Watch.onchange();
   }
-  mark(state) {
+  setState(state) {
     this.state = state;
     this.on.state?.(state);
     Watch.onchange();
   }
-  later(ms) {
+  schedule(ms) {
     clearTimeout(this.timer);
-    this.timer = setTimeout(() => this.running && this.go(), ms);
+    this.timer = setTimeout(() => this.running && this.openOrPoll(), ms);
   }
-  lost() {
+  retryLater() {
     const pause = Math.min(8000, 500 * 2 ** this.tries++) * (0.75 + Math.random() / 2);
-    this.mark("lost");
-    this.later(pause);
+    this.setState("lost");
+    this.schedule(pause);
   }
-  go() {
+  openOrPoll() {
     const open = [...Watch.all].filter((w) => w.socket).length;
-    if (this.mayOpen && open < Watch.most && Date.now() >= this.socketAfter) this.open();
+    if (this.allowsSocket && open < Watch.maxSockets && Date.now() >= this.socketAfter) this.open();
     else this.poll();
   }
   open() {
@@ -287,75 +291,75 @@ class Watch {
     url.protocol = url.protocol.replace("http", "ws");
     url.searchParams.set("accept", this.accept);
     url.searchParams.set("minimumInterval", this.interval);
-    url.searchParams.set("queueLength", "0");  // an invocation's would be told late, one after the other
+    url.searchParams.set("queueLength", "0");  // latest value only: queued states of an invocation would arrive late
     let socket, opened = false;
-    try { socket = this.socket = new WebSocket(url); } catch {  // a browser for which 'self' does not cover it
+    try { socket = this.socket = new WebSocket(url); } catch {  // a browser in which 'self' of connect-src does not include ws:
       this.socketAfter = Infinity;
       return this.poll();
     }
     socket.onopen = () => {
       opened = true;
       this.tries = 0;
-      if (this.socket === socket) this.mark("live");
+      if (this.socket === socket) this.setState("live");
     };
-    socket.onmessage = (event) => { if (this.socket === socket) this.on.g(meaning(this.accept, event.data)); };
+    socket.onmessage = (event) => { if (this.socket === socket) this.on.g(parseBody(this.accept, event.data)); };
     socket.onclose = (event) => {
       if (this.socket !== socket) return;
       this.socket = null;
-      if (event.code === 1000) {  // somebody has cancelled the subscription, perhaps here
-        this.over = true;
+      if (event.code === 1000) {  // the subscription was cancelled, by this page or another client
+        this.finished = true;
         this.stop();
-        this.mark("cancelled");
+        this.setState("cancelled");
       } else {
-        if (!opened) this.socketAfter = Date.now() + 30000;  // refused, or nobody is there: asking tells
+        if (!opened) this.socketAfter = Date.now() + 30000;  // The handshake failed. Polling shows the reason.
         this.poll();
       }
     };
   }
   async poll() {
     try {
-      const answer = await ask("GET", this.iri, { accept: `${this.accept}, ${PROBLEM}`, etag: this.etag });
+      const response = await sendRequest("GET", this.iri, { accept: `${this.accept}, ${PROBLEM}`, etag: this.etag });
       if (!this.running) return;
-      const back = this.state === "lost" && this.mayOpen;
+      const back = this.state === "lost" && this.allowsSocket;
       if (back) this.socketAfter = 0;
       this.tries = 0;
-      this.mark("asking");
-      if (answer.status === 200) {
-        this.etag = answer.etag;
-        this.on.g(answer.g, answer);
+      this.setState("polling");
+      if (response.status === 200) {
+        this.etag = response.etag;
+        this.on.g(response.g, response);
       }
-      this.later(back ? 0 : this.every);
+      this.schedule(back ? 0 : this.every);
     } catch (e) {
       if (!this.running) return;
-      if (e instanceof Lost) return this.lost();
-      this.mark("asking");
+      if (e instanceof Unreachable) return this.retryLater();
+      this.setState("polling");
       this.on.problem?.(e);
       if (e.status === 404) this.stop();
-      else this.later(this.every);
+      else this.schedule(this.every);
     }
   }
 }
 
 Watch.onchange = () => {
   const states = [...Watch.all].map((w) => w.state);
-  const state = states.includes("lost") ? "lost" : states.includes("live") ? "live" : states.includes("asking") ? "asking" : "";
-  const words = { lost: "Connection lost – trying again", live: "Live", asking: "Live by polling" };
+  const state = states.includes("lost") ? "lost" : states.includes("live") ? "live" : states.includes("polling") ? "polling" : "";
+  const words = { lost: "Connection lost – trying again", live: "Live", polling: "Live by polling" };
   $("link").className = state;
-  say($("link"), words[state] ?? "");
+  setText($("link"), words[state] ?? "");
   document.body.classList.toggle("lost", state === "lost");
 };
 
-// A page that nobody looks at holds no connection for long, and none when it is left: browsers keep it for the way back.
-let hiddenTimer, resting = [];
-const rest = () => { resting.push(...Watch.all); resting.forEach((w) => w.stop()); };
-const wake = () => resting.splice(0).forEach((w) => w.start());
+// Hidden pages close their connections after a delay, and left pages at once: browsers keep left pages for the Back button.
+let hiddenTimer, suspendedWatches = [];
+const suspendWatches = () => { suspendedWatches.push(...Watch.all); suspendedWatches.forEach((w) => w.stop()); };
+const resumeWatches = () => suspendedWatches.splice(0).forEach((w) => w.start());
 document.addEventListener("visibilitychange", () => {
   clearTimeout(hiddenTimer);
-  if (document.hidden) hiddenTimer = setTimeout(rest, 20000);
-  else wake();
+  if (document.hidden) hiddenTimer = setTimeout(suspendWatches, 20000);
+  else resumeWatches();
 });
-addEventListener("pagehide", rest);
-addEventListener("pageshow", wake);
+addEventListener("pagehide", suspendWatches);
+addEventListener("pageshow", resumeWatches);
 
 // ---- values
 
@@ -364,7 +368,7 @@ const NOT_VALUES = new Set([rdf("type"), rdfs("seeAlso"), rdfs("label"), rdfs("c
   ...["source", "target"].map((end) => spatial(end + "CoordinateSystem")), ...UNIT_PREDICATES]);
 const UNNAMED = new Set([vom("numericalValue"), vom("quantityValue"), rdf("value")]);
 
-/// What a node says as a flat list of { path: [words], objects, names, unit }; a vector is one of them, and so is a list of scalars.
+/// The values of a node as a flat list of { path: [words], objects, names, unit }. A vector or a list of scalars is one entry.
 function leaves(g, node, path = [], seen = new Set(), outer) {
   if (seen.has(node)) return [];
   seen.add(node);
@@ -387,7 +391,7 @@ function leaves(g, node, path = [], seen = new Set(), outer) {
 const isTrue = (o) => o.value === "true" || o.value === "1";
 const objectText = (o, moves) => o.id ? localName(o.id) : isNumeric(o) ? numberText(o, moves) : o.type === xsd("boolean") ? (isTrue(o) ? "yes" : "no") : o.value;
 
-/// Shows leaves in an element; touches only text as long as they have the same names.
+/// Shows leaves in an element. If their names have not changed, only text is replaced.
 class ValueView {
   element = h("div.value");
   show(all, plot) {
@@ -401,17 +405,17 @@ class ValueView {
     all.forEach(({ objects, names, isList, unit, ...leaf }, i) => {
       const [number, , units] = this.cells[i], moves = plot?.moves(leaf);
       const shown = objects.slice(0, 12).map((o, n) => (names ? names[n] + "\u00a0" : "") + objectText(o, moves)).join(names ? "  " : ", ") + (objects.length > 12 ? `, … (${objects.length})` : "");
-      say(number, isList ? `[${shown}]` : shown);
+      setText(number, isList ? `[${shown}]` : shown);
       number.title = objects.slice(0, 50).map((o) => o.id ?? o.value).join(" ");
-      say(units, unit ?? "");
+      setText(units, unit ?? "");
     });
   }
 }
 
 // ---- plots: the last minute of each number
 
-/// A canvas as fine as the screen, cleared; without a pen while it is not laid out.
-function penOn(canvas) {
+/// Resizes a canvas to the screen's resolution and clears it. `pen` is its 2D context; undefined while the canvas has no layout.
+function drawingContext(canvas) {
   const scale = devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight, pen = width && canvas.getContext("2d"), style = getComputedStyle(canvas);
   if (!pen) return {};
   const [wide, high] = [width, height].map((n) => Math.round(n * scale));
@@ -422,11 +426,11 @@ function penOn(canvas) {
 }
 
 const MINUTE = 60000;
-const calm = matchMedia("(prefers-reduced-motion: reduce)");
-const plots = new Set();  // in sight
+const reducedMotion = matchMedia("(prefers-reduced-motion: reduce)");
+const plots = new Set();  // the visible ones
 
 class Plot {
-  series = new Map();  // by name: [[time, number], ...]
+  series = new Map();  // name -> [[time, number], ...]
   constructor() {
     this.canvas = h("canvas", { role: "img", "aria-label": "the last minute" });
     this.legend = h("p.legend", { "aria-hidden": "true" });
@@ -440,18 +444,18 @@ class Plot {
       if (!this.series.has(name)) this.series.set(name, []);
       const points = this.series.get(name);
       points.push([now, n]);
-      // One from before the minute stays: it is where the line comes from.
+      // One point older than a minute is kept: the line begins there.
       while (points.length > 2 && points[1][0] < now - MINUTE) points.shift();
     });
   }
   moved() { return [...this.series].filter(([, points]) => points.some((p) => p[1] !== points[0][1])); }
   moves({ path, words = path }) { return this.moved().some(([name, points]) => points.length > 5 && name.startsWith(words.join(" › "))); }
   draw() {
-    // Those that have moved; else the first, if it is all there is.
+    // The series that have moved. Without one: a single series is drawn, several are not.
     const moved = this.moved().slice(0, 6), lines = moved.length || this.series.size > 1 || this.small ? moved : [...this.series];
     this.element.hidden = lines.length === 0;
     if (!lines.length) return;
-    const { canvas } = this, { pen, width, height, color } = penOn(canvas);
+    const { canvas } = this, { pen, width, height, color } = drawingContext(canvas);
     if (!pen) return;
     const now = performance.now(), numbers = lines.flatMap(([, points]) => points.map((p) => p[1]));
     let low = Math.min(...numbers), high = Math.max(...numbers);
@@ -482,7 +486,7 @@ class Plot {
       pen.strokeStyle = color(`--series${i}`);
       pen.beginPath();
       points.forEach(([t, n], j) => {
-        // What did not change was not told: a value holds until the next one.
+        // Unchanged values are not sent: a value is valid until the next one.
         if (j > 0 && t - points[j - 1][0] > 700) pen.lineTo(x(t), y(points[j - 1][1]));
         if (j === 0) pen.moveTo(x(t), y(n));
         else pen.lineTo(x(t), y(n));
@@ -503,7 +507,7 @@ class Plot {
 }
 let drawn = 0;
 function drawPlots(now) {
-  if (now - drawn > (calm.matches ? 1000 : 66)) {
+  if (now - drawn > (reducedMotion.matches ? 1000 : 66)) {
     drawn = now;
     for (const plot of plots) plot.draw();
   }
@@ -511,15 +515,15 @@ function drawPlots(now) {
 }
 requestAnimationFrame(drawPlots);
 
-// ---- shapes as forms
+// ---- forms from shapes
 
-/// What a node shape asks for: { fields, fixed, classes, unit }. Whatever a form cannot show is left to the robot to judge.
+/// The form model of a node shape: { fields, fixed, classes, unit }. Constraints that a form cannot express are checked by the robot only.
 function nodeModel(g, shape, depth = 0) {
   const model = { fields: [], fixed: [], classes: [], unit: "" }, shapes = shape ? [shape] : [], byPath = new Map();
   if (depth > 6) return model;
   for (const s of shapes) {
     const more = [...g.ids(s, sh("node")), ...listed(g, s, "and")];
-    // Of alternatives the last that asks for something: lrt writes "nothing, or this".
+    // The last alternative with properties: lrt writes optional parts as "nothing, or this".
     more.push(listed(g, s, "or").filter((id) => g.id(id, sh("property"))).pop());
     shapes.push(...more.filter((m) => m && !shapes.includes(m) && shapes.length < 50));
     model.classes.push(...g.ids(s, sh("targetClass")), ...g.ids(s, sh("class")));
@@ -530,7 +534,7 @@ function nodeModel(g, shape, depth = 0) {
   }
   for (const [path, parts] of byPath) {
     const field = { ...valueModel(g, parts, depth), path }, only = field.choices?.length === 1 && field.choices[0];
-    if (field.most === 0) continue;
+    if (field.maxValues === 0) continue;
     if (!only) model.fields.push(field);
     else {
       model.fixed.push([path, only]);
@@ -540,31 +544,31 @@ function nodeModel(g, shape, depth = 0) {
   for (const field of model.fields) field.unit ||= model.unit;
   return model;
 }
-/// Members of the lists that sh:or and sh:and name.
+/// The members of the lists in sh:or or sh:and.
 const listed = (g, s, which) => g.ids(s, sh(which)).flatMap((l) => g.list(l).flatMap((o) => o.id ?? []));
 
-/// What the values of property shapes with one path must be.
+/// The field of a form for all property shapes with one path.
 function valueModel(g, parts, depth) {
-  const field = { least: 0, most: Infinity, kind: "text", name: "" }, types = [];
+  const field = { minValues: 0, maxValues: Infinity, kind: "text", name: "" }, types = [];
   for (const p of parts) {
     field.name ||= g.text(p, sh("name")) ?? "";
     field.description ??= g.text(p, sh("description"));
-    field.least = Math.max(field.least, g.number(p, sh("minCount")) ?? 0);
-    field.most = Math.min(field.most, g.number(p, sh("maxCount")) ?? Infinity);
+    field.minValues = Math.max(field.minValues, g.number(p, sh("minCount")) ?? 0);
+    field.maxValues = Math.min(field.maxValues, g.number(p, sh("maxCount")) ?? Infinity);
     field.choices ??= [...g.ids(p, sh("in")).map((l) => g.list(l)), ...g.all(p, sh("hasValue")).map((o) => [o])][0];
-    // Datatypes and bounds stand on the shape itself or in its alternatives.
+    // Datatypes and bounds are in the shape itself or in its alternatives.
     for (const c of [p, ...listed(g, p, "or"), ...listed(g, p, "or").flatMap((o) => listed(g, o, "or"))]) {
       types.push(...g.ids(c, sh("datatype")));
       for (const side of ["min", "max"]) for (const kind of ["Inclusive", "Exclusive"]) {
         const n = g.number(c, sh(side + kind));
-        if (n !== undefined && Math.abs(n) < 2e9) Object.assign(field, { [side]: n, [side + "Exclusive"]: kind === "Exclusive" });  // more is no bound for people
+        if (n !== undefined && Math.abs(n) < 2e9) Object.assign(field, { [side]: n, [side + "Exclusive"]: kind === "Exclusive" });  // larger bounds are those of a datatype and are not shown
       }
     }
     if (g.ids(p, sh("nodeKind")).includes(sh("IRI"))) field.kind = "iri";
     const inner = [p, ...g.ids(p, sh("node"))].flatMap((n) => g.ids(n, sh("property")));
     const element = inner.find((q) => g.list(g.id(q, sh("path"))).at(-1)?.id === rdf("first"));
     const cells = inner.find((q) => g.id(g.id(q, sh("path")), sh("zeroOrMorePath")));
-    if (element) Object.assign(field, { kind: "list", element: valueModel(g, [element], depth + 1), shortest: (g.number(cells, sh("minCount")) ?? 1) - 1, longest: (g.number(cells, sh("maxCount")) ?? Infinity) - 1 });
+    if (element) Object.assign(field, { kind: "list", element: valueModel(g, [element], depth + 1), minItems: (g.number(cells, sh("minCount")) ?? 1) - 1, maxItems: (g.number(cells, sh("maxCount")) ?? Infinity) - 1 });
     else if (inner.length) Object.assign(field, { kind: "node", node: nodeModel(g, p, depth + 1) });
   }
   if (field.kind === "text") {
@@ -577,16 +581,16 @@ function valueModel(g, parts, depth) {
 }
 
 function hint(field) {
-  const { min, max, least, kind } = field, bound = (n) => String(Number(n.toPrecision(6)));
+  const { min, max, minValues, kind } = field, bound = (n) => String(Number(n.toPrecision(6)));
   const above = field.minExclusive ? "above " : "", below = field.maxExclusive ? "below " : "";
   return [kind === "integer" && "whole number",
     min !== undefined && max !== undefined ? `${above}${bound(min)} to ${below}${bound(max)}` : min !== undefined ? `${above || "at least "}${bound(min)}` : max !== undefined && `${below || "at most "}${bound(max)}`,
-    least === 0 && "optional",
+    minValues === 0 && "optional",
     kind === "iri" && "an IRI", field.description].filter(Boolean).join(", ");
 }
 const fieldName = (field) => field.name || (UNNAMED.has(field.path) ? "" : humanised(localName(field.path)));
 
-/// A number as the literal that suits it; what is none goes as it was typed, and the robot says what is wrong with it.
+/// The literal for a text. An invalid number is sent as it was typed; the robot reports the error.
 function literalOf(text, { types = [], kind }) {
   if (types.length === 1 || !["number", "integer"].includes(kind)) return { value: text, type: types[0] };
   if (/^[+-]?\d+$/.test(text)) return { value: text, type: xsd("integer") };
@@ -597,8 +601,8 @@ function niceStep(range) {
   return [1, 2, 5, 10].map((n) => n * power).find((s) => range / s <= 200.01);
 }
 
-/// The controls of one form. Each knows the node and the predicate it is about, so that a report finds it. Parts are
-/// { element, write(triples, subject), read(graph, subject) }.
+/// A form for one model. Each control has its node and predicate, by which showReport() finds the control for a result of a SHACL report. Parts
+/// are { element, write(triples, subject), read(graph, subject) }.
 class Form {
   controls = [];
 
@@ -609,11 +613,11 @@ class Form {
   part(field, subject) {
     return field.kind === "node" ? this.node(field) : field.kind === "list" ? this.rows(field, subject) : this.single(field, subject);
   }
-  /// Nodes get IRIs, so that the report can name them.
+  /// Nodes have IRIs, so that a SHACL report can refer to them.
   node(field) {
     let node;
-    const { fields, fixed, classes } = field.node, alone = fields.length === 1;  // a node that carries one value is shown as that value
-    const inner = fields.map((f) => this.part(alone ? { ...f, name: fieldName(field), outer: field.path, least: field.least && f.least } : f, () => node));
+    const { fields, fixed, classes } = field.node, alone = fields.length === 1;  // a node with one value is shown as that value
+    const inner = fields.map((f) => this.part(alone ? { ...f, name: fieldName(field), outer: field.path, minValues: field.minValues && f.minValues } : f, () => node));
     const error = h("p.error");
     const element = alone ? inner[0].element : h("fieldset", h("legend", fieldName(field)), inner.map((p) => p.element), error);
     if (!alone) this.controls.push({ subject: () => node, outer: field.path, error });
@@ -622,15 +626,15 @@ class Form {
         node = `${this.target}#n${++this.nodes}`;
         const own = [];
         inner.forEach((p) => p.write(own, node));
-        if (own.length || field.least) triples.push([s, field.path, { id: node }], ...classes.map((c) => [node, rdf("type"), { id: c }]), ...fixed.map(([p, o]) => [node, p, o]), ...own);
+        if (own.length || field.minValues) triples.push([s, field.path, { id: node }], ...classes.map((c) => [node, rdf("type"), { id: c }]), ...fixed.map(([p, o]) => [node, p, o]), ...own);
       },
       read: (g, s) => { const n = g.id(s, field.path); if (n) inner.forEach((p) => p.read(g, n)); } };
   }
   rows(field, subject) {
-    const error = h("p.error"), list = h("ol"), parts = [], open = field.shortest !== field.longest, name = fieldName(field);
+    const error = h("p.error"), list = h("ol"), parts = [], open = field.minItems !== field.maxItems, name = fieldName(field);
     const changed = () => list.dispatchEvent(new Event("input", { bubbles: true }));
     const add = () => {
-      const part = this.part({ ...field.element, path: rdf("first"), name: `${name} ${parts.length + 1}`, least: 1 }, () => null);
+      const part = this.part({ ...field.element, path: rdf("first"), name: `${name} ${parts.length + 1}`, minValues: 1 }, () => null);
       part.row = h("li", part.element, open && button("Remove", () => {
         parts.splice(parts.indexOf(part), 1);
         part.row.remove();
@@ -643,7 +647,7 @@ class Form {
       while (parts.length < n) add();
       while (parts.length > n) parts.pop().row.remove();
     };
-    resize(Math.max(0, field.shortest));
+    resize(Math.max(0, field.minItems));
     this.controls.push({ subject, path: field.path, isList: true, error });
     return {
       element: h("fieldset", h("legend", name || "values"), list, open && button("Add a row", () => { add(); changed(); list.lastChild.querySelector("input, select")?.focus(); }), error),
@@ -663,25 +667,25 @@ class Form {
       } };
   }
   single(field, subject) {
-    const id = freshId(), error = h("p.error", { id: id + "e" }), note = hint(field), { kind, choices, path, least } = field;
-    const common = { id, "aria-describedby": `${id}h ${id}e`, "aria-required": least > 0 && kind !== "boolean" && "true" };
+    const id = freshId(), error = h("p.error", { id: id + "e" }), note = hint(field), { kind, choices, path, minValues } = field;
+    const common = { id, "aria-describedby": `${id}h ${id}e`, "aria-required": minValues > 0 && kind !== "boolean" && "true" };
     const label = h("label", { for: id }, fieldName(field) || "value", field.unit && ` [${field.unit}]`);
     let input, slider, get, set;
     if (choices) {
-      input = h("select", common, h("option", { value: "" }, least ? "choose …" : "none"), choices.map((o, i) => h("option", { value: String(i) }, o.id ? localName(o.id) : o.value)));
+      input = h("select", common, h("option", { value: "" }, minValues ? "choose …" : "none"), choices.map((o, i) => h("option", { value: String(i) }, o.id ? localName(o.id) : o.value)));
       get = () => choices[input.value];
-      set = (o) => { input.value = choices.findIndex((c) => written(c) === written(o)); };
+      set = (o) => { input.value = choices.findIndex((c) => nTriplesOf(c) === nTriplesOf(o)); };
     } else if (kind === "boolean") {
       input = h("input", { ...common, type: "checkbox" });
       get = () => ({ value: String(input.checked), type: xsd("boolean") });
       set = (o) => { input.checked = isTrue(o); };
     } else {
       const isNumber = kind === "number" || kind === "integer", range = field.max - field.min;
-      // Text, not a number field: a browser gives no word of what it takes for no number, and the robot is to say what is wrong.
+      // A text field: a number field hides invalid input from scripts, and the robot could not report the error.
       input = h(isNumber ? "input.short" : "input", { ...common, type: "text", inputmode: isNumber && "decimal", autocomplete: "off", spellcheck: "false" });
       get = () => {
         const text = isNumber ? input.value.trim().replace(",", ".") : input.value;
-        if (text === "" && (kind !== "text" || !least)) return;
+        if (text === "" && (kind !== "text" || !minValues)) return;
         return kind === "iri" ? { id: text } : literalOf(text, field);
       };
       if (isNumber && range > 0 && range <= 1e6) {
@@ -701,107 +705,107 @@ class Form {
       read: (g, s) => { const o = g.one(s, path); if (o) set(o); } };
   }
 
-  /// The body, as N-Triples about the target.
+  /// The request body: N-Triples about the target.
   body() {
     this.nodes = 0;
     const { target, model } = this, triples = [...model.classes.map((c) => [target, rdf("type"), { id: c }]), ...model.fixed.map(([p, o]) => [target, p, o])];
     this.parts.forEach((p) => p.write(triples, target));
-    return triples.map(([s, p, o]) => `${written({ id: s })} <${p}> ${written(o)} .\n`).join("");
+    return triples.map(([s, p, o]) => `${nTriplesOf({ id: s })} <${p}> ${nTriplesOf(o)} .\n`).join("");
   }
   read(g, subject) { this.parts.forEach((p) => p.read(g, subject)); }
   clear() {
     for (const c of this.controls) {
-      say(c.error, "");
+      setText(c.error, "");
       c.input?.removeAttribute("aria-invalid");
     }
   }
-  /// Puts each result of a SHACL report beside the control it is about; what belongs to none is returned.
-  explain(report) {
-    const rest = [], { controls } = this;
+  /// Shows each result of a SHACL report at its control. Returns the messages of the results that have no control.
+  showReport(report) {
+    const unplaced = [], { controls } = this;
     let first;
     for (const result of report.subjects(rdf("type"), sh("ValidationResult"))) {
       if (report.subjects(sh("detail"), result).length) continue;
-      const path = report.id(result, sh("resultPath")), focus = report.id(result, sh("focusNode")), near = controls.filter((c) => c.subject() === focus);
+      const path = report.id(result, sh("resultPath")), focus = report.id(result, sh("focusNode")), candidates = controls.filter((c) => c.subject() === focus);
       const words = report.all(result, sh("resultMessage")).map((m) => m.value).join("; ");
-      const found = near.find((c) => c.path === path) ?? near.find((c) => !c.path) ?? controls.find((c) => path && (c.outer === path || c.path === path)) ?? controls.find((c) => c.isList && path && isBlank(path))
+      const found = candidates.find((c) => c.path === path) ?? candidates.find((c) => !c.path) ?? controls.find((c) => path && (c.outer === path || c.path === path)) ?? controls.find((c) => c.isList && path && isBlank(path))
         ?? (controls.length === 1 ? controls[0] : undefined);
-      if (!found) { rest.push(words); continue; }
+      if (!found) { unplaced.push(words); continue; }
       if (!found.error.textContent.includes(words)) found.error.append(`${words}. `);
       found.input?.setAttribute("aria-invalid", "true");
       first ??= found.input;
     }
     first?.focus();
-    return rest.join("; ");
+    return unplaced.join("; ");
   }
 }
 
-/// A node or literal of a body as JSON.
-function plain(g, o) {
+/// Converts a node or literal of a body to JSON.
+function jsonOf(g, o) {
   const { id, value } = o;
   if (!id) return isNumeric(o) || o.type === xsd("boolean") ? value : JSON.stringify(value);
-  if (id === rdf("nil") || g.id(id, rdf("rest"))) return `[${g.list(id).map((m) => plain(g, m))}]`;
+  if (id === rdf("nil") || g.id(id, rdf("rest"))) return `[${g.list(id).map((m) => jsonOf(g, m))}]`;
   const parts = [...g.of(id)].filter(([p]) => ![rdf("type"), ...UNIT_PREDICATES].includes(p));
-  return UNNAMED.has(parts[0]?.[0]) ? plain(g, parts[0][1]) : `{${parts.map(([p, v]) => `"${localName(p)}":${plain(g, v)}`)}}`;
+  return UNNAMED.has(parts[0]?.[0]) ? jsonOf(g, parts[0][1]) : `{${parts.map(([p, v]) => `"${localName(p)}":${jsonOf(g, v)}`)}}`;
 }
 const shellQuoted = (text) => `'${text.replaceAll("'", "'\\''")}'`;
 
-/// A form with its button, and what the robot answers in place. done(answer) may say something.
+/// A form with its submit button and the result of the request. done(response) may return the text of the result.
 function formElement({ target, model, method, title, name, done }) {
-  const form = new Form(withoutHash(target), model), answer = h("p.answer", { role: "status" }), alert = h("p.answer.bad", { role: "alert" });
+  const form = new Form(withoutHash(target), model), result = h("p.answer", { role: "status" }), alert = h("p.answer.bad", { role: "alert" });
   const submit = h("button.primary", { type: "submit" }, title);
   const bodyOf = () => model.fields.length || model.fixed.length ? form.body() : undefined;
   const showCurl = () => {
     const body = bodyOf();
-    if (curl.open) curl.lastChild.replaceChildren(copyable(`curl -X ${method} ${body ? `-H 'Content-Type: ${JSON_TYPE}' -d ${shellQuoted(plain(parse(body), { id: form.target }))} ` : ""}${shellQuoted(local(target))}`));
+    if (curl.open) curl.lastChild.replaceChildren(copyable(`curl -X ${method} ${body ? `-H 'Content-Type: ${JSON_TYPE}' -d ${shellQuoted(jsonOf(parse(body), { id: form.target }))} ` : ""}${shellQuoted(local(target))}`));
   };
   const curl = h("details.curl", { ontoggle: showCurl }, h("summary", "as curl"), h("div"));
   const element = h("form", { novalidate: true, "aria-label": name, oninput: () => { form.dirty = true; showCurl(); }, onsubmit: async (event) => {
     event.preventDefault();
-    say(answer, "");
-    say(alert, "");
+    setText(result, "");
+    setText(alert, "");
     form.clear();
     submit.disabled = true;
     try {
-      const said = await ask(method, target, { body: bodyOf() });
+      const response = await sendRequest(method, target, { body: bodyOf() });
       form.dirty = false;
-      say(answer, await done(said, form) ?? "Done");
+      setText(result, await done(response, form) ?? "Done");
     } catch (e) {
-      say(alert, e.report ? `Not accepted (${e.status}). ${form.explain(e.report)}` : problemText(e));
+      setText(alert, e.report ? `Not accepted (${e.status}). ${form.showReport(e.report)}` : problemText(e));
     }
     submit.disabled = false;
-  } }, form.element, h("div.line", submit, curl), answer, alert);
+  } }, form.element, h("div.line", submit, curl), result, alert);
   return Object.assign(form, { whole: element });
 }
 
-// ---- what is shown
+// ---- the current view
 
 let view = { watches: new Set(), ticks: [] };
 
 function newView() {
-  view.gone = true;
+  view.isClosed = true;
   view.watches.forEach((w) => w.stop());
   view.observer?.disconnect();
   plots.clear();
-  resting = [];
-  const seen = new Map();  // element: what begins and what ends with its being in sight
+  suspendedWatches = [];
+  const seen = new Map();  // element -> [called when it becomes visible, called when it is hidden], ...
   const observer = new IntersectionObserver((entries) => {
     for (const e of entries) seen.get(e.target).forEach((act) => act[e.isIntersecting ? 0 : 1]());
   }, { rootMargin: "80px" });
-  const inSight = (element, begin, end) => {
+  const onVisibility = (element, begin, end) => {
     if (!seen.has(element)) seen.set(element, []);
     seen.get(element).push([begin, end]);
-    observer.unobserve(element);  // for it to be told anew
+    observer.unobserve(element);  // observe() then reports its visibility again
     observer.observe(element);
   };
-  view = { watches: new Set(), ticks: [], observer, inSight,
-    /// Watches for as long as an element is in sight.
+  view = { watches: new Set(), ticks: [], observer, onVisibility,
+    /// Watches a resource while an element is visible.
     watch(element, iri, on, options) {
       const w = new Watch(iri, on, options);
       this.watches.add(w);
-      inSight(element, () => { if (!this.gone && !w.over) w.start(); }, () => w.stop());
+      onVisibility(element, () => { if (!this.isClosed && !w.finished) w.start(); }, () => w.stop());
       return w;
     },
-    plot(plot) { inSight(plot.element.parentElement, () => plots.add(plot), () => plots.delete(plot)); } };
+    plot(plot) { onVisibility(plot.element.parentElement, () => plots.add(plot), () => plots.delete(plot)); } };
   return view;
 }
 setInterval(() => view.ticks.forEach((tick) => tick()), 1000);
@@ -810,7 +814,7 @@ const problemText = (e) => e instanceof Problem && e.message !== e.title ? `${e.
 const notice = (e) => h("p.bad", { role: "alert" }, problemText(e));
 const titleOf = (g, node) => g.text(node, dcterms("title")) ?? g.text(node, rdfs("label")) ?? localName(node);
 const quiet = (...words) => h("p.quiet", ...words);
-/// Something that may be refused, with a button.
+/// A button for a request. An error is shown in `failed`.
 function command(words, act, failed, more) {
   const b = button(words, async () => {
     b.disabled = true;
@@ -819,14 +823,14 @@ function command(words, act, failed, more) {
   }, more);
   return b;
 }
-const age = (iso) => ago(Math.max(0, Date.now() + skew - Date.parse(iso)));
+const age = (iso) => ago(Math.max(0, Date.now() + clockOffset - Date.parse(iso)));
 function valueOf(g, node) {
   const value = new ValueView();
   value.show(leaves(g, node));
   return value.element;
 }
 
-/// What a resource says that no other part of the page shows.
+/// The triples of a node, except for predicates that other parts of the page show.
 function facts(g, node, hidden) {
   const rows = new Map();
   for (const [p, o] of g.of(node)) {
@@ -846,17 +850,17 @@ function table(columns, rows, more = "") {
   return h("div.scroll", h("table" + more, h("thead", h("tr", columns.map((c) => h("th", { scope: "col" }, c)))), h("tbody", rows)));
 }
 
-/// The same in the formats on offer: what is text is shown, with the line that fetches it; the others are links.
-function source(answer, iri) {
+/// The representation in all offered formats. Text formats are shown with a curl command; other formats are links.
+function source(response, iri) {
   const code = h("code"), curl = h("div"), buttons = h("div.line", { role: "group", "aria-label": "Media type" });
   const choose = async (type) => {
     for (const b of buttons.children) b.setAttribute("aria-pressed", String(b.value === type));
     curl.replaceChildren(copyable(`curl -H 'Accept: ${type}' ${shellQuoted(local(iri))}`));
-    try { say(code, (await ask("GET", iri, { accept: type })).text); } catch (e) { say(code, problemText(e)); }
+    try { setText(code, (await sendRequest("GET", iri, { accept: type })).text); } catch (e) { setText(code, problemText(e)); }
   };
   const details = h("details.source", { ontoggle: () => {
     if (!details.open || buttons.firstChild) return;
-    const named = [...answer.field("Link").matchAll(/<([^>]*)>;\s*rel="alternate";\s*type="([^"]*)"/g)];
+    const named = [...response.field("Link").matchAll(/<([^>]*)>;\s*rel="alternate";\s*type="([^"]*)"/g)];
     for (const [, href, type] of named.sort((a, b) => (b[2] === JSON_TYPE) - (a[2] === JSON_TYPE)))
       buttons.append(/^text|json|[+]xml|[/]n-|trig/.test(type) ? button(type, () => choose(type), { value: type }) : h("a", { href: local(href), rel: "alternate" }, type));
     choose(buttons.firstChild?.value ?? "text/turtle");
@@ -866,17 +870,17 @@ function source(answer, iri) {
 
 // ---- properties
 
-/// The form of what is sent to a resource, by the shapes that its Link names; null if it has none.
-async function guardedBy(iri) {
+/// The form model for the body of a request to a resource, from the shapes that its Link rel=constrainedBy refers to.
+async function bodyModelOf(iri) {
   const { constrainedBy } = await optionsOf(iri);
-  const g = (await known(constrainedBy)).g;
-  // Its shape: the one that targets it, or the one that is called as it is below its thing.
+  const g = (await cachedRequest(constrainedBy)).g;
+  // The shape that targets the resource, or the shape whose fragment is the path of the resource below its Thing.
   const shape = g.subjects(sh("targetNode"), iri)[0] ?? [...g.about.keys()].find((s) => s.includes("#") && iri.endsWith("/" + s.split("#")[1]));
   return nodeModel(g, shape);
 }
 
-/// What a property offers as a picture, loaded anew when it has changed: one at a time, and not more than ten a second. What the browser
-/// cannot show is not there.
+/// The image format of a property. A change reloads it: one request at a time, at most ten a second. Formats that the browser cannot display
+/// are left out.
 function picture(name) {
   let at = 0, busy, newest;
   const load = () => {
@@ -895,14 +899,14 @@ function picture(name) {
   } };
 }
 
-/// A value, its age and its last minute; with a form if it can be written.
+/// A property as a card: its value, age and plot; with a form if it is writable.
 function propertyCard(iri, large) {
   const value = new ValueView(), plot = new Plot(), when = h("p.age.quiet"), write = h("div.write"), name = humanised(localName(iri)), image = picture(name), frame = h("p.hint");
   const element = card(large ? "property.large" : "property", large ? 2 : 3, !large && iri, large ? "Value" : name, image.element, value.element, frame, when, plot.element, write);
   let last, form;
   const tick = () => {
     const modified = last?.text(iri, dcterms("modified"));
-    say(when, modified ? age(modified) : "");
+    setText(when, modified ? age(modified) : "");
     when.title = modified ?? "";
   };
   view.ticks.push(tick);
@@ -925,8 +929,8 @@ function propertyCard(iri, large) {
   };
   (async () => {
     if (!(await optionsOf(iri)).allows("PUT")) return;
-    form = formElement({ target: iri, model: await guardedBy(iri), method: "PUT", title: "Set", name: `Set ${name}`, done: async () => {
-      const { g } = await ask("GET", iri);
+    form = formElement({ target: iri, model: await bodyModelOf(iri), method: "PUT", title: "Set", name: `Set ${name}`, done: async () => {
+      const { g } = await sendRequest("GET", iri);
       update(g);
       form.read(g, iri);
       return "Set";
@@ -937,7 +941,7 @@ function propertyCard(iri, large) {
   return { element, update, fail };
 }
 
-/// A property in one line, for a thing among others.
+/// A property in one line, for the card of a Thing.
 function propertyRow(iri) {
   const value = new ValueView(), plot = Object.assign(new Plot(), { small: true });
   const element = h("div.row", h("a", { href: local(iri) }, humanised(localName(iri))), value.element, plot.element);
@@ -954,17 +958,17 @@ function propertyRow(iri) {
 
 function invocationRow(iri, large) {
   const status = h("span.status"), bar = h("progress", { max: "1", "aria-label": "Progress" }), percent = h("span.number"), note = h("div"), when = h("span.quiet");
-  const cancel = command("Cancel", () => ask("DELETE", iri), note, { hidden: true });
+  const cancel = command("Cancel", () => sendRequest("DELETE", iri), note, { hidden: true });
   const element = h(large ? "div" : "li", h("div.line", status, bar, percent, cancel, when, !large && h("a.quiet", { href: local(iri) }, "details")), note);
   let last;
   const tick = () => {
     if (!last) return;
     const time = (p) => last.text(iri, p), from = time(prov("startedAtTime")) ?? time(dcterms("created")), to = time(prov("endedAtTime"));
-    say(when, to ? `${((Date.parse(to) - Date.parse(from)) / 1000).toFixed(1)} s, ${age(to)}` : `since ${Math.max(0, Math.round((Date.now() + skew - Date.parse(from)) / 1000))} s`);
+    setText(when, to ? `${((Date.parse(to) - Date.parse(from)) / 1000).toFixed(1)} s, ${age(to)}` : `since ${Math.max(0, Math.round((Date.now() + clockOffset - Date.parse(from)) / 1000))} s`);
   };
   view.ticks.push(tick);
-  const be = (name, over) => {
-    say(status, name);
+  const showStatus = (name, over) => {
+    setText(status, name);
     status.className = `status ${name}`;
     bar.hidden = percent.hidden = cancel.hidden = over;
   };
@@ -972,46 +976,46 @@ function invocationRow(iri, large) {
     g: (g) => {
       last = g;
       const name = localName(g.id(iri, lrt("status")) ?? "?"), error = g.text(iri, lrt("error"));
-      watch.over = ["succeeded", "failed", "cancelled"].includes(name);
-      be(name, watch.over);
+      watch.finished = ["succeeded", "failed", "cancelled"].includes(name);
+      showStatus(name, watch.finished);
       bar.value = g.number(iri, lrt("progress")) ?? 0;
-      say(percent, `${Math.round(bar.value * 100)} %`);
+      setText(percent, `${Math.round(bar.value * 100)} %`);
       tick();
       note.replaceChildren(...["input", "result"].flatMap((part) => {
         const node = g.id(iri, lrt(part));
         return node ? h("div.io", h("span.quiet", part), valueOf(g, node)) : [];
       }), ...(error ? [h("p.bad", error)] : []));
-      if (watch.over) watch.stop();
+      if (watch.finished) watch.stop();
     },
     problem: (e) => {
       if (e.status !== 404) return note.replaceChildren(notice(e));
-      watch.over = true;
-      be("forgotten", true);
+      watch.finished = true;
+      showStatus("removed", true);
     },
   });
   return element;
 }
 
 function actionCard(iri, large, first) {
-  const name = humanised(localName(iri)), body = h("div"), list = h("ul.invocations", { role: "list", "aria-label": "Invocations" }), seen = new Set(), most = large ? 40 : 5;
+  const name = humanised(localName(iri)), body = h("div"), list = h("ul.invocations", { role: "list", "aria-label": "Invocations" }), seen = new Set(), maxInvocations = large ? 40 : 5;
   const element = card("action", large ? 2 : 3, !large && iri, large ? "Run" : name, body, list);
-  const list1 = (invocation) => {
+  const addInvocation = (invocation) => {
     if (seen.has(invocation)) return;
     seen.add(invocation);
     list.prepend(invocationRow(invocation));
-    while (list.childElementCount > most) list.lastChild.remove();
+    while (list.childElementCount > maxInvocations) list.lastChild.remove();
   };
   const update = (g) => {
     if (!body.firstChild) {
       const binding = g.id(iri, hybrit("binding"));
       body.append(formElement({ target: g.text(binding, http("requestURI")) ?? iri, method: localName(g.id(binding, http("mthd")) ?? "POST"),
-        model: nodeModel(g, g.id(iri, hybrit("consumes"))), title: name, name: `Run ${name}`, done: (answer) => {
-          const made = answer.field("Location");
-          if (made) list1(made);
+        model: nodeModel(g, g.id(iri, hybrit("consumes"))), title: name, name: `Run ${name}`, done: (response) => {
+          const made = response.field("Location");
+          if (made) addInvocation(made);
           return "Sent";
         } }).whole);
     }
-    g.ids(iri, lrt("invocation")).slice(-most).forEach(list1);
+    g.ids(iri, lrt("invocation")).slice(-maxInvocations).forEach(addInvocation);
   };
   if (first) update(first);
   view.watch(element, iri, { g: update, problem: (e) => list.replaceChildren(notice(e)) });
@@ -1020,7 +1024,7 @@ function actionCard(iri, large, first) {
 
 // ---- containers
 
-/// Keeps one element for each member. They cannot be observed: asked for.
+/// Keeps one element for each member of a container. Containers are polled, because they cannot be observed.
 function members(element, list, container, make, every) {
   const rows = new Map();
   return view.watch(element, container, { problem: (e) => list.replaceChildren(notice(e)), g: (g) => {
@@ -1035,25 +1039,25 @@ function members(element, list, container, make, every) {
   } }, { socket: false, every });
 }
 
-const SUBSCRIPTION = ["Of", "By", "Delivered", "Dropped", "Since", "Last error", ""];
-function subscriptionRow(iri, gone) {
+const SUBSCRIPTION = ["Resource", "To", "Delivered", "Dropped", "Since", "Last error", ""];
+function subscriptionRow(iri, onCancelled) {
   const cells = SUBSCRIPTION.map((name) => h("td", { "data-label": name || null })), [what, how, delivered, dropped, since, error, last] = cells;
   const element = h("tr", cells);
-  last.append(command("Cancel", async () => { await ask("DELETE", iri); gone(); }, error));
+  last.append(command("Cancel", async () => { await sendRequest("DELETE", iri); onCancelled(); }, error));
   view.watch(element, iri, { problem: () => {}, g: (g) => {
     const text = (p) => g.text(iri, p) ?? "", of = text(hybrit("onResource")), queue = text(lrt("queueLength"));
     if (what.title !== of) what.replaceChildren(linkTo(what.title = of));
-    say(how, [text(hybrit("callbackURL")) || "WebSocket", text(hybrit("mediaType")), queue ? `queue of ${queue}` : "newest", text(lrt("suspended")) && "suspended", text(lrt("confirmed")) === "false" && "unconfirmed"].filter(Boolean).join(", "));
-    say(delivered, text(lrt("delivered")));
-    say(dropped, text(lrt("dropped")));
-    say(since, age(text(dcterms("created"))));
-    say(error, text(lrt("lastError")));
+    setText(how, [text(hybrit("callbackURL")) || "WebSocket", text(hybrit("mediaType")), queue ? `queue of ${queue}` : "latest value", text(lrt("suspended")) && "suspended", text(lrt("confirmed")) === "false" && "unconfirmed"].filter(Boolean).join(", "));
+    setText(delivered, text(lrt("delivered")));
+    setText(dropped, text(lrt("dropped")));
+    setText(since, age(text(dcterms("created"))));
+    setText(error, text(lrt("lastError")));
   } }, { socket: false, every: 1000 });
   return element;
 }
 function subscriptions(container) {
   const whole = table(SUBSCRIPTION, [], ".subscriptions"), element = h("div", whole, h("p.none.quiet", "There are no subscriptions."));
-  const watch = members(element, whole.querySelector("tbody"), container, (iri) => subscriptionRow(iri, () => watch.later(0)), 1500);
+  const watch = members(element, whole.querySelector("tbody"), container, (iri) => subscriptionRow(iri, () => watch.schedule(0)), 1500);
   return element;
 }
 
@@ -1061,49 +1065,49 @@ function collectionCard(iri, large) {
   const name = humanised(localName(iri)), list = h("ul.members", { role: "list" }), form = h("div");
   const element = card("action", large ? 2 : 3, !large && iri, large ? "Members" : name, list, h("p.none.quiet", "empty"), form);
   const watch = members(element, list, iri, (member) => {
-    const value = h("div"), error = h("p"), remove = command("Remove", async () => { await ask("DELETE", member); watch.later(0); }, error, { hidden: true });
+    const value = h("div"), error = h("p"), remove = command("Remove", async () => { await sendRequest("DELETE", member); watch.schedule(0); }, error, { hidden: true });
     optionsOf(member).then((o) => { remove.hidden = !o.allows("DELETE"); }, () => {});
-    ask("GET", member).then((a) => value.append(valueOf(a.g, member)), () => {});
+    sendRequest("GET", member).then((a) => value.append(valueOf(a.g, member)), () => {});
     return h("li", h("div.line", h("a", { href: local(member) }, localName(member)), remove), value, error);
   });
   (async () => {
     if ((await optionsOf(iri)).allows("POST"))
-      form.append(formElement({ target: iri, model: await guardedBy(iri), method: "POST", title: "Add", name: `Add to ${name}`, done: () => { watch.later(0); return "Added"; } }).whole);
+      form.append(formElement({ target: iri, model: await bodyModelOf(iri), method: "POST", title: "Add", name: `Add to ${name}`, done: () => { watch.schedule(0); return "Added"; } }).whole);
   })().catch((e) => form.replaceChildren(notice(e)));
   return element;
 }
 
 // ---- things
 
-/// Feeds properties from the state; each from itself if one of them spoils the whole.
+/// Updates properties from the state of their Thing. If the state fails because of one property, each property is watched by itself.
 function watchState(element, state, shown, cancelled) {
   const watch = view.watch(element, state, { g: (g) => shown.forEach((p) => p.update(g)), state: (s) => cancelled?.(s === "cancelled"),
     problem: () => {
-      watch.over = true;
+      watch.finished = true;
       watch.stop();
       for (const p of shown) view.watch(p.element, p.iri, { g: p.update, problem: p.fail });
     } });
   return watch;
 }
-const partsOf = (g, iri, make) => g.ids(iri, hybrit("property")).map((p) => ({ iri: p, ...make(p) }));
+const shownProperties = (g, iri, make) => g.ids(iri, hybrit("property")).map((p) => ({ iri: p, ...make(p) }));
 
-/// A thing as one card among others; read when it comes in sight.
+/// A Thing as a card. It is requested when the card becomes visible.
 function thingCard(iri, g, level = 3) {
   const element = card("thing", level, iri, titleOf(g, iri), h("p", chips(g, iri).slice(1))), here = view;
   let begun;
-  view.inSight(element, async () => {
+  view.onVisibility(element, async () => {
     if (begun) return;
     begun = true;
     try {
-      const said = (await known(iri)).g;
-      if (here.gone) return;
-      say(element.querySelector("a"), titleOf(said, iri));
-      const shown = partsOf(said, iri, propertyRow), actions = said.ids(iri, hybrit("action")), parts = said.ids(iri, dcterms("hasPart")).length;
+      const thingGraph = (await cachedRequest(iri)).g;
+      if (here.isClosed) return;
+      setText(element.querySelector("a"), titleOf(thingGraph, iri));
+      const shown = shownProperties(thingGraph, iri, propertyRow), actions = thingGraph.ids(iri, hybrit("action")), parts = thingGraph.ids(iri, dcterms("hasPart")).length;
       element.append(...shown.map((p) => p.element));
       if (actions.length) element.append(h("p.actions", h("span.quiet", "actions:"), " ", actions.flatMap((a, i) => [i ? ", " : "", linkTo(a, humanised(localName(a)))])));
       if (parts) element.append(quiet(`${parts} parts`));
       element.classList.toggle("plain", !shown.length && !actions.length && !parts);
-      if (shown.length) watchState(element, said.id(iri, lrt("state")), shown);
+      if (shown.length) watchState(element, thingGraph.id(iri, lrt("state")), shown);
     } catch (e) { element.append(notice(e)); }
   }, () => {});
   return element;
@@ -1111,12 +1115,12 @@ function thingCard(iri, g, level = 3) {
 const thingCards = (g, things, level) => h("div.cards", things.map((t) => thingCard(t, g, level)));
 
 function showThing(iri, g) {
-  const shown = partsOf(g, iri, propertyCard), ids = (p) => g.ids(iri, p), actions = ids(hybrit("action")), collections = ids(lrt("collection")), parts = ids(dcterms("hasPart"));
-  const stopped = h("p.bad", { hidden: true }, "This page's subscription was cancelled. ", button("Watch again", () => { watch.over = false; watch.start(); }));
+  const shown = shownProperties(g, iri, propertyCard), ids = (p) => g.ids(iri, p), actions = ids(hybrit("action")), collections = ids(lrt("collection")), parts = ids(dcterms("hasPart"));
+  const stopped = h("p.bad", { hidden: true }, "This page's subscription was cancelled. ", button("Watch again", () => { watch.finished = false; watch.start(); }));
   const grid = h("div.cards", shown.map((p) => p.element));
   const watch = shown.length && watchState(grid, g.id(iri, lrt("state")), shown, (is) => { stopped.hidden = !is; });
   const list = subscriptionsOf(g.id(iri, hybrit("subscriptions")), g.id(iri, hybrit("blueprint")));
-  // Predicates that lead only to what is shown anyway: ros:rotation beside hybrit:property.
+  // Predicates whose objects are all shown elsewhere: ros:rotation in addition to hybrit:property.
   const all = [...ids(hybrit("property")), ...actions, ...collections], domain = g.of(iri).map(([p]) => p).filter((p) => g.all(iri, p).every((o) => all.includes(o.id)));
   const about = facts(g, iri, [...THING_PARTS, ...domain]);
   return [g.is(iri, ros("Robot")) && g.id(iri, lrt("rootLink")) && section("Skeleton", skeleton(iri, g)), shown.length && section("Properties", stopped, grid), actions.length && section("Actions", h("div.cards.wide", actions.map((a) => actionCard(a)))),
@@ -1132,10 +1136,10 @@ function subscriptionsOf(container, blueprint) {
 
 function showRoot(iri, g) {
   const things = g.ids(iri, ldp("contains")), here = view, box = h("div", thingCards(g, things, 2));
-  // Below a few robots their parts are what one comes for.
-  if (things.length <= 3) for (const t of things) known(t).then(({ g }) => {
+  // If there are few robots, their parts are shown, too.
+  if (things.length <= 3) for (const t of things) cachedRequest(t).then(({ g }) => {
     const parts = g.ids(t, dcterms("hasPart"));
-    if (parts.length && !here.gone) box.append(section(`Parts of ${titleOf(g, t)}`, thingCards(g, parts)));
+    if (parts.length && !here.isClosed) box.append(section(`Parts of ${titleOf(g, t)}`, thingCards(g, parts)));
   }, () => {});
   return [box];
 }
@@ -1144,28 +1148,28 @@ function showBlueprint(g) {
   const rows = (model, before) => model.fields.flatMap((f) => {
     const name = [before, fieldName(f)].filter(Boolean).join(" › "), v = f.element ?? f;
     if (f.kind === "node") return rows(f.node, name);
-    return [[name || "value", (f.element ? "list of " : "") + (v.choices ? v.choices.map((c) => c.id ? localName(c.id) : c.value).join(" | ") : v.kind), hint({ ...v, kind: "", types: [], least: f.least }), f.unit]];
+    return [[name || "value", (f.element ? "list of " : "") + (v.choices ? v.choices.map((c) => c.id ? localName(c.id) : c.value).join(" | ") : v.kind), hint({ ...v, kind: "", types: [], minValues: f.minValues }), f.unit]];
   });
   return g.subjects(rdf("type"), sh("NodeShape")).filter((s) => !isBlank(s)).map((s) => {
     const target = g.id(s, sh("targetNode")), lines = rows(nodeModel(g, s), "");
     return section(g.text(s, sh("name")) ?? localName(s), target && h("p", h("span.quiet", "of "), linkTo(target)),
-      lines.length ? table(["What", "Kind", "Limits", "Unit"], lines.map((l) => h("tr", l.map((c) => h("td", c))))) : quiet("links and types"));
+      lines.length ? table(["Property", "Kind", "Limits", "Unit"], lines.map((l) => h("tr", l.map((c) => h("td", c))))) : quiet("links and types"));
   });
 }
 
-// ---- the way to a resource: by its own links
+// ---- the content for a resource, by its types
 
 async function show(focus) {
   const here = newView(), main = $("main"), address = withoutHash(location.href), plain = address.split("?")[0];
   main.setAttribute("aria-busy", "true");
   try {
-    const answer = await ask("GET", address), g = answer.g;
-    // The resource itself: by its address, or at the same path under the robot's public name.
+    const response = await sendRequest("GET", address), g = response.g;
+    // The IRI of the resource: its address, or the same path below the robot's public base.
     const self = g.about.has(plain) ? plain : [...g.about.keys()].find((s) => isWeb(s) && plain.endsWith(new URL(s).pathname)) ?? plain;
     if (g.about.has(self)) robotOrigin = new URL(self).origin;
-    const subject = g.subjects(lrt("state"), self)[0] ?? g.subjects(rdf("type"), "http://www.w3.org/2002/07/owl#Ontology")[0] ?? self, chain = await wayTo(self);
-    const up = chain.at(-1), is = (t) => g.is(subject, t), upper = is(ldp("Container")) && up ? (await known(up)).g : new Graph();
-    if (here.gone) return;
+    const subject = g.subjects(lrt("state"), self)[0] ?? g.subjects(rdf("type"), "http://www.w3.org/2002/07/owl#Ontology")[0] ?? self, chain = await ancestorsOf(self);
+    const up = chain.at(-1), is = (t) => g.is(subject, t), upper = is(ldp("Container")) && up ? (await cachedRequest(up)).g : new Graph();
+    if (here.isClosed) return;
     let content, title = is(hybrit("Property")) || is(hybrit("Action")) ? humanised(localName(subject)) : titleOf(g, subject), about = [];
     if (is(hybrit("RoboticThing"))) content = showThing(subject, g);
     else if (is(hybrit("Property"))) {
@@ -1179,32 +1183,32 @@ async function show(focus) {
       content = [h("div.card", invocationRow(subject, true))];
     } else if (is(hybrit("Subscription"))) {
       title = "Subscription";
-      content = [table(SUBSCRIPTION, subscriptionRow(subject, () => go(local(up))), ".subscriptions")];
+      content = [table(SUBSCRIPTION, subscriptionRow(subject, () => navigate(local(up))), ".subscriptions")];
     } else if (is(ldp("Container"))) {
-      const told = upper.subjects(hybrit("subscriptions"), subject).length;
-      if (told) title = `Subscriptions of ${titleOf(upper, up)}`;
-      content = !up ? showRoot(subject, g) : told ? [subscriptions(subject)] : [collectionCard(subject, true)];
-      content.push(h("nav.line", { "aria-label": "Pages" }, ["first", "prev", "next", "last"].flatMap((rel) => links(answer, rel).map((l) => linkTo(l, rel)))));
+      const isSubscriptions = upper.subjects(hybrit("subscriptions"), subject).length;
+      if (isSubscriptions) title = `Subscriptions of ${titleOf(upper, up)}`;
+      content = !up ? showRoot(subject, g) : isSubscriptions ? [subscriptions(subject)] : [collectionCard(subject, true)];
+      content.push(h("nav.line", { "aria-label": "Pages" }, ["first", "prev", "next", "last"].flatMap((rel) => links(response, rel).map((l) => linkTo(l, rel)))));
     } else if (g.subjects(rdf("type"), sh("NodeShape")).length) {
       title = `Blueprint of ${localName(plain.includes("/blueprints") ? plain : up)}`;
       content = showBlueprint(g);
-    } else {  // a member of a collection, the list of terms, or what this page knows nothing of
+    } else {  // a member of a collection, the vocabulary, or a resource of an unknown type
       content = [g.about.has(subject) && h("div.card", self === subject ? valueOf(g, subject) : facts(g, subject, [])), ...[...g.about.keys()].filter((s) => !isBlank(s) && s !== subject && withoutHash(s) !== self).slice(0, 300).map((s) => section(localName(s), facts(g, s, [])))];
     }
     document.title = `${title} – robot`;
     const heading = h("h1", { tabindex: "-1" }, title);
-    main.replaceChildren(h("nav.crumbs", { "aria-label": "Where this is" }, chain.flatMap((c, i) => [i ? " › " : "", linkTo(c, i ? localName(c) : "Things")])), heading, h("p", up && chips(g, subject)), ...content.flat().filter(Boolean), source(answer, address));
+    main.replaceChildren(h("nav.crumbs", { "aria-label": "Breadcrumbs" }, chain.flatMap((c, i) => [i ? " › " : "", linkTo(c, i ? localName(c) : "Things")])), heading, h("p", up && chips(g, subject)), ...content.flat().filter(Boolean), source(response, address));
     if (focus) heading.focus({ preventScroll: true });
     tree(chain[0] ?? self, [...chain, self]).catch(() => {});
   } catch (e) {
-    if (here.gone) return;
-    main.replaceChildren(h("h1", e instanceof Lost ? "The robot does not respond" : "This resource could not be read"), notice(e), h("p", h("a", { href: "/" }, "Back to the list of Things")));
-    if (!(e instanceof Lost || e instanceof Problem)) throw e;
+    if (here.isClosed) return;
+    main.replaceChildren(h("h1", e instanceof Unreachable ? "The robot does not respond" : "This resource could not be read"), notice(e), h("p", h("a", { href: "/" }, "Back to the list of Things")));
+    if (!(e instanceof Unreachable || e instanceof Problem)) throw e;
     here.watch(main.firstChild, address, { g: () => show(), problem: () => {} }, { socket: false });
-  } finally { if (!here.gone) main.removeAttribute("aria-busy"); }
+  } finally { if (!here.isClosed) main.removeAttribute("aria-busy"); }
 }
 
-// ---- the tree
+// ---- the tree of Things
 
 let treeRoot;
 
@@ -1213,47 +1217,47 @@ async function tree(root, current) {
   if (treeRoot !== root) {
     const things = [];
     for (let page = root, n = 0; page && n < 20; ++n) {
-      const answer = await ask("GET", page);
-      things.push(...answer.g.ids(root, ldp("contains")));
-      page = links(answer, "next")[0];
+      const response = await sendRequest("GET", page);
+      things.push(...response.g.ids(root, ldp("contains")));
+      page = links(response, "next")[0];
     }
     treeRoot = root;
     $("home").href = local(root);
     nav.replaceChildren(branch(things, things.length <= 3));
   }
-  nav.above = current;
-  mark();
+  nav.shownPath = current;
+  markCurrent();
 }
-/// Unfolds the way to what is shown, and names the thing that it is of.
-function mark() {
-  const { above } = $("tree");
+/// Expands the branches above the shown resource, and marks its Thing as current.
+function markCurrent() {
+  const { shownPath } = $("tree");
   let nearest;
   for (const item of $("tree").querySelectorAll("li")) {
     item.firstChild.nextSibling.removeAttribute("aria-current");
-    if (!above?.includes(item.iri)) continue;
+    if (!shownPath?.includes(item.iri)) continue;
     nearest = item;
-    item.unfold(true);
+    item.expand(true);
   }
   nearest?.children[1].setAttribute("aria-current", "page");
 }
-function branch(things, unfolded) {
+function branch(things, expanded) {
   return h("ul", things.map((iri) => {
     const a = h("a", { href: local(iri) }, localName(iri)), twist = h("button.twist", { type: "button", "aria-expanded": "false", "aria-label": `Parts of ${localName(iri)}`, hidden: true });
-    const item = Object.assign(h("li", twist, a), { iri, unfold(yes) {
+    const item = Object.assign(h("li", twist, a), { iri, expand(yes) {
       if (yes && !item.children[2] && item.parts?.length) {
         item.append(branch(item.parts));
-        mark();
+        markCurrent();
       }
       if (item.children[2]) item.children[2].hidden = !yes;
       twist.setAttribute("aria-expanded", String(yes));
     } });
-    twist.addEventListener("click", () => item.unfold(twist.getAttribute("aria-expanded") !== "true"));
-    known(iri).then(({ g }) => {
-      say(a, titleOf(g, iri));
+    twist.addEventListener("click", () => item.expand(twist.getAttribute("aria-expanded") !== "true"));
+    cachedRequest(iri).then(({ g }) => {
+      setText(a, titleOf(g, iri));
       item.parts = g.ids(iri, dcterms("hasPart"));
       twist.hidden = !item.parts.length;
-      if (unfolded) item.unfold(true);
-      mark();
+      if (expanded) item.expand(true);
+      markCurrent();
     }, () => {});
     return item;
   }));
@@ -1269,18 +1273,18 @@ $("menu").addEventListener("click", () => menu(!document.body.classList.contains
 let stops = [];
 async function invokeStops(iris) {
   enableMotion?.(false);
-  others.abort();  // a browser sends few requests at a time, and what moves the robot must not go on
-  others = new AbortController();
-  say($("stopped"), "Stopping …");
-  const ends = await Promise.allSettled(iris.map((iri) => ask("POST", iri, { signal: null }))), failed = ends.find((e) => e.reason);
-  say($("stopped"), failed ? `Not stopped: ${problemText(failed.reason)}` : `Stopped at ${new Date().toLocaleTimeString()}`);
+  abortController.abort();  // browsers limit parallel requests, and pending commands must not continue
+  abortController = new AbortController();
+  setText($("stopped"), "Stopping …");
+  const ends = await Promise.allSettled(iris.map((iri) => sendRequest("POST", iri, { signal: null }))), failed = ends.find((e) => e.reason);
+  setText($("stopped"), failed ? `Not stopped: ${problemText(failed.reason)}` : `Stopped at ${new Date().toLocaleTimeString()}`);
   $("stopped").className = failed ? "bad" : "succeeded";
 }
 async function findStops() {
   const at = withoutHash(location.href);
   try {
-    let top = await known((await wayTo(at))[0] ?? at);
-    if (!top.g.subjects(rdf("type"), ldp("Container"))[0]) top = await known("/");
+    let top = await cachedRequest((await ancestorsOf(at))[0] ?? at);
+    if (!top.g.subjects(rdf("type"), ldp("Container"))[0]) top = await cachedRequest("/");
     const { g } = top, [iri] = links(top, lrt("session")), make = (words, iris) => h("button", { type: "button", onclick: () => invokeStops(iris) }, words);
     if (iri && !user) findUser(iri);
     const named = (iri) => humanised(localName(iri));
@@ -1295,38 +1299,38 @@ addEventListener("keydown", (event) => {
   invokeStops(stops);
 });
 
-// ---- who is logged in
+// ---- the user that is logged in
 
 async function findUser(iri) {
-  let way;
+  let node;
   try {
-    user = (await ask("GET", iri, { accept: JSON_TYPE })).g;
-    way = user.session && button("Log out", async () => {
-      await ask("DELETE", iri);
+    user = (await sendRequest("GET", iri, { accept: JSON_TYPE })).g;
+    node = user.session && button("Log out", async () => {
+      await sendRequest("DELETE", iri);
       location.reload();
     });
-  } catch { way = button("Log in", () => { location = local(iri) + "#" + location.pathname; }); }
-  $("link").after(h("span", user?.name, " ", way));
+  } catch { node = button("Log in", () => { location = local(iri) + "#" + location.pathname; }); }
+  $("link").after(h("span", user?.name, " ", node));
 }
 
-// ---- navigation, on the resources' own addresses
+// ---- navigation: the address of the page is that of the resource
 
 let shownAddress = withoutHash(location.href);
-function arrive(focus) {
+function showAddress(focus) {
   shownAddress = withoutHash(location.href);
   menu(false);
   scrollTo(0, 0);
   return show(focus);
 }
-function go(href) {
+function navigate(href) {
   history.pushState(null, "", href);
-  arrive(true);
+  showAddress(true);
 }
 document.addEventListener("click", (event) => {
   const a = event.target.closest("a[href]");
   if (!a || event.button || event.metaKey || event.ctrlKey || event.shiftKey || event.altKey || a.origin !== location.origin || a.rel === "alternate" || a.getAttribute("href").startsWith("#")) return;
   event.preventDefault();
-  go(a.href);
+  navigate(a.href);
 });
-addEventListener("popstate", () => { if (withoutHash(location.href) !== shownAddress) arrive(); });
+addEventListener("popstate", () => { if (withoutHash(location.href) !== shownAddress) showAddress(); });
 show();

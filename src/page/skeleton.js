@@ -1,35 +1,37 @@
-// ---- a robot's skeleton, from its kinematic tree. A place is [x, y, z], a rotation the quaternion [x, y, z, w], a pose [place, rotation].
+// SPDX-License-Identifier: Apache-2.0
+// ---- the skeleton of a robot, drawn from its kinematic tree. A place is [x, y, z], a rotation is a quaternion [x, y, z, w], a pose is
+// [place, rotation].
 
 const ros = space("http://ros.org/#");
 const maths = space("http://vocab.arvida.de/2015/06/maths/vocab#");
 const cross = ([a, b, c], [x, y, z]) => [b * z - c * y, c * x - a * z, a * y - b * x];
-const along = (from, by, way) => from.map((n, i) => n + by * way[i]);
+const addScaled = (from, by, way) => from.map((n, i) => n + by * way[i]);
 const rotated = (q, v) => {
   const once = cross(q, v);
-  return along(along(v, 2 * q[3], once), 2, cross(q, once));
+  return addScaled(addScaled(v, 2 * q[3], once), 2, cross(q, once));
 };
-const product = (q, r) => [...along(along(cross(q, r), q[3], r), r[3], q), q[3] * r[3] - q[0] * r[0] - q[1] * r[1] - q[2] * r[2]];
-const posedIn = ([at, q], [place, rotation]) => [along(at, 1, rotated(q, place)), product(q, rotation)];
-const ORIGIN = [0, 0, 0], UNTURNED = [...ORIGIN, 1], AXES = [[1, 0, 0], [0, 1, 0], [0, 0, 1]], AXIS_COLORS = ["#e5484d", "#30a46c", "#3b82f6"];
+const product = (q, r) => [...addScaled(addScaled(cross(q, r), q[3], r), r[3], q), q[3] * r[3] - q[0] * r[0] - q[1] * r[1] - q[2] * r[2]];
+const posedIn = ([at, q], [place, rotation]) => [addScaled(at, 1, rotated(q, place)), product(q, rotation)];
+const ORIGIN = [0, 0, 0], NO_ROTATION = [...ORIGIN, 1], AXES = [[1, 0, 0], [0, 1, 0], [0, 0, 1]], AXIS_COLORS = ["#e5484d", "#30a46c", "#3b82f6"];
 
 const vector = (g, node, names) => node && [...names].map((n) => g.number(node, maths(n)));
-/// The pose that a property says.
-const poseOf = (g, iri) => [["translation", "xyz", ORIGIN], ["rotation", "xyzw", UNTURNED]].map(([part, names, none]) => vector(g, g.id(g.id(iri, spatial(part)), vom("quantityValue")), names) ?? none);
-/// Not all at once: the robot has other work, and the page other requests.
-async function inTurn(items, work) {
+/// The pose in the representation of a property.
+const poseOf = (g, iri) => [["translation", "xyz", ORIGIN], ["rotation", "xyzw", NO_ROTATION]].map(([part, names, none]) => vector(g, g.id(g.id(iri, spatial(part)), vom("quantityValue")), names) ?? none);
+/// Calls `work` for each item, four at a time: more requests would delay other work of the robot and of the page.
+async function forEachLimited(items, work) {
   const left = [...items];
   await Promise.all([1, 2, 3, 4].map(async () => { while (left.length) await work(left.shift()); }));
 }
 
-/// Lines from joint to joint that follow the positions; to be turned by dragging, by arrows; with sliders where joints can be written.
+/// Lines between joints, drawn at the robot's present positions. Dragging or the arrow keys turn the view. Writable joints have sliders.
 function skeleton(iri, robot) {
   const here = view, root = robot.id(iri, lrt("rootLink")), order = robot.list(robot.id(iri, lrt("positionsOf"))).map((o) => o.id), joints = [], steps = [], pointers = new Map();
-  let positions = [], yaw = 0.9, pitch = 0.3, near = 1, asked, centre, size;
-  const redraw = () => { asked ||= requestAnimationFrame(draw); };
+  let positions = [], yaw = 0.9, pitch = 0.3, zoom = 1, frameRequest, centre, size;
+  const redraw = () => { frameRequest ||= requestAnimationFrame(draw); };
   const orbit = (x, y, closer = 1) => {
     yaw -= x;
     pitch = Math.max(-1.5, Math.min(1.5, pitch + y));
-    near = Math.max(0.2, Math.min(12, near * closer));
+    zoom = Math.max(0.2, Math.min(12, zoom * closer));
     redraw();
   };
   const KEYS = { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, -0.1], ArrowDown: [0, 0.1], "+": [0, 0, 1.15], "-": [0, 0, 0.87] };
@@ -49,25 +51,25 @@ function skeleton(iri, robot) {
   const element = h("div.card.skeleton", canvas, h("div.line", h("label.line", frames, "Frames"), h("label.line", names, "Names"), note), motionLine, sliders);
 
   function draw() {
-    asked = 0;
-    const { pen, width, height, color } = penOn(canvas);
+    frameRequest = 0;
+    const { pen, width, height, color } = drawingContext(canvas);
     if (!pen || !steps.length) return;
-    const links = new Map([[root, [ORIGIN, UNTURNED]]]), bones = [];
+    const links = new Map([[root, [ORIGIN, NO_ROTATION]]]), segments = [];
     for (const { from, to, origin, axis, slides, index, pose } of steps) {
       const joint = posedIn(links.get(from), origin), n = positions[index] ?? 0;
-      const moved = slides ? [along(ORIGIN, n, axis), UNTURNED] : [ORIGIN, [...along(ORIGIN, Math.sin(n / 2), axis), Math.cos(n / 2)]];
+      const moved = slides ? [addScaled(ORIGIN, n, axis), NO_ROTATION] : [ORIGIN, [...addScaled(ORIGIN, Math.sin(n / 2), axis), Math.cos(n / 2)]];
       links.set(to, pose ?? posedIn(joint, moved));
-      bones.push([links.get(from)[0], joint[0], "--text"], [joint[0], links.get(to)[0], "--accent"]);
+      segments.push([links.get(from)[0], joint[0], "--text"], [joint[0], links.get(to)[0], "--accent"]);
     }
     const places = [...links.values()].map(([p]) => p), bounds = (side) => ORIGIN.map((_, i) => Math[side](...places.map((p) => p[i]))), low = bounds("min");
     canvas.dataset.end = places.at(-1).map((n) => n.toFixed(3));
-    if (!size) {  // of what is first seen
-      centre = along(low, 1, bounds("max")).map((n) => n / 2);
-      size = Math.max(0.01, ...places.map((p) => Math.hypot(...along(p, -1, centre))));
+    if (!size) {  // from the first pose
+      centre = addScaled(low, 1, bounds("max")).map((n) => n / 2);
+      size = Math.max(0.01, ...places.map((p) => Math.hypot(...addScaled(p, -1, centre))));
     }
-    // The eye is at the same distance always; nearer is larger.
+    // Perspective projection: nearer parts are larger.
     const project = (p) => {
-      const [x, y, z] = along(p, -1, centre), deep = y * Math.cos(yaw) - x * Math.sin(yaw), depth = 3 * size / near + deep * Math.cos(pitch) - z * Math.sin(pitch), scale = 1.45 * Math.min(width, height) / depth;
+      const [x, y, z] = addScaled(p, -1, centre), deep = y * Math.cos(yaw) - x * Math.sin(yaw), depth = 3 * size / zoom + deep * Math.cos(pitch) - z * Math.sin(pitch), scale = 1.45 * Math.min(width, height) / depth;
       return depth > size / 20 && [width / 2 + scale * (x * Math.cos(yaw) + y * Math.sin(yaw)), height / 2 - scale * (deep * Math.sin(pitch) + z * Math.cos(pitch))];
     };
     const line = (from, to, style, thick) => {
@@ -87,31 +89,31 @@ function skeleton(iri, robot) {
       line(at(i, -cells), at(i, cells), color("--line"), 1);
       line(at(-cells, i), at(cells, i), color("--line"), 1);
     }
-    for (const [from, to, name] of bones) line(from, to, color(name), 4);
+    for (const [from, to, name] of segments) line(from, to, color(name), 4);
     pen.fillStyle = color("--text");
     pen.font = "12px system-ui, sans-serif";
     for (const [link, [place, rotation]] of links) {
-      if (frames.checked) AXES.forEach((a, i) => line(place, along(place, size / 16, rotated(rotation, a)), AXIS_COLORS[i], 1.5));
+      if (frames.checked) AXES.forEach((a, i) => line(place, addScaled(place, size / 16, rotated(rotation, a)), AXIS_COLORS[i], 1.5));
       const at = project(place);
       if (at && names.checked) pen.fillText(localName(link), at[0] + 6, at[1] - 6);
     }
-    say(note, `grid of ${Number(cell.toPrecision(1))} m – drag to turn – Ctrl and wheel to zoom`);
+    setText(note, `grid of ${Number(cell.toPrecision(1))} m – drag to turn – Ctrl and wheel to zoom`);
   }
 
-  /// Off again a minute after the last command.
+  /// Motion is disabled again one minute after the last command.
   let motionEnds;
   enableMotion = (yes) => {
     motion.checked = yes;
     sliders.disabled = !yes;
     clearTimeout(motionEnds);
     if (yes) motionEnds = setTimeout(() => enableMotion(false), 60000);
-    else steps.forEach((s) => s.follow?.());
+    else steps.forEach((s) => s.showPosition?.());
   };
 
-  /// A joint's field, which writes when it is released: one request at a time, of the newest value. A touch that becomes a scroll writes nothing.
+  /// Adds the field of a joint. Its release sends the newest value, one request at a time. A touch that becomes a scroll sends nothing.
   async function addField(step) {
     if (!step.position || !(await optionsOf(step.position)).allows("PUT")) return;
-    const model = await guardedBy(step.position), alert = h("p.error", { role: "alert" });
+    const model = await bodyModelOf(step.position), alert = h("p.error", { role: "alert" });
     model.fields.forEach((f) => { f.name = localName(step.iri); });
     const form = new Form(step.position, model);
     let busy, newer, scrolled, held;
@@ -125,9 +127,9 @@ function skeleton(iri, robot) {
         newer = false;
         form.clear();
         try {
-          await ask("PUT", step.position, { body: form.body() });
-          say(alert, "");
-        } catch (e) { say(alert, e.report ? form.explain(e.report) : problemText(e)); }
+          await sendRequest("PUT", step.position, { body: form.body() });
+          setText(alert, "");
+        } catch (e) { setText(alert, e.report ? form.showReport(e.report) : problemText(e)); }
       }
       busy = false;
     };
@@ -137,16 +139,16 @@ function skeleton(iri, robot) {
         scrolled = true;
         held = false;
         e.target.blur();
-        step.follow();
+        step.showPosition();
       } }, form.element, alert);
-    step.follow = () => {  // but not while somebody is at it
+    step.showPosition = () => {  // not while the user operates the field
       const value = String(Number(positions[step.index]?.toFixed(4)));
       if (value !== "NaN" && !held && !step.field.contains(document.activeElement)) form.read({ one: () => ({ value }), id: () => step.position }, step.position);
     };
   }
   (async () => {
-    await inTurn(robot.ids(iri, dcterms("hasPart")).filter((part) => robot.is(part, ros("Joint"))), async (joint) => {
-      const { g } = await ask("GET", (await known(joint)).g.id(joint, lrt("state"))), id = (p) => g.id(joint, ros(p)), is = (type) => g.is(joint, ros(type));
+    await forEachLimited(robot.ids(iri, dcterms("hasPart")).filter((part) => robot.is(part, ros("Joint"))), async (joint) => {
+      const { g } = await sendRequest("GET", (await cachedRequest(joint)).g.id(joint, lrt("state"))), id = (p) => g.id(joint, ros(p)), is = (type) => g.is(joint, ros(type));
       joints.push({ iri: joint, from: id("preceedingLink"), to: id("succeedingLink"), origin: poseOf(g, id("jointReferenceFrame")), axis: vector(g, g.id(joint, lrt("axis")), "xyz") ?? ORIGIN,
         slides: is("PrismaticJoint"), free: is("FloatingJoint") || is("PlanarJoint"), index: order.indexOf(joint), position: id("position") });
     });
@@ -155,11 +157,11 @@ function skeleton(iri, robot) {
       steps.push(j);
       links.push(j.to);
     }
-    if (here.gone) return;
+    if (here.isClosed) return;
     canvas.setAttribute("aria-label", `Skeleton of ${steps.length} joints and ${links.length} links. The arrow keys turn it and the plus and minus keys bring it nearer or farther.`);
     new ResizeObserver(redraw).observe(canvas);
-    for (const step of steps) if (step.free) {  // a whole pose and not a number: as its link says it
-      const pose = (await known(step.to)).g.id(step.to, lrt("pose"));
+    for (const step of steps) if (step.free) {  // its position is a pose, not a number: lrt:pose of its link
+      const pose = (await cachedRequest(step.to)).g.id(step.to, lrt("pose"));
       if (pose) here.watch(canvas, pose, { g: (g) => {
         step.pose = poseOf(g, pose);
         redraw();
@@ -171,12 +173,12 @@ function skeleton(iri, robot) {
       if (!positions.length) size = 0;
       positions = numbers;
       redraw();
-      steps.forEach((s) => s.follow?.());
+      steps.forEach((s) => s.showPosition?.());
     } }, { accept: JSON_TYPE, interval: 0.04 });
-    await inTurn(steps, addField);
+    await forEachLimited(steps, addField);
     sliders.append(...joints.sort((a, b) => a.index - b.index).flatMap((j) => j.field ?? []));
     motionLine.hidden = !sliders.firstChild;
-    steps.forEach((s) => s.follow?.());
+    steps.forEach((s) => s.showPosition?.());
   })().catch((e) => element.append(notice(e)));
   redrawSkeleton = redraw;
   return element;

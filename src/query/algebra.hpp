@@ -217,7 +217,7 @@ struct Query {
   std::optional<std::uint64_t> limit;
   std::optional<Values> values;  ///< after the query: joined with its solutions before the aggregates
 
-  // Of the outermost query only.
+  // Set in the outermost query only.
   std::vector<std::string> variables;  ///< names without ? or $; a blank node of a pattern has an empty one, and no query selects it
   std::vector<rdf::Term> constants;
   rdf::Prefixes prefixes;  ///< those that it declares, for the syntaxes of CONSTRUCT and DESCRIBE

@@ -33,7 +33,7 @@ class Budget {
     steps_ += count;
     if (steps_ >= next_check_) check();
   }
-  /// Steps for reading or writing so many bytes at once.
+  /// Counts the steps for reading or writing that many bytes at once.
   void work(std::size_t bytes) { step(1 + bytes / 64); }
   /// Counts memory that is kept.
   void take(std::size_t bytes) {

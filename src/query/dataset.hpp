@@ -98,13 +98,13 @@ class Dataset {
   /// The triples of the union with the given terms. Exact except for a subject and an object: then an upper bound.
   std::size_t count(TermNumber subject, TermNumber predicate, TermNumber object) const noexcept;
 
-  /// For the order of joins.
+  /// Statistics for the order of joins.
   struct Spread {
     std::size_t triples = 0, subjects = 0, objects = 0;
   };
-  /// Of the triples with this predicate, and how many different subjects and objects they have.
+  /// The triples with this predicate, and their different subjects and objects.
   Spread spread(TermNumber predicate) const noexcept;
-  /// Of all triples.
+  /// The same for all triples.
   Spread spread() const noexcept { return {triple_count(), subjects_, objects_}; }
   std::size_t predicate_count() const noexcept { return predicates_.size() - free_predicates_.size(); }
   /// Whether a triple of the union has the term as its subject or object.

@@ -43,7 +43,7 @@ std::string Decimal::text() const {
   return out;
 }
 
-/// Zeros in front, and at the end of the fraction.
+/// Removes leading zeros, and zeros at the end of the fraction.
 void Decimal::trim() noexcept {
   while (size_ > 0 && digits_[static_cast<std::size_t>(size_ - 1)] == 0) --size_;
   int zeros = 0;
@@ -111,12 +111,12 @@ std::optional<Decimal> multiply(const Decimal& a, const Decimal& b) {
   return product;
 }
 
-/// Digit by digit, as on paper.
+/// Long division, digit by digit.
 std::optional<Decimal> divide(const Decimal& a, const Decimal& b) {
   if (b.is_zero()) return std::nullopt;
   Decimal quotient;
   if (a.is_zero()) return quotient;
-  // The digits of a over those of b, with `places` digits of the quotient behind the point.
+  // Divides the digits of a by those of b, with `places` digits of the quotient after the point.
   const int places = std::max(places_of_quotient, a.scale_ - b.scale_);
   const int zeros = places - a.scale_ + b.scale_;
   if (a.size_ + zeros > 2 * Decimal::max_digits) return std::nullopt;

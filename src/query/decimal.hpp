@@ -10,7 +10,7 @@
 namespace lrt::query {
 inline namespace v0 {
 
-/// An exact decimal of at most 100 digits: xsd:decimal, and integers beyond int64. A result that needs more digits is none, which
+/// An exact decimal of at most 100 digits: xsd:decimal, and integers beyond int64. A result that needs more digits is an error, which
 /// XPath allows (XPath and XQuery Functions 3.1, 4.2). A quotient has at least 18 digits after the point and is not rounded up.
 class Decimal {
  public:

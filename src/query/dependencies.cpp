@@ -24,7 +24,7 @@ class Finder {
   }
 
  private:
-  /// Where a pattern is matched.
+  /// The graphs in which a pattern is matched.
   enum class Place { default_graph, some_graph, one_graph };
 
   std::string text_of(std::uint32_t constant) const { return std::string(query_.constants[constant].view().text); }
@@ -108,7 +108,7 @@ class Finder {
     }
   }
 
-  /// Whether an end of a path is a term, or a variable of another triple beside it: then it begins there, and not at every node.
+  /// Whether an end of a path is a term or a variable of another triple. The evaluation then begins there instead of at every node.
   static bool has_term(const Pattern& pattern, const Node& node) {
     if (!node.is_variable()) return true;
     const auto is = [&](const Node& other) { return other.is_variable() && other.index == node.index; };

@@ -26,7 +26,7 @@ namespace {
 
 using Types = std::vector<std::string_view>;
 
-/// Of each media type of rows and of ASK.
+/// The format of each media type of row_types(), by index.
 constexpr ResultFormat row_formats[] = {ResultFormat::json, ResultFormat::xml,  ResultFormat::csv,
                                         ResultFormat::tsv,  ResultFormat::json, ResultFormat::xml};
 

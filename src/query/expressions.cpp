@@ -26,7 +26,7 @@ std::size_t characters(std::string_view text) noexcept {
   return count;
 }
 
-/// Whether the second may be an argument beside the first (17.4.3.1.2).
+/// Whether two strings are compatible arguments (17.4.3.1.2).
 bool compatible(const Value& a, const Value& b) noexcept {
   return a.is_text() && b.is_text() && (b.type == Type::string || (a.type == Type::tagged && a.language == b.language));
 }

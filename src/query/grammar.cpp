@@ -382,7 +382,7 @@ bool Grammar::limits(Query& query) {
   }
 }
 
-/// INTEGER. More than fits is as much as fits.
+/// INTEGER. A number that does not fit becomes the largest one that does.
 bool Grammar::number_of_rows(std::uint64_t& rows) {
   if (!is(Token::Kind::number) || token_.datatype != vocab::xsd::integer) return expected("an integer");
   rows = 0;

@@ -64,7 +64,7 @@ class Grammar : Lexer {
     Node predicate;
     std::shared_ptr<const Path> path;
   };
-  /// Where the triples that are read go.
+  /// The destination of the triples that are read.
   struct Target {
     std::vector<TriplePattern>* triples = nullptr;
     VisibleVariables* scope = nullptr;

@@ -134,7 +134,7 @@ bool Grammar::expression(Tree& out) {
   if (!nested.allowed()) return false;
   std::vector<Tree> operands;
   std::vector<Infix> waiting;
-  bool compared = false;  // `a = b = c` is none
+  bool compared = false;  // `a = b = c` is not an expression
   const auto reduce_from = [&](int binds) {
     while (!waiting.empty() && waiting.back().binds >= binds) {
       Tree right = std::move(operands.back());

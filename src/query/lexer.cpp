@@ -8,7 +8,7 @@ inline namespace v0 {
 namespace terminal = rdf::terminal;
 namespace {
 
-/// The code point of the escape at `at`, a backslash, and its length; a length of 0: there is none, or none of a scalar value.
+/// The code point of the escape whose backslash is at `at`, and its length. Length 0: there is no escape, or its code point is not a scalar value.
 std::pair<char32_t, std::size_t> codepoint_escape(std::string_view text, std::size_t at) noexcept {
   const char kind = at + 1 < text.size() ? text[at + 1] : '\0';
   const std::size_t length = kind == 'u' ? 6 : kind == 'U' ? 10 : 0;

@@ -17,7 +17,7 @@ inline namespace v0 {
 /// The text of a query in which names have no codepoint escapes (SPARQL 1.1 Query 19.2), and where its characters were.
 ///
 /// An escape of a character of a name is replaced here, wherever it is. All others stay: they are only legal in strings and IRIs, whose
-/// terminals decode them. Behind a backslash no escape begins.
+/// terminals decode them. No escape begins after a backslash.
 class Source {
  public:
   explicit Source(std::string_view text);
@@ -47,7 +47,7 @@ struct Token {
     punctuation,  ///< text: one or two characters
   };
   Kind kind = Kind::end;
-  bool plain = true;  ///< of iri and prefixed: no character needs a second look
+  bool plain = true;  ///< iri and prefixed: no character requires a further check
   const char* at = nullptr;
   std::string_view text, local;
   Iri datatype;
@@ -66,10 +66,10 @@ class Lexer : protected rdf::Terminals {
   bool is_punctuation(std::string_view text) const noexcept { return token_.kind == Token::Kind::punctuation && token_.text == text; }
   /// @param word  in capitals
   bool is_word(std::string_view word) const noexcept;
-  /// Goes on if the token is this one.
+  /// Accepts the token and reads the next one if it matches.
   bool accept(std::string_view punctuation);
   bool accept_word(std::string_view word);
-  /// Goes on behind this token, or sets the error.
+  /// Accepts this token and reads the next one; another token is an error.
   bool require(std::string_view punctuation);
   bool require_word(std::string_view word);
 

@@ -62,7 +62,7 @@ void PathStage::excluding(const std::vector<Constant>& excluded, TermNumber node
   }
 }
 
-/// What is at the other end of the path. Only of links and negated sets some may be in it more than once.
+/// Adds the nodes at the other end of the path. Duplicates occur only for links and negated sets.
 void PathStage::reach(const Path& path, TermNumber node, bool forward, std::vector<TermNumber>& out) {
   run_.budget.step();
   switch (path.kind) {

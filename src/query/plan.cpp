@@ -240,7 +240,7 @@ void Planner::flatten(const Pattern& pattern, VariableSet& bound, std::vector<St
   }
 }
 
-/// How many solutions a triple pattern has for each one before it.
+/// Estimates the number of solutions of a triple pattern for each solution before it.
 double Planner::estimate(const TriplePattern& triple, const PlanState& state) const {
   run_.budget.step();
   const auto is_bound = [&](const Node& node) { return node.is_variable() && (state.certain.has(node.index) || state.seeded.has(node.index)); };
@@ -293,7 +293,7 @@ void Planner::add_path(const Path& path, End subject, End object, Frame& frame, 
       return;
     case Path::Kind::inverse: return add_path(path.parts[0], object, subject, frame, state, out);
     case Path::Kind::sequence: {
-      // From the end that is bound.
+      // The path is followed from an end that is bound.
       const auto is_bound = [&](const End& end) { return end.slot == nothing || state.certain.has(end.slot) || state.seeded.has(end.slot); };
       std::vector<End> ends{subject};
       for (std::size_t i = 1; i < path.parts.size(); ++i) ends.push_back({new_slot(), nothing});

@@ -13,7 +13,7 @@
 namespace lrt::query {
 inline namespace v0 {
 
-/// Some variables of a query.
+/// A set of variables of a query.
 class VariableSet {
  public:
   void insert(std::uint32_t variable) {
@@ -34,7 +34,7 @@ class VariableSet {
     }
     return false;
   }
-  /// Whether what both have is in the third.
+  /// Whether the intersection of both is contained in the third.
   bool meets_only_in(const VariableSet& other, const VariableSet& allowed) const noexcept {
     for (std::size_t i = 0; i < words_.size() && i < other.words_.size(); ++i) {
       if ((words_[i] & other.words_[i] & ~(i < allowed.words_.size() ? allowed.words_[i] : 0)) != 0) return false;
@@ -57,20 +57,21 @@ class VariableSet {
 struct PlanState {
   VariableSet certain;   ///< bound in every solution
   VariableSet possible;  ///< bound in some, by this pattern
-  VariableSet seeded;    ///< in EXISTS: what the solution outside may have bound, which replaces the variables
+  VariableSet seeded;    ///< in EXISTS: variables that the outer solution may have bound; its values replace them
   ActiveGraph graph;
 };
 
 class Solver;
 
-/// Makes pipelines of patterns.
+/// Translates patterns into pipelines.
 ///
-/// Patterns are evaluated from the left with what is bound already wherever SPARQL's evaluation from the inside gives the same: not where a
-/// pattern would see a variable of a sibling. Those parts, and queries in the query, are evaluated apart and joined by hash.
+/// Patterns are evaluated from left to right; each stage gets the bindings of the stages before it. SPARQL defines an evaluation from the
+/// inside out. Both have the same solutions unless a pattern would see a variable of a sibling. Such patterns, and subqueries, are evaluated
+/// separately and joined by hash.
 class Planner {
  public:
   explicit Planner(Run& run);
-  /// Adds the stages of a pattern, and filters after it. `state` is then that after the pattern.
+  /// Adds the stages of a pattern and the filters after it. `state` becomes the state after the pattern.
   void plan(const Pattern& pattern, const Expression* condition, Frame& frame, PlanState& state, Pipeline& out);
   /// Aggregates of the expression are computed elsewhere: their values are in new slots.
   struct Aggregate {
@@ -80,9 +81,9 @@ class Planner {
   Expr compile(const Expression& expression, Frame& frame, const PlanState& state, std::vector<Aggregate>* aggregates = nullptr);
   void add_rows(std::unique_ptr<RowSource> source, const std::vector<Slot>& columns, const VariableSet& always, Frame& frame, PlanState& state,
                 Pipeline& out);
-  /// Those of VALUES, and which of its variables are always bound.
+  /// The variables of VALUES, and those of them that are always bound.
   std::unique_ptr<RowSource> rows_of(const Values& values, VariableSet& always);
-  /// Gives all frames the slots that the plan needs. To be called when it is complete.
+  /// Gives all frames the slots that the plan needs. Must be called when the plan is complete.
   void finish();
   void add_frame(Frame& frame) { frames_.push_back(&frame); }
   const VariableSet& certain(const Pattern& pattern) { return facts(pattern).certain; }

@@ -25,7 +25,7 @@ inline namespace v0 {
 /// A place in a frame: below the number of the query's variables it is that variable, above it is something that the plan needs.
 using Slot = std::uint32_t;
 
-/// What the variables are bound to while a pipeline runs. A query in a query has its own, and so has a pattern that is evaluated apart.
+/// The bindings of the variables while a pipeline runs. A subquery, or a pattern that is evaluated separately, has its own frame.
 struct Frame {
   std::vector<TermNumber> slots;
   TermNumber& operator[](Slot slot) noexcept { return slots[slot]; }
@@ -40,7 +40,7 @@ class Stage {
   virtual ~Stage() = default;
   /// Restarts with the current bindings.
   virtual void open() = 0;
-  /// Unbinds its variables and binds the next solution. False: there is none, and nothing is bound.
+  /// Unbinds its variables and binds the next solution. False: there is no further solution, and nothing is bound.
   virtual bool next() = 0;
   /// Unbinds its variables.
   virtual void close() noexcept = 0;

@@ -45,7 +45,7 @@ class Solver::Output {
   }
   void finish() {
     if (keys_ == 0) return;
-    // Not std::sort: numbers of different types are not always in a strict order.
+    // std::sort requires a strict weak order. Numbers of different types do not always have one.
     std::stable_sort(order_.begin(), order_.end(), before());
     for (const std::uint32_t place : order_) {
       if (stopped_ || left_ == 0) return;

@@ -105,7 +105,7 @@ class RowSet {
 };
 std::uint32_t hash_of_row(const TermNumber* row, std::size_t width) noexcept;
 
-/// Where rows come from that are joined as a whole.
+/// A source of rows that are joined as a whole.
 class RowSource {
  public:
   virtual ~RowSource() = default;

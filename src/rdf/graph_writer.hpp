@@ -18,7 +18,7 @@ inline namespace v0 {
 bool is_local_name(std::string_view name) noexcept;
 
 /// The usable prefixes of a caller, for shortening IRIs. Usable are those whose name Turtle allows and whose IRI is absolute; of several with
-/// one name, the first. It is found out for those that an IRI needs: a document uses few of them.
+/// one name, the first. This is checked only for prefixes that an IRI needs, because a document uses few of them.
 class PrefixTable {
  public:
   struct Prefix {

@@ -13,7 +13,7 @@ namespace lrt::rdf {
 inline namespace v0 {
 namespace {
 
-/// Does not wait for entropy, as it is early in the boot of a machine.
+/// Does not block: early in the boot of a machine there may be too little entropy.
 HashSeeds random_seeds() noexcept {
   HashSeeds seeds{};
 #if defined(__linux__)

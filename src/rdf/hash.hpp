@@ -59,7 +59,7 @@ inline std::uint64_t hash_bytes(std::string_view text, std::uint64_t seed) noexc
   return fold_multiply(a ^ k1 ^ text.size(), b ^ h);
 }
 
-/// For HashIndex.
+/// Reduces a hash to the 32 bits that HashIndex uses.
 constexpr std::uint32_t to_32_bits(std::uint64_t hash) noexcept { return static_cast<std::uint32_t>(hash ^ (hash >> 32)); }
 
 }  // namespace v0

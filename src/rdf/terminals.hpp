@@ -57,7 +57,7 @@ struct Range {
 inline constexpr Range name_letters[] = {{0xC0, 0xD6},     {0xD8, 0xF6},     {0xF8, 0x2FF},    {0x370, 0x37D},
                                          {0x37F, 0x1FFF},  {0x200C, 0x200D}, {0x2070, 0x218F}, {0x2C00, 0x2FEF},
                                          {0x3001, 0xD7FF}, {0xF900, 0xFDCF}, {0xFDF0, 0xFFFD}, {0x10000, 0xEFFFF}};
-/// What PN_CHARS adds to them.
+/// The further characters of PN_CHARS.
 inline constexpr Range name_marks[] = {{0xB7, 0xB7}, {0x300, 0x36F}, {0x203F, 0x2040}};
 
 template <std::size_t n>
@@ -256,7 +256,7 @@ class Terminals {
     return true;
   }
 
-  /// The ':' behind PN_PREFIX or nothing at this place; nullptr if there is none.
+  /// The ':' after an optional PN_PREFIX at this place; nullptr: there is none.
   const char* prefix_end() const noexcept {
     const char* p = at_;
     if (p != end_ && *p != ':') {
@@ -307,7 +307,7 @@ class Terminals {
     return true;
   }
 
-  /// INTEGER, DECIMAL or DOUBLE without its sign, the longest that is here. False without an error: there is none.
+  /// INTEGER, DECIMAL or DOUBLE without its sign, the longest one at this place. False without an error: there is no number.
   bool unsigned_number(Iri& datatype) noexcept {
     const auto digits = [this] {
       const char* const first = at_;

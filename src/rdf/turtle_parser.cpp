@@ -48,7 +48,7 @@ class Parser : Terminals {
   }
 
  private:
-  /// What the grammar of Turtle expects next.
+  /// The elements that the grammar of Turtle may expect next.
   enum class State : std::uint8_t {
     subject,  // or a directive, or the end
     verb,

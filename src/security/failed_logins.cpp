@@ -8,7 +8,7 @@
 namespace lrt::security {
 inline namespace v0 {
 
-/// The empty key stands for all addresses that do not fit into the table.
+/// The key of all addresses that do not fit into the table is empty.
 std::string FailedLogins::key_of(std::string_view address) const {
   std::string key = client_key(address);
   if (counts_.size() >= max_addresses && counts_.find(key) == counts_.end()) key.clear();

@@ -35,7 +35,7 @@ class View {
     friend bool operator==(const Granted& a, const Granted& b) noexcept { return a.here == b.here && a.below == b.below; }
   };
 
-  /// The same rights everywhere.
+  /// A view with the same rights for each target.
   explicit View(Rights everywhere) noexcept : everywhere_(everywhere), anywhere_(everywhere) {}
   /// @param granted  for each target
   View(std::shared_ptr<const Targets> targets, std::vector<Granted> granted);

@@ -13,10 +13,10 @@ inline namespace v0 {
 namespace {
 
 constexpr std::string_view attributes = "; Path=/; HttpOnly; SameSite=Strict";
-/// Tickets are used at the path that they are sent to, whatever it is.
+/// Tickets are valid for any path that they are sent to.
 constexpr std::string_view any_purpose;
 
-/// A word for the name of a cookie, another one for another text.
+/// A digest of a text, for the name of a cookie.
 std::string word_of(std::string_view text) {
   static constexpr char digits[] = "0123456789abcdef";
   const Digest digest = digest_of(text);
@@ -28,7 +28,7 @@ std::string word_of(std::string_view text) {
   return word;
 }
 
-/// The value of a cookie (RFC 6265 4.2); nullopt: there is none of that name, or several.
+/// The value of a cookie (RFC 6265 4.2); nullopt: no cookie or several cookies have that name.
 std::optional<std::string_view> value_of(std::string_view cookies, std::string_view name) {
   std::optional<std::string_view> value;
   while (!cookies.empty()) {
@@ -68,7 +68,7 @@ std::string Sessions::cookie_name(const http::Request& request, bool secure) con
   return name;
 }
 
-/// The cookie of a session. That of https precedes; over TLS there is no other.
+/// The cookie of a session. The https cookie has priority; over TLS it is the only one.
 std::optional<Sessions::Cookie> Sessions::cookie_of(const http::Request& request) const {
   const auto field = request.find("Cookie");
   if (!field || request.count("Cookie") != 1) return std::nullopt;

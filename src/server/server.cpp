@@ -549,7 +549,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
     return caller;
   }
 
-  // With the lock.
+  // @pre the lock is held
   engine::Outcome handle(const http::Request& request, const Result<engine::Caller>& caller, TimePoint now) {
     engine::Outcome outcome = engine_.handle(request, caller, now);
     counters_.request();
@@ -725,7 +725,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
       if (const LogCallback sink = log_.sink()) sink(level, message);
     } catch (...) {}
   }
-  /// For threads that do not flush the log themselves.
+  /// The log callback for threads that do not flush the log themselves.
   LogCallback waking_log() {
     if (!options_.log) return {};
     return [this, sink = log_.sink()](LogLevel level, std::string_view message) {
@@ -900,7 +900,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
     } while (!io_jobs_.empty() || !stop_jobs_.empty());
     runs_io_jobs_ = false;
   }
-  /// Subscriptions end with the right to them, also when nobody sends a request.
+  /// Ends subscriptions whose right has ended, also without a request.
   void renew_rights(TimePoint now) {
     const auto look = callers_ ? callers_->next_look() : std::nullopt;
     if (look && *look <= now.steady && callers_->have_changed(now)) with_engine([&] { engine_.renew_rights(); });

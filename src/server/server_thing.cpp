@@ -15,7 +15,7 @@ namespace {
 constexpr std::string_view metrics_type = "text/plain;version=0.0.4;charset=utf-8";
 constexpr std::array<std::string_view, 5> classes = {"1xx", "2xx", "3xx", "4xx", "5xx"};
 
-/// The shortest digits that are read as the same number.
+/// Writes the shortest digits that are read back as the same number.
 std::string text_of(double number) {
   char digits[32];
   return std::string(digits, std::to_chars(digits, digits + sizeof digits, number).ptr);

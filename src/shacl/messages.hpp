@@ -20,7 +20,7 @@ std::string shown(const rdf::TermView& term);
 /// A literal of a numeric datatype whose text is a number.
 bool is_number(const rdf::TermView& term) noexcept;
 
-/// A value beside an expectation in words: a number as its digits, other literals of XML Schema as their text.
+/// A value for a message that also has the expectation: the digits of a number, the text of another XML Schema literal.
 std::string shown_value(const rdf::TermView& term);
 
 /// The expectation of a shape for its value nodes, in words: "a number", "one of \"idle\", \"active\"", "a list of 3 values". Empty: it cannot be described.

@@ -137,7 +137,7 @@ class Translator {
   std::string fault_;
 };
 
-/// The largest m of the quantifiers {m}, {m,} and {m,n}: so many characters an item may read before it fails.
+/// The largest m of the quantifiers {m}, {m,} and {m,n}: the number of characters that an item may read before it fails.
 std::size_t max_minimum(std::string_view pattern) noexcept {
   std::size_t max = 0;
   for (std::size_t at = 0; at < pattern.size(); ++at) {
@@ -291,7 +291,7 @@ Regex::Replaced Regex::replace(std::string_view subject, std::string_view replac
       continue;
     }
     if (!lrt::detail::is_digit(next)) return Replaced::invalid;
-    // As many digits as there is such a group; the others are text.
+    // The longest number of an existing group. Further digits are text.
     auto group = static_cast<std::uint32_t>(next - '0');
     while (at + 1 < replacement.size() && lrt::detail::is_digit(replacement[at + 1])) {
       const std::uint32_t longer = group * 10 + static_cast<std::uint32_t>(replacement[at + 1] - '0');

@@ -40,7 +40,7 @@ class Run {
   Result<Report> all_targets();
   Result<Report> one(const rdf::TermView& focus, ShapeIndex shape);
 
-  // For constraints.
+  // Used by constraints.
   Node node(std::size_t at) const noexcept { return nodes_[at]; }
   rdf::TermView term(Node node) const noexcept;
   /// The node of a term of the shapes graph. A blank node of the shapes graph is never a node of the data.
@@ -57,7 +57,7 @@ class Run {
   void each_object(Node subject, Node predicate, Take&& take) {
     if (in_data(subject) && in_data(predicate)) each(outgoing_, subject, predicate, take);
   }
-  /// The same for subjects of a predicate and object.
+  /// Visits the subjects of triples with a predicate and an object.
   template <class Take>
   void each_subject(Node predicate, Node object, Take&& take) {
     if (in_data(object) && in_data(predicate)) each(incoming_, object, predicate, take);
@@ -107,7 +107,7 @@ class Run {
       if (result->messages.empty()) result->messages.emplace_back(rdf::literal(make_message()));
     }
   }
-  /// As above, with the results of the shape `inner` for the value as details.
+  /// Reports a violation. The results of the shape `inner` for the value become its details (sh:detail).
   template <class MakeMessage>
   void violation_within(const Scene& scene, const Constraint& constraint, Node value, ShapeIndex inner, MakeMessage&& make_message) {
     const std::size_t before = results_ ? results_->size() : 0;

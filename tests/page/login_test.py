@@ -271,6 +271,7 @@ def no_script_reads_the_cookie_or_the_token(browser):
 def a_session_ends_with_its_token_and_the_page_asks_anew(browser):
     with Guarded("--demo") as robot:
         log_in(browser, robot)
+        browser.until("return document.querySelector('header').innerText.includes('bert')", "the page knows its session, whose end it then notices")
         robot.write_tokens(f"anna reader {READER}\n")
         browser.until("return document.querySelector('h1')?.textContent === 'Log in'", "the form, at the same address: its WebSockets have ended")
         assert browser.url() == robot.at("baxter/right_s1")

@@ -25,7 +25,7 @@ struct Check {
   Level level;
   std::string_view title, specification, references;
 };
-/// In the order of the report.
+/// The checks in the order of the report.
 Table<Check> catalogue() noexcept;
 
 struct PaperRequirement {

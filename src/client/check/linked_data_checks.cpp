@@ -133,7 +133,7 @@ void check_triples(Context& context, std::string_view id, Iri predicate, Iri typ
     if (!thing->graph) continue;
     const bool has = thing->graph->object(rdf::iri(thing->url), predicate).has_value();
     if (has) v.pass(id, &thing->get);
-    // What Link or another triple of the Thing leads to, and what says of itself, or of what the Thing says, that it is of the kind.
+    // The targets of Link fields or triples of the Thing whose type is that kind, as they or the Thing state.
     std::set<std::string> reached = thing->related;
     const rdf::TermView subject = rdf::iri(thing->url);
     for (const rdf::Triple& t : thing->graph->match(&subject, nullptr, nullptr))
@@ -178,7 +178,7 @@ void check_subscriptions_container(Context& context) {
   if (!container) v.not_applicable("subscriptions.container", "no Subscriptions resource was found");
 }
 
-/// Validates a Thing by the Blueprints that it names. What they say of other Things, which a graph may describe in part, does not count.
+/// Validates a Thing by its Blueprints. Results about other Things are ignored, because the graph may describe those incompletely.
 void check_conformance(Context& context, const Resource& thing) {
   Verdicts& v = context.verdicts;
   rdf::Graph shapes;
@@ -192,7 +192,7 @@ void check_conformance(Context& context, const Resource& thing) {
   lenient.ignore_unsupported = true;
   const Result<shacl::Shapes> compiled = shacl::Shapes::compile(std::move(shapes), lenient);
   if (!compiled) return v.not_testable("blueprint.conforms", "the Blueprint has no valid shapes");
-  // The Thing with its values at one moment, where the server has that; else what it states itself.
+  // The state of the Thing if the server has one; otherwise the graph of the Thing itself.
   const Exchange* source = &thing.get;
   Exchange state;
   std::optional<rdf::Graph> graph;

@@ -131,7 +131,7 @@ Evidence Exchange::evidence() const {
   for (const http::Field& f : reply.fields.list())
     if (matters(f.name)) e.received += std::string(f.name) + ": " + shortened(f.value, 200) + "\n";
   std::string_view body = reply.body.empty() ? reply.forbidden_body : reply.body;
-  while (body.substr(0, 8) == "@prefix ") body.remove_prefix(std::min(body.find('\n'), body.size() - 1) + 1);  // of Turtle: what matters comes later
+  while (body.substr(0, 8) == "@prefix ") body.remove_prefix(std::min(body.find('\n'), body.size() - 1) + 1);  // skips Turtle prefixes
   if (!body.empty()) e.received += "\n" + shortened(body, 300);
   while (!e.received.empty() && e.received.back() == '\n') e.received.pop_back();
   return e;

@@ -119,7 +119,7 @@ void check_unknown(Context& context) {
     context.verdicts.not_testable("status.not-found", "there is no right to ask: " + std::to_string(status), &exchange);
   else if (status >= 400 && status < 500) context.verdicts.pass("status.not-found", &exchange);
   else if (status < 400)
-    context.verdicts.fail("status.not-found", "a URI that nobody has made gets " + std::to_string(status) + ", expected 404", &exchange);
+    context.verdicts.fail("status.not-found", "a GET of a URI that does not exist returned " + std::to_string(status) + "; expected 404", &exchange);
   // 5xx: status.blame
 }
 

@@ -35,7 +35,8 @@ std::vector<const Resource*> candidates(const Context& context, std::string_view
   return all;
 }
 
-/// The type to request of notifications: one that is not the usual one, so that it shows whether Accept counts. Empty: there is none.
+/// The media type that is requested for notifications. It is not the default, so that the response shows whether Accept has an effect. Empty:
+/// the resource has no other type.
 std::string type_to_request(Context& context, const Resource& r) {
   const Exchange exchange = context.probe.ask("GET", r.url, {{"Accept", other_type}});
   return exchange.reply.ok() && exchange.reply.media_type() == other_type && r.get.reply.media_type() != other_type ? other_type : "";
@@ -61,7 +62,7 @@ std::vector<std::string> lines_of(const rdf::Graph& graph) {
   return lines;
 }
 
-/// Whether both say the same, but for which blank node is which: to find that out could take a hostile server's graph for ever.
+/// Whether the graphs are equal, without a comparison of blank nodes: graph isomorphism takes unbounded time for a hostile graph.
 bool same_graph(const std::string& a, const std::string& b, const std::string& type, const std::string& base) {
   if (a == b) return true;
   const auto syntax = rdf::syntax_of(type);

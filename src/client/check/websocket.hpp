@@ -17,12 +17,12 @@ class WebSocket {
     std::string payload;
   };
 
-  /// Sends the opening handshake. Whatever comes back is in exchange(); is_open() tells whether it is a 101.
+  /// Sends the opening handshake. The response is in exchange(); is_open(): its status is 101.
   WebSocket(Probe& probe, const CheckOptions& options, const std::string& url, const FieldList& fields);
 
   const Exchange& exchange() const noexcept { return exchange_; }
   bool is_open() const noexcept { return connection_.has_value() && exchange_.reply.status == 101; }
-  /// What is wrong with the fields of the 101 besides Sec-WebSocket-Accept; empty: nothing.
+  /// Describes an error in the header fields of the 101 besides Sec-WebSocket-Accept; empty: there is none.
   std::string field_fault() const;
   bool accept_is_right() const;
 
@@ -34,7 +34,7 @@ class WebSocket {
   bool close(exchange::Instant until);
   /// The server has closed the WebSocket, or ended the connection.
   bool is_closed() const noexcept { return closed_; }
-  /// What is wrong with a frame; empty: nothing.
+  /// Describes the error in a frame; empty: there is none.
   const std::string& fault() const noexcept { return fault_; }
 
  private:

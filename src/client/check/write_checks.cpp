@@ -30,7 +30,7 @@ void must_be_refused(Context& context, std::string_view id, const Exchange& exch
   else context.verdicts.fail(id, exchange.url + ": " + what + " gets " + std::to_string(status) + ", expected 4xx", &exchange);
 }
 
-/// The graph with its value replaced by one of another datatype: well-formed, and not what any shape of it allows. Empty: it has no such value.
+/// The graph with its value replaced by one of another datatype. It is well-formed, but no shape allows it. Empty: there is no such value.
 std::string violating(const rdf::Graph& graph) {
   const auto rank = [](const rdf::Triple&, const rdf::TermView& object, const rdf::TermView& predicate) {
     if (!object.is_literal()) return 0;

@@ -43,7 +43,7 @@ std::string status_name(Status status) {
   return std::string(iri.substr(iri.find('#') + 1));
 }
 
-/// Of invocations without RDF.
+/// The record type of an invocation, for representations without RDF.
 rdf::Type invocation_record(const model::ActionSpec& action) {
   rdf::Type record;
   record.kind = rdf::Type::Kind::record;
@@ -226,7 +226,7 @@ void ActionResource::describe_parts(About& about, const Description& d) const {
 
 namespace {
 
-/// That a node has the triples of another one, as constraints of a shape.
+/// Adds constraints to the shape: a focus node must have the triples that `node` has in `from`.
 void must_have(rdf::Graph& graph, rdf::TermId shape, const rdf::Graph& from, rdf::TermId node) {
   for (const rdf::Triple& t : from.match(node, std::nullopt, std::nullopt)) {
     About constraint(graph, graph.fresh_blank());

@@ -21,7 +21,7 @@ struct CompiledShapes {
   shacl::Shapes shapes;
 };
 
-/// What a Thing adds to the Blueprint of its kind (R1.11): bounds that other Things of the kind do not share, and the shapes that the user gave.
+/// The additions of a Thing to the Blueprint of its kind (R1.11): bounds that other Things of the kind do not have, and the user's shapes.
 /// The state of the Thing conforms to both (SPEC 2).
 class BlueprintResource final : public Resource {
  public:

@@ -79,7 +79,7 @@ class CollectionResource final : public Resource {
   std::map<Ticket, std::shared_ptr<CancelToken>> calls_;  ///< running create and remove lambdas
 };
 
-/// What every container says of itself: its types, and its members page by page (LDP 5.2, 7.2).
+/// Describes a container: its types, and its members page by page (LDP 5.2, 7.2).
 void describe_container(About& about, const Resource& container, const Description& d);
 void describe_container_types(About& about);
 

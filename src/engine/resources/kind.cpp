@@ -258,7 +258,7 @@ void KindResource::describe(const Description& d, bool with_targets) const {
   rdf::Graph& graph = d.graph;
   const std::vector<ThingNode*> members = members_seen_by(d.audience);
   const ThingNode& first = *members.front();
-  // Of what these have, at least so many are seen at each.
+  // The smallest count that any member has.
   const auto least = [&](auto count) {
     std::size_t n = std::numeric_limits<std::size_t>::max();
     for (const ThingNode* t : members) n = std::min(n, static_cast<std::size_t>(count(*t)));
@@ -349,7 +349,7 @@ void KindResource::describe(const Description& d, bool with_targets) const {
       return std::count_if(all->begin(), all->end(), [&](std::size_t i) { return d.audience.sees(*t.properties[i]); });
     });
     About constraint = structure.path(predicate, at_each, indices.size(), vocab::hybrit::Property.text);
-    if (indices.size() > 1) continue;  // their values cannot be told apart by the predicate
+    if (indices.size() > 1) continue;  // the predicate does not distinguish their values
     const std::size_t i = indices.front();
     const model::PropertySpec& p = *first.properties[i]->spec;
     for (const std::string& c : p.classes) constraint.link(vocab::sh::class_, c);

@@ -21,7 +21,7 @@ inline namespace v0 {
 
 struct ThingNode;
 
-/// The shape of values under a name: of a property, of what an action takes or gives, of the members of a collection.
+/// A named shape of values: of a property, of the input or result of an action, or of the members of a collection.
 struct ValueShape {
   std::string name;  ///< "rotation", "actions/rotate/input"
   const rdf::Type* type;
@@ -48,14 +48,14 @@ class KindResource final : public Resource {
   static std::string usual_path(const std::string& name, unsigned number);
 
   void describe(const Description& d) const override;
-  /// The same without the Things that the shape is for: bodies are judged by shapes that are named.
+  /// The same without targets: bodies are validated by the shape of a given name.
   void describe_shapes(const Description& d) const { describe(d, false); }
   void describe_types(About&, const Description&) const override {}
   std::string_view kind() const noexcept override { return "blueprint"; }
   void overview(Overview& o) const override;
   std::string described_by(const std::string&) const override { return {}; }
   std::string up() const override { return "/"; }
-  /// It sees one of its Things.
+  /// It is shown if the audience sees one of its Things.
   bool is_shown_to(const Audience& audience) const override;
   Reads reads() const noexcept override { return Reads::known_values; }
   void for_each_property(FunctionRef<void(PropertyResource&)> visit) const override;
@@ -68,7 +68,7 @@ class KindResource final : public Resource {
   bool shares_all_bounds() const { return std::find(shared_.begin(), shared_.end(), false) == shared_.end(); }
   /// The state of its Things as a record. Bounds are those of the first Thing.
   const rdf::Type& state_type() const;
-  /// The fields of it that an audience sees at one of its Things.
+  /// Its fields that an audience sees at one of the Things or more.
   std::vector<rdf::FieldType> state_fields(const ThingNode& member, const Audience& audience) const;
 
   const std::string name;

@@ -63,7 +63,7 @@ void PropertyResource::summarize(Overview& o) const {
   o.texts("formats", formats);
 }
 
-/// Which formats there are of the present value, their sizes, and how numbers lie in them: binary and semantic data together (the paper's
+/// Describes the formats of the present value: media type, size, and the layout of numbers. This links binary and semantic data (the paper's
 /// D5).
 void PropertyResource::describe_formats(About& about, const Description& d) const {
   rdf::Graph& graph = d.graph;
@@ -249,7 +249,8 @@ void PropertyResource::end_write(Result<Written> written, Parts& parts, TimePoin
 
 void PropertyResource::respond_to(const Write& write, Result<Written> written, Parts& parts, TimePoint now) {
   if (written && spec->slot) {
-    // What was published since the lambda began counts, even the old value. Otherwise the written value is shown until the next publish.
+    // A value published since the lambda began has priority, even if it is the old value. Otherwise the written value is shown until the next
+    // publish.
     const bool published = spec->slot->has_change();
     parts.values.take_published(*this);
     if (!published && !rdf::same(value, *write.value)) parts.values.set(*this, {*write.value, std::move(written->whole), now.utc, {}});

@@ -49,7 +49,7 @@ Methods QueryResource::methods() const noexcept {
   return methods;
 }
 
-/// A form writes a query in up to three times as many bytes.
+/// Form encoding makes a query up to three times as long.
 Input QueryResource::input(const EngineOptions&) const { return {nullptr, false, 4 * service_.limits().max_text_bytes}; }
 
 std::optional<Outcome> QueryResource::get(Context& context, Parts& parts) { return parts.queries.get(context); }

@@ -64,7 +64,7 @@ class StandingQuery final : public Resource {
   bool is_rdf_source() const noexcept override { return false; }
   std::string up() const override { return endpoint_.path; }
   bool is_shown_to(const Audience& audience) const override { return audience.view == snapshot->audience.view; }
-  /// Of the latest result; with `tells_changes`, after the first: the differences to the previous result.
+  /// The latest result. With `tells_changes`, from the second result on: the differences from the previous result.
   Result<std::string> answer(std::size_t type) const override;
   bool has_representation() const noexcept override { return latest != nullptr; }
   bool observable() const noexcept override { return true; }

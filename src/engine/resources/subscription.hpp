@@ -30,7 +30,7 @@ struct FeedProtocol {
   std::vector<Statement> statements;
 };
 
-/// What a client requests when it subscribes.
+/// The parameters of a subscription that a client requests.
 struct SubscriptionRequest {
   Resource* observed = nullptr;
   Protocol protocol = Protocol::websocket;
@@ -78,7 +78,7 @@ class SubscriptionResource final : public Resource, public Observer {
   /// Where a feed sends its messages.
   void describe_controls(About& about, const Description& d) const override;
 
-  /// In one word, for overviews.
+  /// The protocol in one word, for overviews.
   std::string_view protocol_name() const noexcept;
   /// It gets each change, not only the current state.
   bool queues() const noexcept override { return backlog.policy().queues(); }
@@ -102,7 +102,7 @@ class SubscriptionResource final : public Resource, public Observer {
   bool ready_announced = false;                     ///< its channel was reported to the transport, which has not received nullopt since
   DeadlineQueue<Channel>::Place next_notification;  ///< when it waits for its minimum interval or for another attempt
 
-  // Of a callback.
+  // Callbacks only.
   subscription::RetryPolicy retry;
   subscription::Item under_way;
   bool must_confirm = false;   ///< nothing is sent before the receiver has confirmed
@@ -116,7 +116,7 @@ class SubscriptionResource final : public Resource, public Observer {
   bool is_cancelling() const noexcept { return cancellations != 0; }
   std::string saved_text;  ///< its text in the file; empty: not created yet
 
-  // Of a feed.
+  // Feeds only.
   const std::shared_ptr<const FeedProtocol> feed;
   std::uint64_t told_dropped = 0;  ///< the dropped changes that its messages have reported
 

@@ -176,7 +176,7 @@ void StateResource::set_observed(bool observed, ChangeScanner& scanner) {
 
 namespace {
 
-/// Of a Thing that was given no Turtle.
+/// The texts of a Thing without Turtle.
 const ThingTexts& no_texts() {
   static const Immortal<ThingTexts> none;
   return *none;

@@ -42,7 +42,7 @@ class ThingResource : public Resource {
   std::string_view cache_control() const noexcept override;
   bool observable() const noexcept override { return true; }
   void set_observed(bool observed, ChangeScanner& scanner) override;
-  /// Resources that a Thing of this kind has besides.
+  /// Further resources that only this kind of Thing has.
   virtual std::vector<Resource*> more_resources() { return {}; }
 };
 
@@ -102,7 +102,7 @@ class StateProperties {
   const All& all_;
 };
 
-/// What the user gave a Thing as Turtle, with IRIs below placeholder_base.
+/// The Turtle texts that the user gave for a Thing, parsed, with IRIs below placeholder_base.
 struct ThingTexts {
   rdf::Graph statements, shapes;
 };

@@ -36,7 +36,7 @@ class TreeResource final : public Resource {
   Reads reads() const noexcept override { return Reads::values; }
   void for_each_property(FunctionRef<void(PropertyResource&)> visit) const override;
   bool tolerates_failures() const noexcept override { return true; }
-  /// Of a Thing: it sees a Thing below.
+  /// The tree of a Thing is shown if the audience sees a Thing below.
   bool is_shown_to(const Audience& audience) const override;
 
  private:

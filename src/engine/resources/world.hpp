@@ -56,7 +56,7 @@ class WorldGraphResource final : public Resource {
   /// published and one has changed since the last call.
   std::shared_ptr<const rdf::Graph> graph(const EngineView& view) const;
   std::shared_ptr<const rdf::Graph> kept_graph(const EngineView& engine) const override { return graph(engine); }
-  /// The same without what is published.
+  /// The same without published values.
   const std::shared_ptr<const rdf::Graph>& stored() const noexcept { return version_.graph; }
 
   /// Called after its registration: changes by code arrive from now on.

@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t npos = std::string_view::npos;
 constexpr std::string_view spaces = " \t\r\n";
 
-/// What stands in quotes behind a name, white space and "="; `from` is its offset, or npos if there is no such thing.
+/// The quoted value after a name, white space and "="; `from` is its offset, or npos if it is missing.
 std::string_view attribute_value(std::string_view text, std::size_t behind_name, std::size_t& from) {
   from = text.find_first_not_of(spaces, behind_name);
   if (from == npos || text[from] != '=') return from = npos, std::string_view();
@@ -31,7 +31,7 @@ class TagScanner {
  public:
   TagScanner(std::string_view text, const ReadOptions& options) : text_(text), options_(options) {}
 
-  /// From the root element on.
+  /// Scans from the root element on.
   Result<void> scan(std::size_t at) {
     for (at_ = text_.find('<', at); at_ != npos; at_ = text_.find('<', at_)) {
       const std::string_view rest = text_.substr(at_, 9);
@@ -46,7 +46,7 @@ class TagScanner {
   }
 
  private:
-  /// To the end of the text if the end is missing: libxml2 reports that error.
+  /// Skips to the end of the text if the end is missing. libxml2 reports that error.
   void skip_behind(std::string_view end, std::size_t length) {
     const std::size_t found = text_.find(end, at_ + length);
     at_ = found == npos ? text_.size() : found + end.size();
@@ -58,7 +58,7 @@ class TagScanner {
   Unexpected exceeds(const char* what, std::size_t limit, const char* unit) const {
     return misread(text_, at_, std::string(what) + "more than " + std::to_string(limit) + unit, Errc::limit_exceeded);
   }
-  /// Counts what a long namespace adds to a name.
+  /// Counts the bytes that a long namespace adds to a name.
   bool count_name() {
     bytes_ += longest_namespace_ > 256 ? longest_namespace_ : 0;
     return bytes_ <= options_.max_bytes;

@@ -239,7 +239,7 @@ struct Sink {
     return literal_value.datatype != nullptr ? literal(text, Iri(view(literal_value.datatype))) : literal(text);
   }
 
-  /// Counts a statement as it is written, before anything of it is kept.
+  /// Counts the bytes of a statement before any part of it is stored.
   bool within_limits(const raptor_statement& statement) {
     std::size_t longest = 0;
     const auto count = [&](const raptor_term* term) {

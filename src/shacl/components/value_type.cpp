@@ -13,7 +13,7 @@ inline namespace v0 {
 namespace sh = vocab::sh;
 namespace {
 
-/// What a node with the value of a C++ type is, where a literal was found; empty: the shape does not say it.
+/// Describes the expected node, for a message about a literal in its place. Empty if the shape does not describe it.
 std::string words_for_node(const Plan& plan, rdf::TermId shape) {
   std::string words = expectation(plan, shape);
   const bool number = words == "a number" || words.rfind("an integer", 0) == 0;

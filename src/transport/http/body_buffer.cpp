@@ -17,10 +17,10 @@ namespace lrt::transport {
 inline namespace v0 {
 namespace {
 
-/// Only pages that have been written to use memory.
+/// The smallest capacity. Pages of it that were never written use no memory.
 constexpr std::size_t min_capacity = 16 * 1024;
 
-/// Of bytes that were moved out.
+/// Owns the memory of bytes that were moved out of a buffer.
 struct Mapping {
   Mapping() = default;
   ~Mapping() {

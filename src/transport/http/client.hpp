@@ -36,14 +36,14 @@ class Client : public Watched, public Linked<TurnTag>, public std::enable_shared
   virtual void begin_stop(TimePoint now) = 0;
   /// True while stop() should wait for a response or for the client's half of a closing handshake.
   virtual bool is_busy() const noexcept = 0;
-  /// The time of stop() is over.
+  /// Called when the time limit of stop() has passed.
   virtual void give_up(TimePoint now) = 0;
   virtual void close() = 0;
 
  protected:
   explicit Client(Loop& loop) : loop_(loop) {}
 
-  /// As send(2).
+  /// Sends like send(2).
   /// @param tls  nullptr: plain
   static ssize_t send(const Socket& socket, TlsStream* tls, const OutputParts& output);
 

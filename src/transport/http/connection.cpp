@@ -15,11 +15,11 @@ namespace lrt::transport {
 inline namespace v0 {
 namespace {
 
-/// Reads of one turn: a fast sender must not delay the others.
+/// The number of reads in one turn: a fast sender must not delay the others.
 constexpr int reads_per_turn = 4;
 /// Bytes per turn of a connection with much input.
 constexpr int large_reads_per_turn = 1;
-/// Pipelined responses of one turn. A client that has sent a hundred requests gets the others after the requests of others.
+/// The number of pipelined responses in one turn. The further requests of a client wait until other clients were served.
 constexpr int writes_per_turn = 4;
 
 std::size_t deadline_kind(Session::Phase phase) noexcept { return static_cast<std::size_t>(phase); }
@@ -187,7 +187,7 @@ void Connection::read(bool broken) {
     if (!session_.wants_input()) break;
   }
   if (!drained && wants_input()) read_later();
-  if (tls_) write(now);  // output that waited for the handshake, or is of TLS itself
+  if (tls_) write(now);  // output that waited for the handshake, and records of TLS itself
   update(now);
 }
 
@@ -332,7 +332,7 @@ void Connection::keep_channel() {
   loop_.turns.push_back(*this);
 }
 
-/// Says which events to wait for; errors are always reported.
+/// Sets the events to wait for. Errors are always reported.
 void Connection::watch() {
   const bool wanted = wants_input();
   if (wanted && tls_ && tls_->has_more() && !half_closed_) read_later();

@@ -177,7 +177,7 @@ milliseconds HttpTransport::prepare_wait(milliseconds wait) {
   return wait;
 }
 
-/// For a host that sleeps on the descriptor.
+/// Sets the timer for a host that waits for the descriptor.
 void HttpTransport::set_alarm(bool left, std::optional<Deadlines::Instant> due) {
   const auto now = loop_.clock.now().steady;
   if (left) due = now;

@@ -45,10 +45,10 @@ class Readiness {
   /// Deletes the deferred, too.
   void close() noexcept;
   bool is_open() const noexcept { return set_.is_open(); }
-  /// Of the set; readable while a descriptor in it is ready.
+  /// The descriptor of the set. It is readable while a descriptor in the set is ready.
   int descriptor() const noexcept { return set_.descriptor(); }
 
-  /// Watched::on_ready() follows whenever one of `events` is there, or an error. Replaces the Watched and the events of before.
+  /// Watched::on_ready() is called for each of `events` and for errors. Replaces the previous Watched and events.
   /// Returns false if the system cannot poll another descriptor.
   bool watch(Socket& socket, Watched& by, std::uint32_t events) noexcept;
   /// Polls a descriptor that lrt does not own. Once.
@@ -56,7 +56,7 @@ class Readiness {
   /// Closes the socket. An event that was fetched before may still be delivered.
   void close(Socket& socket) noexcept;
 
-  /// In each round for those that called later().
+  /// The time of each round for objects that called later().
   static constexpr std::chrono::microseconds turns_time{100};
 
   /// Watched::go_on() follows, after the descriptors that are ready now.

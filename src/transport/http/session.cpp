@@ -21,15 +21,15 @@ namespace {
 
 /// RFC 9112 2.2 requires to ignore "at least one" empty line before a request line.
 constexpr int max_empty_lines = 4;
-/// Bodies up to this size are copied behind their header section: one buffer costs the system less than two.
+/// Bodies up to this size are copied behind their header section: sending one buffer is cheaper than sending two.
 constexpr std::size_t copied_body_bytes = 2048;
-/// Of the body of a refused request, so that its connection can be kept.
+/// This much of the body of a refused request is received and discarded, so that its connection can be kept.
 constexpr std::size_t max_discarded_body_bytes = 16 * 1024;
 /// A body larger than this is received after other connections were served.
 constexpr std::size_t large_body_bytes = 16 * 1024;
 /// Capacity that a buffer may keep for the next exchange.
 constexpr std::size_t kept_capacity = 8 * 1024;
-/// The same of the fields of a request.
+/// The number of header fields for which a request keeps its capacity.
 constexpr std::size_t kept_fields = 64;
 /// Exchanges that are kept for the next requests of any session. Slow clients may need more.
 constexpr std::size_t max_spare = 8;
@@ -102,7 +102,7 @@ void Exchange::clear() {
   out_sent = 0;
 }
 
-/// Apart, so that users' programs do not depend on its layout.
+/// Private implementation: users' programs do not depend on its layout.
 struct SessionContext::State {
   explicit State(const Limits& given) : limits(given), bodies(given) { spare.reserve(max_spare); }
 
@@ -144,7 +144,7 @@ std::string_view SessionContext::date(std::chrono::system_clock::time_point utc)
   return state_->date;
 }
 
-/// What a session does and has, apart for the same reason. Its functions are those of Session.
+/// The private implementation of Session, with the same functions.
 class Session::State {
  public:
   State(SessionContext& context, std::string peer) : context_(context), shared_(*context.state_), peer_(std::move(peer)) {}
@@ -231,7 +231,7 @@ void Session::State::set_secure(std::string client_certificate) {
   secure_ = true;
 }
 
-/// Before anything is read or written.
+/// Takes buffers before anything is read or written.
 void Session::State::need_exchange() {
   if (exchange_) return;
   exchange_ = shared_.take_exchange();
@@ -240,7 +240,7 @@ void Session::State::need_exchange() {
   exchange_->request.client_certificate = client_certificate_;
 }
 
-/// After everything was read and written: the buffers are available to other sessions.
+/// Returns the buffers after everything was read and written. Other sessions can use them.
 void Session::State::rest() noexcept {
   if (!exchange_ || !exchange_->in.empty() || !output().empty()) return;
   if (phase_ == Phase::idle || phase_ == Phase::streaming || phase_ >= Phase::closed) shared_.give_back(std::move(exchange_));
@@ -324,7 +324,7 @@ void Session::State::receive(std::string_view bytes, TimePoint now) {
   rest();
 }
 
-/// What of the kept input the last run() has left.
+/// Removes the input that the last run() has consumed.
 void Session::State::drop_consumed() noexcept {
   Exchange& x = *exchange_;
   x.in_used = x.in.size() - x.rest.size();
@@ -733,7 +733,7 @@ void Session::State::push(engine::Push push, TimePoint now) {
   enter(Phase::writing);
 }
 
-/// Small: copied.
+/// Small messages are copied.
 void Session::State::write_chunk(std::string_view text) {
   Exchange& x = *exchange_;
   const bool chunked = version_ == 11;

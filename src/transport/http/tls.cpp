@@ -269,7 +269,7 @@ int choose_protocol(SSL*, const unsigned char** chosen, unsigned char* size, con
   return SSL_TLSEXT_ERR_ALERT_FATAL;
 }
 
-/// Instead of OpenSSL's own, which prompts on the terminal.
+/// Replaces the password callback of OpenSSL, which prompts on the terminal.
 int no_passphrase(char*, int, int, void* needed) {
   *static_cast<bool*>(needed) = true;
   return 0;

@@ -37,11 +37,11 @@ class TlsStream {
   TlsStream(const TlsStream&) = delete;
   TlsStream& operator=(const TlsStream&) = delete;
 
-  /// As recv(): bytes, 0 at the end (with close_notify or without: the framing shows whether something is missing), or -1 with errno. EAGAIN: all is read. EPROTO: TLS
-  /// failed, an alert says why.
+  /// Receives like recv(): returns the bytes, 0 at the end, or -1 with errno. The end may come with or without close_notify: the framing shows
+  /// whether bytes are missing. EAGAIN: no more bytes are available. EPROTO: TLS failed; an alert states the reason.
   ssize_t receive(char* to, std::size_t size);
-  /// As sendmsg(): bytes, or -1 with errno. EAGAIN: the socket takes no more now; EINPROGRESS: the handshake waits for the client.
-  /// Until all is taken, the bytes that were not must come first in the next call.
+  /// Sends like sendmsg(): returns the bytes, or -1 with errno. EAGAIN: the socket accepts no more now. EINPROGRESS: the handshake waits for
+  /// the client. The next call must begin with the bytes that were not sent.
   ssize_t send(const iovec* parts, std::size_t count);
   /// Sends ciphertext that the socket has not taken. -1 with errno EAGAIN: not all of it.
   int flush();

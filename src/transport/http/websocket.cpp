@@ -235,7 +235,7 @@ void WebSocket::sent(std::size_t bytes) {
   else frames_.sent(bytes);
 }
 
-/// @param anew  the client has read some bytes: it has write_timeout for the next
+/// @param anew  restarts write_timeout, because the client has read some bytes
 void WebSocket::block(bool anew, TimePoint now) {
   blocked_ = true;
   if (anew) loop_.deadlines.set(progress_, Deadlines::blocked, now.steady + loop_.options.limits.write_timeout);

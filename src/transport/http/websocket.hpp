@@ -45,7 +45,7 @@ class WebSocket final : public Client {
   void close() override;
 
  private:
-  /// With one system call.
+  /// The number of messages that one system call may send.
   static constexpr std::size_t max_messages_at_once = 30;
 
   enum class Phase : unsigned char {

@@ -16,7 +16,7 @@ namespace {
 constexpr unsigned continuation = 0, text_frame = 1, binary_frame = 2, close_frame = 8, ping_frame = 9, pong_frame = 10;
 constexpr std::uint16_t normal = 1000, protocol_error = 1002, no_utf8 = 1007, too_large = 1009;
 
-/// Places for messages that are kept while there are none.
+/// An empty queue keeps the capacity for this many messages.
 constexpr std::size_t kept_messages = 1;
 
 constexpr bool is_control(unsigned opcode) noexcept { return opcode >= close_frame; }

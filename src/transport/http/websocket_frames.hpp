@@ -19,7 +19,7 @@ inline namespace v0 {
 /// messages in, bytes out. Frames and assembles messages, checks UTF-8, responds to pings, carries out the closing handshake. The owner has the
 /// socket and the times.
 ///
-/// None of the functions calls the owner or waits. Without bytes that wait it has no buffers.
+/// No function calls the owner or blocks. The buffers exist only while bytes are pending.
 ///
 /// @par Implements  R0.12, RFC 6455
 class WebSocketFrames {

@@ -16,9 +16,9 @@
 namespace lrt::libwebsockets {
 namespace {
 
-/// Written at once.
+/// The largest piece that is written at once.
 constexpr std::size_t piece_bytes = 64 * 1024;
-/// Of the body of a refused request, so that its connection can be kept.
+/// This much of the body of a refused request is received and discarded, so that its connection can be kept.
 constexpr std::size_t max_discarded_body_bytes = 16 * 1024;
 /// Capacity that an idle connection may keep.
 constexpr std::size_t kept_capacity = 8 * 1024;

@@ -31,7 +31,7 @@ constexpr milliseconds timer_period{1000};
 constexpr int max_empty_rounds = 16;
 /// Time between two clients that are accepted with descriptors of the reserve.
 constexpr milliseconds relief_period{100};
-/// Descriptors of a context that are no clients'.
+/// Descriptors that a context uses besides those of clients.
 constexpr unsigned other_descriptors = 16;
 
 /// Rounded up, so that a wait does not end just before what it waits for.
@@ -83,7 +83,7 @@ class VhostTransport : public Transport {
   /// For the next start(): libwebsockets may still use the previous one.
   void renew() { vhost_ = std::make_shared<Vhost>(options_, waker_); }
   void count_connections() noexcept { connections_.store(vhost_->connection_count(), std::memory_order_relaxed); }
-  /// At the beginning of a turn, so that the next client gets the new certificate.
+  /// Called at the beginning of a turn, so that the next client gets a new certificate.
   void reload_if_requested() {
     if (reload_.exchange(false)) vhost_->reload_tls();
   }
@@ -97,7 +97,7 @@ class VhostTransport : public Transport {
   std::atomic<std::size_t> connections_{0};  ///< at the end of the last turn
 };
 
-/// On its own context, which exists from start() to stop().
+/// A transport with its own context, which exists from start() to stop().
 class OwnContext final : public VhostTransport {
  public:
   using VhostTransport::VhostTransport;
@@ -193,7 +193,7 @@ void OwnContext::pause_after_nothing(std::size_t events) {
   else if (++empty_rounds_ > max_empty_rounds) std::this_thread::sleep_for(milliseconds(1));
 }
 
-/// libwebsockets does not say that it could not accept a client for lack of a descriptor: a round without an event may be one of those.
+/// libwebsockets does not report that it has no descriptor for a new client. A round without an event may have that reason.
 void OwnContext::relieve() {
   const auto now = SteadyClock::now();
   if (now < next_relief_) return;
@@ -205,7 +205,7 @@ void OwnContext::relieve() {
 void OwnContext::stop() {
   if (!is_open() || (options_.tls && !ThirdPartyCall())) return;
   vhost_->begin_stop();
-  // Bounded by the machine's time, whatever the clock of the options says.
+  // Limited by the system's clock, not by the clock of the options.
   const auto end = SteadyClock::now() + options_.limits.stop_timeout;
   for (auto time = SteadyClock::now(); vhost_->is_busy() && time < end; time = SteadyClock::now()) poll(milliseconds(10), until(end, time));
   vhost_->close();

@@ -21,7 +21,7 @@ Unexpected file_error(const std::string& path) {
   return unexpected(Errc::io_error, "TLS: " + path + ": " + text);
 }
 
-/// Instead of OpenSSL's own, which prompts on the terminal.
+/// Replaces the password callback of OpenSSL, which prompts on the terminal.
 int no_passphrase(char*, int, int, void*) { return 0; }
 
 }  // namespace

@@ -56,7 +56,7 @@ Vhost* owner_of(lws* wsi) noexcept {
   return vhost != nullptr ? static_cast<Vhost*>(lws_vhost_user(vhost)) : nullptr;
 }
 
-/// At once, also from outside of the connection's callbacks.
+/// Takes effect at once, also outside of callbacks of the connection.
 void allow_reading(lws* wsi, bool allowed) noexcept {
   lws_rx_flow_control(wsi, LWS_RXFLOW_REASON_USER_BOOL | LWS_RXFLOW_REASON_FLAG_PROCESS_NOW |
                                (allowed ? LWS_RXFLOW_REASON_APPLIES_ENABLE : LWS_RXFLOW_REASON_APPLIES_DISABLE));

@@ -83,13 +83,13 @@ class Vhost {
   /// Events so far.
   std::size_t events() const noexcept { return events_; }
 
-  // For connections.
+  // Used by connections.
   engine::Handler& handler() noexcept { return *handler_; }
   const transport::TransportOptions& options() const noexcept { return options_; }
   TimePoint now() const noexcept { return clock_.now(); }
   bool is_stopping() const noexcept { return stopping_; }
   std::string_view date(TimePoint now);
-  /// Of the bodies that the connections receive.
+  /// The memory budget for the bodies that the connections receive.
   transport::BodyBudget& bodies() noexcept { return bodies_; }
   /// A buffer for `size` bytes, with what libwebsockets needs before them.
   unsigned char* scratch(std::size_t size);

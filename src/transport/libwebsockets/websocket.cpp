@@ -89,7 +89,7 @@ int WebSocket::take_message() {
   return 0;
 }
 
-/// From the first message after the last ping_interval was over.
+/// Counts messages in windows of ping_interval. A window begins with the first message after the previous one.
 bool WebSocket::is_too_much(TimePoint now) {
   const auto& limits = vhost_.options().limits;
   if (now.steady - window_ >= limits.ping_interval) {

@@ -19,7 +19,8 @@ namespace lrt::libwebsockets {
 class Vhost;
 class Connection;
 
-/// What a connection is after a WebSocket handshake: the messages of a channel. Frames, pings and the closing handshake are libwebsockets'.
+/// A connection after the WebSocket handshake: it carries the messages of a channel. libwebsockets handles frames, pings and the closing
+/// handshake.
 /// Return values are those of Connection.
 ///
 /// @par Implements  R0.12, R0.14, RFC 6455
@@ -32,7 +33,7 @@ class WebSocket {
 
   /// Carries the messages of `channel`. If not called before the 101 is sent, the handler's decision is deferred.
   void accept(engine::Channel channel, http::Fields fields);
-  /// The deferred decision is a refusal.
+  /// Carries out a deferred refusal.
   void refuse(const http::Response& response);
 
   // Events of libwebsockets.
@@ -41,10 +42,10 @@ class WebSocket {
   int on_received(const char* bytes, std::size_t size);
   int on_client_close(std::string_view payload);
   int on_writable();
-  /// The connection is over.
+  /// Called when the connection has ended.
   void end() noexcept;
 
-  /// The channel has a message.
+  /// Called when the channel has a message.
   void push();
   /// Closes with 1001.
   void begin_stop();

@@ -118,7 +118,7 @@ void Loopback::Impl::begin(StreamId id, engine::Reply reply) {
   push(id, clock.now());
 }
 
-/// As long as the client takes messages, for one turn.
+/// Pushes messages while the client accepts them, for at most one turn.
 void Loopback::Impl::push(StreamId id, TimePoint now) {
   for (int turn = 0; turn < pushes_per_turn; ++turn) {
     const auto found = streams.find(static_cast<std::uint64_t>(id));  // each time: the client may have cancelled
