@@ -64,9 +64,9 @@ std::string to_json(const Problem& problem) {
 
 void set_problem(Response& response, const Problem& problem) {
   response.status = problem.status;
-  response.fields.add("Content-Type", "application/problem+json");
-  response.fields.add("X-Content-Type-Options", "nosniff");
-  response.fields.add("Cross-Origin-Resource-Policy", "same-origin");
+  response.fields.set("Content-Type", "application/problem+json");
+  response.fields.set("X-Content-Type-Options", "nosniff");
+  response.fields.set("Cross-Origin-Resource-Policy", "same-origin");
   response.set_body(to_json(problem));
 }
 

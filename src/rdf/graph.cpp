@@ -311,7 +311,7 @@ TermId Graph::add_list(const std::vector<TermId>& members, std::vector<TermId> c
   for (std::size_t i = 0; i < members.size(); ++i) {
     const TermId first = intern(vocab::rdf_::first), rest = intern(vocab::rdf_::rest);
     add(cells[i], first, members[i]);
-    add(cells[i], rest, i + 1 < cells.size() ? cells[i + 1] : nil);
+    add(cells[i], rest, i + 1 < members.size() ? cells[i + 1] : nil);
   }
   return cells.front();
 }

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <lrt/base/utf8.hpp>
 
+#include <cstddef>
+#include <string>
+#include <string_view>
+
 #include "tests/support/catch.hpp"
 
 using namespace lrt;
@@ -33,4 +37,22 @@ TEST_CASE("every scalar value survives append and decode", "[base]") {
       FAIL("changed");
     }
   }
+}
+
+TEST_CASE("a text ends within a character if bytes of that character are missing at its end", "[base]") {
+  const std::string characters[] = {"a", "\x7F", "\xC2\x80", "\xDF\xBF", "\xE0\xA0\x80", "\xEF\xBF\xBF", "\xF0\x90\x80\x80", "\xF4\x8F\xBF\xBF"};
+  for (const std::string& character : characters)
+    for (const std::string prefix : {"", "a", "12345678", "\xC3\xB6", "\xE2\x82\xAC", "\xF0\x9F\xA4\x96"})
+      for (std::size_t size = 0; size <= character.size(); ++size) {
+        CAPTURE(prefix, character, size);
+        CHECK(utf8::ends_within_character(prefix + character.substr(0, size)) == (size > 0 && size < character.size()));
+      }
+  CHECK_FALSE(utf8::ends_within_character(std::string_view("\0", 1)));
+}
+
+TEST_CASE("of ill-formed bytes no byte before the text is read", "[base]") {
+  const std::string bytes = "\xF0\xBF\xBF\xBF\xBF";
+  for (std::size_t size = 0; size <= 3; ++size)  // a view of continuation bytes behind the first byte of a character
+    CHECK_FALSE(utf8::ends_within_character(std::string_view(bytes).substr(1, size)));
+  CHECK_FALSE(utf8::ends_within_character(bytes));
 }

@@ -2,7 +2,11 @@
 // Handles by URL, value shapes and result nodes of lrt/client.hpp, which programs without types need.
 #include <lrt/client.hpp>
 
+#include <algorithm>
 #include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include <lrt/client/schema.hpp>
 
@@ -95,4 +99,43 @@ TEST_CASE("the log has each request with its status", "[client]") {
   CHECK_FALSE(client.get("http://127.0.0.1:1/").has_value());
   const std::lock_guard lock(mutex);
   CHECK(lines == std::vector<std::string>{"GET " + host.url() + "arm: 200", "GET " + host.url() + "leg: 404", "GET http://127.0.0.1:1/: io_error"});
+}
+
+TEST_CASE("an action has the shape of its input, or none", "[client][R1.11]") {
+  Rig rig;
+  const client::Thing arm = rig.client.open(rig.host.url()).value().thing("arm").value();
+  const std::optional<client::Shape> turn = arm.action("turn").value().input_shape().value();
+  REQUIRE(turn);
+  const client::Schema schema = client::Schema::read(turn->graph, turn->node.view()).value();
+  CHECK(schema.type().kind == rdf::Type::Kind::real);
+  CHECK(schema.facets().unit() == unit::degree);
+  CHECK_FALSE(arm.action("home").value().input_shape().value());
+  CHECK_FALSE(arm.action("measure").value().input_shape().value());  // it has an output
+  CHECK(rig.client.action(rig.host.url() + "arm/actions/none").value().input_shape().error().code == Errc::unknown_path);
+}
+
+TEST_CASE("an action names the classes of its output and of its effects", "[client][R1.10]") {
+  Rig rig;
+  const client::Thing arm = rig.client.open(rig.host.url()).value().thing("arm").value();
+  const std::vector<std::string> scalar = {std::string(vocab::maths::Scalar.text)};
+  CHECK(arm.action("measure").value().produced_classes().value() == scalar);
+  CHECK(arm.action("measure").value().consumed_classes().value().empty());
+  CHECK(arm.action("turn").value().consumed_classes().value() == scalar);
+  CHECK(arm.action("home").value().produced_classes().value().empty());
+  CHECK(rig.client.action(rig.host.url() + "arm/actions/none").value().produced_classes().error().code == Errc::unknown_path);
+}
+
+TEST_CASE("an action links to its invocations", "[client][R0.8]") {
+  Rig rig;
+  const client::Action home = rig.client.action(rig.host.url() + "arm/actions/home").value();
+  CHECK(home.invocations().value().empty());
+  const client::Invocation first = home.invoke().value(), second = home.invoke().value();
+  CHECK(first.wait(seconds(10)).value().status == client::Invocation::Status::succeeded);
+  CHECK(second.wait(seconds(10)).value().status == client::Invocation::Status::succeeded);
+  std::vector<std::string> listed = home.invocations().value(), made = {first.url(), second.url()};
+  std::sort(listed.begin(), listed.end());
+  std::sort(made.begin(), made.end());
+  CHECK(listed == made);
+  CHECK(rig.client.action(rig.host.url() + "arm/actions/measure").value().invocations().value().empty());  // not those of other actions
+  CHECK(rig.client.action(rig.host.url() + "arm/actions/none").value().invocations().error().code == Errc::unknown_path);
 }

@@ -100,3 +100,19 @@ TEST_CASE("a recorded value is read as a C++ value", "[client]") {
   change.value.clear();
   CHECK(client::value_of<double>(change).error().code == Errc::expected_value);
 }
+
+TEST_CASE("a change without a value is a gap, whether its reason is known or not", "[client]") {
+  RecordedChange change{microseconds(1), "arm/angle", {}, {}, {}};
+  CHECK(change.is_gap());
+  change.gap = "the connection was lost";
+  CHECK(change.is_gap());
+  change.value = "null";  // also "nothing" is a value
+  CHECK_FALSE(change.is_gap());
+  const Recording read = Recording::parse(header +
+                                          "{\"at\":1,\"name\":\"a\",\"value\":\"\"}\n{\"at\":2,\"name\":\"a\",\"gap\":\"\"}\n"
+                                          "{\"at\":3,\"name\":\"a\",\"gap\":\"late\"}\n")
+                             .value();
+  std::vector<bool> gaps;
+  for (const RecordedChange& c : read.changes()) gaps.push_back(c.is_gap());
+  CHECK(gaps == std::vector<bool>{false, true, true});
+}

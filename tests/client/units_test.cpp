@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <lrt/client/units.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "tests/support/catch.hpp"
 
@@ -150,4 +154,25 @@ TEST_CASE("units are found by the IRIs of both vocabularies", "[client]") {
   CHECK(lrt::client::unit_label(unit::none).empty());
   CHECK(lrt::client::units_like("deg").size() == 3);
   CHECK(lrt::client::units_like("smoot").empty());
+}
+
+TEST_CASE("each known unit is named once, and is read, converted and found by its code", "[client]") {
+  const std::vector<std::string_view>& all = lrt::client::known_units();
+  CHECK(std::set<std::string_view>(all.begin(), all.end()).size() == all.size());
+  for (const std::string_view wanted : {"rad", "deg", "m", "mm", "s", "N", "N.m", "kg", "Cel", "V", "A", "%", "1", "Hz"}) {
+    CAPTURE(wanted);
+    CHECK(std::find(all.begin(), all.end(), wanted) != all.end());
+  }
+  for (const std::string_view name : {"turn", "rpm", "degC", ""}) CHECK(std::find(all.begin(), all.end(), name) == all.end());  // names, not codes
+  for (const std::string_view code : all) {
+    CAPTURE(code);
+    const auto quantity = parse_quantity("2 " + std::string(code));
+    REQUIRE(quantity);
+    CHECK(quantity->unit == code);
+    const std::vector<std::string_view> alike = lrt::client::units_like(code);
+    CHECK(std::search(all.begin(), all.end(), alike.begin(), alike.end()) != all.end());  // those of a kind are beside each other
+    for (const std::string_view other : alike) CHECK(convert(2, code, other));
+    CHECK(std::count(alike.begin(), alike.end(), code) == 1);
+  }
+  CHECK(&lrt::client::known_units() == &all);
 }

@@ -2,7 +2,12 @@
 #include <lrt/engine/engine.hpp>
 
 #include <cstring>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
 
+#include "src/security/sessions.hpp"
 #include "tests/support/bench.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/sample_robot.hpp"
@@ -143,4 +148,111 @@ TEST_CASE("commands of the page are of the same origin and are taken; those of a
   CHECK(robot.homed == 0);
   CHECK(post("http://localhost").status == 204);
   CHECK(robot.homed == 1);
+}
+
+namespace {
+
+/// A page of a host's own, without a login page.
+class OwnPage : public engine::PageSource {
+ public:
+  const std::shared_ptr<const std::string>& html() const override { return html_; }
+  const std::string& tag() const override { return tag_; }
+  std::string error(int status, std::string_view detail, std::string_view home) const override {
+    return "error " + std::to_string(status) + " " + std::string(detail) + " " + std::string(home);
+  }
+  void add_fields(http::Fields& fields) const override {
+    fields.add("Content-Type", "text/html; charset=utf-8");
+    fields.add("Content-Security-Policy", "default-src 'none'");
+  }
+
+ private:
+  std::shared_ptr<const std::string> html_ = std::make_shared<const std::string>("own page");
+  std::string tag_ = "\"own\"";
+};
+
+class PageWithLogin final : public OwnPage {
+ public:
+  bool add_login(http::Response& response, std::string_view session) const override {
+    response.fields.add("Content-Type", "text/html; charset=utf-8");
+    response.fields.add("X-Frame-Options", "DENY");
+    response.set_body("log in at " + std::string(session));
+    return true;
+  }
+};
+
+/// An engine that knows nobody.
+engine::EngineOptions closed_to_all(std::shared_ptr<const engine::PageSource> page, bool has_sessions) {
+  engine::EngineOptions options;
+  options.page = std::move(page);
+  options.authorize = [](const http::Request& request) {
+    return engine::Caller(request.find("Who") ? engine::Access::forbidden : engine::Access::unauthenticated);
+  };
+  if (has_sessions) options.sessions = std::make_shared<security::Sessions>(security::SessionOptions{}, "");
+  return options;
+}
+
+}  // namespace
+
+TEST_CASE("a page of the host's own has the fields that it adds, also as an error page", "[engine]") {
+  engine::EngineOptions options;
+  options.page = std::make_shared<const OwnPage>();
+  Bench bench(std::move(options));
+  const Answer page = bench.ask("GET /" + browser);
+  CHECK(page.body == "own page");
+  CHECK(page.tag() == "\"own\"");
+  CHECK(page.field("Content-Type") == html);
+  CHECK(page.field("Content-Security-Policy") == "default-src 'none'");
+  const Answer missing = bench.ask("GET /nowhere" + browser);
+  CHECK(missing.status == 404);
+  CHECK(missing.body.find("error 404 ") == 0);
+  CHECK(missing.says(" http://localhost/"));
+  CHECK(missing.field("Content-Type") == html);
+  CHECK(missing.field("Content-Security-Policy") == "default-src 'none'");
+  CHECK_FALSE(bench.ask("GET /\nAccept: text/turtle").has("Content-Security-Policy"));
+}
+
+TEST_CASE("a browser without credentials gets the login page, if there is one and somebody can log in", "[engine][security][R0.2]") {
+  const std::string ask = "GET /" + browser;
+  Bench with(closed_to_all(std::make_shared<const PageWithLogin>(), true));
+  const Answer login = with.ask(ask);
+  CHECK(login.status == 401);
+  CHECK(login.body == "log in at http://localhost/ns/session");
+  CHECK(login.field("Content-Type") == html);
+  CHECK(login.field("X-Frame-Options") == "DENY");
+  CHECK(login.field("Content-Security-Policy") != "default-src 'none'");  // has the fields of the login page, not those of others
+  CHECK(login.has("WWW-Authenticate"));
+  CHECK(with.ask("GET /\nAccept: application/json").field("Content-Type") == "application/json");
+  const Answer forbidden = with.ask(ask + "\nWho: anna");
+  CHECK(forbidden.status == 403);
+  CHECK(forbidden.body.find("error 403 ") == 0);
+
+  Bench no_sessions(closed_to_all(std::make_shared<const PageWithLogin>(), false)), no_page(closed_to_all(std::make_shared<const OwnPage>(), true));
+  for (Bench* const bench : {&no_sessions, &no_page}) {
+    const Answer error = bench->ask(ask);
+    CHECK(error.status == 401);
+    CHECK(error.body.find("error 401 ") == 0);
+    CHECK(error.field("Content-Type") == html);
+    CHECK(error.field("Content-Security-Policy") == "default-src 'none'");
+  }
+}
+
+TEST_CASE("the login page of lrt contains the IRI of the session as text, and has a policy of its own", "[engine][security]") {
+  const auto page = page::console();
+  http::Response response;
+  response.status = 401;
+  CHECK(page->add_login(response, "http://robot/ns/session?\"><script>alert('1')</script>&{{session}}"));
+  CHECK(response.status == 401);
+  const std::string body(response.content());
+  CHECK(body.find("http://robot/ns/session?&quot;&gt;&lt;script&gt;alert(&#39;1&#39;)&lt;/script&gt;&amp;{{session}}") != std::string::npos);
+  CHECK(body.find("<script>alert") == std::string::npos);
+  http::Fields fields;
+  page->add_fields(fields);
+  for (const char* const name : {"Content-Type", "X-Frame-Options", "Referrer-Policy"}) {
+    CAPTURE(name);
+    CHECK(response.fields.joined(name) == fields.joined(name));
+    CHECK_FALSE(fields.joined(name).empty());
+  }
+  CHECK(fields.joined("Content-Security-Policy").find("default-src 'none'; script-src 'sha256-") == 0);
+  CHECK(response.fields.joined("Content-Security-Policy").find("default-src 'none'; script-src 'sha256-") == 0);
+  CHECK(response.fields.joined("Content-Security-Policy") != fields.joined("Content-Security-Policy"));  // it has another script
 }

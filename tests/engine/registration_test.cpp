@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <lrt/engine/engine.hpp>
 
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
 #include "tests/support/bench.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/sample_robot.hpp"
@@ -263,4 +268,52 @@ TEST_CASE("a property, an action and a collection may each say where their lambd
   CHECK(where("POST /arm/c" + value) == Dispatch::in_poll);
   CHECK(where("POST /arm/quick_c" + value) == Dispatch::io_thread);
   CHECK(where("DELETE /arm/quick_c/i5") == Dispatch::io_thread);
+}
+
+TEST_CASE("the lambdas of a Thing that goes are destroyed where the host says", "[engine]") {
+  Bench bench;
+  const auto owned = std::make_shared<int>(7);
+  const auto thing = [&](const std::string& path, double low = 0) {
+    Thing made{path};
+    made.property("angle", [owned] { return *owned; }).between(low, 1);
+    made.action("turn", [owned](double) {});
+    return made;
+  };
+  CHECK(bench.engine.take_discarded().empty());
+  bench.add(thing("arm"));
+  bench.add(thing("arm/hand"));
+  CHECK(bench.engine.take_discarded().empty());
+  CHECK(owned.use_count() == 5);
+
+  SECTION("removed, with the Things below it") {
+    bench.engine.remove("arm").value();
+    CHECK(owned.use_count() == 5);
+    auto discarded = bench.engine.take_discarded();
+    CHECK(discarded.size() >= 2);
+    CHECK(bench.engine.take_discarded().empty());
+    CHECK(owned.use_count() == 5);
+    discarded.clear();
+    CHECK(owned.use_count() == 1);
+  }
+  SECTION("refused, with those that were given with it") {
+    std::vector<Thing> things;
+    things.push_back(thing("leg"));
+    things.push_back(thing("arm"));
+    things.push_back(thing("head"));
+    CHECK(bench.engine.add(std::move(things)).error().code == Errc::duplicate_path);
+    things.clear();
+    CHECK(owned.use_count() == 11);
+    auto discarded = bench.engine.take_discarded();
+    CHECK(owned.use_count() == 11);
+    discarded.clear();
+    CHECK(owned.use_count() == 5);
+  }
+  SECTION("not taken: destroyed by the next add() or remove()") {
+    bench.engine.remove("arm/hand").value();
+    CHECK(owned.use_count() == 5);
+    if (GENERATE(true, false)) bench.add(Thing("leg"));
+    else bench.engine.remove("nothing").error();
+    CHECK(owned.use_count() == 3);
+    CHECK(bench.engine.take_discarded().empty());
+  }
 }

@@ -2,6 +2,8 @@
 #include <lrt/world.hpp>
 
 #include <atomic>
+#include <cstddef>
+#include <cstdint>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -461,4 +463,73 @@ TEST_CASE("threads update a graph while requests read and write it", "[engine][w
   }
   for (std::thread& w : writers) w.join();
   CHECK(r.map.snapshot()->size() >= 4);
+}
+
+TEST_CASE("triples are removed by any of their terms, and a relative IRI is that of the graph", "[engine]") {
+  Robot r;
+  constexpr Iri on{"https://example.org/on"};
+  r.map
+      .update([&](GraphUpdate& u) {
+        u.add("#cup", label, "a cup")
+            .add("#cup", pose, 1)
+            .add("#plate", label, "a plate")
+            .add("#plate", pose, 1)
+            .add("#cup", on, Object(Iri("#table")));
+        CHECK(u.size() == 5);
+      })
+      .value();
+  const rdf::TermView cup = rdf::iri("#cup"), plate = rdf::iri("#plate"), has_label = label, table = rdf::iri("#table"),
+                      text = rdf::literal("a plate");
+  std::size_t left = 0;
+  SECTION("nothing is given") {
+    r.map.update([](GraphUpdate& u) { u.remove_matching(nullptr, nullptr, nullptr); }).value();
+  }
+  SECTION("a subject") {
+    r.map.update([&](GraphUpdate& u) { u.remove_matching(&cup, nullptr, nullptr); }).value();
+    left = 2;
+  }
+  SECTION("a predicate") {
+    r.map.update([&](GraphUpdate& u) { u.remove_matching(nullptr, &has_label, nullptr); }).value();
+    left = 3;
+  }
+  SECTION("an object, which is an IRI") {
+    r.map.update([&](GraphUpdate& u) { u.remove_matching(nullptr, nullptr, &table); }).value();
+    left = 4;
+  }
+  SECTION("subject and object") {
+    r.map.update([&](GraphUpdate& u) { u.remove_matching(&plate, nullptr, &text); }).value();
+    left = 4;
+  }
+  SECTION("all terms, and a further triple that is added in the same update") {
+    r.map
+        .update([&](GraphUpdate& u) {
+          u.remove_matching(&plate, &has_label, &text).add("#plate", label, "a plate");
+          CHECK(u.size() == 5);
+          u.remove_matching(&plate, &has_label, &text);
+          CHECK(u.size() == 4);
+        })
+        .value();
+    left = 4;
+  }
+  SECTION("terms that no triple has") {
+    const std::uint64_t revision = r.map.revision();
+    const rdf::TermView other = rdf::literal("a bowl"), absolute = rdf::iri("http://elsewhere.example/map#cup");
+    r.map
+        .update([&](GraphUpdate& u) {
+          u.remove_matching(&cup, nullptr, &text).remove_matching(nullptr, nullptr, &other).remove_matching(&absolute, nullptr, nullptr);
+        })
+        .value();
+    CHECK(r.map.revision() == revision);
+    left = 5;
+  }
+  CHECK(r.map.snapshot()->size() == left);
+}
+
+TEST_CASE("an update with a text that is no IRI removes nothing", "[engine]") {
+  Robot r;
+  r.say("a cup");
+  const auto before = r.map.snapshot();
+  const rdf::TermView bad = rdf::iri("#a cup");
+  CHECK(r.map.update([&](GraphUpdate& u) { u.clear().remove_matching(&bad, nullptr, nullptr); }).error().code == Errc::expected_iri);
+  CHECK(r.map.snapshot() == before);
 }

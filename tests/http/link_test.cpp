@@ -2,6 +2,9 @@
 #include <lrt/http/link.hpp>
 
 #include <algorithm>
+#include <cstddef>
+#include <string>
+#include <string_view>
 
 #include "tests/support/catch.hpp"
 
@@ -141,4 +144,40 @@ TEST_CASE("where not even one link fits, there is no next", "[http][R0.9]") {
   http::Fields fields;
   writer.finish_in_parts(fields, [](std::size_t n) { return "/?links=" + std::to_string(n); });
   CHECK(fields.joined("Link") == "</type>; rel=\"type\"");
+}
+
+TEST_CASE("links to hidden targets are left out, from the call of leave_out() on", "[http][R0.9]") {
+  http::LinkWriter writer;
+  writer.add("/hidden/before", "related");
+  writer.leave_out([](std::string_view target) { return target.substr(0, 7) == "/hidden"; });
+  writer.add("/hidden/arm", "related");
+  writer.add("/arm", "related");
+  writer.add("/hidden", "type", "text/turtle");
+  writer.leave_out(nullptr);
+  writer.add("/hidden/after", "related");
+  http::Fields fields;
+  writer.finish(fields, "/rest");
+  CHECK(fields.block() == "Link: </hidden/before>; rel=\"related\", </arm>; rel=\"related\", </hidden/after>; rel=\"related\"\r\n");
+  CHECK_FALSE(writer.cut());
+}
+
+TEST_CASE("the number of links that are left out shows nowhere", "[http][R0.9]") {
+  for (const std::size_t hidden : {0U, 1U, 1'000U})
+    for (const std::size_t skipped : {0U, 2U}) {
+      CAPTURE(hidden, skipped);
+      http::LinkWriter writer(200);
+      writer.leave_out([](std::string_view target) { return target.find("secret") != std::string_view::npos; });
+      writer.skip(skipped);
+      for (std::size_t i = 0; i < hidden; ++i) writer.add("/secret/" + std::string(100, 'x') + std::to_string(i), "related");
+      CHECK_FALSE(writer.cut());  // it uses nothing of the budget
+      for (char c = 'a'; c < 'z'; ++c) writer.add(std::string("/") + c, "related");
+      http::Fields fields;
+      std::size_t next = 0;
+      writer.finish_in_parts(fields, [&](std::size_t n) { return "/?links=" + std::to_string(next = n); });
+      CHECK(writer.cut());
+      CHECK(next == skipped + 8);  // as many as fit without those that are hidden
+      const std::string all = fields.joined("Link");
+      CHECK(all.find(skipped == 0 ? "</a>" : "</c>") == 0);
+      CHECK(all.find("secret") == std::string::npos);
+    }
 }

@@ -132,3 +132,19 @@ TEST_CASE("every status that R0.6 names has a reason phrase", "[http][R0.6]") {
   }
   CHECK(http::reason_phrase(999).empty());
 }
+
+TEST_CASE("1xx, 204 and 304 have no body, all other statuses may have one", "[http][R0.1]") {
+  for (const int status : {100, 101, 103, 199, 204, 304}) {
+    CAPTURE(status);
+    CHECK_FALSE(http::may_have_body(status));
+  }
+  for (const int status : {200, 201, 203, 205, 206, 300, 303, 305, 400, 404, 500, 599}) {
+    CAPTURE(status);
+    CHECK(http::may_have_body(status));
+  }
+  for (int status = 100; status < 600; ++status) {  // what has no body has no length either (RFC 9110 8.6)
+    http::Response response;
+    response.status = status;
+    CHECK(http::added_fields(response, true, 11).content_length == http::may_have_body(status));
+  }
+}

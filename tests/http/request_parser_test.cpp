@@ -470,3 +470,15 @@ TEST_CASE("a header section is read off the front of bytes that go on, and only 
   for (const std::string refused : {"GET /a HTTP/1.1\r\n\r\n", "GET /a HTTP/1.1\nHost: a\r\n\r\n", "GET /a HTTP/2.0\r\nHost: a\r\n\r\n", "\r\n\r\n"})
     CHECK_FALSE(http::parse_leading_header(refused, request, framing));
 }
+
+TEST_CASE("a later minor version is served as HTTP/1.1, another major version is not served", "[http][R0.1]") {
+  CHECK(http::spoken_version("HTTP/1.0") == 10);
+  for (const char digit : "123456789"sv) CHECK(http::spoken_version("HTTP/1."s + digit) == 11);
+  for (const std::string_view other : {"", "HTTP/1.", "HTTP/1", "HTTP/0.9", "HTTP/2.0", "HTTP/2", "HTTP/3", "http/1.1", "HTTP/1.10", "HTTP/1.1 ",
+                                       " HTTP/1.1", "HTTP/1,1", "HTTP/11", "HTTP/1.x", "HTTP/1.-", "HTTP/1.:", "HTTP/1./", "HTTP/01.1", "ICY/1.1!"}) {
+    CAPTURE(other);
+    CHECK_FALSE(http::spoken_version(other));
+  }
+  CHECK_FALSE(http::spoken_version("HTTP/1.\0"sv));
+  CHECK_FALSE(http::spoken_version("HTTP/1.\xB2"sv));
+}

@@ -100,3 +100,29 @@ TEST_CASE("the key is 16 bytes in base64, once", "[http][R0.12]") {
   twice.fields.push_back({"Sec-WebSocket-Key", "dGhlIHNhbXBsZSBub25jZQ=="});
   CHECK(status_of(twice) == 400);
 }
+
+TEST_CASE("a close frame may have no payload, or a status code that an endpoint may send", "[http][R0.12]") {
+  const auto payload = [](unsigned code, std::string_view reason = {}) {
+    return std::string{static_cast<char>(code >> 8), static_cast<char>(code & 0xFF)}.append(reason);
+  };
+  CHECK(is_close_payload(""));
+  CHECK_FALSE(is_close_payload("\x03"));  // half a status code
+  std::vector<unsigned> changes;          // codes at which the verdict is another one than for the code before
+  bool allowed = false;
+  for (unsigned code = 0; code < 0x10000; ++code)
+    if (is_close_payload(payload(code)) != allowed) {
+      allowed = !allowed;
+      changes.push_back(code);
+    }
+  // RFC 6455 7.4.1: 1004 is reserved; 1005, 1006 and 1015 are never sent. 7.4.2: 3000 to 4999 belong to libraries and applications.
+  CHECK(changes == std::vector<unsigned>{1000, 1004, 1007, 1014, 3000, 5000});
+}
+
+TEST_CASE("the reason of a close frame is UTF-8", "[http][R0.12]") {
+  CHECK(is_close_payload("\x03\xE8the robot stops"));
+  CHECK(is_close_payload("\x03\xE8\xC3\xB6 \xF0\x9F\xA4\x96"));
+  CHECK(is_close_payload(std::string_view("\x03\xE8\0", 3)));
+  for (const auto* const reason : {"\xC3", "\x80", "\xED\xA0\x80", "\xC0\x80", "ok \xF4\x90\x80\x80", "\xF0\x9F\xA4"})
+    CHECK_FALSE(is_close_payload(std::string("\x03\xE8") + reason));
+  CHECK_FALSE(is_close_payload("\x03\xEDthe code of a connection without a code"));
+}

@@ -2,6 +2,7 @@
 // What a bridge does, with a link that is none and a clock that is moved by hand.
 #include "src/mqtt/bridge.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <functional>
 #include <memory>
@@ -322,4 +323,36 @@ TEST_CASE("messages from the broker without commands are dropped", "[mqtt]") {
   bench.turns();
   CHECK(bench.core->counters().dropped_commands == 1);
   CHECK(bench.core->counters().commands == 0);
+}
+
+TEST_CASE("by default the newest values are retained, and each change of an invocation is sent with QoS 1", "[mqtt]") {
+  const std::vector<Publication> publications = default_publications();
+  REQUIRE(publications.size() == 2);
+  CHECK(publications[0].kinds == std::vector<Kind>{Kind::property, Kind::state});
+  CHECK(publications[0].qos == 0);
+  CHECK(publications[0].retain);
+  CHECK(publications[1].kinds == std::vector<Kind>{Kind::invocation});
+  CHECK(publications[1].qos == 1);
+  CHECK_FALSE(publications[1].retain);
+  for (const Publication& p : publications) {
+    CHECK(p.paths == "/**");
+    CHECK(p.publish);
+    CHECK(p.media_type == "application/json");
+    CHECK_FALSE(p.queue_length);  // each change of an invocation, see Publication::queue_length
+  }
+  CHECK(mqtt::Options().publications.size() == publications.size());
+}
+
+TEST_CASE("a bridge with the default publications sends properties and states, and neither Things nor actions", "[mqtt]") {
+  Bench bench([](mqtt::Options& options) { options.publications = default_publications(); });
+  bench.turns();
+  for (const char* const topic : {"r/arm/a", "r/arm/b", "r/arm/state"}) {
+    CAPTURE(topic);
+    REQUIRE(bench.wire.newest(topic));
+    CHECK(bench.wire.newest(topic)->retain);
+    CHECK(bench.wire.newest(topic)->qos == 0);
+  }
+  CHECK(bench.wire.newest("r/arm") == nullptr);
+  const std::vector<std::string> topics = bench.wire.topics();
+  CHECK(std::count_if(topics.begin(), topics.end(), [](const std::string& topic) { return topic.find("r/arm") == 0; }) == 3);
 }

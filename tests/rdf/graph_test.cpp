@@ -249,3 +249,48 @@ TEST_CASE("no client can choose triples that are in one place of the hash table"
   CHECK(hash_seeds().first != 0);
   CHECK(hash_seeds().first != hash_seeds().second);
 }
+
+TEST_CASE("a list that was added is read with its members in order, also with repeated ones", "[rdf]") {
+  Graph g;
+  const TermId one = g.intern(literal("1")), two = g.intern(literal("2"));
+  const std::vector<TermId> none, members = {one, two, one, one};
+  CHECK(g.term(g.add_list(none)) == TermView(vocab::rdf_::nil));
+  CHECK(g.empty());
+  const TermId head = g.add_list(members);
+  CHECK(g.list(head) == members);
+  CHECK(g.size() == 2 * members.size());
+  CHECK(g.term(head).is_blank());
+  const TermId outer = g.add_list({head, g.add_list(none)});  // a list of lists
+  REQUIRE(g.list(outer));
+  CHECK(g.list(g.list(outer)->front()) == members);
+  CHECK(g.list(g.list(outer)->back()) == none);
+  CHECK(g.list(g.add_list(members)) == members);  // a second list with the same members has cells of its own
+  CHECK(g.size() == 4 * members.size() + 4);
+}
+
+TEST_CASE("the first cells of a list are the nodes that are given, and the list ends with its last member", "[rdf]") {
+  Graph g;
+  const TermId one = g.intern(literal("1")), two = g.intern(literal("2"));
+  const std::vector<TermId> cells = {g.intern(lrt::rdf::iri("http://e/1")), g.intern(lrt::rdf::iri("http://e/2")),
+                                     g.intern(lrt::rdf::iri("http://e/3"))};
+  SECTION("fewer than members") {
+    const std::vector<TermId> members = {one, two, one, two, one};
+    CHECK(g.add_list(members, cells) == cells[0]);
+    CHECK(g.list(cells[0]) == members);
+    CHECK(g.list(cells[2]) == std::vector<TermId>{one, two, one});
+    CHECK(g.size() == 10);
+  }
+  SECTION("as many as members") {
+    CHECK(g.add_list({one, two, one}, cells) == cells[0]);
+    CHECK(g.list(cells[0]) == std::vector<TermId>{one, two, one});
+  }
+  SECTION("more than members") {
+    CHECK(g.add_list({one, two}, cells) == cells[0]);
+    CHECK(g.list(cells[0]) == std::vector<TermId>{one, two});
+    CHECK(g.size() == 4);
+  }
+  SECTION("without a member") {
+    CHECK(g.term(g.add_list({}, cells)) == TermView(vocab::rdf_::nil));
+    CHECK(g.empty());
+  }
+}

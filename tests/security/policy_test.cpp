@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "src/security/policy.hpp"
 
+#include <cstddef>
+#include <fstream>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include <lrt/security.hpp>
+
 #include "tests/support/catch.hpp"
+#include "tests/support/folder.hpp"
 
 using namespace lrt;
 using namespace lrt::security;
@@ -118,4 +123,46 @@ TEST_CASE("a policy that says something else than it seems to is refused with th
         "the authorization <#a>: acl:agent: expected an IRI");
   CHECK(error_of("<#a> a acl:Authorization") ==
         "line 2, column 25: expected ',', ';' or '.', found the end of the text");  // the place in the document
+}
+
+TEST_CASE("rules are read from a file, and an error has its name", "[security][R0.2]") {
+  const test::Folder folder;
+  const std::string file = folder / "rules.ttl";
+  const auto load = [&](const std::string& text) {
+    std::ofstream(file) << text;
+    return load_rules(file);
+  };
+  const std::string rule = prefixes + "<#a> a acl:Authorization ; acl:accessTo </arm> ; acl:agent <#anna> ; acl:mode acl:Read .\n";
+  const Result<std::vector<Rule>> rules = load(rule);
+  REQUIRE(rules);
+  REQUIRE(rules->size() == 1);
+  CHECK(rules->front().path == "/arm");
+  CHECK(rules->front().scope == Scope::here);
+  CHECK(rules->front().who.kind == Who::Kind::principal);
+  CHECK(rules->front().who.name == "anna");
+  CHECK(rules->front().rights == Right::read);
+
+  const Error none = load_rules(folder / "none.ttl").error();
+  CHECK(none.code == Errc::io_error);
+  CHECK(none.message.find(folder / "none.ttl: ") == 0);
+  CHECK(load_rules(folder.path().string()).error().code == Errc::io_error);  // a folder
+  const Error empty = load("").error();
+  CHECK(empty.code == Errc::invalid_option);
+  CHECK(empty.message == file + ": expected at least one acl:Authorization, found none");
+  const Error damaged = load(rule.substr(0, rule.size() - 3)).error();
+  CHECK(damaged.code == Errc::expected_rdf);
+  CHECK(damaged.message.find(file + ": line 2, column ") == 0);
+}
+
+TEST_CASE("a file of rules has at most 1 MiB", "[security]") {
+  const test::Folder folder;
+  const std::string file = folder / "rules.ttl";
+  const std::string rule = prefixes + "<#a> a acl:Authorization ; acl:accessTo </arm> ; acl:agent <#anna> ; acl:mode acl:Read .\n";
+  constexpr std::size_t most = 1024 * 1024;
+  std::ofstream(file) << rule << std::string(most - rule.size(), '\n');
+  CHECK(load_rules(file));
+  std::ofstream(file, std::ios::app) << '\n';
+  const Error large = load_rules(file).error();
+  CHECK(large.code == Errc::invalid_option);
+  CHECK(large.message == file + ": expected at most 1 MiB");
 }

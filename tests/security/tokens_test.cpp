@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "src/security/authentication.hpp"
@@ -137,4 +138,35 @@ TEST_CASE("a changed file of tokens counts after a second, and a broken one chan
   CHECK(logged.size() == 2);
   put(folder / "tokens", "");
   CHECK_FALSE(file->content(at(5))->find(bert, at(5).utc));
+}
+
+TEST_CASE("a name has the roles of its first token that has not expired", "[security][R0.2]") {
+  const Tokens tokens = Tokens::parse("anna reader " + anna + "1 2027-01-15T08:00:10Z\nbert reader " + bert + "\nanna operator " + anna +
+                                      "2\nanna administrator " + anna + "3\ncarl reader " + anna + "4 2027-01-15T08:00:00Z")
+                            .value();
+  const auto roles_of = [&](std::string_view name, int second) {
+    const auto found = tokens.find_name(name, at(second).utc);
+    if (found) CHECK(found->name == name);
+    return found ? found->roles : std::vector<std::string>{};
+  };
+  CHECK(roles_of("anna", 0) == std::vector<std::string>{"reader"});
+  CHECK(roles_of("anna", 9) == std::vector<std::string>{"reader"});
+  CHECK(roles_of("anna", 10) == std::vector<std::string>{"operator"});
+  CHECK(roles_of("bert", 1'000'000) == std::vector<std::string>{"reader"});
+  CHECK(tokens.find_name("carl", at(-1).utc));
+  CHECK_FALSE(tokens.find_name("carl", at(0).utc));
+  for (const char* const unknown : {"", "Anna", "ann", "anna1", "reader"}) CHECK_FALSE(tokens.find_name(unknown, at(0).utc));
+  CHECK_FALSE(Tokens::parse("").value().find_name("anna", at(0).utc));
+}
+
+TEST_CASE("the next time at which a token expires is after now, whatever the order of the lines", "[security][R0.2]") {
+  const Tokens tokens = Tokens::parse("anna reader " + anna + "1 2027-01-15T08:00:20Z\nanna reader " + anna +
+                                      "2 2027-01-15T09:00:10+01:00\nbert reader " + bert + "\nbert reader " + bert + "2 2027-01-15T08:00:10Z")
+                            .value();
+  CHECK(tokens.next_expiry(at(-1'000'000).utc) == at(10).utc);
+  CHECK(tokens.next_expiry(at(10).utc - std::chrono::microseconds(1)) == at(10).utc);
+  CHECK(tokens.next_expiry(at(10).utc) == at(20).utc);
+  CHECK_FALSE(tokens.next_expiry(at(20).utc));
+  CHECK_FALSE(Tokens::parse("bert reader " + bert).value().next_expiry(at(0).utc));
+  CHECK_FALSE(Tokens::parse("").value().next_expiry(at(0).utc));
 }

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -283,4 +284,19 @@ TEST_CASE("two feeds have their own channels and responses", "[server]") {
   CHECK(arm.server->counters().feeds == 2);
   arm.feed.reset();
   CHECK(arm.server->counters().feeds == 1);
+}
+
+TEST_CASE("a feed knows whether requests without credentials are restricted", "[server][security][R0.2]") {
+  const auto is_protected = [](const std::function<void(Security&)>& change) {
+    Options options;
+    if (change) change(options.security);
+    const Arm arm(std::move(options), Io::in_poll);
+    return arm.feed->is_protected();
+  };
+  CHECK_FALSE(is_protected({}));
+  CHECK_FALSE(is_protected([](Security& s) { s.allow_unprotected_network = true; }));
+  CHECK_FALSE(is_protected([](Security& s) { s.allowed_hosts = {"robot.example"}; }));  // says nothing about who may do what
+  CHECK(is_protected([](Security& s) { s.authorize = [](const http::Request&) { return engine::Access::granted; }; }));
+  CHECK(is_protected([](Security& s) { s.authenticate = [](const http::Request&) { return std::optional<security::Principal>(); }; }));
+  CHECK(is_protected([](Security& s) { s.rules = {{"/", security::Scope::tree, {}, security::Right::read}}; }));
 }

@@ -554,3 +554,83 @@ TEST_CASE("the rest of a large body, and what is discarded, is much", "[transpor
   CHECK(refused.session.phase() == Session::Phase::lingering);
   CHECK(refused.session.expects_much());
 }
+
+TEST_CASE("requests of a secure session are marked, with the subject of the client's certificate", "[transport][R0.2]") {
+  struct Recorder : TestHandler {
+    engine::Outcome handle(const http::Request& request, TimePoint now) override {
+      seen.emplace_back(request.secure, request.client_certificate);
+      return TestHandler::handle(request, now);
+    }
+    std::vector<std::pair<bool, std::string>> seen;
+  };
+  const std::string request = "GET / HTTP/1.1\r\nHost: a\r\n\r\n";
+  Run run;
+  Recorder handler;
+  run.context.handler = &handler;
+  run.receive(request);  // over plain TCP
+  run.session.set_secure("CN=anna");
+  run.receive(request + request.substr(0, 20));
+  run.receive(request.substr(20));
+  CHECK(handler.seen == std::vector<std::pair<bool, std::string>>{{false, ""}, {true, "CN=anna"}, {true, "CN=anna"}});
+  CHECK(statuses(parse_answers(run.written)) == std::vector{200, 200, 200});
+
+  Run other;  // a client without a certificate, and without the certificate of another session
+  other.context.handler = &handler;
+  other.session.set_secure("");
+  other.receive(request);
+  CHECK(handler.seen.back() == std::pair<bool, std::string>{true, ""});
+  Run plain;
+  plain.context.handler = &handler;
+  plain.receive(request);
+  CHECK(handler.seen.back() == std::pair<bool, std::string>{false, ""});
+}
+
+TEST_CASE("an absolute target of a secure session has the scheme https", "[transport][R0.1]") {
+  for (const bool secure : {false, true})
+    for (const std::string scheme : {"http", "https"}) {
+      CAPTURE(secure, scheme);
+      Run run;
+      if (secure) run.session.set_secure("");
+      run.receive("GET " + scheme + "://a/ HTTP/1.1\r\nHost: a\r\n\r\n");
+      CHECK(statuses(parse_answers(run.written)) == std::vector{secure == (scheme == "https") ? 200 : 421});
+    }
+}
+
+TEST_CASE("a session for stops serves one stop, and nothing behind it", "[transport]") {
+  const std::string stop = "GET /stop HTTP/1.1\r\nHost: a\r\n\r\n", other = "GET / HTTP/1.1\r\nHost: a\r\n\r\n";
+  Run run;
+  run.session.serve_only_stops();
+  run.receive(stop + stop + other);
+  const auto answers = parse_answers(run.written);
+  CHECK(statuses(answers) == std::vector{200});
+  CHECK(answers[0].body == "stopped");
+  CHECK(contains(answers[0].head, "\r\nConnection: close\r\n"));
+  CHECK(run.is_over());
+  CHECK(run.handler.requests == 1);
+}
+
+TEST_CASE("a session for stops refuses all other requests by their header section", "[transport]") {
+  for (const std::string request : {"GET / HTTP/1.1\r\nHost: a\r\n\r\n", "GET /stopped HTTP/1.1\r\nHost: a\r\n\r\n",
+                                    "HEAD / HTTP/1.1\r\nHost: a\r\n\r\n", "POST / HTTP/1.1\r\nHost: a\r\nContent-Length: 5\r\n\r\n",
+                                    "POST / HTTP/1.1\r\nHost: a\r\nExpect: 100-continue\r\nTransfer-Encoding: chunked\r\n\r\n"}) {
+    CAPTURE(request);
+    Run run;
+    run.session.serve_only_stops();
+    run.receive(request + "GET /stop HTTP/1.1\r\nHost: a\r\n\r\n");
+    CHECK(run.written.find("HTTP/1.1 503 Service Unavailable\r\n") == 0);
+    CHECK(contains(run.written, "\r\nRetry-After: 1\r\n"));
+    CHECK(contains(run.written, "\r\nConnection: close\r\n"));
+    CHECK_FALSE(contains(run.written, "HTTP/1.1 100"));
+    CHECK(run.is_over());
+    CHECK(run.handler.requests == 0);
+  }
+}
+
+TEST_CASE("a connection that has served others can be kept for a stop", "[transport]") {
+  Run run;
+  run.receive("GET / HTTP/1.1\r\nHost: a\r\n\r\nPOST /stop HTTP/1.1\r\nHost: a\r\nContent-Length: 2\r\n\r\n");
+  run.session.serve_only_stops();  // while the body is received
+  run.receive("go");
+  CHECK(statuses(parse_answers(run.written)) == std::vector{200, 200});
+  CHECK(run.is_over());
+}

@@ -173,6 +173,60 @@ TEST_CASE("an event stream that has ended leaves its connection to the next requ
   CHECK(parts(run.written).rest == chunk("again"));
 }
 
+TEST_CASE("the owner of a session can end its event stream, and the connection is kept", "[transport][stream]") {
+  Run run;
+  run.session.end_stream(run.clock.now());  // there is none
+  CHECK(run.session.phase() == Session::Phase::idle);
+  run.receive(request + hello);
+  run.handler.push(run.handler.channels.back(), "a");
+  run.drain();
+  run.session.end_stream(run.clock.now());
+  CHECK(run.handler.open.empty());
+  CHECK_FALSE(run.session.channel());
+  run.drain();
+  CHECK(parts(run.written).rest.find(chunk("a") + last_chunk + "HTTP/1.1 200 OK\r\n") == 0);  // and then the response to the next request
+  CHECK(run.session.phase() == Session::Phase::idle);
+  run.session.end_stream(run.clock.now());
+  run.written.clear();
+  run.receive(request);  // a further stream does not end
+  CHECK(run.session.phase() == Session::Phase::streaming);
+}
+
+TEST_CASE("an event stream that its owner ends is ended after the message that is being written", "[transport][stream]") {
+  const std::string large(100'000, 'x');  // is not copied
+  for (const std::string& message : {std::string("a"), large})
+    for (const std::string& asked : {request, old_request}) {
+      CAPTURE(message.size(), asked);
+      Run run;
+      run.receive(asked);
+      run.session.push({std::make_shared<const std::string>(message)}, run.clock.now());
+      CHECK(run.session.phase() == Session::Phase::writing);
+      run.session.end_stream(run.clock.now());
+      run.session.end_stream(run.clock.now());  // once more changes nothing
+      run.drain(1'000);
+      CHECK(run.handler.open.empty());
+      CHECK_FALSE(run.session.channel());
+      const bool chunked = asked == request;
+      CHECK(parts(run.written).rest == (chunked ? chunk(message) + last_chunk : message));
+      CHECK(run.session.phase() == (chunked ? Session::Phase::idle : Session::Phase::lingering));
+      if (!chunked) continue;
+      run.receive(request);  // a further stream does not end
+      CHECK(run.session.phase() == Session::Phase::streaming);
+    }
+}
+
+TEST_CASE("an event stream that its owner ends before its header section is written has no message", "[transport][stream]") {
+  Run run;
+  run.session.receive(request, run.clock.now());
+  CHECK(run.session.channel());
+  run.session.end_stream(run.clock.now());
+  run.drain();
+  CHECK(parts(run.written).header.find("HTTP/1.1 200 OK\r\n") == 0);
+  CHECK(parts(run.written).rest == last_chunk);
+  CHECK(run.handler.open.empty());
+  CHECK(run.session.phase() == Session::Phase::idle);
+}
+
 TEST_CASE("HTTP/1.0 gets an event stream without chunks, and the end of the connection ends it", "[transport][stream]") {
   Run run;
   run.receive("GET /stream HTTP/1.0\r\nConnection: keep-alive\r\n\r\n");

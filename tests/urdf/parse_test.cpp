@@ -584,3 +584,20 @@ TEST_CASE("a missing or endless file is an error", "[urdf]") {
   CHECK(urdf::load("/dev/zero", options).error().code == Errc::limit_exceeded);
   CHECK(urdf::load("/dev/null").error().message == "/dev/null: expected XML, found nothing");
 }
+
+TEST_CASE("revolute, continuous and prismatic joints have a position, others have not", "[urdf]") {
+  const auto has_position = [](JointType type) {
+    urdf::Joint joint;
+    joint.type = type;
+    return joint.has_position();
+  };
+  for (const JointType type : {JointType::revolute, JointType::continuous, JointType::prismatic}) CHECK(has_position(type));
+  for (const JointType type : {JointType::fixed, JointType::floating, JointType::planar}) CHECK_FALSE(has_position(type));
+  CHECK_FALSE(urdf::Joint().has_position());
+  // Exactly those that are not mimics are variables of a model.
+  for (const char* const type : {"revolute", "continuous", "prismatic", "fixed", "floating", "planar"}) {
+    CAPTURE(type);
+    const urdf::Model model = urdf::parse(two_links(type, limit)).value();
+    CHECK(model.joints.at(0).has_position() == (model.variables == std::vector<std::size_t>{0}));
+  }
+}

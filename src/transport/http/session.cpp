@@ -199,7 +199,7 @@ class Session::State {
   void accept_stream(engine::Channel channel, http::Response response, TimePoint now);
   void write_chunk(std::string_view text);
   void write_chunk(std::shared_ptr<const std::string> message);
-  bool must_end_stream() const noexcept { return input_ended_ || context_.stopping; }
+  bool must_end_stream() const noexcept { return ends_stream_ || input_ended_ || context_.stopping; }
   void finish_stream(TimePoint now);
   void check_end(TimePoint now);
   void enter(Phase phase) noexcept;
@@ -218,6 +218,7 @@ class Session::State {
   bool only_stops_ = false;
   bool keep_alive_ = true;
   bool header_only_ = false;
+  bool ends_stream_ = false;      ///< after what is being written
   std::uint8_t version_ = 11;     ///< of the request
   std::uint8_t empty_lines_ = 0;  ///< before the request
   std::size_t discarded_ = 0;     ///< while lingering
@@ -754,7 +755,7 @@ void Session::State::write_chunk(std::shared_ptr<const std::string> message) {
 
 void Session::State::end_stream(TimePoint now) {
   if (phase_ == Phase::streaming) finish_stream(now);
-  // else sent() does, because of must_end_stream()
+  else ends_stream_ = channel_.has_value();  // sent() ends it
   rest();
 }
 
@@ -762,6 +763,7 @@ void Session::State::end_stream(TimePoint now) {
 void Session::State::finish_stream(TimePoint now) {
   context_.handler->closed(*channel_);
   channel_.reset();
+  ends_stream_ = false;
   if (context_.stopping) keep_alive_ = false;
   need_exchange();
   if (version_ == 10) return finish_response(now);
