@@ -15,6 +15,7 @@ set(CPACK_PACKAGE_NAME lrt)
 set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION})
 set(CPACK_PACKAGE_CONTACT "${LRT_DEBIAN_MAINTAINER}")
 set(CPACK_PACKAGE_VENDOR lrt)
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "")  # each package has its own first line
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES OFF)  # objcopy of CPACK_DEBIAN_DEBUGINFO_PACKAGE does
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
@@ -28,10 +29,11 @@ set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
-set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS_POLICY "=")  # LRT_INTERNAL_API between the libraries is of one version
+set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS_POLICY ">=")  # for packages of others: libraries of one LRT_ABI can replace each other
 set(CPACK_DEBIAN_DEBUGINFO_PACKAGE ON)
 set(CPACK_COMPONENTS_GROUPING ONE_PER_GROUP)
 
+# Between the packages of lrt: LRT_INTERNAL_API is of one version.
 set(lrt_this_version "(= ${PROJECT_VERSION}-${LRT_DEBIAN_REVISION})")
 set(lrt_about "lrt exposes the joints, sensors and actions of a robot as resources on the Web:
 RDF over HTTP, with SHACL shapes for what clients may send, and subscriptions.")
@@ -67,6 +69,7 @@ endif()
 lrt_debian_binary(lrt_dev liblrt-dev libdevel "robots as Linked Robotic Things (development files)"
                   "This package has the headers and the files for CMake and pkg-config." "${lrt_runtimes}")
 set(CPACK_DEBIAN_LRT_DEV_DEBUGINFO_PACKAGE OFF)
+set(CPACK_DEBIAN_LRT_DEV_PACKAGE_SUGGESTS "libeigen3-dev, libcpp-httplib-dev, libboost-dev")  # of hosts of lrt/eigen.hpp, lrt/httplib.hpp, asio_loop.hpp
 if(TARGET lrt_command)
   lrt_debian_binary(lrt_tools lrt-tools utils "robots as Linked Robotic Things (command lrt)"
                     "This package has the command lrt, which lists, reads, commands, watches and\nchecks Linked Robotic Things."

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-# Run by cpack after it has made packages. cpack lets scripts of a package with shared libraries call ldconfig; Debian's policy (8.1.1) wants a
-# trigger instead.
+# Run by cpack after it has made packages: what it cannot write itself.
+#   - cpack lets scripts of a package with shared libraries call ldconfig; Debian's policy (8.1.1) wants a trigger instead.
+#   - Multi-Arch: libraries and development files of several architectures can be installed together. The command serves packages of each.
 foreach(deb IN LISTS CPACK_PACKAGE_FILES)
   if(NOT deb MATCHES "\\.deb$")
     continue()
@@ -8,12 +9,19 @@ foreach(deb IN LISTS CPACK_PACKAGE_FILES)
   set(work ${CPACK_TEMPORARY_DIRECTORY}/control)
   file(REMOVE_RECURSE ${work})
   execute_process(COMMAND dpkg-deb -R ${deb} ${work} COMMAND_ERROR_IS_FATAL ANY)
-  if(NOT EXISTS ${work}/DEBIAN/shlibs)
-    continue()
+  file(READ ${work}/DEBIAN/control control)
+  set(multi_arch same)
+  if(control MATCHES "(^|\n)Package: lrt-tools\n")
+    set(multi_arch foreign)
   endif()
-  file(REMOVE ${work}/DEBIAN/postinst ${work}/DEBIAN/postrm)
-  file(WRITE ${work}/DEBIAN/triggers "activate-noawait ldconfig\n")
-  file(CHMOD ${work}/DEBIAN/triggers PERMISSIONS OWNER_READ OWNER_WRITE GROUP_READ WORLD_READ)
+  string(REGEX REPLACE "(^|\n)(Architecture: [^\n]*\n)" "\\1\\2Multi-Arch: ${multi_arch}\n" control "${control}")
+  file(WRITE ${work}/DEBIAN/control "${control}")
+  file(CHMOD ${work}/DEBIAN/control PERMISSIONS OWNER_READ OWNER_WRITE GROUP_READ WORLD_READ)
+  if(EXISTS ${work}/DEBIAN/shlibs)
+    file(REMOVE ${work}/DEBIAN/postinst ${work}/DEBIAN/postrm)
+    file(WRITE ${work}/DEBIAN/triggers "activate-noawait ldconfig\n")
+    file(CHMOD ${work}/DEBIAN/triggers PERMISSIONS OWNER_READ OWNER_WRITE GROUP_READ WORLD_READ)
+  endif()
   execute_process(COMMAND dpkg-deb --root-owner-group -Zxz -b ${work} ${deb} OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
   file(REMOVE_RECURSE ${work})
 endforeach()

@@ -1,6 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 # Run by cpack before it makes packages: files that Debian's policy wants in each and that `cmake --install` does not install.
+# The day of a release is that of CHANGELOG.md, so that packages of several architectures have the same files (Multi-Arch: same).
 string(TIMESTAMP date "%a, %d %b %Y %H:%M:%S +0000" UTC)  # of SOURCE_DATE_EPOCH, if that is set
+file(STRINGS ${CPACK_LRT_SOURCE_DIR}/CHANGELOG.md heading REGEX "^## ${CPACK_PACKAGE_VERSION} - ")
+if(heading MATCHES " - ([0-9]+-[0-9]+-[0-9]+)$")
+  execute_process(COMMAND date --utc --rfc-email --date=${CMAKE_MATCH_1} OUTPUT_VARIABLE date OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
+endif()
 foreach(component IN LISTS CPACK_COMPONENTS_ALL)
   string(TOUPPER ${component} upper)
   set(package ${CPACK_DEBIAN_${upper}_PACKAGE_NAME})

@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Checks the sources of the libraries, and the headers that they include, by clang-tidy 14 with the checks of .clang-tidy.
+# Checks the sources of the libraries and the command, and the headers that they include, by clang-tidy 14 with the checks of .clang-tidy.
 #
 #   tests/tidy.sh [PATTERN]    only the translation units whose path has PATTERN
 set -eu
@@ -14,9 +14,10 @@ for tool in clang-tidy-14 clang++; do
   fi
 done
 if command -v ninja >/dev/null; then export CMAKE_GENERATOR="${CMAKE_GENERATOR:-Ninja}"; fi
-# With a sanitizer several sources make one translation unit (lrt_compile_together), which saves most of the time.
-cmake -S . -B build/tidy -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_EXPORT_COMPILE_COMMANDS=ON -DLRT_SANITIZE=address \
-  -DLRT_BUILD_TESTS=OFF -DLRT_BUILD_EXAMPLES=OFF -DLRT_BUILD_TOOLS=OFF >build/tidy.log || {
+mkdir -p build
+# Several sources make one translation unit (lrt_compile_together), which saves most of the time.
+cmake -S . -B build/tidy -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_EXPORT_COMPILE_COMMANDS=ON -DLRT_SANITIZE= \
+  -DLRT_COMPILE_TOGETHER=ON -DLRT_BUILD_TESTS=OFF -DLRT_BUILD_EXAMPLES=OFF -DLRT_BUILD_TOOLS=ON >build/tidy.log || {
   cat build/tidy.log
   exit 1
 }

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # What doxygen reads instead of a header, line for line, so that its line numbers are the header's:
 #   - without the inline namespace of the ABI, which users do not write;
 #   - with a sentence for members that need none in the header: moves and copies, and what each specialisation of rdf::traits has;

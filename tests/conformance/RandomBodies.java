@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What Apache Jena makes of bodies. Run by random_bodies_test.py, which says what is in DIR; input and output are as of random_bodies_node.mjs:
 //   java RandomBodies.java DIR
 import java.io.StringReader;

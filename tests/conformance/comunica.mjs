@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Comunica as it is published, from the root of a robot. Run by whole_robot_test.py:
 //   node comunica.mjs MODULES ROOT < QUERIES
 // QUERIES is JSON: {"all": QUERY, "questions": {NAME: QUERY}}. Each question starts at the root with an empty cache: the query `all` finds the

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What jsonld.js makes of our JSON-LD, and n3 of our Turtle and N-Triples. Run by json_ld_test.py:
 //   node json_ld_node.mjs MODULES DIR
 // For each graph N of DIR the three are compared as canonical N-Quads; N.*.back.jsonld are written for us to read.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What rdf-validate-shacl and shacl-engine make of bodies. Run by random_bodies_test.py:
 //   node random_bodies_node.mjs MODULES DIR rdf-validate-shacl|shacl-engine
 // DIR/bodies.txt has blocks of N-Triples, each after a line `= NUMBER SHAPES SHAPE`: the file of DIR with the shapes, and the one that judges. The

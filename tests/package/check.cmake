@@ -4,14 +4,25 @@
 #   install          installs into PREFIX, which is moved afterwards: no file names a path of the build or of the first prefix
 #   find_package     builds and runs consumers with what is in PREFIX; reasons for what is missing
 #   pkg_config       the same, without CMake
-#   add_subdirectory builds and runs a consumer with the sources
-#   fetch_content    the same sources, from their folder and from an archive, come to the same targets
+#   add_subdirectory builds, links and runs a consumer with the sources as an archive of them has them
+#   fetch_content    the same sources, from their folder and from the archive, come to the same targets: what add_subdirectory has linked
 function(run what)
   execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE said ERROR_VARIABLE said)
   if(NOT result EQUAL 0)
     message(FATAL_ERROR "${what} failed (${result}):\n${said}")
   endif()
   message(STATUS "${what}: done")
+endfunction()
+
+# WORK_DIR/lrt.tar.gz: what git has, as it is in the folder; without git, what the library is built of.
+function(make_archive)
+  set(list ${WORK_DIR}/files.txt)
+  execute_process(COMMAND git ls-files OUTPUT_FILE ${list} ERROR_QUIET RESULT_VARIABLE result WORKING_DIRECTORY ${LRT_SOURCE_DIR})
+  if(NOT result EQUAL 0)
+    file(WRITE ${list} "CMakeLists.txt\ncmake\ninclude\nsrc\ntools\n")
+  endif()
+  execute_process(COMMAND ${CMAKE_COMMAND} -E tar czf ${WORK_DIR}/lrt.tar.gz --files-from=${list} WORKING_DIRECTORY ${LRT_SOURCE_DIR}
+                  COMMAND_ERROR_IS_FATAL ANY)
 endfunction()
 
 file(REMOVE_RECURSE "${WORK_DIR}")
@@ -94,19 +105,14 @@ elseif(KIND STREQUAL "pkg_config")
   run("run" ${WORK_DIR}/consumer ${LRT_SOURCE_DIR}/examples/ex_urdf_robot/picker.urdf)
 
 elseif(KIND STREQUAL "add_subdirectory")
-  run("configure" ${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR}/add_subdirectory -B ${WORK_DIR}/build ${options} -D LRT_SOURCE_DIR=${LRT_SOURCE_DIR})
+  make_archive()
+  file(ARCHIVE_EXTRACT INPUT ${WORK_DIR}/lrt.tar.gz DESTINATION ${WORK_DIR}/lrt)
+  run("configure" ${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR}/add_subdirectory -B ${WORK_DIR}/build ${options} -D LRT_SOURCE_DIR=${WORK_DIR}/lrt)
   run("build" ${CMAKE_COMMAND} --build ${WORK_DIR}/build -j2)
   run("run" ${WORK_DIR}/build/consumer ${LRT_VERSION})
 
 elseif(KIND STREQUAL "fetch_content")
-  # What git has, as it is in the folder; without git, what the library is built of.
-  set(list ${WORK_DIR}/files.txt)
-  execute_process(COMMAND git ls-files OUTPUT_FILE ${list} ERROR_QUIET RESULT_VARIABLE result WORKING_DIRECTORY ${LRT_SOURCE_DIR})
-  if(NOT result EQUAL 0)
-    file(WRITE ${list} "CMakeLists.txt\ncmake\ninclude\nsrc\ntools\n")
-  endif()
-  execute_process(COMMAND ${CMAKE_COMMAND} -E tar czf ${WORK_DIR}/lrt.tar.gz --files-from=${list} WORKING_DIRECTORY ${LRT_SOURCE_DIR}
-                  COMMAND_ERROR_IS_FATAL ANY)
+  make_archive()
   foreach(from folder archive)
     set(where -D LRT_SOURCE_DIR=${LRT_SOURCE_DIR})
     if(from STREQUAL "archive")
@@ -115,7 +121,6 @@ elseif(KIND STREQUAL "fetch_content")
     run("configure from the ${from}" ${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR}/fetch_content -B ${WORK_DIR}/${from} ${options} ${where})
     run("compile from the ${from}" ${CMAKE_COMMAND} --build ${WORK_DIR}/${from} --target consumer)
   endforeach()
-  # package.add_subdirectory builds the library of these sources.
   run("same sources" ${CMAKE_COMMAND} -E compare_files ${WORK_DIR}/folder/sources.txt ${WORK_DIR}/archive/sources.txt)
 else()
   message(FATAL_ERROR "there is no KIND ${KIND}")

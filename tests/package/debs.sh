@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Makes the Debian packages of a shared build, checks them with lintian, installs them into a root without lrt, and builds and runs a consumer with
-# CMake and one with pkg-config from what is in there.
+# Makes the Debian packages of a shared build, checks them with lintian, installs them into a root without lrt, and builds and runs a consumer of each
+# library with CMake and one with pkg-config from what is in there. Exits with 77 where the tools or the rights are missing.
 #
 #   tests/package/debs.sh FOLDER           builds in FOLDER (created if missing). The root has the packages' files only; the consumers run on this
 #                                          machine, with the packages that are declared as dependencies taken from it
@@ -28,7 +28,7 @@ trap 'rm -rf --one-file-system "$work"' EXIT
 for tool in dpkg-deb dpkg-shlibdeps objcopy xz; do
   if ! command -v "$tool" >/dev/null; then
     echo "skipped: $tool is not found; install dpkg-dev, or run vendor/install.sh ci"
-    exit 0
+    exit 77
   fi
 done
 if command -v ninja >/dev/null; then export CMAKE_GENERATOR="${CMAKE_GENERATOR:-Ninja}"; fi
@@ -49,7 +49,30 @@ rm -rf "$folder/packages"
 rm -rf "$folder/packages/_CPack_Packages"
 debs=("$folder"/packages/*.deb)
 ls -l "$folder/packages"
-for deb in "${debs[@]}"; do dpkg-deb --field "$deb" Package Depends Recommends; done
+for deb in "${debs[@]}"; do dpkg-deb --field "$deb" Package Multi-Arch Depends Recommends Suggests; done
+
+# What packages of others will depend on (>=), what these depend on (=), and first lines of which none is another's.
+version=$(sed -n 's/^#define LRT_VERSION "\(.*\)"$/\1/p' "$source_root/include/lrt/version.hpp")
+abi=$(sed -n 's/^#define LRT_ABI //p' "$source_root/include/lrt/version.hpp")
+for deb in "${debs[@]}"; do
+  name=$(dpkg-deb --field "$deb" Package)
+  if dpkg-deb --info "$deb" | grep ' shlibs' >/dev/null; then
+    dpkg-deb --info "$deb" shlibs | tee "$work/shlibs"
+    if grep -vE "^liblrt[a-z_]* $abi $name \\(>= ${version//./\\.}-[^ ]+\\)$" "$work/shlibs"; then
+      echo "$name: expected \">= $version-REVISION\" in shlibs: libraries of one LRT_ABI can replace each other"
+      exit 1
+    fi
+  fi
+  if dpkg-deb --field "$deb" Depends | tr ',' '\n' | grep -E '^ *liblrt' | grep -vF "(= $version-"; then
+    echo "$name: expected exactly this version of the other packages of lrt"
+    exit 1
+  fi
+done
+same=$(for deb in "${debs[@]}"; do dpkg-deb --field "$deb" Description | head -n 1; done | sort | uniq -d)
+if [[ -n $same ]]; then
+  echo "several packages have the first line: $same"
+  exit 1
+fi
 
 if command -v lintian >/dev/null; then
   lintian --allow-root --fail-on error,warning --tag-display-limit 0 "${debs[@]}"
@@ -58,23 +81,33 @@ else
   echo "skipped: lintian is not found; install lintian, or run vendor/install.sh ci"
 fi
 
-# consumers ROOT: builds and runs one consumer with each tool, with the files below ROOT and the compiler here.
-version=$(sed -n 's/^#define LRT_VERSION "\(.*\)"$/\1/p' "$source_root/include/lrt/version.hpp")
+# consumers ROOT: builds and runs a consumer of each library with CMake and one with pkg-config, with the files below ROOT and the compiler here.
 consumers() {
-  local root=$1 libdir flags=()
+  local root=$1 libdir flags=() wanted=(-DCLIENT=ON -DQUERY=ON) component
   libdir=/usr/lib/$(dpkg-architecture -q DEB_HOST_MULTIARCH)
+  for component in urdf mqtt; do
+    if compgen -G "$folder/packages/liblrt-$component*.deb" >/dev/null; then
+      wanted+=("-D${component^^}=ON")
+    else
+      echo "skipped: lrt::$component is left out of this build"
+    fi
+  done
   export LD_LIBRARY_PATH=$root$libdir
-  cmake -S "$here/find_package" -B "$work/consumer" -DCMAKE_PREFIX_PATH="$root/usr" -DLRT_WANTED="$version" -DCLIENT=ON >"$work/log" || {
+  rm -rf "$folder/consumer"
+  cmake -S "$here/find_package" -B "$folder/consumer" -DCMAKE_PREFIX_PATH="$root/usr" -DLRT_WANTED="$version" "${wanted[@]}" >"$work/log" || {
     cat "$work/log"
     return 1
   }
-  cmake --build "$work/consumer" >"$work/log" || {
+  cmake --build "$folder/consumer" -j 2 >"$work/log" || {
     cat "$work/log"
     return 1
   }
-  "$work/consumer/consumer" "$version"
-  "$work/consumer/client_consumer"
-  echo "CMake: a consumer was built and run"
+  "$folder/consumer/consumer" "$version"
+  for component in client query mqtt; do
+    if [[ -x $folder/consumer/${component}_consumer ]]; then "$folder/consumer/${component}_consumer"; fi
+  done
+  if [[ -x $folder/consumer/urdf_consumer ]]; then "$folder/consumer/urdf_consumer" "$source_root/examples/ex_urdf_robot/picker.urdf"; fi
+  echo "CMake: built and run:" "$folder/consumer"/*consumer
   read -ra flags <<<"$(PKG_CONFIG_PATH=$root$libdir/pkgconfig pkg-config --cflags --libs lrt)"
   "${CXX:-c++}" -std=c++17 "$here/main.cpp" "${flags[@]}" -o "$work/program"
   "$work/program" "$version"
@@ -83,26 +116,27 @@ consumers() {
 }
 
 if [[ ${2:-} != --root ]]; then
-  root=$work/root
+  root=$folder/root  # always the same, so that ccache knows the consumers
+  rm -rf "$root"
   for deb in "${debs[@]}"; do dpkg-deb -x "$deb" "$root"; done
   consumers "$root"
-  echo "skipped: a Debian of its own in the root, which takes minutes and a mirror: $0 FOLDER --root"
+  echo "$0 FOLDER --root does this in a Debian of its own, which takes minutes and a mirror"
   exit 0
 fi
 
 if [[ $(id -u) != 0 ]] || ! command -v debootstrap >/dev/null; then
   echo "skipped: --root needs the rights of root, and debootstrap"
-  exit 0
+  exit 77
 fi
 root=$work/root
 debootstrap --variant=minbase "$suite" "$root" "$mirror" >"$work/log" 2>&1 || {
   tail -n 20 "$work/log"
   echo "skipped: debootstrap found no $suite at $mirror (LRT_DEBIAN_MIRROR, LRT_DEBIAN_SUITE)"
-  exit 0
+  exit 77
 }
 mkdir "$root/lrt" "$root/lrt/package"
 cp "${debs[@]}" "$root/lrt/"
-cp -r "$here"/*.cpp "$here/find_package" "$root/lrt/package/"
+cp -r "$here"/*.cpp "$here/find_package" "$source_root/examples/ex_urdf_robot/picker.urdf" "$root/lrt/package/"
 cat >"$root/lrt/run.sh" <<'IN_ROOT'
 #!/bin/sh
 set -eu
@@ -111,11 +145,12 @@ apt-get install -y -q --no-install-recommends /lrt/*.deb >/lrt/log 2>&1 || { tai
 ldconfig -p | grep liblrt
 lrt --version
 apt-get install -y -q --no-install-recommends g++ cmake make pkg-config >/lrt/log 2>&1 || { tail -n 20 /lrt/log; exit 1; }
-cmake -S /lrt/package/find_package -B /lrt/build -DLRT_WANTED="$1" -DCLIENT=ON -DQUERY=ON -DMQTT=ON
+cmake -S /lrt/package/find_package -B /lrt/build -DLRT_WANTED="$1" -DCLIENT=ON -DQUERY=ON -DURDF=ON -DMQTT=ON
 cmake --build /lrt/build
 /lrt/build/consumer "$1"
 /lrt/build/client_consumer
 /lrt/build/query_consumer
+/lrt/build/urdf_consumer /lrt/package/picker.urdf
 /lrt/build/mqtt_consumer
 # shellcheck disable=SC2046  # one argument per flag
 c++ -std=c++17 /lrt/package/main.cpp $(pkg-config --cflags --libs lrt) -o /lrt/program

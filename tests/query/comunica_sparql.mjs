@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Comunica as it is published, with a SPARQL endpoint as its source. Run by clients_test.py:
 //   node comunica_sparql.mjs MODULES ENDPOINT < QUERIES
 // QUERIES is JSON: {NAME: QUERY}. Prints {NAME: ANSWER}: rows as arrays of texts, triples likewise, or a boolean.

@@ -131,7 +131,7 @@ std::vector<std::string> values_of(const client::Robot& robot, const std::string
 }
 
 std::vector<std::string> values_of(const CLI::Option& option) {
-  const std::string name = option.get_single_name();
+  const std::string& name = option.get_single_name();
   if (name == "color") return {"auto", "always", "never"};
   if (name == "via") return {"websocket", "event-stream", "polling"};
   if (name == "format") return {"text", "json", "earl"};

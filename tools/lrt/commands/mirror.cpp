@@ -38,7 +38,7 @@ std::string count_of(std::uint64_t number, const char* noun) { return std::to_st
 /// Prints important events; single graphs only with --verbose.
 class Reporter {
  public:
-  Reporter(Session& session) : session_(session) {}
+  explicit Reporter(Session& session) : session_(session) {}
 
   void operator()(const MirrorEvent& event) {
     const std::lock_guard lock(mutex_);
