@@ -35,7 +35,7 @@ inline namespace v0 {
 ///               the user gives one of these paths to something else, also later and as the path of another Thing,
 ///               lrt's resource gets `-lrt` after its name ("arm/state-lrt", "arm/actions-lrt/turn") as long as the
 ///               user's resource exists. The same holds for the Blueprints of kinds below "blueprints". Clients follow
-///               links, so they find both. Three paths are reserved: "ns/lrt", "ns/vocabulary" and "ns/context.jsonld".
+///               links, so they find both. Some paths are reserved: docs/things.md.
 /// @par Threads  Set-up only: one thread at a time. Different Things: any. The lambdas run where their Dispatch says.
 /// @par Implements  R0.3, R1.1, R1.3
 class LRT_API Thing {
