@@ -12,6 +12,7 @@
 
 #include <lrt/engine/engine.hpp>
 
+#include "src/model/spec.hpp"
 #include "tests/support/catch.hpp"
 
 using namespace lrt;

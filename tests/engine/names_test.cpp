@@ -10,6 +10,7 @@
 
 #include "src/engine/parts.hpp"
 #include "src/engine/resources/thing.hpp"
+#include "src/model/spec.hpp"
 #include "tests/support/bench.hpp"
 #include "tests/support/blueprint.hpp"
 #include "tests/support/catch.hpp"

@@ -13,6 +13,7 @@
 #include "src/engine/representation_cache.hpp"
 #include "src/engine/resources/property.hpp"
 #include "src/engine/resources/thing.hpp"
+#include "src/model/spec.hpp"
 #include "tests/support/bench.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/fakes.hpp"

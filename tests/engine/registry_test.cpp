@@ -11,6 +11,7 @@
 #include "src/engine/representation_cache.hpp"
 #include "src/engine/resources/documents.hpp"
 #include "src/engine/resources/thing.hpp"
+#include "src/model/spec.hpp"
 #include "tests/support/catch.hpp"
 
 using namespace lrt;
