@@ -31,18 +31,27 @@ inline constexpr FromInput from_input{};
 ///
 /// @par Threads  Set-up: one thread at a time, before Server::add(). available(): any.
 /// @par Implements  R0.5, R0.8, R1.10, paper 5.4
-class LRT_API Action : public model::ResourceHandle<Action, model::ResourceSetup> {
+class LRT_API Action : public model::ResourceHandle<Action, model::ActionSetup> {
  public:
   /// An empty handle, to be assigned later.
   Action() noexcept = default;
 
   /// Sets unit and bounds of the input. What `f` does not set stays as it is.
-  Action& consumes(const rdf::Facets& f);
+  Action& consumes(const rdf::Facets& f) {
+    if (is_editable("consumes")) facets_of().merge(f);
+    return *this;
+  }
   /// Sets unit and bounds of the output. What `f` does not set stays as it is.
-  Action& produces(const rdf::Facets& f);
+  Action& produces(const rdf::Facets& f) {
+    if (is_editable("produces")) output_facets_of().merge(f);
+    return *this;
+  }
   /// Sets what happens to an invocation while another one of this action is pending or running. Default:
   /// ActionPolicy::queue(16).
-  Action& policy(ActionPolicy p);
+  Action& policy(ActionPolicy p) {
+    if (is_editable("policy")) set_policy(p);
+    return *this;
+  }
 
   /// Marks the action as a stop: it brings the robot to a standstill, and the server serves it even when every limit is
   /// reached.
@@ -62,7 +71,10 @@ class LRT_API Action : public model::ResourceHandle<Action, model::ResourceSetup
   ///
   /// @par Errors  invalid_option, from Server::add(): the action has an input, a dispatch that waits for Server::poll,
   ///              or another policy
-  Action& stop();
+  Action& stop() {
+    if (is_editable("stop")) set_stop();
+    return *this;
+  }
 
   /// @{
   /// States the effect: what a successful invocation changes. Clients can search for the action that leads to their
@@ -80,29 +92,35 @@ class LRT_API Action : public model::ResourceHandle<Action, model::ResourceSetup
   /// @par Implements  paper 5.4, Figure 5a
   template <class Self, class T>
   Action& effect(const model::PropertyHandle<Self, T>& property) {
-    return add_effect(not_empty(property), false);
+    return with_effect(not_empty(property), false);
   }
   template <class Self, class T>
   Action& effect(const model::PropertyHandle<Self, T>& property, FromInput) {
-    return add_effect(not_empty(property), true);
+    return with_effect(not_empty(property), true);
   }
   template <class Self, class T>
   Action& effect(const model::PropertyHandle<Self, T>& property, const std::common_type_t<T>& value) {
-    return add_effect(not_empty(property), rdf::traits<T>::encode(value));
+    return with_effect(not_empty(property), rdf::traits<T>::encode(value));
   }
-  Action& effect(std::string_view property) { return add_effect(property, false); }
-  Action& effect(std::string_view property, FromInput) { return add_effect(property, true); }
+  Action& effect(std::string_view property) { return with_effect(property, false); }
+  Action& effect(std::string_view property, FromInput) { return with_effect(property, true); }
   /// @}
   /// States the effect by a shape in Turtle with the name `<#effect>`. The base IRI is the action, so `<../rotation>`
   /// is the property "rotation" of its thing.
   /// @par Errors  expected_rdf: from Server::add()
-  Action& effect_turtle(std::string text);
+  Action& effect_turtle(std::string text) {
+    if (is_editable("effect_turtle")) add_effect_turtle(std::move(text));
+    return *this;
+  }
 
   /// Adds a header field of the request to the action's binding (http-core:headers), for example one that a proxy or an
   /// authorizer requires. lrt states Content-Type (if there is an input) and Accept, both with text/turtle; a field
   /// with one of these names replaces lrt's.
   /// @par Errors  expected_http: from Server::add()
-  Action& header(std::string name, std::string value);
+  Action& header(std::string name, std::string value) {
+    if (is_editable("header")) add_header(std::move(name), std::move(value));
+    return *this;
+  }
 
   /// @{
   /// States that this action is composed of another one (dcterms:hasPart), as moving an arm is composed of turning its
@@ -111,8 +129,14 @@ class LRT_API Action : public model::ResourceHandle<Action, model::ResourceSetup
   /// @param part  a handle; or the path of an action below the server's root: "baxter/right_s1/actions/rotate"
   /// @par Errors  expected_iri (a path): from Server::add()
   /// @par Implements  paper 5.4
-  Action& composed_of(const Action& part);
-  Action& composed_of(std::string_view part);
+  Action& composed_of(const Action& part) {
+    if (is_editable("composed_of")) add_part(not_empty(part));
+    return *this;
+  }
+  Action& composed_of(std::string_view part) {
+    if (is_editable("composed_of")) add_part(part);
+    return *this;
+  }
   /// @}
 
   /// Sets whether the action can be invoked now. Default: true.
@@ -153,10 +177,11 @@ class LRT_API Action : public model::ResourceHandle<Action, model::ResourceSetup
     assert(resource && "lrt: the handle is empty; assign what Thing::property or Thing::action returns");
     return resource;
   }
-  void set_unavailable(const char* reason) noexcept;
-  Action& add_effect(const model::ResourceSetup& property, bool input);
-  Action& add_effect(const model::ResourceSetup& property, rdf::Value value);
-  Action& add_effect(std::string_view property, bool input);
+  template <class Property, class What>
+  Action& with_effect(const Property& property, What&& what) {
+    if (is_editable("effect")) add_effect(property, std::forward<What>(what));
+    return *this;
+  }
 };
 
 }  // namespace v0

@@ -8,7 +8,16 @@ inline namespace v0 {
 namespace {
 
 PropertySpec& property_of(const std::shared_ptr<ResourceSpec>& spec) { return static_cast<PropertySpec&>(*spec); }
+ActionSpec& action_of(const std::shared_ptr<ResourceSpec>& spec) { return static_cast<ActionSpec&>(*spec); }
 CollectionSpec& collection_of(const std::shared_ptr<ResourceSpec>& spec) { return static_cast<CollectionSpec&>(*spec); }
+
+/// The location of what a path names; empty after an error, which the action keeps.
+std::string location_at(ActionSpec& action, std::string_view path) {
+  Result<std::string> encoded = encode_path_from_root(path);
+  if (encoded) return "/" + *std::move(encoded);
+  if (!action.first_error) action.first_error = std::move(encoded).error();
+  return {};
+}
 
 }  // namespace
 
@@ -48,6 +57,30 @@ void PropertySetup::add_representation(std::string_view media_type, EncodeFuncti
 void PropertySetup::set_octets() noexcept { property_of(spec_).octets = true; }
 void PropertySetup::set_file() noexcept { property_of(spec_).file = true; }
 void PropertySetup::set_sample_period(std::chrono::milliseconds period) noexcept { property_of(spec_).sample_period = period; }
+
+rdf::Facets& ActionSetup::output_facets_of() noexcept { return action_of(spec_).output_facets; }
+void ActionSetup::set_policy(ActionPolicy policy) noexcept { action_of(spec_).policy = policy; }
+void ActionSetup::set_stop() noexcept {
+  ActionSpec& action = action_of(spec_);
+  action.stop = true;
+  action.dispatch = Dispatch::io_thread;
+  action.policy = ActionPolicy::parallel(16);
+}
+void ActionSetup::add_effect(const ResourceSetup& property, bool from_input) {
+  action_of(spec_).effects.push_back({property.location(), from_input});
+}
+void ActionSetup::add_effect(const ResourceSetup& property, rdf::Value value) {
+  auto spec = std::static_pointer_cast<const PropertySpec>(property.spec_);
+  action_of(spec_).effects.push_back({property.location(), false, std::move(spec), std::move(value)});
+}
+void ActionSetup::add_effect(std::string_view property, bool from_input) {
+  action_of(spec_).effects.push_back({location_at(action_of(spec_), property), from_input});
+}
+void ActionSetup::add_effect_turtle(std::string text) { action_of(spec_).effect_turtle.push_back(std::move(text)); }
+void ActionSetup::add_header(std::string name, std::string value) { action_of(spec_).headers.emplace_back(std::move(name), std::move(value)); }
+void ActionSetup::add_part(const ResourceSetup& part) { action_of(spec_).parts.push_back(part.location()); }
+void ActionSetup::add_part(std::string_view part) { action_of(spec_).parts.push_back(location_at(action_of(spec_), part)); }
+void ActionSetup::set_unavailable(const char* reason) noexcept { action_of(spec_).availability.set(reason); }
 
 void CollectionSetup::set_create(CreateFunction create) { collection_of(spec_).create = std::move(create); }
 void CollectionSetup::set_remove(RemoveFunction remove) { collection_of(spec_).remove = std::move(remove); }

@@ -16,12 +16,6 @@
 #include <lrt/model/statement.hpp>
 #include <lrt/rdf/type.hpp>
 
-namespace lrt {
-inline namespace v0 {
-class Action;
-}  // namespace v0
-}  // namespace lrt
-
 namespace lrt::model {
 inline namespace v0 {
 
@@ -42,6 +36,8 @@ Result<void> result_of(F f) {
 }
 
 struct ResourceSpec;
+
+class ActionSetup;
 
 /// What all handles have: the description of a resource, which only the library sees. The functions that set something
 /// expect that is_editable() has returned true.
@@ -76,7 +72,7 @@ class LRT_API ResourceSetup {
   std::shared_ptr<ResourceSpec> spec_;
 
  private:
-  friend class ::lrt::Action;  // reads the properties that it changes
+  friend class ActionSetup;  // reads the properties that an action changes
   bool is_open() const noexcept;
   void report_late(const char* call) const noexcept;
 };
@@ -95,6 +91,26 @@ class LRT_API PropertySetup : public ResourceSetup {
   void set_octets() noexcept;
   void set_file() noexcept;
   void set_sample_period(std::chrono::milliseconds period) noexcept;
+};
+
+/// The same of an action.
+class LRT_API ActionSetup : public ResourceSetup {
+ protected:
+  using ResourceSetup::ResourceSetup;
+  ActionSetup() noexcept = default;
+
+  rdf::Facets& output_facets_of() noexcept;
+  void set_policy(ActionPolicy policy) noexcept;
+  void set_stop() noexcept;
+  void add_effect(const ResourceSetup& property, bool from_input);
+  void add_effect(const ResourceSetup& property, rdf::Value value);
+  void add_effect(std::string_view property, bool from_input);
+  void add_effect_turtle(std::string text);
+  void add_header(std::string name, std::string value);
+  void add_part(const ResourceSetup& part);
+  void add_part(std::string_view part);
+  /// @param reason  nullptr: the action is available
+  void set_unavailable(const char* reason) noexcept;
 };
 
 /// The same of a collection.
