@@ -15,7 +15,6 @@
 #include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/model/detail/slot.hpp>
-#include <lrt/model/detail/slot.hpp>
 #include <lrt/model/statement.hpp>
 #include <lrt/rdf/graph.hpp>
 #include <lrt/rdf/traits.hpp>
