@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # Rules for the text of every file in git (without git: every file that is not below build/). What breaks one is printed.
 #   - no file has the conflict markers of a merge
-#   - each source has its licence in one of its first three lines (what comes first in a script or an HTML page is not ours to choose)
+#   - each source has its licence in one of its first three lines (a script begins with its interpreter, an HTML page with its doctype)
 set -euo pipefail
 
 root=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.." && pwd)

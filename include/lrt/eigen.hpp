@@ -269,7 +269,7 @@ using MatrixTraits = std::conditional_t<!M::IsVectorAtCompileTime, Rows<M>,
 /// The reason why it is not a rotation; nullopt: it is one.
 template <class S>
 std::optional<Error> no_rotation(const Eigen::Matrix<S, 3, 3>& m) {
-  // Of floats it is a conversion, done once. NOLINTNEXTLINE(performance-unnecessary-copy-initialization)
+  // Converts floats once. NOLINTNEXTLINE(performance-unnecessary-copy-initialization)
   const Eigen::Matrix3d r = m.template cast<double>();
   const double off = (r * r.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
   if (!(off <= matrix_tolerance<S>))

@@ -36,11 +36,10 @@ Result<void> result_of(F f) {
 }
 
 struct ResourceSpec;
-
 class ActionSetup;
 
-/// What all handles have: the description of a resource, which only the library sees. The functions that set something
-/// expect that is_editable() has returned true.
+/// The part of a handle that is compiled into the library. It points to the description of the resource, whose layout is
+/// in src/model/spec.hpp. Functions that change the description expect that is_editable() has returned true.
 class LRT_API ResourceSetup {
  public:
   /// False for an empty handle.
@@ -50,8 +49,8 @@ class LRT_API ResourceSetup {
   ResourceSetup() noexcept = default;
   explicit ResourceSetup(std::shared_ptr<ResourceSpec> spec) noexcept : spec_(std::move(spec)) {}
 
-  /// Whether set-up calls have an effect: the handle is not empty, and the thing not added to a server. False is also
-  /// logged, and a failed assertion of the user's build.
+  /// Whether set-up calls have an effect: the handle is not empty, and its thing was not added to a server yet. If not,
+  /// this logs the call, and an assertion fails in a build of the user without NDEBUG.
   bool is_editable(const char* call) const noexcept {
     if (is_open()) return true;
     report_late(call);
@@ -77,7 +76,7 @@ class LRT_API ResourceSetup {
   void report_late(const char* call) const noexcept;
 };
 
-/// The same of a property.
+/// What the library sets in the description of a property.
 class LRT_API PropertySetup : public ResourceSetup {
  protected:
   using ResourceSetup::ResourceSetup;
@@ -93,7 +92,7 @@ class LRT_API PropertySetup : public ResourceSetup {
   void set_sample_period(std::chrono::milliseconds period) noexcept;
 };
 
-/// The same of an action.
+/// What the library sets in the description of an action.
 class LRT_API ActionSetup : public ResourceSetup {
  protected:
   using ResourceSetup::ResourceSetup;
@@ -113,7 +112,7 @@ class LRT_API ActionSetup : public ResourceSetup {
   void set_unavailable(const char* reason) noexcept;
 };
 
-/// The same of a collection.
+/// What the library sets in the description of a collection.
 class LRT_API CollectionSetup : public ResourceSetup {
  protected:
   using ResourceSetup::ResourceSetup;
@@ -126,14 +125,14 @@ class LRT_API CollectionSetup : public ResourceSetup {
 /// @endcond
 
 /// The common part of the handles of properties, actions and collections. They describe a resource before its thing is
-/// added to a server. Copies are handles to the same resource.
+/// added to a server. Copies are handles to the same resource. In a condition a handle is false if it is empty.
 ///
 /// A set-up call after Server::add() has no effect: it writes one message with the resource and the call to the
 /// server's log callback, and is a failed assertion unless NDEBUG is defined. A call on an empty handle is a failed
 /// assertion, too.
 ///
 /// @tparam Self   the handle that the calls return
-/// @tparam Setup  internal: what the library sets
+/// @tparam Setup  internal: the part that is compiled into the library
 /// @par Errors   Set-up calls do not fail. Server::add() returns the first error of a thing.
 /// @par Threads  One thread at a time.
 template <class Self, class Setup>

@@ -17,12 +17,12 @@ class InvocationLink;
 /// The result of reading a property.
 struct Reading {
   rdf::Value value;
-  std::shared_ptr<const void> whole;  ///< the T itself, for the user's encoders; null: there are no encoders
+  std::shared_ptr<const void> whole;  ///< the T itself, for the user's encoders; null: it was not requested
 };
 
 /// The user's callables without their types: made by templates, called by the engine. Exceptions of user code pass through.
 /// @{
-using ReadFunction = UniqueFunction<Reading(bool whole)>;  ///< `whole`: the T itself is needed
+using ReadFunction = UniqueFunction<Reading(bool whole)>;  ///< `whole`: Reading::whole is requested
 using WriteFunction = UniqueFunction<Result<void>(const rdf::Value&)>;
 using WholeFunction = UniqueFunction<std::shared_ptr<const void>(const rdf::Value&)>;  ///< makes the T of a written value; returns null if it cannot
 using EncodeFunction = UniqueFunction<Result<Bytes>(const void*)>;                     ///< of a T
