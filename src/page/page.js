@@ -190,10 +190,11 @@ async function sendRequest(method, iri, { accept = `${N_TRIPLES}, ${PROBLEM}`, b
   try {  // no-store: the browser's cache has the page for this address
     response = await fetch(local(withoutHash(iri)), { method, headers, body, signal, cache: "no-store" });
     text = await response.text();
+    // The session has ended. If the page does not know its user yet: if its own address, which was readable, is refused, too.
+    if (response.status === 401 && (user || (await fetch("", { method: "HEAD" })).status === 401)) location.reload();
   } catch { throw new Unreachable("the robot does not respond"); }
   const off = Date.parse(response.headers.get("Date")) - Date.now();
   if (Number.isFinite(off)) clockOffset = Math.abs(off) < 3000 ? 0 : off;
-  if (response.status === 401 && user) location.reload();  // the session has ended
   const type = (response.headers.get("Content-Type") ?? "").split(";")[0];
   const g = parseBody(type, text) ?? new Graph();
   if (response.status >= 400) {

@@ -279,6 +279,21 @@ def a_session_ends_with_its_token_and_the_page_asks_anew(browser):
         browser.until("return document.querySelector('header').innerText.includes('anna')", "somebody else")
 
 
+def a_session_that_ends_before_the_page_knows_its_user_ends_too(browser):
+    with Guarded("--demo") as robot:
+        log_in(browser, robot)
+        script = browser.devtools("Page.addScriptToEvaluateOnNewDocument", source="const request = fetch; window.fetch = (iri, ...more) => String(iri).endsWith('/ns/session') ? Promise.reject(TypeError()) : request(iri, ...more);")
+        try:
+            browser.open(robot.at("baxter/right_s1"))
+            browser.until("return [...document.querySelectorAll('header button')].some(b => b.innerText === 'Log in')", "the page does not know its user")
+            browser.until("return document.getElementById('link').textContent === 'Live'", "the page is live")
+            robot.write_tokens(f"anna reader {READER}\n")
+            browser.until("return document.querySelector('h1')?.textContent === 'Log in'", "the form, at the same address")
+            assert browser.url() == robot.at("baxter/right_s1")
+        finally:
+            browser.devtools("Page.removeScriptToEvaluateOnNewDocument", identifier=script["identifier"])
+
+
 def a_login_at_the_address_of_the_session_leads_to_this_robot_only(browser):
     with Guarded() as robot, Elsewhere() as elsewhere:
         for fragment, place in (("#/baxter/right_s1", "/baxter/right_s1"), ("", "/"), ("#" + elsewhere.url, "/"), ("#//" + elsewhere.url[7:], "/"), ("#javascript:alert(1)", "/")):
@@ -369,7 +384,8 @@ def the_form_fits_a_phone_and_the_dark(browser):
 
 CASES = [a_user_logs_in_reads_writes_watches_and_logs_out, a_page_elsewhere_cannot_command_with_the_session_of_its_reader, a_page_of_another_site_has_no_cookie_to_send,
          no_page_can_be_framed, another_name_of_this_machine_has_neither_page_nor_session, nobody_is_logged_in_by_a_page_elsewhere, a_cookie_that_was_set_beforehand_stays_unknown,
-         no_script_reads_the_cookie_or_the_token, a_session_ends_with_its_token_and_the_page_asks_anew, a_login_at_the_address_of_the_session_leads_to_this_robot_only,
+         no_script_reads_the_cookie_or_the_token, a_session_ends_with_its_token_and_the_page_asks_anew, a_session_that_ends_before_the_page_knows_its_user_ends_too,
+         a_login_at_the_address_of_the_session_leads_to_this_robot_only,
          where_everybody_may_read_the_page_offers_a_login, who_may_see_a_part_alone_logs_out_there, a_script_elsewhere_watches_with_a_ticket, over_tls_the_session_is_of_this_host_alone, the_form_fits_a_phone_and_the_dark]
 
 
