@@ -110,7 +110,8 @@ class Flood:
 
     def run(self):
         self.attacker.ready.set()
-        while not self.attacker.stop.is_set():
+        # Until the first response in any case: a busy machine may need longer than SECONDS for it.
+        while not self.attacker.stop.is_set() or not any(self.attacker.counts):
             for key, events in self.selector.select(0.05):
                 state = key.data
                 try:
