@@ -36,16 +36,25 @@ std::string strong_tag(const http::Fields& fields) {
   return is_quoted && tag.find_first_of(" \t") == std::string_view::npos ? std::string(tag) : std::string();
 }
 
+/// A URL for messages: without user name and password.
+std::string without_userinfo(std::string url) {
+  const std::size_t scheme = url.find("//");
+  const std::size_t begin = scheme == std::string::npos ? 0 : scheme + 2, at = url.find_last_of('@', url.find_first_of("/?#", begin));
+  if (at != std::string::npos && at >= begin) url.erase(begin, at + 1 - begin);
+  return url;
+}
+
 }  // namespace
 
 Result<std::unique_ptr<GraphStore>> GraphStore::create(const StoreOptions& options, std::size_t max_requests, const LogCallback& log) {
   std::string example = options.endpoint;
   if (const std::size_t at = example.find(place_of_graph); at != std::string::npos) example.replace(at, place_of_graph.size(), "urn%3Ax");
   const Result<http::Url> url = http::parse_url(example);
-  if (!url) return unexpected(Errc::invalid_option, "the store \"" + options.endpoint + "\": " + url.error().message);
+  const std::string named = "the store \"" + without_userinfo(options.endpoint) + "\": ";
+  if (!url) return unexpected(Errc::invalid_option, named + url.error().message);
   if (!options.token.empty() && !options.user.empty()) return unexpected(Errc::invalid_option, "token and user of the store: expected only one");
   if (!options.token.empty() && !may_get_secrets(*url))
-    return unexpected(Errc::invalid_option, "the store \"" + options.endpoint + "\": a token is sent over TLS or to this machine only");
+    return unexpected(Errc::invalid_option, named + "a token is sent over TLS or to this machine only");
   for (const char c : options.token)
     if (!lrt::detail::is(c, lrt::detail::uri))
       return unexpected(Errc::invalid_option, "token of the store: expected no white space or control character");

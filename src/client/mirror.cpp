@@ -152,8 +152,8 @@ class Mirror::Impl {
   const std::unique_ptr<GraphStore> store_;
 
   mutable std::mutex mutex_;         ///< guards the rest unless stated otherwise; not held during exchanges and callbacks
-  std::condition_variable changed_;  ///< what waits for the store, and copy()
-  std::condition_variable due_;      ///< a reading
+  std::condition_variable changed_;  ///< notifies the threads that send, and copy()
+  std::condition_variable due_;      ///< notifies the threads that read: a robot is due
   bool stopped_ = false, is_started_ = false, only_once_ = false;
   std::optional<Error> failure_;
   std::map<std::string, Graph> graphs_;

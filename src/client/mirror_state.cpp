@@ -4,6 +4,7 @@
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/stat.h>
+#include <sys/types.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -20,6 +21,7 @@ inline namespace v0 {
 namespace {
 
 constexpr std::string_view begin_of_header = "lrt mirror 1\t";
+constexpr mode_t file_mode = 0600;  // names of robots and their parts
 
 Error system_error(const std::string& what, const std::string& path) {
   return {Errc::io_error, what + " \"" + path + "\": " + std::generic_category().message(errno)};
@@ -93,14 +95,38 @@ Result<std::vector<StoredGraph>> parse(std::string_view text, const std::string&
   return result;
 }
 
+/// The most bytes of a file: a graph has two IRIs of up to 8 KiB, and the file may be twice as long as its content before it is shortened.
+std::size_t max_file_bytes(std::size_t max_graphs) noexcept {
+  return std::min(max_graphs, std::size_t{1} << 17) * 2 * std::size_t{20 * 1024} + 2 * MirrorState::min_excess;
+}
+
+/// A file that has replaced the one at a path, in one step. It is locked.
+struct NewFile {
+  int descriptor;
+  std::size_t bytes;
+};
+Result<NewFile> replace_file(const std::string& path, const std::string& store, const std::vector<StoredGraph>& graphs) {
+  const std::string new_path = path + ".new";
+  std::string text = std::string(begin_of_header) + field(store) + "\n";
+  for (const StoredGraph& graph : graphs) text += record_of(graph);
+  const int descriptor = ::open(new_path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, file_mode);
+  if (descriptor < 0) return unexpected(system_error("cannot write", new_path));
+  if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0 || !write_all(descriptor, text) || ::fsync(descriptor) != 0 ||
+      ::rename(new_path.c_str(), path.c_str()) != 0) {
+    Error error = system_error("cannot write", path);
+    ::close(descriptor);
+    ::unlink(new_path.c_str());
+    return unexpected(std::move(error));
+  }
+  return NewFile{descriptor, text.size()};
+}
+
 }  // namespace
 
 Result<std::unique_ptr<MirrorState>> MirrorState::open(const std::string& path, const std::string& store, std::size_t max_graphs) {
-  // The file is locked. It may be replaced between open() and flock(): then the next one is tried.
-  const std::string new_path = path + ".new";
   int lock = -1;
   for (int attempts = 0; lock < 0; ++attempts) {
-    lock = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+    lock = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, file_mode);
     if (lock < 0) return unexpected(Errc::invalid_option, system_error("cannot write", path).message);
     const bool is_locked = ::flock(lock, LOCK_EX | LOCK_NB) == 0;
     struct stat opened {
@@ -113,39 +139,40 @@ Result<std::unique_ptr<MirrorState>> MirrorState::open(const std::string& path, 
     constexpr int max_attempts = 100;
     if ((!is_locked && is_same) || attempts >= max_attempts) return unexpected(Errc::invalid_option, "\"" + path + "\" is used by another mirror");
   }
-  const auto give_up = [&](Error error) {
-    ::close(lock);
-    return unexpected(std::move(error));
-  };
-  constexpr std::size_t bytes_of_graph = 20 * 1024;  // two IRIs of 8 KiB and the rest
-  const std::size_t max_bytes = std::min(max_graphs, std::size_t{1} << 17) * bytes_of_graph;
-  const Result<std::string> old = read_file(path, max_bytes);
-  if (!old) return give_up(old.error());
-  if (old->size() > max_bytes) return give_up({Errc::limit_exceeded, "\"" + path + "\" is longer than " + std::to_string(max_bytes) + " bytes"});
-  std::vector<StoredGraph> graphs;
-  if (!old->empty()) {
-    Result<std::vector<StoredGraph>> read = parse(*old, path, store, max_graphs);
-    if (!read) return give_up(std::move(read).error());
-    graphs = *std::move(read);
-  }
-  const int descriptor = ::open(new_path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0666);
-  if (descriptor < 0) return give_up(system_error("cannot write", new_path));
-  std::string text = std::string(begin_of_header) + field(store) + "\n";
-  for (const StoredGraph& graph : graphs) text += record_of(graph);
-  if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0 || !write_all(descriptor, text) || ::fsync(descriptor) != 0 ||
-      ::rename(new_path.c_str(), path.c_str()) != 0) {
-    const Error error = system_error("cannot write", path);
-    ::close(descriptor);
-    ::unlink(new_path.c_str());
-    return give_up(error);
-  }
-  ::close(lock);  // of the file that was replaced
-  std::unique_ptr<MirrorState> state(new MirrorState(path, descriptor));
-  state->graphs_ = std::move(graphs);
+  std::unique_ptr<MirrorState> state(new MirrorState(path, store, max_graphs, lock));
+  Result<std::vector<StoredGraph>> graphs = state->read();
+  if (!graphs) return unexpected(std::move(graphs).error());
+  if (Result<void> replaced = state->replace(*graphs); !replaced) return unexpected(std::move(replaced).error());
+  state->graphs_ = *std::move(graphs);
   return state;
 }
 
 MirrorState::~MirrorState() { ::close(descriptor_); }
+
+Result<std::vector<StoredGraph>> MirrorState::read() const {
+  const std::size_t max_bytes = max_file_bytes(max_graphs_);
+  const Result<std::string> text = read_file(path_, max_bytes);
+  if (!text) return unexpected(text.error());
+  if (text->size() > max_bytes) return unexpected(Errc::limit_exceeded, "\"" + path_ + "\" is longer than " + std::to_string(max_bytes) + " bytes");
+  if (text->empty()) return std::vector<StoredGraph>{};
+  return parse(*text, path_, store_, max_graphs_);
+}
+
+Result<void> MirrorState::replace(const std::vector<StoredGraph>& graphs) {
+  const Result<NewFile> file = replace_file(path_, store_, graphs);
+  if (!file) return unexpected(file.error());
+  ::close(std::exchange(descriptor_, file->descriptor));  // and the lock of the file that was replaced
+  bytes_ = file->bytes;
+  shorten_at_ = 2 * bytes_ + min_excess;
+  return {};
+}
+
+/// If that fails, the longer file has the same content, and a later record tries again.
+void MirrorState::shorten() {
+  if (bytes_ < shorten_at_) return;
+  const Result<std::vector<StoredGraph>> graphs = read();
+  if (!graphs || !replace(*graphs)) shorten_at_ = bytes_ + min_excess;
+}
 
 /// A state with a missing record would be trusted. Therefore the file is removed after an error.
 Result<void> MirrorState::fail() {
@@ -156,8 +183,10 @@ Result<void> MirrorState::fail() {
 
 Result<void> MirrorState::write(const std::string& lines) {
   if (error_) return unexpected(*error_);
-  if (write_all(descriptor_, lines)) return {};
-  return fail();
+  if (!write_all(descriptor_, lines)) return fail();
+  bytes_ += lines.size();
+  shorten();
+  return {};
 }
 
 Result<void> MirrorState::write_known(const std::vector<StoredGraph>& graphs) {

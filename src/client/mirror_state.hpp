@@ -29,12 +29,14 @@ struct StoredGraph {
 ///     forgotten	http://robot.example/tool
 ///
 /// Before a graph is sent whose content the file states, `unknown` is on the disk: a mirror that is killed between the exchange and the next record
-/// must not trust an older state. Opening the file replaces it by a shorter one with the same content, in one step (rename).
+/// must not trust an older state. When the file is opened, and when it is more than twice as long as its content needs and min_excess, a shorter one with
+/// the same content replaces it in one step (rename).
 ///
 /// @par Threads  One at a time.
 class MirrorState {
  public:
   static constexpr const char* deleted = "deleted";
+  static constexpr std::size_t min_excess = std::size_t{1} << 20;
 
   /// Opens or creates a file, and locks it.
   /// @par Errors  invalid_option: it is no such file, of another store, or in use; limit_exceeded: more than `max_graphs`; io_error
@@ -53,12 +55,18 @@ class MirrorState {
   Result<void> write_forgotten(const std::string& graph);
 
  private:
-  MirrorState(std::string path, int descriptor) : path_(std::move(path)), descriptor_(descriptor) {}
+  MirrorState(std::string path, std::string store, std::size_t max_graphs, int descriptor)
+      : path_(std::move(path)), store_(std::move(store)), max_graphs_(max_graphs), descriptor_(descriptor) {}
+  Result<std::vector<StoredGraph>> read() const;
+  Result<void> replace(const std::vector<StoredGraph>& graphs);
+  void shorten();
   Result<void> write(const std::string& lines);
   Result<void> fail();
 
-  const std::string path_;
-  const int descriptor_;  ///< locked
+  const std::string path_, store_;
+  const std::size_t max_graphs_;
+  int descriptor_;  ///< locked
+  std::size_t bytes_ = 0, shorten_at_ = 0;
   std::optional<Error> error_;
   std::vector<StoredGraph> graphs_;
 };

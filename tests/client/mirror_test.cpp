@@ -3,19 +3,24 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <condition_variable>
 #include <cstdlib>
 #include <fstream>
 #include <functional>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <sstream>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include <lrt/client.hpp>
 #include <lrt/rdf/codec.hpp>
 
+#include "src/client/mirror_state.hpp"
 #include "src/exchange/http_authentication.hpp"
 #include "tests/client/robot_host.hpp"
 #include "tests/delivery/receiver.hpp"
@@ -27,6 +32,8 @@ using client::Mirror;
 using client::MirrorCounts;
 using client::MirrorEvent;
 using client::MirrorOptions;
+using client::MirrorState;
+using client::StoredGraph;
 using std::chrono::milliseconds;
 
 namespace {
@@ -576,6 +583,36 @@ TEST_CASE("a state file belongs to one mirror, and another file is refused", "[c
   }
   options.state_file = "/nonexistent/state";
   CHECK_FALSE(Mirror::create(options).has_value());
+}
+
+TEST_CASE("a state file is shortened while it is written, and stays complete", "[client]") {
+  StateFile file;
+  const std::string tag = '"' + std::string(8'000, 't') + '"';
+  {
+    const std::unique_ptr<MirrorState> state = MirrorState::open(file.path(), "http://store.example/", 10).value();
+    std::size_t longest = 0;
+    for (int i = 0; i < 1'000; ++i) {  // 8 MB of records
+      REQUIRE(state->write_unknown({"http://robot.example/gone", "http://robot.example/", {}, {}}, false).has_value());
+      REQUIRE(state->write_known({{"http://robot.example/arm", "http://robot.example/", std::to_string(i), tag}}).has_value());
+      longest = std::max(longest, file.text().size());
+    }
+    REQUIRE(state->write_forgotten("http://robot.example/gone").has_value());
+    CHECK(longest > MirrorState::min_excess);  // it is not replaced at each record
+    CHECK(longest < MirrorState::min_excess + 4 * tag.size());
+    CHECK(MirrorState::open(file.path(), "http://store.example/", 10).error().message.find("is used by another mirror") != std::string::npos);
+  }
+  const std::vector<StoredGraph> graphs = MirrorState::open(file.path(), "http://store.example/", 10).value()->take();
+  REQUIRE(graphs.size() == 1);
+  CHECK(graphs[0].digest == "999");
+  CHECK(graphs[0].entity_tag == tag);
+}
+
+TEST_CASE("a message about a store has no password", "[client]") {
+  MirrorOptions options = options_for({"http://127.0.0.1:1/"}, "http://anna:s3cret@127.0.0.1:1/graphs");
+  const Result<Mirror> mirror = Mirror::create(options);
+  REQUIRE_FALSE(mirror.has_value());
+  CHECK(mirror.error().message.find("s3cret") == std::string::npos);
+  CHECK(mirror.error().message.find("http://127.0.0.1:1/graphs") != std::string::npos);
 }
 
 TEST_CASE("requests at a time, waiting bytes and graphs are bounded", "[client]") {

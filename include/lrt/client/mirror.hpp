@@ -22,7 +22,8 @@ inline namespace v0 {
 struct StoreOptions {
   /// URL of the protocol: "http://127.0.0.1:8890/sparql-graph-crud-auth". The IRI of a graph is appended as the
   /// parameter `graph` (indirect identification, 4.2), or replaces "{graph}" in the URL:
-  /// "https://store.example/graphs/{graph}" (direct identification, 4.1).
+  /// "https://store.example/graphs/{graph}" (direct identification, 4.1). It must not contain secrets: messages and the
+  /// state file show it.
   std::string endpoint;
   /// @{
   /// Credentials for HTTP Digest (MD5 or SHA-256), or Basic over TLS or to this machine.
