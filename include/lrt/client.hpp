@@ -26,8 +26,8 @@ inline namespace v0 {
 ///     lrt::Client client = lrt::Client::create().value();
 ///     auto robot = client.open("http://127.0.0.1:8080/").value();
 ///     auto joint = robot.thing("right_s1").value();
-///     double angle = joint.property(lrt::vocab::ros::rotation).value().read<double>(lrt::unit::radian).value();
-///     auto run = joint.action("rotate").value().invoke(43.6F).value();
+///     double angle = joint.property("position").value().read<double>(lrt::unit::radian).value();
+///     auto run = joint.action("rotate").value().invoke(43.6).value();
 ///     run.wait(std::chrono::seconds(10)).value();
 ///
 /// Functions that send requests block until the response, at most the times of client::Limits. A program with its own

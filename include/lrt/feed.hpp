@@ -73,8 +73,9 @@ class LRT_API Feed {
   ~Feed();
 
   /// Subscribes to a resource. Its first message is the present representation.
-  /// @par Errors  unknown_path; refused; unsupported_syntax; limit_exceeded:
-  ///              SubscriptionOptions::max_feed_subscriptions; closed
+  /// @par Errors  unknown_path: there is no such resource; refused: it cannot be observed, or the owner may not subscribe
+  ///              to it; unsupported_syntax: it does not have the media type; limit_exceeded:
+  ///              SubscriptionOptions::max_feed_subscriptions; closed: the server has stopped
   Result<Channel> add(engine::FeedSubscription subscription);
   /// Ends a subscription. No message of it follows.
   void remove(Channel channel);

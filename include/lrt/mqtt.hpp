@@ -97,7 +97,8 @@ struct Description {
 /// the server with the same validation, rights, limits and audit as over HTTP. Its content type is that of the message;
 /// user properties `token` (a bearer token of the server), `accept`, `if-match`, `if-none-match` and `prefer` become
 /// header fields. The response goes to the message's response topic with its correlation data: the body, its content
-/// type, the user property `status`, and `location` and `etag` if the response has them.
+/// type, the user properties `status` and `response-of` (the prefix), and `location`, `etag`, `retry-after` and
+/// `www-authenticate` if the response has them.
 ///
 /// Retained messages and responses of other bridges are not carried out. Messages that are sent while the robot is not
 /// connected are lost.
@@ -188,7 +189,7 @@ class LRT_API Bridge {
   /// Calls stop().
   ~Bridge();
 
-  /// Runs the bridge on a thread of its own.
+  /// Runs the bridge on a thread of its own. A second call, and a call after stop(), has no effect and is no error.
   /// @par Errors  invalid_option, io_error: no thread
   Result<void> start();
   /// Does pending work, for a program without start(). Never waits. The server must be polled, too.

@@ -28,7 +28,7 @@ inline namespace v0 {
 /// Which thread does the I/O (SPEC 3.10).
 enum class Io : std::uint8_t {
   own_thread,  ///< a thread of lrt: requests for pushed and static resources do not need the host
-  in_poll,     ///< Server::poll does everything except judging large bodies (Threads::body_threads)
+  in_poll,     ///< Server::poll does everything except parsing large bodies (Threads::body_threads)
 };
 
 /// Where the server listens, and the name by which clients know it.
@@ -97,8 +97,8 @@ struct Security {
   /// from a browser, besides those of this server; "*": any. Others get 403. A client that sends no Origin is not a
   /// page in a browser, and is not concerned.
   std::vector<std::string> allowed_origins;
-  /// Allows listening on an address other than loopback without TLS and without an authorizer. Then every client that
-  /// can connect to the port can move the robot.
+  /// Allows listening on an address other than loopback without TLS, tokens, certificates, rules, `authenticate` and
+  /// `authorize`. Then every client that can connect to the port can move the robot.
   bool allow_unprotected_network = false;
   /// Pages of other origins ("https://dashboard.example") that may read responses in a browser (GET, HEAD, OPTIONS;
   /// CORS), besides those of this server and of allowed_origins; "*": any. Default: none; browsers hide the responses
@@ -146,9 +146,9 @@ struct Threads {
   /// Runs the lambdas of things with Dispatch::executor. It must run each function exactly once, at any time, on any
   /// thread.
   std::function<void(std::function<void()>)> executor;
-  /// Number of lrt's threads that parse and judge request bodies above Limits::small_body_bytes, so that neither the
+  /// Number of lrt's threads that parse and validate request bodies above Limits::small_body_bytes, so that neither the
   /// control loop nor other clients wait for them. They start with the first such body and run no lambda. 0: the I/O
-  /// thread judges every body; 1 MiB takes up to 0.2 s.
+  /// thread parses every body; 1 MiB takes up to 0.2 s.
   unsigned body_threads = 1;
   /// Policy, CPUs and stack of all threads that the server starts: lrt-io (Io::own_thread), lrt-run (Server::start),
   /// lrt-callback, lrt-resolve, lrt-save, lrt-body, lrt-query, lrt-audit. They do not inherit those of the thread that
@@ -177,7 +177,7 @@ struct Options {
   std::string vocabulary;
   /// Answers queries: lrt::query::endpoint() of query.hpp. nullptr: there is no endpoint.
   std::shared_ptr<const engine::QueryService> query;
-  std::shared_ptr<const engine::PageSource> page;  ///< HTML for people; nullptr: the page of lrt
+  std::shared_ptr<const engine::PageSource> page;  ///< the console page; nullptr: that of lrt
 };
 
 }  // namespace v0

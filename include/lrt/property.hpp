@@ -70,9 +70,9 @@ class PropertyHandle : public ResourceHandle<Self, PropertySetup> {
     return this->self();
   }
 
-  /// Allows clients and caches to use values of this age without a request to the robot. By default they ask each time
+  /// Allows clients and caches to use values of this age without a request to the robot. By default they send a request each time
   /// (`Cache-Control: no-cache`), and an unchanged entity tag saves the body. With an age, any number of readers behind
-  /// a cache cost the robot one request for each `age`; see docs/fleet.md.
+  /// a cache cause one request to the robot for each `age`; see docs/fleet.md.
   ///
   ///     battery.max_age(std::chrono::seconds(5));   // Cache-Control: max-age=5
   ///
@@ -184,8 +184,9 @@ class PushedProperty : public model::PropertyHandle<PushedProperty<T>, T> {
   /// Passes the present value to the engine. A bit-identical value is not a change (SPEC 3.8), unless every_sample() is
   /// set.
   /// @par Errors  None is reported. If T owns memory and there is none left, the last value is kept.
-  /// @par Time  No lock. No allocation if T is trivially destructible (numbers, structs of numbers): about 40 ns,
-  ///            independent of the number of subscribers. One system call if the property is observed and the engine
+  /// @par Time  No lock. No allocation if T is trivially destructible (numbers, structs of numbers). A number takes about
+  ///            30 ns in a loop at 1 kHz, more if caches are cold (docs/performance.md), with any number of
+  ///            subscribers. One system call if the property is observed and the engine
   ///            sleeps, see subscription::SubscriptionOptions::scan_period and always_scan; or if it is urgent().
   /// @par Implements  R0.11, R0.12
   void publish(const T& value) noexcept {

@@ -76,8 +76,8 @@ class ResponderBase {
   void progress(double fraction) const noexcept {
     if (invocation_) invocation_->link().progress(fraction);
   }
-  /// True after the invocation was cancelled (by DELETE) or preempted (by its policy). Then stop the robot's motion and
-  /// destroy the responder.
+  /// True after the invocation was cancelled (by DELETE, or as the oldest of too many stops) or preempted (by its
+  /// policy), or its Thing was removed. Then stop the robot's motion and destroy the responder.
   bool cancelled() const noexcept { return invocation_ && invocation_->link().cancelled(); }
   /// Registers a function that runs once when the invocation is cancelled or preempted or its thing is removed; at once
   /// if that has happened already. It runs where the action's Dispatch says, so possibly after Server::remove() has

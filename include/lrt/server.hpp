@@ -62,9 +62,10 @@ class LRT_API Server {
 
   /// Runs lambdas that are due. With Io::in_poll it also serves the network. Never waits.
   ///
-  /// When `budget` is used up, at most one more lambda is started. With Io::in_poll the current step is completed: at
-  /// most 1 ms, except for a large body, which limits.max_body_bytes bounds (see Threads::body_threads). When idle,
-  /// poll() does not allocate; it makes no system call with Io::own_thread and one with Io::in_poll.
+  /// When `budget` is used up, at most one more lambda is started. With Io::in_poll the current step is completed:
+  /// usually less than 1 ms with the transport `http`, up to 15 ms were measured with libwebsockets under attack. A
+  /// large body takes longer if Threads::body_threads is 0; limits.max_body_bytes bounds it. When idle, poll() does not
+  /// allocate; it makes no system call with Io::own_thread and one with Io::in_poll.
   /// @param budget  time after which no further work is started, except as above
   /// @return        how long the caller may sleep; zero: work is left
   std::chrono::milliseconds poll(std::chrono::microseconds budget = std::chrono::microseconds(200)) noexcept;
@@ -81,8 +82,9 @@ class LRT_API Server {
   /// @par Threads  Any.
   /// @par Time     No lock, no allocation, at most one system call.
   void wake() noexcept;
-  /// Responds to waiting requests with 503, closes connections and ends the threads; run() returns. Waits until a
-  /// running lambda has returned.
+  /// Responds to waiting requests with 503, closes connections and ends the threads; run() returns. Waits for lambdas
+  /// that run on threads of lrt. It does not wait for a lambda that poll() of another thread or Threads::executor runs:
+  /// what such a lambda uses must live until it returns. Called from a lambda on a thread of lrt, it returns at once.
   /// @par Threads  Any, also from a lambda.
   void stop() noexcept;
 

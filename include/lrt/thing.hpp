@@ -133,17 +133,20 @@ class LRT_API Thing {
 
   /// Exposes a command as an Action below `actions/`.
   ///
-  /// The response to a POST tells what happened to the command. The server waits, at most Limits::host_timeout, for the
+  /// The status of the response to a POST states the outcome of the command. The server waits, at most Limits::host_timeout, for the
   /// result of a synchronous `f` and for the return of an asynchronous one.
   ///
   /// | status                      | meaning |
   /// |-----------------------------|---------|
-  /// | 204, or 200 with the output | the invocation has succeeded |
-  /// | 204 with Location           | the invocation continues |
-  /// | 202                         | not known yet: the invocation waits in the queue of the action, or `f` takes longer |
-  /// | 409, 422                    | `f` failed with Errc::refused, out_of_range or limit_exceeded (409), or expected_value (422) |
+  /// | 204, or 200 with the output | the invocation has succeeded; an asynchronous one may still run |
+  /// | 202                         | not known yet: the client prefers not to wait, the invocation is in the queue, or `f` takes longer |
+  /// | 409                         | not available, excluded by the policy, cancelled, or `f` failed with Errc::refused, out_of_range or limit_exceeded |
+  /// | 422                         | the input is not valid, or `f` failed with Errc::expected_value |
+  /// | 429                         | the queue of the action is full, or the client has too many invocations |
   /// | 500                         | `f` failed with another error or threw, or the Responder was destroyed |
   /// | 503                         | `f` did not begin within the time, and will never begin |
+  ///
+  /// If there is an invocation, the response has its URI in Location.
   ///
   /// @param path  relative to `actions/`: "rotate"
   /// @param f     `R()`, `R(In)`: synchronous, R is void, a type with traits, or a Result of these; `void(Responder)`,

@@ -23,7 +23,7 @@ namespace {
 
 constexpr std::array<std::string_view, 7> known_methods = {"GET", "HEAD", "OPTIONS", "PUT", "POST", "DELETE", "PATCH"};
 
-/// Its body is judged by the resource.
+/// Whether a request with this method has a body that the resource reads.
 bool has_input(std::string_view method) noexcept { return method == "PUT" || method == "POST" || method == "PATCH"; }
 
 ObservableResource observable(const Resource& resource) {
@@ -96,7 +96,7 @@ HeaderVerdict Engine::Impl::judge_header(const http::Request& request, std::opti
   HeaderVerdict verdict;
   verdict.response = judge(context, [&]() -> std::optional<http::Response> {
     if (auto response = find(context, caller)) return response;
-    if (!context.resource) return std::nullopt;  // of the target *
+    if (!context.resource) return std::nullopt;  // the target is *
     verdict.max_body_bytes = max_body_bytes(context);
     verdict.ignores_body = context.resource->is_stop();
     return refused_body(context, body_bytes);
@@ -395,8 +395,8 @@ bool Engine::Impl::is_of_own_origin(const Context& context) const {
   return request.count("Origin") == 1 && parts.bases.is_own_origin(*request.find("Origin"), context.base, request);
 }
 
-/// A browser sends the cookie of a session with whatever a page asks of this host, be it one of another port. What changes something or goes on must come
-/// from a page of this server; what a browser says to be from elsewhere must be a user who opens a page.
+/// A browser sends the cookie of a session with each request to this host, also for a page on another port. Therefore requests that change something and
+/// subscriptions must come from a page of this server. Other requests may also come from a user who opens a page.
 bool Engine::Impl::may_use_cookie(const Context& context) const {
   const http::Request& request = context.request();
   const auto site = request.find("Sec-Fetch-Site");  // Fetch Metadata; of trustworthy URLs only
@@ -456,7 +456,7 @@ std::optional<http::Response> Engine::Impl::find_resource(Context& context, cons
   if (target.query.empty()) return std::nullopt;
   if (const auto links = query_parameter(context.request().target, "links")) {
     const auto first = rdf::lexical::parse_uint64(*links);
-    if (!first) return parts.responses.problem(context, 400, "links: expected a number");
+    if (!first) return parts.responses.problem(context, 400, "links: expected a number from 0");
     context.first_link = static_cast<std::size_t>(std::min<std::uint64_t>(*first, std::numeric_limits<std::size_t>::max()));
   }
   return context.resource->is_container() ? read_page(context, target.query) : std::nullopt;

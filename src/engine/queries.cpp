@@ -24,6 +24,7 @@ inline namespace v0 {
 namespace {
 
 constexpr std::string_view form_type = "application/x-www-form-urlencoded", query_type = "application/sparql-query";
+constexpr const char* update_refused = "expected a query, found an update; send INSERT DATA or DELETE DATA by PATCH to the URI of a graph of a World";
 /// The interval at which a standing query with NOW() or RAND() is evaluated without changes.
 constexpr std::chrono::seconds clock_interval{1};
 /// RFC 6455 5.5.1
@@ -101,7 +102,8 @@ Result<void> Queries::check_options() const {
   const QueryService::Limits& limits = service_->limits();
   if (!is_path(limits.path)) return unexpected(Errc::invalid_option, "query: expected a path such as \"/sparql\", found \"" + limits.path + "\"");
   if (limits.threads == 0) return unexpected(Errc::invalid_option, "query.threads: expected at least 1");
-  if (limits.time.count() <= 0) return unexpected(Errc::invalid_option, "query.time: expected more than 0");
+  if (limits.time.count() <= 0)
+    return unexpected(Errc::invalid_option, "query.time: expected more than 0 ms, found " + std::to_string(limits.time.count()));
   return {};
 }
 
@@ -115,7 +117,7 @@ std::variant<Queries::Asked, http::Response> Queries::asked_in(const Context& co
                               std::string(is_body ? "the body" : "the query of the target") + ": expected name=value pairs in percent-encoded UTF-8");
   Asked asked;
   for (const auto& [name, value] : *parameters) {
-    if (name == "update") return responses_.problem(context, 403, "updates are not supported: this endpoint is read-only");
+    if (name == "update") return responses_.problem(context, 403, update_refused);
     if (name == "query") {
       if (asked.text) return responses_.problem(context, 400, "query: expected one, found several");
       asked.text = value;
@@ -158,7 +160,7 @@ Outcome Queries::post(Context& context) {
   const std::string expected = std::string(form_type) + " or " + std::string(query_type);
   if (!type || request.count("Content-Type") > 1)
     return problem(415, "Content-Type: expected " + expected + ", found \"" + request.joined("Content-Type") + "\"");
-  if (type->essence() == update_type) return problem(403, "updates are not supported: this endpoint is read-only");
+  if (type->essence() == update_type) return problem(403, update_refused);
   const bool is_form = type->essence() == form_type;
   if (!is_form && type->essence() != query_type) return problem(415, "Content-Type: expected " + expected + ", found " + type->essence());
   if (const std::string_view charset = type->parameter("charset"); !charset.empty() && !http::iequals(charset, "utf-8"))

@@ -100,7 +100,11 @@ Result<void> check_action(const model::ActionSpec& action, const std::string& na
       return unexpected(Errc::invalid_option, name + ": a stop is neither queued nor refused: expected ActionPolicy::parallel(n), n at least 1");
   }
   for (const model::EffectSpec& effect : action.effects)
-    if (effect.from_input && !action.input) return unexpected(Errc::invalid_option, name + ": an effect needs an input, and the action has none");
+    if (effect.from_input && !action.input)
+      return unexpected(
+          Errc::invalid_option,
+          name +
+              ": effect(property, lrt::from_input): expected an action with an input, found none; use effect(property, value) or effect(property)");
   for (const auto& [field, value] : action.headers) {
     http::Fields fields;
     const bool is_name = !field.empty() && detail::token_end(field, 0) == field.size();
@@ -213,7 +217,7 @@ Result<rdf::Graph> read_effects(const model::ActionSpec& action, const std::stri
 }
 
 Result<std::unique_ptr<ThingNode>> build_thing(std::unique_ptr<model::ThingSpec>& spec) {
-  if (!spec) return unexpected(Errc::closed, "the thing was already moved into a server or a builder");
+  if (!spec) return unexpected(Errc::closed, "Server::add(): expected a Thing, found one that was moved from; make a new Thing");
   if (spec->first_error) return Unexpected{*spec->first_error};
   if (Result<void> checked = check(*spec); !checked) return Unexpected{std::move(checked).error()};
   const std::string path = "/" + spec->path;

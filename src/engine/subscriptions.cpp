@@ -77,7 +77,8 @@ Subscriptions::Subscriptions(const EngineOptions& options, Registry& registry, B
 Result<void> Subscriptions::check_options() const {
   if (!allowed_) return Unexpected{allowed_.error()};
   const subscription::SubscriptionOptions& s = options_.subscriptions;
-  if (s.scan_period.count() <= 0) return unexpected(Errc::invalid_option, "subscriptions.scan_period: expected more than 0");
+  if (s.scan_period.count() <= 0)
+    return unexpected(Errc::invalid_option, "subscriptions.scan_period: expected more than 0 us, found " + std::to_string(s.scan_period.count()));
   if (options_.callbacks.attempts == 0) return unexpected(Errc::invalid_option, "callbacks.attempts: expected at least 1");
   if (options_.callbacks.secret.size() > max_secret)
     return unexpected(Errc::invalid_option, "callbacks.secret: expected at most " + std::to_string(max_secret) + " bytes");

@@ -69,7 +69,7 @@ Result<void> Wire::wait(short events, WaitLimit limit) const {
 
 Result<void> Wire::secure(const ClientTls& tls, const std::string& host, WaitLimit limit) {
   tls_ = tls.session(descriptor_, host);
-  if (!tls_) return unexpected(Errc::io_error, "no session");
+  if (!tls_) return unexpected(Errc::io_error, "TLS: OpenSSL cannot make a session for " + host);
   while (true) {
     int why = SSL_ERROR_NONE;
     {

@@ -23,7 +23,7 @@
 namespace lrt::mqtt {
 inline namespace v0 {
 
-/// The logic of a bridge, as a function of its feed, its link and the time. Without threads and descriptors.
+/// The logic of a bridge, as a function of its feed, its link and the time. It has no threads and no descriptors.
 ///
 /// @par Threads  One at a time; counters(): any.
 class BridgeCore final : private Link::Events {

@@ -30,7 +30,7 @@ Kind kind_of(std::string_view kind) noexcept {
   return Kind::other;
 }
 
-/// A resource of lrt itself, which changes with each subscription that the bridge makes.
+/// Whether a resource is of a kind that the bridge must not publish: it changes with each subscription of the bridge.
 bool is_own(std::string_view kind) noexcept { return kind == "subscriptions" || kind == "subscription" || kind == "query"; }
 
 bool is_header_value(std::string_view text) noexcept {

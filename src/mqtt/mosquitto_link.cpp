@@ -111,7 +111,7 @@ class MosquittoLink final : public Link {
 
   Result<void> prepare_client() {
     const ThirdPartyCall call;
-    if (!call || !prepare()) return unexpected(Errc::io_error, "libmosquitto cannot be used");
+    if (!call || !prepare()) return unexpected(Errc::io_error, "libmosquitto cannot be initialised, or the process is ending");
     const Broker& broker = options_.broker;
     const std::string id = broker.client_id.empty() ? "lrt-" + RandomIds().next() : broker.client_id;
     mosquitto* const client = ::mosquitto_new(id.c_str(), true, this);

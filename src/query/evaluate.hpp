@@ -20,7 +20,7 @@ inline namespace v0 {
 /// The limits of one evaluation. At a limit it ends with an error that names the limit and the work done.
 struct Bounds {
   std::chrono::milliseconds time{2'000};
-  std::uint64_t steps = 50'000'000;      ///< triples matched, rows made, expressions evaluated
+  std::uint64_t steps = 20'000'000;      ///< triples matched, rows made, expressions evaluated
   std::size_t rows = 100'000;            ///< of the answer; of CONSTRUCT and DESCRIBE: triples
   std::size_t bytes = 64 * 1024 * 1024;  ///< of solutions and terms that are kept at once
 };

@@ -614,7 +614,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
   }
 
   Result<void> check_transport(const std::string& address) {
-    if (!transport_) return unexpected(Errc::invalid_option, "there is no transport");
+    if (!transport_) return unexpected(Errc::invalid_option, "Listen::transport: expected a transport, found nullptr");
     const transport::Capabilities can = transport_->capabilities();
     if (can.on_host_loop && options_.threads.io != Io::in_poll)
       return unexpected(Errc::invalid_option, "the transport runs on the host's event loop: set Io::in_poll");
@@ -623,10 +623,11 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
     if (security.tls && !can.tls) return unexpected(Errc::invalid_option, "the transport does not support TLS");
     if (!can.network || is_loopback(address) || security.tls || callers_ || security.allow_unprotected_network) return {};
     const std::string& given = options_.listen.address;
-    return unexpected(
-        Errc::insecure_address,
-        "listening on " + given + (address == given ? "" : " (" + address + ")") +
-            " lets the network move the robot: set security.tls, security.token_file, security.authorize, or security.allow_unprotected_network");
+    return unexpected(Errc::insecure_address,
+                      "listening on " + given + (address == given ? "" : " (" + address + ")") +
+                          " lets every client on the network move the robot: set security.token_file, security.certificates, security.rules or "
+                          "security.authorize to "
+                          "say who may command. security.tls alone and security.allow_unprotected_network admit every client");
   }
 
   /// The right to enter the transport. Acquired with try_lock semantics only.

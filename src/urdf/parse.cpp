@@ -162,7 +162,9 @@ Result<Model> parse(std::string_view text, const ParseOptions& options) {
   std::size_t number = 0;  // index of the shape
   for (const Document::Link& element : document->links) {
     const ::urdf::LinkConstSharedPtr from = built->getLink(element.name);
-    if (!from) return unexpected(Errc::expected_value, "liburdfdom has lost link \"" + element.name + '"');
+    if (!from)
+      return unexpected(Errc::expected_value, "liburdfdom did not return link \"" + element.name + "\" (line " + std::to_string(element.line) +
+                                                  "), which the document has");
     links.emplace(element.name, model.links.size());
     Link& to = model.links.emplace_back();
     to.name = element.name;
@@ -181,11 +183,14 @@ Result<Model> parse(std::string_view text, const ParseOptions& options) {
     if (!is_of_a_body(*to.inertial))
       model.warnings.push_back("link \"" + to.name + "\" (line " + std::to_string(to.line) + "): the inertia is physically impossible");
   }
-  if (number != document->shapes.size()) return unexpected(Errc::expected_value, "liburdfdom has lost a visual or collision");
+  if (number != document->shapes.size())
+    return unexpected(Errc::expected_value, "liburdfdom did not return each visual and collision of the document");
   for (const Document::Joint& element : document->joints) joints.emplace(element.name, joints.size());
   for (const Document::Joint& element : document->joints) {
     const ::urdf::JointConstSharedPtr from = built->getJoint(element.name);
-    if (!from) return unexpected(Errc::expected_value, "liburdfdom has lost joint \"" + element.name + '"');
+    if (!from)
+      return unexpected(Errc::expected_value, "liburdfdom did not return joint \"" + element.name + "\" (line " + std::to_string(element.line) +
+                                                  "), which the document has");
     Joint& to = model.joints.emplace_back(joint(*from));
     to.line = element.line;
     to.limits = element.limits;

@@ -111,20 +111,21 @@ class LinkedJoints {
  public:
   explicit LinkedJoints(lrt::Server& server) : server_(server) {}
 
-  /// The callback of the subscription to joint_states. publish() does not wait.
+  /// The callback of the subscription to joint_states. publish() does not wait. The first message with
+  /// a new joint calls Server::add(), which takes a lock: use this where a lock is acceptable.
   void take(const JointState& state) {
     for (std::size_t i = 0; i < state.name.size() && i < state.position.size(); ++i) {
       auto found = joints_.find(state.name[i]);
-      if (found == joints_.end()) found = joints_.emplace(state.name[i], meet(state.name[i])).first;
+      if (found == joints_.end()) found = joints_.emplace(state.name[i], add_joint(state.name[i])).first;
       found->second.publish(state.position[i]);
     }
   }
 
  private:
-  lrt::PushedProperty<double> meet(const std::string& name) {
+  lrt::PushedProperty<double> add_joint(const std::string& name) {
     lrt::Thing thing{"robot/" + name};
     auto position = thing.property<double>("position", lrt::unit::radian);
-    position.facets(lrt::Facets{}.allow_non_finite());  // drivers send NaN for values that they do not measure
+    position.facets(lrt::Facets{}.allow_non_finite());  // the shape allows NaN, which drivers send for what they do not measure
     if (auto added = server_.add(std::move(thing)); !added) std::fprintf(stderr, "%s: %s\n", name.c_str(), added.error().message.c_str());
     return position;
   }

@@ -868,7 +868,8 @@ TEST_CASE("an effect, header field or part that cannot be published is an error 
   };
   CHECK(error([](auto&, auto&, auto&) {}) == "none");
   CHECK(error([](auto&, auto& home, auto& angle) { home.effect(angle, from_input); }) ==
-        "invalid_option action \"arm/actions/home\": an effect needs an input, and the action has none");
+        "invalid_option action \"arm/actions/home\": effect(property, lrt::from_input): expected an action with an input, found none; use "
+        "effect(property, value) or effect(property)");
   CHECK(error([](auto& turn, auto&, auto&) { turn.effect("arm//angle"); }).find("expected_iri action \"arm/actions/turn\": path \"arm//angle\"") ==
         0);
   CHECK(error([](auto& turn, auto&, auto&) { turn.composed_of("/"); }).find("expected_iri") == 0);

@@ -26,7 +26,7 @@ enum class Errc : std::uint8_t {
   unsupported_syntax,   ///< the codec does not support this media type or graph
   limit_exceeded,       ///< a documented limit (bytes, triples, members, ...) was reached
   invalid_option,       ///< an option is invalid or contradicts another option
-  insecure_address,     ///< this listening address requires TLS, an authorizer or an explicit option (R0.2)
+  insecure_address,     ///< this listening address requires TLS, tokens, an authorizer or an explicit option (R0.2)
   address_in_use,       ///< the port is in use
   io_error,             ///< a system call failed; the message has the system's reason
   refused,              ///< the robot refused: the request is valid, but the robot's state or limits exclude it

@@ -169,7 +169,8 @@ class ResourceHandle : public Setup {
     if (this->is_editable("between")) this->facets_of().between(low, high);
     return self();
   }
-  /// Accepts NaN and infinities from clients.
+  /// Accepts NaN and infinities from clients, and allows them in the published shape. Values that the robot itself
+  /// publishes are represented in any case.
   Self& allow_non_finite() {
     if (this->is_editable("allow_non_finite")) this->facets_of().allow_non_finite();
     return self();

@@ -91,7 +91,8 @@ struct SubscriptionOptions {
   /// After this number of scans without an irregular change the engine sleeps, unless something is published at short
   /// regular intervals. The next publish() of an observed property wakes it with one system call.
   unsigned idle_scans_before_sleep = 20;
-  /// The engine does not sleep while a resource is observed, so publish() never makes a system call.
+  /// The engine does not sleep while a resource is observed: publish() makes no system call, unless the property is
+  /// urgent().
   bool always_scan = false;
   std::size_t max_feed_subscriptions = 20'000;  ///< of all feeds (lrt::Feed), besides max_subscriptions, so that neither can exhaust the other
 };

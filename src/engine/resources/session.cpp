@@ -39,7 +39,7 @@ http::Response needs_token(const Context& context, const Responses& responses) {
 }
 
 http::Response full(const Context& context, const Responses& responses) {
-  http::Response response = responses.problem(context, 503, "the maximum number is reached; try again later");
+  http::Response response = responses.problem(context, 503, "there are as many sessions or tickets as the server allows; try again later");
   responses.add_retry_after(response);
   return response;
 }
