@@ -176,7 +176,7 @@ std::shared_ptr<const void> Bodies::own_text(const Context& context, std::string
 Bodies::Read Bodies::defer(Context& context, std::size_t bytes, Work work, bool writes) {
   const std::string client = client_key(context.request().peer);
   const auto known = waiting_by_client_.find(client);
-  const std::size_t of_client = known == waiting_by_client_.end() ? 0 : known->second;
+  const std::size_t of_client = known == waiting_by_client_.end() ? 0 : known->second.bytes;
   if (waiting_bytes_ + bytes > options_.max_waiting_body_bytes || of_client + bytes > options_.max_waiting_body_bytes / 4) return too_many(context);
   const auto late = [this, writes](Ticket ticket, Context& c, bool runs) {
     pending_.respond(ticket, runs && writes ? responses_.no_content(c, 202) : too_many(c));
@@ -199,7 +199,7 @@ Bodies::Read Bodies::defer(Context& context, std::size_t bytes, Work work, bool 
     kept->judged = std::shared_ptr<JudgedBody>(judging, &judging->judged);
     continue_(ticket, *kept);
   });
-  std::size_t& waiting = waiting_by_client_[client];
+  Waiting& waiting = waiting_by_client_[client];
   jobs_.push_back({client, bytes, [judging, inbox = calls_.inbox(), reply = std::move(reply)]() mutable {
                      if (judging->token.take()) {
                        judging->ran = true;
@@ -209,7 +209,8 @@ Bodies::Read Bodies::defer(Context& context, std::size_t bytes, Work work, bool 
                      judging->work = {};
                      inbox->put(std::move(reply));
                    }});
-  waiting += bytes;
+  ++waiting.jobs;
+  waiting.bytes += bytes;
   waiting_bytes_ += bytes;
   pending_.waits_for(*ticket, {judging, &judging->token});
   return Deferred{*ticket};
@@ -248,7 +249,8 @@ Bodies::Read Bodies::change_graph(Context& context, GraphTask task) {
 void Bodies::ended(const std::string& client, std::size_t bytes) noexcept {
   waiting_bytes_ -= bytes;
   const auto found = waiting_by_client_.find(client);
-  if ((found->second -= bytes) == 0) waiting_by_client_.erase(found);
+  found->second.bytes -= bytes;
+  if (--found->second.jobs == 0) waiting_by_client_.erase(found);
 }
 
 /// The result of a validation on another thread.

@@ -91,8 +91,13 @@ class Bodies {
   const std::shared_ptr<const BodyLimits> limits_;
   Continue continue_;
   std::vector<BodyJob> jobs_;
-  std::size_t waiting_bytes_ = 0;                                   ///< of bodies in jobs that have not ended
-  std::unordered_map<std::string, std::size_t> waiting_by_client_;  ///< the same by address
+  /// The jobs of one address that have not ended.
+  struct Waiting {
+    std::size_t jobs = 0;  ///< a job may have no bytes: an empty body changes a graph, too
+    std::size_t bytes = 0;
+  };
+  std::size_t waiting_bytes_ = 0;  ///< of bodies in jobs that have not ended
+  std::unordered_map<std::string, Waiting> waiting_by_client_;
 };
 
 /// The outcome of a request whose body was refused or is not validated yet; nullopt: it has a Body.

@@ -53,6 +53,13 @@ struct Robot {
     map.update([&](GraphUpdate& u) { u.add("#cup", label, text); }).value();
   }
   Answer get(const std::string& fields = {}) { return bench.ask("GET /world/map\n" + fields); }
+  /// Adds that many triples.
+  void fill(int triples) {
+    map.update([&](GraphUpdate& u) {
+         for (int i = 0; i < triples; ++i) u.add("#" + std::to_string(i), label, i);
+       })
+        .value();
+  }
 
   WorldGraph map, tasks;
   Bench bench;
@@ -235,6 +242,20 @@ TEST_CASE("a write whose precondition held when it came is refused if the graph 
   CHECK(r.bench.answer(first)->status == 204);
   CHECK(r.bench.answer(second)->status == 412);
   CHECK(missing(r.get(), "<world/map#x> rdfs:label \"x\" .") == "");
+}
+
+TEST_CASE("writes without a body wait at the same time", "[engine][world][limits]") {
+  engine::EngineOptions options;
+  options.body_jobs = true;
+  Robot r(writable(), {}, options);
+  r.fill(600);  // more than the engine changes at once
+  std::vector<Bench::Sent> sent;
+  for (const char* request : {"POST /world/map\n", "POST /world/map\n", "DELETE /world/map\n", "PUT /world/map\n"})
+    sent.push_back(r.bench.send(request));
+  for (const auto& one : sent) REQUIRE(one.ticket);
+  r.bench.run();
+  for (const auto& one : sent) CHECK(r.bench.answer(one)->status == 204);
+  CHECK(r.map.snapshot()->empty());
 }
 
 TEST_CASE("shapes judge what code writes and what clients write", "[engine][world]") {
