@@ -115,10 +115,12 @@ void Snapshots::visit(Snapshot& snapshot, Resource& resource, std::vector<NamedG
     graph = std::make_shared<const rdf::Graph>(representations_.describe(resource, snapshot.base, snapshot.audience));
   entry.predicates.clear();
   if (graph) {
-    std::vector<rdf::TermId> seen;
-    for (const rdf::Triple& t : graph->triples())
-      if (std::find(seen.begin(), seen.end(), t.predicate) == seen.end()) seen.push_back(t.predicate);
-    for (const rdf::TermId predicate : seen) entry.predicates.push_back(hash_of(graph->term(predicate).text));
+    std::vector<bool> seen(graph->term_count());  // a client chooses the number of predicates in a graph of a World
+    for (const rdf::Triple& t : graph->triples()) {
+      const auto number = static_cast<std::size_t>(t.predicate);
+      if (!seen[number]) entry.predicates.push_back(hash_of(graph->term(t.predicate).text));
+      seen[number] = true;
+    }
   }
   if (is_kept) changes.push_back({base + resource.path, graph, std::string(placeholder_base), base});
   else if (graph || !entry.is_empty) changes.push_back({base + resource.path, graph});
