@@ -30,6 +30,8 @@ std::string accepted_types(const Context& context, const rdf::Type* value) {
 
 /// A graph of more triples is changed by a BodyJob, whatever the size of the body.
 constexpr std::size_t small_graph = 500;
+/// A change copies the whole graph. A triple of it takes about as long as that many bytes of a body.
+constexpr std::size_t work_of_triple = 8;
 
 bool is_text(std::optional<rdf::Plain> format) noexcept { return format != rdf::Plain::cbor && format != rdf::Plain::octets; }
 
@@ -160,7 +162,7 @@ Bodies::Read Bodies::judge(Context& context, BodyTask task) {
   if (!options_.body_jobs || bytes <= options_.small_body_bytes) return as_read(context, task.judge());
   auto owner = own_text(context, task.text);
   return defer(
-      context, bytes, [task = std::move(task), owner = std::move(owner)] { return task.judge(); }, false);
+      context, bytes, bytes, [task = std::move(task), owner = std::move(owner)] { return task.judge(); }, false);
 }
 
 /// Keeps the text of a body beyond the call that it came with.
@@ -172,8 +174,9 @@ std::shared_ptr<const void> Bodies::own_text(const Context& context, std::string
 }
 
 /// Validates a body in a BodyJob.
+/// @param effort  BodyJob::bytes
 /// @param writes  the work changes something: once it has begun, the request is carried out
-Bodies::Read Bodies::defer(Context& context, std::size_t bytes, Work work, bool writes) {
+Bodies::Read Bodies::defer(Context& context, std::size_t bytes, std::size_t effort, Work work, bool writes) {
   const std::string client = client_key(context.request().peer);
   const auto known = waiting_by_client_.find(client);
   const std::size_t of_client = known == waiting_by_client_.end() ? 0 : known->second.bytes;
@@ -200,7 +203,7 @@ Bodies::Read Bodies::defer(Context& context, std::size_t bytes, Work work, bool 
     continue_(ticket, *kept);
   });
   Waiting& waiting = waiting_by_client_[client];
-  jobs_.push_back({client, bytes, [judging, inbox = calls_.inbox(), reply = std::move(reply)]() mutable {
+  jobs_.push_back({client, effort, [judging, inbox = calls_.inbox(), reply = std::move(reply)]() mutable {
                      if (judging->token.take()) {
                        judging->ran = true;
                        Result<JudgedBody> result = guarded<JudgedBody>([&]() -> Result<JudgedBody> { return judging->work(); });
@@ -235,7 +238,8 @@ std::variant<GraphTask, http::Response> Bodies::graph_task(const Context& contex
 
 Bodies::Read Bodies::change_graph(Context& context, GraphTask task) {
   const std::size_t bytes = task.body.text.size();
-  const bool is_small = bytes <= options_.small_body_bytes && task.state->version().graph->size() <= small_graph;
+  const std::size_t triples = task.state->version().graph->size();
+  const bool is_small = bytes <= options_.small_body_bytes && triples <= small_graph;
   // Never waits for a running write, because that may run user code.
   if (!options_.body_jobs || is_small)
     if (auto judged = task.carry_out(false)) return as_read(context, *std::move(judged));
@@ -243,7 +247,8 @@ Bodies::Read Bodies::change_graph(Context& context, GraphTask task) {
   auto owner = own_text(context, task.body.text);
   const bool writes = !task.creates;
   return defer(
-      context, bytes, [task = std::move(task), owner = std::move(owner)]() mutable { return *task.carry_out(true); }, writes);
+      context, bytes, bytes + triples * work_of_triple,
+      [task = std::move(task), owner = std::move(owner)]() mutable { return *task.carry_out(true); }, writes);
 }
 
 void Bodies::ended(const std::string& client, std::size_t bytes) noexcept {

@@ -75,7 +75,7 @@ class Bodies {
   using Work = UniqueFunction<JudgedBody()>;
   Read judge(Context& context, BodyTask task);
   std::shared_ptr<const void> own_text(const Context& context, std::string_view& text) const;
-  Read defer(Context& context, std::size_t bytes, Work work, bool writes);
+  Read defer(Context& context, std::size_t bytes, std::size_t effort, Work work, bool writes);
   Read verdict(Context& context);
   Read as_read(const Context& context, JudgedBody judged) const;
   http::Response not_accepted(const Context& context, const rdf::Type* value, const std::string& detail) const;

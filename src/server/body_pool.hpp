@@ -20,7 +20,7 @@
 namespace lrt {
 inline namespace v0 {
 
-/// The queue of bodies to be validated: each client gets the same share of the work, by bytes, and of one client the smallest body
+/// The queue of bodies to be validated: each client gets the same share of the work, by BodyJob::bytes, and of one client the smallest
 /// comes first. A client that sends many large bodies delays only its own requests.
 class BodyQueue {
  public:
@@ -30,7 +30,7 @@ class BodyQueue {
   bool empty() const noexcept { return size_ == 0; }
 
  private:
-  /// Start-time fair queueing: `work` is the client's virtual time, the bytes that were validated for it.
+  /// Start-time fair queueing: `work` is the client's virtual time, the sum of BodyJob::bytes that were executed for it.
   struct Client {
     std::uint64_t work = 0;
     std::multimap<std::size_t, engine::BodyJob> jobs{};  ///< by size

@@ -258,6 +258,26 @@ TEST_CASE("writes without a body wait at the same time", "[engine][world][limits
   CHECK(r.map.snapshot()->empty());
 }
 
+TEST_CASE("a small change of a large graph counts as the work that it is", "[engine][world][limits]") {
+  engine::EngineOptions options;
+  options.body_jobs = true;
+  Robot r(writable(), {}, options);
+  const auto effort = [&] {
+    const auto sent = r.bench.send("PATCH /world/map\nContent-Type: application/sparql-update\n\nINSERT DATA { <#x> <p:q> 1 }");
+    auto jobs = r.bench.engine.take_body_jobs();
+    REQUIRE(jobs.size() == 1);
+    const std::size_t bytes = jobs[0].bytes;
+    jobs[0].run();
+    CHECK(r.bench.answer(sent)->status == 204);
+    return bytes;
+  };
+  r.fill(1000);
+  const std::size_t first = effort();
+  CHECK(first > 1000);
+  r.fill(3000);
+  CHECK(effort() > first + 2000);
+}
+
 TEST_CASE("shapes judge what code writes and what clients write", "[engine][world]") {
   GraphOptions options = writable();
   options.shapes = shapes();

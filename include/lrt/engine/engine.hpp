@@ -185,7 +185,7 @@ struct Job {
 /// and never throws. If it is destroyed without being run, its request gets 503 at its time limit.
 struct BodyJob {
   std::string client;          ///< numeric address of the client
-  std::size_t bytes = 0;       ///< size of the body; the work is about proportional to it
+  std::size_t bytes = 0;       ///< the work, as size of a body; for a change of a graph also the work that depends on the graph's size
   UniqueFunction<void()> run;  ///< the work
 };
 
