@@ -352,6 +352,18 @@ TEST_CASE("graphs are named by the parameter graph, too", "[engine][world]") {
   CHECK(r.bench.turtle("PUT", "/world?graph=http://localhost/elsewhere", a_cup).status == 404);
 }
 
+TEST_CASE("the path below a resource stays free for that resource, in whatever way a request names it", "[engine][world]") {
+  Robot r(writable(), creation());
+  CHECK(r.bench.turtle("PUT", "/world/map/cup", a_cup).status == 404);
+  CHECK(r.bench.turtle("PUT", "/world?graph=http://localhost/world/map/cup", a_cup).status == 404);
+  CHECK(r.bench.turtle("PUT", "/world?graph=http://localhost/world/map/cup/pose", a_cup).status == 404);
+  auto cup = r.map.published<double>("cup", pose);
+  cup.publish(0.5);
+  CHECK(missing(r.bench.get("/world/map/cup"), "<world/map/cup> vom:numericalValue \"0.5\"^^xsd:double .") == "");
+  CHECK(r.bench.turtle("PUT", "/world?graph=http://localhost/world/map/cup", a_cup).status == 404);
+  CHECK(r.bench.turtle("PUT", "/world?graph=http://localhost/world/seen/cup", a_cup).status == 201);
+}
+
 TEST_CASE("what the control loop publishes is in the graph, and clients cannot write it", "[engine][world]") {
   Robot r;
   auto cup = r.map.published<double>("cup", pose, unit::metre);

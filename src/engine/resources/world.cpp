@@ -418,7 +418,15 @@ Resource* WorldResource::find_graph(std::string_view target, const Context& cont
   const bool is_graph = std::any_of(graphs_.begin(), graphs_.end(), [&](const auto& g) { return g.get() == found; });
   if (is_graph) return found;
   const std::string_view method = context.request().method;
-  return !found && !named.empty() && takes_graphs() && (method == "PUT" || method == "POST") ? &new_ : nullptr;
+  return !found && is_free(named, parts) && takes_graphs() && (method == "PUT" || method == "POST") ? &new_ : nullptr;
+}
+
+/// A path below another resource than the World may be needed for what that has later, such as a value published in a graph.
+bool WorldResource::is_free(std::string_view at, const Parts& parts) const {
+  if (at.empty()) return false;
+  for (std::size_t slash = at.rfind('/'); slash > path.size(); slash = at.rfind('/', slash - 1))
+    if (parts.registry.find(at.substr(0, slash))) return false;
+  return true;
 }
 
 Resource* WorldResource::new_graph(std::string_view at, const Parts& parts) {

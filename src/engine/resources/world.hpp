@@ -164,6 +164,8 @@ class WorldResource final : public ThingResource {
   const model::WorldSpec& spec;
 
  private:
+  bool is_free(std::string_view at, const Parts& parts) const;
+
   std::vector<std::unique_ptr<WorldGraphResource>> graphs_;
   AllGraphsResource all_;
   NewGraphResource new_;
