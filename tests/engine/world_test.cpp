@@ -103,6 +103,25 @@ TEST_CASE("a World lists its graphs, and is listed itself", "[engine][world]") {
   CHECK(missing(r.bench.get("/"), "<> ldp:contains <world> .") == "");
 }
 
+TEST_CASE("the JSON of a World has the present number of triples of each graph", "[engine][world]") {
+  Robot r;
+  const auto get = [&](const std::string& fields = {}) { return r.bench.ask("GET /world\nAccept: application/json\n" + fields); };
+  const Answer before = get();
+  CHECK(before.says("\"triples\":0"));
+  const engine::Channel json = r.bench.open("/world?accept=application/json"), turtle = r.bench.open("/world");
+  CHECK(turtle != json);
+  CHECK(r.bench.pushes().size() == 2);
+  r.say("a cup");
+  r.bench.look();
+  const auto told = r.bench.pushes();
+  REQUIRE(told.size() == 1);  // Turtle does not have the number
+  CHECK(told[0].first == json);
+  CHECK(told[0].second.message->find("\"triples\":1") != std::string::npos);
+  const Answer after = get("If-None-Match: " + before.tag() + "\n");
+  CHECK(after.status == 200);
+  CHECK(after.says("\"triples\":1"));
+}
+
 TEST_CASE("all graphs are one at ?default", "[engine][world]") {
   Robot r;
   r.say("a cup");

@@ -117,8 +117,9 @@ void WorldGraphResource::take_changes(Parts& parts) {
   changes_wait_->store(false);
   bool changed = take_published(parts);
   if (GraphState::Version version = graph_state->version(); version.revision != version_.revision) {
-    version_ = std::move(version);
+    std::swap(version_, version);
     changed = true;
+    if (version_.graph->size() != version.graph->size()) world.mark_changed();  // its JSON has the number
   }
   if (changed) mark_changed();
 }
@@ -439,6 +440,13 @@ void WorldResource::describe(const Description& d) const {
   About about(d.graph, d.base + path);
   about.link(vocab::lrt_::allGraphs, d.base + all_.path);
   describe_container(about, *this, d);
+}
+
+/// Its JSON has the number of triples of each graph.
+std::uint64_t WorldResource::state(std::uint64_t structure) const noexcept {
+  std::uint64_t mixed = structure;
+  for (const auto& graph : graphs_) mixed = (mixed ^ graph->stored()->size()) * 1099511628211U;
+  return mixed;
 }
 
 void WorldResource::describe_types(About& about, const Description& d) const {

@@ -144,6 +144,7 @@ class WorldResource final : public ThingResource {
   std::string_view kind() const noexcept override { return "world"; }
   void overview(Overview& o) const override;
   void link_related(http::LinkWriter& links, const std::string& base) const override;
+  std::uint64_t state(std::uint64_t structure) const noexcept override;
   bool is_container() const noexcept override { return true; }
   std::vector<Resource*> members() const override;
   std::vector<Resource*> more_resources() override;
