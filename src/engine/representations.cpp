@@ -42,6 +42,14 @@ std::string_view value_of(const http::Request& request, std::string_view name, s
 
 }  // namespace
 
+namespace {
+
+std::string too_large_text(std::size_t max_bytes) {
+  return "the document has more than " + std::to_string(max_bytes) + " bytes; its parts can be read one by one";
+}
+
+}  // namespace
+
 std::size_t page_count(std::size_t members, std::size_t max_page_members) noexcept {
   return std::max<std::size_t>(1, (members + max_page_members - 1) / max_page_members);
 }
@@ -131,6 +139,8 @@ Representations::Selected Representations::select(Context& context, std::optiona
     const std::string_view type = (*offers)[*choice];
     if (type == page_type && offers_page) return &page->emplace(html_page(resource, context.base, context.audience, context.page));
     const Variant variant = *all.find(type);
+    if (const std::size_t max = resource.max_bytes(options_); resource.exceeds(max, context.audience))
+      return responses_.problem(context, 406, too_large_text(max));
     if (!values_.ready(resource, variant, current)) return Missing{Encodings::of(variant)};
     const bool minimal = resource.is_container() && wants_minimal_container(context);
     Result<Representation*> made = make(resource, context.base, variant, context.audience, minimal ? minimal_page : context.page);
@@ -142,7 +152,14 @@ Representations::Selected Representations::select(Context& context, std::optiona
       return responses_.problem(context, 500, why);
     }
     if (fewer.empty()) fewer = *offers;
-    fewer.erase(fewer.begin() + static_cast<std::ptrdiff_t>(*choice));
+    const bool is_too_large = code == Errc::limit_exceeded;
+    const bool is_all_rdf = is_too_large && variant.is_rdf() && variant != Variant(rdf::Syntax::rdf_xml);  // which has a limit of its own
+    const auto is_left_out = [&](std::string_view other) {
+      const auto v = all.find(other);
+      if (!v) return is_too_large;  // the page would hide from a client that accepts anything why there is no document
+      return *v == variant || (is_all_rdf && v->is_rdf() && *v != Variant());  // Turtle is the shortest
+    };
+    fewer.erase(std::remove_if(fewer.begin(), fewer.end(), is_left_out), fewer.end());
     offers = &fewer;
   }
 }
@@ -345,8 +362,7 @@ Result<Bytes> Representations::body_of(Resource& resource, std::size_t base, Var
     else text = responses_.write(graph, variant, base);
   }
   if (!text) return Unexpected{std::move(text).error()};
-  if (const std::size_t max = resource.max_bytes(options_); text->size() > max)
-    return unexpected(Errc::limit_exceeded, "the document has more than " + std::to_string(max) + " bytes; its parts can be read one by one");
+  if (const std::size_t max = resource.max_bytes(options_); text->size() > max) return unexpected(Errc::limit_exceeded, too_large_text(max));
   return std::make_shared<const std::string>(*std::move(text));
 }
 

@@ -244,6 +244,11 @@ class Resource {
     (void)options;
     return static_cast<std::size_t>(-1);
   }
+  /// It is known to be larger without being described: no representation in RDF or JSON is made.
+  virtual bool exceeds(std::size_t max_bytes, const Audience& audience) const {
+    (void)max_bytes, (void)audience;
+    return false;
+  }
   /// The text of Variant::answer().
   virtual Result<std::string> answer(std::size_t type) const;
   /// False: its first representation is not available yet, and its observers wait for it.

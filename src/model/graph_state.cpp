@@ -283,12 +283,14 @@ Result<void> GraphState::restore(rdf::Graph graph) {
 std::optional<GraphRefusal> GraphState::commit(GraphEdit& edit) {
   if (!edit.has_changed()) return std::nullopt;
   auto next = std::make_shared<const rdf::Graph>(edit.take());
-  if (auto refused = judge(*next)) return refused;
+  const std::size_t bytes = text_bytes(*next);
+  if (auto refused = judge(*next, bytes)) return refused;
   Version made;
   {
     const std::lock_guard lock(mutex_);
     std::swap(current_.graph, next);  // the former one is destroyed without the lock
     ++current_.revision;
+    current_.bytes = bytes;
     made = current_;
   }
   {
@@ -299,12 +301,12 @@ std::optional<GraphRefusal> GraphState::commit(GraphEdit& edit) {
   return std::nullopt;
 }
 
-std::optional<GraphRefusal> GraphState::judge(const rdf::Graph& graph) const {
+std::optional<GraphRefusal> GraphState::judge(const rdf::Graph& graph, std::size_t bytes) const {
   using Kind = GraphRefusal::Kind;
   if (graph.size() > options_.max_triples)
     return GraphRefusal{Kind::too_large,
                         "it would have " + std::to_string(graph.size()) + " triples; " + std::to_string(options_.max_triples) + " are allowed"};
-  if (const std::size_t bytes = text_bytes(graph); bytes > options_.max_bytes)
+  if (bytes > options_.max_bytes)
     return GraphRefusal{Kind::too_large, "it would have " + std::to_string(bytes) + " bytes of IRIs and literals, written out; " +
                                              std::to_string(options_.max_bytes) + " are allowed"};
   if (!shapes_) return std::nullopt;

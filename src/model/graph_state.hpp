@@ -115,6 +115,7 @@ class GraphState {
   struct Version {
     std::shared_ptr<const rdf::Graph> graph;
     std::uint64_t revision;
+    std::size_t bytes = 0;  ///< of its IRIs and literals, written in full at each occurrence
   };
 
   /// @param path  of the graph below the root, percent-encoded, with a leading '/'
@@ -151,7 +152,7 @@ class GraphState {
   GraphState(std::string path, GraphOptions options, std::shared_ptr<HandleContext> thing)
       : path_(std::move(path)), options_(std::move(options)), thing_(std::move(thing)) {}
   std::optional<GraphRefusal> commit(GraphEdit& edit);
-  std::optional<GraphRefusal> judge(const rdf::Graph& graph) const;
+  std::optional<GraphRefusal> judge(const rdf::Graph& graph, std::size_t bytes) const;
   void merge(GraphEdit& edit, const rdf::Graph& graph) const;
   void notify() noexcept;
 

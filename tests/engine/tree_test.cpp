@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "src/engine/resources/tree.hpp"
 
+#include "tests/support/allocation_counters.hpp"  // counted by subscription_test.cpp
 #include "tests/support/bench.hpp"
 #include "tests/support/catch.hpp"
 
@@ -193,6 +194,22 @@ TEST_CASE("a document that is too large is 406, and its size is an option", "[en
   CHECK(answer.says("2000 bytes"));
   CHECK(r.bench.get("/robot/all").field("Content-Type") == "application/json");  // what fits
   CHECK(r.bench.get("/robot/arm/j%201/state").status == 200);
+}
+
+TEST_CASE("a document that is too large in every form is 406 for a client that accepts anything, after one attempt in RDF", "[engine][R0.6]") {
+  engine::EngineOptions options;
+  options.max_all_bytes = 10;
+  Robot r(std::move(options));
+  const auto cost = [&](const std::string& accept) {
+    const std::size_t before = allocated_bytes;
+    CHECK(r.get("/robot/all", accept).status == 406);
+    return allocated_bytes - before;
+  };
+  const std::size_t turtle = cost("text/turtle");
+  CHECK(cost("text/turtle, application/n-triples, application/trig, application/n-quads, application/ld+json") <= 2 * turtle);
+  CHECK(r.bench.get("/robot/all").status == 406);
+  CHECK(r.get("/robot/all", "*/*").status == 406);
+  CHECK(r.get("/robot/all", "text/html").status == 200);
 }
 
 TEST_CASE("a name of the user has precedence over \"all\", and the document cannot be watched", "[engine][R0.15]") {

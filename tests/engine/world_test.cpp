@@ -9,6 +9,7 @@
 #include <thread>
 #include <vector>
 
+#include "tests/support/allocation_counters.hpp"  // counted by subscription_test.cpp
 #include "tests/support/bench.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/event_stream.hpp"
@@ -128,6 +129,28 @@ TEST_CASE("all graphs are one at ?default", "[engine][world]") {
   r.tasks.update([](GraphUpdate& u) { u.add("#1", label, "clean up"); }).value();
   CHECK(missing(r.bench.get("/world?default"), "<world/map#cup> rdfs:label \"a cup\" . <world/tasks#1> rdfs:label \"clean up\" .") == "");
   CHECK(r.bench.turtle("PUT", "/world?default", a_cup).status == 405);
+}
+
+TEST_CASE("all graphs that are too large for one document are refused before they are described", "[engine][world][limits]") {
+  engine::EngineOptions options;
+  options.max_all_bytes = 20'000;
+  Robot r(writable(), {}, options);
+  r.fill(100);
+  CHECK(r.bench.get("/world?default").status == 200);
+  r.fill(1000);
+  const auto cost = [&](const std::string& fields) {
+    const std::size_t before = allocated_bytes;
+    const Answer a = r.bench.ask("GET /world?default\n" + fields);
+    CHECK(a.status == 406);
+    CHECK(a.says("20000 bytes"));
+    return allocated_bytes - before;
+  };
+  for (const char* accept : {"", "Accept: */*\n", "Accept: application/n-quads\n", "Accept: text/turtle, text/html;q=0.5\n"}) {
+    CAPTURE(accept);
+    CHECK(cost(accept) < 50'000);  // the description has 1,000 triples
+  }
+  CHECK(r.bench.ask("GET /world?default\nAccept: text/html\n").field("Content-Type").find("text/html") == 0);
+  CHECK(r.bench.get("/world/map").status == 200);
 }
 
 TEST_CASE("an update takes effect as a whole or not at all", "[engine][world]") {

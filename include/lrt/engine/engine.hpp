@@ -90,7 +90,8 @@ struct Limits {
   std::size_t small_body_bytes = 2 * 1024;                ///< a request body up to this is judged by the I/O thread, a larger one by
                                                           ///< Threads::body_threads
   std::size_t max_waiting_body_bytes = 64 * 1024 * 1024;  ///< of larger bodies that wait to be judged, a quarter of it from one address; more: 503
-  std::size_t max_all_bytes = 16 * 1024 * 1024;           ///< of a document of a Thing and all Things below it; more: 406
+  std::size_t max_all_bytes = 16 * 1024 * 1024;           ///< of a document of a Thing and all Things below it; more: 406. Also of all graphs
+                                                          ///< of a World in one: their IRIs and literals, written in full
   /// Size of a request body for one number, or where no value is expected; more: 413. A resource whose type has a fixed
   /// size takes 1 KiB more for each number, text and field, and for a text with length() also its bytes. All others,
   /// such as a list without a maximum, take transport::Limits::max_body_bytes. max_body_bytes() of a property, action

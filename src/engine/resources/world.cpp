@@ -272,6 +272,13 @@ const Variants& AllGraphsResource::variants() const { return graph_variants(); }
 const std::string& AllGraphsResource::path_of_rights() const noexcept { return world_.path; }
 std::size_t AllGraphsResource::max_bytes(const EngineOptions& options) const noexcept { return options.max_all_bytes; }
 
+bool AllGraphsResource::exceeds(std::size_t max_bytes, const Audience& audience) const {
+  std::size_t bytes = 0;
+  for (const auto& graph : world_.graphs())
+    if (audience.sees(*graph)) bytes += graph->stored_bytes();
+  return bytes > max_bytes;
+}
+
 std::uint64_t AllGraphsResource::state(std::uint64_t structure) const noexcept {
   std::uint64_t mixed = structure;
   for (const auto& graph : world_.graphs()) mixed = (mixed ^ graph->revision) * 1099511628211U;

@@ -58,6 +58,8 @@ class WorldGraphResource final : public Resource {
   std::shared_ptr<const rdf::Graph> kept_graph(const EngineView& engine) const override { return graph(engine); }
   /// The same without published values.
   const std::shared_ptr<const rdf::Graph>& stored() const noexcept { return version_.graph; }
+  /// The bytes of the IRIs and literals of stored(), written in full at each occurrence.
+  std::size_t stored_bytes() const noexcept { return version_.bytes; }
 
   /// Called after its registration: changes by code arrive from now on.
   void attach(Parts& parts);
@@ -102,6 +104,7 @@ class AllGraphsResource final : public Resource {
   std::string_view kind() const noexcept override { return "graphs"; }
   std::uint64_t state(std::uint64_t structure) const noexcept override;
   std::size_t max_bytes(const EngineOptions& options) const noexcept override;
+  bool exceeds(std::size_t max_bytes, const Audience& audience) const override;
   Reads reads() const noexcept override { return Reads::values; }
   void for_each_property(FunctionRef<void(PropertyResource&)> visit) const override;
   void refresh() override;
