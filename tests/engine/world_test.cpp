@@ -286,6 +286,21 @@ TEST_CASE("a write whose precondition held when it came is refused if the graph 
   CHECK(missing(r.get(), "<world/map#x> rdfs:label \"x\" .") == "");
 }
 
+TEST_CASE("If-Match: * holds for a graph that has changed meanwhile", "[engine][world]") {
+  engine::EngineOptions options;
+  options.body_jobs = true;
+  options.small_body_bytes = 0;
+  Robot r(writable(), {}, options);
+  r.say("a cup");
+  for (const char* field : {"If-Match: *\n", "If-None-Match: \"x\"\n"}) {
+    CAPTURE(field);
+    const auto sent = r.bench.send(Bench::turtle_request("POST", "/world/map", "<#x> rdfs:label \"x\" .", field));
+    r.say("another cup " + std::string(field, 8));
+    r.bench.run();
+    CHECK(r.bench.answer(sent)->status == 204);
+  }
+}
+
 TEST_CASE("writes without a body wait at the same time", "[engine][world][limits]") {
   engine::EngineOptions options;
   options.body_jobs = true;

@@ -26,7 +26,8 @@ using model::GraphWrite;
 /// Names below a World that a client may choose.
 constexpr std::size_t max_name_bytes = 1000, max_names = 16;
 
-bool is_conditional(const http::Request& request) { return request.find("If-Match") || request.find("If-None-Match"); }
+/// The request is for the present state only. `If-Match: *` is for any; what If-None-Match excludes is a past state.
+bool requires_state(const http::Request& request) { return request.find("If-Match") && request.joined("If-Match") != "*"; }
 
 /// A parameter without a value, as in ?default.
 bool has_parameter(std::string_view target, std::string_view name) {
@@ -89,7 +90,7 @@ Outcome WorldGraphResource::write(Context& context, Parts& parts, GraphWrite::Ki
   if (auto* response = std::get_if<http::Response>(&made)) return std::move(*response);
   GraphTask& task = std::get<GraphTask>(made);
   task.write.kind = kind;
-  if (is_conditional(context.request())) task.write.expected = version_.revision;
+  if (requires_state(context.request())) task.write.expected = version_.revision;
   auto changed = parts.bodies.change_graph(context, std::move(task));
   take_changes(parts);
   if (auto outcome = outcome_of(changed)) return *std::move(outcome);
