@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "src/engine/body_task.hpp"
 #include "src/model/graph_state.hpp"
@@ -20,6 +21,11 @@ struct GraphTask {
   model::GraphWrite write{};
   bool creates = false;  ///< the graph is not registered yet
 
+  /// The body was parsed before: this is its graph.
+  void set_graph(rdf::Graph graph) {
+    write.graph = std::move(graph);
+    is_parsed_ = true;
+  }
   /// @param waits  for a running write
   /// @return nullopt: another write is running
   std::optional<JudgedBody> carry_out(bool waits);

@@ -396,6 +396,28 @@ TEST_CASE("clients make graphs where they may, up to a number, and remove them",
   CHECK(none.bench.turtle("POST", "/world", a_cup).status == 405);
 }
 
+TEST_CASE("requests that create the same graph at once are executed one after another", "[engine][world]") {
+  engine::EngineOptions options;
+  options.body_jobs = true;
+  options.small_body_bytes = 0;
+  Robot r(writable(), creation(1), options);
+  const auto send = [&](const std::string& method, const std::string& target, const std::string& text, const std::string& fields = {}) {
+    return r.bench.send(Bench::turtle_request(method, target, "<#cup> rdfs:label \"" + text + "\" .", fields));
+  };
+  const auto first = send("PUT", "/world/new", "first"), second = send("PUT", "/world/new", "second"),
+             third = send("POST", "/world?graph=http://localhost/world/new", "third"), fourth = send("PUT", "/world/new", "4", "If-None-Match: *\n"),
+             other = send("PUT", "/world/other", "x");
+  r.bench.run();
+  CHECK(r.bench.answer(first)->status == 201);
+  CHECK(r.bench.answer(second)->status == 204);
+  CHECK(r.bench.answer(third)->status == 204);
+  CHECK(r.bench.answer(fourth)->status == 412);
+  CHECK(r.bench.answer(other)->status == 409);  // there may be one only
+  const Answer a = r.bench.get("/world/new");
+  CHECK(missing(a, "<world/new#cup> rdfs:label \"second\", \"third\" .") == "");
+  CHECK_FALSE(a.says("first"));
+}
+
 TEST_CASE("graphs are named by the parameter graph, too", "[engine][world]") {
   Robot r(writable(), creation());
   CHECK(r.bench.turtle("PUT", "/world?graph=http%3A%2F%2Flocalhost%2Fworld%2Fmap", a_cup).status == 204);

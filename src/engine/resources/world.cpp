@@ -91,10 +91,28 @@ Outcome WorldGraphResource::write(Context& context, Parts& parts, GraphWrite::Ki
   GraphTask& task = std::get<GraphTask>(made);
   task.write.kind = kind;
   if (requires_state(context.request())) task.write.expected = version_.revision;
+  return execute(context, parts, std::move(task));
+}
+
+Outcome WorldGraphResource::execute(Context& context, Parts& parts, GraphTask task) {
   auto changed = parts.bodies.change_graph(context, std::move(task));
   take_changes(parts);
   if (auto outcome = outcome_of(changed)) return *std::move(outcome);
   return parts.responses.no_content(context);
+}
+
+Outcome WorldGraphResource::take_new(Context& context, Parts& parts) {
+  auto judged = parts.bodies.changed_graph(context);
+  if (auto outcome = outcome_of(judged)) return *std::move(outcome);
+  context.resource = this;
+  context.resource_id = id;
+  if (auto response = parts.representations.failed_precondition(context)) return *std::move(response);
+  GraphTask task;
+  task.base = parts.bases[context.base];
+  task.state = graph_state;
+  task.write.kind = context.request().method == "PUT" ? GraphWrite::Kind::replace : GraphWrite::Kind::merge;
+  task.set_graph(*std::get<Body>(judged).made_graph->version().graph);
+  return execute(context, parts, std::move(task));
 }
 
 void WorldGraphResource::attach(Parts& parts) {
@@ -341,6 +359,9 @@ Outcome WorldResource::make_graph(Context& context, Parts& parts, const std::str
   if (at.empty()) return parts.responses.problem(context, 409, "a graph of this World needs a name below \"" + path + "\"");
   if (const auto& view = context.audience.view; view && !view->at(at).has(security::Right::write))
     return parts.responses.denied(context, http::Denial::right, 403, "these credentials do not allow creating a graph at this path");
+  if (context.judged)
+    for (const auto& graph : graphs_)
+      if (graph->path == at) return graph->take_new(context, parts);
   if (created_ >= spec.options.max_created)
     return parts.responses.problem(context, 409,
                                    "the World has reached its maximum of " + std::to_string(spec.options.max_created) + " graphs of clients");

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "src/engine/graph_task.hpp"
 #include "src/engine/resources/property.hpp"
 #include "src/engine/resources/thing.hpp"
 #include "src/model/graph_state.hpp"
@@ -61,6 +62,9 @@ class WorldGraphResource final : public Resource {
   /// The bytes of the IRIs and literals of stored(), written in full at each occurrence.
   std::size_t stored_bytes() const noexcept { return version_.bytes; }
 
+  /// The body of a request that wanted to create this graph, which another request has created meanwhile.
+  /// @pre Context::judged
+  Outcome take_new(Context& context, Parts& parts);
   /// Called after its registration: changes by code arrive from now on.
   void attach(Parts& parts);
   /// Called before its removal.
@@ -76,6 +80,7 @@ class WorldGraphResource final : public Resource {
     std::string predicate, object;
   };
   Outcome write(Context& context, Parts& parts, model::GraphWrite::Kind kind);
+  Outcome execute(Context& context, Parts& parts, GraphTask task);
   /// Applies the changes of other threads.
   void take_changes(Parts& parts);
   bool take_published(Parts& parts);
