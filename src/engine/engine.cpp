@@ -449,7 +449,11 @@ std::optional<http::Response> Engine::Impl::find_resource(Context& context, cons
   const Result<Resource*> found = resource_at(target.path);
   if (!found) return parts.responses.problem(context, 400, "target: " + found.error().message);
   context.resource = *found;
-  if (context.resource && !target.query.empty()) context.resource = context.resource->find_graph(context.request().target, context, parts);
+  if (context.resource && !target.query.empty()) {
+    const Result<Resource*> named = context.resource->find_graph(context.request().target, context, parts);
+    if (!named) return parts.responses.problem(context, 400, named.error().message);
+    context.resource = *named;
+  }
   if (!context.resource && has_input(context.request().method)) context.resource = new_graph(target.path);
   if (!context.resource) return no_resource(context);
   context.resource_id = context.resource->id;

@@ -265,8 +265,9 @@ class Resource {
   virtual std::optional<std::string_view> document() const { return std::nullopt; }
 
   /// It holds graphs, and this is the resource that a request of the Graph Store Protocol names with it; nullptr: there is none.
-  /// @param query  parameters of the target: ?graph=IRI, ?default
-  virtual Resource* find_graph(std::string_view target, const Context& context, const Parts& parts) {
+  /// @param target  with parameters: ?graph=IRI, ?default
+  /// @par Errors    for a 400: the parameters name no graph
+  virtual Result<Resource*> find_graph(std::string_view target, const Context& context, const Parts& parts) {
     (void)target, (void)context, (void)parts;
     return this;
   }

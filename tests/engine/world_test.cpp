@@ -427,8 +427,31 @@ TEST_CASE("graphs are named by the parameter graph, too", "[engine][world]") {
   CHECK(r.bench.ask("DELETE /world?graph=http://localhost/world/new").status == 204);
   CHECK(r.bench.get("/world?graph=http://localhost/world/new").status == 404);
   CHECK(r.bench.get("/world?graph=http://example.org/g").status == 404);
-  CHECK(r.bench.turtle("PUT", "/world?graph=http://example.org/g", a_cup).status == 404);
-  CHECK(r.bench.turtle("PUT", "/world?graph=http://localhost/elsewhere", a_cup).status == 404);
+  CHECK(Robot().bench.turtle("PUT", "/world?graph=http://example.org/g", a_cup).status == 404);  // which has only its own graphs
+}
+
+TEST_CASE("parameters that name no graph, or several, are refused with the reason", "[engine][world]") {
+  Robot r(writable(), creation());
+  const auto says = [&](const std::string& query, const std::string& reason) {
+    const Answer put = r.bench.turtle("PUT", "/world?" + query, a_cup);
+    return put.status == 400 && put.says(reason);
+  };
+  CHECK(says("graph=http://example.org/g", "expected an IRI below <http://localhost/world/>, found <http://example.org/g>"));
+  CHECK(says("graph=http://localhost/elsewhere", "expected an IRI below"));
+  CHECK(says("graph=http://localhost/world/new%23part", "expected an IRI below"));
+  for (const char* query : {"graph=new", "graph=/world/map", "graph=", "graph", "graph=%ZZ"}) {
+    CAPTURE(query);
+    CHECK(says(query, "expected an absolute IRI"));
+    CHECK(r.bench.get("/world?" + std::string(query)).status == 400);
+  }
+  for (const char* query : {"default&graph=http://localhost/world/map", "graph=http://localhost/world/map&graph=http://localhost/world/tasks",
+                            "graph=http://localhost/world/map&default=", "default&default"}) {
+    CAPTURE(query);
+    CHECK(says(query, "found several"));
+    CHECK(r.bench.get("/world?" + std::string(query)).status == 400);
+  }
+  CHECK(r.map.snapshot()->empty());
+  CHECK(r.bench.get("/world?graph=http://localhost/world/map&accept=text/turtle").status == 200);
 }
 
 TEST_CASE("the path below a resource stays free for that resource, in whatever way a request names it", "[engine][world]") {

@@ -29,13 +29,14 @@ constexpr std::size_t max_name_bytes = 1000, max_names = 16;
 /// The request is for the present state only. `If-Match: *` is for any; what If-None-Match excludes is a past state.
 bool requires_state(const http::Request& request) { return request.find("If-Match") && request.joined("If-Match") != "*"; }
 
-/// A parameter without a value, as in ?default.
-bool has_parameter(std::string_view target, std::string_view name) {
+/// How many parameters of a target have that name, with or without a value.
+std::size_t count_parameters(std::string_view target, std::string_view name) {
+  std::size_t count = 0;
   for (std::size_t at = target.find('?'); at != std::string_view::npos; at = target.find('&', at + 1)) {
     const std::string_view one = target.substr(at + 1, target.find('&', at + 1) - at - 1);
-    if (one == name || (one.size() == name.size() + 1 && one.substr(0, name.size()) == name && one.back() == '=')) return true;
+    if (one.substr(0, one.find('=')) == name) ++count;
   }
-  return false;
+  return count;
 }
 
 Input input_of(const GraphOptions& options) {
@@ -440,15 +441,24 @@ std::string WorldResource::named_path(std::string_view target, const Parts& part
   return *canonical;
 }
 
-Resource* WorldResource::find_graph(std::string_view target, const Context& context, const Parts& parts) {
-  if (has_parameter(target, "default")) return &all_;
-  if (!query_parameter(target, "graph")) return this;
+/// SPARQL 1.1 Graph Store HTTP Protocol 4.1, 4.2
+Result<Resource*> WorldResource::find_graph(std::string_view target, const Context& context, const Parts& parts) {
+  const std::size_t defaults = count_parameters(target, "default"), graphs = count_parameters(target, "graph");
+  if (defaults + graphs == 0) return this;
+  if (defaults + graphs > 1) return unexpected(Errc::expected_iri, "the query of the target: expected one graph=IRI or default, found several");
+  if (defaults == 1) return &all_;
+  const auto iri = query_parameter(target, "graph");
+  if (!iri || !iri::is_absolute(*iri))
+    return unexpected(Errc::expected_iri, "graph: expected an absolute IRI, percent-encoded, found \"" + iri.value_or(std::string()) + "\"");
   const std::string named = named_path(target, parts);
   Resource* const found = named.empty() ? nullptr : parts.registry.find(named);
   const bool is_graph = std::any_of(graphs_.begin(), graphs_.end(), [&](const auto& g) { return g.get() == found; });
   if (is_graph) return found;
   const std::string_view method = context.request().method;
-  return !found && is_free(named, parts) && takes_graphs() && (method == "PUT" || method == "POST") ? &new_ : nullptr;
+  const bool creates = takes_graphs() && (method == "PUT" || method == "POST");
+  if (creates && named.empty())
+    return unexpected(Errc::expected_iri, "graph: expected an IRI below <" + parts.bases[context.base] + path + "/>, found <" + *iri + ">");
+  return creates && !found && is_free(named, parts) ? &new_ : nullptr;
 }
 
 /// A path below another resource than the World may be needed for what that has later, such as a value published in a graph.

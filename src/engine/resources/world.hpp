@@ -156,7 +156,7 @@ class WorldResource final : public ThingResource {
   bool is_container() const noexcept override { return true; }
   std::vector<Resource*> members() const override;
   std::vector<Resource*> more_resources() override;
-  Resource* find_graph(std::string_view target, const Context& context, const Parts& parts) override;
+  Result<Resource*> find_graph(std::string_view target, const Context& context, const Parts& parts) override;
   Resource* new_graph(std::string_view at, const Parts& parts) override;
 
   const std::vector<std::unique_ptr<WorldGraphResource>>& graphs() const noexcept { return graphs_; }
