@@ -37,9 +37,11 @@ struct GraphOptions {
   /// shapes that have targets. What is published() is not checked. Their base is the World's own Blueprint, where
   /// clients read them.
   std::string shapes;
-  bool clients_may_write = false;            ///< by PUT, POST, PATCH and DELETE; the client also needs the right to write
-  std::size_t max_triples = 100'000;         ///< of the resulting graph; a write beyond it is refused (413)
-  std::size_t max_bytes = 32 * 1024 * 1024;  ///< of its IRIs and literals, written in full at each occurrence; also of a request body (413)
+  bool clients_may_write = false;     ///< by PUT, POST, PATCH and DELETE; the client also needs the right to write
+  std::size_t max_triples = 100'000;  ///< of the resulting graph; a write beyond it is refused (413)
+  /// Of its IRIs and literals, written in full at each occurrence; also of a request body (413). A body must also be
+  /// within transport::Limits::max_body_bytes; a larger graph takes several POSTs.
+  std::size_t max_bytes = 32 * 1024 * 1024;
   /// File that stores the graph across restarts: N-Triples with a first line of lrt. A thread of lrt replaces it
   /// atomically after each change, so it always contains one state of the graph, without what is published(). If the
   /// file was changed or truncated, it is kept as FILE.damaged-1, the log says so, and the graph begins with `turtle`.
@@ -55,6 +57,7 @@ struct WorldOptions {
   /// Options of each graph that a client creates. Clients may write and delete it, whatever clients_may_write says;
   /// `file`, `title` and `turtle` are ignored.
   GraphOptions created{};
+  std::size_t max_created_bytes = 64 * 1024 * 1024;  ///< of graphs of clients together, as GraphOptions::max_bytes; more: 413
 };
 
 /// Options of a published value of an object.

@@ -180,6 +180,14 @@ void GraphEdit::remove_removed() {
 
 // ----------------------------------------------------------------------------------------------------------------- state
 
+bool GraphBudget::change(std::size_t before, std::size_t after) noexcept {
+  std::size_t used = used_.load();
+  do {
+    if (after > before && after - before > max_ - used) return false;
+  } while (!used_.compare_exchange_weak(used, used - before + after));
+  return true;
+}
+
 Result<std::shared_ptr<GraphState>> GraphState::create(std::string path, GraphOptions options, const std::string& shapes_base,
                                                        std::shared_ptr<HandleContext> thing) {
   std::shared_ptr<GraphState> state(new GraphState(std::move(path), std::move(options), std::move(thing)));
@@ -212,7 +220,12 @@ Result<std::shared_ptr<GraphState>> GraphState::create(std::string path, GraphOp
 std::shared_ptr<GraphState> GraphState::like(const GraphState& other, std::string path) {
   std::shared_ptr<GraphState> state(new GraphState(std::move(path), other.options_, other.thing_));
   state->shapes_ = other.shapes_;
+  state->budget_ = other.budget_;
   return state;
+}
+
+GraphState::~GraphState() {
+  if (budget_) budget_->change(current_.bytes, 0);
 }
 
 GraphState::Version GraphState::version() const {
@@ -285,6 +298,9 @@ std::optional<GraphRefusal> GraphState::commit(GraphEdit& edit) {
   auto next = std::make_shared<const rdf::Graph>(edit.take());
   const std::size_t bytes = text_bytes(*next);
   if (auto refused = judge(*next, bytes)) return refused;
+  if (budget_ && !budget_->change(current_.bytes, bytes))  // only a writer changes current_
+    return GraphRefusal{GraphRefusal::Kind::too_large, "the graphs of clients in this World would have more than " + std::to_string(budget_->max()) +
+                                                           " bytes of IRIs and literals, written out; delete some of them"};
   Version made;
   {
     const std::lock_guard lock(mutex_);

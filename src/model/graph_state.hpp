@@ -107,6 +107,21 @@ struct PublishedSpec {
   std::chrono::milliseconds expires_after;
 };
 
+/// Limits the bytes of several graphs together.
+///
+/// @par Threads  Any.
+class GraphBudget {
+ public:
+  explicit GraphBudget(std::size_t max_bytes) noexcept : max_(max_bytes) {}
+  std::size_t max() const noexcept { return max_; }
+  /// The bytes of one of the graphs change. False: there would be too many, and nothing has changed.
+  bool change(std::size_t before, std::size_t after) noexcept;
+
+ private:
+  const std::size_t max_;
+  std::atomic<std::size_t> used_{0};
+};
+
 /// A graph with its shapes and limits. The user's handles and the engine share it.
 ///
 /// @par Threads  Any. Writers are serialised; readers never wait for writers.
@@ -122,7 +137,10 @@ class GraphState {
   /// @par Errors  expected_rdf, expected_value, limit_exceeded: of the shapes and of the first content
   static Result<std::shared_ptr<GraphState>> create(std::string path, GraphOptions options, const std::string& shapes_base,
                                                     std::shared_ptr<HandleContext> thing);
-  /// A graph without content and with the rules of another graph.
+  ~GraphState();
+  GraphState(const GraphState&) = delete;
+  GraphState& operator=(const GraphState&) = delete;
+  /// A graph without content and with the rules and the budget of another graph.
   static std::shared_ptr<GraphState> like(const GraphState& other, std::string path);
 
   const std::string& path() const noexcept { return path_; }
@@ -134,6 +152,9 @@ class GraphState {
   Result<void> update(FunctionRef<void(GraphEdit&)> change);
   /// @param waits  for a running write; false: GraphRefusal::Kind::busy
   std::optional<GraphRefusal> write(const GraphWrite& write, bool waits);
+  /// Shares a limit with other graphs.
+  /// @pre the graph is empty, and only one thread uses it
+  void set_budget(std::shared_ptr<GraphBudget> budget) noexcept { budget_ = std::move(budget); }
   /// Replaces the graph by the content of a file.
   Result<void> restore(rdf::Graph graph);
 
@@ -160,6 +181,7 @@ class GraphState {
   const GraphOptions options_;
   const std::shared_ptr<HandleContext> thing_;
   std::optional<shacl::Shapes> shapes_;
+  std::shared_ptr<GraphBudget> budget_;    ///< nullptr: none
   std::mutex writers_mutex_;               // held during a write, with the user's lambda
   std::atomic<std::thread::id> writer_{};  // the thread that holds it
   mutable std::mutex mutex_;               // guards the rest, for moments

@@ -120,8 +120,12 @@ World::World(std::string_view path, WorldOptions options) : Thing(path) {
   created.turtle.clear();
   if (!created.shapes.empty()) shapes(created.shapes);
   auto rules = model::GraphState::create("/" + spec_->path, created, std::string(base) + "/" + spec_->path + "/blueprint", spec_->handles);
-  if (rules) world.created = *std::move(rules);
-  else remember(rules.error());
+  if (!rules) {
+    remember(rules.error());
+    return;
+  }
+  world.created = *std::move(rules);
+  world.created->set_budget(std::make_shared<model::GraphBudget>(world.options.max_created_bytes));
 }
 
 WorldGraph World::graph(std::string_view path, GraphOptions options) {

@@ -396,6 +396,29 @@ TEST_CASE("clients make graphs where they may, up to a number, and remove them",
   CHECK(none.bench.turtle("POST", "/world", a_cup).status == 405);
 }
 
+TEST_CASE("graphs of clients have a limit together", "[engine][world][limits]") {
+  WorldOptions world_options = creation(10);
+  world_options.max_created_bytes = 10'000;
+  Robot r(writable(), world_options);
+  const auto text = [](std::size_t bytes) { return "<#x> <p:q> \"" + std::string(bytes, 'x') + "\" ."; };
+  CHECK(r.bench.turtle("PUT", "/world/a", text(4000)).status == 201);
+  CHECK(r.bench.turtle("PUT", "/world/b", text(4000)).status == 201);
+  const Answer refused = r.bench.turtle("PUT", "/world/c", text(4000));
+  CHECK(refused.status == 413);
+  CHECK(refused.says("10000 bytes"));
+  CHECK(r.bench.get("/world/c").status == 404);
+  CHECK(r.bench.turtle("POST", "/world", text(4000)).status == 413);
+  CHECK(r.bench.turtle("POST", "/world/a", text(4001)).status == 413);
+  CHECK(r.bench.ask("PATCH /world/a\nContent-Type: application/sparql-update\n\nINSERT DATA { " + text(4001) + " }").status == 413);
+  CHECK(r.bench.turtle("PUT", "/world/map", text(40'000)).status == 204);  // which code has made
+  CHECK(r.bench.turtle("PUT", "/world/a", text(100)).status == 204);
+  CHECK(r.bench.turtle("PUT", "/world/c", text(4000)).status == 201);
+  CHECK(r.bench.turtle("PUT", "/world/d", text(4000)).status == 413);
+  CHECK(r.bench.ask("DELETE /world/b").status == 204);
+  r.bench.engine.take_discarded();
+  CHECK(r.bench.turtle("PUT", "/world/d", text(4000)).status == 201);
+}
+
 TEST_CASE("requests that create the same graph at once are executed one after another", "[engine][world]") {
   engine::EngineOptions options;
   options.body_jobs = true;
