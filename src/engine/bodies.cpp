@@ -242,7 +242,7 @@ Bodies::Read Bodies::change_graph(Context& context, GraphTask task) {
   const bool is_small = bytes <= options_.small_body_bytes && triples <= small_graph;
   // Never waits for a running write, because that may run user code.
   if (!options_.body_jobs || is_small)
-    if (auto judged = task.carry_out(false)) return as_read(context, *std::move(judged));
+    if (auto judged = task.carry_out(false)) return as_change(context, *std::move(judged));
   if (!options_.body_jobs) return too_many(context);
   auto owner = own_text(context, task.body.text);
   const bool writes = !task.creates;
@@ -262,6 +262,18 @@ void Bodies::ended(const std::string& client, std::size_t bytes) noexcept {
 Bodies::Read Bodies::verdict(Context& context) {
   const std::shared_ptr<JudgedBody> judged = std::exchange(context.judged, nullptr);
   return as_read(context, std::move(*judged));
+}
+
+Bodies::Read Bodies::changed_graph(Context& context) {
+  const std::shared_ptr<JudgedBody> judged = std::exchange(context.judged, nullptr);
+  return as_change(context, std::move(*judged));
+}
+
+/// The shapes judge the whole graph, so a report may name what was in it before.
+Bodies::Read Bodies::as_change(const Context& context, JudgedBody judged) const {
+  const auto* fault = std::get_if<BodyFault>(&judged);
+  if (!fault || !fault->report || context.audience.sees(*context.resource)) return as_read(context, std::move(judged));
+  return responses_.problem(context, fault->status, "the graph would not conform to its shapes; the report is for clients that may read the graph");
 }
 
 Bodies::Read Bodies::as_read(const Context& context, JudgedBody judged) const {

@@ -62,7 +62,7 @@ class Bodies {
   Read change_graph(Context& context, GraphTask task);
   /// The result of the change, when the request is handled again.
   /// @pre Context::judged
-  Read changed_graph(Context& context) { return verdict(context); }
+  Read changed_graph(Context& context);
   /// A body of a resource that takes none: it may have any content that can be read, and is ignored.
   Read read_nothing(Context& context);
 
@@ -78,6 +78,7 @@ class Bodies {
   Read defer(Context& context, std::size_t bytes, std::size_t effort, Work work, bool writes);
   Read verdict(Context& context);
   Read as_read(const Context& context, JudgedBody judged) const;
+  Read as_change(const Context& context, JudgedBody judged) const;
   http::Response not_accepted(const Context& context, const rdf::Type* value, const std::string& detail) const;
   http::Response too_many(const Context& context) const;
   void ended(const std::string& client, std::size_t bytes) noexcept;

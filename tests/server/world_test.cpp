@@ -335,3 +335,44 @@ TEST_CASE("rights of a graph are those at its path, in whatever way a request na
   CHECK(ask("anna", "PATCH /world/map", patch).status == 204);
   CHECK(client.ask("GET /world/map\nHost: " + host).status == 401);
 }
+
+TEST_CASE("a client that may write a graph, but not read it, does not learn from a report what is in it", "[server][world][rights]") {
+  Options options = options_of();
+  options.security.authenticate = [](const http::Request& request) -> std::optional<security::Principal> {
+    const auto who = request.find("X-Who");
+    return who ? std::optional(security::Principal{std::string(*who), {}}) : std::nullopt;
+  };
+  using security::Right;
+  const auto is = [](const char* name) { return security::Who{security::Who::Kind::principal, name}; };
+  options.security.rules = {
+      {"/world", security::Scope::tree, is("anna"), security::Rights::all()},
+      {"/world/map", security::Scope::tree, is("anna"), security::Rights::all()},
+      {"/world/map", security::Scope::tree, is("dora"), Right::write},
+  };
+  Server server = Server::create(std::move(options)).value();
+  World world("world");
+  GraphOptions graph_options;
+  graph_options.clients_may_write = true;
+  graph_options.shapes =
+      "@prefix sh: <http://www.w3.org/ns/shacl#> . <#all> a sh:NodeShape ; sh:targetSubjectsOf <p:at> ; sh:property [ sh:path <p:bad> ; sh:maxCount "
+      "0 ] .";
+  WorldGraph map = world.graph("map", graph_options);
+  server.add(std::move(world)).value();
+  map.update([](GraphUpdate& u) { u.add("#secret", Iri("p:at"), 1); }).value();
+  Socket client(server.port());
+  const std::string host = "localhost:" + std::to_string(server.port());
+  const auto patch = [&](const std::string& who, const std::string& change, const std::string& fields) {
+    return client.ask("PATCH /world/map\nHost: " + host + "\nX-Who: " + who + fields + "\nContent-Type: application/sparql-update\n\nINSERT DATA { " +
+                      change + " }");
+  };
+  for (const char* accept : {"", "\nAccept: application/problem+json", "\nAccept: text/turtle"}) {
+    CAPTURE(accept);
+    const Answer shown = patch("anna", "<#secret> <p:bad> 1", accept), hidden = patch("dora", "<#secret> <p:bad> 1", accept);
+    CHECK(shown.status == 422);
+    CHECK(shown.body.find("#secret") != std::string::npos);
+    CHECK(hidden.status == 422);
+    CHECK(hidden.body.find("#secret") == std::string::npos);
+    CHECK(hidden.body.find("conform") != std::string::npos);
+  }
+  CHECK(patch("dora", "<#new> <p:at> 1", "").status == 204);
+}
