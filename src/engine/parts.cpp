@@ -63,7 +63,7 @@ Parts::Parts(EngineOptions given)
       representations(options, view, cors, responses, cache, values, pending),
       bodies(options, view, responses, calls, pending, ContextResource::location),
       scanner(values, registry, calls, options.subscriptions, clock),
-      subscriptions(options, registry, bases, responses, bodies, representations, values, scanner, saves),
+      subscriptions(options, registry, bases, responses, bodies, representations, values, scanner, saves, clock),
       saved(options, registry, bases, responses, subscriptions, saves, clock),
       invocations(options, registry, calls, pending, responses, representations, bodies, scanner),
       tree("/all", nullptr, &registry),

@@ -333,6 +333,11 @@ Result<Representation*> Representations::make(Resource& resource, std::size_t ba
   return &cache_.keep(std::move(made));
 }
 
+bool Representations::is_made(Resource& resource, std::size_t base, Variant variant, const Audience& audience) const noexcept {
+  const Representation* kept = cache_.find(resource, base, variant, 1, audience);
+  return kept && kept->state == resource.state(view_.registry.structure());
+}
+
 Result<Bytes> Representations::body_of(Resource& resource, std::size_t base, Variant variant, const Audience& audience, std::size_t page) const {
   if (variant.kind() == Variant::Kind::encoded) {
     const auto& encodings = static_cast<PropertyResource&>(resource).encodings;

@@ -57,6 +57,8 @@ class Representations {
   /// The present representation in one variant.
   /// @par Errors  unsupported_syntax, limit_exceeded: the variant cannot represent the value; others: encoding failed
   Result<Representation*> make(Resource& resource, std::size_t base, Variant variant, const Audience& audience, std::size_t page = 1);
+  /// make() would return a representation that was made before.
+  bool is_made(Resource& resource, std::size_t base, Variant variant, const Audience& audience) const noexcept;
   /// The representation as a message to subscribers.
   const subscription::Item& message_of(Representation& representation);
   /// The same as one event of an event stream.

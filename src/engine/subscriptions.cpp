@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <iterator>
 #include <utility>
 
 #include <lrt/base/ids.hpp>
@@ -50,6 +51,10 @@ std::string public_reason(const subscription::DeliveryResult& result) {
   return result.error.empty() ? "the receiver responded with " + std::to_string(result.status) : "no valid response was received";
 }
 
+/// Resources whose representations take longer get at most a fifth of the time together.
+constexpr std::chrono::milliseconds short_work{2};
+constexpr int rest_per_work = 4;
+
 std::string interval_range() { return "seconds from 0 to " + std::to_string(max_interval.count()); }
 
 }  // namespace
@@ -61,7 +66,8 @@ std::optional<std::chrono::milliseconds> interval_of(std::string_view seconds) {
 }
 
 Subscriptions::Subscriptions(const EngineOptions& options, Registry& registry, Bases& bases, const Responses& responses, Bodies& bodies,
-                             Representations& representations, PropertyValues& values, ChangeScanner& scanner, PendingSaves& saves)
+                             Representations& representations, PropertyValues& values, ChangeScanner& scanner, PendingSaves& saves,
+                             const Clock& clock)
     : options_(options),
       registry_(registry),
       bases_(bases),
@@ -71,6 +77,7 @@ Subscriptions::Subscriptions(const EngineOptions& options, Registry& registry, B
       values_(values),
       scanner_(scanner),
       saves_(saves),
+      clock_(clock),
       allowed_(subscription::AllowedHosts::parse(options.callbacks.allow)),
       instance_(RandomIds().next()) {}
 
@@ -582,6 +589,25 @@ Representation* Subscriptions::represent(SubscriptionResource& s) {
   return made ? *made : nullptr;
 }
 
+/// A representation was made for a subscriber without a queue. Those for queues are made in scans, which rest as well.
+void Subscriptions::took(const Resource& observed, Instant before) {
+  const Instant after = clock_.now().steady;
+  const auto number = static_cast<std::uint64_t>(observed.id);
+  if (after - before <= short_work) {
+    slow_.erase(number);
+    return;
+  }
+  rest_end_ = after + rest_per_work * (after - before);
+  if (!slow_.insert(number).second) return;
+  for (auto at = slow_.begin(); at != slow_.end();) at = registry_.find(ResourceId{*at}) ? std::next(at) : slow_.erase(at);
+}
+
+/// Until when no representation is made for a subscriber; nullopt: it may be made, or there is one already.
+std::optional<Subscriptions::Instant> Subscriptions::rest_of(const SubscriptionResource& s, TimePoint now) const {
+  if (rest_end_ <= now.steady || slow_.count(static_cast<std::uint64_t>(s.observed.id)) == 0 || s.observed.is_urgent()) return std::nullopt;
+  return representations_.is_made(s.observed, s.base, s.its_variant, s.audience) ? std::nullopt : std::optional(rest_end_);
+}
+
 subscription::Item Subscriptions::item_of(const SubscriptionResource& s, Representation& representation) {
   return s.protocol == Protocol::event_stream ? representations_.event_of(representation) : representations_.message_of(representation);
 }
@@ -615,7 +641,15 @@ subscription::Item Subscriptions::next_item(SubscriptionResource& s, TimePoint n
       });
       return nullptr;
     }
+    if (const auto rest = rest_of(s, now)) {
+      s.backlog.mark_pending();
+      next_notifications_.set(s.next_notification, *rest, s.channel);
+      return nullptr;
+    }
+    const bool was_made = representations_.is_made(s.observed, s.base, s.its_variant, s.audience);
+    const Instant before = clock_.now().steady;
     Representation* representation = represent(s);
+    if (!was_made) took(s.observed, before);
     if (representation && representation->tag != s.last_tag) item = item_of(s, *representation);
   }
   if (!item) return nullptr;

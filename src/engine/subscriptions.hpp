@@ -10,6 +10,7 @@
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 #include <lrt/engine/engine.hpp>
@@ -40,7 +41,7 @@ class Subscriptions {
   using Instant = std::chrono::steady_clock::time_point;
 
   Subscriptions(const EngineOptions& options, Registry& registry, Bases& bases, const Responses& responses, Bodies& bodies,
-                Representations& representations, PropertyValues& values, ChangeScanner& scanner, PendingSaves& saves);
+                Representations& representations, PropertyValues& values, ChangeScanner& scanner, PendingSaves& saves, const Clock& clock);
 
   /// @par Errors  invalid_option: of the options of subscriptions and callbacks
   Result<void> check_options() const;
@@ -121,6 +122,8 @@ class Subscriptions {
   void first_notification(SubscriptionResource& s);
   void enqueue(SubscriptionResource& s, bool is_change = true);
   Representation* represent(SubscriptionResource& s);
+  void took(const Resource& observed, Instant before);
+  std::optional<Instant> rest_of(const SubscriptionResource& s, TimePoint now) const;
   subscription::Item item_of(const SubscriptionResource& s, Representation& representation);
   void announce(SubscriptionResource& s);
   subscription::Item next_item(SubscriptionResource& s, TimePoint now);
@@ -138,6 +141,7 @@ class Subscriptions {
   PropertyValues& values_;
   ChangeScanner& scanner_;
   PendingSaves& saves_;
+  const Clock& clock_;
   const Result<subscription::AllowedHosts> allowed_;
   const Result<subscription::AllowedHosts> loopback_ = subscription::AllowedHosts::parse({"127.0.0.0/8", "::1"});
   const std::string instance_;
@@ -155,9 +159,11 @@ class Subscriptions {
   std::deque<Channel> urgent_, ready_;  ///< to be named by next_ready()
   std::vector<subscription::ReadyCallback> callbacks_ready_;
   DeadlineQueue<Channel> next_notifications_;
-  bool fills_queues_ = false;     ///< a scan, whose share of time is bounded, is under way
-  std::vector<Channel> marked_;   ///< with a queue, and changed between two scans
-  std::size_t queued_bytes_ = 0;  ///< of all subscribers
+  std::unordered_set<std::uint64_t> slow_;  ///< ResourceIds of those whose last representation took long
+  Instant rest_end_{};                      ///< none of them is represented for subscribers before
+  bool fills_queues_ = false;               ///< a scan, whose share of time is bounded, is under way
+  std::vector<Channel> marked_;             ///< with a queue, and changed between two scans
+  std::size_t queued_bytes_ = 0;            ///< of all subscribers
   std::uint64_t notified_structure_ = 1;
 };
 

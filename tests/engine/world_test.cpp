@@ -543,6 +543,33 @@ TEST_CASE("observers of a graph get what code, clients and the control loop chan
   CHECK(r.bench.messages(channel).empty());
 }
 
+TEST_CASE("an observer of a graph that takes long to represent leaves most of the time to others", "[engine][world][limits]") {
+  using std::chrono::milliseconds;
+  Robot r;
+  r.say("a cup");
+  const engine::Channel channel = r.bench.open("/world/map");
+  CHECK(r.bench.messages(channel).size() == 1);
+  r.say("a second cup");
+  r.bench.run();
+  const auto ready = r.bench.engine.next_ready(r.bench.clock.now());
+  REQUIRE(ready);
+  const TimePoint now = r.bench.clock.now();
+  r.bench.clock.run_slowly(milliseconds(20));
+  CHECK(r.bench.engine.next_push(*ready, now));
+  r.bench.clock.run_slowly({});
+  CHECK_FALSE(r.bench.engine.next_push(*ready, now));
+  const TimePoint end = {now.steady + milliseconds(20 + 4 * 20), now.utc};
+  r.say("a third cup");
+  CHECK(r.bench.messages(channel).empty());
+  CHECK(r.bench.engine.next_deadline() == end.steady);
+  CHECK(r.bench.get("/world/tasks").status == 200);  // others do not wait
+  r.bench.clock.advance(std::chrono::duration_cast<std::chrono::microseconds>(end.steady - r.bench.clock.now().steady));
+  const std::vector<std::string> last = r.bench.messages(channel);
+  CHECK((last.size() == 1 && last[0].find("a third cup") != std::string::npos));
+  r.say("a fourth cup");
+  CHECK(r.bench.messages(channel).size() == 1);  // the third took no time
+}
+
 TEST_CASE("an observer with a queue gets each published value of an object that came later", "[engine][world]") {
   Robot r;
   const engine::Channel channel = r.bench.open("/world/map?queueLength=10&delivery=queue");
