@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -13,8 +14,13 @@ inline namespace v0 {
 
 namespace {
 
-/// An upper bound for the N-Triples of a graph within its limits, with punctuation and escapes.
-std::size_t max_file_bytes(const GraphOptions& options) { return 2 * options.max_bytes + 64 * options.max_triples + 4096; }
+/// An upper bound for the N-Triples of a graph within its limits: an escaped byte of a literal has six bytes, and each triple has punctuation and labels
+/// of blank nodes.
+std::size_t max_file_bytes(const GraphOptions& options) {
+  constexpr std::size_t most = std::numeric_limits<std::size_t>::max() / 4;
+  const auto times = [](std::size_t n, std::size_t factor) { return n > most / factor ? most : n * factor; };
+  return times(options.max_bytes, 6) + times(options.max_triples, 64) + 4096;
+}
 
 Unexpected named(const model::GraphState& state, Error error) {
   error.message = "graph \"" + state.path().substr(1) + "\", its file: " + error.message;

@@ -177,6 +177,27 @@ TEST_CASE("what is no file of a graph stops adding the World and stays", "[serve
   CHECK(says(Robot(file).map, "a cup"));
 }
 
+TEST_CASE("a graph at its limits is restored, whatever its file escapes", "[server][world][saves]") {
+  const Folder folder;
+  const std::string file = folder / "map.nt";
+  GraphOptions options;
+  options.max_triples = 1;
+  options.max_bytes = 10'000;
+  const std::string controls(9'500, '\x01');  // each is six bytes in N-Triples
+  {
+    Robot robot(file, options);
+    robot.added.value();
+    say(robot.map, controls);
+  }
+  Robot robot(file, options);
+  robot.added.value();
+  CHECK(says(robot.map, controls));
+  GraphOptions unlimited;
+  unlimited.max_triples = unlimited.max_bytes = static_cast<std::size_t>(-1);
+  robot.server.remove("world").value();
+  CHECK(says(Robot(file, unlimited).map, controls));
+}
+
 TEST_CASE("a process that is killed while it writes leaves one whole state of the graph", "[server][world][saves]") {
   if (is_sanitized) return print_skip("sanitizers do not support fork() with threads");
   const Folder folder;
