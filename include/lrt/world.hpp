@@ -77,7 +77,9 @@ struct PublishedOptions {
 /// A subject is an IRI. A relative one is resolved against the graph's IRI: `#cup` in the graph "map" of the World
 /// "world" is `</world/map#cup>`. IRIs of this server's own resources begin with World::base.
 ///
-/// @par Errors   update() returns expected_iri (a subject), expected_rdf (a document), limit_exceeded
+/// @par Errors   update() returns expected_iri (a subject), expected_rdf (a document, or a term that no syntax can write:
+///               a literal of invalid UTF-8, a language that is no language tag, a datatype that is no absolute IRI),
+///               limit_exceeded
 /// @par Threads  The thread that calls `change`; only during the call.
 class LRT_API GraphUpdate {
  public:
@@ -87,7 +89,7 @@ class LRT_API GraphUpdate {
   GraphUpdate& add(const rdf::TermView& subject, const rdf::TermView& predicate, const rdf::TermView& object);
   /// Adds a Turtle document. Its base is the graph's IRI. Its blank nodes become new ones.
   GraphUpdate& add_turtle(std::string_view text);
-  /// Adds all triples of a graph. Its blank nodes become new ones.
+  /// Adds all triples of a graph, whose IRIs are absolute. Its blank nodes become new ones.
   GraphUpdate& add(const rdf::Graph& graph);
 
   /// @{

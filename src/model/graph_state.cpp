@@ -10,6 +10,8 @@
 #include <lrt/rdf/lexical.hpp>
 #include <lrt/shacl/validator.hpp>
 
+#include "src/rdf/n_triples.hpp"
+
 namespace lrt::model {
 inline namespace v0 {
 
@@ -77,11 +79,22 @@ void GraphEdit::add(const rdf::TermView& subject, const rdf::TermView& predicate
   if (subject.is_literal() || !predicate.is_iri())
     return fail(
         {Errc::expected_rdf, "expected a triple, found " + rdf::to_string(subject) + " " + rdf::to_string(predicate) + " " + rdf::to_string(object)});
-  const auto interned = [&](const rdf::TermView& term) { return graph_.intern(term.is_iri() ? rdf::iri(resolved(term.text)) : term); };
+  const auto mine = [&](const rdf::TermView& term) { return term.is_iri() ? interned(rdf::iri(resolved(term.text))) : interned(term); };
   // A view may be of this graph, whose text moves when a term is added.
   const rdf::Term s(subject), p(predicate), o(object);
-  const rdf::TermId s_id = interned(s), p_id = interned(p);
-  add(s_id, p_id, interned(o));
+  const rdf::TermId s_id = mine(s), p_id = mine(p);
+  add(s_id, p_id, mine(o));
+}
+
+/// The term in the graph. Sets the error if it is new, and cannot be written or read again.
+rdf::TermId GraphEdit::interned(const rdf::TermView& term) {
+  const std::size_t known = graph_.term_count();
+  const rdf::TermId id = graph_.intern(term);
+  if (graph_.term_count() == known) return id;
+  const rdf::TermView added = graph_.term(id);
+  if (const std::string_view fault = rdf::fault_of(added); !fault.empty())
+    fail({Errc::expected_rdf, std::string(fault) + ", found " + rdf::to_string(added)});
+  return id;
 }
 
 void GraphEdit::add(rdf::TermId subject, rdf::TermId predicate, rdf::TermId object) {
@@ -100,12 +113,13 @@ void GraphEdit::merge(const rdf::Graph& other) {
     std::optional<rdf::TermId>& same = known[static_cast<std::size_t>(id)];
     if (!same) {
       const rdf::TermView term = other.term(id);
-      same = term.is_blank() ? graph_.fresh_blank() : graph_.intern(term);
+      same = term.is_blank() ? graph_.fresh_blank() : interned(term);
     }
     return *same;
   };
   for (const rdf::Triple& t : other.triples()) {
     const rdf::TermId s = mine(t.subject), p = mine(t.predicate), o = mine(t.object);
+    if (error_) return;
     add(s, p, o);
   }
 }
@@ -282,6 +296,7 @@ std::optional<GraphRefusal> GraphState::write(const GraphWrite& wanted, bool wai
       }
       break;
   }
+  if (edit.error()) return GraphRefusal{GraphRefusal::Kind::failed, edit.error()->message};
   return commit(edit);
 }
 

@@ -64,6 +64,7 @@ class GraphEdit {
   bool is_removed(std::size_t at) const noexcept { return at < removed_.size() && removed_[at]; }
   void mark(std::size_t at);
   void add(rdf::TermId subject, rdf::TermId predicate, rdf::TermId object);
+  rdf::TermId interned(const rdf::TermView& term);
   void remove_removed();
 
   std::size_t before_;  ///< triples of the graph at the beginning

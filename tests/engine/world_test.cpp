@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -737,4 +738,30 @@ TEST_CASE("an update with a text that is no IRI removes nothing", "[engine]") {
   const rdf::TermView bad = rdf::iri("#a cup");
   CHECK(r.map.update([&](GraphUpdate& u) { u.clear().remove_matching(&bad, nullptr, nullptr); }).error().code == Errc::expected_iri);
   CHECK(r.map.snapshot() == before);
+}
+
+TEST_CASE("a term that no syntax can write is refused where it is added", "[engine][world]") {
+  Robot r;
+  r.say("a cup");
+  const auto before = r.map.snapshot();
+  const auto code = [&](const std::function<void(GraphUpdate&)>& change) {
+    const Result<void> updated = r.map.update(change);
+    CHECK(r.map.snapshot() == before);
+    CHECK(r.get().status == 200);
+    return updated ? std::string("updated") : std::string(to_string(updated.error().code));
+  };
+  const auto graph_with = [](const rdf::TermView& subject, const rdf::TermView& object) {
+    rdf::Graph graph;
+    graph.add(subject, label, object);
+    return graph;
+  };
+  const std::string refused(to_string(Errc::expected_rdf));
+  CHECK(code([](GraphUpdate& u) { u.add("#b", label, Object(std::string_view("caf\xe9"))); }) == refused);
+  CHECK(code([](GraphUpdate& u) { u.add(rdf::iri("#b"), label, rdf::tagged_literal("x", "e n")); }) == refused);
+  CHECK(code([](GraphUpdate& u) { u.add(rdf::iri("#b"), label, rdf::literal("x", Iri("nope"))); }) == refused);
+  CHECK(code([&](GraphUpdate& u) { u.add(graph_with(rdf::iri("relative"), rdf::literal("x"))); }) == refused);
+  CHECK(code([&](GraphUpdate& u) { u.add(graph_with(rdf::blank("b"), rdf::literal("caf\xe9"))); }) == refused);
+  CHECK(code([&](GraphUpdate& u) { u.add(graph_with(rdf::iri("a b:c"), rdf::literal("x"))); }) == refused);
+  CHECK(r.map.update([&](GraphUpdate& u) { u.add(graph_with(rdf::blank("b . <x>"), rdf::literal("x"))); }));
+  CHECK(r.get().status == 200);
 }
