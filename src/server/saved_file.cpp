@@ -270,8 +270,16 @@ class SavedFile::Writer {
         return true;
       }
       if (logged_.emplace(failure->step, failure->error).second) say(failure->step + " \"" + path_ + "\": " + message_of(failure->error));
-    } catch (...) { say("saving \"" + path_ + "\": out of memory"); }
+    } catch (const BadResult& e) { say_once(e); } catch (...) {
+      say("saving \"" + path_ + "\": out of memory");
+    }
     return false;
+  }
+  /// The text could not be made.
+  void say_once(const BadResult& reason) noexcept {
+    try {
+      if (logged_.emplace(reason.what(), 0).second) say("saving \"" + path_ + "\": " + reason.what());
+    } catch (...) {}  // there is no memory for the line
   }
 
   const std::string path_;

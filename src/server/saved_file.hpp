@@ -41,7 +41,7 @@ class SavedFile {
   /// @param revision  larger than that of the text before
   void save(std::string text, std::uint64_t revision) noexcept;
   /// The same for a text that takes long to create: the writing thread creates it, and only for the newest state.
-  /// @param make  may be called again if writing has failed
+  /// @param make  may be called again if writing has failed, or if it threw. The error of a BadResult is logged
   using Make = std::function<std::string()>;
   void save(Make make, std::uint64_t revision) noexcept;
 

@@ -352,6 +352,18 @@ TEST_CASE("a second process does not get the file, until the first one ends", "[
   in_child(false);
 }
 
+TEST_CASE("a text that cannot be made is logged with the reason", "[server][saved_file]") {
+  const Folder folder;
+  Log log;
+  {
+    SavedFile file(folder / "state", nullptr, log.callback());
+    file.save([]() -> std::string { throw BadResult({Errc::expected_rdf, "expected a language tag"}); }, 1);
+    REQUIRE(log.wait_for(1));
+  }
+  CHECK(log.lines().front().find("expected a language tag") != std::string::npos);
+  CHECK(log.lines().front().find("memory") == std::string::npos);
+}
+
 TEST_CASE("directories that are missing are made for their owner only", "[server][saved_file]") {
   const Folder folder;
   REQUIRE(SavedFile::prepare(folder / "a/b/state"));
