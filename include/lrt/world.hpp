@@ -79,7 +79,7 @@ struct PublishedOptions {
 ///
 /// @par Errors   update() returns expected_iri (a subject), expected_rdf (a document, or a term that no syntax can write:
 ///               a literal of invalid UTF-8, a language that is no language tag, a datatype that is no absolute IRI),
-///               limit_exceeded
+///               limit_exceeded (also an IRI of more than 8,192 bytes, with World::base)
 /// @par Threads  The thread that calls `change`; only during the call.
 class LRT_API GraphUpdate {
  public:

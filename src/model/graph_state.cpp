@@ -10,6 +10,7 @@
 #include <lrt/rdf/lexical.hpp>
 #include <lrt/shacl/validator.hpp>
 
+#include "src/rdf/limits.hpp"
 #include "src/rdf/n_triples.hpp"
 
 namespace lrt::model {
@@ -92,6 +93,8 @@ rdf::TermId GraphEdit::interned(const rdf::TermView& term) {
   const rdf::TermId id = graph_.intern(term);
   if (graph_.term_count() == known) return id;
   const rdf::TermView added = graph_.term(id);
+  if (std::max(added.is_iri() ? added.text.size() : 0, added.datatype.size()) > rdf::max_iri)
+    fail({Errc::limit_exceeded, "IRI of more than " + std::to_string(rdf::max_iri) + " bytes"});
   if (const std::string_view fault = rdf::fault_of(added); !fault.empty())
     fail({Errc::expected_rdf, std::string(fault) + ", found " + rdf::to_string(added)});
   return id;
@@ -296,7 +299,8 @@ std::optional<GraphRefusal> GraphState::write(const GraphWrite& wanted, bool wai
       }
       break;
   }
-  if (edit.error()) return GraphRefusal{GraphRefusal::Kind::failed, edit.error()->message};
+  if (const std::optional<Error>& error = edit.error())
+    return GraphRefusal{error->code == Errc::limit_exceeded ? GraphRefusal::Kind::too_large : GraphRefusal::Kind::failed, error->message};
   return commit(edit);
 }
 

@@ -765,3 +765,24 @@ TEST_CASE("a term that no syntax can write is refused where it is added", "[engi
   CHECK(r.map.update([&](GraphUpdate& u) { u.add(graph_with(rdf::blank("b . <x>"), rdf::literal("x"))); }));
   CHECK(r.get().status == 200);
 }
+
+TEST_CASE("an IRI of a graph has at most 8,192 bytes where code and files have it", "[engine][world]") {
+  Robot r;
+  const std::string at_limit = "http://lrt.invalid/world/map#" + std::string(8192 - 29, 'x'), name_of = at_limit.substr(28);
+  CHECK(r.map.update([&](GraphUpdate& u) { u.add(at_limit, label, "x").add("#x", label, Object(Iri(std::string_view(at_limit)))); }));
+  CHECK(r.map.update([&](GraphUpdate& u) { u.clear(); }));
+  CHECK(r.map.update([&](GraphUpdate& u) { u.add(at_limit + "x", label, "x"); }).error().code == Errc::limit_exceeded);
+  CHECK(r.map.update([&](GraphUpdate& u) { u.add(name_of + "x", label, "x"); }).error().code == Errc::limit_exceeded);
+  CHECK(r.map.update([&](GraphUpdate& u) { u.add(rdf::iri("#x"), label, rdf::literal("x", Iri("p:" + std::string(8191, 'x')))); }).error().code ==
+        Errc::limit_exceeded);
+  // The base of clients is shorter than World::base: http://localhost
+  CHECK(r.put("<" + name_of + "> rdfs:label \"x\" .").status == 204);
+  for (const char* more : {"x", "xx"}) {
+    CAPTURE(more);
+    const std::string statement = "<" + name_of + more + "> <http://www.w3.org/2000/01/rdf-schema#label> \"y\" .";
+    CHECK(r.put(statement).status == 413);
+    CHECK(r.bench.turtle("POST", "/world/map", statement).status == 413);
+    CHECK(r.patch("INSERT DATA { " + statement + " }").status == 413);
+  }
+  CHECK(r.map.snapshot()->size() == 1);
+}
