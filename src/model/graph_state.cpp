@@ -111,6 +111,7 @@ void GraphEdit::add(rdf::TermId subject, rdf::TermId predicate, rdf::TermId obje
 
 void GraphEdit::merge(const rdf::Graph& other) {
   if (error_) return;
+  if (&other == &graph_) return merge(rdf::Graph(other));
   std::vector<std::optional<rdf::TermId>> known(other.term_count());
   const auto mine = [&](rdf::TermId id) {
     std::optional<rdf::TermId>& same = known[static_cast<std::size_t>(id)];

@@ -786,3 +786,14 @@ TEST_CASE("an IRI of a graph has at most 8,192 bytes where code and files have i
   }
   CHECK(r.map.snapshot()->size() == 1);
 }
+
+TEST_CASE("a graph is added to itself with new blank nodes", "[engine][world]") {
+  Robot r;
+  for (std::size_t n = 1; n < 100; ++n) {
+    std::string text = "<#a> <p:q> 1 .";
+    for (std::size_t i = 0; i < n; ++i) text += "[] <p:q> [ <p:r> " + std::to_string(i) + " ] .";
+    r.map.update([&](GraphUpdate& u) { u.clear().add_turtle(text); }).value();
+    r.map.update([](GraphUpdate& u) { u.add(u.graph()); }).value();
+    CHECK(r.map.snapshot()->size() == 4 * n + 1);
+  }
+}
