@@ -165,7 +165,9 @@ class LRT_API WorldGraph {
   /// Changes the graph in one step: readers see all of the changes or none. Updates of several threads, and writes of
   /// clients, run one after another.
   ///
-  /// @param change  callable of GraphUpdate&. It runs on the calling thread. It may throw: then nothing changes.
+  /// @param change  callable of GraphUpdate&. It runs on the calling thread. It may throw: then nothing changes. It may
+  ///                call the server, also stop(): writes of clients that wait for this update then get 503. stop() waits
+  ///                for running functions of other threads, so these must not wait for this update.
   /// @par Errors  expected_iri, expected_rdf: a change; limit_exceeded: GraphOptions::max_triples, max_bytes;
   ///              expected_value: the graph would not conform to its shapes, with the report as text; failed: `change`
   ///              threw; refused: called within `change` of the same graph. After an error nothing has changed.

@@ -67,6 +67,7 @@ BodyFault GraphTask::fault_of(model::GraphRefusal refusal) const {
   using Kind = model::GraphRefusal::Kind;
   switch (refusal.kind) {
     case Kind::changed: return {412, "If-Match: the graph has changed meanwhile; GET it again"};
+    case Kind::stopped: return {503, "the graph is being changed, and its server stops or its World was removed"};
     case Kind::too_large: return {413, "the graph: " + refusal.message};
     case Kind::violation: break;
     default: return {422, "the graph: " + refusal.message};

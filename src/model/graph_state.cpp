@@ -246,6 +246,38 @@ GraphState::~GraphState() {
   if (budget_) budget_->change(current_.bytes, 0);
 }
 
+/// The right to write: one at a time.
+class GraphState::Turn {
+ public:
+  enum class Wait : std::uint8_t { no, until_stopped, always };
+
+  Turn(GraphState& state, Wait wait) : state_(state) {
+    std::unique_lock lock(state_.turn_mutex_);
+    const auto gives_up = [&] { return wait == Wait::no || (wait == Wait::until_stopped && state_.stopped_); };
+    while (state_.is_writing_ && !gives_up()) state_.turn_changed_.wait(lock);
+    is_mine_ = !std::exchange(state_.is_writing_, true);
+  }
+  ~Turn() {
+    if (!is_mine_) return;
+    const std::lock_guard lock(state_.turn_mutex_);
+    state_.is_writing_ = false;
+    state_.turn_changed_.notify_all();
+  }
+  Turn(const Turn&) = delete;
+  Turn& operator=(const Turn&) = delete;
+  explicit operator bool() const noexcept { return is_mine_; }
+
+ private:
+  GraphState& state_;
+  bool is_mine_ = false;
+};
+
+void GraphState::end_waiting_writes() noexcept {
+  const std::lock_guard lock(turn_mutex_);
+  stopped_ = true;
+  turn_changed_.notify_all();
+}
+
 GraphState::Version GraphState::version() const {
   const std::lock_guard lock(mutex_);
   return current_;
@@ -254,7 +286,7 @@ GraphState::Version GraphState::version() const {
 Result<void> GraphState::update(FunctionRef<void(GraphEdit&)> change) {
   if (writer_.load() == std::this_thread::get_id())
     return unexpected(Errc::refused, "graph \"" + path_.substr(1) + "\": update() was called within update() of the same graph");
-  const std::lock_guard writing(writers_mutex_);
+  const Turn turn(*this, Turn::Wait::always);
   struct Mine {
     explicit Mine(std::atomic<std::thread::id>& id) : writer(id) { writer = std::this_thread::get_id(); }
     ~Mine() { writer = std::thread::id(); }
@@ -278,9 +310,8 @@ Result<void> GraphState::update(FunctionRef<void(GraphEdit&)> change) {
 }
 
 std::optional<GraphRefusal> GraphState::write(const GraphWrite& wanted, bool waits) {
-  std::unique_lock writing(writers_mutex_, std::defer_lock);
-  if (waits) writing.lock();
-  else if (!writing.try_lock()) return GraphRefusal{GraphRefusal::Kind::busy};
+  const Turn turn(*this, waits ? Turn::Wait::until_stopped : Turn::Wait::no);
+  if (!turn) return GraphRefusal{waits ? GraphRefusal::Kind::stopped : GraphRefusal::Kind::busy};
   const Version before = version();
   if (wanted.expected && *wanted.expected != before.revision) return GraphRefusal{GraphRefusal::Kind::changed};
   GraphEdit edit(*before.graph, iri());
@@ -312,7 +343,7 @@ Result<void> GraphState::restore(rdf::Graph graph) {
   });
 }
 
-/// @pre writers_mutex_ is held
+/// @pre the caller has the Turn
 std::optional<GraphRefusal> GraphState::commit(GraphEdit& edit) {
   if (!edit.has_changed()) return std::nullopt;
   auto next = std::make_shared<const rdf::Graph>(edit.take());

@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <condition_variable>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -94,6 +95,7 @@ struct GraphRefusal {
     violation,  ///< the shapes refuse the graph: `report`
     failed,     ///< validation did not complete
     busy,       ///< another write is running, and this one must not wait
+    stopped,    ///< the server has stopped, or the World was removed, while this one waited
   };
   Kind kind;
   std::string message{};
@@ -156,6 +158,8 @@ class GraphState {
   /// Shares a limit with other graphs.
   /// @pre the graph is empty, and only one thread uses it
   void set_budget(std::shared_ptr<GraphBudget> budget) noexcept { budget_ = std::move(budget); }
+  /// From now on write() does not wait. Those that wait return GraphRefusal::Kind::stopped.
+  void end_waiting_writes() noexcept;
   /// Replaces the graph by the content of a file.
   Result<void> restore(rdf::Graph graph);
 
@@ -173,6 +177,7 @@ class GraphState {
  private:
   GraphState(std::string path, GraphOptions options, std::shared_ptr<HandleContext> thing)
       : path_(std::move(path)), options_(std::move(options)), thing_(std::move(thing)) {}
+  class Turn;
   std::optional<GraphRefusal> commit(GraphEdit& edit);
   std::optional<GraphRefusal> judge(const rdf::Graph& graph, std::size_t bytes) const;
   void merge(GraphEdit& edit, const rdf::Graph& graph) const;
@@ -182,9 +187,12 @@ class GraphState {
   const GraphOptions options_;
   const std::shared_ptr<HandleContext> thing_;
   std::optional<shacl::Shapes> shapes_;
-  std::shared_ptr<GraphBudget> budget_;    ///< nullptr: none
-  std::mutex writers_mutex_;               // held during a write, with the user's lambda
-  std::atomic<std::thread::id> writer_{};  // the thread that holds it
+  std::shared_ptr<GraphBudget> budget_;  ///< nullptr: none
+  std::mutex turn_mutex_;                // guards both of them, for moments
+  std::condition_variable turn_changed_;
+  bool is_writing_ = false;                // a Turn exists, with the user's lambda
+  bool stopped_ = false;                   // no write() waits any more
+  std::atomic<std::thread::id> writer_{};  // the thread that updates
   mutable std::mutex mutex_;               // guards the rest, for moments
   Version current_{std::make_shared<const rdf::Graph>(), 1};
   std::vector<PublishedSpec> published_;

@@ -30,6 +30,7 @@ Unexpected named(const model::GraphState& state, Error error) {
 }  // namespace
 
 KeptGraphs::Kept::~Kept() {
+  stop();
   state_->set_saver(nullptr);
   file_.reset();  // writes the pending text
 }
@@ -45,7 +46,10 @@ Result<KeptGraphs::Opened> KeptGraphs::open(const model::WorldSpec& world, const
   Opened opened;
   for (const auto& state : world.graphs) {
     const std::string& path = state->options().file;
-    if (path.empty()) continue;
+    if (path.empty()) {
+      opened.push_back(std::make_unique<Kept>(state));
+      continue;
+    }
     Result<SavedFile::Claim> claim = SavedFile::prepare(path);
     if (!claim) return named(*state, std::move(claim).error());
     auto kept = std::make_unique<Kept>(state, *std::move(claim));
@@ -80,7 +84,10 @@ Result<KeptGraphs::Opened> KeptGraphs::open(const model::WorldSpec& world, const
 
 void KeptGraphs::add(Opened opened) {
   const std::lock_guard lock(mutex_);
-  for (auto& kept : opened) all_.push_back(std::move(kept));
+  for (auto& kept : opened) {
+    if (stopped_) kept->stop();
+    all_.push_back(std::move(kept));
+  }
 }
 
 void KeptGraphs::remove(const std::string& path) {
@@ -97,6 +104,12 @@ void KeptGraphs::clear() {
   Opened gone;
   const std::lock_guard lock(mutex_);
   gone.swap(all_);
+}
+
+void KeptGraphs::stop() noexcept {
+  const std::lock_guard lock(mutex_);
+  stopped_ = true;
+  for (const auto& kept : all_) kept->stop();
 }
 
 }  // namespace v0

@@ -16,19 +16,20 @@
 namespace lrt {
 inline namespace v0 {
 
-/// The graphs of Worlds that have a file (GraphOptions::file): restores them, and saves each change.
+/// The graphs of Worlds that code has made, while the server has them. Those with a file (GraphOptions::file) are restored, and each change is saved.
 /// @par Threads  Any.
 class KeptGraphs {
  public:
-  /// A graph with its file, from opening it until the World is removed.
+  /// A graph, with its file if it has one, from opening it until the World is removed.
   class Kept {
    public:
-    Kept(std::shared_ptr<model::GraphState> state, SavedFile::Claim claim) : state_(std::move(state)), claim_(std::move(claim)) {}
+    explicit Kept(std::shared_ptr<model::GraphState> state, SavedFile::Claim claim = {}) : state_(std::move(state)), claim_(std::move(claim)) {}
     ~Kept();
     Kept(const Kept&) = delete;
     Kept& operator=(const Kept&) = delete;
     const model::GraphState& state() const noexcept { return *state_; }
     void begin(LogCallback log, ThreadOptions threads);
+    void stop() noexcept { state_->end_waiting_writes(); }
 
    private:
     const std::shared_ptr<model::GraphState> state_;
@@ -37,20 +38,23 @@ class KeptGraphs {
   };
   using Opened = std::vector<std::unique_ptr<Kept>>;
 
-  /// Restores the graphs of a World that have a file. Their changes are saved from here on, for as long as the result lives.
+  /// The graphs of a World. Restores those that have a file. Their changes are saved from here on, for as long as the result lives.
   /// @par Errors  as SavedFile::prepare() and load(); invalid_option: a file of another program; expected_value, limit_exceeded: the kept graph does not
   ///              conform to the shapes, or exceeds the limits
   static Result<Opened> open(const model::WorldSpec& world, const LogCallback& log, const ThreadOptions& threads);
 
-  /// Stores the open files of an added World.
+  /// Stores the graphs of an added World.
   void add(Opened opened);
   /// The World at a path, and those below, were removed: the last changes are written.
   void remove(const std::string& path);
   void clear();
+  /// Writes of clients that wait for an update end, because the update may be waiting for the server to stop.
+  void stop() noexcept;
 
  private:
-  std::mutex mutex_;  // guards all_
+  std::mutex mutex_;  // guards both of them
   Opened all_;
+  bool stopped_ = false;
 };
 
 }  // namespace v0

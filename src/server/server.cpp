@@ -790,7 +790,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
     return push;
   }
 
-  /// Restores the graphs that have a file.
+  /// The graphs of a World; those that have a file are restored.
   Result<KeptGraphs::Opened> open_graphs(const Thing& thing) {
     return thing.world() ? KeptGraphs::open(*thing.world(), waking_log(), options_.threads.own) : Result<KeptGraphs::Opened>(KeptGraphs::Opened());
   }
@@ -851,6 +851,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
       transport_->stop();
     } catch (...) {}
     if (deliverer_) deliverer_->stop();
+    graphs_.stop();
     bodies_.stop();
     queries_.stop();
     const std::lock_guard lock(mutex_);
@@ -925,7 +926,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
   GuestRequests guests_;
   Feeds feeds_;
   std::deque<engine::Reply> replies_;               // of the transport, found by threads of guests
-  KeptGraphs graphs_;                               // of Worlds, with their files
+  KeptGraphs graphs_;                               // of Worlds
   SavedFile::Claim claim_;                          // on the path of saved_
   std::optional<SavedFile> saved_;                  // set before the transport starts to be served
   std::unique_ptr<delivery::Deliverer> deliverer_;  // the same

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include <lrt/server.hpp>
+#include <lrt/server_thing.hpp>
 
 #include "src/server/saved_file.hpp"
 #include "tests/support/catch.hpp"
@@ -24,6 +25,7 @@
 #include "tests/support/sanitizer.hpp"
 #include "tests/support/skip.hpp"
 #include "tests/support/socket.hpp"
+#include "tests/support/watchdog.hpp"
 
 using namespace lrt;
 using namespace lrt::test;
@@ -289,6 +291,25 @@ TEST_CASE("code updates a graph from its lambda that calls the server, while cli
   code.join();
   CHECK(client.ask(patch).status == 204);
   CHECK(robot.map.snapshot()->size() == 2);
+}
+
+TEST_CASE("the server stops within an update that a client's write waits for", "[server][world][threads]") {
+  const Watchdog watchdog("stop() within update()");
+  const Folder folder;
+  Robot robot(folder / "map.nt");
+  robot.added.value();
+  Socket client(robot.server.port());
+  robot.map
+      .update([&](GraphUpdate& u) {
+        u.set("#cup", label, "a cup");
+        client.send("PATCH /world/map\nHost: localhost:" + std::to_string(robot.server.port()) +
+                    "\nContent-Type: application/sparql-update\n\nINSERT DATA { <#a> <p:b> 1 }");
+        while (robot.server.counters().waiting_requests == 0) std::this_thread::yield();
+        robot.server.stop();
+      })
+      .value();
+  CHECK(says(robot.map, "a cup"));
+  CHECK(robot.map.snapshot()->size() == 1);  // the client got 503, or no response
 }
 
 TEST_CASE("rights of a graph are those at its path, in whatever way a request names it", "[server][world][rights]") {
