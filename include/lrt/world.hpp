@@ -45,7 +45,8 @@ struct GraphOptions {
   /// File that stores the graph across restarts: N-Triples with a first line of lrt. A thread of lrt replaces it
   /// atomically after each change, so it always contains one state of the graph, without what is published(). If the
   /// file was changed or truncated, it is kept as FILE.damaged-1, the log says so, and the graph begins with `turtle`.
-  /// Only one process may write a file. Empty: the graph is not stored.
+  /// A file belongs to one graph: Server::add() refuses a file that another graph, server or process writes. Empty: the
+  /// graph is not stored.
   std::string file;
   std::string turtle;  ///< first content, unless there is a stored file. Its base is the graph's IRI
 };

@@ -35,6 +35,7 @@ class Descriptor {
   explicit operator bool() const noexcept { return number_ >= 0; }
   int get() const noexcept { return number_; }
   bool close() noexcept { return number_ < 0 || ::close(std::exchange(number_, -1)) == 0; }
+  int release() noexcept { return std::exchange(number_, -1); }
 
  private:
   int number_;
@@ -140,19 +141,67 @@ Result<void> check_leftover(const std::string& fresh) {
   return {};
 }
 
+/// The lock files of this process, by device and number. System locks alone are not enough: some file systems have none.
+class Claimed {
+ public:
+  using Key = std::pair<dev_t, ino_t>;
+  /// False: the process has it already.
+  bool add(const Key& key) {
+    const std::lock_guard lock(mutex_);
+    return all_.insert(key).second;
+  }
+  void remove(const Key& key) noexcept {
+    const std::lock_guard lock(mutex_);
+    all_.erase(key);
+  }
+  bool has(const Key& key) {
+    const std::lock_guard lock(mutex_);
+    return all_.count(key) != 0;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::set<Key> all_;
+};
+
+/// It is not destroyed: a server may end after the static objects.
+Claimed& claimed_files() {
+  static Claimed& all = *new Claimed;
+  return all;
+}
+
+/// A lock that belongs to the open file where the system has that: closing another descriptor of the file does not release it.
+int lock_whole(int descriptor) noexcept {
+  struct flock whole {};
+  whole.l_type = F_WRLCK;
+#ifdef F_OFD_SETLK
+  if (::fcntl(descriptor, F_OFD_SETLK, &whole) == 0) return 0;
+  if (errno != EINVAL) return errno;
+#endif
+  return ::fcntl(descriptor, F_SETLK, &whole) == 0 ? 0 : errno;
+}
+
 /// The empty file at that path stays: removing it would let two processes lock two files of that name.
 Result<SavedFile::Claim> claim(const std::string& lock) {
-  const int descriptor = ::open(lock.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0600);
-  if (descriptor < 0) {
+  const auto taken = [&](Errc code, const char* by) {
+    return unexpected(code, "\"" + lock + "\": another " + by + " writes this file. Choose another path");
+  };
+  constexpr const char* here = "graph or server of this program";
+  struct stat about {};
+  // Before it is opened: closing it again would release a lock that belongs to the process.
+  if (::lstat(lock.c_str(), &about) == 0 && claimed_files().has({about.st_dev, about.st_ino})) return taken(Errc::invalid_option, here);
+  Descriptor file(::open(lock.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0600));
+  if (!file) {
     if (errno == ENOSPC || errno == EDQUOT) return SavedFile::Claim();  // a full disk does not stop the start
     return io_error("opening", lock, errno);
   }
-  SavedFile::Claim claimed(descriptor);
-  struct flock whole {};
-  whole.l_type = F_WRLCK;
-  if (::fcntl(descriptor, F_SETLK, &whole) != 0 && (errno == EACCES || errno == EAGAIN))
-    return unexpected(Errc::io_error, "\"" + lock + "\": another process writes this file. Choose another path");
-  return claimed;  // some file systems have no locks
+  if (::fstat(file.get(), &about) != 0) return io_error("examining", lock, errno);
+  const Claimed::Key key(about.st_dev, about.st_ino);
+  if (!claimed_files().add(key)) return taken(Errc::invalid_option, here);
+  const int error = lock_whole(file.get());
+  if (error != EACCES && error != EAGAIN) return SavedFile::Claim(file.release());  // some file systems have no locks
+  claimed_files().remove(key);
+  return taken(Errc::io_error, "process");
 }
 
 std::optional<Failure> write_whole(const std::string& link, const std::string& text) {
@@ -320,7 +369,10 @@ void SavedFile::save(Make make, std::uint64_t revision) noexcept {
 }
 
 SavedFile::Claim::~Claim() {
-  if (descriptor_ >= 0) ::close(descriptor_);
+  if (descriptor_ < 0) return;
+  struct stat about {};
+  if (::fstat(descriptor_, &about) == 0) claimed_files().remove({about.st_dev, about.st_ino});
+  ::close(descriptor_);
 }
 
 Result<SavedFile::Claim> SavedFile::prepare(const std::string& given) {

@@ -21,7 +21,8 @@ inline namespace v0 {
 /// A text is written to `path.new` and renamed when it is completely on the disk; then the directory is written. Several
 /// texts that arrive during a write cost one write. The file begins with a comment, by which lrt recognizes its own files and detects
 /// damage. It is readable by its owner only (0600), whatever it was before. If `path` is a symbolic link, the file it leads to is replaced and
-/// the link is kept. A failed write is repeated every ten seconds. One writer per path: prepare() locks out other processes.
+/// the link is kept. A failed write is repeated every ten seconds. One writer per path: prepare() locks out other processes,
+/// and a second use in this one.
 ///
 /// @par Threads  save: any. Writing happens on a thread of its own that comes with the first save().
 class SavedFile {
@@ -45,7 +46,8 @@ class SavedFile {
   using Make = std::function<std::string()>;
   void save(Make make, std::uint64_t revision) noexcept;
 
-  /// The right of this process to write a path. It ends with the object, or with the process.
+  /// The right to write a path, by whatever name: one at a time. It ends with the object, or with the process and the children that it has forked and
+  /// that have not called exec().
   class Claim {
    public:
     Claim() = default;
@@ -58,11 +60,10 @@ class SavedFile {
     ~Claim();
 
    private:
-    int descriptor_ = -1;  ///< of `path.lock`, with a lock (POSIX: children of the process do not inherit it)
+    int descriptor_ = -1;  ///< of `path.lock`, with a lock
   };
-  /// Checks that a file of lrt is at that path, or nothing, that it can be written, and that no other process writes it. Makes the directory
-  /// for it (0700).
-  /// @par Errors  invalid_option: something else is there; io_error: also, another process writes the file
+  /// Checks that a file of lrt is at that path, or nothing, that it can be written, and that nothing else writes it. Makes the directory for it (0700).
+  /// @par Errors  invalid_option: something else is there, or this process writes the file already; io_error: also, another process writes the file
   static Result<Claim> prepare(const std::string& path);
 
   enum class State : std::uint8_t {

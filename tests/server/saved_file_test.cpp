@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "src/server/saved_file.hpp"
 
+#include <fcntl.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -79,6 +80,19 @@ class Log {
 mode_t mode_of(const std::string& path) {
   struct stat about {};
   return ::stat(path.c_str(), &about) == 0 ? about.st_mode & 07777U : 0;
+}
+
+/// Whether another process gets the lock.
+bool other_process_may_lock(const std::string& lock) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    struct flock whole {};
+    whole.l_type = F_WRLCK;
+    ::_exit(::fcntl(::open(lock.c_str(), O_RDWR), F_SETLK, &whole) == 0 ? 0 : 1);
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
 }  // namespace
@@ -350,6 +364,39 @@ TEST_CASE("a second process does not get the file, until the first one ends", "[
   const Result<SavedFile::Claim> claim = SavedFile::prepare(folder / "state");
   REQUIRE(claim);
   in_child(false);
+}
+
+TEST_CASE("one process gets a file once, by whatever name, until it gives it back", "[server][saved_file]") {
+  const Folder folder;
+  fs::create_directory_symlink(folder.path(), folder / "same");
+  {
+    const Result<SavedFile::Claim> claim = SavedFile::prepare(folder / "state");
+    REQUIRE(claim);
+    for (const char* name : {"state", "./state", "same/state", "same/./state"}) {
+      CAPTURE(name);
+      const Result<SavedFile::Claim> second = SavedFile::prepare(folder / name);
+      REQUIRE_FALSE(second);
+      CHECK(second.error().code == Errc::invalid_option);
+    }
+    CHECK(SavedFile::prepare(folder / "other"));
+  }
+  SavedFile::Claim moved;
+  {
+    Result<SavedFile::Claim> claim = SavedFile::prepare(folder / "state");
+    REQUIRE(claim);
+    moved = *std::move(claim);
+  }
+  CHECK_FALSE(SavedFile::prepare(folder / "state"));
+  moved = SavedFile::Claim();
+  CHECK(SavedFile::prepare(folder / "state"));
+}
+
+TEST_CASE("closing another descriptor of the lock does not give the file to another process", "[server][saved_file]") {
+  const Folder folder;
+  const Result<SavedFile::Claim> claim = SavedFile::prepare(folder / "state");
+  REQUIRE(claim);
+  CHECK(bytes_of(folder / "state.lock").empty());  // opens and closes it
+  CHECK_FALSE(other_process_may_lock(folder / "state.lock"));
 }
 
 TEST_CASE("a text that cannot be made is logged with the reason", "[server][saved_file]") {

@@ -312,6 +312,33 @@ TEST_CASE("the server stops within an update that a client's write waits for", "
   CHECK(robot.map.snapshot()->size() == 1);  // the client got 503, or no response
 }
 
+TEST_CASE("of two graphs with one file the second is refused, and of a graph and web callbacks", "[server][world][saves]") {
+  const Folder folder;
+  const std::string file = folder / "map.nt";
+  Robot robot(file);
+  robot.added.value();
+  const auto code_of = [&](const std::string& path) {
+    World world("other");
+    GraphOptions options;
+    options.file = path;
+    world.graph("map", options);
+    const Result<void> added = robot.server.add(std::move(world));
+    return added ? std::string("added") : std::string(to_string(added.error().code));
+  };
+  std::filesystem::create_directory_symlink(folder.path(), folder / "link");
+  CHECK(code_of(file) == to_string(Errc::invalid_option));
+  CHECK(code_of(folder / "./map.nt") == to_string(Errc::invalid_option));
+  CHECK(code_of(folder / "link/map.nt") == to_string(Errc::invalid_option));
+  Robot second(file);  // of another server
+  CHECK(second.added.error().code == Errc::invalid_option);
+  Options callbacks = options_of();
+  callbacks.callbacks.file = file;
+  CHECK(Server::create(callbacks).error().code == Errc::invalid_option);
+  say(robot.map, "a cup");
+  robot.server.remove("world").value();
+  CHECK(code_of(file) == "added");
+}
+
 TEST_CASE("rights of a graph are those at its path, in whatever way a request names it", "[server][world][rights]") {
   Options options = options_of();
   options.security.authenticate = [](const http::Request& request) -> std::optional<security::Principal> {
