@@ -171,7 +171,8 @@ class LRT_API WorldGraph {
   ///                for running functions of other threads, so these must not wait for this update.
   /// @par Errors  expected_iri, expected_rdf: a change; limit_exceeded: GraphOptions::max_triples, max_bytes;
   ///              expected_value: the graph would not conform to its shapes, with the report as text; failed: `change`
-  ///              threw; refused: called within `change` of the same graph. After an error nothing has changed.
+  ///              threw; refused: called within the `change` of an update, of this graph or another one. After an error
+  ///              nothing has changed.
   /// @par Time     Proportional to the graph, which is copied: for 100,000 triples about 25 ms, 50 ms if some are
   ///               removed; plus the validation.
   template <class F>

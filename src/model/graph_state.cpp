@@ -49,6 +49,15 @@ std::size_t text_bytes(const rdf::Graph& graph) {
 
 constexpr std::size_t max_violations = 64;
 
+/// This thread runs the function of an update.
+thread_local bool is_updating = false;
+struct Updating {
+  Updating() noexcept { is_updating = true; }
+  ~Updating() { is_updating = false; }
+  Updating(const Updating&) = delete;
+  Updating& operator=(const Updating&) = delete;
+};
+
 }  // namespace
 
 // ------------------------------------------------------------------------------------------------------------------ edit
@@ -223,7 +232,7 @@ Result<std::shared_ptr<GraphState>> GraphState::create(std::string path, GraphOp
     state->shapes_ = *std::move(compiled);
   }
   if (!state->options_.turtle.empty()) {
-    const Result<void> first = state->update([&](GraphEdit& edit) {
+    const Result<void> first = state->make([&](GraphEdit& edit) {
       rdf::ReadOptions first_reading;
       first_reading.base = edit.base();
       const Result<rdf::Graph> graph = rdf::read(state->options_.turtle, rdf::Syntax::turtle, first_reading);
@@ -283,15 +292,16 @@ GraphState::Version GraphState::version() const {
   return current_;
 }
 
+/// Two threads that update two graphs within each other, in opposite orders, would wait for each other.
 Result<void> GraphState::update(FunctionRef<void(GraphEdit&)> change) {
-  if (writer_.load() == std::this_thread::get_id())
-    return unexpected(Errc::refused, "graph \"" + path_.substr(1) + "\": update() was called within update() of the same graph");
+  if (is_updating)
+    return unexpected(Errc::refused, "graph \"" + path_.substr(1) + "\": update() was called within update(): call it after that has returned");
+  const Updating updating;
+  return make(change);
+}
+
+Result<void> GraphState::make(FunctionRef<void(GraphEdit&)> change) {
   const Turn turn(*this, Turn::Wait::always);
-  struct Mine {
-    explicit Mine(std::atomic<std::thread::id>& id) : writer(id) { writer = std::this_thread::get_id(); }
-    ~Mine() { writer = std::thread::id(); }
-    std::atomic<std::thread::id>& writer;
-  } mine(writer_);
   try {
     const Version before = version();
     GraphEdit edit(*before.graph, iri());
@@ -337,7 +347,7 @@ std::optional<GraphRefusal> GraphState::write(const GraphWrite& wanted, bool wai
 }
 
 Result<void> GraphState::restore(rdf::Graph graph) {
-  return update([&](GraphEdit& edit) {
+  return make([&](GraphEdit& edit) {
     edit.clear();
     edit.merge(graph);
   });

@@ -12,7 +12,6 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <thread>
 #include <vector>
 
 #include <lrt/base/result.hpp>
@@ -152,6 +151,8 @@ class GraphState {
   std::string iri() const { return std::string(World::base) + path_; }
   Version version() const;
 
+  /// A change by code.
+  /// @par Errors  refused: called within an update, also of another graph
   Result<void> update(FunctionRef<void(GraphEdit&)> change);
   /// @param waits  for a running write; false: GraphRefusal::Kind::busy
   std::optional<GraphRefusal> write(const GraphWrite& write, bool waits);
@@ -178,6 +179,7 @@ class GraphState {
   GraphState(std::string path, GraphOptions options, std::shared_ptr<HandleContext> thing)
       : path_(std::move(path)), options_(std::move(options)), thing_(std::move(thing)) {}
   class Turn;
+  Result<void> make(FunctionRef<void(GraphEdit&)> change);
   std::optional<GraphRefusal> commit(GraphEdit& edit);
   std::optional<GraphRefusal> judge(const rdf::Graph& graph, std::size_t bytes) const;
   void merge(GraphEdit& edit, const rdf::Graph& graph) const;
@@ -190,10 +192,9 @@ class GraphState {
   std::shared_ptr<GraphBudget> budget_;  ///< nullptr: none
   std::mutex turn_mutex_;                // guards both of them, for moments
   std::condition_variable turn_changed_;
-  bool is_writing_ = false;                // a Turn exists, with the user's lambda
-  bool stopped_ = false;                   // no write() waits any more
-  std::atomic<std::thread::id> writer_{};  // the thread that updates
-  mutable std::mutex mutex_;               // guards the rest, for moments
+  bool is_writing_ = false;   // a Turn exists, with the user's lambda
+  bool stopped_ = false;      // no write() waits any more
+  mutable std::mutex mutex_;  // guards the rest, for moments
   Version current_{std::make_shared<const rdf::Graph>(), 1};
   std::vector<PublishedSpec> published_;
   std::mutex listener_mutex_;  // guards them, and is held while they run

@@ -797,3 +797,19 @@ TEST_CASE("a graph is added to itself with new blank nodes", "[engine][world]") 
     CHECK(r.map.snapshot()->size() == 4 * n + 1);
   }
 }
+
+TEST_CASE("an update within an update is refused, also of another graph", "[engine][world]") {
+  Robot r;
+  const auto names = [](GraphUpdate& u) { u.add("#x", label, "x"); };
+  r.map
+      .update([&](GraphUpdate& u) {
+        names(u);
+        CHECK(r.tasks.update(names).error().code == Errc::refused);
+        CHECK(r.map.update(names).error().code == Errc::refused);
+        CHECK(r.tasks.snapshot()->empty());
+      })
+      .value();
+  CHECK(r.map.snapshot()->size() == 1);
+  CHECK_FALSE(r.map.update([](GraphUpdate&) { throw std::runtime_error("no camera"); }));
+  CHECK(r.tasks.update(names));  // after it, also if it failed
+}

@@ -312,6 +312,27 @@ TEST_CASE("the server stops within an update that a client's write waits for", "
   CHECK(robot.map.snapshot()->size() == 1);  // the client got 503, or no response
 }
 
+TEST_CASE("a World is added within an update of another graph", "[server][world][threads]") {
+  const Folder folder;
+  Robot robot(folder / "map.nt");
+  robot.added.value();
+  GraphOptions options;
+  options.file = folder / "other.nt";
+  options.turtle = "<#a> <p:b> 1 .";
+  WorldGraph other;
+  robot.map
+      .update([&](GraphUpdate& u) {
+        u.set("#cup", label, "a cup");
+        World world("other");
+        other = world.graph("map", options);
+        robot.server.add(std::move(world)).value();
+      })
+      .value();
+  CHECK(says(robot.map, "a cup"));
+  CHECK(other.snapshot()->size() == 1);
+  CHECK(other.update([](GraphUpdate& u) { u.add("#a", label, "x"); }));
+}
+
 TEST_CASE("of two graphs with one file the second is refused, and of a graph and web callbacks", "[server][world][saves]") {
   const Folder folder;
   const std::string file = folder / "map.nt";
