@@ -151,7 +151,7 @@ class PublishedObject {
 /// Handle to a named graph of a World: what the robot knows about its surroundings, its tasks or its calibration. The
 /// graph is a resource with a URI, in every RDF syntax, observable, and writable by clients if GraphOptions allow it.
 /// Copies are handles to the same graph. A handle works before and after Server::add(), and also after the World is
-/// removed; then nobody sees the changes.
+/// removed; then nobody sees the changes. A graph with a file is updated after Server::add() only, which reads the file.
 ///
 /// @par Threads  Any, also concurrently, but not the control loop: all functions lock. publish() of what published()
 ///               returns does not lock.
@@ -171,8 +171,8 @@ class LRT_API WorldGraph {
   ///                for running functions of other threads, so these must not wait for this update.
   /// @par Errors  expected_iri, expected_rdf: a change; limit_exceeded: GraphOptions::max_triples, max_bytes;
   ///              expected_value: the graph would not conform to its shapes, with the report as text; failed: `change`
-  ///              threw; refused: called within the `change` of an update, of this graph or another one. After an error
-  ///              nothing has changed.
+  ///              threw; refused: called within the `change` of an update, of this graph or another one, or before
+  ///              Server::add() if the graph has a file. After an error nothing has changed.
   /// @par Time     Proportional to the graph, which is copied: for 100,000 triples about 25 ms, 50 ms if some are
   ///               removed; plus the validation.
   template <class F>

@@ -296,6 +296,7 @@ GraphState::Version GraphState::version() const {
 Result<void> GraphState::update(FunctionRef<void(GraphEdit&)> change) {
   if (is_updating)
     return unexpected(Errc::refused, "graph \"" + path_.substr(1) + "\": update() was called within update(): call it after that has returned");
+  if (!is_open_) return unexpected(Errc::refused, "graph \"" + path_.substr(1) + "\": Server::add() reads its file: call update() after that");
   const Updating updating;
   return make(change);
 }

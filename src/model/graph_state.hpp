@@ -152,7 +152,7 @@ class GraphState {
   Version version() const;
 
   /// A change by code.
-  /// @par Errors  refused: called within an update, also of another graph
+  /// @par Errors  refused: called within an update, also of another graph, or before open()
   Result<void> update(FunctionRef<void(GraphEdit&)> change);
   /// @param waits  for a running write; false: GraphRefusal::Kind::busy
   std::optional<GraphRefusal> write(const GraphWrite& write, bool waits);
@@ -163,6 +163,8 @@ class GraphState {
   void end_waiting_writes() noexcept;
   /// Replaces the graph by the content of a file.
   Result<void> restore(rdf::Graph graph);
+  /// A graph with a file is updated from here on: the file was read, and there is a saver.
+  void open() noexcept { is_open_ = true; }
 
   /// A value to be published; false: another one has its path.
   bool add_published(PublishedSpec spec);
@@ -177,7 +179,7 @@ class GraphState {
 
  private:
   GraphState(std::string path, GraphOptions options, std::shared_ptr<HandleContext> thing)
-      : path_(std::move(path)), options_(std::move(options)), thing_(std::move(thing)) {}
+      : path_(std::move(path)), options_(std::move(options)), thing_(std::move(thing)), is_open_(options_.file.empty()) {}
   class Turn;
   Result<void> make(FunctionRef<void(GraphEdit&)> change);
   std::optional<GraphRefusal> commit(GraphEdit& edit);
@@ -190,7 +192,8 @@ class GraphState {
   const std::shared_ptr<HandleContext> thing_;
   std::optional<shacl::Shapes> shapes_;
   std::shared_ptr<GraphBudget> budget_;  ///< nullptr: none
-  std::mutex turn_mutex_;                // guards both of them, for moments
+  std::atomic<bool> is_open_;
+  std::mutex turn_mutex_;  // guards both of them, for moments
   std::condition_variable turn_changed_;
   bool is_writing_ = false;   // a Turn exists, with the user's lambda
   bool stopped_ = false;      // no write() waits any more

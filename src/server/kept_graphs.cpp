@@ -40,6 +40,7 @@ void KeptGraphs::Kept::begin(LogCallback log, ThreadOptions threads) {
   state_->set_saver([file = file_.get()](const model::GraphState::Version& version) {
     file->save([graph = version.graph] { return rdf::write(*graph, rdf::Syntax::n_triples).value(); }, version.revision);
   });
+  state_->open();
 }
 
 Result<KeptGraphs::Opened> KeptGraphs::open(const model::WorldSpec& world, const LogCallback& log, const ThreadOptions& threads) {

@@ -360,6 +360,31 @@ TEST_CASE("of two graphs with one file the second is refused, and of a graph and
   CHECK(code_of(file) == "added");
 }
 
+TEST_CASE("a graph with a file is not updated before its file was read", "[server][world][saves]") {
+  const Folder folder;
+  const std::string file = folder / "map.nt";
+  {
+    Robot robot(file);
+    robot.added.value();
+    say(robot.map, "a cup");
+  }
+  Server server = Server::create(options_of()).value();
+  World world("world");
+  GraphOptions options;
+  options.file = file;
+  WorldGraph map = world.graph("map", options), other = world.graph("other");
+  const auto adds = [](GraphUpdate& u) { u.add("#plate", label, "a plate"); };
+  CHECK(map.update(adds).error().code == Errc::refused);
+  CHECK(other.update(adds));
+  CHECK(map.snapshot()->empty());
+  server.add(std::move(world)).value();
+  CHECK(says(map, "a cup"));
+  CHECK(map.update(adds));
+  server.remove("world").value();
+  CHECK(map.update([](GraphUpdate& u) { u.clear(); }));  // nobody sees that
+  CHECK(Robot(file).map.snapshot()->size() == 2);
+}
+
 TEST_CASE("rights of a graph are those at its path, in whatever way a request names it", "[server][world][rights]") {
   Options options = options_of();
   options.security.authenticate = [](const http::Request& request) -> std::optional<security::Principal> {
