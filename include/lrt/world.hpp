@@ -195,7 +195,7 @@ class LRT_API WorldGraph {
   /// Adds a value of an object that the control loop publishes, for example its pose. The value is a pushed Property of
   /// its own, at `path` below the graph. Its triples, with the time, are also in the graph: `<#cup> predicate
   /// </world/map/cup>` and the value of `</world/map/cup>`. Before the first publish() neither exists. Clients cannot
-  /// write it: the server ignores what a body states about it.
+  /// write it: the server ignores these triples in a body. Stored triples may refer to the value.
   ///
   /// @param path       "cup", or "cup/pose" if the object has several values. The object is `<#cup>`: the first name.
   /// @param predicate  from the object to the value

@@ -396,7 +396,8 @@ std::optional<GraphRefusal> GraphState::judge(const rdf::Graph& graph, std::size
   return GraphRefusal{Kind::violation, {}, *std::move(report)};
 }
 
-/// A client's triples about published values are ignored, because it may write back a representation that it has read.
+/// What a representation states of published values is ignored, because a client may write back what it has read: the triple that leads to a value, and
+/// the value's description. Other triples may refer to the value.
 void GraphState::merge(GraphEdit& edit, const rdf::Graph& graph) const {
   std::vector<rdf::TermId> open;
   std::vector<bool> reached(graph.term_count()), removed(graph.size());
@@ -407,7 +408,9 @@ void GraphState::merge(GraphEdit& edit, const rdf::Graph& graph) const {
     if (!id) continue;
     reached[static_cast<std::size_t>(*id)] = true;
     open.push_back(*id);
-    for (const rdf::Triple& t : graph.match(std::nullopt, std::nullopt, *id)) remove(t);
+    const auto object = graph.find(rdf::iri(iri() + p.object)), predicate = graph.find(rdf::iri(p.predicate));
+    if (!object || !predicate) continue;
+    for (const rdf::Triple& t : graph.match(*object, *predicate, *id)) remove(t);
   }
   if (open.empty()) return edit.merge(graph);
   while (!open.empty()) {

@@ -813,3 +813,23 @@ TEST_CASE("an update within an update is refused, also of another graph", "[engi
   CHECK_FALSE(r.map.update([](GraphUpdate&) { throw std::runtime_error("no camera"); }));
   CHECK(r.tasks.update(names));  // after it, also if it failed
 }
+
+TEST_CASE("a client that writes back what it read keeps stored triples that refer to a published value", "[engine][world]") {
+  Robot r;
+  constexpr Iri relative_to{"https://example.org/relativeTo"};
+  auto cup = r.map.published<double>("cup", pose);
+  cup.publish(0.5);
+  r.map
+      .update([&](GraphUpdate& u) {
+        u.add("#grasp", relative_to, Object::resource("world/map/cup")).add("#cup", relative_to, Object::resource("world/map/cup"));
+        u.add("#plate", pose, Object::resource("world/map/cup"));
+      })
+      .value();
+  const Answer a = r.get("Accept: application/n-triples\n");
+  CHECK(r.bench.ask("PUT /world/map\nContent-Type: application/n-triples\nIf-Match: " + a.tag() + "\n\n" + a.body).status == 204);
+  CHECK(r.map.snapshot()->size() == 3);
+  CHECK(r.patch("INSERT DATA { <#grasp2> <https://example.org/relativeTo> </world/map/cup> }").status == 204);
+  CHECK(r.map.snapshot()->size() == 4);
+  CHECK(r.patch("INSERT DATA { <#cup> <https://example.org/pose> </world/map/cup> }").status == 204);  // the robot's
+  CHECK(r.map.snapshot()->size() == 4);
+}
