@@ -59,12 +59,34 @@ rdf::Graph visible_part(const rdf::Graph& all, FunctionRef<bool(std::string_view
   };
   for (const rdf::Triple& t : all.triples())
     if (shown(t.subject) && (!is_blank(t.subject) || !led_to[static_cast<std::size_t>(t.subject)])) reach(t.subject);
-  while (!open.empty()) {
-    const rdf::TermId next = open.back();
-    open.pop_back();
-    for (const rdf::Triple& t : all.match(next, std::nullopt, std::nullopt))
-      if (is_kept(t) && is_blank(t.object)) reach(t.object);
+  const auto reach_all = [&] {
+    while (!open.empty()) {
+      const rdf::TermId next = open.back();
+      open.pop_back();
+      for (const rdf::Triple& t : all.match(next, std::nullopt, std::nullopt))
+        if (is_kept(t) && is_blank(t.object)) reach(t.object);
+    }
+  };
+  reach_all();
+
+  // The remaining blank nodes: hidden triples lead to them, or they are in cycles and below them.
+  std::vector<bool> withheld(all.term_count());
+  std::vector<rdf::TermId> hidden;
+  const auto withhold = [&](rdf::TermId id) {
+    if (!is_blank(id) || reached[static_cast<std::size_t>(id)] || withheld[static_cast<std::size_t>(id)]) return;
+    withheld[static_cast<std::size_t>(id)] = true;
+    hidden.push_back(id);
+  };
+  for (const rdf::Triple& t : all.triples())
+    if (!is_kept(t)) withhold(t.object);
+  while (!hidden.empty()) {
+    const rdf::TermId next = hidden.back();
+    hidden.pop_back();
+    for (const rdf::Triple& t : all.match(next, std::nullopt, std::nullopt)) withhold(t.object);
   }
+  for (const rdf::Triple& t : all.triples())
+    if (is_blank(t.subject) && !withheld[static_cast<std::size_t>(t.subject)]) reach(t.subject);
+  reach_all();
 
   rdf::Graph part;
   for (const rdf::Triple& t : all.triples())

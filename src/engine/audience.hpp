@@ -39,7 +39,7 @@ struct Audience {
   std::string_view name_in(const Resource& resource) const noexcept;
 };
 
-/// Keeps the triples whose IRIs are all visible and that can be reached from a visible subject. Unreachable blank nodes are removed.
+/// Keeps the triples whose IRIs are all visible. Blank nodes to which only hidden triples lead are removed, and what follows from them.
 rdf::Graph visible_part(const rdf::Graph& all, FunctionRef<bool(std::string_view iri)> is_shown);
 
 }  // namespace v0
