@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "src/engine/audience.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -92,6 +93,18 @@ rdf::Graph visible_part(const rdf::Graph& all, FunctionRef<bool(std::string_view
   for (const rdf::Triple& t : all.triples())
     if (reached[static_cast<std::size_t>(t.subject)] && is_kept(t)) part.add(all.term(t.subject), all.term(t.predicate), all.term(t.object));
   return part;
+}
+
+bool has_hidden_part(const rdf::Graph& all, FunctionRef<bool(std::string_view iri)> is_shown) {
+  std::vector<bool> known(all.term_count());
+  const auto is_hidden = [&](rdf::TermId id) {
+    if (known[static_cast<std::size_t>(id)]) return false;
+    known[static_cast<std::size_t>(id)] = true;
+    const rdf::TermView term = all.term(id);
+    return term.is_iri() && !is_shown(term.text);
+  };
+  return std::any_of(all.triples().begin(), all.triples().end(),
+                     [&](const rdf::Triple& t) { return is_hidden(t.subject) || is_hidden(t.predicate) || is_hidden(t.object); });
 }
 
 }  // namespace v0

@@ -41,6 +41,8 @@ struct Audience {
 
 /// Keeps the triples whose IRIs are all visible. Blank nodes to which only hidden triples lead are removed, and what follows from them.
 rdf::Graph visible_part(const rdf::Graph& all, FunctionRef<bool(std::string_view iri)> is_shown);
+/// Whether visible_part() leaves something out.
+bool has_hidden_part(const rdf::Graph& all, FunctionRef<bool(std::string_view iri)> is_shown);
 
 }  // namespace v0
 }  // namespace lrt::engine

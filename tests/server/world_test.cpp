@@ -385,6 +385,58 @@ TEST_CASE("a graph with a file is not updated before its file was read", "[serve
   CHECK(Robot(file).map.snapshot()->size() == 2);
 }
 
+TEST_CASE("who does not see all triples of a graph cannot replace it, but change it", "[server][world][rights]") {
+  Options options = options_of();
+  options.security.authenticate = [](const http::Request& request) -> std::optional<security::Principal> {
+    const auto who = request.find("X-Who");
+    return who ? std::optional(security::Principal{std::string(*who), {}}) : std::nullopt;
+  };
+  using security::Right;
+  const auto is = [](const char* name) { return security::Who{security::Who::Kind::principal, name}; };
+  options.security.rules = {
+      {"/world", security::Scope::tree, is("anna"), security::Rights::all()},
+      {"/world", security::Scope::tree, is("bert"), Right::read | Right::write},
+      {"/world", security::Scope::tree, is("carl"), Right::write},
+      {"/world/secret", security::Scope::tree, is("anna"), security::Rights::all()},
+  };
+  Server server = Server::create(std::move(options)).value();
+  World world("world");
+  GraphOptions graph_options;
+  graph_options.clients_may_write = true;
+  WorldGraph map = world.graph("map", graph_options), secret = world.graph("secret");
+  server.add(std::move(world)).value();
+  say(map, "a cup");
+  map.update([](GraphUpdate& u) { u.add("#cup", Iri("p:in"), Object::resource("world/secret")).add_turtle("_:a <p:next> _:b . _:b <p:next> _:a ."); })
+      .value();
+  Socket client(server.port());
+  const auto ask = [&](const std::string& who, const std::string& line, const std::string& rest = {}) {
+    return client.ask(line + "\nHost: localhost:" + std::to_string(server.port()) + "\nX-Who: " + who + rest);
+  };
+  const auto put = [&](const std::string& who, const Answer& seen) {
+    return ask(who, "PUT /world/map", "\nContent-Type: application/n-triples\nIf-Match: " + seen.tag() + "\n\n" + seen.body);
+  };
+  const std::string triples = "\nAccept: application/n-triples";
+  const Answer seen = ask("bert", "GET /world/map", triples);
+  CHECK(seen.body.find("secret") == std::string::npos);
+  CHECK(seen.body.find("p:next") != std::string::npos);  // nothing hidden leads to them
+  const Answer refused = put("bert", seen);
+  CHECK(refused.status == 403);
+  CHECK(refused.body.find("PATCH") != std::string::npos);
+  CHECK(map.snapshot()->size() == 4);
+  CHECK(put("anna", ask("anna", "GET /world/map", triples)).status == 204);
+  CHECK(map.snapshot()->size() == 4);
+  const std::string patch = "\nContent-Type: application/sparql-update\n\nINSERT DATA { <#x> <p:q> 2 }";
+  CHECK(ask("bert", "PATCH /world/map", patch).status == 204);
+  CHECK(map.snapshot()->size() == 5);
+  map.update([](GraphUpdate& u) { u.remove("#cup", Iri("p:in"), Object::resource("world/secret")); }).value();
+  CHECK(put("bert", ask("bert", "GET /world/map", triples)).status == 204);
+  CHECK(map.snapshot()->size() == 4);
+  CHECK(ask("bert", "DELETE /world/map").status == 204);
+  map.update([](GraphUpdate& u) { u.add("#cup", Iri("p:in"), Object::resource("world/secret")); }).value();
+  CHECK(ask("carl", "GET /world/map").status != 200);
+  CHECK(ask("carl", "PUT /world/map", "\nContent-Type: text/turtle\n\n<#x> <p:q> 2 .").status == 204);  // it cannot read, and replaces
+}
+
 TEST_CASE("rights of a graph are those at its path, in whatever way a request names it", "[server][world][rights]") {
   Options options = options_of();
   options.security.authenticate = [](const http::Request& request) -> std::optional<security::Principal> {

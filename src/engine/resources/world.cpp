@@ -87,6 +87,7 @@ Outcome WorldGraphResource::write(Context& context, Parts& parts, GraphWrite::Ki
     return parts.responses.no_content(context);
   }
   if (auto response = parts.representations.failed_precondition(context)) return *std::move(response);
+  if (auto response = refused_put(context, parts)) return *std::move(response);
   auto made = parts.bodies.graph_task(context, graph_state);
   if (auto* response = std::get_if<http::Response>(&made)) return std::move(*response);
   GraphTask& task = std::get<GraphTask>(made);
@@ -108,12 +109,25 @@ Outcome WorldGraphResource::take_new(Context& context, Parts& parts) {
   context.resource = this;
   context.resource_id = id;
   if (auto response = parts.representations.failed_precondition(context)) return *std::move(response);
+  if (auto response = refused_put(context, parts)) return *std::move(response);
   GraphTask task;
   task.base = parts.bases[context.base];
   task.state = graph_state;
   task.write.kind = context.request().method == "PUT" ? GraphWrite::Kind::replace : GraphWrite::Kind::merge;
   task.set_graph(*std::get<Body>(judged).made_graph->version().graph);
   return execute(context, parts, std::move(task));
+}
+
+/// A client that writes back what it has read would remove what it is not shown. One that may not read the graph at all replaces it.
+std::optional<http::Response> WorldGraphResource::refused_put(const Context& context, const Parts& parts) const {
+  const Audience& audience = context.audience;
+  if (context.request().method != "PUT" || !audience.is_restricted() || !audience.sees(*this)) return std::nullopt;
+  const std::string base(placeholder_base);
+  const auto is_shown = [&](std::string_view iri) { return audience.sees_iri(iri, base, parts.registry); };
+  if (!has_hidden_part(*version_.graph, is_shown)) return std::nullopt;
+  return parts.responses.denied(
+      context, http::Denial::right, 403,
+      "these credentials do not show the whole graph, and PUT would remove the rest; change its triples by PATCH, or add to it by POST");
 }
 
 void WorldGraphResource::attach(Parts& parts) {

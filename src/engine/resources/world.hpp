@@ -81,6 +81,7 @@ class WorldGraphResource final : public Resource {
   };
   Outcome write(Context& context, Parts& parts, model::GraphWrite::Kind kind);
   Outcome execute(Context& context, Parts& parts, GraphTask task);
+  std::optional<http::Response> refused_put(const Context& context, const Parts& parts) const;
   /// Applies the changes of other threads.
   void take_changes(Parts& parts);
   bool take_published(Parts& parts);
