@@ -56,7 +56,7 @@ Result<KeptGraphs::Opened> KeptGraphs::open(const model::WorldSpec& world, const
     auto kept = std::make_unique<Kept>(state, *std::move(claim));
     Result<std::optional<SavedFile::Content>> content = SavedFile::load(path, max_file_bytes(state->options()));
     if (!content) return named(*state, std::move(content).error());
-    if (*content && (*content)->state == SavedFile::State::unmarked)
+    if (*content && (*content)->state == SavedFile::State::unmarked && !(*content)->text.empty())
       return named(*state, {Errc::invalid_option,
                             "\"" + path + "\": expected a file that lrt wrote, or none; found a file of another program. Choose another path"});
     if (*content) {

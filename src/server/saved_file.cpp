@@ -415,7 +415,7 @@ Result<std::optional<SavedFile::Content>> SavedFile::load(const std::string& pat
       return unexpected(Errc::limit_exceeded, "reading \"" + path + "\": more than " + std::to_string(max_bytes) + " bytes");
     }
   }
-  if (text.compare(0, mark.size(), mark) != 0) return std::optional(Content{std::move(text), State::unmarked});
+  if (text.empty() || !begins_like_ours(text)) return std::optional(Content{std::move(text), State::unmarked});
   const std::string line = text.substr(0, text.find('\n') + 1);
   text.erase(0, line.empty() ? text.size() : line.size());
   const State state = line == first_line(text) ? State::whole : State::damaged;

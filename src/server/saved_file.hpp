@@ -69,7 +69,7 @@ class SavedFile {
   enum class State : std::uint8_t {
     whole,     ///< as lrt wrote it
     damaged,   ///< lrt wrote it, and it was changed or truncated later
-    unmarked,  ///< it does not begin as lrt's files do
+    unmarked,  ///< it does not begin as lrt's files do, or it is empty
   };
   struct Content {
     std::string text;  ///< without the first line of lrt

@@ -411,6 +411,18 @@ TEST_CASE("a text that cannot be made is logged with the reason", "[server][save
   CHECK(log.lines().front().find("memory") == std::string::npos);
 }
 
+TEST_CASE("a file that was cut within its first word is a damaged one", "[server][saved_file]") {
+  const Folder folder;
+  const std::string whole = as_written("text");
+  const auto state_of = [&](const std::string& bytes) {
+    put(folder / "state", bytes);
+    return SavedFile::load(folder / "state", 1000).value()->state;
+  };
+  for (const std::size_t size : {1, 5, 8, 9, 20}) CHECK(state_of(whole.substr(0, size)) == SavedFile::State::damaged);
+  CHECK(state_of("") == SavedFile::State::unmarked);
+  CHECK(state_of("# lxt") == SavedFile::State::unmarked);
+}
+
 TEST_CASE("directories that are missing are made for their owner only", "[server][saved_file]") {
   const Folder folder;
   REQUIRE(SavedFile::prepare(folder / "a/b/state"));

@@ -7,6 +7,7 @@
 #include <atomic>
 #include <chrono>
 #include <csignal>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -383,6 +384,26 @@ TEST_CASE("a graph with a file is not updated before its file was read", "[serve
   server.remove("world").value();
   CHECK(map.update([](GraphUpdate& u) { u.clear(); }));  // nobody sees that
   CHECK(Robot(file).map.snapshot()->size() == 2);
+}
+
+TEST_CASE("a file of a graph that is cut to nothing, or within its first word, does not stop the start", "[server][world][saves]") {
+  for (const std::uintmax_t size : {0, 1, 5, 8, 9, 20}) {
+    CAPTURE(size);
+    const Folder folder;
+    const std::string file = folder / "map.nt";
+    {
+      Robot robot(file);
+      robot.added.value();
+      say(robot.map, "a cup");
+    }
+    std::filesystem::resize_file(file, size);
+    Log log;
+    Robot robot(file, {}, &log);
+    REQUIRE(robot.added);
+    CHECK(robot.map.snapshot()->empty());
+    CHECK(log.has("was changed or truncated"));
+    CHECK(std::filesystem::file_size(file + ".damaged-1") == size);
+  }
 }
 
 TEST_CASE("who does not see all triples of a graph cannot replace it, but change it", "[server][world][rights]") {
