@@ -43,10 +43,11 @@ struct GraphOptions {
   /// within transport::Limits::max_body_bytes; a larger graph takes several POSTs.
   std::size_t max_bytes = 32 * 1024 * 1024;
   /// File that stores the graph across restarts: N-Triples with a first line of lrt. A thread of lrt replaces it
-  /// atomically after each change, so it always contains one state of the graph, without what is published(). If the
-  /// file was changed or truncated, it is kept as FILE.damaged-1, the log says so, and the graph begins with `turtle`.
-  /// A file belongs to one graph: Server::add() refuses a file that another graph, server or process writes. Empty: the
-  /// graph is not stored.
+  /// atomically after each change, so it always contains one state of the graph, without what is published(). update()
+  /// and the responses to clients do not wait for the disk: after a crash or a power failure the last changes may be
+  /// missing. They are written when the World is removed and when the server is destroyed. If the file was changed or
+  /// truncated, it is kept as FILE.damaged-1, the log says so, and the graph begins with `turtle`. A file belongs to one
+  /// graph: Server::add() refuses a file that another graph, server or process writes. Empty: the graph is not stored.
   std::string file;
   std::string turtle;  ///< first content, unless there is a stored file. Its base is the graph's IRI
 };
