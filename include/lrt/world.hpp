@@ -167,9 +167,10 @@ class LRT_API WorldGraph {
   /// Changes the graph in one step: readers see all of the changes or none. Updates of several threads, and writes of
   /// clients, run one after another.
   ///
-  /// @param change  callable of GraphUpdate&. It runs on the calling thread. It may throw: then nothing changes. It may
-  ///                call the server, also stop(): writes of clients that wait for this update then get 503. stop() waits
-  ///                for running functions of other threads, so these must not wait for this update.
+  /// @param change  callable of GraphUpdate&. It runs on the calling thread. If it throws, or returns a Result with an
+  ///                error, nothing changes, and update() returns that error. It may call the server, also stop():
+  ///                writes of clients that wait for this update then get 503. stop() waits for running functions of
+  ///                other threads, so these must not wait for this update.
   /// @par Errors  expected_iri, expected_rdf: a change; limit_exceeded: GraphOptions::max_triples, max_bytes;
   ///              expected_value: the graph would not conform to its shapes, with the report as text; failed: `change`
   ///              threw; refused: called within the `change` of an update, of this graph or another one, or before
@@ -183,7 +184,11 @@ class LRT_API WorldGraph {
                     "lrt: update expects a callable of lrt::GraphUpdate&; write [&](lrt::GraphUpdate& u) { u.add(...); }");
       return {};
     } else {
-      return apply([&change](GraphUpdate& u) { (void)change(u); });
+      return apply([&change](GraphUpdate& u) {
+        using R = std::invoke_result_t<F&, GraphUpdate&>;
+        if constexpr (rdf::detail::is_result<std::decay_t<R>>) (void)change(u).value();  // BadResult ends the update
+        else (void)change(u);
+      });
     }
   }
 

@@ -814,6 +814,20 @@ TEST_CASE("an update within an update is refused, also of another graph", "[engi
   CHECK(r.tasks.update(names));  // after it, also if it failed
 }
 
+TEST_CASE("an update whose function returns an error changes nothing and returns it", "[engine][world]") {
+  Robot r;
+  const Result<void> updated = r.map.update([](GraphUpdate& u) -> Result<void> {
+    u.add("#x", label, "x");
+    return unexpected(Errc::out_of_range, "no camera");
+  });
+  REQUIRE_FALSE(updated);
+  CHECK(updated.error().code == Errc::out_of_range);
+  CHECK(updated.error().message == "no camera");
+  CHECK(r.map.snapshot()->empty());
+  CHECK(r.map.update([](GraphUpdate& u) -> Result<int> { return u.add("#x", label, "x"), 1; }));
+  CHECK(r.map.snapshot()->size() == 1);
+}
+
 TEST_CASE("a client that writes back what it read keeps stored triples that refer to a published value", "[engine][world]") {
   Robot r;
   constexpr Iri relative_to{"https://example.org/relativeTo"};
