@@ -205,8 +205,8 @@ class LRT_API WorldGraph {
   ///
   /// @param path       "cup", or "cup/pose" if the object has several values. The object is `<#cup>`: the first name.
   /// @param predicate  from the object to the value
-  /// @return           an empty handle if the path is not valid or not free; the server's log says so when the World is
-  ///                   added
+  /// @return           an empty handle if the path is not valid or not free, or `predicate` is not absolute. The server's
+  ///                   log says so, once the World is added
   template <class T>
   PublishedObject<T> published(std::string_view path, Iri predicate, const PublishedOptions& options = {}) {
     if constexpr (!std::is_default_constructible_v<T> || !std::is_copy_constructible_v<T> || !std::is_copy_assignable_v<T>) {

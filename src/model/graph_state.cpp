@@ -48,6 +48,7 @@ std::size_t text_bytes(const rdf::Graph& graph) {
 }
 
 constexpr std::size_t max_violations = 64;
+constexpr std::size_t max_reports = 64;
 
 /// This thread runs the function of an update.
 thread_local bool is_updating = false;
@@ -452,6 +453,19 @@ void GraphState::remove_published(const PropertySpec& property) noexcept {
 std::vector<PublishedSpec> GraphState::published() const {
   const std::lock_guard lock(mutex_);
   return published_;
+}
+
+void GraphState::report(std::string fault) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (reports_.size() < max_reports) reports_.push_back(std::move(fault));
+  }
+  notify();
+}
+
+std::vector<std::string> GraphState::take_reports() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(reports_, {});
 }
 
 void GraphState::set_listener(std::function<void()> listener) {

@@ -170,6 +170,9 @@ class GraphState {
   bool add_published(PublishedSpec spec);
   void remove_published(const PropertySpec& property) noexcept;
   std::vector<PublishedSpec> published() const;
+  /// A fault of set-up for the server's log. Those that nobody takes are dropped beyond 64.
+  void report(std::string fault);
+  std::vector<std::string> take_reports();
   std::shared_ptr<HandleContext> thing() const noexcept { return thing_; }
 
   /// Called after each change of the graph or of what is published, on the thread that made it, and not after it was set to nullptr.
@@ -200,6 +203,7 @@ class GraphState {
   mutable std::mutex mutex_;  // guards the rest, for moments
   Version current_{std::make_shared<const rdf::Graph>(), 1};
   std::vector<PublishedSpec> published_;
+  std::vector<std::string> reports_;
   std::mutex listener_mutex_;  // guards them, and is held while they run
   std::function<void()> listener_;
   std::function<void(const Version&)> saver_;

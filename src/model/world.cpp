@@ -89,9 +89,14 @@ std::uint64_t WorldGraph::revision() const { return state_ ? state_->version().r
 
 std::function<void()> WorldGraph::add_published(std::shared_ptr<model::SlotBase> slot, const rdf::Type& type, std::string_view path, Iri predicate,
                                                 const PublishedOptions& options) {
-  if (!state_ || !iri::is_absolute(predicate.text)) return {};
+  if (!state_) return {};
+  const auto fails = [&](const std::string& why) {
+    state_->report("the value \"" + std::string(path) + "\" is not published in the graph \"" + state_->path().substr(1) + "\": " + why);
+    return std::function<void()>();
+  };
+  if (!iri::is_absolute(predicate.text)) return fails("expected an absolute IRI as predicate, found \"" + std::string(predicate.text) + "\"");
   const Result<std::string> below = model::encode_path(path);
-  if (!below) return {};
+  if (!below) return fails(below.error().message);
   const auto spec = std::make_shared<model::PropertySpec>();
   spec->type = &type;
   spec->facets.unit(options.unit);
@@ -102,7 +107,8 @@ std::function<void()> WorldGraph::add_published(std::shared_ptr<model::SlotBase>
   const std::string& root = spec->thing->path;  // "world", of a graph at "/world/map"
   spec->path = state_->path().substr(root.size() + 2) + "/" + *below;
   std::string object = "#" + below->substr(0, below->find('/'));
-  if (!state_->add_published({spec, std::string(predicate.text), std::move(object), options.expires_after})) return {};
+  if (!state_->add_published({spec, std::string(predicate.text), std::move(object), options.expires_after}))
+    return fails("the path \"" + spec->location().substr(1) + "\" is used by another value");
   return [state = state_, spec] { state->remove_published(*spec); };
 }
 

@@ -847,3 +847,22 @@ TEST_CASE("a client that writes back what it read keeps stored triples that refe
   CHECK(r.patch("INSERT DATA { <#cup> <https://example.org/pose> </world/map/cup> }").status == 204);  // the robot's
   CHECK(r.map.snapshot()->size() == 4);
 }
+
+TEST_CASE("the log says why a value is not published", "[engine][world]") {
+  std::string log;
+  engine::EngineOptions options;
+  options.log = [&](LogLevel, std::string_view text) { log.append(text).append("\n"); };
+  Robot r(writable(), {}, options);
+  const auto refused = [&](const char* path, Iri predicate, const std::string& sentence) {
+    log.clear();
+    CHECK_FALSE(r.map.published<double>(path, predicate));
+    r.bench.run();
+    CHECK(log.find(sentence) != std::string::npos);
+    if (log.find(sentence) == std::string::npos) UNSCOPED_INFO(log);
+  };
+  refused("a//b", pose, "\"a//b\"");
+  refused("cup", Iri("relative"), "\"relative\"");
+  auto cup = r.map.published<double>("cup", pose);
+  CHECK(cup);
+  refused("cup", pose, "\"world/map/cup\"");
+}

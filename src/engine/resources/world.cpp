@@ -159,6 +159,7 @@ void WorldGraphResource::take_changes(Parts& parts) {
 }
 
 bool WorldGraphResource::take_published(Parts& parts) {
+  for (const std::string& fault : graph_state->take_reports()) parts.responses.log(LogLevel::error, fault);
   const std::vector<model::PublishedSpec> present = graph_state->published();
   bool changed = false;
   for (std::size_t i = published_.size(); i-- > 0;) {
