@@ -235,8 +235,8 @@ class LRT_API WorldGraph {
 ///
 ///     lrt::World world("world");
 ///     lrt::WorldGraph map = world.graph("map", {});
-///     server->add(std::move(world));
-///     map.update([](lrt::GraphUpdate& u) { u.add("#cup", lrt::vocab::rdfs::label, "the red cup"); });
+///     server->add(std::move(world)).value();
+///     map.update([](lrt::GraphUpdate& u) { u.add("#cup", lrt::vocab::rdfs::label, "the red cup"); }).value();
 ///
 /// @par Threads  Set-up only, one thread at a time.
 /// @par Implements  paper D4; SPARQL 1.1 Graph Store HTTP Protocol; of SPARQL 1.1 Update: INSERT DATA and DELETE DATA
