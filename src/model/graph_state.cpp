@@ -361,20 +361,19 @@ std::optional<GraphRefusal> GraphState::commit(GraphEdit& edit) {
   auto next = std::make_shared<const rdf::Graph>(edit.take());
   const std::size_t bytes = text_bytes(*next);
   if (auto refused = judge(*next, bytes)) return refused;
-  if (budget_ && !budget_->change(current_.bytes, bytes))  // only a writer changes current_
-    return GraphRefusal{GraphRefusal::Kind::too_large, "the graphs of clients in this World would have more than " + std::to_string(budget_->max()) +
-                                                           " bytes of IRIs and literals, written out; delete some of them"};
-  Version made;
+  Version made{std::move(next), current_.revision + 1, bytes};  // only who has the Turn changes current_
   {
-    const std::lock_guard lock(mutex_);
-    std::swap(current_.graph, next);  // the former one is destroyed without the lock
-    ++current_.revision;
-    current_.bytes = bytes;
-    made = current_;
-  }
-  {
-    const std::lock_guard lock(listener_mutex_);
-    if (saver_) saver_(made);
+    const std::lock_guard listening(listener_mutex_);
+    const std::function<void()> save = saver_ ? saver_(made) : nullptr;
+    if (budget_ && !budget_->change(current_.bytes, bytes))
+      return GraphRefusal{GraphRefusal::Kind::too_large, "the graphs of clients in this World would have more than " +
+                                                             std::to_string(budget_->max()) +
+                                                             " bytes of IRIs and literals, written out; delete some of them"};
+    {
+      const std::lock_guard lock(mutex_);
+      std::swap(current_, made);  // the former graph is destroyed without the locks
+    }
+    if (save) save();
   }
   notify();
   return std::nullopt;
@@ -473,7 +472,7 @@ void GraphState::set_listener(std::function<void()> listener) {
   listener_ = std::move(listener);
 }
 
-void GraphState::set_saver(std::function<void(const Version&)> saver) {
+void GraphState::set_saver(Saver saver) {
   const std::lock_guard lock(listener_mutex_);
   saver_ = std::move(saver);
 }

@@ -177,8 +177,9 @@ class GraphState {
 
   /// Called after each change of the graph or of what is published, on the thread that made it, and not after it was set to nullptr.
   void set_listener(std::function<void()> listener);
-  /// Called with each new state, in order.
-  void set_saver(std::function<void(const Version&)> saver);
+  /// Called with each new state, in order, before it is shown. The result is called after that, and does not throw. What the saver throws stops the change.
+  using Saver = std::function<std::function<void()>(const Version&)>;
+  void set_saver(Saver saver);
 
  private:
   GraphState(std::string path, GraphOptions options, std::shared_ptr<HandleContext> thing)
@@ -206,7 +207,7 @@ class GraphState {
   std::vector<std::string> reports_;
   std::mutex listener_mutex_;  // guards them, and is held while they run
   std::function<void()> listener_;
-  std::function<void(const Version&)> saver_;
+  Saver saver_;
 };
 
 /// The part of a Thing that is a World.
