@@ -27,7 +27,7 @@ inline namespace v0 {
 struct EndpointOptions : engine::QueryService::Limits {
   std::uint64_t max_steps = 20'000'000;               ///< of one evaluation: triples matched, rows made, expressions evaluated
   std::size_t max_rows = 100'000;                     ///< of a result; of CONSTRUCT and DESCRIBE: triples
-  std::size_t max_solution_bytes = 64 * 1024 * 1024;  ///< of the solutions that one evaluation holds at a time
+  std::size_t max_solution_bytes = 64 * 1024 * 1024;  ///< of the solutions that one evaluation holds at a time; and of its result as a document
   std::size_t max_depth = 64;                         ///< nesting of groups, parentheses, paths and queries
   std::size_t max_triples = 2'000'000;                ///< of the robot; more: its queries get 503
 };

@@ -27,6 +27,10 @@ void Budget::check() {
 
 void Budget::out_of_bytes() { end(Errc::limit_exceeded, "the query reached its limit of " + grouped(bounds_.bytes) + " bytes"); }
 
+void Budget::out_of_answer() {
+  end(Errc::limit_exceeded, "the query reached its limit of " + grouped(bounds_.answer_bytes) + " bytes of its answer");
+}
+
 void Budget::out_of_rows() {
   rows_ = bounds_.rows;
   end(Errc::limit_exceeded, "the query reached its limit of " + grouped(bounds_.rows) + " rows");

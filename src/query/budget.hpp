@@ -45,6 +45,12 @@ class Budget {
   void expect(std::size_t bytes) {
     if (bytes > bounds_.bytes - std::min(bytes_, bounds_.bytes)) out_of_bytes();
   }
+  /// Counts what the answer needs at most as a document, and the steps for copying and writing it.
+  void answer(std::size_t bytes) {
+    step(bytes / 64);
+    answer_bytes_ += bytes;
+    if (answer_bytes_ > bounds_.answer_bytes) out_of_answer();
+  }
   /// Counts a row, or a triple of a graph, of the answer.
   void row() {
     if (++rows_ > bounds_.rows) out_of_rows();
@@ -57,13 +63,14 @@ class Budget {
  private:
   [[noreturn]] void end(Errc code, const std::string& limit) const;
   [[noreturn]] void out_of_bytes();
+  [[noreturn]] void out_of_answer();
   [[noreturn]] void out_of_rows();
 
   const Bounds& bounds_;
   const std::atomic<bool>& cancelled_;
   std::chrono::steady_clock::time_point end_;
   std::uint64_t steps_ = 0, next_check_ = 0;
-  std::size_t bytes_ = 0, rows_ = 0;
+  std::size_t bytes_ = 0, answer_bytes_ = 0, rows_ = 0;
 };
 
 }  // namespace v0

@@ -282,7 +282,7 @@ class Endpoint final : public engine::QueryService {
     bounds.time = options_.time;
     bounds.steps = options_.max_steps;
     bounds.rows = max_rows ? std::min(*max_rows, options_.max_rows) : options_.max_rows;
-    bounds.bytes = options_.max_solution_bytes;
+    bounds.bytes = bounds.answer_bytes = options_.max_solution_bytes;
     const auto& asked = static_cast<const Prepared&>(prepared);
     Result<Answer> answer = query::evaluate(*asked.query, *reader, bounds, cancelled, now.utc, &asked.selection);
     if (!answer) return Unexpected{std::move(answer).error()};

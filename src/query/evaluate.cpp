@@ -1,6 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "src/query/evaluate.hpp"
 
+#include <cstddef>
+#include <cstdint>
+#include <new>
+#include <optional>
+#include <string>
+#include <string_view>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -15,26 +21,42 @@ namespace {
 
 std::uint32_t number(Variable v) noexcept { return static_cast<std::uint32_t>(v); }
 
+// What stands around a term and around a row or triple in the longest format: XML. The names of variables and predicates are counted apart.
+constexpr std::size_t around_term = 64, around_row = 24;
+
+/// The size of a text in the format that needs most: JSON for control characters, else XML.
+std::size_t written_size(std::string_view text) noexcept {
+  std::size_t size = text.size();
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte < 0x20 || byte == 0x7F || c == '"') size += 5;
+    else if (c == '&') size += 4;
+    else if (c == '<' || c == '>') size += 3;
+    else if (c == '\\') size += 1;
+  }
+  return size;
+}
+
 /// Counts the memory that a result keeps for each term.
 class AnswerTerms {
  public:
   explicit AnswerTerms(Run& run) noexcept : run_(run) {}
-  void count(TermNumber term) {
-    constexpr std::size_t of_entry = 64;
-    if (term >= seen_.size()) {
-      const std::size_t size = std::max<std::size_t>(2 * seen_.size(), std::size_t{term} + 1);
-      run_.budget.take((size - seen_.size()) / 8);
-      seen_.resize(size);
-    }
-    if (seen_[term]) return;
-    seen_[term] = true;
+  /// @return  the size of the term in a document at most
+  std::size_t count(TermNumber term) {
+    constexpr std::size_t of_entry = 128;
+    const auto [at, is_new] = sizes_.try_emplace(term, around_term);
+    if (!is_new) return at->second;
     const rdf::TermView view = run_.terms.term(term);
+    run_.budget.work(view.text.size());
     run_.budget.take(of_entry + view.text.size() + view.language.size());
+    at->second += written_size(view.text);
+    if (view.is_literal()) at->second += view.language.empty() ? view.datatype.size() : view.language.size();
+    return at->second;
   }
 
  private:
   Run& run_;
-  std::vector<bool> seen_;
+  std::unordered_map<TermNumber, std::size_t> sizes_;
 };
 
 /// A graph that is an answer: each blank node has a new one in it.
@@ -43,27 +65,38 @@ class AnswerGraph {
   explicit AnswerGraph(Run& run) noexcept : run_(run), terms_(run) {}
   rdf::Graph graph;
 
-  rdf::TermId node(TermNumber term) {
-    const auto [at, is_new] = numbers_.try_emplace(term, rdf::TermId{});
+  struct Node {
+    rdf::TermId id{};
+    std::size_t size = around_term;  // in a document at most
+  };
+  Node node(TermNumber term) {
+    const auto [at, is_new] = nodes_.try_emplace(term);
     if (is_new) {
-      terms_.count(term);
+      at->second.size = terms_.count(term);
       run_.budget.take(64);
       const rdf::TermView view = run_.terms.term(term);
-      at->second = view.is_blank() ? graph.fresh_blank() : graph.intern(view);
+      at->second.id = view.is_blank() ? graph.fresh_blank() : graph.intern(view);
     }
     return at->second;
   }
-  void add(rdf::TermId subject, rdf::TermId predicate, rdf::TermId object) {
+  Node fresh_blank() {
+    run_.budget.take(64);
+    Node node;
+    node.id = graph.fresh_blank();
+    return node;
+  }
+  void add(const Node& subject, const Node& predicate, const Node& object) {
     run_.budget.step();
-    if (!graph.add(subject, predicate, object)) return;
+    if (!graph.add(subject.id, predicate.id, object.id)) return;
     run_.budget.row();
     run_.budget.take(64);
+    run_.budget.answer(subject.size + 2 * predicate.size + object.size + around_row);  // an element of XML has its name twice
   }
 
  private:
   Run& run_;
   AnswerTerms terms_;
-  std::unordered_map<TermNumber, rdf::TermId> numbers_;
+  std::unordered_map<TermNumber, Node> nodes_;
 };
 
 Answer select(Run& run, const Query& query) {
@@ -84,10 +117,11 @@ Answer select(Run& run, const Query& query) {
   solver.solve([&](const TermNumber* row) {
     run.budget.row();
     run.budget.take(output.size() * sizeof(TermNumber));
+    run.budget.answer(around_row);
     table.add_row();
     for (std::size_t i = 0; i < output.size(); ++i) {
       if (row[i] == nothing) continue;
-      terms.count(row[i]);
+      run.budget.answer(terms.count(row[i]) + table.variables()[i].size());
       rdf::TermView view = run.terms.term(row[i]);
       if (view.is_blank()) {
         const auto [label, is_new] = labels.try_emplace(row[i]);
@@ -135,7 +169,7 @@ Answer construct(Run& run, const Query& query) {
   Solver solver(run, planner, query, output, {}, frame);
   planner.finish();
   AnswerGraph answer(run);
-  std::vector<std::optional<rdf::TermId>> blanks(output.size());
+  std::vector<std::optional<AnswerGraph::Node>> blanks(output.size());
   solver.solve([&](const TermNumber* row) {
     blanks.assign(output.size(), std::nullopt);
     for (const TriplePattern& triple : query.template_triples) {
@@ -152,20 +186,17 @@ Answer construct(Run& run, const Query& query) {
         else if (i == 1) valid = type(1) == Type::iri;
       }
       if (!valid) continue;
-      rdf::TermId ids[3];
+      AnswerGraph::Node made[3];
       for (int i = 0; i < 3; ++i) {
         if (!is_new(*nodes[i])) {
-          ids[i] = answer.node(terms[i]);
+          made[i] = answer.node(terms[i]);
           continue;
         }
         auto& blank = blanks[places[nodes[i]->index]];
-        if (!blank) {
-          run.budget.take(64);
-          blank = answer.graph.fresh_blank();
-        }
-        ids[i] = *blank;
+        if (!blank) blank = answer.fresh_blank();
+        made[i] = *blank;
       }
-      answer.add(ids[0], ids[1], ids[2]);
+      answer.add(made[0], made[1], made[2]);
     }
     return true;
   });
@@ -202,8 +233,7 @@ Answer describe(Run& run, const Query& query) {
     while (const NumberedTriple* triple = matches.next(fits)) {
       run.budget.step();
       if (!fits) continue;
-      const rdf::TermId s = answer.node(triple->subject), p = answer.node(triple->predicate), o = answer.node(triple->object);
-      answer.add(s, p, o);
+      answer.add(answer.node(triple->subject), answer.node(triple->predicate), answer.node(triple->object));
       if (run.terms.value(triple->object).type == Type::blank) resources.insert(&triple->object);
     }
   }

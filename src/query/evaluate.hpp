@@ -23,6 +23,9 @@ struct Bounds {
   std::uint64_t steps = 20'000'000;      ///< triples matched, rows made, expressions evaluated
   std::size_t rows = 100'000;            ///< of the answer; of CONSTRUCT and DESCRIBE: triples
   std::size_t bytes = 64 * 1024 * 1024;  ///< of solutions and terms that are kept at once
+  /// Of the answer as a document, whatever its format: an upper bound that is counted while the answer is made, so that writing, hashing and
+  /// comparing it afterwards are bounded, too.
+  std::size_t answer_bytes = 64 * 1024 * 1024;
 };
 
 /// The graphs that a query reads, by name: default-graph-uri and named-graph-uri of the SPARQL Protocol. Unless both are empty they stand

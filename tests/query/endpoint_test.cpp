@@ -465,6 +465,9 @@ TEST_CASE("explosive queries end at a limit, which the answer names, and delay n
       {"SELECT (STRLEN(?c40) AS ?n) { " + doubled + " }", {"bytes"}},
       {"CONSTRUCT { ?a ?b ?f } { ?a ?b ?c . ?d ?e ?f }", {"1,000 rows", "bytes"}},
       {"SELECT (GROUP_CONCAT(?c) AS ?n) { ?a ?b ?c . ?d ?e ?f . ?g ?h ?i }", {"bytes", "steps"}},
+      {"SELECT ?c14 { VALUES ?i { 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 } { SELECT ?c14 { " +
+           doubled.substr(0, doubled.find("BIND(CONCAT(?c14")) + "} } }",
+       {"bytes of its answer"}},
   };
   Socket other(robot.server->port());
   for (const auto& one : all) {

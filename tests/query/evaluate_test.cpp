@@ -390,6 +390,54 @@ TEST_CASE("memory is bounded wherever solutions and terms are kept", "[query]") 
   }
 }
 
+TEST_CASE("the answer as a document is bounded, however few its terms are", "[query]") {
+  Bounds bounds;
+  bounds.answer_bytes = 300'000;
+  const std::string ten = "VALUES ?i { 0 1 2 3 4 5 6 7 8 9 } ";
+  const std::string long_text = ten + "BIND('" + std::string(50'000, 'a') + "' AS ?t)";
+  const Dataset data = dataset(":a :p '" + std::string(200'000, 'a') + "' . :b :p '" + std::string(200'000, 'a') + "' .");
+  for (const std::string& text : {"SELECT ?t { " + long_text + " }", "CONSTRUCT { [] :p ?t } { " + long_text + " }",
+                                  "CONSTRUCT { :s ?p :o } { " + ten + "BIND(IRI(CONCAT('u:', STR(?i), '" + std::string(20'000, 'a') + "')) AS ?p) }",
+                                  std::string("DESCRIBE :a :b")}) {
+    INFO(text.substr(0, 100));
+    const auto answer = run(data, text, bounds);
+    CHECK(error_of(answer) == Errc::limit_exceeded);
+    CHECK(contains(answer.error().message, "the query reached its limit of 300,000 bytes of its answer after "));
+  }
+  CHECK(rows(run(data, "SELECT ?t { " + long_text + " } LIMIT 5", bounds)).size() == 5);
+  CHECK(rows(run(data, "SELECT ?i { " + long_text + " }", bounds)).size() == 10);
+}
+
+TEST_CASE("no format of an answer is longer than what was counted of it", "[query]") {
+  const Dataset data = dataset(
+      R"(:a :p "\"\"\"\"\"\"\"\"\"\"\"\"\"\"\"\"\"\"\"\"\"\"\"\"\"\"\"\"\"\"\"\"\"\"\"\"", "\u0001\u0002\u007F\u0001\u0001\u0001\u0001\u0001\u0001\u0001\u0001\u0001\u0001" .
+    :b :p "&&&&&&&&&&&&&&&&&&&&<<<<<<<<<<<<<<<<<<<<<<<>>>>>>>>>>>>>>>>>>>>"@en-GB, "\\\\\\\\\\\\\\\\\\\\\\\\\\\\\\" .
+    :c :p 1, 1.5, 1.5e0, true, "\t\n\r\t\n\r\t\n\r\t\n\r\t\n\r\t\n\r\t\n\r\t\n\r\t\n\r\t\n\r"^^:type , [], ( :a :b ) .)");
+  const auto refused = [&](const std::string& text, std::size_t size) {
+    INFO(text << ": " << size);
+    Bounds bounds;
+    bounds.answer_bytes = size - 1;
+    CHECK(error_of(run(data, text, bounds)) == Errc::limit_exceeded);
+  };
+  using lrt::query::ResultFormat;
+  for (const char* const node : {":a", ":b", ":c"}) {
+    const std::string rows_of_node = std::string("SELECT * { VALUES ?s { ") + node + " } ?s ?a_long_name_of_a_variable ?o }";
+    for (const ResultFormat format : {ResultFormat::json, ResultFormat::xml, ResultFormat::csv, ResultFormat::tsv}) {
+      const auto text = lrt::query::write(std::get<lrt::query::Table>(*run(data, rows_of_node)), format);
+      if (!text) continue;  // XML has no control characters
+      // Without what a document has once.
+      const std::size_t once = lrt::query::write(lrt::query::Table({"s", "a_long_name_of_a_variable", "o"}), format)->size();
+      refused(rows_of_node, text->size() - once);
+    }
+    const std::string triples_of_node = std::string("DESCRIBE ") + node;
+    for (const lrt::rdf::Syntax syntax : lrt::rdf::available_syntaxes()) {
+      const auto text = lrt::rdf::write(std::get<Graph>(*run(data, triples_of_node)), syntax);
+      if (!text) continue;
+      refused(triples_of_node, text->size() - lrt::rdf::write(Graph(), syntax)->size());
+    }
+  }
+}
+
 TEST_CASE("the rows of an answer are bounded, those in between are not", "[query]") {
   const Dataset data = ring(100);
   Bounds bounds;
