@@ -1,8 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <unordered_map>
 #include <utility>
 #include <variant>
@@ -77,15 +82,16 @@ class Prepared final : public engine::PreparedQuery {
 };
 
 /// Blank nodes count as equal: their labels are new in each answer.
-std::uint64_t hash_of(const std::optional<rdf::TermView>& term) {
+std::uint64_t hash_of(const std::optional<rdf::TermView>& term) noexcept {
   if (!term) return 1;
   if (term->is_blank()) return 2;
-  return rdf::hash_bytes(rdf::to_string(*term), rdf::hash_seeds().bytes);
+  const std::uint64_t text = rdf::hash_bytes(term->text, rdf::hash_seeds().bytes + static_cast<std::uint64_t>(term->kind));
+  return term->is_literal() ? rdf::hash_bytes(term->language.empty() ? term->datatype : term->language, text) : text;
 }
 
 std::uint64_t mix(std::uint64_t a, std::uint64_t b) noexcept { return rdf::fold_multiply(a ^ 0x9E3779B97F4A7C15U, b ^ 0xE7037ED1A0B428DBU); }
 
-std::uint64_t digest_of(const Answer& answer, bool ordered) {
+std::uint64_t digest_of(const Answer& answer, bool ordered) noexcept {
   if (const auto* yes = std::get_if<bool>(&answer)) return *yes ? 1 : 0;
   std::uint64_t all = 0;
   const auto add = [&](std::uint64_t one) { all = ordered ? mix(all, one) : all + one; };
@@ -143,17 +149,20 @@ rdf::Prefixes prefixes_of(const Query& query) {
   return all;
 }
 
+/// An answer. Bounds::answer_bytes bounds what its functions do, which nothing can cancel.
 class Answered final : public engine::QueryAnswer {
  public:
-  Answered(std::shared_ptr<const Query> query, Answer answer)
-      : query_(std::move(query)), answer_(std::move(answer)), digest_(digest_of(answer_, !query_->order_by.empty())) {}
+  /// @param of_standing  its digest is computed now, on the thread of the query. That of another answer is hardly ever wanted
+  Answered(std::shared_ptr<const Query> query, Answer answer, bool of_standing) : query_(std::move(query)), answer_(std::move(answer)) {
+    if (of_standing) digest_ = digest_of(answer_, is_ordered());
+  }
 
   Result<std::string> write(std::size_t type) const override {
     if (const auto* table = std::get_if<Table>(&answer_)) return query::write(*table, row_formats[type]);
     if (const auto* yes = std::get_if<bool>(&answer_)) return query::write(*yes, ask_formats[type]);
     return rdf::write(std::get<rdf::Graph>(answer_), rdf::available_syntaxes()[type], prefixes_of(*query_));
   }
-  std::uint64_t digest() const noexcept override { return digest_; }
+  std::uint64_t digest() const noexcept override { return digest_ ? *digest_ : digest_of(answer_, is_ordered()); }
   Result<std::string> changes_since(const QueryAnswer& before, std::uint64_t sequence) const override {
     const auto& now = std::get<Table>(answer_);
     const auto& then = std::get<Table>(static_cast<const Answered&>(before).answer_);
@@ -168,9 +177,11 @@ class Answered final : public engine::QueryAnswer {
   }
 
  private:
+  bool is_ordered() const noexcept { return !query_->order_by.empty(); }
+
   const std::shared_ptr<const Query> query_;
   const Answer answer_;
-  const std::uint64_t digest_;
+  std::optional<std::uint64_t> digest_;
 };
 
 /// The graph with another beginning of IRIs.
@@ -286,7 +297,7 @@ class Endpoint final : public engine::QueryService {
     const auto& asked = static_cast<const Prepared&>(prepared);
     Result<Answer> answer = query::evaluate(*asked.query, *reader, bounds, cancelled, now.utc, &asked.selection);
     if (!answer) return Unexpected{std::move(answer).error()};
-    return std::shared_ptr<const engine::QueryAnswer>(std::make_shared<Answered>(asked.query, *std::move(answer)));
+    return std::shared_ptr<const engine::QueryAnswer>(std::make_shared<Answered>(asked.query, *std::move(answer), max_rows.has_value()));
   }
 
  private:
