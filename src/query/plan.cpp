@@ -411,8 +411,10 @@ void Planner::add_graph(const Pattern& pattern, Frame& frame, PlanState& state, 
   const Slot hidden = new_slot(), variable = pattern.node.index;
   const bool may_be_bound = state.possible.has(variable) || state.seeded.has(variable);
   if (may_be_bound) out.add(std::make_unique<CopyStage>(frame, variable, hidden));
-  // Unless a triple finds the graphs: each of them, or the check that the bound one is a graph.
-  if (may_be_bound || !begins_with_triple(*pattern.parts[0])) out.add(std::make_unique<GraphStage>(run_, frame, hidden));
+  // Unless a triple finds the graphs: each of them, or the check that the bound one is a graph. Rows of a pattern that is evaluated apart do not
+  // have the hidden variable.
+  if (may_be_bound || !begins_with_triple(*pattern.parts[0]) || !can_be_seeded(*pattern.parts[0], state.possible))
+    out.add(std::make_unique<GraphStage>(run_, frame, hidden));
   state.graph = {ActiveGraph::Kind::variable, nothing, hidden};
   plan(*pattern.parts[0], nullptr, frame, state, out);
   state.graph = around;

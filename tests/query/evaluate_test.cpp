@@ -213,6 +213,11 @@ TEST_CASE("GRAPH names the graphs that a pattern is in", "[query]") {
   CHECK(select(data, "SELECT ?g ?v { GRAPH ?g { ?x :p 1 . ?x :q ?v } }") == Rows{":g1 2"});
   CHECK(select(data, "SELECT ?g { GRAPH ?g {} }") == Rows{":empty", ":g1", ":g2"});
   CHECK(select(data, "SELECT ?g ?y { GRAPH ?g { ?x :p 1 OPTIONAL { ?y :q 3 } } }") == Rows{":g1 -", ":g2 :b"});
+  // Evaluated apart, because ?x of the OPTIONAL must not be seen in it.
+  CHECK(select(data, "SELECT ?g ?y { ?x :p 1 . GRAPH ?g { ?y :q ?v OPTIONAL { ?y :q ?x } } }") == Rows{});
+  CHECK(select(data, "SELECT ?g ?y { VALUES ?x { 2 5 } GRAPH ?g { ?y :q ?v OPTIONAL { ?y :q ?x } } }") == Rows{":g1 :a"});
+  CHECK(select(data, "SELECT ?g ?y { VALUES ?x { 2 5 } GRAPH ?g { ?y :p ?v OPTIONAL { ?y :none ?x } } }") ==
+        Rows{":g1 :a", ":g1 :a", ":g2 :a", ":g2 :a"});
   CHECK(select(data, "SELECT ?x { GRAPH :g2 { ?x :q ?v } }") == Rows{":b"});
   CHECK(select(data, "SELECT ?x { GRAPH :unknown { ?x :q ?v } }").empty());
   CHECK(select(data, "SELECT ?g { ?x :q 2 . GRAPH ?g { ?x :p 1 FILTER NOT EXISTS { ?x :q 2 } } }") == Rows{":g2"});
