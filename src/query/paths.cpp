@@ -137,6 +137,21 @@ void PathStage::reach(const Path& path, TermNumber node, bool forward, std::vect
   for (const TermNumber reached : seen.nodes) keep(out, reached);
 }
 
+/// Whether the active graph has the term as a subject or object.
+bool PathStage::is_node(TermNumber term) {
+  if (term >= run_.data.term_limit()) return false;
+  if (scope_.graph == nothing && !scope_.some) return run_.data.is_node(term);
+  const auto is_in = [&](Dataset::Matches matches) {
+    bool fits = false;
+    while (matches.next(fits)) {
+      run_.budget.step();
+      if (fits) return true;
+    }
+    return false;
+  };
+  return is_in(run_.data.match(term, nothing, nothing, scope_)) || is_in(run_.data.match(nothing, nothing, term, scope_));
+}
+
 /// The subjects and objects of the active graph.
 void PathStage::all_nodes() {
   if (scope_.graph == nothing && !scope_.some) {
@@ -175,8 +190,8 @@ void PathStage::open() {
   const TermNumber subject = subject_.in(frame_), object = object_.in(frame_);
   forward_ = subject != nothing || object == nothing;
   target_ = forward_ ? object : nothing;
-  if (subject != nothing || object != nothing) starts_.push_back(forward_ ? subject : object);
-  else all_nodes();
+  if (const TermNumber start = forward_ ? subject : object; start == nothing) all_nodes();
+  else if (subject_.is_term(frame_) || object_.is_term(frame_) || is_node(start)) starts_.push_back(start);
   taken_of_starts_ = taken_;
 }
 

@@ -315,7 +315,10 @@ void Planner::add_path(const Path& path, End subject, End object, Frame& frame, 
       out.add(std::move(stage));
       return;
     }
-    default: out.add(std::make_unique<PathStage>(run_, frame, state.graph, path, subject, object));
+    default: {
+      for (End* end : {&subject, &object}) end->is_replaced = end->slot != nothing && state.seeded.has(end->slot);
+      out.add(std::make_unique<PathStage>(run_, frame, state.graph, path, subject, object));
+    }
   }
 }
 

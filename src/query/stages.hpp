@@ -16,7 +16,10 @@ inline namespace v0 {
 struct End {
   Slot slot = nothing;        ///< a variable, or
   TermNumber term = nothing;  ///< a term
+  bool is_replaced = false;   ///< of a path: EXISTS puts a term in the place of the variable if it is bound outside
   TermNumber in(const Frame& frame) const noexcept { return slot == nothing ? term : frame[slot]; }
+  /// Whether a term stands in the query, rather than a variable that other patterns may have bound.
+  bool is_term(const Frame& frame) const noexcept { return slot == nothing || (is_replaced && frame[slot] != nothing); }
 };
 
 /// The graph that a pattern is matched in.
@@ -204,6 +207,7 @@ class PathStage final : public Stage {
   void charge();
   void release(std::size_t before) noexcept;
   void keep(std::vector<TermNumber>& out, TermNumber node);
+  bool is_node(TermNumber term);
   void all_nodes();
   void from(TermNumber start);
 

@@ -196,6 +196,22 @@ TEST_CASE("paths end on cycles and have each pair once", "[query]") {
   CHECK(select(data, "SELECT ?y { :a ((((((((((((:p?)+)*)+)?)+)+)*)+)*)+)*)+ ?y }") == Rows{":a", ":b", ":c"});
   CHECK(select(data, "SELECT ?y { :c (:q+)? ?y }") == Rows{":c", ":d"});
   CHECK(select(data, "SELECT ?y { :nobody :p* ?y }") == Rows{":nobody"});
+  // Between two variables the empty path is only at nodes of the graph (18.4), also if a variable is bound already.
+  for (const char* const path : {":p?", ":p*", "(:p?)+", "^:p*", "(:p|:q)*", ":p*/:q*"}) {
+    INFO(path);
+    CHECK(select(data, "SELECT ?x { VALUES ?x { :nobody } ?x " + std::string(path) + " ?x }").empty());
+    CHECK(select(data, "SELECT ?y { VALUES ?x { :nobody } ?x " + std::string(path) + " ?y }").empty());
+    CHECK(select(data, "SELECT ?y { VALUES ?x { :nobody } ?y " + std::string(path) + " ?x }").empty());
+    CHECK(select(data, "SELECT ?x { VALUES ?x { :c } ?x " + std::string(path) + " ?x }") == Rows{":c"});
+  }
+  CHECK(select(data, "SELECT ?x { VALUES ?x { :nobody :a } ?x :p* :nobody }") == Rows{":nobody"});
+  // EXISTS puts a term in the place of the variable (18.6).
+  CHECK(select(data, "SELECT ?x { VALUES ?x { :nobody } FILTER EXISTS { ?x :p* ?y } }") == Rows{":nobody"});
+  CHECK(select(data, "SELECT ?x { OPTIONAL { :none :p ?x } FILTER EXISTS { :nobody :p?/:p* ?x } }").empty());
+  Dataset graphs = dataset(":a :p :b .");
+  graphs.put("u:other", turtle(":c :p :d ."));
+  CHECK(select(graphs, "SELECT ?g ?y { ?x :p ?z . GRAPH ?g { ?x :p* ?y } }") == Rows{":data :a", ":data :b", ":other :c", ":other :d"});
+  CHECK(select(graphs, "SELECT ?x FROM :data { VALUES ?x { :b :d } ?x :p? ?x }") == Rows{":b"});
   CHECK(select(data, "SELECT ?x { ?x :q+ ?x }") == Rows{":x"});
   CHECK(select(data, "SELECT (COUNT(*) AS ?n) { ?x :p* ?y }") == Rows{"11"});
   CHECK(select(data, "SELECT ?y { :c !:p ?y }") == Rows{":d"});
