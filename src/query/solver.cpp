@@ -2,7 +2,8 @@
 #include "src/query/solver.hpp"
 
 #include <algorithm>
-#include <numeric>
+#include <cstddef>
+#include <cstdint>
 
 namespace lrt::query {
 inline namespace v0 {
@@ -21,11 +22,22 @@ class Solver::Output {
   bool wants_more() const noexcept { return !stopped_ && left_ > 0; }
   /// @param row  the solution, then the keys of its order
   void add(const TermNumber* row) {
-    if ((query_.distinct || query_.reduced) && !seen_.insert(row).second) return;
+    const std::size_t all = width_ + keys_;
+    if (is_unique()) {
+      const auto [known, is_new] = seen_.insert(row);
+      if (!is_new && keys_ == 0) return;
+      if (!is_new) {
+        // Of equal rows the first in order stays (18.2.5). Its place is its number in the set.
+        TermNumber* const keys = rows_.data() + std::size_t{known} * all + width_;
+        if (compare(row + width_, keys) >= 0) return;
+        std::copy(row + width_, row + all, keys);
+        arrival_[known] = next_arrival_++;
+        return;
+      }
+    }
     if (keys_ == 0) return pass(row);
     auto place = static_cast<std::uint32_t>(order_.size());
-    const std::size_t all = width_ + keys_;
-    if (query_.limit && order_.size() == most()) {
+    if (is_heap() && order_.size() == most()) {
       // The heap has the last row of those that are kept at its front; equal rows keep the order of their arrival.
       const TermNumber* const last = rows_.data() + std::size_t{order_.front()} * all;
       if (compare(row + width_, last + width_) >= 0) return;
@@ -41,12 +53,17 @@ class Solver::Output {
       arrival_.push_back(next_arrival_++);
       order_.push_back(place);
     }
-    if (query_.limit) std::push_heap(order_.begin(), order_.end(), before());
+    if (is_heap()) std::push_heap(order_.begin(), order_.end(), before());
   }
   void finish() {
     if (keys_ == 0) return;
     // std::sort requires a strict weak order. Numbers of different types do not always have one.
-    std::stable_sort(order_.begin(), order_.end(), before());
+    if (query_.limit && most() < order_.size()) {
+      std::partial_sort(order_.begin(), order_.begin() + static_cast<std::ptrdiff_t>(most()), order_.end(), before());
+      order_.resize(static_cast<std::size_t>(most()));
+    } else {
+      std::stable_sort(order_.begin(), order_.end(), before());
+    }
     for (const std::uint32_t place : order_) {
       if (stopped_ || left_ == 0) return;
       pass(rows_.data() + std::size_t{place} * (width_ + keys_));
@@ -54,6 +71,9 @@ class Solver::Output {
   }
 
  private:
+  bool is_unique() const noexcept { return query_.distinct || query_.reduced; }
+  /// Rows beyond the limit are dropped at once. A dropped row could come again with lesser keys, so rows that are unique are kept until the end.
+  bool is_heap() const noexcept { return query_.limit && !is_unique(); }
   std::uint64_t most() const noexcept {
     const std::uint64_t limit = *query_.limit;
     return limit + std::min(query_.offset, UINT64_MAX - limit);
@@ -95,7 +115,7 @@ class Solver::Output {
   bool stopped_ = false;
   std::vector<TermNumber> rows_;
   std::vector<std::uint64_t> arrival_;
-  std::vector<std::uint32_t> order_;  // with a limit a heap, until the end
+  std::vector<std::uint32_t> order_;  // a heap, until the end, if is_heap()
   std::uint64_t next_arrival_ = 0;
   std::size_t taken_ = 0;
 };

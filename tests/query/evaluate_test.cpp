@@ -157,6 +157,24 @@ TEST_CASE("UNION, MINUS, EXISTS, VALUES and BIND", "[query]") {
   CHECK(select(data, "SELECT ?x { ?x :p 1 } VALUES ?x { :b :c }") == Rows{":b"});
 }
 
+TEST_CASE("DISTINCT keeps the first of equal rows in the order, also by what is not selected", "[query]") {
+  const Dataset data = dataset(":a :k 3, 1 . :b :k 2 . :c :k 9, 0 . :d :k 8, 7 .");
+  CHECK(rows(run(data, "SELECT DISTINCT ?x { VALUES (?x ?k) { (:a 3) (:b 2) (:a 1) } } ORDER BY ?k LIMIT 1")) == Rows{":a"});
+  for (const char* const once : {"DISTINCT", "REDUCED"}) {
+    const auto ordered = [&](const std::string& rest) {
+      return rows(run(data, std::string("SELECT ") + once + " ?x { ?x :k ?k } ORDER BY " + rest));
+    };
+    CHECK(ordered("?k") == Rows{":c", ":a", ":b", ":d"});
+    CHECK(ordered("DESC(?k)") == Rows{":c", ":d", ":a", ":b"});
+    CHECK(ordered("?k LIMIT 2") == Rows{":c", ":a"});
+    CHECK(ordered("?k LIMIT 2 OFFSET 1") == Rows{":a", ":b"});
+    CHECK(ordered("DESC(?k) LIMIT 1 OFFSET 3") == Rows{":b"});
+    CHECK(ordered("?k LIMIT 0").empty());
+  }
+  CHECK(rows(run(ring(1000), "SELECT DISTINCT (SUBSTR(?v, 1, 1) AS ?digit) { ?n :value ?v } ORDER BY DESC(xsd:integer(?v)) LIMIT 2")) ==
+        Rows{"'9'", "'8'"});
+}
+
 TEST_CASE("a query in a query is evaluated by itself", "[query]") {
   const Dataset data = dataset(":a :v 1, 2, 3 . :b :v 4 . :a :name 'A' . :b :name 'B' .");
   CHECK(select(data, "SELECT ?n ?max { ?x :name ?n { SELECT ?x (MAX(?v) AS ?max) { ?x :v ?v } GROUP BY ?x } }") == Rows{"'A' 3", "'B' 4"});
