@@ -162,7 +162,11 @@ Value Run::evaluate(const Expr& e, const Frame& frame) {
         value = operators.compute(operation, value, evaluate(e.arguments[i], frame));
       return value;
     }
-    case Operator::negate: return operators.compute(Operators::Arithmetic::subtract, Value(std::int64_t{0}), evaluate(e.arguments[0], frame));
+    case Operator::negate: {
+      const Value value = evaluate(e.arguments[0], frame);
+      if (value.is_number() && value.is_floating()) return Value(-value.real, value.type);  // also of zero, which 0 - x is not
+      return operators.compute(Operators::Arithmetic::subtract, Value(std::int64_t{0}), value);
+    }
     case Operator::plus: {
       Value value = evaluate(e.arguments[0], frame);
       return value.is_number() ? value : Value();

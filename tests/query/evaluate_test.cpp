@@ -281,6 +281,11 @@ TEST_CASE("numbers are exact as long as their types are", "[query]") {
   CHECK(value("xsd:float('1.5') + 1") == "2.5^float");
   CHECK(value("'1' + 1") == "-");
   CHECK(value("-(1)") == "-1");
+  CHECK(value("-(0)") == "0");
+  CHECK(value("STR(-(0e0))") == "'-0'");
+  CHECK(value("STR(-(-0e0))") == "'0'");
+  CHECK(value("-(xsd:float(0))") == "-0^float");
+  CHECK(value("1e0 / -(0e0)") == "-INF^double");
   CHECK(value("9007199254740993 = 9007199254740993.0") == "true");
   CHECK(value("9007199254740993 < 9007199254740994") == "true");
   CHECK(value("ROUND(2.5)") == "3^decimal");
