@@ -21,8 +21,10 @@ std::pair<char32_t, std::size_t> codepoint_escape(std::string_view text, std::si
   return value > 0x10FFFF || (value >= 0xD800 && value <= 0xDFFF) ? std::pair<char32_t, std::size_t>{0, 0} : std::pair{value, length};
 }
 
-bool is_in_names(char32_t c) noexcept {
-  if (c < 0x80) return terminal::is(static_cast<char>(c), terminal::name);
+/// Whether an escape of the character can be replaced wherever it is. In a string or an IRI the character stands for itself, elsewhere it is of a
+/// name, a number or punctuation.
+bool is_replaced(char32_t c) noexcept {
+  if (c < 0x80) return detail::is(static_cast<char>(c), detail::uri) && c != '\'' && c != '#';
   return terminal::within(c, terminal::name_letters) || terminal::within(c, terminal::name_marks);
 }
 
@@ -34,7 +36,7 @@ Source::Source(std::string_view text) : original_(text) {
   std::size_t copied = 0;
   for (std::size_t at = text.find('\\'); at < text.size(); at = text.find('\\', at)) {
     const auto [value, length] = codepoint_escape(text, at);
-    if (length == 0 || !is_in_names(value)) {
+    if (length == 0 || !is_replaced(value)) {
       at += 2;  // what stands behind a backslash begins no escape
       continue;
     }

@@ -14,10 +14,11 @@
 namespace lrt::query {
 inline namespace v0 {
 
-/// The text of a query in which names have no codepoint escapes (SPARQL 1.1 Query 19.2), and where its characters were.
+/// The text of a query in which names, numbers and most punctuation have no codepoint escapes (SPARQL 1.1 Query 19.2), and where its characters
+/// were.
 ///
-/// An escape of a character of a name is replaced here, wherever it is. All others stay: they are only legal in strings and IRIs, whose
-/// terminals decode them. No escape begins after a backslash.
+/// An escape of a character that is in IRIs is replaced here, wherever it is. All others stay, and only strings and IRIs may have them, whose
+/// terminals decode them: space, and what begins or ends a string, an IRI, a comment or a group. No escape begins after a backslash.
 class Source {
  public:
   explicit Source(std::string_view text);

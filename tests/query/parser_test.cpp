@@ -86,9 +86,14 @@ TEST_CASE("IRIs resolve against the base and prefixes, and both can be declared 
   CHECK(lrt::query::parse("ASK {}", relative).error().code == Errc::expected_iri);
 }
 
-TEST_CASE("codepoint escapes stand for characters in names, strings and IRIs only", "[query]") {
+TEST_CASE("codepoint escapes stand for characters, but not for space or what ends a string, an IRI or a group", "[query]") {
   CHECK(where("{ ?\\u0061b <http://e/\\u0063> \"\\U0001F46A\\u0022\\\\u0041\" }") == "[?ab :c \"\xF0\x9F\x91\xAA\"\\u0041\"]");
   CHECK(where("{ :\\u0070\\U000000e9 \\u0061 :c }") == "[:p\xC3\xA9 rdf:type :c]");
+  CHECK(where("{ \\u003Fx \\u003Ap :q\\u003Ar\\u002Es\\u002C 1\\u002E5\\u003B a :c \\u002E }") ==
+        "[?x :p :q:r.s. ?x :p \"1.5\"^^xsd:decimal. ?x rdf:type :c]");
+  CHECK(where("{ ?x :p 'a\\u003Ab\\u0027\\u0023', <http\\u003A//e/c>, :d # \\u002E\n }") == "[?x :p \"a:b'#\". ?x :p :c. ?x :p :d]");
+  CHECK(refused("SELECT * { ?x :p :q\\u0025zz }"));
+  CHECK(refused("SELECT * { ?x :p \\u003Curn:a\\u003E }"));
   CHECK(refused("SELECT * { ?x\\u0020:p ?y }"));
   CHECK(refused("SELECT * { ?x :p \\u0022text\\u0022 }"));
   CHECK(refused("SELECT * { ?x :p '\\uD800' }"));
