@@ -15,7 +15,7 @@
 namespace lrt::query {
 inline namespace v0 {
 
-/// Ends an evaluation from any depth. Thrown by Budget only, and caught by evaluate().
+/// Ends an evaluation, or the update of its graphs, from any depth. Thrown by Budget only.
 struct Ended {
   Error error;
 };
@@ -24,7 +24,7 @@ struct Ended {
 class Budget {
  public:
   Budget(const Bounds& bounds, const std::atomic<bool>& cancelled) noexcept
-      : bounds_(bounds), cancelled_(cancelled), end_(std::chrono::steady_clock::now() + bounds.time) {}
+      : bounds_(bounds), cancelled_(cancelled), end_((bounds.begin ? *bounds.begin : std::chrono::steady_clock::now()) + bounds.time) {}
   Budget(const Budget&) = delete;
   Budget& operator=(const Budget&) = delete;
 

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <unordered_set>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -18,6 +21,7 @@
 #include <lrt/query/answer.hpp>
 #include <lrt/rdf/codec.hpp>
 
+#include "src/query/budget.hpp"
 #include "src/query/dataset.hpp"
 #include "src/query/dependencies.hpp"
 #include "src/query/evaluate.hpp"
@@ -231,35 +235,69 @@ class Data final : public engine::QueryData {
     else waiting_.insert(waiting_.end(), std::make_move_iterator(graphs.begin()), std::make_move_iterator(graphs.end()));
   }
 
-  /// The graphs as they are now.
-  Reader read() {
+  /// The graphs as they are now. Changes that are not yet applied when an error occurs stay for the next call.
+  /// @par Errors  limit_exceeded: max_triples; what Budget::check() throws. Both are checked before each graph
+  Result<Reader> read(Budget& budget, std::size_t max_triples) {
     const std::lock_guard lock(mutex_);
-    std::vector<engine::NamedGraph> changes;
-    {
-      const std::lock_guard waiting(waiting_mutex_);
-      changes = std::exchange(waiting_, {});
+    budget.check();
+    take_changes();
+    if (!changes_.empty() && current_->readers.load(std::memory_order_acquire) != 0) {
+      auto copy = std::make_shared<Version>();
+      copy->dataset = current_->dataset;
+      current_ = std::move(copy);
     }
-    if (!changes.empty()) {
-      if (current_->readers.load(std::memory_order_acquire) != 0) {
-        auto copy = std::make_shared<Version>();
-        copy->dataset = current_->dataset;
-        current_ = std::move(copy);
+    Dataset& dataset = current_->dataset;
+    const auto too_many = [&] { return dataset.triple_count() > max_triples; };
+    for (; !changes_.empty(); changes_.pop_back()) {
+      budget.check();
+      const engine::NamedGraph& one = changes_.back();
+      if (!one.graph) {
+        dataset.remove(one.name);
+        continue;
       }
-      for (const engine::NamedGraph& one : changes) {
-        if (!one.graph) current_->dataset.remove(one.name);
-        else if (one.placeholder.empty()) current_->dataset.put(one.name, *one.graph);
-        else current_->dataset.put(one.name, placed(*one.graph, one.placeholder, one.base));
-      }
+      if (too_many() && one.graph->size() > size_of(one.name)) break;
+      dataset.put(one.name, one.placeholder.empty() ? *one.graph : placed(*one.graph, one.placeholder, one.base));
+    }
+    if (too_many()) {
+      return unexpected(Errc::limit_exceeded, "this robot has " + std::to_string(dataset.triple_count()) + " triples" +
+                                                  (changes_.empty() ? "" : " and more") + "; the maximum for queries is " +
+                                                  std::to_string(max_triples));
     }
     current_->readers.fetch_add(1, std::memory_order_relaxed);
     return Reader(current_);
   }
 
  private:
+  std::size_t size_of(std::string_view name) const noexcept {
+    const Dataset& dataset = current_->dataset;
+    const GraphNumber graph = dataset.graph_named(dataset.find(rdf::iri(name)));
+    return graph == nothing ? 0 : dataset.size_of(graph);
+  }
+  /// Takes over what waits: the last change of each graph, in the order in which they came, but those first that make a graph no larger. So the
+  /// number of triples is not too large in between if it is not at the end.
+  void take_changes() {
+    std::vector<engine::NamedGraph> all;
+    {
+      const std::lock_guard lock(waiting_mutex_);
+      if (waiting_.empty()) return;
+      all = std::exchange(waiting_, {});
+    }
+    all.insert(all.begin(), std::make_move_iterator(changes_.rbegin()), std::make_move_iterator(changes_.rend()));
+    changes_.clear();
+    std::unordered_set<std::string> names;
+    std::vector<engine::NamedGraph> grown;  // the last one first
+    for (auto one = all.rbegin(); one != all.rend(); ++one) {
+      if (!names.insert(one->name).second) continue;
+      (one->graph && one->graph->size() > size_of(one->name) ? grown : changes_).push_back(std::move(*one));
+    }
+    changes_.insert(changes_.begin(), std::make_move_iterator(grown.begin()), std::make_move_iterator(grown.end()));
+  }
+
   std::mutex waiting_mutex_;  ///< guards waiting_: held for moments only
   std::vector<engine::NamedGraph> waiting_;
-  std::mutex mutex_;  ///< guards current_ while it is updated
+  std::mutex mutex_;  ///< guards current_ and changes_ while the graphs are updated
   std::shared_ptr<Version> current_ = std::make_shared<Version>();
+  std::vector<engine::NamedGraph> changes_;  ///< to be applied to current_, the next one last
 };
 
 class Endpoint final : public engine::QueryService {
@@ -285,22 +323,28 @@ class Endpoint final : public engine::QueryService {
   Result<std::shared_ptr<const engine::QueryAnswer>> evaluate(const engine::PreparedQuery& prepared, engine::QueryData& data,
                                                               const std::atomic<bool>& cancelled, TimePoint now,
                                                               std::optional<std::size_t> max_rows) const override {
-    const Data::Reader reader = static_cast<Data&>(data).read();
-    if (const std::size_t triples = (*reader).triple_count(); triples > options_.max_triples)
-      return unexpected(Errc::limit_exceeded,
-                        "this robot has " + std::to_string(triples) + " triples; the maximum for queries is " + std::to_string(options_.max_triples));
     Bounds bounds;
+    bounds.begin = std::chrono::steady_clock::now();
     bounds.time = options_.time;
     bounds.steps = options_.max_steps;
     bounds.rows = max_rows ? std::min(*max_rows, options_.max_rows) : options_.max_rows;
     bounds.bytes = bounds.answer_bytes = options_.max_solution_bytes;
+    const Result<Data::Reader> reader = read(static_cast<Data&>(data), bounds, cancelled);
+    if (!reader) return Unexpected{reader.error()};
     const auto& asked = static_cast<const Prepared&>(prepared);
-    Result<Answer> answer = query::evaluate(*asked.query, *reader, bounds, cancelled, now.utc, &asked.selection);
+    Result<Answer> answer = query::evaluate(*asked.query, **reader, bounds, cancelled, now.utc, &asked.selection);
     if (!answer) return Unexpected{std::move(answer).error()};
     return std::shared_ptr<const engine::QueryAnswer>(std::make_shared<Answered>(asked.query, *std::move(answer), max_rows.has_value()));
   }
 
  private:
+  Result<Data::Reader> read(Data& data, const Bounds& bounds, const std::atomic<bool>& cancelled) const {
+    try {
+      Budget budget(bounds, cancelled);
+      return data.read(budget, options_.max_triples);
+    } catch (Ended& ended) { return unexpected(std::move(ended.error)); }
+  }
+
   const EndpointOptions options_;
 };
 

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,7 @@ struct Bounds {
   /// Of the answer as a document, whatever its format: an upper bound that is counted while the answer is made, so that writing, hashing and
   /// comparing it afterwards are bounded, too.
   std::size_t answer_bytes = 64 * 1024 * 1024;
+  std::optional<std::chrono::steady_clock::time_point> begin{};  ///< when the time began; nullopt: when the evaluation does
 };
 
 /// The graphs that a query reads, by name: default-graph-uri and named-graph-uri of the SPARQL Protocol. Unless both are empty they stand

@@ -260,6 +260,48 @@ TEST_CASE("a query is answered of the values of the moment", "[query][endpoint]"
   CHECK(rows(robot.query("SELECT ?t { </arm/tool> dcterms:title ?t }")).empty());
 }
 
+TEST_CASE("graphs are stored within the time of the query that needs them, and before each the limit of triples is checked", "[query][endpoint]") {
+  query::EndpointOptions options = unlimited();
+  options.max_triples = 10;
+  Service service(options);
+  const std::string count = "SELECT (COUNT(*) AS ?n) { ?s ?p ?o }";
+  const auto graph = [](const std::string& subject, int triples) {
+    auto made = std::make_shared<rdf::Graph>();
+    for (int i = 0; i < triples; ++i) made->add(rdf::iri("u:" + subject), rdf::iri("u:p"), rdf::literal(std::to_string(i)));
+    return std::shared_ptr<const rdf::Graph>(std::move(made));
+  };
+  // Who keeps a graph has not stored it yet.
+  const auto is_kept = [](const std::shared_ptr<const rdf::Graph>& one) { return one.use_count() > 1; };
+  const auto a = graph("a", 3), b = graph("b", 7), large = graph("large", 11), larger = graph("larger", 12), c = graph("c", 6), small = graph("b", 1);
+
+  service.data->change({{"u:a", a}});
+  service.cancelled = true;
+  CHECK(service.ask(count).error().code == Errc::cancelled);
+  CHECK(is_kept(a));
+  service.cancelled = false;
+  CHECK(service.csv(count) == "n\r\n3\r\n");
+  CHECK_FALSE(is_kept(a));
+
+  service.data->change({{"u:large", large}, {"u:larger", larger}});
+  for (int i = 0; i < 2; ++i) {
+    const auto refused = service.ask(count);
+    REQUIRE_FALSE(refused);
+    CHECK(refused.error().code == Errc::limit_exceeded);
+    CHECK(refused.error().message == "this robot has 14 triples and more; the maximum for queries is 10");
+    CHECK_FALSE(is_kept(large));
+    CHECK(is_kept(larger));
+  }
+  service.data->change({{"u:larger", nullptr}, {"u:large", nullptr}});
+  CHECK(service.csv(count) == "n\r\n3\r\n");
+  CHECK_FALSE(is_kept(larger));
+
+  // What counts is the result of all changes, whatever their order.
+  service.data->change({{"u:b", b}});
+  CHECK(service.csv(count) == "n\r\n10\r\n");
+  service.data->change({{"u:c", c}, {"u:d", larger}, {"u:b", small}, {"u:d", nullptr}});
+  CHECK(service.csv(count) == "n\r\n10\r\n");
+}
+
 TEST_CASE("the digest of an answer tells terms apart, but neither blank nodes nor an order that nobody asked for", "[query][endpoint]") {
   Service service;
   const auto digest = [&](const std::string& query) {
