@@ -300,6 +300,9 @@ class Data final : public engine::QueryData {
   std::vector<engine::NamedGraph> changes_;  ///< to be applied to current_, the next one last
 };
 
+/// The size of the result of a standing query is limited to this for each row that it may have.
+constexpr std::size_t bytes_of_row = 4 * 1024;
+
 class Endpoint final : public engine::QueryService {
  public:
   explicit Endpoint(EndpointOptions options) : options_(std::move(options)) {}
@@ -329,6 +332,8 @@ class Endpoint final : public engine::QueryService {
     bounds.steps = options_.max_steps;
     bounds.rows = max_rows ? std::min(*max_rows, options_.max_rows) : options_.max_rows;
     bounds.bytes = bounds.answer_bytes = options_.max_solution_bytes;
+    // The engine writes and compares the results of standing queries on its own thread.
+    if (max_rows && bounds.rows < bounds.answer_bytes / bytes_of_row) bounds.answer_bytes = bounds.rows * bytes_of_row;
     const Result<Data::Reader> reader = read(static_cast<Data&>(data), bounds, cancelled);
     if (!reader) return Unexpected{reader.error()};
     const auto& asked = static_cast<const Prepared&>(prepared);

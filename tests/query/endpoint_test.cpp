@@ -302,6 +302,17 @@ TEST_CASE("graphs are stored within the time of the query that needs them, and b
   CHECK(service.csv(count) == "n\r\n10\r\n");
 }
 
+TEST_CASE("the result of a standing query is limited by its bytes, too, because the engine writes it", "[query][endpoint]") {
+  Service service;
+  const std::string ten = "SELECT ?t { VALUES ?i { 0 1 2 3 4 5 6 7 8 9 } BIND('" + std::string(10'000, 'a') + "' AS ?t) }";
+  CHECK(service.ask(ten));
+  CHECK(service.ask(ten, 100));
+  const auto refused = service.ask(ten, 20);
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().code == Errc::limit_exceeded);
+  CHECK(refused.error().message.find("81,920 bytes of its answer") != std::string::npos);
+}
+
 TEST_CASE("the digest of an answer tells terms apart, but neither blank nodes nor an order that nobody asked for", "[query][endpoint]") {
   Service service;
   const auto digest = [&](const std::string& query) {

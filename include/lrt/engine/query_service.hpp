@@ -97,7 +97,7 @@ class LRT_API QueryService {
     std::size_t max_queries = 32;                 ///< running and waiting ones; more: 503
     std::size_t max_text_bytes = 16 * 1024;       ///< of a query; more: 413
     std::size_t max_standing = 64;                ///< different standing queries; more: 503
-    std::size_t max_standing_rows = 1'000;        ///< of the result of a standing query; more: its subscriptions end
+    std::size_t max_standing_rows = 1'000;        ///< of the result of a standing query, of 4 KiB on average; more: its subscriptions end
     std::chrono::milliseconds min_interval{100};  ///< between two evaluations of a standing query
     std::chrono::milliseconds max_age{100};       ///< a property that is read by a lambda is read again if its value is older
     std::size_t max_value_members = 1'000;        ///< a property whose value has more scalars is not in the graphs
