@@ -9,6 +9,7 @@
 #include <lrt/http/etag.hpp>
 #include <lrt/http/negotiate.hpp>
 #include <lrt/http/target.hpp>
+#include <lrt/rdf/type.hpp>
 
 #include "src/base/ascii.hpp"
 #include "src/base/charset.hpp"
@@ -43,6 +44,27 @@ std::optional<Queries::Instant> due_of(const StandingQuery& query) {
   if (query.is_dirty) return query.last_start + query.interval;
   if (!query.query->dependencies().time) return std::nullopt;
   return query.last_start + std::max<std::chrono::milliseconds>(query.interval, clock_interval);
+}
+
+/// Two values of the type may have different predicates.
+bool has_varying_predicates(const rdf::Type& type) {
+  switch (type.kind) {
+    case rdf::Type::Kind::optional:
+    case rdf::Type::Kind::map: return true;
+    case rdf::Type::Kind::list: return type.shortest != type.longest || has_varying_predicates(*type.element);
+    case rdf::Type::Kind::record:
+      return std::any_of(type.fields.begin(), type.fields.end(), [](const rdf::FieldType& field) { return has_varying_predicates(*field.type); });
+    default: return false;
+  }
+}
+
+/// The graph of the resource may get predicates that it does not have, without a change of the structure.
+bool has_varying_predicates(const Resource& resource) {
+  const std::string_view kind = resource.kind();
+  if (kind != "property") return kind == "action" || kind == "invocation" || kind == "member" || kind == "graph" || resource.is_container();
+  const auto& property = static_cast<const PropertyResource&>(resource);
+  const model::PropertySpec& spec = *property.spec;
+  return property.value.is_null() || spec.octets || !spec.representations.empty() || has_varying_predicates(*spec.type);
 }
 
 }  // namespace
@@ -432,15 +454,16 @@ void Queries::watch(StandingQuery& query) {
   query.seen_version = snapshot.version;
 }
 
-/// A resource without a value, or a container, may get relevant triples later.
+/// Whether a resource may have triples with the predicates of a query, now or later.
 bool Queries::may_count(const StandingQuery& query, const std::string& path, const Snapshot::Entry& entry, const Resource& resource) const {
   const QueryDependencies& needs = query.query->dependencies();
   if (!needs.graphs.empty() && !resource.is_container() && resource.kind() != "action") {
     const std::string name = representations_.base(query.snapshot->base) + path;
     if (std::find(needs.graphs.begin(), needs.graphs.end(), name) == needs.graphs.end()) return false;
   }
-  if (needs.everything || resource.kind() == "action" || resource.kind() == "graph" || resource.is_container()) return true;
-  if (resource.kind() == "property" && static_cast<const PropertyResource&>(resource).value.is_null()) return true;
+  if (needs.everything) return true;
+  if (needs.predicates.empty()) return false;
+  if (entry.is_empty || has_varying_predicates(resource)) return true;
   return std::any_of(entry.predicates.begin(), entry.predicates.end(), [&](std::uint32_t predicate) {
     return std::find(query.predicates.begin(), query.predicates.end(), predicate) != query.predicates.end();
   });

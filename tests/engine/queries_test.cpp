@@ -7,6 +7,7 @@
 #include <memory>
 #include <mutex>
 #include <set>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -315,6 +316,52 @@ TEST_CASE("a standing query is evaluated only when something changes that it dep
   const auto later = asked.events(channel);
   REQUIRE(later.size() == 1);
   CHECK(later[0].find("The tool") != std::string::npos);
+}
+
+TEST_CASE("a standing query notices triples with predicates that a resource did not have", "[engine][query]") {
+  Robot asked;
+  const std::string prov = "http%3A%2F%2Fwww.w3.org%2Fns%2Fprov%23", error = "https%3A%2F%2Fw3id.org%2Flrt%2Fns%23error";
+  Thing lidar("lidar");
+  auto cloud = lidar.property<std::vector<double>>("cloud");
+  cloud.publish(std::vector<double>(2000, 1.0));  // more than max_value_members
+  asked.bench.add(std::move(lidar));
+  /// How many results each channel gets.
+  const auto step = [&] {
+    asked.bench.clock.advance(milliseconds(600));  // the sample period, too
+    std::map<engine::Channel, std::size_t> results;
+    for (const auto& [channel, push] : asked.bench.pushes()) results[channel] += push.message ? 1 : 0;
+    return results;
+  };
+  // An optional field.
+  const auto tolerance = asked.bench.open_stream("/sparql?query=objects%20http%3A%2F%2Flocalhost%2Fns%2Fvocabulary%23Pose%2Ftolerance");
+  CHECK(asked.events(tolerance).front() == "json:");
+  asked.robot.pose.tolerance = 0.25;
+  CHECK(step()[tolerance] == 1);
+  // An invocation that begins and ends, with or without an error.
+  const auto ended = asked.bench.open_stream("/sparql?query=objects%20" + prov + "endedAtTime"),
+             failed = asked.bench.open_stream("/sparql?query=objects%20" + error);
+  auto results = step();
+  CHECK(results[ended] == 1);
+  CHECK(results[failed] == 1);
+  for (const char* end : {"succeeds", "fails"}) {
+    CAPTURE(end);
+    CHECK(asked.bench.ask("POST /arm/actions/grip\nPrefer: respond-async\n").status == 202);
+    CHECK(step()[ended] == 0);
+    if (std::string(end) == "fails") (void)std::move(asked.robot.grips.back()).fail({Errc::refused, "it slipped"});
+    else (void)std::move(asked.robot.grips.back()).succeed();
+    results = step();
+    CHECK(results[ended] == 1);
+    CHECK(results[failed] == (std::string(end) == "fails" ? 1 : 0));
+  }
+  // A list that was too long, or empty.
+  const auto rest = asked.bench.open_stream("/sparql?query=objects%20http%3A%2F%2Fwww.w3.org%2F1999%2F02%2F22-rdf-syntax-ns%23rest");
+  (void)asked.events(rest);
+  cloud.publish({1, 2, 3});
+  CHECK(step()[rest] == 1);
+  cloud.publish({});
+  CHECK(step()[rest] == 1);
+  cloud.publish({4, 5});
+  CHECK(step()[rest] == 1);
 }
 
 TEST_CASE("a standing query is evaluated at most at its interval", "[engine][query]") {
