@@ -238,7 +238,7 @@ void PropertyValues::read(PropertyResource& property) {
 void PropertyValues::was_read(PropertyResource& property, Result<model::Reading> reading, TimePoint now) {
   PropertyRefresh& state = *property.refresh_state;
   if (reading) {
-    state.failing = false;
+    if (std::exchange(state.failing, false)) property.mark_readability_changed();
     const std::vector<std::size_t> encoders = wanted_encoders(property);
     if (rdf::same(property.value, reading->value)) return encode(property, std::nullopt, encoders);
     return encode(property, Sample{std::move(reading->value), std::move(reading->whole), now.utc, {}}, encoders);
@@ -246,7 +246,7 @@ void PropertyValues::was_read(PropertyResource& property, Result<model::Reading>
   const Errc code = reading.error().code == Errc::closed ? Errc::failed : reading.error().code;
   const Result<void> failed = unexpected(code, "property \"" + property.path + "\" could not be read: " + reading.error().message);
   if ((!state.failing || !state.waiters.empty()) && options_.log) options_.log(LogLevel::warning, failed.error().message);
-  state.failing = true;
+  if (!std::exchange(state.failing, true)) property.mark_readability_changed();
   end(property, failed, now);
 }
 

@@ -104,6 +104,8 @@ class Observer {
   virtual void resource_removed() = 0;
   /// It gets each change, not only the current state.
   virtual bool queues() const noexcept = 0;
+  /// A read of a pulled property has failed after one that succeeded, or the opposite. Its representations are the same.
+  virtual void readability_changed() {}
   /// Its triples in the resource's own document, as Resource::describe_controls().
   virtual void describe_controls(About& about, const Description& d) const { (void)about, (void)d; }
 

@@ -81,8 +81,7 @@ void Snapshots::renew(Snapshot& snapshot, std::vector<NamedGraph>& changes) {
 void Snapshots::visit(Snapshot& snapshot, const ThingNode& thing, std::vector<NamedGraph>& changes) {
   const auto visit_one = [&](Resource& resource) { visit(snapshot, resource, changes); };
   visit_one(thing.self);
-  for (const auto& p : thing.properties)
-    if (!p->is_failing()) visit_one(*p);
+  for (const auto& p : thing.properties) visit_one(*p);
   for (const auto& a : thing.actions) {
     visit_one(*a);
     for (const auto& invocation : a->invocations) visit_one(*invocation);
@@ -103,15 +102,17 @@ void Snapshots::visit(Snapshot& snapshot, Resource& resource, std::vector<NamedG
   Snapshot::Entry& entry = snapshot.entries[resource.path];
   entry.round = snapshot.round;
   const std::uint64_t state = resource.state(registry_.structure());
-  if (entry.id == resource.id && entry.state == state) return;
+  const bool is_failing = resource.kind() == "property" && static_cast<const PropertyResource&>(resource).is_failing();
+  if (entry.id == resource.id && entry.state == state && entry.is_failing == is_failing) return;
   entry.id = resource.id;
   entry.state = state;
+  entry.is_failing = is_failing;
   entry.described = snapshot.version + 1;
   const std::string& base = representations_.base(snapshot.base);
   std::shared_ptr<const rdf::Graph> graph;
   if (!snapshot.audience.is_restricted()) graph = resource.kept_graph(representations_.view());
   const bool is_kept = graph != nullptr;
-  if (!is_kept && resource.fits_rdf(service_->limits().max_value_members))
+  if (!is_kept && !is_failing && resource.fits_rdf(service_->limits().max_value_members))
     graph = std::make_shared<const rdf::Graph>(representations_.describe(resource, snapshot.base, snapshot.audience));
   entry.predicates.clear();
   if (graph) {

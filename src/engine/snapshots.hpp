@@ -31,6 +31,7 @@ struct Snapshot {
     std::uint64_t described = 0;            ///< Snapshot::version when its graph changed last
     std::vector<std::uint32_t> predicates;  ///< of its graph: Snapshots::hash_of()
     bool is_empty = true;                   ///< has no graph
+    bool is_failing = false;                ///< a property that could not be read; it has no graph
   };
   std::size_t base = 0;
   Audience audience;

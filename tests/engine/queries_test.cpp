@@ -364,6 +364,42 @@ TEST_CASE("a standing query notices triples with predicates that a resource did 
   CHECK(step()[rest] == 1);
 }
 
+TEST_CASE("a standing query notices a property that cannot be read any more, or can be read again", "[engine][query]") {
+  Robot asked;
+  bool works = false;
+  double weight = 77;
+  Thing scale("scale");
+  scale.property("weight", [&] {
+    if (!works) throw std::runtime_error("no sensor");
+    return weight;
+  });
+  asked.bench.add(std::move(scale));
+  const auto channel = asked.bench.open_stream("/sparql?query=" + objects_of_value);
+  std::map<engine::Channel, std::size_t> messages;
+  const auto next = [&] {
+    asked.bench.clock.advance(milliseconds(600));  // more than the sample period
+    std::string last;
+    for (const auto& [to, push] : asked.bench.pushes()) {
+      messages[to] += push.message ? 1 : 0;
+      if (to == channel && push.message) last = *push.message;
+    }
+    return last;
+  };
+  CHECK(next().find("77;") == std::string::npos);
+  works = true;
+  CHECK(next().find("77;") != std::string::npos);
+  const auto watcher = asked.bench.open_stream("/scale/weight");
+  (void)next();
+  CHECK(messages[watcher] == 1);
+  works = false;
+  const std::string without = next();
+  CHECK(without.find("data: json:") != std::string::npos);
+  CHECK(without.find("77;") == std::string::npos);
+  works = true;
+  CHECK(next().find("77;") != std::string::npos);  // the same value
+  CHECK(messages[watcher] == 1);                   // who observes the value has it already
+}
+
 TEST_CASE("a standing query is evaluated at most at its interval", "[engine][query]") {
   Robot asked;
   const engine::Channel channel = asked.bench.open_stream("/sparql?minimumInterval=2&query=" + objects_of_value);

@@ -116,6 +116,10 @@ void PropertyResource::mark_changing() {
     for (std::size_t i = 0; i < all->size(); ++i) (*all)[i]->resource_changes();
 }
 
+void PropertyResource::mark_readability_changed() {
+  for (std::size_t i = 0; i < observers.size(); ++i) observers[i]->readability_changed();
+}
+
 void PropertyResource::expire(Utc now) {
   if (!in_graph || in_graph->expires_after.count() == 0 || value.is_null() || now - modified < in_graph->expires_after) return;
   value = rdf::Value();

@@ -57,6 +57,8 @@ class PropertyResource final : public Resource {
   void mark_changed() override;
   /// Its value is about to be replaced: notifies its observers and those of its Thing's state.
   void mark_changing();
+  /// is_failing() has changed: notifies its observers. Those of its value receive nothing, because the value is the same.
+  void mark_readability_changed();
   /// Removes its value if that is too old.
   void expire(Utc now);
   void refresh() override {

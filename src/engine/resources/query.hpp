@@ -85,6 +85,7 @@ class StandingQuery final : public Resource {
     void values_missed(std::uint64_t) override {}
     void resource_removed() override;
     bool queues() const noexcept override { return false; }
+    void readability_changed() override { resource_changed(); }
 
     Resource& resource;
 
