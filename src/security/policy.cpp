@@ -152,16 +152,32 @@ View::View(std::shared_ptr<const Targets> targets, std::vector<Granted> granted)
   for (const Granted& g : granted_) anywhere_ = anywhere_ | g.here | g.below;
 }
 
+/// An index into Targets::all; granted_.size(): there is none.
+std::size_t View::target_of(std::string_view path) const noexcept {
+  const auto found = targets_->by_path.find(path);
+  return found == targets_->by_path.end() ? granted_.size() : found->second;
+}
+
 Rights View::at(std::string_view path) const noexcept {
   if (!targets_) return everywhere_;
-  const auto target_of = [this](std::string_view of) {
-    const auto found = targets_->by_path.find(of);
-    return found == targets_->by_path.end() ? granted_.size() : found->second;
-  };
   if (const std::size_t own = target_of(path); own != granted_.size() && targets_->all[own].here) return granted_[own].here;
-  for (std::string_view above = parent_of(path); !above.empty(); above = parent_of(above))
-    if (const std::size_t i = target_of(above); i != granted_.size() && targets_->all[i].below) return granted_[i].below;
+  return below(parent_of(path));
+}
+
+Rights View::below(std::string_view path) const noexcept {
+  if (!targets_) return everywhere_;
+  for (; !path.empty(); path = parent_of(path))
+    if (const std::size_t i = target_of(path); i != granted_.size() && targets_->all[i].below) return granted_[i].below;
   return {};
+}
+
+/// Between two paths with rules the rights do not change, so that these paths and the root are enough.
+bool View::grants_the_same_as(const View& other) const noexcept {
+  const auto same_at = [&](std::string_view path) { return at(path) == other.at(path) && below(path) == other.below(path); };
+  const auto same_at_all = [&](const View& one) {
+    return !one.targets_ || std::all_of(one.targets_->all.begin(), one.targets_->all.end(), [&](const auto& target) { return same_at(target.path); });
+  };
+  return same_at("/") && same_at_all(*this) && same_at_all(other);
 }
 
 // ---------------------------------------------------------------------------------------------------------------- Policy

@@ -42,10 +42,16 @@ class View {
 
   /// @param path  percent-encoded, as resources have it. The resource need not exist
   Rights at(std::string_view path) const noexcept;
+  /// Whether both grant the same rights at each path, though by other rules.
+  bool grants_the_same_as(const View& other) const noexcept;
   /// The rights that it grants for at least one path.
   Rights anywhere() const noexcept { return anywhere_; }
 
  private:
+  /// The rights at paths directly below that have no rules of their own.
+  Rights below(std::string_view path) const noexcept;
+  std::size_t target_of(std::string_view path) const noexcept;
+
   Rights everywhere_, anywhere_;
   std::shared_ptr<const Targets> targets_;  ///< nullptr: `everywhere_` counts
   std::vector<Granted> granted_;

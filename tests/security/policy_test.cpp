@@ -166,3 +166,28 @@ TEST_CASE("a file of rules has at most 1 MiB", "[security]") {
   CHECK(large.code == Errc::invalid_option);
   CHECK(large.message == file + ": expected at most 1 MiB");
 }
+
+TEST_CASE("two policies may grant the same rights by other rules", "[security][R0.2]") {
+  const Principal anna{"anna", {"reader"}};
+  using Rules = std::vector<Rule>;
+  const auto same = [&](const Rules& one, const Rules& other) {
+    const auto a = Policy::create(one).value()->view(&anna), b = Policy::create(other).value()->view(&anna);
+    CHECK(a->grants_the_same_as(*b) == b->grants_the_same_as(*a));
+    return a->grants_the_same_as(*b);
+  };
+  const Who reader{Who::Kind::role, "reader"}, other{Who::Kind::role, "chief"};
+  const Rules base = {{"/", Scope::tree, reader, Right::read}, {"/arm", Scope::tree, reader, Right::read | Right::write}};
+  CHECK(same(base, base));
+  CHECK(same(base, {{"/arm", Scope::tree, reader, Right::read | Right::write}, {"/", Scope::tree, {}, Right::read}}));
+  CHECK(same(base, {base[0], base[1], {"/arm/j1", Scope::tree, reader, Right::read | Right::write}}));  // as the rule above
+  CHECK(same(base, {base[0], base[1], {"/arm", Scope::tree, other, Right::invoke}}));                   // of others, at a path with rules
+  CHECK_FALSE(same(base, {base[0], base[1], {"/x", Scope::tree, other, Right::read}}));                 // takes away what is given above
+  CHECK_FALSE(same(base, {base[0]}));
+  CHECK_FALSE(same(base, {base[0], {"/arm", Scope::here, reader, Right::read | Right::write}}));   // not below
+  CHECK_FALSE(same(base, {base[0], {"/arm", Scope::below, reader, Right::read | Right::write}}));  // not itself
+  CHECK_FALSE(same({}, base));
+  CHECK(same({}, {{"/x", Scope::tree, other, Right::read}}));
+  const View all(Right::read), by_rule = *Policy::create({{"/", Scope::tree, {}, Right::read}}).value()->view(&anna);
+  CHECK(all.grants_the_same_as(by_rule));
+  CHECK_FALSE(all.grants_the_same_as(View(Right::write)));
+}
