@@ -24,7 +24,6 @@ inline namespace v0 {
 
 namespace {
 
-constexpr std::string_view form_type = "application/x-www-form-urlencoded", query_type = "application/sparql-query";
 constexpr const char* update_refused = "expected a query, found an update; send INSERT DATA or DELETE DATA by PATCH to the URI of a graph of a World";
 /// The interval at which a standing query with NOW() or RAND() is evaluated without changes.
 constexpr std::chrono::seconds clock_interval{1};
@@ -179,11 +178,11 @@ Outcome Queries::post(Context& context) {
   const auto problem = [&](int status, std::string detail) { return Outcome(responses_.problem(context, status, std::move(detail))); };
   if (request.find("Content-Encoding").value_or("identity") != "identity") return problem(415, "Content-Encoding: expected identity");
   const Result<MediaType> type = MediaType::parse(request.find("Content-Type").value_or(std::string_view()));
-  const std::string expected = std::string(form_type) + " or " + std::string(query_type);
+  const std::string expected = std::string(query_form_type) + " or " + std::string(query_type);
   if (!type || request.count("Content-Type") > 1)
     return problem(415, "Content-Type: expected " + expected + ", found \"" + request.joined("Content-Type") + "\"");
   if (type->essence() == update_type) return problem(403, update_refused);
-  const bool is_form = type->essence() == form_type;
+  const bool is_form = type->essence() == query_form_type;
   if (!is_form && type->essence() != query_type) return problem(415, "Content-Type: expected " + expected + ", found " + type->essence());
   if (const std::string_view charset = type->parameter("charset"); !charset.empty() && !http::iequals(charset, "utf-8"))
     return problem(415, "charset: expected utf-8, found " + std::string(charset));

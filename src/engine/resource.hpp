@@ -179,6 +179,8 @@ class Resource {
   virtual Input input(const EngineOptions& options) const;
   /// post() reads its bodies, which are neither RDF nor values, and get() judges Accept.
   virtual bool has_own_protocol() const noexcept { return false; }
+  /// The value of Accept-Post of a resource with its own protocol; empty: bodies are RDF or values.
+  virtual std::string_view posted_types() const noexcept { return {}; }
   /// It is about the caller: respond() makes all its responses except those of OPTIONS.
   virtual bool is_about_caller() const noexcept { return false; }
   /// @pre is_about_caller(), `caller` has a principal, and the method is allowed

@@ -165,7 +165,10 @@ void Responses::add_retry_after(http::Response& response) const { response.field
 void Responses::add_allow(http::Fields& fields, const Resource& resource, const Audience& audience) const {
   const Methods methods = audience.methods(resource);
   fields.add("Allow", methods.text());
-  if (methods.post && !resource.is_about_caller()) fields.add("Accept-Post", readable_types(resource.takes_plain_values()));
+  if (methods.post && !resource.is_about_caller()) {
+    if (const std::string_view own = resource.posted_types(); !own.empty()) fields.add("Accept-Post", own);
+    else fields.add("Accept-Post", readable_types(resource.takes_plain_values()));
+  }
   if (methods.patch) fields.add("Accept-Patch", update_type);
 }
 

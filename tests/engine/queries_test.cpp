@@ -262,6 +262,7 @@ TEST_CASE("the answer to a query has the fields of a representation", "[engine][
   CHECK(without.body.find("sd:Service") != std::string::npos);
   CHECK(without.body.find("SPARQL11Query") != std::string::npos);
   CHECK(asked.bench.ask("OPTIONS /sparql").field("Allow") == "GET, HEAD, OPTIONS, POST");
+  CHECK(asked.bench.ask("OPTIONS /sparql").field("Accept-Post") == "application/sparql-query, application/x-www-form-urlencoded");
 }
 
 TEST_CASE("queries are as many as the endpoint takes, and one whose client has gone ends", "[engine][query]") {

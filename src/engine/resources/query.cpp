@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include <lrt/base/immortal.hpp>
 #include <lrt/engine/engine.hpp>
 
 #include "src/engine/description.hpp"
@@ -51,6 +52,11 @@ Methods QueryResource::methods() const noexcept {
 
 /// Form encoding makes a query up to three times as long.
 Input QueryResource::input(const EngineOptions&) const { return {nullptr, false, 4 * service_.limits().max_text_bytes}; }
+
+std::string_view QueryResource::posted_types() const noexcept {
+  static const Immortal<std::string> both(std::string(query_type) + ", " + std::string(query_form_type));
+  return *both;
+}
 
 std::optional<Outcome> QueryResource::get(Context& context, Parts& parts) { return parts.queries.get(context); }
 Outcome QueryResource::post(Context& context, Parts& parts) { return parts.queries.post(context); }

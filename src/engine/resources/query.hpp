@@ -23,6 +23,9 @@ inline namespace v0 {
 class Queries;
 class StandingQuery;
 
+/// The media types of queries in the body of a POST (SPARQL 1.1 Protocol 2.1).
+inline constexpr std::string_view query_form_type = "application/x-www-form-urlencoded", query_type = "application/sparql-query";
+
 /// The endpoint of queries (SPARQL 1.1 Protocol). Without a query it describes itself (SPARQL 1.1 Service Description).
 class QueryResource final : public Resource {
  public:
@@ -32,6 +35,7 @@ class QueryResource final : public Resource {
   security::Right right_to_change() const noexcept override { return security::Right::read; }
   bool has_own_protocol() const noexcept override { return true; }
   Input input(const EngineOptions& options) const override;
+  std::string_view posted_types() const noexcept override;
   std::optional<Outcome> get(Context& context, Parts& parts) override;
   Outcome post(Context& context, Parts& parts) override;
   Outcome subscribe(Context& context, Parts& parts, Protocol protocol) override;
