@@ -22,6 +22,7 @@ bool Registry::add(Resource& resource) {
     by_id_.remove(resource);
     throw;
   }
+  resource.record_change();
   return true;
 }
 
@@ -44,6 +45,7 @@ void Registry::settle(Resource& resource) {
   if (is_followed_) new_.push_back(resource.id);
   if (moves) {
     cache_.clear();  // other representations link to it
+    resource.record_change();
     resource.path_changed();
   }
   if (holder) settle(*holder);
@@ -51,6 +53,7 @@ void Registry::settle(Resource& resource) {
 
 void Registry::remove(Resource& resource) {
   while (!resource.observers.empty()) resource.observers.back()->resource_removed();
+  resource.record_change();
   cache_.forget(resource);
   if (find(resource.path) == &resource) by_path_.remove(resource);
   by_id_.remove(resource);

@@ -12,6 +12,7 @@
 #include <lrt/base/result.hpp>
 
 #include "src/base/canonical_path.hpp"
+#include "src/engine/change_log.hpp"
 #include "src/engine/representation_cache.hpp"
 #include "src/engine/resource.hpp"
 #include "src/engine/resource_index.hpp"
@@ -75,6 +76,8 @@ class Registry {
   /// Incremented with every change of the structure: Things and their resources.
   std::uint64_t structure() const noexcept { return structure_; }
   void structure_changed() noexcept { ++structure_; }
+  /// The resources of Things that were made, have changed or were removed.
+  ChangeLog& changes() const noexcept { return changes_; }
 
  private:
   void settle(Resource& resource);
@@ -87,6 +90,7 @@ class Registry {
   std::map<std::string_view, std::unique_ptr<ThingNode>> things_;  ///< by the path that the node has
   ThinVector<ThingNode*> roots_;                                   ///< in the order of registration
   std::uint64_t structure_ = 1;
+  mutable ChangeLog changes_;
   bool is_followed_ = false;
   std::vector<ResourceId> new_;  ///< while take_new() is in use
 };

@@ -7,8 +7,10 @@
 
 #include "src/engine/bases.hpp"
 #include "src/engine/body_size.hpp"
+#include "src/engine/change_log.hpp"
 #include "src/engine/description.hpp"
 #include "src/engine/parts.hpp"
+#include "src/engine/resources/kind.hpp"
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
@@ -86,7 +88,12 @@ std::string Resource::described_by(const std::string& base) const { return thing
 
 void Resource::mark_changed() {
   ++revision;
+  record_change();
   notify_observers();
+}
+
+void Resource::record_change() noexcept {
+  if (thing && thing->kind) thing->kind->changes.add(id);  // a Thing without a kind is not in the tree: the structure changes later
 }
 
 void Resource::notify_observers() {

@@ -42,6 +42,7 @@ struct Parts;
 struct ThingNode;
 struct EngineView;
 class About;
+class ChangeLog;
 class ChangeScanner;
 class Context;
 struct Caller;
@@ -335,6 +336,8 @@ class Resource {
   /// Its representations have changed: notifies the observers.
   virtual void mark_changed();
   void notify_observers();
+  /// Its graph may have changed: records it for queries.
+  void record_change() noexcept;
   void add_observer(Observer& observer, ChangeScanner& scanner);
   void remove_observer(Observer& observer, ChangeScanner& scanner);
 

@@ -427,7 +427,7 @@ void Kinds::join(ThingNode& thing) {
     const auto known = first_free_.find(name);
     unsigned number = known == first_free_.end() ? 1 : known->second;
     while (registry_.find_usual(KindResource::usual_path(name, number), {}) != nullptr) ++number;
-    kind = std::make_unique<KindResource>(name, number, std::move(signature));
+    kind = std::make_unique<KindResource>(name, number, std::move(signature), registry_.changes());
     registry_.add(*kind);
     first_free_[name] = number + 1;
   }

@@ -39,12 +39,14 @@ const Resource* shaped_resource(const ThingNode& thing, std::size_t value_shape)
 class KindResource final : public Resource {
  public:
   static constexpr std::string_view folder = "/blueprints";
-  /// @param its_number  of the kinds with that name, from 1
-  KindResource(std::string its_name, unsigned its_number, std::string its_signature)
+  /// @param its_number   of the kinds with that name, from 1
+  /// @param its_changes  of the resources of its Things
+  KindResource(std::string its_name, unsigned its_number, std::string its_signature, ChangeLog& its_changes)
       : Resource(usual_path(its_name, its_number), nullptr, folder.size()),
         name(std::move(its_name)),
         number(its_number),
-        signature(std::move(its_signature)) {}
+        signature(std::move(its_signature)),
+        changes(its_changes) {}
   static std::string usual_path(const std::string& name, unsigned number);
 
   void describe(const Description& d) const override;
@@ -74,6 +76,7 @@ class KindResource final : public Resource {
   const std::string name;
   const unsigned number;
   const std::string signature;
+  ChangeLog& changes;
   std::vector<ThingNode*> things;
   ThinVector<CompiledShapes> compiled_shapes;  ///< for its Things without a Blueprint of their own, from the first body on
 

@@ -117,6 +117,7 @@ void PropertyResource::mark_changing() {
 }
 
 void PropertyResource::mark_readability_changed() {
+  record_change();
   for (std::size_t i = 0; i < observers.size(); ++i) observers[i]->readability_changed();
 }
 
