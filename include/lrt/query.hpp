@@ -36,7 +36,7 @@ struct EndpointOptions : engine::QueryService::Limits {
 ///
 /// Threads of the server evaluate the queries, on immutable graphs: neither the control loop nor other clients wait for
 /// them. The graphs are cached from one query to the next, and only resources that have changed are described again.
-/// Without queries nothing is cached.
+/// A minute after the last query nothing is cached.
 ///
 /// @par Errors      None here. Server::create() returns invalid_option for a path that is none, for 0 threads, and for a
 ///                  time of 0.

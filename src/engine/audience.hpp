@@ -29,6 +29,10 @@ struct Audience {
   security::Rights rights(const Resource& resource) const;
   bool sees(const Resource& resource) const { return !view || rights(resource).has(security::Right::read); }
   bool may(security::Right right, const Resource& resource) const { return !view || rights(resource).has(right); }
+  /// Whether both have the same rights at each path. The policy may have been loaded again since one of them was made.
+  bool has_rights_of(const Audience& other) const noexcept {
+    return view == other.view || (view && other.view && view->grants_the_same_as(*other.view));
+  }
   /// It may read at least one resource.
   bool sees_something() const noexcept { return !view || view->anywhere().has(security::Right::read); }
   /// The methods of a resource that it may use.

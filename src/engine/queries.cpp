@@ -2,6 +2,7 @@
 #include "src/engine/queries.hpp"
 
 #include <algorithm>
+#include <iterator>
 
 #include <lrt/base/iri.hpp>
 #include <lrt/base/media_type.hpp>
@@ -37,9 +38,10 @@ bool is_path(std::string_view path) {
   return std::all_of(path.begin(), path.end(), [](char c) { return c == '/' || detail::is(c, detail::unreserved); });
 }
 
-/// When a standing query is to be evaluated next; nullopt: not before something changes.
+/// When a standing query is to be evaluated next; nullopt: not before something changes, or its evaluation is under way.
 std::optional<Queries::Instant> due_of(const StandingQuery& query) {
   if (query.is_running) return std::nullopt;
+  if (!query.waiters.empty()) return query.last_start;
   if (query.is_dirty) return query.last_start + query.interval;
   if (!query.query->dependencies().time) return std::nullopt;
   return query.last_start + std::max<std::chrono::milliseconds>(query.interval, clock_interval);
@@ -68,31 +70,37 @@ bool has_varying_predicates(const Resource& resource) {
 
 }  // namespace
 
-/// The properties that are read before a query. Those with files are described without being read.
-class Queries::AllProperties final : public Resource {
+/// The properties that a query needs and whose value may have to be read or taken over first.
+class Queries::ReadSet final : public Resource {
  public:
-  AllProperties(const Registry& registry, std::chrono::milliseconds max_age, const Clock& clock)
-      : Resource({}, nullptr), registry_(registry), max_age_(max_age), clock_(clock) {}
+  explicit ReadSet(std::vector<PropertyResource*> properties) : Resource({}, nullptr), properties_(std::move(properties)) {}
   void describe(const Description&) const override {}
   void describe_types(About&, const Description&) const override {}
   std::string_view kind() const noexcept override { return "query"; }
   Reads reads() const noexcept override { return Reads::values; }
   bool tolerates_failures() const noexcept override { return true; }
   void for_each_property(FunctionRef<void(PropertyResource&)> visit) const override {
-    const Utc oldest = clock_.now().utc - max_age_;
-    for (const auto& [at, node] : registry_.things()) {
-      for (const auto& p : node->properties)
-        if (!p->spec->file && (p->spec->slot || p->modified < oldest)) visit(*p);
-      if (node->world)
-        for (const auto& graph : node->world->graphs()) graph->for_each_property(visit);
-    }
+    for (PropertyResource* p : properties_) visit(*p);
   }
 
  private:
-  const Registry& registry_;
-  const std::chrono::milliseconds max_age_;
-  const Clock& clock_;
+  const std::vector<PropertyResource*> properties_;
 };
+
+/// Values of lambdas are read again above an age. Files are described without being read.
+Queries::ReadSet Queries::read_set(const QueryDependencies& needs, const std::vector<std::uint32_t>& predicates, const Snapshot& snapshot) const {
+  std::vector<PropertyResource*> properties;
+  const Utc oldest = clock_.now().utc - service_->limits().max_age;
+  if (!needs.everything && needs.predicates.empty()) return ReadSet(std::move(properties));
+  snapshots_.for_each_property(snapshot, [&](PropertyResource& p) {
+    const bool is_new = p.spec->slot ? !p.spec->slot->has_change() && !p.is_refreshing() : p.modified >= oldest;
+    if (is_new) return;
+    const Resource& graph = p.in_graph ? p.in_graph->graph : static_cast<const Resource&>(p);
+    const auto known = snapshot.entries.find(static_cast<std::uint64_t>(graph.id));
+    if (known == snapshot.entries.end() || may_count(needs, predicates, snapshot, known->second, graph)) properties.push_back(&p);
+  });
+  return ReadSet(std::move(properties));
+}
 
 Queries::Queries(const EngineOptions& options, const Clock& clock, Registry& registry, HostCalls& calls, PendingRequests& pending,
                  const Responses& responses, Representations& representations, PropertyValues& values, ChangeScanner& scanner,
@@ -110,7 +118,6 @@ Queries::Queries(const EngineOptions& options, const Clock& clock, Registry& reg
       subscriptions_(subscriptions),
       snapshots_(service_, clock, registry, representations, std::move(shared)) {
   if (!service_ || !is_path(service_->limits().path)) return;
-  all_ = std::make_unique<AllProperties>(registry, service_->limits().max_age, clock);
   endpoint_ = std::make_unique<QueryResource>(*service_);
   registry_.add(*endpoint_);
   registry_.add(*endpoint_->subscriptions());
@@ -205,6 +212,28 @@ http::Response Queries::too_many(const Context& context, const char* what) const
   return response;
 }
 
+http::Response Queries::too_many_of_client(const Context& context, http::Denial denial, const std::string& what) const {
+  http::Response response = responses_.denied(context, denial, 429, "this client has " + what + ", which is the maximum per client");
+  responses_.add_retry_after(response);
+  return response;
+}
+
+std::size_t Queries::running_of(const std::string& client) const {
+  const auto found = running_of_.find(client);
+  return found == running_of_.end() ? 0 : found->second;
+}
+
+void Queries::count_up(const std::string& client) {
+  if (!client.empty()) ++running_of_[client];
+  ++running_;
+}
+
+void Queries::count_down(const std::string& client) {
+  --running_;
+  const auto found = running_of_.find(client);
+  if (found != running_of_.end() && --found->second == 0) running_of_.erase(found);
+}
+
 /// Until the result is complete: the properties are read, the query waits in the queue, and it is evaluated.
 std::optional<Ticket> Queries::defer(const Context& context) {
   return pending_.defer(context, options_.host_timeout + 2 * service_->limits().time, [this](Ticket late, Context& c, bool) {
@@ -231,28 +260,34 @@ Outcome Queries::ask(Context& context, const Asked& asked) {
   }
   const QueryService::Limits& limits = service_->limits();
   if (running_ >= limits.max_queries) return too_many(context, "the maximum number of queries is running; try again later");
+  if (const std::size_t max = limits.max_queries_per_client; max != 0 && running_of(context.client) >= max)
+    return too_many_of_client(context, http::Denial::rate, std::to_string(max) + " queries under way");
   const auto ticket = defer(context);
   if (!ticket) return responses_.overloaded(context);
   auto evaluation = std::make_shared<Evaluation>();
   evaluation->query = query;
   evaluation->snapshot = snapshots_.of(context.base, context.audience);
   evaluation->client = client_key(context.request().peer);
-  evaluation->type = *type;
-  evaluation->done = [this, ticket = *ticket, query, type = *type](const Result<std::shared_ptr<const QueryAnswer>>& answer, Result<std::string> text,
-                                                                   TimePoint now) {
+  const auto text = std::make_shared<Result<std::string>>(std::string());
+  evaluation->write = [text, type = *type](const std::shared_ptr<const QueryAnswer>& answer) {
+    *text = guarded<std::string>([&] { return answer->write(type); });
+  };
+  evaluation->done = [this, ticket = *ticket, query, type = *type, text, client = context.client](
+                         const Result<std::shared_ptr<const QueryAnswer>>& answer, TimePoint now) {
+    count_down(client);
     Context* waiting = pending_.resume(ticket, now);
     if (!waiting) return;
-    pending_.respond(ticket, answer ? response_to(*waiting, *query, type, std::move(text)) : failed(*waiting, answer.error()));
+    pending_.respond(ticket, answer ? response_to(*waiting, *query, type, std::move(*text)) : failed(*waiting, answer.error()));
   };
   pending_.tell_end(*ticket, evaluation->cancelled);
-  ++running_;
-  if (values_.ready(*all_, Variant(rdf::Plain::json), false)) {
+  count_up(context.client);
+  ReadSet read_first = read_set(query->dependencies(), Snapshots::hashes_of(query->dependencies().predicates), *evaluation->snapshot);
+  if (values_.ready(read_first, Variant(rdf::Plain::json), false)) {
     snapshot_for(std::move(evaluation));
   } else {
-    values_.refresh(*all_, {}, [this, evaluation](const Result<void>& read, TimePoint now) {
+    values_.refresh(read_first, {}, [this, evaluation](const Result<void>& read, TimePoint now) {
       if (read) return snapshot_for(evaluation);
-      --running_;
-      evaluation->done(Unexpected{read.error()}, std::string(), now);
+      evaluation->done(Unexpected{read.error()}, now);
     });
   }
   return Deferred{*ticket};
@@ -290,22 +325,22 @@ void Queries::begin(std::shared_ptr<Evaluation> evaluation) {
   struct Running {
     std::shared_ptr<Evaluation> evaluation;
     Result<std::shared_ptr<const QueryAnswer>> answer = unexpected(Errc::cancelled, "the query was cancelled");
-    Result<std::string> text = std::string();
   };
   auto running = std::make_shared<Running>();
   running->evaluation = std::move(evaluation);
   cancels_.erase(std::remove_if(cancels_.begin(), cancels_.end(), [](const auto& one) { return one.expired(); }), cancels_.end());
   cancels_.push_back(running->evaluation->cancelled);
-  Inbox::Reserved reply = Inbox::reserve([this, running](TimePoint now) {
-    --running_;
-    running->evaluation->done(std::move(running->answer), std::move(running->text), now);
-  });
+  Inbox::Reserved reply = Inbox::reserve([running](TimePoint now) { running->evaluation->done(std::move(running->answer), now); });
   jobs_.push_back({running->evaluation->client, job_size,
                    [service = service_, now = clock_.now(), inbox = calls_.inbox(), running, reply = std::move(reply)]() mutable {
-                     const Evaluation& e = *running->evaluation;
-                     running->answer = guarded<std::shared_ptr<const QueryAnswer>>(
-                         [&] { return service->evaluate(*e.query, *e.snapshot->data, *e.cancelled, now, e.max_rows); });
-                     if (running->answer && e.type) running->text = guarded<std::string>([&] { return (*running->answer)->write(*e.type); });
+                     Evaluation& e = *running->evaluation;
+                     if (!*e.cancelled)
+                       running->answer = guarded<std::shared_ptr<const QueryAnswer>>(
+                           [&] { return service->evaluate(*e.query, *e.snapshot->data, *e.cancelled, now, e.max_rows); });
+                     if (running->answer) {
+                       Result<void> written = guarded<void>([&]() -> Result<void> { return e.write(*running->answer), Result<void>(); });
+                       if (!written) running->answer = Unexpected{std::move(written).error()};
+                     }
                      inbox->put(std::move(reply));
                    }});
 }
@@ -332,7 +367,13 @@ Outcome Queries::subscribe(Context& context, Protocol protocol) {
   auto found = standing_for(context, asked);
   if (auto* response = std::get_if<http::Response>(&found)) return std::move(*response);
   StandingQuery& query = *std::get<StandingQuery*>(found);
-  if (query.latest || (protocol == Protocol::websocket && context.request().must_upgrade_now)) {
+  // As Subscriptions selects it. If there is none, it responds.
+  const auto parameter = query_parameter(context.request().target, "accept");
+  const auto accept =
+      protocol == Protocol::event_stream ? parameter.has_value() ? std::optional<std::string_view>(*parameter) : std::nullopt : context.accept();
+  const auto type = http::negotiate(accept, query.query->types());
+  const bool is_written = query.latest.answer && (!type || query.latest.documents.count(*type) != 0);
+  if (is_written || !type || (protocol == Protocol::websocket && context.request().must_upgrade_now)) {
     context.resource = &query;
     context.resource_id = query.id;
     Outcome outcome = subscriptions_.subscribe(context, protocol);
@@ -344,7 +385,10 @@ Outcome Queries::subscribe(Context& context, Protocol protocol) {
     unobserved(query);
     return responses_.overloaded(context);
   }
-  query.waiters.push_back({*ticket, protocol});
+  query.waiters.push_back({*ticket, protocol, *type, std::make_shared<std::atomic<bool>>(false)});
+  pending_.tell_end(*ticket, query.waiters.back().ended);
+  query.is_dirty = true;  // a result in this media type is needed
+  advance(context.now);
   return Deferred{*ticket};
 }
 
@@ -366,9 +410,14 @@ std::variant<StandingQuery*, http::Response> Queries::standing_for(Context& cont
     for (const auto& graph : asked.named_graphs) key += "\n>" + graph;
     key += '\n' + std::to_string(interval.count());
     for (const auto& one : standing_)
-      if (one->key == key && one->snapshot->base == context.base && one->snapshot->audience.view == context.audience.view) return one.get();
+      if (one->key == key && one->snapshot->base == context.base && one->snapshot->audience.has_rights_of(context.audience)) return one.get();
   }
   if (standing_.size() >= service_->limits().max_standing) return too_many(context, "the maximum number of standing queries is reached");
+  if (const std::size_t max = service_->limits().max_standing_per_client; max != 0 && !context.client.empty()) {
+    const auto is_of_client = [&](const auto& one) { return one->client == context.client; };
+    if (static_cast<std::size_t>(std::count_if(standing_.begin(), standing_.end(), is_of_client)) >= max)
+      return too_many_of_client(context, http::Denial::subscriptions, std::to_string(max) + " standing queries");
+  }
   auto made = std::make_unique<StandingQuery>(endpoint_->path + "/standing-" + std::to_string(next_standing_++), *endpoint_, *this, prepared,
                                               std::move(snapshot));
   StandingQuery& query = *made;
@@ -376,14 +425,22 @@ std::variant<StandingQuery*, http::Response> Queries::standing_for(Context& cont
   query.key = std::move(key);
   query.tells_changes = asked.changes;
   query.interval = interval;
+  query.client = context.client;
+  query.last_start = context.now.steady - interval;  // it is due now, after those that are due already
   registry_.add(query);
   standing_.push_back(std::move(made));
-  evaluate(query, context.now);
   return &query;
 }
 
 void Queries::evaluate(StandingQuery& query, TimePoint now) {
-  const bool current = values_.ready(*all_, Variant(rdf::Plain::json), false);
+  ReadSet read_first = read_set(query.query->dependencies(), query.predicates, *query.snapshot);
+  // Later, pulled properties are read by their sample period.
+  if (!values_.ready(read_first, Variant(rdf::Plain::json), false) && !query.latest.answer && !query.has_read) {
+    query.is_running = true;
+    return values_.refresh(read_first, {}, [this, id = query.id](const Result<void>&, TimePoint) {
+      if (StandingQuery* const waiting = find(id)) waiting->is_running = false, waiting->has_read = true;
+    });
+  }
   query.is_running = true;
   query.is_dirty = false;
   query.last_start = now.steady;
@@ -392,18 +449,44 @@ void Queries::evaluate(StandingQuery& query, TimePoint now) {
   evaluation->query = query.query;
   evaluation->snapshot = query.snapshot;
   evaluation->max_rows = service_->limits().max_standing_rows;
-  evaluation->graphs_are_current = [this, id = query.id] {
-    if (StandingQuery* const standing = find(id)) watch(*standing);
+  // The documents of its subscribers are written by the job: a result may be large.
+  struct Written {
+    std::shared_ptr<const QueryAnswer> before;
+    bool tells_changes;
+    std::uint64_t sequence;
+    std::vector<std::size_t> types, new_types;  ///< if the result has changed; if it has not
+    StandingQuery::Answer answer{};
   };
-  evaluation->done = [this, id = query.id](Result<std::shared_ptr<const QueryAnswer>> answer, const Result<std::string>&, TimePoint at) {
-    evaluated(id, std::move(answer), at);
+  const auto written = std::make_shared<Written>();
+  evaluation->graphs_are_current = [this, id = query.id, written] {
+    StandingQuery* const standing = find(id);
+    if (!standing) return;
+    watch(*standing);
+    written->before = standing->latest.answer;
+    written->tells_changes = standing->tells_changes;
+    written->sequence = standing->sequence + 1;
+    written->types = standing->wanted_types();
+    for (const std::size_t type : written->types)
+      if (standing->latest.documents.count(type) == 0) written->new_types.push_back(type);
   };
-  ++running_;
-  if (current || query.latest) return snapshot_for(std::move(evaluation));  // pulled properties are read by their sample period
-  values_.refresh(*all_, {}, [this, evaluation](const Result<void>&, TimePoint) { snapshot_for(evaluation); });
+  evaluation->write = [written, prepared = query.query](const std::shared_ptr<const QueryAnswer>& answer) {
+    const bool has_changed = !written->before || answer->digest() != written->before->digest();
+    written->answer.answer = has_changed ? answer : written->before;
+    if (!has_changed && written->tells_changes) return;
+    const QueryAnswer* const before = written->tells_changes ? written->before.get() : nullptr;
+    for (const std::size_t type : has_changed ? written->types : written->new_types)
+      written->answer.documents.emplace(type, StandingQuery::write(*prepared, *written->answer.answer, before, written->sequence, type));
+  };
+  evaluation->done = [this, id = query.id, written](const Result<std::shared_ptr<const QueryAnswer>>& answer, TimePoint at) {
+    --standing_running_;
+    if (answer) evaluated(id, std::move(written->answer), at);
+    else evaluated(id, Unexpected{answer.error()}, at);
+  };
+  ++standing_running_;
+  snapshot_for(std::move(evaluation));
 }
 
-void Queries::evaluated(ResourceId id, Result<std::shared_ptr<const QueryAnswer>> answer, TimePoint now) {
+void Queries::evaluated(ResourceId id, Result<StandingQuery::Answer> answer, TimePoint now) {
   StandingQuery* const query = find(id);
   if (!query) return;
   query->is_running = false;
@@ -416,18 +499,24 @@ void Queries::evaluated(ResourceId id, Result<std::shared_ptr<const QueryAnswer>
     subscriptions_.end_all_of(*query, 1011, answer.error().message.substr(0, max_close_reason));
     return unobserved(*query);
   }
-  if (!query->latest || (*answer)->digest() != query->latest->digest()) {
+  if (answer->answer != query->latest.answer) {
     for (std::size_t i = 0; i < query->observers.size(); ++i) query->observers[i]->resource_changes();
-    query->previous = std::exchange(query->latest, *std::move(answer));
+    query->previous = std::exchange(query->latest, *std::move(answer)).answer;
     ++query->sequence;
     query->mark_changed();
+  } else {
+    query->latest.documents.merge(answer->documents);
   }
   serve_waiters(*query, now);
 }
 
-/// Creates the subscriptions of requests that arrived before the first result.
+/// Creates the subscriptions of requests that waited for a result. Those that arrived during its evaluation may need another media type.
 void Queries::serve_waiters(StandingQuery& query, TimePoint now) {
-  for (const StandingQuery::Waiter& waiter : std::exchange(query.waiters, {})) {
+  for (StandingQuery::Waiter& waiter : std::exchange(query.waiters, {})) {
+    if (query.latest.documents.count(waiter.type) == 0 && !(query.tells_changes && query.previous)) {
+      query.waiters.push_back(std::move(waiter));
+      continue;
+    }
     Context* const waiting = pending_.resume(waiter.ticket, now);
     if (!waiting) continue;
     Context context = *waiting;
@@ -438,34 +527,51 @@ void Queries::serve_waiters(StandingQuery& query, TimePoint now) {
   unobserved(query);
 }
 
+/// Requests whose client has gone wait no longer. A query that only they needed ends.
+void Queries::drop_ended_waiters(TimePoint now) {
+  const auto has_ended = [](const StandingQuery::Waiter& waiter) { return waiter.ended->load(); };
+  std::vector<StandingQuery*> unused;
+  for (const auto& query : standing_) {
+    auto& waiters = query->waiters;
+    const auto ended = std::stable_partition(waiters.begin(), waiters.end(), [&](const auto& waiter) { return !has_ended(waiter); });
+    if (ended == waiters.end()) continue;
+    const std::vector<StandingQuery::Waiter> left(std::make_move_iterator(ended), std::make_move_iterator(waiters.end()));
+    waiters.erase(ended, waiters.end());
+    for (const StandingQuery::Waiter& waiter : left)
+      if (const Context* waiting = pending_.resume(waiter.ticket, now))
+        pending_.respond(waiter.ticket, failed(*waiting, {Errc::cancelled, "the client has closed the connection"}));
+    if (waiters.empty() && query->observers.empty()) unused.push_back(query.get());
+  }
+  for (StandingQuery* query : unused) remove(*query);
+}
+
 /// Observes the resources that have become relevant since the last call.
 void Queries::watch(StandingQuery& query) {
   const Snapshot& snapshot = *query.snapshot;
   if (query.seen_version == snapshot.version) return;
-  for (const auto& [path, entry] : snapshot.entries) {
-    if (entry.described <= query.seen_version || query.watches.count(static_cast<std::uint64_t>(entry.id)) != 0) continue;
-    Resource* const resource = registry_.find(entry.id);
-    if (!resource || !may_count(query, path, entry, *resource)) continue;
+  for (const auto& [id, entry] : snapshot.entries) {
+    if (entry.described <= query.seen_version || query.watches.count(id) != 0) continue;
+    Resource* const resource = registry_.find(ResourceId{id});
+    if (!resource || !may_count(query.query->dependencies(), query.predicates, snapshot, entry, *resource)) continue;
     auto made = std::make_unique<StandingQuery::Watch>(query, *resource);
     resource->add_observer(*made, scanner_);
-    query.watches.emplace(static_cast<std::uint64_t>(entry.id), std::move(made));
+    query.watches.emplace(id, std::move(made));
   }
   query.seen_version = snapshot.version;
 }
 
 /// Whether a resource may have triples with the predicates of a query, now or later.
-bool Queries::may_count(const StandingQuery& query, const std::string& path, const Snapshot::Entry& entry, const Resource& resource) const {
-  const QueryDependencies& needs = query.query->dependencies();
+bool Queries::may_count(const QueryDependencies& needs, const std::vector<std::uint32_t>& predicates, const Snapshot& snapshot,
+                        const Snapshot::Entry& entry, const Resource& resource) const {
   if (!needs.graphs.empty() && !resource.is_container() && resource.kind() != "action") {
-    const std::string name = representations_.base(query.snapshot->base) + path;
+    const std::string name = representations_.base(snapshot.base) + resource.path;
     if (std::find(needs.graphs.begin(), needs.graphs.end(), name) == needs.graphs.end()) return false;
   }
   if (needs.everything) return true;
   if (needs.predicates.empty()) return false;
   if (entry.is_empty || has_varying_predicates(resource)) return true;
-  return std::any_of(entry.predicates.begin(), entry.predicates.end(), [&](std::uint32_t predicate) {
-    return std::find(query.predicates.begin(), query.predicates.end(), predicate) != query.predicates.end();
-  });
+  return std::any_of(entry.predicates.begin(), entry.predicates.end(),
+                     [&](std::uint32_t predicate) { return std::find(predicates.begin(), predicates.end(), predicate) != predicates.end(); });
 }
 
 void Queries::unwatch(StandingQuery& query, StandingQuery::Watch& watch) {
@@ -492,18 +598,30 @@ void Queries::remove(StandingQuery& query) {
 }
 
 void Queries::advance(TimePoint now) {
+  for (auto& unused : snapshots_.take_unused(now)) jobs_.push_back({{}, job_size, [snapshot = std::move(unused)] {}});  // is destroyed there
   if (standing_.empty()) return;
+  drop_ended_waiters(now);
   const bool has_new_structure = std::exchange(seen_structure_, registry_.structure()) != registry_.structure();
-  for (const auto& query : standing_) {
-    if (has_new_structure) query->is_dirty = true;
-    if (const auto due = due_of(*query); due && now.steady >= *due) evaluate(*query, now);
+  if (has_new_structure)
+    for (const auto& query : standing_) query->is_dirty = true;
+  // One for each thread: those that are due wait here, and not before the queries of clients.
+  while (standing_running_ < service_->limits().threads) {
+    StandingQuery* first = nullptr;
+    std::optional<Instant> first_due;
+    for (const auto& query : standing_)
+      if (const auto due = due_of(*query); due && now.steady >= *due && (!first_due || *due < *first_due)) first = query.get(), first_due = due;
+    if (!first) return;
+    evaluate(*first, now);
   }
 }
 
 std::optional<Queries::Instant> Queries::next_deadline() const {
-  std::optional<Instant> first;
+  if (!service_) return std::nullopt;
+  std::optional<Instant> first = snapshots_.next_deadline();
+  const bool may_start = standing_running_ < service_->limits().threads;
   for (const auto& query : standing_) {
-    if (const auto due = due_of(*query); due && (!first || *due < *first)) first = due;
+    if (std::any_of(query->waiters.begin(), query->waiters.end(), [](const auto& waiter) { return waiter.ended->load(); })) return Instant{};
+    if (const auto due = due_of(*query); due && may_start && (!first || *due < *first)) first = due;
   }
   return first;
 }

@@ -10,6 +10,8 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <unordered_map>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -77,13 +79,13 @@ class Queries {
     std::shared_ptr<const PreparedQuery> query;
     std::shared_ptr<Snapshot> snapshot;
     std::shared_ptr<std::atomic<bool>> cancelled = std::make_shared<std::atomic<bool>>(false);
-    std::string client;
+    std::string client{};  ///< for the order of jobs
     std::optional<std::size_t> max_rows{};
-    std::optional<std::size_t> type{};           ///< the format of the result; nullopt: the result is kept
-    std::function<void()> graphs_are_current{};  ///< called just before it starts; may be empty
-    UniqueFunction<void(Result<std::shared_ptr<const QueryAnswer>>, Result<std::string>, TimePoint)> done{};
+    std::function<void()> graphs_are_current{};                        ///< called just before it starts; may be empty
+    UniqueFunction<void(std::shared_ptr<const QueryAnswer>)> write{};  ///< run by the job, without the engine's lock
+    UniqueFunction<void(Result<std::shared_ptr<const QueryAnswer>>, TimePoint)> done{};
   };
-  class AllProperties;
+  class ReadSet;
 
   std::variant<Asked, http::Response> asked_in(const Context& context, std::string_view form, bool is_body) const;
   std::variant<std::shared_ptr<const PreparedQuery>, http::Response> parse(const Context& context, const Asked& asked) const;
@@ -91,16 +93,23 @@ class Queries {
   void snapshot_for(std::shared_ptr<Evaluation> evaluation);
   void begin(std::shared_ptr<Evaluation> evaluation);
   http::Response response_to(Context& context, const PreparedQuery& query, std::size_t type, Result<std::string> text) const;
+  ReadSet read_set(const QueryDependencies& needs, const std::vector<std::uint32_t>& predicates, const Snapshot& snapshot) const;
+  std::size_t running_of(const std::string& client) const;
+  void count_up(const std::string& client);
+  void count_down(const std::string& client);
   std::optional<Ticket> defer(const Context& context);
   http::Response failed(const Context& context, const Error& error) const;
   http::Response too_many(const Context& context, const char* what) const;
+  http::Response too_many_of_client(const Context& context, http::Denial denial, const std::string& what) const;
 
   std::variant<StandingQuery*, http::Response> standing_for(Context& context, const Asked& asked);
   void evaluate(StandingQuery& query, TimePoint now);
-  void evaluated(ResourceId id, Result<std::shared_ptr<const QueryAnswer>> answer, TimePoint now);
+  void evaluated(ResourceId id, Result<StandingQuery::Answer> answer, TimePoint now);
   void serve_waiters(StandingQuery& query, TimePoint now);
+  void drop_ended_waiters(TimePoint now);
   void watch(StandingQuery& query);
-  bool may_count(const StandingQuery& query, const std::string& path, const Snapshot::Entry& entry, const Resource& resource) const;
+  bool may_count(const QueryDependencies& needs, const std::vector<std::uint32_t>& predicates, const Snapshot& snapshot, const Snapshot::Entry& entry,
+                 const Resource& resource) const;
   StandingQuery* find(ResourceId id) const;
   void remove(StandingQuery& query);
 
@@ -116,12 +125,13 @@ class Queries {
   ChangeScanner& scanner_;
   Subscriptions& subscriptions_;
   Snapshots snapshots_;
-  std::unique_ptr<AllProperties> all_;  ///< what is read before a query
   std::unique_ptr<QueryResource> endpoint_;
   std::list<std::unique_ptr<StandingQuery>> standing_;
   std::uint64_t next_standing_ = 1;
   std::uint64_t seen_structure_ = 0;
-  std::size_t running_ = 0;  ///< running evaluations
+  std::size_t running_ = 0;                                  ///< queries under way, without standing queries
+  std::unordered_map<std::string, std::size_t> running_of_;  ///< the same of each client
+  std::size_t standing_running_ = 0;                         ///< evaluations of standing queries under way
   std::vector<BodyJob> jobs_;
   std::vector<std::weak_ptr<std::atomic<bool>>> cancels_;  ///< flag of running evaluations
 };

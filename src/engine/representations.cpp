@@ -349,7 +349,7 @@ Result<Bytes> Representations::body_of(Resource& resource, std::size_t base, Var
     const PlainValue value = *resource.plain_value(audience);
     text = rdf::write_plain(*value.type, *value.facets, value.value(), variant.plain());
   } else if (variant.kind() == Variant::Kind::answer) {
-    text = resource.answer(variant.type());
+    return resource.answer(variant.type());
   } else if (variant == Variant::overview()) {
     text = Overview(view_, base, audience, page).of(resource);
   } else if (const auto whole = resource.document()) {

@@ -47,7 +47,7 @@ Input input_of(const model::ResourceSpec& spec, const rdf::Type& type, const rdf
 
 std::optional<Outcome> Resource::get(Context&, Parts&) { return std::nullopt; }
 Outcome Resource::subscribe(Context& context, Parts& parts, Protocol protocol) { return parts.subscriptions.subscribe(context, protocol); }
-Result<std::string> Resource::answer(std::size_t) const { announced_only(*this, "answers to queries"); }
+Result<Bytes> Resource::answer(std::size_t) const { announced_only(*this, "answers to queries"); }
 
 Outcome Resource::put(Context&, Parts&) { announced_only(*this, "PUT"); }
 Outcome Resource::post(Context&, Parts&) { announced_only(*this, "POST"); }

@@ -18,6 +18,7 @@
 #include <lrt/base/iri.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/base/thin_vector.hpp>
+#include <lrt/model/representation.hpp>
 #include <lrt/rdf/graph.hpp>
 #include <lrt/rdf/type.hpp>
 #include <lrt/rdf/value.hpp>
@@ -255,7 +256,7 @@ class Resource {
     return false;
   }
   /// The text of Variant::answer().
-  virtual Result<std::string> answer(std::size_t type) const;
+  virtual Result<Bytes> answer(std::size_t type) const;
   /// False: its first representation is not available yet, and its observers wait for it.
   virtual bool has_representation() const noexcept { return true; }
   /// The entity tag of a resource that is too large to be encoded for a comparison; empty: the tag is computed from the bytes.

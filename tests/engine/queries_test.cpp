@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -13,8 +14,11 @@
 #include <vector>
 
 #include <lrt/engine/query_service.hpp>
+#include <lrt/rdf/codec.hpp>
 #include <lrt/rdf/vocab.hpp>
+#include <lrt/security.hpp>
 
+#include "src/security/policy.hpp"
 #include "tests/support/bench.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/event_stream.hpp"
@@ -50,13 +54,15 @@ class SmallQueries final : public engine::QueryService {
   class Answered final : public engine::QueryAnswer {
    public:
     explicit Answered(std::multiset<std::string> r) : rows(std::move(r)) {}
-    Result<std::string> write(std::size_t type) const override {
+    Result<std::string> write(std::size_t type) const override { return ++written, text(type); }
+    std::string text(std::size_t type) const {
       std::string all = type == 0 ? "json:" : "csv:";
       for (const std::string& row : rows) all += row + ";";
       return all;
     }
-    std::uint64_t digest() const noexcept override { return std::hash<std::string>()(*write(0)); }
+    std::uint64_t digest() const noexcept override { return std::hash<std::string>()(text(0)); }
     Result<std::string> changes_since(const QueryAnswer& before, std::uint64_t sequence) const override {
+      ++written;
       const auto& then = static_cast<const Answered&>(before).rows;
       std::string all = std::to_string(sequence) + ":";
       for (const std::string& row : rows) all += then.count(row) ? "" : "+" + row;
@@ -64,10 +70,11 @@ class SmallQueries final : public engine::QueryService {
       return all;
     }
     const std::multiset<std::string> rows;
+    inline static std::size_t written = 0;  ///< documents that were written
   };
   class Data final : public engine::QueryData {
    public:
-    Data(std::size_t& changes, Graphs& last) : changes_(changes), last_(last) {}
+    Data(std::size_t& changes, Graphs& last, std::shared_ptr<void> counted) : changes_(changes), last_(last), counted_(std::move(counted)) {}
     void change(std::vector<engine::NamedGraph> graphs) override {
       changes_ += graphs.size();
       for (auto& one : graphs) {
@@ -81,6 +88,7 @@ class SmallQueries final : public engine::QueryService {
    private:
     std::size_t& changes_;
     Graphs& last_;
+    const std::shared_ptr<void> counted_;
   };
 
   const Limits& limits() const noexcept override { return given; }
@@ -92,7 +100,7 @@ class SmallQueries final : public engine::QueryService {
     datasets.insert(datasets.end(), named_graphs.begin(), named_graphs.end());
     return std::shared_ptr<const engine::PreparedQuery>(std::make_shared<Prepared>(std::string(text)));
   }
-  std::shared_ptr<engine::QueryData> make_data() const override { return std::make_shared<Data>(changes, graphs); }
+  std::shared_ptr<engine::QueryData> make_data() const override { return std::make_shared<Data>(changes, graphs, datasets_counter); }
   Result<std::shared_ptr<const engine::QueryAnswer>> evaluate(const engine::PreparedQuery& query, engine::QueryData& data,
                                                               const std::atomic<bool>& cancelled, TimePoint now,
                                                               std::optional<std::size_t> max_rows) const override {
@@ -113,7 +121,9 @@ class SmallQueries final : public engine::QueryService {
 
   Limits given;
   mutable std::vector<std::string> datasets;
-  mutable Graphs graphs;  ///< that were seen last
+  mutable Graphs graphs;                                            ///< that were seen last
+  std::shared_ptr<int> datasets_counter = std::make_shared<int>();  ///< each Data refers to it
+  std::size_t kept_datasets() const { return static_cast<std::size_t>(datasets_counter.use_count()) - 1; }
   mutable std::size_t changes = 0, evaluations = 0;
 };
 
@@ -286,6 +296,232 @@ TEST_CASE("queries are as many as the endpoint takes, and one whose client has g
   asked.bench.run();
   REQUIRE(asked.bench.answer(half));
   CHECK(asked.bench.answer(half)->status == 503);
+}
+
+TEST_CASE("one client cannot use up the queries of all", "[engine][query]") {
+  SmallQueries::Limits limits;
+  limits.max_queries_per_client = 2;
+  limits.max_standing_per_client = 1;
+  engine::EngineOptions options;
+  options.authorize = [](const http::Request& request) {
+    engine::Caller caller;
+    caller.client = std::string(request.find("Client").value_or(""));
+    return caller;
+  };
+  Robot asked(std::move(options), limits);
+  const auto send = [&](const std::string& client) { return asked.bench.send("GET /sparql?query=graphs\nClient: " + client + "\n"); };
+  const auto first = send("anna"), second = send("anna"), third = send("anna"), other = send("bert");
+  CHECK(third.answer.status == 429);
+  CHECK(!third.answer.field("Retry-After").empty());
+  CHECK(other.ticket);
+  CHECK(send("").ticket);  // this machine
+  asked.bench.run();
+  for (const auto& sent : {first, second, other}) CHECK(asked.bench.answer(sent)->status == 200);
+  CHECK(send("anna").ticket);  // those before have ended
+
+  const auto a = asked.bench.open_stream("/sparql?query=graphs", "Client: anna\n");
+  CHECK(asked.bench.stream("/sparql?query=" + objects_of_value, "Client: anna\n").answer.status == 429);
+  (void)asked.bench.open_stream("/sparql?query=graphs", "Client: anna\n");  // shares the first one
+  (void)asked.bench.open_stream("/sparql?query=" + objects_of_value, "Client: bert\n");
+  (void)a;
+}
+
+TEST_CASE("standing queries are evaluated one after the other, and leave the places of queries free", "[engine][query]") {
+  SmallQueries::Limits limits;
+  limits.max_queries = 1;
+  Robot asked({}, limits);
+  (void)asked.ask("graphs");
+  std::vector<Bench::Sent> streams;
+  for (int i = 0; i < 5; ++i) streams.push_back(asked.bench.stream("/sparql?query=now&default-graph-uri=http://e/" + std::to_string(i)));
+  asked.bench.collect();
+  auto jobs = asked.bench.engine.take_query_jobs();
+  CHECK(jobs.size() == 1);  // as many as there are threads
+  const auto query = asked.bench.send("GET /sparql?query=graphs");
+  REQUIRE(query.ticket);
+  asked.bench.run();
+  REQUIRE(asked.bench.answer(query));
+  CHECK(asked.bench.answer(query)->status == 200);
+  for (auto& job : jobs) job.run();
+  asked.bench.run();
+  for (const auto& stream : streams) CHECK(asked.bench.answer(stream)->status == 200);
+  // All have their turn, also when they are due together.
+  const std::size_t before = asked.service->evaluations;
+  asked.bench.clock.advance(milliseconds(1100));
+  asked.bench.run();
+  CHECK(asked.service->evaluations == before + streams.size());
+}
+
+TEST_CASE("a standing query whose subscribers leave before its first result ends", "[engine][query]") {
+  Robot asked;
+  (void)asked.ask("graphs");
+  for (const bool only_sending_ends : {false, true}) {
+    CAPTURE(only_sending_ends);
+    const std::size_t before = asked.service->evaluations;
+    const auto a = asked.bench.stream("/sparql?query=graphs"), b = asked.bench.stream("/sparql?query=graphs");
+    const std::string path = only_sending_ends ? "/sparql/standing-2" : "/sparql/standing-1";
+    const auto leave = [&](const Bench::Sent& sent) {
+      if (only_sending_ends) asked.bench.engine.input_ended(*sent.ticket);
+      else asked.bench.engine.abandon(*sent.ticket);
+      CHECK(asked.bench.engine.next_deadline() <= asked.bench.clock.now().steady);
+      asked.bench.collect();
+    };
+    leave(a);
+    CHECK(asked.bench.send("GET " + path).answer.status != 404);
+    leave(b);
+    CHECK(asked.bench.send("GET " + path).answer.status == 404);
+    asked.bench.run();
+    CHECK(asked.service->evaluations == before);
+    if (only_sending_ends) CHECK(asked.bench.answer(b)->status == 503);
+  }
+}
+
+TEST_CASE("results of standing queries are written by their jobs", "[engine][query]") {
+  for (const char* changes : {"", "changes=true&"}) {
+    CAPTURE(changes);
+    Robot asked;
+    const auto channel = asked.bench.open_stream("/sparql?" + std::string(changes) + "query=" + objects_of_value);
+    std::vector<engine::Channel> others;
+    if (std::string(changes).empty()) {
+      others.push_back(
+          asked.bench.open("/sparql?query=" + objects_of_value, "Accept: text/csv\n"));  // in another media type, while there is a result
+      CHECK(asked.bench.messages(others[0]).size() == 1);
+    }
+    (void)asked.events(channel);
+    asked.publish(17);
+    (void)asked.bench.engine.next_ready(asked.bench.clock.now());  // the scan
+    asked.bench.collect();
+    auto jobs = asked.bench.engine.take_query_jobs();
+    REQUIRE(jobs.size() == 1);
+    for (auto& job : jobs) job.run();
+    const std::size_t written = SmallQueries::Answered::written;
+    std::size_t messages = 0;
+    for (int i = 0; i < 3; ++i, asked.bench.look())
+      for (const auto& [c, push] : asked.bench.pushes()) messages += push.message ? 1 : 0;
+    CHECK(messages == 1 + others.size());
+    CHECK(SmallQueries::Answered::written == written);
+  }
+}
+
+TEST_CASE("the graphs follow what comes and goes without a change of the structure", "[engine][query]") {
+  Robot asked;
+  const auto graphs = [&] { return asked.ask("graphs"); };
+  const auto has = [&](const std::string& path) { return graphs().find(path + ";") != std::string::npos; };
+  (void)graphs();
+  const std::string invocation = asked.bench.ask("POST /arm/actions/grip\nPrefer: respond-async\n").field("Location").substr(16);
+  CHECK(has(invocation));
+  const auto text_of = [&] { return rdf::write(*asked.service->graphs.at("http://localhost" + invocation), rdf::Syntax::n_triples).value(); };
+  CHECK(text_of().find("0.25") == std::string::npos);
+  asked.robot.grips[0].progress(0.25);
+  (void)graphs();
+  CHECK(text_of().find("0.25") != std::string::npos);
+  (void)std::move(asked.robot.grips[0]).succeed();
+  (void)graphs();
+  CHECK(text_of().find("endedAtTime") != std::string::npos);
+  CHECK(asked.bench.ask("DELETE " + invocation).status == 204);
+  CHECK_FALSE(has(invocation));
+
+  const Answer made = asked.bench.ask("POST /arm/waypoints\nContent-Type: application/json\n\n{\"x\":1,\"y\":2,\"frame\":\"base\"}");
+  REQUIRE(made.status == 201);
+  const std::string member = made.field("Location").substr(16);
+  CHECK(has(member));
+  CHECK(asked.bench.ask("DELETE " + member).status == 204);
+  CHECK_FALSE(has(member));
+
+  // At the same path there is another resource.
+  for (const double weight : {1.25, 2.5}) {
+    Thing box("box");
+    box.property<double>("weight").publish(weight);
+    asked.bench.add(std::move(box));
+    CHECK(asked.ask(objects_of_value).find(std::to_string(weight).substr(0, 3)) != std::string::npos);
+    asked.bench.engine.remove("box").value();
+  }
+  CHECK_FALSE(has("/box/weight"));
+}
+
+TEST_CASE("a query reads the properties that it needs and may see", "[engine][query][security]") {
+  int open = 0, hidden = 0;
+  engine::EngineOptions options;
+  options.authorize = [policy =
+                           security::Policy::create({{"/", security::Scope::tree, {}, security::Right::read},
+                                                     {"/hidden", security::Scope::tree, {security::Who::Kind::role, "chief"}, security::Right::read}})
+                               .value()](const http::Request&) {
+    engine::Caller caller;
+    caller.view = policy->view(nullptr);
+    return caller;
+  };
+  Robot asked(std::move(options));
+  Thing first("open"), second("hidden");
+  first.property("weight", [&] { return ++open; });
+  second.property("weight", [&] { return ++hidden; });
+  asked.bench.add(std::move(first));
+  asked.bench.add(std::move(second));
+  const auto reads = [&](const std::string& query) {
+    const int before = open;
+    asked.bench.clock.advance(milliseconds(200));
+    (void)asked.ask(query);
+    return open - before;
+  };
+  (void)reads("graphs");
+  CHECK(reads(objects_of_value) == 1);
+  CHECK(reads("objects%20http%3A%2F%2Fpurl.org%2Fdc%2Fterms%2Ftitle") == 0);
+  CHECK(reads("nothing") == 0);
+  CHECK(reads("graphs") == 1);
+  CHECK(hidden == 0);
+}
+
+TEST_CASE("a standing query remains when a policy with the same rights is loaded", "[engine][query][security]") {
+  using security::Right;
+  std::vector<security::Rule> rules = {{"/", security::Scope::tree, {}, Right::read | Right::subscribe}};
+  std::shared_ptr<security::Policy> policy = security::Policy::create(rules).value();
+  const auto caller = [&] {
+    engine::Caller made;
+    made.view = policy->view(nullptr);
+    return made;
+  };
+  engine::EngineOptions options;
+  options.authorize = [&](const http::Request&) { return caller(); };
+  options.renew = [&](const security::Principal*) { return std::optional(caller()); };
+  Robot asked(std::move(options));
+  const auto load = [&] {
+    policy = security::Policy::create(rules).value();
+    asked.bench.engine.renew_rights();
+    std::size_t closed = 0;
+    for (const auto& [channel, push] : asked.bench.pushes()) closed += push.close != 0 ? 1 : 0;
+    return closed;
+  };
+  const auto channel = asked.bench.open_stream("/sparql?query=" + objects_of_value);
+  CHECK(asked.events(channel).size() == 1);
+  CHECK(load() == 0);
+  rules.push_back({"/other", security::Scope::tree, {security::Who::Kind::role, "chief"}, Right::read});
+  rules.push_back({"/other", security::Scope::tree, {}, Right::read | Right::subscribe});
+  CHECK(load() == 0);
+  asked.publish(33);
+  CHECK(asked.events(channel).size() == 1);
+  (void)asked.bench.open_stream("/sparql?query=" + objects_of_value);
+  CHECK(asked.bench.get("/sparql/standing-2").status == 404);  // they share it
+  CHECK(asked.service->kept_datasets() == 1);
+  rules.push_back({"/arm", security::Scope::tree, {security::Who::Kind::role, "chief"}, Right::read});
+  CHECK(load() == 2);  // what the query was evaluated on is no longer theirs
+}
+
+TEST_CASE("what queries have stored is removed a minute after the last", "[engine][query]") {
+  Robot asked;
+  (void)asked.ask("graphs");
+  CHECK(asked.service->kept_datasets() == 1);
+  asked.bench.clock.advance(std::chrono::seconds(59));
+  asked.bench.run();
+  CHECK(asked.service->kept_datasets() == 1);
+  CHECK(asked.bench.engine.next_deadline() <= asked.bench.clock.now().steady + std::chrono::seconds(1));
+  asked.bench.clock.advance(std::chrono::seconds(1));
+  asked.bench.run();
+  CHECK(asked.service->kept_datasets() == 0);
+  asked.robot.angle_handle->publish(44);
+  CHECK(asked.ask(objects_of_value).find("44;") != std::string::npos);
+  // A standing query uses it.
+  const auto channel = asked.bench.open_stream("/sparql?query=" + objects_of_value);
+  asked.bench.clock.advance(std::chrono::seconds(120));
+  (void)asked.events(channel);
+  CHECK(asked.service->kept_datasets() == 1);
 }
 
 TEST_CASE("a standing query tells its answer, and again when it has changed", "[engine][query]") {

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "src/engine/resources/query.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include <lrt/base/immortal.hpp>
 #include <lrt/engine/engine.hpp>
+#include <lrt/http/etag.hpp>
 
 #include "src/engine/description.hpp"
+#include "src/engine/host_calls.hpp"
 #include "src/engine/parts.hpp"
 
 namespace lrt::engine {
@@ -87,14 +90,44 @@ StandingQuery::StandingQuery(std::string its_path, const QueryResource& endpoint
       endpoint_(endpoint),
       owner_(owner),
       variants_(variants_of(*query)) {
-  for (const std::string& predicate : query->dependencies().predicates) predicates.push_back(Snapshots::hash_of(predicate));
+  predicates = Snapshots::hashes_of(query->dependencies().predicates);
 }
 
 StandingQuery::~StandingQuery() = default;
 
-Result<std::string> StandingQuery::answer(std::size_t type) const {
-  if (!latest) return unexpected(Errc::failed, "the query has no result yet");
-  return tells_changes && previous ? latest->changes_since(*previous, sequence) : latest->write(type);
+Result<Bytes> StandingQuery::answer(std::size_t type) const {
+  if (!latest.answer) return unexpected(Errc::failed, "the query has no result yet");
+  if (const auto found = latest.documents.find(type); found != latest.documents.end()) return found->second.text;
+  return write(*query, *latest.answer, tells_changes ? previous.get() : nullptr, sequence, type).text;  // a type that no observer has
+}
+
+std::string StandingQuery::entity_tag(std::string_view media_type, const std::string&, const Audience&, bool) const {
+  const auto found = std::find_if(latest.documents.begin(), latest.documents.end(),
+                                  [&](const auto& document) { return query->types()[document.first] == media_type; });
+  return found == latest.documents.end() ? std::string() : found->second.tag;
+}
+
+StandingQuery::Document StandingQuery::write(const PreparedQuery& query, const QueryAnswer& answer, const QueryAnswer* before, std::uint64_t sequence,
+                                             std::size_t type) {
+  Document document;
+  document.text = guarded<Bytes>([&]() -> Result<Bytes> {
+    Result<std::string> text = before ? answer.changes_since(*before, sequence) : answer.write(type);
+    if (!text) return Unexpected{std::move(text).error()};
+    document.tag = http::entity_tag(query.types()[type], *text);
+    return std::make_shared<const std::string>(*std::move(text));
+  });
+  return document;
+}
+
+std::vector<std::size_t> StandingQuery::wanted_types() const {
+  std::vector<std::size_t> types;
+  const auto add = [&](std::size_t type) {
+    if (std::find(types.begin(), types.end(), type) == types.end()) types.push_back(type);
+  };
+  for (const Observer* observer : observers)
+    if (const Variant variant = observer->variant(); variant.kind() == Variant::Kind::answer) add(variant.type());
+  for (const Waiter& waiter : waiters) add(waiter.type);
+  return types;
 }
 
 void StandingQuery::set_observed(bool observed, ChangeScanner&) {

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -67,10 +69,11 @@ class StandingQuery final : public Resource {
   std::uint64_t state(std::uint64_t) const noexcept override { return revision; }
   bool is_rdf_source() const noexcept override { return false; }
   std::string up() const override { return endpoint_.path; }
-  bool is_shown_to(const Audience& audience) const override { return audience.view == snapshot->audience.view; }
+  bool is_shown_to(const Audience& audience) const override { return audience.has_rights_of(snapshot->audience); }
   /// The latest result. With `tells_changes`, from the second result on: the differences from the previous result.
-  Result<std::string> answer(std::size_t type) const override;
-  bool has_representation() const noexcept override { return latest != nullptr; }
+  Result<Bytes> answer(std::size_t type) const override;
+  std::string entity_tag(std::string_view media_type, const std::string& base, const Audience& audience, bool for_write) const override;
+  bool has_representation() const noexcept override { return latest.answer != nullptr; }
   bool observable() const noexcept override { return true; }
   bool wants_queues() const noexcept override { return tells_changes; }
   SubscriptionsResource* subscriptions() const noexcept override { return endpoint_.subscriptions(); }
@@ -99,25 +102,46 @@ class StandingQuery final : public Resource {
   /// The resource is removed.
   void unwatch(Watch& watch);
 
+  /// A request that subscribes when there is a result.
   struct Waiter {
     Ticket ticket;
     Protocol protocol;
+    std::size_t type;                          ///< of its notifications
+    std::shared_ptr<std::atomic<bool>> ended;  ///< its client has gone
   };
+  /// A result in one media type, written by the job that made it.
+  struct Document {
+    Result<Bytes> text = Bytes();
+    std::string tag;
+  };
+  /// A result with its documents. With `tells_changes`, from the second result on: the documents are the differences.
+  struct Answer {
+    std::shared_ptr<const QueryAnswer> answer;
+    std::map<std::size_t, Document> documents;  ///< by type
+  };
+  /// The types that its observers and waiting requests receive.
+  std::vector<std::size_t> wanted_types() const;
+  /// Writes one. Takes as long as the result is large.
+  /// @param before  the previous result, for the differences; nullptr: the whole result
+  static Document write(const PreparedQuery& query, const QueryAnswer& answer, const QueryAnswer* before, std::uint64_t sequence, std::size_t type);
 
   const std::shared_ptr<const PreparedQuery> query;
   const std::shared_ptr<Snapshot> snapshot;
-  std::string key;  ///< by which equal queries share it; empty: it is for one subscriber alone
+  std::string key;     ///< by which equal queries share it; empty: it is for one subscriber alone
+  std::string client;  ///< that has started it; empty: none that has limits
   bool tells_changes = false;
-  std::chrono::milliseconds interval{0};                              ///< between two evaluations
-  std::vector<Waiter> waiters;                                        ///< requests that subscribe when there is a result
+  std::chrono::milliseconds interval{0};  ///< between two evaluations
+  std::vector<Waiter> waiters;
   std::unordered_map<std::uint64_t, std::unique_ptr<Watch>> watches;  ///< by ResourceId
   std::vector<std::uint32_t> predicates;                              ///< of its dependencies, hashed
   std::uint64_t seen_version = 0;                                     ///< of the snapshot: resources described later may have to be observed
   bool is_dirty = true;
-  bool is_running = false;
+  bool is_running = false;                       ///< its first values are read, or it is evaluated
+  bool has_read = false;                         ///< its first values were read
   std::shared_ptr<std::atomic<bool>> cancelled;  ///< of the evaluation that runs
   std::chrono::steady_clock::time_point last_start{};
-  std::shared_ptr<const QueryAnswer> latest, previous;
+  Answer latest;
+  std::shared_ptr<const QueryAnswer> previous;
   std::uint64_t sequence = 0;  ///< of `latest`, from 1
 
  private:
