@@ -73,7 +73,9 @@ struct Broker {
   /// Credentials; an empty user: none.
   std::string user, password;
   /// @}
-  std::string client_id;  ///< empty: "lrt-" and a random text. Two clients with the same id end each other's connections
+  /// Empty: made of the prefix, so that the broker recognises a robot that has started again. Two clients with the same
+  /// id end each other's connections.
+  std::string client_id;
   /// URL that the RDF states for clients (lrt:mqttBroker): "mqtts://broker.example:8883". Empty: made of host and port.
   std::string public_url;
   std::chrono::seconds keep_alive{15};             ///< 5 s to 18 h; if the broker does not respond to a ping for this time, it counts as lost

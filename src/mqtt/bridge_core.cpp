@@ -77,6 +77,22 @@ std::string url_of(const Broker& broker) {
   return (broker.tls ? "mqtts://" : "mqtt://") + host + ":" + std::to_string(broker.port != 0 ? broker.port : broker.tls ? 8883 : 1883);
 }
 
+/// The same for each start of a robot, so that the broker ends an old connection of the robot, with its Last Will, when a new one begins.
+std::string client_id_of(const Options& options) {
+  if (!options.broker.client_id.empty()) return options.broker.client_id;
+  constexpr std::size_t max_readable = 32;
+  constexpr char digits[] = "0123456789abcdef";
+  std::string id = "lrt-";
+  std::uint64_t hash = 14695981039346656037U;  // FNV-1a, because brokers may refuse other characters and long ids
+  for (const char c : options.prefix) {
+    hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211U;
+    if (id.size() < max_readable) id += (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ? c : '-';
+  }
+  id += '-';
+  for (int shift = 60; shift >= 0; shift -= 4) id += digits[(hash >> shift) & 15];
+  return id;
+}
+
 }  // namespace
 
 std::vector<Publication> default_publications() {
@@ -117,6 +133,7 @@ Result<std::unique_ptr<BridgeCore>> BridgeCore::create(Server& server, Options o
   link.log = core->options_.log;
   link.thread = core->options_.thread;
   Result<std::unique_ptr<Link>> made = make_link(std::move(link));
+  link.broker.client_id = client_id_of(core->options_);
   if (!made) return Unexpected{std::move(made).error()};
   core->link_ = *std::move(made);
   return core;

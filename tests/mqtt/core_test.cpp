@@ -36,6 +36,7 @@ struct Wire {
   std::string lost;  ///< not empty: the connection ends with this reason
   int next_id = 1;
   OutMessage will;
+  std::string client_id;
 
   std::vector<std::string> topics() const {
     std::vector<std::string> all;
@@ -112,6 +113,7 @@ struct Bench {
     if (change) change(options);
     core = BridgeCore::create(*server, std::move(options), [this](LinkOptions link) -> Result<std::unique_ptr<Link>> {
              wire.will = link.will;
+             wire.client_id = link.broker.client_id;
              return std::unique_ptr<Link>(std::make_unique<FakeLink>(wire));
            }).value();
   }
@@ -182,6 +184,24 @@ TEST_CASE("a connection that was good begins with the short pause again", "[mqtt
   CHECK(bench.core->counters().online);
   bench.wire.lost = "gone";
   const milliseconds rest = bench.turn();
+}
+
+TEST_CASE("a robot that starts again has the same client id, and another prefix another one", "[mqtt]") {
+  const auto id_of = [](const std::string& prefix, const std::string& id = {}) {
+    return Bench([&](mqtt::Options& o) {
+             o.prefix = prefix;
+             o.broker.client_id = id;
+           })
+        .wire.client_id;
+  };
+  const std::string id = id_of("robots/r7");
+  CHECK(id == id_of("robots/r7"));
+  CHECK(id.substr(0, 14) == "lrt-robots-r7-");
+  CHECK(id != id_of("robots-r7"));
+  CHECK(id_of(std::string(900, 'a')).size() <= 64);
+  CHECK(id_of(std::string(900, 'a')) != id_of(std::string(901, 'a')));
+  CHECK(id_of("\xC3\xA4/b").find_first_not_of("-abcdefghijklmnopqrstuvwxyz0123456789") == std::string::npos);
+  CHECK(id_of("robots/r7", "mine") == "mine");
   CHECK(rest <= milliseconds(151));
   CHECK_FALSE(bench.core->counters().online);
 }
