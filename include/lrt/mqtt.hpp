@@ -174,8 +174,8 @@ struct Counters {
 /// messages, or changes that did not fit into a queue. It begins with 1 when the bridge is created.
 ///
 /// While the broker is not connected, values wait in the server: one flag for each resource, or its queue. After
-/// reconnecting, the newest values are sent first, then those in queues. Unacknowledged messages with QoS 1 are
-/// repeated.
+/// reconnecting, unacknowledged messages with QoS 1 and 2 are repeated, then the newest values are sent, then those in
+/// queues. A message that is repeated on another connection may arrive twice, with QoS 2, too.
 ///
 /// A bridge must not outlive its server. The robot's program never waits for it.
 ///

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
 #include <utility>
+#include <vector>
 
 #include <lrt/base/clock.hpp>
 #include <lrt/base/ids.hpp>
@@ -19,7 +23,9 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr std::size_t max_own = 1'000;  ///< limit of the bridge's own waiting messages; above it the oldest are dropped
+constexpr std::size_t max_own = 1'000;           ///< limit of the bridge's own waiting messages; above it the oldest are dropped
+constexpr milliseconds status_interval{1'000};   ///< between two messages of the status on one connection
+constexpr milliseconds good_connection{10'000};  ///< that has lasted so long is followed by the short pause, or max_pause if that is less
 
 Kind kind_of(std::string_view kind) noexcept {
   if (kind == "property") return Kind::property;
@@ -71,12 +77,6 @@ Result<void> check(const Options& options) {
   return {};
 }
 
-std::string url_of(const Broker& broker) {
-  if (!broker.public_url.empty()) return broker.public_url;
-  const std::string host = broker.host.find(':') == std::string::npos ? broker.host : "[" + broker.host + "]";
-  return (broker.tls ? "mqtts://" : "mqtt://") + host + ":" + std::to_string(broker.port != 0 ? broker.port : broker.tls ? 8883 : 1883);
-}
-
 /// The same for each start of a robot, so that the broker ends an old connection of the robot, with its Last Will, when a new one begins.
 std::string client_id_of(const Options& options) {
   if (!options.broker.client_id.empty()) return options.broker.client_id;
@@ -91,6 +91,12 @@ std::string client_id_of(const Options& options) {
   id += '-';
   for (int shift = 60; shift >= 0; shift -= 4) id += digits[(hash >> shift) & 15];
   return id;
+}
+
+std::string url_of(const Broker& broker) {
+  if (!broker.public_url.empty()) return broker.public_url;
+  const std::string host = broker.host.find(':') == std::string::npos ? broker.host : "[" + broker.host + "]";
+  return (broker.tls ? "mqtts://" : "mqtt://") + host + ":" + std::to_string(broker.port != 0 ? broker.port : broker.tls ? 8883 : 1883);
 }
 
 }  // namespace
@@ -127,13 +133,13 @@ Result<std::unique_ptr<BridgeCore>> BridgeCore::create(Server& server, Options o
   std::unique_ptr<BridgeCore> core(new BridgeCore(*std::move(feed), *std::move(topics), std::move(options)));
   LinkOptions link;
   link.broker = core->options_.broker;
+  link.broker.client_id = client_id_of(core->options_);
   link.commands = core->options_.commands;
   link.will = core->status(false);
   link.waker = core->feed_.waker();
   link.log = core->options_.log;
   link.thread = core->options_.thread;
   Result<std::unique_ptr<Link>> made = make_link(std::move(link));
-  link.broker.client_id = client_id_of(core->options_);
   if (!made) return Unexpected{std::move(made).error()};
   core->link_ = *std::move(made);
   return core;
@@ -202,7 +208,7 @@ milliseconds BridgeCore::advance(Instant now, std::chrono::microseconds budget) 
   bool more = false;
   do {
     Feed::Bounds bounds;
-    bounds.max_messages = may_publish() && messages_.empty() ? options_.limits.batch_messages : 0;
+    bounds.max_messages = may_publish() && messages_.empty() && repeats_.empty() ? options_.limits.batch_messages : 0;
     bounds.max_bytes = options_.limits.batch_bytes;
     bounds.queued = !newest_first_;
     Feed::Batch batch = feed_.take(bounds);
@@ -218,19 +224,7 @@ milliseconds BridgeCore::advance(Instant now, std::chrono::microseconds budget) 
       bridge(new_resources_.front());
       new_resources_.pop_front();
     }
-    while (!own_.empty() && may_publish()) {
-      OutMessage message = std::move(own_.front());
-      own_.pop_front();
-      if (!publish(message)) {
-        own_.push_front(std::move(message));
-        break;
-      }
-    }
-    while (!messages_.empty() && may_publish()) {
-      engine::FeedMessage message = std::move(messages_.front());
-      messages_.pop_front();
-      if (!send(std::move(message))) break;
-    }
+    publish_waiting();
     more = !new_resources_.empty() || batch.more;
   } while (more && !is_over());
 
@@ -239,10 +233,34 @@ milliseconds BridgeCore::advance(Instant now, std::chrono::microseconds budget) 
     if (now >= description_at_) request_description();
     else rest = std::min(rest, std::chrono::ceil<milliseconds>(description_at_ - now));
   }
+  if (is_status_due_ && phase_ == Phase::online && now < status_at_) rest = std::min(rest, std::chrono::ceil<milliseconds>(status_at_ - now));
   if (more) return milliseconds(0);
   if (phase_ == Phase::waiting) rest = std::min(rest, std::chrono::ceil<milliseconds>(std::max(retry_at_ - now, Instant::duration(0))));
   else rest = std::min(rest, link_->step_interval());
   return rest;
+}
+
+/// Sends what the network takes: the status, what has to be repeated, the bridge's own messages, and values.
+void BridgeCore::publish_waiting() {
+  if (is_status_due_ && now_ >= status_at_ && may_publish() && publish(status(true), Sending::once)) {
+    is_status_due_ = false;
+    status_at_ = now_ + status_interval;
+  }
+  while (!repeats_.empty() && may_publish()) {
+    const OutMessage message = std::move(repeats_.front());
+    repeats_.pop_front();
+    if (!publish(message, Sending::again)) return repeats_.push_front(message);
+  }
+  if (!repeats_.empty()) return;  // they are older than all others
+  while (!own_.empty() && may_publish()) {
+    if (!publish(own_.front())) return;
+    own_.pop_front();
+  }
+  while (!messages_.empty() && may_publish()) {
+    engine::FeedMessage message = std::move(messages_.front());
+    messages_.pop_front();
+    if (!send(std::move(message))) return;
+  }
 }
 
 bool BridgeCore::may_publish() const {
@@ -260,7 +278,7 @@ void BridgeCore::stop() noexcept {
 
 void BridgeCore::connected(const Agreement& agreement) {
   phase_ = Phase::online;
-  pause_ = options_.broker.first_pause;
+  connected_at_ = now_;
   last_reason_.clear();
   max_aliases_ = std::min(agreement.max_aliases, options_.limits.max_topic_aliases);
   used_aliases_ = 0;
@@ -271,8 +289,11 @@ void BridgeCore::connected(const Agreement& agreement) {
   if (options_.commands.enabled)
     for (const Topics::Command command : {Topics::Command::put, Topics::Command::post, Topics::Command::remove})
       if (const Result<void> subscribed = link_->subscribe(topics_.filter(command), options_.commands.qos); !subscribed)
-        subscription_refused(subscribed.error().message);
-  own_.push_front(status(true));
+        subscription_refused(topics_.filter(command), subscribed.error().message);
+  if (const Result<void> subscribed = link_->subscribe(topics_.status(), 1); !subscribed)
+    subscription_refused(topics_.status(), subscribed.error().message);
+  is_status_due_ = true;
+  status_at_ = now_;
   is_description_due_ = options_.description.publish;
   description_ = nullptr;
   description_at_ = now_;
@@ -289,6 +310,15 @@ void BridgeCore::disconnected(const std::string& reason) {
   // The unsent messages are newest values, which repeat_all() sends again, and queued ones, which are kept.
   messages_.erase(std::remove_if(messages_.begin(), messages_.end(), [](const engine::FeedMessage& m) { return !m.queued && !m.end; }),
                   messages_.end());
+  std::vector<Unacknowledged> lost;
+  for (auto& [id, sent] : unacknowledged_)
+    if (sent.repeats) lost.push_back(std::move(sent));
+  std::sort(lost.begin(), lost.end(), [](const Unacknowledged& a, const Unacknowledged& b) { return a.number > b.number; });
+  for (Unacknowledged& sent : lost) repeats_.push_front(std::move(sent.message));
+  unacknowledged_.clear();
+  unacknowledged_bytes_ = 0;
+  counters_.unacknowledged = repeats_.size();
+  if (was_online && now_ - connected_at_ >= std::min(options_.broker.max_pause, good_connection)) pause_ = options_.broker.first_pause;
   chance_ = chance_ * 6364136223846793005U + 1442695040888963407U;
   const double factor = 0.5 + static_cast<double>(chance_ >> 11) / 9007199254740992.0;
   retry_at_ = now_ + std::chrono::duration_cast<Instant::duration>(pause_ * factor);
@@ -298,9 +328,9 @@ void BridgeCore::disconnected(const std::string& reason) {
 void BridgeCore::acknowledged(int id, bool refused, const std::string& reason) {
   const auto found = unacknowledged_.find(id);
   if (found == unacknowledged_.end()) return;
-  unacknowledged_bytes_ -= found->second;
+  unacknowledged_bytes_ -= found->second.bytes();
   unacknowledged_.erase(found);
-  counters_.unacknowledged = unacknowledged_.size();
+  counters_.unacknowledged = unacknowledged_.size() + repeats_.size();
   if (!refused) {
     ++counters_.acknowledged;
     return;
@@ -309,8 +339,10 @@ void BridgeCore::acknowledged(int id, bool refused, const std::string& reason) {
   log_once("the broker refused a message: " + reason);
 }
 
-void BridgeCore::subscription_refused(const std::string& reason) {
-  log(LogLevel::error, "no commands: the broker refused the subscription: " + reason);
+void BridgeCore::subscription_refused(const std::string& filter, const std::string& reason) {
+  if (filter == topics_.status())
+    return log_once("the broker does not let the robot subscribe to its own status, which an older connection may overwrite: " + reason);
+  log(LogLevel::error, "no commands: the broker refused the subscription to " + filter + ": " + reason);
 }
 
 // ------------------------------------------------------------------------------------------------------------ publications
@@ -424,7 +456,7 @@ bool BridgeCore::send(engine::FeedMessage message) {
 }
 
 /// False: there is no connection, and the message is to be sent later.
-bool BridgeCore::publish(const OutMessage& message) {
+bool BridgeCore::publish(const OutMessage& message, Sending how) {
   const std::size_t bytes = message.payload ? message.payload->size() : 0;
   const Result<int> id = link_->publish(message);
   if (!id) {
@@ -433,12 +465,14 @@ bool BridgeCore::publish(const OutMessage& message) {
     log_once("a message of " + std::to_string(bytes) + " bytes cannot be published: " + id.error().message);
     return true;
   }
-  ++counters_.published;
-  counters_.published_bytes += bytes;
+  if (how != Sending::again) {
+    ++counters_.published;
+    counters_.published_bytes += bytes;
+  }
   if (*id != 0) {
-    unacknowledged_[*id] = bytes;
+    unacknowledged_.insert_or_assign(*id, Unacknowledged{message, ++last_number_, how != Sending::once});
     unacknowledged_bytes_ += bytes;
-    counters_.unacknowledged = unacknowledged_.size();
+    counters_.unacknowledged = unacknowledged_.size() + repeats_.size();
   }
   return true;
 }
@@ -465,7 +499,19 @@ void BridgeCore::request_description() {
 
 // --------------------------------------------------------------------------------------------------------------- commands
 
-void BridgeCore::received(InMessage message) { carry_out(std::move(message)); }
+void BridgeCore::received(InMessage message) {
+  if (message.topic == topics_.status()) see_status(message);
+  else carry_out(std::move(message));
+}
+
+/// Another client has published to the status. If it is the Last Will of an older connection of this robot, the status is published again. That of a
+/// robot which is connected is not contradicted, because two robots would do so without end.
+void BridgeCore::see_status(const InMessage& message) {
+  const std::string_view online = R"({"online":true)";
+  if (message.payload.substr(0, online.size()) != online) is_status_due_ = true;
+  else if (message.payload.find(session_) == std::string::npos)
+    log_once("another robot publishes with the prefix " + options_.prefix + ": each robot needs a prefix of its own");
+}
 
 void BridgeCore::drop_command(const std::string& why) {
   ++counters_.dropped_commands;

@@ -172,7 +172,7 @@ TEST_CASE("pauses between attempts grow, are limited, and differ by chance", "[m
   CHECK(pauses_of() != pauses);
 }
 
-TEST_CASE("a connection that was good begins with the short pause again", "[mqtt]") {
+TEST_CASE("a connection that lasts is followed by the short pause, and one that ends at once by a longer one", "[mqtt]") {
   Bench bench([](mqtt::Options& o) {
     o.broker.first_pause = milliseconds(100);
     o.broker.max_pause = milliseconds(100'000);
@@ -183,7 +183,12 @@ TEST_CASE("a connection that was good begins with the short pause again", "[mqtt
   bench.turn(milliseconds(200'000));
   CHECK(bench.core->counters().online);
   bench.wire.lost = "gone";
-  const milliseconds rest = bench.turn();
+  CHECK(bench.turn(milliseconds(9'999)) >= milliseconds(50'000));
+  CHECK_FALSE(bench.core->counters().online);
+  bench.turn(milliseconds(200'000));
+  CHECK(bench.core->counters().online);
+  bench.wire.lost = "gone";
+  CHECK(bench.turn(milliseconds(10'000)) <= milliseconds(151));
 }
 
 TEST_CASE("a robot that starts again has the same client id, and another prefix another one", "[mqtt]") {
@@ -202,8 +207,79 @@ TEST_CASE("a robot that starts again has the same client id, and another prefix 
   CHECK(id_of(std::string(900, 'a')) != id_of(std::string(901, 'a')));
   CHECK(id_of("\xC3\xA4/b").find_first_not_of("-abcdefghijklmnopqrstuvwxyz0123456789") == std::string::npos);
   CHECK(id_of("robots/r7", "mine") == "mine");
-  CHECK(rest <= milliseconds(151));
-  CHECK_FALSE(bench.core->counters().online);
+}
+
+TEST_CASE("the Last Will of an older connection is overwritten, and robots with one prefix do not contradict each other", "[mqtt]") {
+  std::string log;
+  Bench bench([&](mqtt::Options& o) { o.log = [&](LogLevel, std::string_view text) { log.append(text); }; });
+  const auto count = [&] {
+    const std::vector<std::string> topics = bench.wire.topics();
+    return std::count(topics.begin(), topics.end(), "r/ns/status");
+  };
+  const auto see = [&](const std::string& payload) {
+    InMessage message;
+    message.topic = "r/ns/status";
+    message.payload = payload;
+    bench.wire.incoming.push_back(message);
+  };
+  bench.turns();
+  CHECK(count() == 1);
+  see(R"({"online":false,"session":"old"})");
+  see(R"({"online":false,"session":"older"})");
+  bench.turns();
+  CHECK(count() == 1);  // at most one in a second
+  CHECK(bench.turn() <= seconds(1));
+  bench.turn(seconds(1));
+  CHECK(count() == 2);
+  CHECK(bench.wire.sent.back().payload->find(R"({"online":true)") == 0);
+  bench.turn(seconds(5));
+  CHECK(log.find("another robot") == std::string::npos);
+  see(R"({"online":true,"session":"another"})");
+  bench.turn(seconds(5));
+  bench.turn(seconds(5));
+  CHECK(count() == 2);
+  CHECK(log.find("another robot") != std::string::npos);
+  CHECK(bench.core->counters().dropped_commands == 0);
+}
+
+TEST_CASE("what was not acknowledged is sent again on the next connection, in its order, and the status only anew", "[mqtt]") {
+  Bench bench([](mqtt::Options& o) {
+    o.publications[0].qos = 1;
+    o.publications[0].queue_length = 10;
+    o.broker.max_pause = milliseconds(500);
+  });
+  bench.turns();
+  bench.a.publish(3);
+  bench.turns();
+  REQUIRE(bench.wire.sent.size() == 4);  // the status, a, b, a
+  const std::vector<OutMessage> first = bench.wire.sent;
+  bench.wire.acknowledged = {2};
+  bench.turn();
+  const std::uint64_t published = bench.core->counters().published;
+  for (int round = 0; round < 3; ++round) {
+    bench.wire.lost = "gone";
+    bench.turn();
+    CHECK(bench.core->counters().unacknowledged == 2);
+    bench.wire.sent.clear();
+    bench.turn(seconds(10));
+    CAPTURE(round);
+    REQUIRE(bench.wire.sent.size() == 3);
+    CHECK(bench.wire.sent[0].topic == "r/ns/status");
+    for (const std::size_t i : {1U, 2U}) {
+      CHECK(bench.wire.sent[i].topic == first[i + 1].topic);
+      CHECK(bench.wire.sent[i].payload == first[i + 1].payload);
+      CHECK(seq_of(bench.wire.sent[i]) == seq_of(first[i + 1]));
+    }
+    CHECK(bench.core->counters().unacknowledged == 3);
+  }
+  CHECK(bench.core->counters().published == published + 3);  // the status
+  bench.wire.acknowledged = {bench.wire.next_id - 1, bench.wire.next_id - 2, bench.wire.next_id - 3};
+  bench.turn();
+  bench.wire.lost = "gone";
+  bench.turn();
+  bench.wire.sent.clear();
+  bench.turn(seconds(10));
+  CHECK(bench.wire.sent.size() == 1);
 }
 
 TEST_CASE("the Last Will is retained and at the status topic", "[mqtt]") {
@@ -335,7 +411,7 @@ TEST_CASE("a bridge that has stopped does nothing", "[mqtt]") {
 TEST_CASE("messages from the broker without commands are dropped", "[mqtt]") {
   Bench bench;
   bench.turns();
-  CHECK(bench.wire.filters.empty());
+  CHECK(bench.wire.filters == std::vector<std::string>{"r/ns/status"});
   InMessage message;
   message.topic = "r/ns/put/arm/a";
   message.payload = "1";
