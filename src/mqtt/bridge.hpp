@@ -9,6 +9,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -52,6 +53,7 @@ class BridgeCore final : private Link::Events {
     std::string topic;
     std::uint64_t sequence = 0;
     const Publication* how;
+    bool is_invocation;
     std::uint16_t alias = 0;  ///< of the present connection; 0: none yet
   };
   /// A message with QoS 1 or 2 that the network has and the broker has not acknowledged.
@@ -84,7 +86,9 @@ class BridgeCore final : private Link::Events {
 
   const Publication* publication_of(const engine::ObservableResource& resource) const;
   void bridge(const engine::ObservableResource& resource);
-  void unbridge(std::uint64_t channel, bool clears_topic);
+  void unbridge(std::uint64_t channel);
+  void end_channel(std::uint64_t channel);
+  void clear_topic(std::string topic);
   std::vector<Statement> statements_of(const engine::ObservableResource& resource, const std::string& topic) const;
   bool send(engine::FeedMessage message);
   /// How often a message is sent: until it is acknowledged, on the next connection again, or on one connection.
@@ -131,7 +135,8 @@ class BridgeCore final : private Link::Events {
   std::unordered_map<std::uint64_t, Published> published_;       ///< by channel
   std::unordered_map<std::uint64_t, std::uint64_t> channel_of_;  ///< by resource
   std::deque<engine::FeedMessage> messages_;                     ///< taken, and not sent yet: the rest of a batch
-  std::deque<OutMessage> own_;                                   ///< responses, the description, topics to be cleared
+  std::deque<OutMessage> own_;                                   ///< responses and the description
+  std::set<std::string> cleared_topics_;                         ///< whose retained messages the broker has to delete
   std::optional<std::uint64_t> description_request_;             ///< under way
   std::uint64_t structure_ = 0;                                  ///< when the description became due
   bool is_description_due_ = false;

@@ -24,6 +24,8 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr std::size_t max_own = 1'000;           ///< limit of the bridge's own waiting messages; above it the oldest are dropped
+constexpr std::size_t max_cleared = 10'000;      ///< limit of the topics to be cleared; further ones keep their retained messages
+constexpr milliseconds warning_time{10'000};     ///< see log_once()
 constexpr milliseconds status_interval{1'000};   ///< between two messages of the status on one connection
 constexpr milliseconds good_connection{10'000};  ///< that has lasted so long is followed by the short pause, or max_pause if that is less
 
@@ -219,7 +221,12 @@ milliseconds BridgeCore::advance(Instant now, std::chrono::microseconds budget) 
       newest_first_ = false;
       batch.more = true;
     }
-    for (engine::FeedMessage& message : batch.messages) messages_.push_back(std::move(message));
+    for (engine::FeedMessage& message : batch.messages) {
+      const auto is_of_channel = [&](const engine::FeedMessage& other) { return other.channel == message.channel; };
+      // An end is not kept while there is no broker, unless messages precede it.
+      if (message.end && std::none_of(messages_.begin(), messages_.end(), is_of_channel)) end_channel(static_cast<std::uint64_t>(message.channel));
+      else messages_.push_back(std::move(message));
+    }
     for (std::size_t i = 0; i < 32 && !new_resources_.empty(); ++i) {
       bridge(new_resources_.front());
       new_resources_.pop_front();
@@ -252,6 +259,14 @@ void BridgeCore::publish_waiting() {
     if (!publish(message, Sending::again)) return repeats_.push_front(message);
   }
   if (!repeats_.empty()) return;  // they are older than all others
+  while (!cleared_topics_.empty() && may_publish()) {
+    OutMessage empty;
+    empty.topic = *cleared_topics_.begin();
+    empty.qos = 1;
+    empty.retain = true;
+    if (!publish(empty)) return;
+    cleared_topics_.erase(cleared_topics_.begin());
+  }
   while (!own_.empty() && may_publish()) {
     if (!publish(own_.front())) return;
     own_.pop_front();
@@ -373,7 +388,8 @@ void BridgeCore::bridge(const engine::ObservableResource& resource) {
     const auto at = published_.find(known->second);
     if (at->second.topic == topics_.of(resource.path)) return;
     const std::uint64_t channel = known->second;
-    unbridge(channel, true);  // it has another path now
+    if (at->second.how->retain) clear_topic(at->second.topic);
+    unbridge(channel);  // it has another path now
     feed_.remove(Feed::Channel{channel});
   }
   const Publication* const how = publication_of(resource);
@@ -397,22 +413,29 @@ void BridgeCore::bridge(const engine::ObservableResource& resource) {
     return;
   }
   const auto number = static_cast<std::uint64_t>(*channel);
-  published_.emplace(number, Published{resource.id, std::move(topic), 0, how, 0});
+  published_.emplace(number, Published{resource.id, std::move(topic), 0, how, kind_of(resource.kind) == Kind::invocation, 0});
   channel_of_[resource.id] = number;
   counters_.resources = published_.size();
 }
 
-/// @param clears_topic  the broker must delete the retained message
-void BridgeCore::unbridge(std::uint64_t channel, bool clears_topic) {
+/// The resource, or the right to read it, no longer exists.
+void BridgeCore::end_channel(std::uint64_t channel) {
   const auto found = published_.find(channel);
   if (found == published_.end()) return;
-  if (clears_topic && found->second.how->retain) {
-    OutMessage empty;
-    empty.topic = found->second.topic;
-    empty.qos = 1;
-    empty.retain = true;
-    publish_own(std::move(empty));
-  }
+  if (found->second.how->retain) clear_topic(found->second.topic);
+  if (!found->second.is_invocation) is_description_due_ = options_.description.publish;  // it may show what the owner may no longer read
+  unbridge(channel);
+}
+
+/// The broker has to delete the retained message of a topic.
+void BridgeCore::clear_topic(std::string topic) {
+  if (cleared_topics_.size() < max_cleared) cleared_topics_.insert(std::move(topic));
+  else log_once("the retained messages of some topics are left at the broker: more than " + std::to_string(max_cleared) + " are to be deleted");
+}
+
+void BridgeCore::unbridge(std::uint64_t channel) {
+  const auto found = published_.find(channel);
+  if (found == published_.end()) return;
   channel_of_.erase(found->second.resource);
   published_.erase(found);
   counters_.resources = published_.size();
@@ -424,7 +447,7 @@ bool BridgeCore::send(engine::FeedMessage message) {
   const auto found = published_.find(channel);
   if (found == published_.end()) return true;  // it was removed meanwhile
   if (message.end) {
-    unbridge(channel, true);
+    end_channel(channel);
     return true;
   }
   Published& published = found->second;

@@ -351,6 +351,38 @@ TEST_CASE("while messages wait for their acknowledgement, values wait in the ser
   CHECK(bench.core->counters().acknowledged == 3);
 }
 
+TEST_CASE("what comes and goes while there is no broker is forgotten", "[mqtt]") {
+  const std::size_t queue_length = GENERATE(0U, 5U);
+  Bench bench([&](mqtt::Options& o) {
+    o.publications[0].queue_length = queue_length;
+    o.publications[0].retain = true;
+  });
+  bench.wire.connects = false;
+  bench.turns(3);
+  const auto come_and_go = [&](int i) {
+    Thing thing{"t" + std::to_string(i)};
+    thing.property<int>("x").publish(i);
+    REQUIRE(bench.server->add(std::move(thing)));
+    bench.turn();
+    REQUIRE(bench.server->remove("t" + std::to_string(i)));
+    bench.turn();
+  };
+  for (int i = 0; i < 1'100; ++i) come_and_go(i);
+  bench.turns(3);
+  CHECK(bench.core->counters().resources <= (queue_length == 0 ? 2 : 1'002));  // a queue is kept until it can be sent
+  bench.wire.connects = true;
+  bench.turn(seconds(60));
+  for (int i = 0; i < 100; ++i) {
+    bench.turn();
+    for (int id = 1; id < bench.wire.next_id; ++id) bench.wire.acknowledged.push_back(id);
+  }
+  CHECK(bench.core->counters().resources == 2);
+  for (int i = 0; i < 1'100; ++i) {
+    const OutMessage* const last = bench.wire.newest("r/t" + std::to_string(i) + "/x");
+    REQUIRE(last);
+    CHECK_FALSE(last->payload);
+    CHECK(last->retain);
+  }
 TEST_CASE("a congested network stops the bridge, not the robot", "[mqtt]") {
   Bench bench;
   bench.turns();
