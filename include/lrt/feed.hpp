@@ -81,7 +81,7 @@ class LRT_API Feed {
   /// Ends a subscription. No message of it follows.
   void remove(Channel channel);
   /// Marks the present representations of all its subscriptions without a queue as messages again, although they were
-  /// taken.
+  /// taken; with a queue, if FeedSubscription::repeats is set and the queue is empty.
   void repeat_all();
 
   /// Handles a request as Server::serve() does, with the same authorization, and does not wait. The views of `request`

@@ -728,7 +728,7 @@ Result<Subscribed> Subscriptions::make_feed(FeedSubscription wanted, TimePoint n
   if (wanted.queue_length) request.policy.queue_length = std::min(*wanted.queue_length, options_.subscriptions.max_queue_length);
   request.policy.minimum_interval = std::clamp<std::chrono::milliseconds>(wanted.minimum_interval, std::chrono::milliseconds(0), max_interval);
   request.begins_with_refresh = !representations_.ready(*observed, request.variant, false);
-  request.feed = std::make_shared<const FeedProtocol>(FeedProtocol{std::move(wanted.protocol), std::move(wanted.statements)});
+  request.feed = std::make_shared<const FeedProtocol>(FeedProtocol{std::move(wanted.protocol), std::move(wanted.statements), wanted.repeats});
   const SubscriptionResource& made = make(std::move(request), 0, options_.ids->next(), now.utc);
   return Subscribed{made.channel, made.queues()};
 }
@@ -768,7 +768,13 @@ bool Subscriptions::has_ended(Channel channel) const {
 
 bool Subscriptions::repeat(Channel channel) {
   SubscriptionResource* const s = find(channel);
-  if (!s || s->queues() || !s->observed.has_representation()) return false;
+  if (!s || !s->observed.has_representation()) return false;
+  if (s->queues()) {
+    if (!s->feed || !s->feed->repeats || !s->backlog.empty()) return false;  // what is in the queue follows
+    s->last_tag.clear();
+    enqueue(*s, false);
+    return false;  // it was announced
+  }
   s->last_tag.clear();
   s->backlog.mark_pending();
   return !s->next_notification && !std::exchange(s->ready_announced, true);

@@ -407,6 +407,7 @@ void BridgeCore::bridge(const engine::ObservableResource& resource) {
   wanted.minimum_interval = how->minimum_interval;
   wanted.protocol = "mqtt";
   wanted.statements = statements_of(resource, topic);
+  wanted.repeats = how->retain;
   const Result<Feed::Channel> channel = feed_.add(std::move(wanted));
   if (!channel) {
     if (channel.error().code != Errc::unknown_path) refuse(channel.error().message);  // it was removed in the meantime

@@ -452,9 +452,10 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
     if (!process_.is_current() || stopping_) return;
     with_engine([&] {
       for (const auto& [channel, queued] : feed.channels)
-        if (!queued && engine_.repeat(engine::Channel{channel})) feed.newest.push_back(engine::Channel{channel});
+        if (engine_.repeat(engine::Channel{channel})) feed.newest.push_back(engine::Channel{channel});
     });
     feed.waker->wake();
+    wake_io();  // of queues
   }
   std::uint64_t send(Feed::State& feed, const http::Request& request, Feed::As as) override {
     const bool open = process_.is_current() && !stopping_;

@@ -246,6 +246,7 @@ TEST_CASE("what was not acknowledged is sent again on the next connection, in it
   Bench bench([](mqtt::Options& o) {
     o.publications[0].qos = 1;
     o.publications[0].queue_length = 10;
+    o.publications[0].retain = false;  // else the newest value would be sent, too
     o.broker.max_pause = milliseconds(500);
   });
   bench.turns();
@@ -383,6 +384,30 @@ TEST_CASE("what comes and goes while there is no broker is forgotten", "[mqtt]")
     CHECK_FALSE(last->payload);
     CHECK(last->retain);
   }
+}
+
+TEST_CASE("a retained value with a queue is written again when the broker returns", "[mqtt]") {
+  const bool retain = GENERATE(true, false);
+  Bench bench([&](mqtt::Options& o) {
+    o.publications[0].queue_length = 5;
+    o.publications[0].retain = retain;
+  });
+  bench.turns();
+  REQUIRE(bench.wire.newest("r/arm/a"));
+  bench.wire.sent.clear();
+  bench.wire.lost = "gone";
+  bench.turn();
+  bench.turn(seconds(60));
+  bench.turns();
+  REQUIRE(bench.core->counters().connections == 2);
+  REQUIRE((bench.wire.newest("r/arm/a") != nullptr) == retain);
+  if (!retain) return;
+  CHECK(*bench.wire.newest("r/arm/a")->payload == "1");
+  CHECK(seq_of(*bench.wire.newest("r/arm/a")) == "2");
+  bench.wire.sent.clear();
+  bench.a.publish(7);
+  bench.turns();
+  CHECK(*bench.wire.newest("r/arm/a")->payload == "7");
 TEST_CASE("a congested network stops the bridge, not the robot", "[mqtt]") {
   Bench bench;
   bench.turns();
@@ -402,6 +427,7 @@ TEST_CASE("a congested network stops the bridge, not the robot", "[mqtt]") {
 TEST_CASE("a message that finds the connection broken is sent on the next one", "[mqtt]") {
   Bench bench([](mqtt::Options& o) {
     o.publications[0].queue_length = 10;
+    o.publications[0].retain = false;
     o.publications[0].qos = 1;
   });
   bench.turns();
