@@ -573,6 +573,7 @@ void BridgeCore::carry_out(InMessage message) {
   request.target = demand->path;
   request.secure = target && target->secure;
   request.body = message.payload;
+  request.peer = "mqtt";  // the limits for clients without a principal, and the audit
   if (target) request.fields.push_back({"Host", target->authority});
   std::string token = bounds.token.empty() ? std::string() : "Bearer " + bounds.token;
   bool accepts = false;

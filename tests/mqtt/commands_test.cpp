@@ -29,13 +29,15 @@ namespace {
 const std::string operator_token = "operator-0123456789abcdef", reader_token = "reader-0123456789abcdef";
 
 struct Arm {
-  explicit Arm(std::uint16_t port, const std::function<void(mqtt::Options&)>& change = {}) {
+  explicit Arm(std::uint16_t port, const std::function<void(mqtt::Options&)>& change = {},
+               const std::function<void(lrt::Options&)>& change_server = {}) {
     const std::string file = folder / "tokens";
     std::ofstream(file) << "alice operator " << operator_token << "\nbob reader " << reader_token << "\n";
     ::chmod(file.c_str(), 0600);
     lrt::Options server_options;
     server_options.listen.port = 0;
     server_options.security.token_file = file;
+    if (change_server) change_server(server_options);
     server.emplace(Server::create(std::move(server_options)).value());
     Thing arm{"arm"};
     arm.property("speed", [this] { return speed; }).on_write([this](double value) -> Result<void> {
