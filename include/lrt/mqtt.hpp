@@ -121,6 +121,9 @@ struct Commands {
   std::size_t max_user_properties = 32;                   ///< more get 400
   std::size_t max_property_bytes = 8'192;                 ///< of one user property or content type; longer: 400
   std::chrono::seconds response_expiry{60};               ///< message expiry of responses
+  /// Patterns of the response topics that are allowed, with `*` and `**` as in Publication::paths. A command with another
+  /// one is dropped, because who may publish a command could have the robot publish anywhere with its rights at the broker.
+  std::vector<std::string> response_topics = {"replies/**"};
 };
 
 /// Limits of memory that the broker and the network can use.

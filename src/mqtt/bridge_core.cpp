@@ -71,6 +71,8 @@ Result<void> check(const Options& options) {
     if (!is_header_value(p.media_type)) return invalid("publications: media_type: expected a media type");
     if (p.expiry.count() < 0 || p.expiry.count() > UINT32_MAX) return invalid("publications: expected an expiry of 0 to 2^32-1 s");
   }
+  for (const std::string& topic : options.commands.response_topics)
+    if (topic.empty() || !is_text(topic)) return invalid("commands.response_topics: expected patterns of topics");
   if (options.commands.qos < 0 || options.commands.qos > 2) return invalid("commands.qos: expected 0 to 2");
   if (!options.commands.token.empty() && !is_token68(options.commands.token)) return invalid("commands.token: expected a token of RFC 6750");
   if (options.limits.max_unacknowledged == 0 || options.limits.max_unacknowledged > 60'000)
@@ -553,8 +555,12 @@ void BridgeCore::carry_out(InMessage message) {
     if (name == "response-of") return drop_command("it is the response of a robot");
   if (message.correlation.size() > bounds.max_correlation_bytes) return drop_command("its correlation data is too long");
   Waiting waiting{std::move(message.response_topic), std::move(message.correlation), bounds.qos};
-  if (!waiting.response_topic.empty() && (waiting.response_topic.size() > bounds.max_topic_bytes || !topics_.may_respond_to(waiting.response_topic)))
-    return drop_command("no response may be sent to its response topic");
+  if (const std::string& topic = waiting.response_topic; !topic.empty()) {
+    const auto fits_topic = [&](const std::string& pattern) { return fits(pattern, topic); };
+    if (topic.size() > bounds.max_topic_bytes || !topics_.may_respond_to(topic) ||
+        std::none_of(bounds.response_topics.begin(), bounds.response_topics.end(), fits_topic))
+      return drop_command("no response may be sent to its response topic (commands.response_topics)");
+  }
 
   const auto refuse = [&](int status, std::string detail) {
     OutMessage out;
