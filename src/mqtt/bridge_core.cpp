@@ -629,6 +629,12 @@ void BridgeCore::respond(const Waiting& to, int status, OutMessage message) {
 void BridgeCore::answer(std::uint64_t number, const http::Response& response) {
   if (description_request_ == number) {
     description_request_.reset();
+    if (response.status == 401 || response.status == 403 || response.status == 404) {
+      // What the broker has kept must no longer be read.
+      description_ = nullptr;
+      own_.erase(std::remove_if(own_.begin(), own_.end(), [&](const OutMessage& m) { return m.topic == topics_.description(); }), own_.end());
+      clear_topic(topics_.description());
+    }
     if (response.status != 200 || !response.body)
       return log_once("there is no description: the server responds with " + std::to_string(response.status));
     if (description_ && *description_ == *response.body) return;

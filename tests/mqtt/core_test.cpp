@@ -2,8 +2,12 @@
 // What a bridge does, with a link that is none and a clock that is moved by hand.
 #include "src/mqtt/bridge.hpp"
 
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <chrono>
+#include <cstdio>
+#include <fstream>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -16,6 +20,7 @@
 
 #include "tests/support/catch.hpp"
 #include "tests/support/fakes.hpp"
+#include "tests/support/folder.hpp"
 
 using namespace lrt;
 using namespace lrt::mqtt;
@@ -93,11 +98,12 @@ class FakeLink final : public Link {
 };
 
 struct Bench {
-  explicit Bench(const std::function<void(mqtt::Options&)>& change = {}) {
+  explicit Bench(const std::function<void(mqtt::Options&)>& change = {}, const std::function<void(lrt::Options&)>& change_server = {}) {
     lrt::Options server_options;
     server_options.listen.transport = transport::no_network;
     server_options.threads.io = Io::in_poll;
     server_options.clock = &clock;
+    if (change_server) change_server(server_options);
     server.emplace(Server::create(std::move(server_options)).value());
     Thing arm{"arm"};
     a = arm.property<double>("a");
@@ -408,6 +414,35 @@ TEST_CASE("a retained value with a queue is written again when the broker return
   bench.a.publish(7);
   bench.turns();
   CHECK(*bench.wire.newest("r/arm/a")->payload == "7");
+}
+
+TEST_CASE("a description that the owner may no longer read is deleted at the broker", "[mqtt]") {
+  const lrt::test::Folder folder;
+  const auto allow = [&](const std::string& roles) {
+    std::ofstream(folder / "tokens") << "owner " << roles << " owner-0123456789abcdef\n";
+    ::chmod((folder / "tokens").c_str(), 0600);
+  };
+  allow("reader");
+  Bench bench(
+      [](mqtt::Options& o) {
+        o.description.publish = true;
+        o.owner = std::make_shared<const security::Principal>(security::Principal{"owner", {"reader"}});
+      },
+      [&](lrt::Options& o) { o.security.token_file = folder / "tokens"; });
+  bench.turns(20);
+  REQUIRE(bench.wire.newest("r/ns/description"));
+  CHECK(bench.wire.newest("r/ns/description")->payload);
+  REQUIRE(bench.wire.newest("r/arm/a"));
+  std::remove((folder / "tokens").c_str());
+  allow("nobody");
+  for (int i = 0; i < 100 && bench.wire.newest("r/ns/description")->payload; ++i) {
+    bench.clock.advance(seconds(2));
+    bench.turn(seconds(2));
+  }
+  CHECK_FALSE(bench.wire.newest("r/ns/description")->payload);
+  CHECK(bench.wire.newest("r/ns/description")->retain);
+}
+
 TEST_CASE("a congested network stops the bridge, not the robot", "[mqtt]") {
   Bench bench;
   bench.turns();
