@@ -144,7 +144,9 @@ class BridgeCore final : private Link::Events {
   std::shared_ptr<const std::string> description_;  ///< published last, on this connection
 
   std::unordered_map<std::uint64_t, Waiting> waiting_;  ///< commands by number
-  std::string last_warning_;
+  std::string last_warning_;                            ///< see log_once()
+  Instant warnings_since_{};
+  std::size_t warnings_ = 0;
   AtomicCounters counters_;
 };
 

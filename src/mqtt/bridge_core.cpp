@@ -173,9 +173,16 @@ void BridgeCore::log(LogLevel level, const std::string& message) const noexcept 
   } catch (...) {}
 }
 
-/// Limits the log lines that remote clients can cause.
+/// Limits the log lines that remote clients can cause: not the same one twice in succession, and ten in ten seconds.
 void BridgeCore::log_once(const std::string& message) {
-  if (std::exchange(last_warning_, message) != message) log(LogLevel::warning, message);
+  constexpr std::size_t max_warnings = 10;
+  if (now_ - warnings_since_ >= warning_time) {
+    if (warnings_ > max_warnings) log(LogLevel::warning, std::to_string(warnings_ - max_warnings) + " further messages were not logged");
+    warnings_ = 0;
+    warnings_since_ = now_;
+    last_warning_.clear();
+  }
+  if (std::exchange(last_warning_, message) != message && ++warnings_ <= max_warnings) log(LogLevel::warning, message);
 }
 
 OutMessage BridgeCore::status(bool online) const {
