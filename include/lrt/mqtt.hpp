@@ -174,7 +174,8 @@ struct Counters {
 /// It uses the server's own subscriptions: publish() in the control loop is not affected, clients see the bridge's
 /// subscriptions, and each resource states in its own document where it is published (lrt:mqttBroker, lrt:mqttTopic).
 /// Each message has the user property `seq`, a number that grows by one with each message of a topic. A gap means lost
-/// messages, or changes that did not fit into a queue. It begins with 1 when the bridge is created.
+/// messages, or changes that did not fit into a queue. It begins with 1 when the bridge is created, and when a resource
+/// is added again that was removed.
 ///
 /// While the broker is not connected, values wait in the server: one flag for each resource, or its queue. After
 /// reconnecting, unacknowledged messages with QoS 1 and 2 are repeated, then the newest values are sent, then those in
@@ -194,8 +195,8 @@ class LRT_API Bridge {
   /// Calls stop().
   ~Bridge();
 
-  /// Runs the bridge on a thread of its own. A second call, and a call after stop(), has no effect and is no error.
-  /// @par Errors  invalid_option, io_error: no thread
+  /// Runs the bridge on a thread of its own. A second call has no effect.
+  /// @par Errors  invalid_option, io_error: no thread; closed: after stop()
   Result<void> start();
   /// Does pending work, for a program without start(). Never waits. The server must be polled, too.
   /// @param budget  time after which no further work is started
@@ -204,7 +205,7 @@ class LRT_API Bridge {
   /// A descriptor that is readable whenever poll() has work, including expired times. The bridge owns it.
   int descriptor() noexcept;
   /// Disconnects from the broker, which then publishes the Last Will, and ends the thread. Waiting messages are not
-  /// sent.
+  /// sent. When the server stops, the bridge disconnects by itself.
   /// @par Time  Waits for the thread.
   void stop() noexcept;
 

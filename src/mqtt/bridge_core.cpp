@@ -241,6 +241,11 @@ milliseconds BridgeCore::advance(Instant now, std::chrono::microseconds budget) 
       new_resources_.pop_front();
     }
     publish_waiting();
+    if (batch.closed) {
+      log(LogLevel::info, "the server has stopped");
+      stop();
+      return long_time;
+    }
     more = !new_resources_.empty() || batch.more;
   } while (more && !is_over());
 

@@ -416,6 +416,39 @@ TEST_CASE("a retained value with a queue is written again when the broker return
   CHECK(*bench.wire.newest("r/arm/a")->payload == "7");
 }
 
+TEST_CASE("log lines that clients cause are limited in time", "[mqtt]") {
+  std::vector<std::string> lines;
+  Bench bench([&](mqtt::Options& o) { o.log = [&](LogLevel, std::string_view text) { lines.emplace_back(text); }; });
+  bench.turns();
+  const auto warn = [&](const std::string& filter) {
+    lines.clear();
+    for (int i = 0; i < 30; ++i) {
+      InMessage message;
+      message.topic = i % 2 == 0 ? "r/ns/put/arm/a" : "r/ns/status";  // commands are off; another robot
+      message.payload = R"({"online":true})";
+      bench.wire.incoming.push_back(message);
+      bench.turn();
+    }
+    return std::count_if(lines.begin(), lines.end(), [&](const std::string& line) { return line.find(filter) != std::string::npos; });
+  };
+  CHECK(warn("command") == 5);
+  CHECK(warn("command") == 0);
+  bench.now += seconds(10);
+  CHECK(warn("50 further messages") == 1);
+}
+
+TEST_CASE("a bridge disconnects when its server has stopped", "[mqtt]") {
+  Bench bench;
+  bench.turns();
+  REQUIRE(bench.core->counters().online);
+  bench.server->stop();
+  bench.turns(3);
+  CHECK_FALSE(bench.core->counters().online);
+  const int attempts = bench.wire.attempts;
+  bench.turn(seconds(100));
+  CHECK(bench.wire.attempts == attempts);
+}
+
 TEST_CASE("a description that the owner may no longer read is deleted at the broker", "[mqtt]") {
   const lrt::test::Folder folder;
   const auto allow = [&](const std::string& roles) {
