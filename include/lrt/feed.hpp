@@ -24,7 +24,8 @@ class Server;
 ///
 /// The subscriptions are those of any client: the same limits of queues, the same counters, newest value or queue,
 /// minimum interval. They are resources that clients can read. Messages are pulled: while the host takes none, a
-/// subscription stores one flag, or its queue, and nothing else. publish() in the control loop is not affected. take()
+/// subscription stores one flag, or its queue, and nothing else. Of subscriptions that have ended the queues are kept
+/// until they are taken, those of 1,000 and 4 MiB at most; beyond that the oldest are dropped. publish() in the control loop is not affected. take()
 /// reports Things that are added later, and invocations.
 ///
 /// A feed must not outlive its server. After Server::stop() it returns nothing more.
@@ -37,7 +38,7 @@ class LRT_API Feed {
 
   /// Limits of one take().
   struct Bounds {
-    std::size_t max_messages = 64;       ///< 0: none, and waiting messages do not make the descriptor readable
+    std::size_t max_messages = 64;       ///< without those that say `end`; 0: waiting messages do not make the descriptor readable
     std::size_t max_bytes = 256 * 1024;  ///< no further message is taken when the bodies have reached this size
     bool queued = true;                  ///< false: only newest values; they are taken before the messages in queues
   };
@@ -80,7 +81,7 @@ class LRT_API Feed {
   /// Ends a subscription. No message of it follows.
   void remove(Channel channel);
   /// Marks the present representations of all its subscriptions without a queue as messages again, although they were
-  /// taken.
+  /// taken; with a queue, if FeedSubscription::repeats is set and the queue is empty.
   void repeat_all();
 
   /// Handles a request as Server::serve() does, with the same authorization, and does not wait. The views of `request`

@@ -73,7 +73,9 @@ struct Broker {
   /// Credentials; an empty user: none.
   std::string user, password;
   /// @}
-  std::string client_id;  ///< empty: "lrt-" and a random text. Two clients with the same id end each other's connections
+  /// Empty: made of the prefix, so that the broker recognises a robot that has started again. Two clients with the same
+  /// id end each other's connections.
+  std::string client_id;
   /// URL that the RDF states for clients (lrt:mqttBroker): "mqtts://broker.example:8883". Empty: made of host and port.
   std::string public_url;
   std::chrono::seconds keep_alive{15};             ///< 5 s to 18 h; if the broker does not respond to a ping for this time, it counts as lost
@@ -119,6 +121,9 @@ struct Commands {
   std::size_t max_user_properties = 32;                   ///< more get 400
   std::size_t max_property_bytes = 8'192;                 ///< of one user property or content type; longer: 400
   std::chrono::seconds response_expiry{60};               ///< message expiry of responses
+  /// Patterns of the response topics that are allowed, with `*` and `**` as in Publication::paths. A command with another
+  /// one is dropped, because who may publish a command could have the robot publish anywhere with its rights at the broker.
+  std::vector<std::string> response_topics = {"replies/**"};
 };
 
 /// Limits of memory that the broker and the network can use.
@@ -169,11 +174,12 @@ struct Counters {
 /// It uses the server's own subscriptions: publish() in the control loop is not affected, clients see the bridge's
 /// subscriptions, and each resource states in its own document where it is published (lrt:mqttBroker, lrt:mqttTopic).
 /// Each message has the user property `seq`, a number that grows by one with each message of a topic. A gap means lost
-/// messages, or changes that did not fit into a queue. It begins with 1 when the bridge is created.
+/// messages, or changes that did not fit into a queue. It begins with 1 when the bridge is created, and when a resource
+/// is added again that was removed.
 ///
 /// While the broker is not connected, values wait in the server: one flag for each resource, or its queue. After
-/// reconnecting, the newest values are sent first, then those in queues. Unacknowledged messages with QoS 1 are
-/// repeated.
+/// reconnecting, unacknowledged messages with QoS 1 and 2 are repeated, then the newest values are sent, then those in
+/// queues. A message that is repeated on another connection may arrive twice, with QoS 2, too.
 ///
 /// A bridge must not outlive its server. The robot's program never waits for it.
 ///
@@ -189,8 +195,8 @@ class LRT_API Bridge {
   /// Calls stop().
   ~Bridge();
 
-  /// Runs the bridge on a thread of its own. A second call, and a call after stop(), has no effect and is no error.
-  /// @par Errors  invalid_option, io_error: no thread
+  /// Runs the bridge on a thread of its own. A second call has no effect.
+  /// @par Errors  invalid_option, io_error: no thread; closed: after stop()
   Result<void> start();
   /// Does pending work, for a program without start(). Never waits. The server must be polled, too.
   /// @param budget  time after which no further work is started
@@ -199,7 +205,7 @@ class LRT_API Bridge {
   /// A descriptor that is readable whenever poll() has work, including expired times. The bridge owns it.
   int descriptor() noexcept;
   /// Disconnects from the broker, which then publishes the Last Will, and ends the thread. Waiting messages are not
-  /// sent.
+  /// sent. When the server stops, the bridge disconnects by itself.
   /// @par Time  Waits for the thread.
   void stop() noexcept;
 

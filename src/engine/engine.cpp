@@ -644,6 +644,7 @@ Result<Subscribed> Engine::subscribe(FeedSubscription wanted, TimePoint now) {
 std::optional<FeedMessage> Engine::next_feed_message(Channel channel, TimePoint now) {
   return impl_->parts.subscriptions.next_feed_message(channel, now);
 }
+bool Engine::feed_has_ended(Channel channel) const noexcept { return impl_->parts.subscriptions.has_ended(channel); }
 bool Engine::repeat(Channel channel) { return impl_->parts.subscriptions.repeat(channel); }
 std::vector<ObservableResource> Engine::observable_resources() const {
   std::vector<ObservableResource> all;

@@ -460,6 +460,12 @@ void Subscriptions::end(SubscriptionResource& s, std::uint16_t code, std::string
     if (code != 1000)  // a cancelled subscription gets no more
       while (auto item = s.backlog.take_item()) closing.items.push_back(std::move(item));
     urgent_.push_back(s.channel);
+    if (s.feed && !closing.items.empty()) {
+      for (const subscription::Item& item : closing.items) closing.bytes += item->body->size();
+      closing_feed_bytes_ += closing.bytes;
+      closing_feeds_.insert(static_cast<std::uint64_t>(s.channel));
+      limit_closing_feeds();
+    }
   }
   if (s.protocol == Protocol::callback) {
     --callbacks_;
@@ -478,6 +484,27 @@ void Subscriptions::end(SubscriptionResource& s, std::uint16_t code, std::string
   registry_.remove(s);
   auto& members = container.subscriptions;
   members.erase(std::find_if(members.begin(), members.end(), [&](const auto& m) { return m.get() == &s; }));
+}
+
+/// Drops the items of the feeds that have ended first. Their channels are named again, because their end is due now.
+void Subscriptions::limit_closing_feeds() {
+  while (closing_feeds_.size() > max_closing_feeds || closing_feed_bytes_ > max_closing_feed_bytes) {
+    const std::uint64_t oldest = *closing_feeds_.begin();
+    ClosingChannel& closing = closing_.at(oldest);
+    dropped_ += closing.items.size();
+    closing.items.clear();
+    closing_feed_bytes_ -= std::exchange(closing.bytes, 0);
+    closing_feeds_.erase(closing_feeds_.begin());
+    urgent_.push_back(Channel{oldest});
+  }
+}
+
+void Subscriptions::forget_closing(Channel channel) {
+  const auto found = closing_.find(static_cast<std::uint64_t>(channel));
+  if (found == closing_.end()) return;
+  closing_feed_bytes_ -= found->second.bytes;
+  closing_feeds_.erase(found->first);
+  closing_.erase(found);
 }
 
 EngineCounts Subscriptions::counts() const {
@@ -701,7 +728,7 @@ Result<Subscribed> Subscriptions::make_feed(FeedSubscription wanted, TimePoint n
   if (wanted.queue_length) request.policy.queue_length = std::min(*wanted.queue_length, options_.subscriptions.max_queue_length);
   request.policy.minimum_interval = std::clamp<std::chrono::milliseconds>(wanted.minimum_interval, std::chrono::milliseconds(0), max_interval);
   request.begins_with_refresh = !representations_.ready(*observed, request.variant, false);
-  request.feed = std::make_shared<const FeedProtocol>(FeedProtocol{std::move(wanted.protocol), std::move(wanted.statements)});
+  request.feed = std::make_shared<const FeedProtocol>(FeedProtocol{std::move(wanted.protocol), std::move(wanted.statements), wanted.repeats});
   const SubscriptionResource& made = make(std::move(request), 0, options_.ids->next(), now.utc);
   return Subscribed{made.channel, made.queues()};
 }
@@ -733,9 +760,21 @@ std::optional<FeedMessage> Subscriptions::next_feed_message(Channel channel, Tim
   }
 }
 
+bool Subscriptions::has_ended(Channel channel) const {
+  if (find(channel)) return false;
+  const auto closing = closing_.find(static_cast<std::uint64_t>(channel));
+  return closing == closing_.end() || closing->second.items.empty();
+}
+
 bool Subscriptions::repeat(Channel channel) {
   SubscriptionResource* const s = find(channel);
-  if (!s || s->queues() || !s->observed.has_representation()) return false;
+  if (!s || !s->observed.has_representation()) return false;
+  if (s->queues()) {
+    if (!s->feed || !s->feed->repeats || !s->backlog.empty()) return false;  // what is in the queue follows
+    s->last_tag.clear();
+    enqueue(*s, false);
+    return false;  // it was announced
+  }
   s->last_tag.clear();
   s->backlog.mark_pending();
   return !s->next_notification && !std::exchange(s->ready_announced, true);
@@ -810,11 +849,16 @@ std::optional<Push> Subscriptions::next_push(Channel channel, TimePoint now) {
       push.message = closing->second.items.front()->body;
       push.text = closing->second.text;
       closing->second.items.pop_front();
+      if (closing_feeds_.count(closing->first) != 0) {
+        closing_feed_bytes_ -= push.message->size();
+        closing->second.bytes -= push.message->size();
+        if (closing->second.items.empty()) closing_feeds_.erase(closing->first);
+      }
       return push;
     }
     push.close = closing->second.code;
     push.reason = std::move(closing->second.reason);
-    closing_.erase(closing);
+    forget_closing(channel);
     return push;
   } catch (const std::exception& e) {
     responses_.log(LogLevel::error, std::string("a notification could not be encoded: ") + e.what());
@@ -823,7 +867,7 @@ std::optional<Push> Subscriptions::next_push(Channel channel, TimePoint now) {
 }
 
 void Subscriptions::closed(Channel channel) {
-  closing_.erase(static_cast<std::uint64_t>(channel));
+  forget_closing(channel);
   SubscriptionResource* s = find(channel);
   if (s && s->protocol != Protocol::callback) end(*s, 0, {});
 }

@@ -7,6 +7,7 @@
 #include <deque>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -85,6 +86,8 @@ class Subscriptions {
   // Feeds.
   Result<Subscribed> make_feed(FeedSubscription wanted, TimePoint now);
   std::optional<FeedMessage> next_feed_message(Channel channel, TimePoint now);
+  /// Whether the next message of a channel is that its subscription has ended.
+  bool has_ended(Channel channel) const;
   bool repeat(Channel channel);
 
   // Transports.
@@ -106,9 +109,14 @@ class Subscriptions {
     bool text;
     std::uint16_t code;
     std::string reason;
+    std::size_t bytes = 0;  ///< of the items, if it is one of a feed
   };
+  /// Limits of the items of feeds that have ended, and which the host does not take.
+  static constexpr std::size_t max_closing_feeds = 1'000, max_closing_feed_bytes = 4 * 1024 * 1024;
 
   SubscriptionResource* find(Channel channel) const;
+  void limit_closing_feeds();
+  void forget_closing(Channel channel);
   subscription::Policy default_policy(const Resource& observed) const;
   std::optional<http::Response> refused_receiver(const Context& context, const std::string& url) const;
   std::optional<http::Response> too_many(const Context& context, Protocol protocol) const;
@@ -149,6 +157,8 @@ class Subscriptions {
   std::uint64_t next_channel_ = 1;
   std::unordered_map<std::uint64_t, SubscriptionResource*> by_channel_;
   std::unordered_map<std::uint64_t, ClosingChannel> closing_;
+  std::set<std::uint64_t> closing_feeds_;  ///< those in closing_ that belong to feeds and have items, the oldest first
+  std::size_t closing_feed_bytes_ = 0;     ///< of their items
   std::size_t callbacks_ = 0;
   std::size_t feeds_ = 0;
   std::uint64_t sent_ = 0;     ///< of all subscribers

@@ -2,14 +2,18 @@
 #include "src/mqtt/bridge.hpp"
 
 #include <poll.h>
+#include <pthread.h>
 #include <sys/epoll.h>
 #include <sys/timerfd.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <condition_variable>
 #include <mutex>
+#include <optional>
 #include <system_error>
+#include <utility>
 
 #include "src/base/process.hpp"
 #include "src/base/thread.hpp"
@@ -52,7 +56,8 @@ class Bridge::Impl {
 
   Result<void> start() {
     const std::lock_guard lock(mutex_);
-    if (thread_.joinable() || stopping_) return {};
+    if (stopping_) return unexpected(Errc::closed, "the bridge has stopped");
+    if (thread_.joinable()) return {};
     Result<Thread> started = start_thread("lrt-mqtt", core_->options().thread, [this] { run(); });
     if (!started) return Unexpected{std::move(started).error()};
     thread_ = *std::move(started);
@@ -77,12 +82,16 @@ class Bridge::Impl {
     core_->feed().waker()->wake();
     Thread thread;
     {
-      const std::lock_guard lock(mutex_);
-      if (thread_.is_current()) return;
+      std::unique_lock lock(mutex_);
+      if (runner_ && ::pthread_equal(*runner_, ::pthread_self()) != 0) return;  // from a log callback
+      if (std::exchange(is_stopping_, true)) return has_stopped_.wait(lock, [this] { return is_stopped_; });
       thread = std::move(thread_);
     }
     thread.join();
     core_->stop();
+    const std::lock_guard lock(mutex_);
+    is_stopped_ = true;
+    has_stopped_.notify_all();
   }
 
   Counters counters() const noexcept { return core_->counters(); }
@@ -90,12 +99,18 @@ class Bridge::Impl {
 
  private:
   void run() noexcept {
+    {
+      const std::lock_guard lock(mutex_);
+      runner_ = ::pthread_self();
+    }
     while (!stopping_) {
       const std::chrono::milliseconds rest = std::min(poll(std::chrono::milliseconds(5)), longest_wait);
       if (rest.count() == 0 || stopping_) continue;
       epoll_event events[4];
       (void)::epoll_wait(set_.get(), events, 4, static_cast<int>(rest.count()));
     }
+    const std::lock_guard lock(mutex_);
+    runner_.reset();
   }
 
   bool watch(int descriptor, std::uint32_t what) noexcept {
@@ -125,8 +140,11 @@ class Bridge::Impl {
   const std::unique_ptr<BridgeCore> core_;
   const Descriptor set_, timer_;
   std::atomic<bool> stopping_{false};
-  std::mutex mutex_;  // guards thread_
+  std::mutex mutex_;  // guards all below
+  std::condition_variable has_stopped_;
   Thread thread_;
+  std::optional<pthread_t> runner_;  // the thread, also while stop() waits for it
+  bool is_stopping_ = false, is_stopped_ = false;
 };
 
 Bridge::Bridge(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}

@@ -9,6 +9,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -52,7 +53,15 @@ class BridgeCore final : private Link::Events {
     std::string topic;
     std::uint64_t sequence = 0;
     const Publication* how;
+    bool is_invocation;
     std::uint16_t alias = 0;  ///< of the present connection; 0: none yet
+  };
+  /// A message with QoS 1 or 2 that the network has and the broker has not acknowledged.
+  struct Unacknowledged {
+    OutMessage message;
+    std::uint64_t number;  ///< in the order of sending
+    bool repeats;          ///< it is sent again on the next connection
+    std::size_t bytes() const noexcept { return message.payload ? message.payload->size() : 0; }
   };
   /// A command that waits for its response.
   struct Waiting {
@@ -73,18 +82,24 @@ class BridgeCore final : private Link::Events {
   void disconnected(const std::string& reason) override;
   void acknowledged(int id, bool refused, const std::string& reason) override;
   void received(InMessage message) override;
-  void subscription_refused(const std::string& reason) override;
+  void subscription_refused(const std::string& filter, const std::string& reason) override;
 
   const Publication* publication_of(const engine::ObservableResource& resource) const;
   void bridge(const engine::ObservableResource& resource);
-  void unbridge(std::uint64_t channel, bool clears_topic);
+  void unbridge(std::uint64_t channel);
+  void end_channel(std::uint64_t channel);
+  void clear_topic(std::string topic);
   std::vector<Statement> statements_of(const engine::ObservableResource& resource, const std::string& topic) const;
   bool send(engine::FeedMessage message);
-  bool publish(const OutMessage& message);
+  /// How often a message is sent: until it is acknowledged, on the next connection again, or on one connection.
+  enum class Sending : std::uint8_t { first, again, once };
+  bool publish(const OutMessage& message, Sending how = Sending::first);
+  void publish_waiting();
   void publish_own(OutMessage message);
   void request_description();
   void answer(std::uint64_t number, const http::Response& response);
   void carry_out(InMessage message);
+  void see_status(const InMessage& message);
   std::optional<std::string> refused_command(const InMessage& message) const;
   void respond(const Waiting& to, int status, OutMessage message);
   void drop_command(const std::string& why);
@@ -102,21 +117,26 @@ class BridgeCore final : private Link::Events {
   // The connection.
   enum class Phase { waiting, connecting, online, stopped };
   Phase phase_ = Phase::waiting;
-  Instant now_{}, retry_at_{};
+  Instant now_{}, retry_at_{}, connected_at_{};
   std::chrono::milliseconds pause_;
   std::uint64_t chance_;  ///< for jitter
   std::uint16_t max_aliases_ = 0, used_aliases_ = 0;
-  bool newest_first_ = false;                            ///< set after connecting: the newest values are sent before queued changes
-  std::string last_reason_;                              ///< of a connection that failed, logged once
-  std::unordered_map<int, std::size_t> unacknowledged_;  ///< bytes by id
+  bool newest_first_ = false;  ///< set after connecting: the newest values are sent before queued changes
+  std::string last_reason_;    ///< of a connection that failed, logged once
+  bool is_status_due_ = false;
+  Instant status_at_{};                                     ///< not before
+  std::unordered_map<int, Unacknowledged> unacknowledged_;  ///< by id, of the present connection
   std::size_t unacknowledged_bytes_ = 0;
+  std::uint64_t last_number_ = 0;
+  std::deque<OutMessage> repeats_;  ///< unacknowledged when their connection ended, the oldest first
 
   // Publications.
   std::deque<engine::ObservableResource> new_resources_;
   std::unordered_map<std::uint64_t, Published> published_;       ///< by channel
   std::unordered_map<std::uint64_t, std::uint64_t> channel_of_;  ///< by resource
   std::deque<engine::FeedMessage> messages_;                     ///< taken, and not sent yet: the rest of a batch
-  std::deque<OutMessage> own_;                                   ///< responses, the description, topics to be cleared
+  std::deque<OutMessage> own_;                                   ///< responses and the description
+  std::set<std::string> cleared_topics_;                         ///< whose retained messages the broker has to delete
   std::optional<std::uint64_t> description_request_;             ///< under way
   std::uint64_t structure_ = 0;                                  ///< when the description became due
   bool is_description_due_ = false;
@@ -124,7 +144,9 @@ class BridgeCore final : private Link::Events {
   std::shared_ptr<const std::string> description_;  ///< published last, on this connection
 
   std::unordered_map<std::uint64_t, Waiting> waiting_;  ///< commands by number
-  std::string last_warning_;
+  std::string last_warning_;                            ///< see log_once()
+  Instant warnings_since_{};
+  std::size_t warnings_ = 0;
   AtomicCounters counters_;
 };
 

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
 #include <utility>
+#include <vector>
 
 #include <lrt/base/clock.hpp>
 #include <lrt/base/ids.hpp>
@@ -19,7 +23,11 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr std::size_t max_own = 1'000;  ///< limit of the bridge's own waiting messages; above it the oldest are dropped
+constexpr std::size_t max_own = 1'000;           ///< limit of the bridge's own waiting messages; above it the oldest are dropped
+constexpr std::size_t max_cleared = 10'000;      ///< limit of the topics to be cleared; further ones keep their retained messages
+constexpr milliseconds warning_time{10'000};     ///< see log_once()
+constexpr milliseconds status_interval{1'000};   ///< between two messages of the status on one connection
+constexpr milliseconds good_connection{10'000};  ///< that has lasted so long is followed by the short pause, or max_pause if that is less
 
 Kind kind_of(std::string_view kind) noexcept {
   if (kind == "property") return Kind::property;
@@ -63,12 +71,30 @@ Result<void> check(const Options& options) {
     if (!is_header_value(p.media_type)) return invalid("publications: media_type: expected a media type");
     if (p.expiry.count() < 0 || p.expiry.count() > UINT32_MAX) return invalid("publications: expected an expiry of 0 to 2^32-1 s");
   }
+  for (const std::string& topic : options.commands.response_topics)
+    if (topic.empty() || !is_text(topic)) return invalid("commands.response_topics: expected patterns of topics");
   if (options.commands.qos < 0 || options.commands.qos > 2) return invalid("commands.qos: expected 0 to 2");
   if (!options.commands.token.empty() && !is_token68(options.commands.token)) return invalid("commands.token: expected a token of RFC 6750");
   if (options.limits.max_unacknowledged == 0 || options.limits.max_unacknowledged > 60'000)
     return invalid("limits.max_unacknowledged: expected 1 to 60000");
   if (options.limits.batch_messages == 0) return invalid("limits.batch_messages: expected at least 1");
   return {};
+}
+
+/// The same for each start of a robot, so that the broker ends an old connection of the robot, with its Last Will, when a new one begins.
+std::string client_id_of(const Options& options) {
+  if (!options.broker.client_id.empty()) return options.broker.client_id;
+  constexpr std::size_t max_readable = 32;
+  constexpr char digits[] = "0123456789abcdef";
+  std::string id = "lrt-";
+  std::uint64_t hash = 14695981039346656037U;  // FNV-1a, because brokers may refuse other characters and long ids
+  for (const char c : options.prefix) {
+    hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211U;
+    if (id.size() < max_readable) id += (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ? c : '-';
+  }
+  id += '-';
+  for (int shift = 60; shift >= 0; shift -= 4) id += digits[(hash >> shift) & 15];
+  return id;
 }
 
 std::string url_of(const Broker& broker) {
@@ -111,6 +137,7 @@ Result<std::unique_ptr<BridgeCore>> BridgeCore::create(Server& server, Options o
   std::unique_ptr<BridgeCore> core(new BridgeCore(*std::move(feed), *std::move(topics), std::move(options)));
   LinkOptions link;
   link.broker = core->options_.broker;
+  link.broker.client_id = client_id_of(core->options_);
   link.commands = core->options_.commands;
   link.will = core->status(false);
   link.waker = core->feed_.waker();
@@ -146,9 +173,16 @@ void BridgeCore::log(LogLevel level, const std::string& message) const noexcept 
   } catch (...) {}
 }
 
-/// Limits the log lines that remote clients can cause.
+/// Limits the log lines that remote clients can cause: not the same one twice in succession, and ten in ten seconds.
 void BridgeCore::log_once(const std::string& message) {
-  if (std::exchange(last_warning_, message) != message) log(LogLevel::warning, message);
+  constexpr std::size_t max_warnings = 10;
+  if (now_ - warnings_since_ >= warning_time) {
+    if (warnings_ > max_warnings) log(LogLevel::warning, std::to_string(warnings_ - max_warnings) + " further messages were not logged");
+    warnings_ = 0;
+    warnings_since_ = now_;
+    last_warning_.clear();
+  }
+  if (std::exchange(last_warning_, message) != message && ++warnings_ <= max_warnings) log(LogLevel::warning, message);
 }
 
 OutMessage BridgeCore::status(bool online) const {
@@ -185,7 +219,7 @@ milliseconds BridgeCore::advance(Instant now, std::chrono::microseconds budget) 
   bool more = false;
   do {
     Feed::Bounds bounds;
-    bounds.max_messages = may_publish() && messages_.empty() ? options_.limits.batch_messages : 0;
+    bounds.max_messages = may_publish() && messages_.empty() && repeats_.empty() ? options_.limits.batch_messages : 0;
     bounds.max_bytes = options_.limits.batch_bytes;
     bounds.queued = !newest_first_;
     Feed::Batch batch = feed_.take(bounds);
@@ -196,23 +230,21 @@ milliseconds BridgeCore::advance(Instant now, std::chrono::microseconds budget) 
       newest_first_ = false;
       batch.more = true;
     }
-    for (engine::FeedMessage& message : batch.messages) messages_.push_back(std::move(message));
+    for (engine::FeedMessage& message : batch.messages) {
+      const auto is_of_channel = [&](const engine::FeedMessage& other) { return other.channel == message.channel; };
+      // An end is not kept while there is no broker, unless messages precede it.
+      if (message.end && std::none_of(messages_.begin(), messages_.end(), is_of_channel)) end_channel(static_cast<std::uint64_t>(message.channel));
+      else messages_.push_back(std::move(message));
+    }
     for (std::size_t i = 0; i < 32 && !new_resources_.empty(); ++i) {
       bridge(new_resources_.front());
       new_resources_.pop_front();
     }
-    while (!own_.empty() && may_publish()) {
-      OutMessage message = std::move(own_.front());
-      own_.pop_front();
-      if (!publish(message)) {
-        own_.push_front(std::move(message));
-        break;
-      }
-    }
-    while (!messages_.empty() && may_publish()) {
-      engine::FeedMessage message = std::move(messages_.front());
-      messages_.pop_front();
-      if (!send(std::move(message))) break;
+    publish_waiting();
+    if (batch.closed) {
+      log(LogLevel::info, "the server has stopped");
+      stop();
+      return long_time;
     }
     more = !new_resources_.empty() || batch.more;
   } while (more && !is_over());
@@ -222,10 +254,42 @@ milliseconds BridgeCore::advance(Instant now, std::chrono::microseconds budget) 
     if (now >= description_at_) request_description();
     else rest = std::min(rest, std::chrono::ceil<milliseconds>(description_at_ - now));
   }
+  if (is_status_due_ && phase_ == Phase::online && now < status_at_) rest = std::min(rest, std::chrono::ceil<milliseconds>(status_at_ - now));
   if (more) return milliseconds(0);
   if (phase_ == Phase::waiting) rest = std::min(rest, std::chrono::ceil<milliseconds>(std::max(retry_at_ - now, Instant::duration(0))));
   else rest = std::min(rest, link_->step_interval());
   return rest;
+}
+
+/// Sends what the network takes: the status, what has to be repeated, the bridge's own messages, and values.
+void BridgeCore::publish_waiting() {
+  if (is_status_due_ && now_ >= status_at_ && may_publish() && publish(status(true), Sending::once)) {
+    is_status_due_ = false;
+    status_at_ = now_ + status_interval;
+  }
+  while (!repeats_.empty() && may_publish()) {
+    const OutMessage message = std::move(repeats_.front());
+    repeats_.pop_front();
+    if (!publish(message, Sending::again)) return repeats_.push_front(message);
+  }
+  if (!repeats_.empty()) return;  // they are older than all others
+  while (!cleared_topics_.empty() && may_publish()) {
+    OutMessage empty;
+    empty.topic = *cleared_topics_.begin();
+    empty.qos = 1;
+    empty.retain = true;
+    if (!publish(empty)) return;
+    cleared_topics_.erase(cleared_topics_.begin());
+  }
+  while (!own_.empty() && may_publish()) {
+    if (!publish(own_.front())) return;
+    own_.pop_front();
+  }
+  while (!messages_.empty() && may_publish()) {
+    engine::FeedMessage message = std::move(messages_.front());
+    messages_.pop_front();
+    if (!send(std::move(message))) return;
+  }
 }
 
 bool BridgeCore::may_publish() const {
@@ -243,7 +307,7 @@ void BridgeCore::stop() noexcept {
 
 void BridgeCore::connected(const Agreement& agreement) {
   phase_ = Phase::online;
-  pause_ = options_.broker.first_pause;
+  connected_at_ = now_;
   last_reason_.clear();
   max_aliases_ = std::min(agreement.max_aliases, options_.limits.max_topic_aliases);
   used_aliases_ = 0;
@@ -254,8 +318,11 @@ void BridgeCore::connected(const Agreement& agreement) {
   if (options_.commands.enabled)
     for (const Topics::Command command : {Topics::Command::put, Topics::Command::post, Topics::Command::remove})
       if (const Result<void> subscribed = link_->subscribe(topics_.filter(command), options_.commands.qos); !subscribed)
-        subscription_refused(subscribed.error().message);
-  own_.push_front(status(true));
+        subscription_refused(topics_.filter(command), subscribed.error().message);
+  if (const Result<void> subscribed = link_->subscribe(topics_.status(), 1); !subscribed)
+    subscription_refused(topics_.status(), subscribed.error().message);
+  is_status_due_ = true;
+  status_at_ = now_;
   is_description_due_ = options_.description.publish;
   description_ = nullptr;
   description_at_ = now_;
@@ -272,6 +339,15 @@ void BridgeCore::disconnected(const std::string& reason) {
   // The unsent messages are newest values, which repeat_all() sends again, and queued ones, which are kept.
   messages_.erase(std::remove_if(messages_.begin(), messages_.end(), [](const engine::FeedMessage& m) { return !m.queued && !m.end; }),
                   messages_.end());
+  std::vector<Unacknowledged> lost;
+  for (auto& [id, sent] : unacknowledged_)
+    if (sent.repeats) lost.push_back(std::move(sent));
+  std::sort(lost.begin(), lost.end(), [](const Unacknowledged& a, const Unacknowledged& b) { return a.number > b.number; });
+  for (Unacknowledged& sent : lost) repeats_.push_front(std::move(sent.message));
+  unacknowledged_.clear();
+  unacknowledged_bytes_ = 0;
+  counters_.unacknowledged = repeats_.size();
+  if (was_online && now_ - connected_at_ >= std::min(options_.broker.max_pause, good_connection)) pause_ = options_.broker.first_pause;
   chance_ = chance_ * 6364136223846793005U + 1442695040888963407U;
   const double factor = 0.5 + static_cast<double>(chance_ >> 11) / 9007199254740992.0;
   retry_at_ = now_ + std::chrono::duration_cast<Instant::duration>(pause_ * factor);
@@ -281,9 +357,9 @@ void BridgeCore::disconnected(const std::string& reason) {
 void BridgeCore::acknowledged(int id, bool refused, const std::string& reason) {
   const auto found = unacknowledged_.find(id);
   if (found == unacknowledged_.end()) return;
-  unacknowledged_bytes_ -= found->second;
+  unacknowledged_bytes_ -= found->second.bytes();
   unacknowledged_.erase(found);
-  counters_.unacknowledged = unacknowledged_.size();
+  counters_.unacknowledged = unacknowledged_.size() + repeats_.size();
   if (!refused) {
     ++counters_.acknowledged;
     return;
@@ -292,8 +368,10 @@ void BridgeCore::acknowledged(int id, bool refused, const std::string& reason) {
   log_once("the broker refused a message: " + reason);
 }
 
-void BridgeCore::subscription_refused(const std::string& reason) {
-  log(LogLevel::error, "no commands: the broker refused the subscription: " + reason);
+void BridgeCore::subscription_refused(const std::string& filter, const std::string& reason) {
+  if (filter == topics_.status())
+    return log_once("the broker does not let the robot subscribe to its own status, which an older connection may overwrite: " + reason);
+  log(LogLevel::error, "no commands: the broker refused the subscription to " + filter + ": " + reason);
 }
 
 // ------------------------------------------------------------------------------------------------------------ publications
@@ -324,7 +402,8 @@ void BridgeCore::bridge(const engine::ObservableResource& resource) {
     const auto at = published_.find(known->second);
     if (at->second.topic == topics_.of(resource.path)) return;
     const std::uint64_t channel = known->second;
-    unbridge(channel, true);  // it has another path now
+    if (at->second.how->retain) clear_topic(at->second.topic);
+    unbridge(channel);  // it has another path now
     feed_.remove(Feed::Channel{channel});
   }
   const Publication* const how = publication_of(resource);
@@ -342,28 +421,36 @@ void BridgeCore::bridge(const engine::ObservableResource& resource) {
   wanted.minimum_interval = how->minimum_interval;
   wanted.protocol = "mqtt";
   wanted.statements = statements_of(resource, topic);
+  wanted.repeats = how->retain;
   const Result<Feed::Channel> channel = feed_.add(std::move(wanted));
   if (!channel) {
     if (channel.error().code != Errc::unknown_path) refuse(channel.error().message);  // it was removed in the meantime
     return;
   }
   const auto number = static_cast<std::uint64_t>(*channel);
-  published_.emplace(number, Published{resource.id, std::move(topic), 0, how, 0});
+  published_.emplace(number, Published{resource.id, std::move(topic), 0, how, kind_of(resource.kind) == Kind::invocation, 0});
   channel_of_[resource.id] = number;
   counters_.resources = published_.size();
 }
 
-/// @param clears_topic  the broker must delete the retained message
-void BridgeCore::unbridge(std::uint64_t channel, bool clears_topic) {
+/// The resource, or the right to read it, no longer exists.
+void BridgeCore::end_channel(std::uint64_t channel) {
   const auto found = published_.find(channel);
   if (found == published_.end()) return;
-  if (clears_topic && found->second.how->retain) {
-    OutMessage empty;
-    empty.topic = found->second.topic;
-    empty.qos = 1;
-    empty.retain = true;
-    publish_own(std::move(empty));
-  }
+  if (found->second.how->retain) clear_topic(found->second.topic);
+  if (!found->second.is_invocation) is_description_due_ = options_.description.publish;  // it may show what the owner may no longer read
+  unbridge(channel);
+}
+
+/// The broker has to delete the retained message of a topic.
+void BridgeCore::clear_topic(std::string topic) {
+  if (cleared_topics_.size() < max_cleared) cleared_topics_.insert(std::move(topic));
+  else log_once("the retained messages of some topics are left at the broker: more than " + std::to_string(max_cleared) + " are to be deleted");
+}
+
+void BridgeCore::unbridge(std::uint64_t channel) {
+  const auto found = published_.find(channel);
+  if (found == published_.end()) return;
   channel_of_.erase(found->second.resource);
   published_.erase(found);
   counters_.resources = published_.size();
@@ -375,7 +462,7 @@ bool BridgeCore::send(engine::FeedMessage message) {
   const auto found = published_.find(channel);
   if (found == published_.end()) return true;  // it was removed meanwhile
   if (message.end) {
-    unbridge(channel, true);
+    end_channel(channel);
     return true;
   }
   Published& published = found->second;
@@ -407,7 +494,7 @@ bool BridgeCore::send(engine::FeedMessage message) {
 }
 
 /// False: there is no connection, and the message is to be sent later.
-bool BridgeCore::publish(const OutMessage& message) {
+bool BridgeCore::publish(const OutMessage& message, Sending how) {
   const std::size_t bytes = message.payload ? message.payload->size() : 0;
   const Result<int> id = link_->publish(message);
   if (!id) {
@@ -416,12 +503,14 @@ bool BridgeCore::publish(const OutMessage& message) {
     log_once("a message of " + std::to_string(bytes) + " bytes cannot be published: " + id.error().message);
     return true;
   }
-  ++counters_.published;
-  counters_.published_bytes += bytes;
+  if (how != Sending::again) {
+    ++counters_.published;
+    counters_.published_bytes += bytes;
+  }
   if (*id != 0) {
-    unacknowledged_[*id] = bytes;
+    unacknowledged_.insert_or_assign(*id, Unacknowledged{message, ++last_number_, how != Sending::once});
     unacknowledged_bytes_ += bytes;
-    counters_.unacknowledged = unacknowledged_.size();
+    counters_.unacknowledged = unacknowledged_.size() + repeats_.size();
   }
   return true;
 }
@@ -448,7 +537,19 @@ void BridgeCore::request_description() {
 
 // --------------------------------------------------------------------------------------------------------------- commands
 
-void BridgeCore::received(InMessage message) { carry_out(std::move(message)); }
+void BridgeCore::received(InMessage message) {
+  if (message.topic == topics_.status()) see_status(message);
+  else carry_out(std::move(message));
+}
+
+/// Another client has published to the status. If it is the Last Will of an older connection of this robot, the status is published again. That of a
+/// robot which is connected is not contradicted, because two robots would do so without end.
+void BridgeCore::see_status(const InMessage& message) {
+  const std::string_view online = R"({"online":true)";
+  if (message.payload.substr(0, online.size()) != online) is_status_due_ = true;
+  else if (message.payload.find(session_) == std::string::npos)
+    log_once("another robot publishes with the prefix " + options_.prefix + ": each robot needs a prefix of its own");
+}
 
 void BridgeCore::drop_command(const std::string& why) {
   ++counters_.dropped_commands;
@@ -466,8 +567,12 @@ void BridgeCore::carry_out(InMessage message) {
     if (name == "response-of") return drop_command("it is the response of a robot");
   if (message.correlation.size() > bounds.max_correlation_bytes) return drop_command("its correlation data is too long");
   Waiting waiting{std::move(message.response_topic), std::move(message.correlation), bounds.qos};
-  if (!waiting.response_topic.empty() && (waiting.response_topic.size() > bounds.max_topic_bytes || !topics_.may_respond_to(waiting.response_topic)))
-    return drop_command("no response may be sent to its response topic");
+  if (const std::string& topic = waiting.response_topic; !topic.empty()) {
+    const auto fits_topic = [&](const std::string& pattern) { return fits(pattern, topic); };
+    if (topic.size() > bounds.max_topic_bytes || !topics_.may_respond_to(topic) ||
+        std::none_of(bounds.response_topics.begin(), bounds.response_topics.end(), fits_topic))
+      return drop_command("no response may be sent to its response topic (commands.response_topics)");
+  }
 
   const auto refuse = [&](int status, std::string detail) {
     OutMessage out;
@@ -486,6 +591,7 @@ void BridgeCore::carry_out(InMessage message) {
   request.target = demand->path;
   request.secure = target && target->secure;
   request.body = message.payload;
+  request.peer = "mqtt";  // the limits for clients without a principal, and the audit
   if (target) request.fields.push_back({"Host", target->authority});
   std::string token = bounds.token.empty() ? std::string() : "Bearer " + bounds.token;
   bool accepts = false;
@@ -535,6 +641,12 @@ void BridgeCore::respond(const Waiting& to, int status, OutMessage message) {
 void BridgeCore::answer(std::uint64_t number, const http::Response& response) {
   if (description_request_ == number) {
     description_request_.reset();
+    if (response.status == 401 || response.status == 403 || response.status == 404) {
+      // What the broker has kept must no longer be read.
+      description_ = nullptr;
+      own_.erase(std::remove_if(own_.begin(), own_.end(), [&](const OutMessage& m) { return m.topic == topics_.description(); }), own_.end());
+      clear_topic(topics_.description());
+    }
     if (response.status != 200 || !response.body)
       return log_once("there is no description: the server responds with " + std::to_string(response.status));
     if (description_ && *description_ == *response.body) return;

@@ -61,15 +61,16 @@ class Link {
     /// The broker has accepted a message with QoS 1 or 2, or refused it.
     virtual void acknowledged(int id, bool refused, const std::string& reason) = 0;
     virtual void received(InMessage message) = 0;
-    /// The broker does not let the robot subscribe to commands.
-    virtual void subscription_refused(const std::string& reason) = 0;
+    /// The broker does not let the robot subscribe.
+    virtual void subscription_refused(const std::string& filter, const std::string& reason) = 0;
 
    protected:
     ~Events() = default;
   };
 
   virtual ~Link() = default;
-  /// Starts to connect: step() reports the result. Unacknowledged messages with QoS 1 and 2 are sent again.
+  /// Starts to connect: step() reports the result. Nothing of an earlier connection is left: the caller sends messages that were not acknowledged
+  /// again.
   virtual void connect() = 0;
   /// Ends the connection; connected() was called or not. The broker publishes the Last Will.
   virtual void disconnect() noexcept = 0;

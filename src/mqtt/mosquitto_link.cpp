@@ -10,10 +10,12 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
-#include <mutex>
+#include <fstream>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <unordered_map>
 #include <utility>
-
-#include <lrt/base/ids.hpp>
 
 #include "src/base/blocked_signals.hpp"
 #include "src/base/third_party_call.hpp"
@@ -80,12 +82,31 @@ bool fill(Properties& properties, const OutMessage& message) {
   return properties.complete();
 }
 
-/// The libmosquitto client. A thread that resolves a name may outlive the link.
+/// A key with a passphrase. OpenSSL would ask for it on the terminal.
+bool is_encrypted(const std::string& key_file) {
+  constexpr std::size_t max_bytes = 64 * 1024;
+  std::ifstream file(key_file);
+  std::string text(max_bytes, '\0');
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  return text.find("BEGIN ENCRYPTED PRIVATE KEY") != std::string::npos || text.find("Proc-Type: 4,ENCRYPTED") != std::string::npos;
+}
+
+class MosquittoLink;
+
+/// A libmosquitto client, for one connection: it would keep half-received messages and the limits of the broker for the next one. A thread that
+/// resolves a name may outlive the link.
 struct Handle {
+  Handle() = default;
   ~Handle() {
     const ThirdPartyCall call;
+    const BlockedSignals blocked;
     if (call && client) ::mosquitto_destroy(client);
   }
+  Handle(const Handle&) = delete;
+  Handle& operator=(const Handle&) = delete;
+
+  MosquittoLink* link = nullptr;  ///< valid within step()
   mosquitto* client = nullptr;
   std::string host;
   int port = 0;
@@ -93,12 +114,16 @@ struct Handle {
   std::atomic<bool> is_connecting{false};  ///< a thread has it
   int connect_code = MOSQ_ERR_SUCCESS;     ///< of that thread
   std::string connect_error;
+  std::string tls_error;  ///< the first one that libmosquitto has logged, by OpenSSL
 
+  std::string reason_of(int code) const {
+    return code == MOSQ_ERR_TLS && !tls_error.empty() ? text_of(code) + " (" + tls_error + ")" : text_of(code);
+  }
   /// Begins to connect. Resolves names, which can take long, and does not wait for the network.
   void begin() {
     const ThirdPartyCall call;
     connect_code = call ? ::mosquitto_connect_async(client, host.c_str(), port, keep_alive) : MOSQ_ERR_UNKNOWN;
-    if (connect_code != MOSQ_ERR_SUCCESS) connect_error = text_of(connect_code);
+    if (connect_code != MOSQ_ERR_SUCCESS) connect_error = reason_of(connect_code);
   }
 };
 
@@ -106,44 +131,52 @@ class MosquittoLink final : public Link {
  public:
   explicit MosquittoLink(LinkOptions options) : options_(std::move(options)), is_numeric_(is_numeric(options_.broker.host)) {}
   ~MosquittoLink() override {
-    if (handle_->is_connecting) resolver_.detach();
+    if (handle_ && handle_->is_connecting) resolver_.detach();
   }
 
-  Result<void> prepare_client() {
+  Result<std::shared_ptr<Handle>> make_client() {
     const ThirdPartyCall call;
     if (!call || !prepare()) return unexpected(Errc::io_error, "libmosquitto cannot be initialised, or the process is ending");
     const Broker& broker = options_.broker;
-    const std::string id = broker.client_id.empty() ? "lrt-" + RandomIds().next() : broker.client_id;
-    mosquitto* const client = ::mosquitto_new(id.c_str(), true, this);
+    auto handle = std::make_shared<Handle>();
+    mosquitto* const client = ::mosquitto_new(broker.client_id.empty() ? nullptr : broker.client_id.c_str(), true, handle.get());
     if (!client) return unexpected(Errc::io_error, "libmosquitto cannot create a client: " + text_of(MOSQ_ERR_ERRNO));
-    handle_->client = client;
-    handle_->host = broker.host;
-    handle_->port = broker.port != 0 ? broker.port : broker.tls ? 8883 : 1883;
-    handle_->keep_alive = static_cast<int>(broker.keep_alive.count());
+    handle->link = this;
+    handle->client = client;
+    handle->host = broker.host;
+    handle->port = broker.port != 0 ? broker.port : broker.tls ? 8883 : 1883;
+    handle->keep_alive = static_cast<int>(broker.keep_alive.count());
     const auto must = [](int code, const char* what) {
       return code == MOSQ_ERR_SUCCESS ? Result<void>() : unexpected(Errc::invalid_option, std::string(what) + ": " + text_of(code));
     };
-    if (auto set = must(::mosquitto_int_option(client, MOSQ_OPT_PROTOCOL_VERSION, MQTT_PROTOCOL_V5), "MQTT 5"); !set) return set;
-    if (auto set = must(::mosquitto_int_option(client, MOSQ_OPT_SEND_MAXIMUM, 65'535), "send maximum"); !set) return set;  // the bridge has its own
+    if (auto set = must(::mosquitto_int_option(client, MOSQ_OPT_PROTOCOL_VERSION, MQTT_PROTOCOL_V5), "MQTT 5"); !set)
+      return Unexpected{std::move(set).error()};
+    if (auto set = must(::mosquitto_int_option(client, MOSQ_OPT_SEND_MAXIMUM, 65'535), "send maximum"); !set)
+      return Unexpected{std::move(set).error()};  // the bridge has its own
     // Else a message waits until the broker has acknowledged the bytes before it, up to 40 ms.
-    if (auto set = must(::mosquitto_int_option(client, MOSQ_OPT_TCP_NODELAY, 1), "TCP_NODELAY"); !set) return set;
+    if (auto set = must(::mosquitto_int_option(client, MOSQ_OPT_TCP_NODELAY, 1), "TCP_NODELAY"); !set) return Unexpected{std::move(set).error()};
     if (!broker.user.empty())
-      if (auto set = must(::mosquitto_username_pw_set(client, broker.user.c_str(), broker.password.c_str()), "broker.user"); !set) return set;
+      if (auto set = must(::mosquitto_username_pw_set(client, broker.user.c_str(), broker.password.c_str()), "broker.user"); !set)
+        return Unexpected{std::move(set).error()};
     if (broker.tls) {
       const Tls& tls = *broker.tls;
+      if (!tls.key_file.empty() && is_encrypted(tls.key_file))
+        return unexpected(Errc::invalid_option, "broker.tls: expected a key_file without a passphrase");
       const auto name = [](const std::string& file) { return file.empty() ? nullptr : file.c_str(); };
       if (tls.ca_file.empty()) {
-        if (auto set = must(::mosquitto_int_option(client, MOSQ_OPT_TLS_USE_OS_CERTS, 1), "broker.tls"); !set) return set;
+        if (auto set = must(::mosquitto_int_option(client, MOSQ_OPT_TLS_USE_OS_CERTS, 1), "broker.tls"); !set)
+          return Unexpected{std::move(set).error()};
       }
       if (!tls.ca_file.empty() || !tls.certificate_file.empty()) {
         // Without a file of authorities libmosquitto wants a directory of them.
         const char* const directory = tls.ca_file.empty() ? "/etc/ssl/certs" : nullptr;
-        if (auto set = must(::mosquitto_tls_set(client, name(tls.ca_file), directory, name(tls.certificate_file), name(tls.key_file), nullptr),
+        if (auto set = must(::mosquitto_tls_set(client, name(tls.ca_file), directory, name(tls.certificate_file), name(tls.key_file),
+                                                [](char*, int, int, void*) { return 0; }),
                             "broker.tls");
             !set)
-          return set;
+          return Unexpected{std::move(set).error()};
       }
-      if (auto set = must(::mosquitto_tls_opts_set(client, 1, nullptr, nullptr), "broker.tls"); !set) return set;
+      if (auto set = must(::mosquitto_tls_opts_set(client, 1, nullptr, nullptr), "broker.tls"); !set) return Unexpected{std::move(set).error()};
     }
     Properties will;
     if (!fill(will, options_.will)) return unexpected(Errc::invalid_option, "the Last Will cannot be made");
@@ -152,7 +185,7 @@ class MosquittoLink final : public Link {
                                                 options_.will.retain, const_cast<mosquitto_property*>(will.get())),
                         "Last Will");
         !set)
-      return set;
+      return Unexpected{std::move(set).error()};
     release(will);
     ::mosquitto_connect_v5_callback_set(client, [](mosquitto*, void* self, int code, int, const mosquitto_property* list) {
       std::uint16_t aliases = 0;
@@ -168,20 +201,37 @@ class MosquittoLink final : public Link {
     ::mosquitto_message_v5_callback_set(client, [](mosquitto*, void* self, const mosquitto_message* message, const mosquitto_property* list) {
       of(self).on_message(*message, list);
     });
-    ::mosquitto_subscribe_v5_callback_set(client, [](mosquitto*, void* self, int, int count, const int* granted, const mosquitto_property*) {
+    ::mosquitto_subscribe_v5_callback_set(client, [](mosquitto*, void* self, int id, int count, const int* granted, const mosquitto_property*) {
       for (int i = 0; i < count; ++i)
-        if (granted[i] >= 128) of(self).on_subscription_refused(granted[i]);
+        if (granted[i] >= 128) of(self).on_subscription_refused(id, granted[i]);
     });
-    return {};
+    ::mosquitto_log_callback_set(client, [](mosquitto*, void* self, int level, const char* line) {
+      constexpr std::string_view start = "OpenSSL Error";
+      Handle& owner = *static_cast<Handle*>(self);
+      if (level != MOSQ_LOG_ERR || !owner.tls_error.empty() || std::string_view(line).substr(0, start.size()) != start) return;
+      try {
+        owner.tls_error = line;
+      } catch (...) {}  // no memory: without it
+    });
+    return handle;
   }
 
   void connect() override {
     connecting_since_ = std::chrono::steady_clock::now();
     has_ended_ = false;
     ended_ = 0;
-    is_connected_ = false;
+    is_connected_ = is_writable_ = false;
     is_begun_ = true;
-    handle_->connect_code = MOSQ_ERR_SUCCESS;
+    refusal_.clear();
+    filters_.clear();
+    Result<std::shared_ptr<Handle>> made = make_client();
+    if (!made) {
+      handle_ = std::make_shared<Handle>();
+      handle_->connect_code = MOSQ_ERR_UNKNOWN;
+      handle_->connect_error = made.error().message;
+      return;
+    }
+    handle_ = *std::move(made);
     if (is_numeric_) {
       const BlockedSignals blocked;
       handle_->begin();
@@ -203,23 +253,32 @@ class MosquittoLink final : public Link {
   }
 
   void disconnect() noexcept override {
-    is_begun_ = false;
-    if (handle_->is_connecting) return;
+    if (!handle_ || handle_->is_connecting) {
+      is_begun_ = false;
+      return;
+    }
+    const bool is_open = descriptor() >= 0;
+    is_begun_ = is_connected_ = false;
     const ThirdPartyCall call;
-    if (!call || descriptor() < 0) return;
+    if (!call || !is_open) return handle_.reset();
     const BlockedSignals blocked;
     ::mosquitto_disconnect_v5(handle_->client, MQTT_RC_DISCONNECT_WITH_WILL_MSG, nullptr);
     for (int i = 0; i < 20 && ::mosquitto_socket(handle_->client) >= 0 && ::mosquitto_want_write(handle_->client); ++i)
       (void)::mosquitto_loop_write(handle_->client, 1);
+    handle_.reset();
   }
 
   Result<void> subscribe(const std::string& filter, int qos) override {
     const ThirdPartyCall call;
     if (!call) return unexpected(Errc::closed, "the process is exiting");
+    if (!is_connected_ || descriptor() < 0) return unexpected(Errc::closed, "there is no connection");
     const BlockedSignals blocked;
+    int id = 0;
     const int code =
-        ::mosquitto_subscribe_v5(handle_->client, nullptr, filter.c_str(), qos, MQTT_SUB_OPT_NO_LOCAL | MQTT_SUB_OPT_SEND_RETAIN_NEVER, nullptr);
-    return code == MOSQ_ERR_SUCCESS ? Result<void>() : unexpected(Errc::io_error, text_of(code));
+        ::mosquitto_subscribe_v5(handle_->client, &id, filter.c_str(), qos, MQTT_SUB_OPT_NO_LOCAL | MQTT_SUB_OPT_SEND_RETAIN_NEVER, nullptr);
+    if (code != MOSQ_ERR_SUCCESS) return unexpected(Errc::io_error, text_of(code));
+    filters_[id] = filter;
+    return {};
   }
 
   Result<int> publish(const OutMessage& message) override {
@@ -257,22 +316,23 @@ class MosquittoLink final : public Link {
     events_ = nullptr;
     if (has_ended_ || code != MOSQ_ERR_SUCCESS || descriptor() < 0) {
       const int why = code != MOSQ_ERR_SUCCESS ? code : ended_ > 0 && ended_ < 128 ? ended_ : MOSQ_ERR_CONN_LOST;
-      const std::string reason = !refusal_.empty() ? std::exchange(refusal_, {}) : text_of(why);
-      close();
+      const std::string reason = !refusal_.empty() ? std::exchange(refusal_, {}) : handle_->reason_of(why);
+
       return end(events, reason);
     }
-    if (!is_connected_ && std::chrono::steady_clock::now() - connecting_since_ > options_.broker.connect_time) {
-      close();
+    if (!is_connected_ && std::chrono::steady_clock::now() - connecting_since_ > options_.broker.connect_time)
       return end(events, "the broker has not accepted the connection in " + std::to_string(options_.broker.connect_time.count()) + " ms");
-    }
   }
 
-  int descriptor() const noexcept override { return !is_begun_ || handle_->is_connecting ? -1 : ::mosquitto_socket(handle_->client); }
-  bool wants_write() const noexcept override { return descriptor() >= 0 && (::mosquitto_want_write(handle_->client) || !is_connected_); }
+  int descriptor() const noexcept override {
+    return !is_begun_ || !handle_ || handle_->is_connecting || !handle_->client ? -1 : ::mosquitto_socket(handle_->client);
+  }
+  /// Before the TCP connection is there, libmosquitto does not say that a TLS handshake has to be begun.
+  bool wants_write() const noexcept override { return descriptor() >= 0 && (::mosquitto_want_write(handle_->client) || !is_writable_); }
   std::chrono::milliseconds step_interval() const noexcept override { return std::chrono::milliseconds(is_begun_ ? 1'000 : 3'600'000); }
 
  private:
-  static MosquittoLink& of(void* self) noexcept { return *static_cast<MosquittoLink*>(self); }
+  static MosquittoLink& of(void* handle) noexcept { return *static_cast<Handle*>(handle)->link; }
   /// libmosquitto owns the list now.
   static void release(Properties& properties) noexcept { new (&properties) Properties(); }
 
@@ -282,8 +342,9 @@ class MosquittoLink final : public Link {
     mosquitto* const client = handle_->client;
     pollfd item{::mosquitto_socket(client), POLLIN, 0};
     if (item.fd < 0) return MOSQ_ERR_CONN_LOST;
-    if (::mosquitto_want_write(client) || !is_connected_) item.events |= POLLOUT;
+    if (::mosquitto_want_write(client) || !is_writable_) item.events |= POLLOUT;
     if (::poll(&item, 1, 0) > 0) {
+      is_writable_ = is_writable_ || (item.revents & POLLOUT) != 0;
       if ((item.revents & POLLOUT) != 0)
         if (const int code = ::mosquitto_loop_write(client, 1); code != MOSQ_ERR_SUCCESS) return code;
       if (::mosquitto_socket(client) >= 0 && (item.revents & (POLLIN | POLLHUP | POLLERR)) != 0)
@@ -293,15 +354,11 @@ class MosquittoLink final : public Link {
   }
 
   /// Closes the socket, if it is still open.
-  void close() noexcept {
-    const BlockedSignals blocked;
-    if (::mosquitto_socket(handle_->client) >= 0) (void)::mosquitto_disconnect_v5(handle_->client, MQTT_RC_UNSPECIFIED, nullptr);
-    for (int i = 0; i < 3 && ::mosquitto_socket(handle_->client) >= 0; ++i)
-      if (::mosquitto_loop_write(handle_->client, 1) != MOSQ_ERR_SUCCESS) break;
-  }
   void end(Events& events, const std::string& reason) {
     is_begun_ = is_connected_ = has_ended_ = false;
-    events.disconnected(reason);
+    const std::string kept = reason;  // it may be the handle's
+    handle_.reset();
+    events.disconnected(kept);
   }
 
   // Called by libmosquitto within turn(). No exception may pass through it.
@@ -326,8 +383,11 @@ class MosquittoLink final : public Link {
   void on_publish(int id, int code) noexcept {
     guarded_call([&] { events_->acknowledged(id, code >= 128, code >= 128 ? ::mosquitto_reason_string(code) : ""); });
   }
-  void on_subscription_refused(int code) noexcept {
-    guarded_call([&] { events_->subscription_refused(::mosquitto_reason_string(code)); });
+  void on_subscription_refused(int id, int code) noexcept {
+    guarded_call([&] {
+      const auto found = filters_.find(id);
+      if (found != filters_.end()) events_->subscription_refused(found->second, ::mosquitto_reason_string(code));
+    });
   }
   void on_message(const mosquitto_message& message, const mosquitto_property* list) noexcept {
     guarded_call([&] {
@@ -382,11 +442,13 @@ class MosquittoLink final : public Link {
 
   const LinkOptions options_;
   const bool is_numeric_;
-  const std::shared_ptr<Handle> handle_ = std::make_shared<Handle>();
+  std::shared_ptr<Handle> handle_;  ///< of the present connection, or nullptr
   Thread resolver_;
   Events* events_ = nullptr;  ///< within step()
   bool is_begun_ = false, is_connected_ = false, has_ended_ = false;
+  bool is_writable_ = false;  ///< TCP is connected
   int ended_ = 0;
+  std::unordered_map<int, std::string> filters_;  ///< of the subscriptions, by the ids of their packets
   std::string refusal_;
   std::chrono::steady_clock::time_point connecting_since_{};
 };
@@ -395,7 +457,7 @@ class MosquittoLink final : public Link {
 
 Result<std::unique_ptr<Link>> make_mosquitto_link(LinkOptions options) {
   auto link = std::make_unique<MosquittoLink>(std::move(options));
-  if (Result<void> prepared = link->prepare_client(); !prepared) return Unexpected{std::move(prepared).error()};
+  if (Result<std::shared_ptr<Handle>> made = link->make_client(); !made) return Unexpected{std::move(made).error()};
   return std::unique_ptr<Link>(std::move(link));
 }
 

@@ -48,6 +48,8 @@ class Feed::State {
   const std::shared_ptr<const security::Principal> owner;
   const std::shared_ptr<EventWaker> waker = std::make_shared<EventWaker>();
   std::deque<engine::Channel> newest, queued;         ///< channels with pending messages, by whether their subscriptions have a queue
+  std::deque<engine::Channel> ended;                  ///< channels whose only message is their end
+  std::size_t removed = 0;                            ///< channels that may be left in `newest` and `queued`
   std::unordered_map<std::uint64_t, bool> channels;   ///< its subscriptions, and whether they have a queue
   std::vector<engine::ObservableResource> resources;  ///< that are new
   bool lists_all = true;                              ///< the next take() has all resources
@@ -76,14 +78,26 @@ class Feeds {
   void remove(Feed::State& feed, engine::Channel channel) noexcept {
     by_channel_.erase(number_of(channel));
     feed.channels.erase(number_of(channel));
+    if (++feed.removed < max_removed || 2 * feed.removed < feed.newest.size() + feed.queued.size()) return;
+    feed.removed = 0;
+    const auto is_gone = [&](engine::Channel other) { return feed.channels.count(number_of(other)) == 0; };
+    for (std::deque<engine::Channel>* list : {&feed.newest, &feed.queued})
+      list->erase(std::remove_if(list->begin(), list->end(), is_gone), list->end());
   }
   void add(Feed::State& feed, engine::Ticket ticket, std::uint64_t number) { by_ticket_[static_cast<std::uint64_t>(ticket)] = {&feed, number}; }
 
   /// The channel has a message. False: it does not belong to a feed.
-  bool take(engine::Channel channel) {
+  bool take(engine::Channel channel, engine::Engine& engine) {
     const auto found = by_channel_.find(number_of(channel));
     if (found == by_channel_.end()) return false;
     Feed::State& feed = *found->second;
+    if (engine.feed_has_ended(channel)) {
+      engine.closed(channel);
+      feed.ended.push_back(channel);
+      remove(feed, channel);
+      feed.waker->wake();
+      return true;
+    }
     (feed.channels[number_of(channel)] ? feed.queued : feed.newest).push_back(channel);
     feed.waker->wake();
     return true;
@@ -117,6 +131,7 @@ class Feeds {
   }
 
  private:
+  static constexpr std::size_t max_removed = 1'000;
   static std::uint64_t number_of(engine::Channel channel) noexcept { return static_cast<std::uint64_t>(channel); }
 
   std::vector<std::shared_ptr<Feed::State>> all_;

@@ -319,7 +319,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
     return with_engine([&] {
       std::optional<engine::Channel> channel;
       do channel = engine_.next_ready(now);
-      while (channel && (guests_.take(*channel) || feeds_.take(*channel)));
+      while (channel && (guests_.take(*channel) || feeds_.take(*channel, engine_)));
       return channel;
     });
   }
@@ -330,9 +330,10 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
     with_engine([&] {
       const std::size_t before = channels.size();
       engine_.take_ready(channels, now);
-      channels.erase(std::remove_if(channels.begin() + static_cast<std::ptrdiff_t>(before), channels.end(),
-                                    [&](const engine::ReadyChannel& ready) { return guests_.take(ready.channel) || feeds_.take(ready.channel); }),
-                     channels.end());
+      channels.erase(
+          std::remove_if(channels.begin() + static_cast<std::ptrdiff_t>(before), channels.end(),
+                         [&](const engine::ReadyChannel& ready) { return guests_.take(ready.channel) || feeds_.take(ready.channel, engine_); }),
+          channels.end());
     });
   }
   void take_pushes(std::vector<engine::PushRequest>& requests, std::vector<engine::Push>& pushes, TimePoint now) override {
@@ -451,9 +452,10 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
     if (!process_.is_current() || stopping_) return;
     with_engine([&] {
       for (const auto& [channel, queued] : feed.channels)
-        if (!queued && engine_.repeat(engine::Channel{channel})) feed.newest.push_back(engine::Channel{channel});
+        if (engine_.repeat(engine::Channel{channel})) feed.newest.push_back(engine::Channel{channel});
     });
     feed.waker->wake();
+    wake_io();  // of queues
   }
   std::uint64_t send(Feed::State& feed, const http::Request& request, Feed::As as) override {
     const bool open = process_.is_current() && !stopping_;
@@ -511,6 +513,12 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
       if (bounds.queued) take_from(feed.queued, (bounds.max_messages + 1) / 2);  // commands first, and some of both
       take_from(feed.newest, bounds.max_messages);
       if (bounds.queued) take_from(feed.queued, bounds.max_messages);
+      for (const engine::Channel channel : std::exchange(feed.ended, {})) {
+        engine::FeedMessage last;
+        last.channel = channel;
+        last.end = true;
+        batch.messages.push_back(std::move(last));
+      }
       const auto next = engine_.next_deadline();
       has_timer = next && (!deadline || *next < *deadline);
       batch.more = bounds.max_messages != 0 && (!feed.newest.empty() || (bounds.queued && !feed.queued.empty()));

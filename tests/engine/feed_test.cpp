@@ -212,7 +212,9 @@ TEST_CASE("the last message of a feed says that its resource no longer exists", 
   const Channel channel = arm.subscribe("/arm/angle").value().channel;
   (void)arm.ready();
   REQUIRE(arm.next(channel));
+  CHECK_FALSE(arm.bench.engine.feed_has_ended(channel));
   arm.bench.engine.remove("arm").value();
+  CHECK(arm.bench.engine.feed_has_ended(channel));
   CHECK(arm.ready() == std::vector<Channel>{channel});
   const std::optional<FeedMessage> last = arm.next(channel);
   REQUIRE(last);

@@ -88,7 +88,8 @@ TEST_CASE("a bridge publishes properties, states and a birth message", "[mqtt]")
   watcher.subscribe("robots/#");
   Robot robot(broker.port(), {}, {}, GENERATE(Io::own_thread, Io::in_poll));
   robot.until(watcher, [&] {
-    return watcher.payload("robots/r1/arm/angle") == "1.5" && watcher.newest("robots/r1/arm/state") && watcher.newest("robots/r1/ns/description");
+    return watcher.payload("robots/r1/arm/angle") == "1.5" && watcher.newest("robots/r1/arm/speed") && watcher.newest("robots/r1/arm/state") &&
+           watcher.newest("robots/r1/ns/description");
   });
   const auto angle = *watcher.newest("robots/r1/arm/angle");
   CHECK(angle.content_type == "application/json");
@@ -348,4 +349,7 @@ TEST_CASE("a bridge runs on a thread of its own, and ends while it waits for a b
   robot.bridge->stop();
   robot.bridge->stop();
   CHECK(robot.bridge->poll() > milliseconds(0));
+  const Result<void> again = robot.bridge->start();
+  REQUIRE_FALSE(again);
+  CHECK(again.error().code == Errc::closed);
 }

@@ -29,13 +29,15 @@ namespace {
 const std::string operator_token = "operator-0123456789abcdef", reader_token = "reader-0123456789abcdef";
 
 struct Arm {
-  explicit Arm(std::uint16_t port, const std::function<void(mqtt::Options&)>& change = {}) {
+  explicit Arm(std::uint16_t port, const std::function<void(mqtt::Options&)>& change = {},
+               const std::function<void(lrt::Options&)>& change_server = {}) {
     const std::string file = folder / "tokens";
     std::ofstream(file) << "alice operator " << operator_token << "\nbob reader " << reader_token << "\n";
     ::chmod(file.c_str(), 0600);
     lrt::Options server_options;
     server_options.listen.port = 0;
     server_options.security.token_file = file;
+    if (change_server) change_server(server_options);
     server.emplace(Server::create(std::move(server_options)).value());
     Thing arm{"arm"};
     arm.property("speed", [this] { return speed; }).on_write([this](double value) -> Result<void> {
@@ -76,7 +78,7 @@ struct Arm {
   }
   /// Sends a command and waits for its response.
   Watcher::Message command(Watcher& client, const std::string& topic, const std::string& payload, Watcher::Properties properties = {}) {
-    properties.response_topic = "clients/c1";
+    properties.response_topic = "replies/c1";
     properties.correlation = "n" + std::to_string(++commands);
     client.publish("robots/r1/ns/" + topic, payload, properties);
     until(client, [&] { return !client.messages.empty() && client.messages.back().correlation == properties.correlation; });
@@ -102,7 +104,7 @@ Watcher::Properties with_token(const std::string& token) {
 struct Client {
   Client(Mosquitto& broker, Arm& arm) : watcher(broker.port()) {
     watcher.connect();
-    watcher.subscribe("clients/c1");
+    watcher.subscribe("replies/c1");
     watcher.subscribe("robots/r1/ns/status");
     arm.until(watcher, [&] { return watcher.payload("robots/r1/ns/status").find("\"online\":true") != std::string::npos; });
   }
@@ -198,6 +200,12 @@ TEST_CASE("hostile commands neither move nor end a robot", "[mqtt]") {
     p.response_topic = to;
     dropped("robots/r1/ns/put/arm/speed", "9", p);
   }
+  // And those that are not in Commands::response_topics.
+  for (const char* to : {"clients/c1", "replies", "x/replies/c1", "homeassistant/switch/door/set"}) {
+    Watcher::Properties p;
+    p.response_topic = to;
+    dropped("robots/r1/ns/put/arm/speed", "9", p);
+  }
   // What a robot has sent is no command.
   Watcher::Properties reply;
   reply.user.emplace_back("response-of", "robots/r2");
@@ -250,7 +258,7 @@ TEST_CASE("too many commands at once get 503", "[mqtt]") {
   });
   Client client(broker, arm);
   Watcher::Properties p;
-  p.response_topic = "clients/c1";
+  p.response_topic = "replies/c1";
   for (int i = 0; i < 5; ++i) client.watcher.publish("robots/r1/ns/put/arm/speed", "1", p);
   const auto end = std::chrono::steady_clock::now() + seconds(20);
   std::size_t refused = 0;
@@ -261,6 +269,38 @@ TEST_CASE("too many commands at once get 503", "[mqtt]") {
         std::count_if(client.watcher.messages.begin(), client.watcher.messages.end(), [](const auto& m) { return m.property("status") == "503"; }));
   }
   CHECK(refused == 3);
+}
+
+TEST_CASE("the topics to which responses go are an option", "[mqtt]") {
+  if (!has_mosquitto()) return;
+  Mosquitto broker;
+  Arm arm(broker.port(), [](mqtt::Options& o) { o.commands.response_topics = {"*/in", "cells/**"}; });
+  Client client(broker, arm);
+  client.watcher.subscribe("hmi/in");
+  Watcher::Properties p = with_token(operator_token);
+  p.response_topic = "replies/c1";
+  client.watcher.publish("robots/r1/ns/put/arm/speed", "9", p);
+  arm.until(client.watcher, [&] { return arm.bridge->counters().dropped_commands == 1; });
+  p.response_topic = "hmi/in";
+  client.watcher.publish("robots/r1/ns/put/arm/speed", "3", p);
+  arm.until(client.watcher, [&] { return client.watcher.newest("hmi/in").has_value(); });
+  CHECK(client.watcher.newest("hmi/in")->property("status") == "204");
+  CHECK(arm.speed == 3);
+}
+
+TEST_CASE("commands without a token have one limit together", "[mqtt][security]") {
+  if (!has_mosquitto()) return;
+  Mosquitto broker;
+  Arm arm(broker.port(), {}, [](lrt::Options& o) {
+    o.security.clients.requests_per_second = 1;
+    o.security.clients.burst = seconds(1);
+    o.security.anyone = security::Right::read | security::Right::write;
+  });
+  Client client(broker, arm);
+  std::vector<std::string> statuses;
+  for (int i = 0; i < 5; ++i) statuses.push_back(arm.command(client.watcher, "put/arm/speed", "3").property("status"));
+  CHECK(std::count(statuses.begin(), statuses.end(), "429") > 0);
+  CHECK(arm.command(client.watcher, "put/arm/speed", "4", with_token(operator_token)).property("status") == "204");
 }
 
 TEST_CASE("commands that nothing restricts are refused when the bridge is made", "[mqtt]") {
@@ -294,6 +334,7 @@ TEST_CASE("options that cannot work are refused", "[mqtt]") {
   CHECK_THAT(error_of([](mqtt::Options& o) { o.publications[0].qos = 3; }), Catch::Matchers::ContainsSubstring("qos"));
   CHECK_THAT(error_of([](mqtt::Options& o) { o.broker.keep_alive = seconds(1); }), Catch::Matchers::ContainsSubstring("keep_alive"));
   CHECK_THAT(error_of([](mqtt::Options& o) { o.broker.host = ""; }), Catch::Matchers::ContainsSubstring("host"));
+  CHECK_THAT(error_of([](mqtt::Options& o) { o.commands.response_topics = {""}; }), Catch::Matchers::ContainsSubstring("response_topics"));
   CHECK_THAT(error_of([](mqtt::Options& o) { o.commands.token = "a b"; }), Catch::Matchers::ContainsSubstring("token"));
   CHECK_THAT(error_of([](mqtt::Options& o) { o.broker.tls.emplace().ca_file = "/nonexistent"; }), Catch::Matchers::ContainsSubstring("tls"));
 }

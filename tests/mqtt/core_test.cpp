@@ -2,8 +2,12 @@
 // What a bridge does, with a link that is none and a clock that is moved by hand.
 #include "src/mqtt/bridge.hpp"
 
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <chrono>
+#include <cstdio>
+#include <fstream>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -16,6 +20,7 @@
 
 #include "tests/support/catch.hpp"
 #include "tests/support/fakes.hpp"
+#include "tests/support/folder.hpp"
 
 using namespace lrt;
 using namespace lrt::mqtt;
@@ -36,6 +41,7 @@ struct Wire {
   std::string lost;  ///< not empty: the connection ends with this reason
   int next_id = 1;
   OutMessage will;
+  std::string client_id;
 
   std::vector<std::string> topics() const {
     std::vector<std::string> all;
@@ -92,11 +98,12 @@ class FakeLink final : public Link {
 };
 
 struct Bench {
-  explicit Bench(const std::function<void(mqtt::Options&)>& change = {}) {
+  explicit Bench(const std::function<void(mqtt::Options&)>& change = {}, const std::function<void(lrt::Options&)>& change_server = {}) {
     lrt::Options server_options;
     server_options.listen.transport = transport::no_network;
     server_options.threads.io = Io::in_poll;
     server_options.clock = &clock;
+    if (change_server) change_server(server_options);
     server.emplace(Server::create(std::move(server_options)).value());
     Thing arm{"arm"};
     a = arm.property<double>("a");
@@ -112,6 +119,7 @@ struct Bench {
     if (change) change(options);
     core = BridgeCore::create(*server, std::move(options), [this](LinkOptions link) -> Result<std::unique_ptr<Link>> {
              wire.will = link.will;
+             wire.client_id = link.broker.client_id;
              return std::unique_ptr<Link>(std::make_unique<FakeLink>(wire));
            }).value();
   }
@@ -170,7 +178,7 @@ TEST_CASE("pauses between attempts grow, are limited, and differ by chance", "[m
   CHECK(pauses_of() != pauses);
 }
 
-TEST_CASE("a connection that was good begins with the short pause again", "[mqtt]") {
+TEST_CASE("a connection that lasts is followed by the short pause, and one that ends at once by a longer one", "[mqtt]") {
   Bench bench([](mqtt::Options& o) {
     o.broker.first_pause = milliseconds(100);
     o.broker.max_pause = milliseconds(100'000);
@@ -181,9 +189,104 @@ TEST_CASE("a connection that was good begins with the short pause again", "[mqtt
   bench.turn(milliseconds(200'000));
   CHECK(bench.core->counters().online);
   bench.wire.lost = "gone";
-  const milliseconds rest = bench.turn();
-  CHECK(rest <= milliseconds(151));
+  CHECK(bench.turn(milliseconds(9'999)) >= milliseconds(50'000));
   CHECK_FALSE(bench.core->counters().online);
+  bench.turn(milliseconds(200'000));
+  CHECK(bench.core->counters().online);
+  bench.wire.lost = "gone";
+  CHECK(bench.turn(milliseconds(10'000)) <= milliseconds(151));
+}
+
+TEST_CASE("a robot that starts again has the same client id, and another prefix another one", "[mqtt]") {
+  const auto id_of = [](const std::string& prefix, const std::string& id = {}) {
+    return Bench([&](mqtt::Options& o) {
+             o.prefix = prefix;
+             o.broker.client_id = id;
+           })
+        .wire.client_id;
+  };
+  const std::string id = id_of("robots/r7");
+  CHECK(id == id_of("robots/r7"));
+  CHECK(id.substr(0, 14) == "lrt-robots-r7-");
+  CHECK(id != id_of("robots-r7"));
+  CHECK(id_of(std::string(900, 'a')).size() <= 64);
+  CHECK(id_of(std::string(900, 'a')) != id_of(std::string(901, 'a')));
+  CHECK(id_of("\xC3\xA4/b").find_first_not_of("-abcdefghijklmnopqrstuvwxyz0123456789") == std::string::npos);
+  CHECK(id_of("robots/r7", "mine") == "mine");
+}
+
+TEST_CASE("the Last Will of an older connection is overwritten, and robots with one prefix do not contradict each other", "[mqtt]") {
+  std::string log;
+  Bench bench([&](mqtt::Options& o) { o.log = [&](LogLevel, std::string_view text) { log.append(text); }; });
+  const auto count = [&] {
+    const std::vector<std::string> topics = bench.wire.topics();
+    return std::count(topics.begin(), topics.end(), "r/ns/status");
+  };
+  const auto see = [&](const std::string& payload) {
+    InMessage message;
+    message.topic = "r/ns/status";
+    message.payload = payload;
+    bench.wire.incoming.push_back(message);
+  };
+  bench.turns();
+  CHECK(count() == 1);
+  see(R"({"online":false,"session":"old"})");
+  see(R"({"online":false,"session":"older"})");
+  bench.turns();
+  CHECK(count() == 1);  // at most one in a second
+  CHECK(bench.turn() <= seconds(1));
+  bench.turn(seconds(1));
+  CHECK(count() == 2);
+  CHECK(bench.wire.sent.back().payload->find(R"({"online":true)") == 0);
+  bench.turn(seconds(5));
+  CHECK(log.find("another robot") == std::string::npos);
+  see(R"({"online":true,"session":"another"})");
+  bench.turn(seconds(5));
+  bench.turn(seconds(5));
+  CHECK(count() == 2);
+  CHECK(log.find("another robot") != std::string::npos);
+  CHECK(bench.core->counters().dropped_commands == 0);
+}
+
+TEST_CASE("what was not acknowledged is sent again on the next connection, in its order, and the status only anew", "[mqtt]") {
+  Bench bench([](mqtt::Options& o) {
+    o.publications[0].qos = 1;
+    o.publications[0].queue_length = 10;
+    o.publications[0].retain = false;  // else the newest value would be sent, too
+    o.broker.max_pause = milliseconds(500);
+  });
+  bench.turns();
+  bench.a.publish(3);
+  bench.turns();
+  REQUIRE(bench.wire.sent.size() == 4);  // the status, a, b, a
+  const std::vector<OutMessage> first = bench.wire.sent;
+  bench.wire.acknowledged = {2};
+  bench.turn();
+  const std::uint64_t published = bench.core->counters().published;
+  for (int round = 0; round < 3; ++round) {
+    bench.wire.lost = "gone";
+    bench.turn();
+    CHECK(bench.core->counters().unacknowledged == 2);
+    bench.wire.sent.clear();
+    bench.turn(seconds(10));
+    CAPTURE(round);
+    REQUIRE(bench.wire.sent.size() == 3);
+    CHECK(bench.wire.sent[0].topic == "r/ns/status");
+    for (const std::size_t i : {1U, 2U}) {
+      CHECK(bench.wire.sent[i].topic == first[i + 1].topic);
+      CHECK(bench.wire.sent[i].payload == first[i + 1].payload);
+      CHECK(seq_of(bench.wire.sent[i]) == seq_of(first[i + 1]));
+    }
+    CHECK(bench.core->counters().unacknowledged == 3);
+  }
+  CHECK(bench.core->counters().published == published + 3);  // the status
+  bench.wire.acknowledged = {bench.wire.next_id - 1, bench.wire.next_id - 2, bench.wire.next_id - 3};
+  bench.turn();
+  bench.wire.lost = "gone";
+  bench.turn();
+  bench.wire.sent.clear();
+  bench.turn(seconds(10));
+  CHECK(bench.wire.sent.size() == 1);
 }
 
 TEST_CASE("the Last Will is retained and at the status topic", "[mqtt]") {
@@ -255,6 +358,124 @@ TEST_CASE("while messages wait for their acknowledgement, values wait in the ser
   CHECK(bench.core->counters().acknowledged == 3);
 }
 
+TEST_CASE("what comes and goes while there is no broker is forgotten", "[mqtt]") {
+  const std::size_t queue_length = GENERATE(0U, 5U);
+  Bench bench([&](mqtt::Options& o) {
+    o.publications[0].queue_length = queue_length;
+    o.publications[0].retain = true;
+  });
+  bench.wire.connects = false;
+  bench.turns(3);
+  const auto come_and_go = [&](int i) {
+    Thing thing{"t" + std::to_string(i)};
+    thing.property<int>("x").publish(i);
+    REQUIRE(bench.server->add(std::move(thing)));
+    bench.turn();
+    REQUIRE(bench.server->remove("t" + std::to_string(i)));
+    bench.turn();
+  };
+  for (int i = 0; i < 1'100; ++i) come_and_go(i);
+  bench.turns(3);
+  CHECK(bench.core->counters().resources <= (queue_length == 0 ? 2 : 1'002));  // a queue is kept until it can be sent
+  bench.wire.connects = true;
+  bench.turn(seconds(60));
+  for (int i = 0; i < 100; ++i) {
+    bench.turn();
+    for (int id = 1; id < bench.wire.next_id; ++id) bench.wire.acknowledged.push_back(id);
+  }
+  CHECK(bench.core->counters().resources == 2);
+  for (int i = 0; i < 1'100; ++i) {
+    const OutMessage* const last = bench.wire.newest("r/t" + std::to_string(i) + "/x");
+    REQUIRE(last);
+    CHECK_FALSE(last->payload);
+    CHECK(last->retain);
+  }
+}
+
+TEST_CASE("a retained value with a queue is written again when the broker returns", "[mqtt]") {
+  const bool retain = GENERATE(true, false);
+  Bench bench([&](mqtt::Options& o) {
+    o.publications[0].queue_length = 5;
+    o.publications[0].retain = retain;
+  });
+  bench.turns();
+  REQUIRE(bench.wire.newest("r/arm/a"));
+  bench.wire.sent.clear();
+  bench.wire.lost = "gone";
+  bench.turn();
+  bench.turn(seconds(60));
+  bench.turns();
+  REQUIRE(bench.core->counters().connections == 2);
+  REQUIRE((bench.wire.newest("r/arm/a") != nullptr) == retain);
+  if (!retain) return;
+  CHECK(*bench.wire.newest("r/arm/a")->payload == "1");
+  CHECK(seq_of(*bench.wire.newest("r/arm/a")) == "2");
+  bench.wire.sent.clear();
+  bench.a.publish(7);
+  bench.turns();
+  CHECK(*bench.wire.newest("r/arm/a")->payload == "7");
+}
+
+TEST_CASE("log lines that clients cause are limited in time", "[mqtt]") {
+  std::vector<std::string> lines;
+  Bench bench([&](mqtt::Options& o) { o.log = [&](LogLevel, std::string_view text) { lines.emplace_back(text); }; });
+  bench.turns();
+  const auto warn = [&](const std::string& filter) {
+    lines.clear();
+    for (int i = 0; i < 30; ++i) {
+      InMessage message;
+      message.topic = i % 2 == 0 ? "r/ns/put/arm/a" : "r/ns/status";  // commands are off; another robot
+      message.payload = R"({"online":true})";
+      bench.wire.incoming.push_back(message);
+      bench.turn();
+    }
+    return std::count_if(lines.begin(), lines.end(), [&](const std::string& line) { return line.find(filter) != std::string::npos; });
+  };
+  CHECK(warn("command") == 5);
+  CHECK(warn("command") == 0);
+  bench.now += seconds(10);
+  CHECK(warn("50 further messages") == 1);
+}
+
+TEST_CASE("a bridge disconnects when its server has stopped", "[mqtt]") {
+  Bench bench;
+  bench.turns();
+  REQUIRE(bench.core->counters().online);
+  bench.server->stop();
+  bench.turns(3);
+  CHECK_FALSE(bench.core->counters().online);
+  const int attempts = bench.wire.attempts;
+  bench.turn(seconds(100));
+  CHECK(bench.wire.attempts == attempts);
+}
+
+TEST_CASE("a description that the owner may no longer read is deleted at the broker", "[mqtt]") {
+  const lrt::test::Folder folder;
+  const auto allow = [&](const std::string& roles) {
+    std::ofstream(folder / "tokens") << "owner " << roles << " owner-0123456789abcdef\n";
+    ::chmod((folder / "tokens").c_str(), 0600);
+  };
+  allow("reader");
+  Bench bench(
+      [](mqtt::Options& o) {
+        o.description.publish = true;
+        o.owner = std::make_shared<const security::Principal>(security::Principal{"owner", {"reader"}});
+      },
+      [&](lrt::Options& o) { o.security.token_file = folder / "tokens"; });
+  bench.turns(20);
+  REQUIRE(bench.wire.newest("r/ns/description"));
+  CHECK(bench.wire.newest("r/ns/description")->payload);
+  REQUIRE(bench.wire.newest("r/arm/a"));
+  std::remove((folder / "tokens").c_str());
+  allow("nobody");
+  for (int i = 0; i < 100 && bench.wire.newest("r/ns/description")->payload; ++i) {
+    bench.clock.advance(seconds(2));
+    bench.turn(seconds(2));
+  }
+  CHECK_FALSE(bench.wire.newest("r/ns/description")->payload);
+  CHECK(bench.wire.newest("r/ns/description")->retain);
+}
+
 TEST_CASE("a congested network stops the bridge, not the robot", "[mqtt]") {
   Bench bench;
   bench.turns();
@@ -274,6 +495,7 @@ TEST_CASE("a congested network stops the bridge, not the robot", "[mqtt]") {
 TEST_CASE("a message that finds the connection broken is sent on the next one", "[mqtt]") {
   Bench bench([](mqtt::Options& o) {
     o.publications[0].queue_length = 10;
+    o.publications[0].retain = false;
     o.publications[0].qos = 1;
   });
   bench.turns();
@@ -315,7 +537,7 @@ TEST_CASE("a bridge that has stopped does nothing", "[mqtt]") {
 TEST_CASE("messages from the broker without commands are dropped", "[mqtt]") {
   Bench bench;
   bench.turns();
-  CHECK(bench.wire.filters.empty());
+  CHECK(bench.wire.filters == std::vector<std::string>{"r/ns/status"});
   InMessage message;
   message.topic = "r/ns/put/arm/a";
   message.payload = "1";

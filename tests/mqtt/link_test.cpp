@@ -35,7 +35,7 @@ namespace {
 
 struct Seen final : Link::Events {
   int connections = 0, ends = 0, acknowledgements = 0, messages = 0;
-  std::string reason;
+  std::string reason, payloads;
   InMessage last;
   void connected(const Agreement&) override { ++connections; }
   void disconnected(const std::string& why) override {
@@ -45,9 +45,10 @@ struct Seen final : Link::Events {
   void acknowledged(int, bool, const std::string&) override { ++acknowledgements; }
   void received(InMessage message) override {
     ++messages;
+    payloads += message.payload + ';';
     last = std::move(message);
   }
-  void subscription_refused(const std::string&) override {}
+  void subscription_refused(const std::string&, const std::string&) override {}
 };
 
 LinkOptions options_of(std::uint16_t port) {
@@ -187,7 +188,7 @@ TEST_CASE("TLS: the broker's certificate is verified, and the robot shows its ow
   stranger.broker.tls->ca_file = folder.put("other.pem", {&other});
   const Seen not_trusted = attempt(stranger);
   CHECK(not_trusted.connections == 0);
-  CHECK_THAT(not_trusted.reason, Catch::Matchers::ContainsSubstring("TLS"));
+  CHECK_THAT(not_trusted.reason, Catch::Matchers::ContainsSubstring("TLS") && Catch::Matchers::ContainsSubstring("certificate verify failed"));
   LinkOptions nobody = good;
   nobody.broker.tls->certificate_file.clear();
   nobody.broker.tls->key_file.clear();
@@ -200,13 +201,85 @@ TEST_CASE("TLS: the broker's certificate is verified, and the robot shows its ow
   CHECK(attempt(plain).connections == 0);
 }
 
-TEST_CASE("a broker that never accepts is given up", "[mqtt]") {
+TEST_CASE("a key with a passphrase is refused, because nobody can be asked for it", "[mqtt]") {
+  const Certificate robot = make_certificate({"r1"});
+  const TlsFolder folder;
+  LinkOptions options = options_of(1);
+  options.broker.tls.emplace().certificate_file = folder.put("robot.pem", {&robot});
+  options.broker.tls->key_file = folder.put_key("robot.key", robot, "word");
+  const Result<std::unique_ptr<Link>> refused = make_mosquitto_link(options);
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().code == Errc::invalid_option);
+  CHECK_THAT(refused.error().message, Catch::Matchers::ContainsSubstring("passphrase"));
+  options.broker.tls->key_file = folder.put_key("plain.key", robot);
+  CHECK(make_mosquitto_link(options));
+}
+
+TEST_CASE("a broker that never accepts is given up, and its socket is closed", "[mqtt]") {
   Stranger stranger;
   LinkOptions options = options_of(stranger.port());
   options.broker.connect_time = milliseconds(50);
-  const Seen seen = attempt(std::move(options));
+  Result<std::unique_ptr<Link>> link = make_mosquitto_link(std::move(options));
+  REQUIRE(link);
+  (*link)->connect();
+  const int socket = (*link)->descriptor();
+  CHECK(::fcntl(socket, F_GETFD) != -1);
+  Seen seen;
+  until(**link, seen, [&] { return seen.ends > 0; });
   CHECK(seen.connections == 0);
   CHECK(seen.ends == 1);
+  CHECK((*link)->descriptor() == -1);
+  CHECK(::fcntl(socket, F_GETFD) == -1);
+}
+
+TEST_CASE("a link that waits for its broker does not want to write", "[mqtt]") {
+  Stranger stranger;
+  Result<std::unique_ptr<Link>> link = make_mosquitto_link(options_of(stranger.port()));
+  REQUIRE(link);
+  (*link)->connect();
+  CHECK((*link)->wants_write());
+  Seen seen;
+  until(**link, seen, [&] { return !(*link)->wants_write(); });
+  CHECK_FALSE((*link)->wants_write());
+  CHECK((*link)->descriptor() >= 0);
+  CHECK(seen.connections + seen.ends == 0);
+}
+
+TEST_CASE("a connection has nothing of an earlier one: no half-received message, no limit of the broker", "[mqtt]") {
+  Stranger stranger;
+  Result<std::unique_ptr<Link>> link = make_mosquitto_link(options_of(stranger.port()));
+  REQUIRE(link);
+  Seen seen;
+  const auto connect = [&](const std::string& bytes) {
+    const int before = seen.connections;
+    (*link)->connect();
+    until(**link, seen, [&] {
+      stranger.serve(bytes);
+      return seen.connections > before;
+    });
+  };
+  const auto qos2 = [](char text) { return std::string("\x34\x07\x00\x01\x61\x00\x01\x00", 8) + text; };  // to the topic "a", with the id 1
+  // Maximum QoS 0, no retained messages, packets of at most 30 bytes.
+  connect(std::string("\x20\x0C\x00\x00\x09\x24\x00\x25\x00\x27\x00\x00\x00\x1E", 14) + qos2('1'));
+  OutMessage message;
+  message.topic = "a";
+  message.payload = std::make_shared<const std::string>(100, 'x');
+  message.qos = 1;
+  message.retain = true;
+  const Result<int> refused = (*link)->publish(message);
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().code == Errc::limit_exceeded);
+  for (int turn = 0; turn < 20; ++turn) (*link)->step(seen);
+  CHECK(seen.messages == 0);  // it is not released yet
+  stranger.hang_up();
+  until(**link, seen, [&] { return seen.ends == 1; });
+
+  connect(std::string("\x20\x03\x00\x00\x00", 5) + qos2('2') + std::string("\x62\x02\x00\x01", 4));  // and its PUBREL
+  until(**link, seen, [&] { return seen.messages > 0; });
+  CHECK(seen.payloads == "2;");
+  const Result<int> accepted = (*link)->publish(message);
+  REQUIRE(accepted);
+  CHECK(*accepted != 0);  // QoS 1 again
 }
 
 TEST_CASE("what a hostile broker sends ends the connection at most", "[mqtt]") {

@@ -53,7 +53,7 @@ TEST_CASE("topics of commands name method and path", "[mqtt]") {
 
 TEST_CASE("no response goes to topics of a robot or of commands", "[mqtt]") {
   const Topics topics = Topics::create("robots/r1").value();
-  CHECK(topics.may_respond_to("clients/c1"));
+  CHECK(topics.may_respond_to("replies/c1"));
   CHECK(topics.may_respond_to("robots/r10/x"));
   CHECK(topics.may_respond_to("a/ns/putter"));
   for (const std::string& topic : {std::string(), std::string("robots/r1"), std::string("robots/r1/arm"), std::string("robots/r2/ns/put/arm"),

@@ -279,8 +279,10 @@ class LRT_API Engine final : public Handler {
   Result<Subscribed> subscribe(FeedSubscription wanted, TimePoint now);
   /// The next message of such a channel; nullopt: none now. next_ready() will name the channel again.
   std::optional<FeedMessage> next_feed_message(Channel channel, TimePoint now);
-  /// Marks the present representation to be sent again, although it was sent. Has no effect on a subscription with a
-  /// queue.
+  /// Whether the subscription of such a channel has ended and no message is left, so that next_feed_message() says `end`.
+  bool feed_has_ended(Channel channel) const noexcept;
+  /// Marks the present representation to be sent again, although it was sent. A subscription with a queue gets it if
+  /// FeedSubscription::repeats is set and the queue is empty; next_ready() then names the channel.
   /// @return  call next_feed_message(): next_ready() will not name the channel for it
   bool repeat(Channel channel);
   /// All resources that can be observed, except subscriptions.

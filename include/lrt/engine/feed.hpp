@@ -42,6 +42,8 @@ struct FeedSubscription {
   /// The principal that owns the subscription, which shows what this principal may read. nullptr: everything. lrt::Feed
   /// sets it.
   std::shared_ptr<const security::Principal> owner{};
+  /// With a queue: lrt::Feed::repeat_all() adds the present representation to an empty queue.
+  bool repeats = false;
 };
 
 /// A subscription that a feed has made.

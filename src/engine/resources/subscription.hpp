@@ -28,6 +28,7 @@ enum class Protocol : std::uint8_t { websocket, callback, event_stream, feed };
 struct FeedProtocol {
   std::string name;
   std::vector<Statement> statements;
+  bool repeats = false;
 };
 
 /// The parameters of a subscription that a client requests.
