@@ -383,7 +383,7 @@ TEST_CASE("a store that closes connections in the middle is asked again", "[clie
   Store store([&](const Store::Asked&) { return left-- > 0 ? std::string("HTTP/1.1 204 Wor") : std::string(); });
   // The receiver closes nothing by itself, so the half response ends by the time limit.
   MirrorOptions options = options_for({robot.url()}, store.url());
-  options.store.response_time = milliseconds(50);
+  options.store.response_time = milliseconds(500);
   const MirrorCounts counts = copy(options).value();
   CHECK(counts.sent == store.graphs().size());
   CHECK(counts.failures >= 1);

@@ -170,7 +170,7 @@ TEST_CASE("a refused handshake has its status and Retry-After", "[client][R0.14]
 TEST_CASE("an opening response that is not valid opens nothing", "[client]") {
   const test::Watchdog watchdog("WebSocket");
   client::Options options;
-  options.limits.response_time = milliseconds(300);
+  options.limits.response_time = std::chrono::seconds(30);
   const auto with = [&](std::string response) {
     return end_of(
         [response](Peer& peer) {
@@ -195,6 +195,7 @@ TEST_CASE("an opening response that is not valid opens nothing", "[client]") {
     CHECK(end.error.code == Errc::expected_http);
     CHECK(end.status == 0);
   }
+  options.limits.response_time = milliseconds(300);  // some may be the beginning of a response
   for (const char* const garbage : {"garbage\r\n\r\n", "\x01\x02\x03\r\n\r\n", "HTTP/9.9 x\r\n\r\n", "\r\n\r\n"}) {
     const WebSocketEnd end = with(garbage);
     CHECK(end.status == 0);
