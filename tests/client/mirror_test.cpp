@@ -25,6 +25,7 @@
 #include "tests/client/robot_host.hpp"
 #include "tests/delivery/receiver.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/fields.hpp"
 
 using namespace lrt;
 using namespace lrt::test;
@@ -45,13 +46,6 @@ std::string decoded(const std::string& text) {
     else result += text[i];
   }
   return result;
-}
-
-std::string field_of(const std::string& request, const std::string& name) {
-  const std::size_t at = request.find("\r\n" + name + ": ");
-  if (at == std::string::npos) return {};
-  const std::size_t begin = at + name.size() + 4;
-  return request.substr(begin, request.find("\r\n", begin) - begin);
 }
 
 /// A graph store that does what a test says.
