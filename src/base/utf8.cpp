@@ -68,6 +68,12 @@ bool ends_within_character(std::string_view text) noexcept {
   return tail < (lead >= 0xF0 ? 3U : lead >= 0xE0 ? 2U : lead >= 0xC0 ? 1U : 0U);
 }
 
+std::string_view prefix(std::string_view text, std::size_t limit) noexcept {
+  if (text.size() <= limit) return text;
+  while (limit > 0 && (byte(text, limit) & 0xC0U) == 0x80) --limit;
+  return {text.data(), limit};
+}
+
 void append(std::string& out, char32_t code_point) {
   const auto put = [&out](char32_t value) { out += static_cast<char>(static_cast<unsigned char>(value)); };
   if (code_point < 0x80) {

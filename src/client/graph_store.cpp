@@ -2,7 +2,6 @@
 #include "src/client/graph_store.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <utility>
 
 #include "src/base/ascii.hpp"
@@ -19,14 +18,6 @@ constexpr std::string_view place_of_graph = "{graph}";
 
 /// Whether an unencrypted secret may be sent to that host.
 bool may_get_secrets(const http::Url& url) { return url.secure || http::is_this_machine(url.host); }
-
-std::optional<std::chrono::seconds> retry_after(const http::Fields& fields) {
-  const std::string_view text = fields.find("Retry-After").value_or(std::string_view());
-  unsigned value = 0;
-  const auto parsed = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (text.empty() || parsed.ec != std::errc() || parsed.ptr != text.data() + text.size()) return std::nullopt;
-  return std::chrono::seconds(value);
-}
 
 /// A strong entity tag (RFC 9110 8.8.3) that If-Match can have; empty: there is none.
 std::string strong_tag(const http::Fields& fields) {

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
+#include <charconv>
 #include <optional>
 #include <set>
 #include <system_error>
@@ -287,6 +288,14 @@ Result<std::shared_ptr<HttpClient>> HttpClient::create(const Options& options) {
     client->trust(*url);
   }
   return std::shared_ptr<HttpClient>(std::move(client));
+}
+
+std::optional<std::chrono::seconds> retry_after(const http::Fields& fields) {
+  const std::string_view text = fields.find("Retry-After").value_or(std::string_view());
+  unsigned value = 0;
+  const auto parsed = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (text.empty() || parsed.ec != std::errc() || parsed.ptr != text.data() + text.size()) return std::nullopt;
+  return std::chrono::seconds(value);
 }
 
 }  // namespace v0

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include <lrt/base/result.hpp>
 #include <lrt/client/http.hpp>
 #include <lrt/client/options.hpp>
+#include <lrt/http/message.hpp>
 #include <lrt/http/url.hpp>
 
 #include "src/exchange/exchange.hpp"
@@ -49,6 +52,9 @@ class HttpClient {
   explicit HttpClient(const Options& options) : options_(options) {}
   const Options options_;
 };
+
+/// The seconds of Retry-After (RFC 9110 10.2.3). nullopt: there are none; a date counts as none.
+std::optional<std::chrono::seconds> retry_after(const http::Fields& fields);
 
 }  // namespace v0
 }  // namespace lrt::client

@@ -106,14 +106,6 @@ bool is_temporary(int status) noexcept {
   return status == 408 || status == 425 || status == 429 || (status >= 500 && status != 501 && status != 505);
 }
 
-std::optional<std::chrono::seconds> retry_after(const http::Fields& fields) {
-  const std::string_view text = fields.find("Retry-After").value_or(std::string_view());
-  unsigned value = 0;
-  const auto parsed = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (text.empty() || parsed.ec != std::errc() || parsed.ptr != text.data() + text.size()) return std::nullopt;
-  return std::chrono::seconds(value);
-}
-
 std::string essence(std::string_view content_type) { return lrt::detail::lower(lrt::detail::trim(content_type.substr(0, content_type.find(';')))); }
 
 /// The IRI by which a JSON-LD document of an lrt server refers to its context, which is not fetched; empty: it has another one.

@@ -5,6 +5,7 @@
 
 #include <lrt/base/immortal.hpp>
 #include <lrt/base/media_type.hpp>
+#include <lrt/base/utf8.hpp>
 #include <lrt/http/etag.hpp>
 #include <lrt/http/negotiate.hpp>
 #include <lrt/http/problem.hpp>
@@ -24,9 +25,7 @@ constexpr std::size_t max_detail = 2000;
 
 std::string cut(std::string detail) {
   if (detail.size() <= max_detail) return detail;
-  std::size_t end = max_detail;
-  while (end > 0 && (static_cast<unsigned char>(detail[end]) & 0xC0) == 0x80) --end;  // not within a character
-  detail.resize(end);
+  detail.resize(utf8::prefix(detail, max_detail).size());
   return detail + " (cut)";
 }
 

@@ -280,14 +280,8 @@ class CborReader {
   std::size_t at_ = 0, begin_ = 0;  // offsets of the next byte and of the last item
 };
 
-/// The beginning of a text, not cut inside a character.
-std::string_view cut(std::string_view text) noexcept {
-  constexpr std::size_t longest = 100;
-  if (text.size() <= longest) return text;
-  std::size_t end = longest;
-  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) --end;
-  return text.substr(0, end);
-}
+/// Bytes of a text in a message.
+constexpr std::size_t longest_shown = 100;
 
 }  // namespace
 
@@ -332,7 +326,7 @@ std::string Document::pointer(Id id) const {
       out += std::to_string(index);
       continue;
     }
-    for (const char c : cut(key(*at))) {
+    for (const char c : utf8::prefix(key(*at), longest_shown)) {
       if (c == '~') out += "~0";
       else if (c == '/') out += "~1";
       else out += c;
@@ -342,7 +336,7 @@ std::string Document::pointer(Id id) const {
 }
 
 std::string shortened(std::string_view text) {
-  const std::string_view shown = cut(text);
+  const std::string_view shown = utf8::prefix(text, longest_shown);
   return std::string(shown) + (shown.size() < text.size() ? " (cut)" : "");
 }
 

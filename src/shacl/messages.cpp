@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <vector>
 
+#include <lrt/base/utf8.hpp>
 #include <lrt/rdf/lexical.hpp>
 #include <lrt/rdf/value_codec.hpp>
 #include <lrt/rdf/vocab.hpp>
@@ -99,14 +100,10 @@ std::string shown(const rdf::TermView& term) {
   constexpr std::size_t longest = 80;
   if (term.is_iri()) return rdf::abbreviate(term.text);
   if (is_bare(term)) return std::string(term.text);
-  std::size_t length = term.text.size();
-  if (length > longest) {
-    length = longest;
-    while (length > 0 && (static_cast<unsigned char>(term.text[length]) & 0xC0) == 0x80) --length;
-  }
-  rdf::TermView cut(term.kind, term.text.substr(0, length), vocab::xsd::string.text, {});
+  const std::string_view begin = utf8::prefix(term.text, longest);
+  rdf::TermView cut(term.kind, begin, vocab::xsd::string.text, {});
   std::string text = rdf::to_string(cut);
-  if (length < term.text.size()) text += " (cut)";
+  if (begin.size() < term.text.size()) text += " (cut)";
   if (!term.is_literal()) return text;
   if (!term.language.empty()) return text + "@" + std::string(term.language);
   return term.datatype == vocab::xsd::string.text ? text : text + "^^" + rdf::abbreviate(term.datatype);

@@ -41,9 +41,8 @@ struct Refusal {
 /// A text of the document, quoted for a message.
 std::string shortened(std::string_view text) {
   constexpr std::size_t max_bytes = 80;
-  std::size_t cut = std::min(text.size(), max_bytes);
-  while (cut < text.size() && cut > 0 && (static_cast<unsigned char>(text[cut]) & 0xC0U) == 0x80U) --cut;  // not inside a character
-  return std::string(text.substr(0, cut)) + (cut < text.size() ? "..." : "");
+  const std::string_view begin = utf8::prefix(text, max_bytes);
+  return std::string(begin) + (begin.size() < text.size() ? "..." : "");
 }
 std::string quoted(std::string_view text) { return '"' + shortened(text) + '"'; }
 

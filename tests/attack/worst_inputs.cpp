@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a byte of a hostile request costs: for each parser of bytes from the network, the inputs that took most CPU time for their size.
 //
-//   worst_inputs [KIB]       prints a Markdown table; KIB: the size of each input, 64 by default
+//   worst_inputs [KIB]            prints a Markdown table; KIB: the size of each input, 64 by default
+//   worst_inputs KIB --outcomes   prints only what became of each input: "read", or the error
 //
 // An input may be refused early; then its cost is small. What is printed was measured in this run.
 
@@ -89,6 +90,11 @@ class Table {
     std::replace(outcome.begin(), outcome.end(), '|', '/');
     std::replace(outcome.begin(), outcome.end(), '\n', ' ');
     costs_[parser].push_back({name, best * 1e9 / static_cast<double>(input.size()), std::move(outcome)});
+  }
+
+  void print_outcomes() const {
+    for (const auto& [parser, all] : costs_)
+      for (const Cost& cost : all) std::printf("%s | %s | %s\n", parser.c_str(), cost.input.c_str(), cost.outcome.c_str());
   }
 
   void print() {
@@ -278,7 +284,8 @@ void fields(Table& t) {
 
 int main(int count, char** arguments) {
   const std::size_t bytes = (count > 1 ? std::strtoul(arguments[1], nullptr, 10) : 64) * 1024;
-  if (bytes == 0) return std::fprintf(stderr, "usage: %s [KIB]\n", arguments[0]), 2;
+  const bool only_outcomes = count > 2 && std::string_view(arguments[2]) == "--outcomes";
+  if (bytes == 0 || count > 3 || (count == 3 && !only_outcomes)) return std::fprintf(stderr, "usage: %s [KIB [--outcomes]]\n", arguments[0]), 2;
   Table table(bytes);
   turtle(table, bytes);
   n_triples(table, bytes);
@@ -286,6 +293,7 @@ int main(int count, char** arguments) {
   rdf_xml(table, bytes);
   values(table, bytes);
   fields(table);
-  table.print();
+  if (only_outcomes) table.print_outcomes();
+  else table.print();
   return 0;
 }

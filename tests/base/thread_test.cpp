@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "tests/support/catch.hpp"
+#include "tests/support/skip.hpp"
 #include "tests/support/tasks.hpp"
 
 using namespace lrt;
@@ -54,7 +55,7 @@ bool on_a_control_loop(F f) {
   const int created = ::pthread_create(&thread, nullptr, run, &given);
   if (created == 0) ::pthread_join(thread, nullptr);
   REQUIRE(created == 0);
-  if (!given.real_time) WARN("not shown with SCHED_FIFO: this process may not use it");
+  if (!given.real_time) print_skip("not shown with SCHED_FIFO: this process may not use it");
   return given.real_time;
 }
 
@@ -64,7 +65,7 @@ bool may_be_real_time() {
   const bool may = ::sched_setscheduler(0, SCHED_FIFO, &parameter) == 0;
   parameter.sched_priority = 0;
   ::sched_setscheduler(0, SCHED_OTHER, &parameter);
-  if (!may) WARN("left out: this process may not use SCHED_FIFO");
+  if (!may) print_skip("this process may not use SCHED_FIFO");
   return may;
 }
 

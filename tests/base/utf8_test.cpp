@@ -56,3 +56,19 @@ TEST_CASE("of ill-formed bytes no byte before the text is read", "[base]") {
     CHECK_FALSE(utf8::ends_within_character(std::string_view(bytes).substr(1, size)));
   CHECK_FALSE(utf8::ends_within_character(bytes));
 }
+
+TEST_CASE("a prefix has the most characters that fit into the limit", "[base]") {
+  const std::string characters[] = {"a", "\xC3\xB6", "\xE2\x82\xAC", "\xF0\x9F\xA4\x96"};
+  for (const std::string& first : characters)
+    for (const std::string& second : characters) {
+      const std::string text = first + second;
+      for (std::size_t limit = 0; limit <= text.size() + 1; ++limit) {
+        CAPTURE(text, limit);
+        const std::string expected = limit >= text.size() ? text : limit >= first.size() ? first : "";
+        CHECK(utf8::prefix(text, limit) == expected);
+      }
+    }
+  CHECK(utf8::prefix("", 0).empty());
+  CHECK(utf8::prefix("\x80\x80\x80", 2).empty());
+  CHECK(utf8::prefix("\xC3\xC3", 1) == "\xC3");
+}

@@ -20,6 +20,8 @@
 
 #include <lrt/rdf/codec.hpp>
 
+#include "tests/support/fields.hpp"
+
 namespace lrt::test {
 
 /// A listening socket on a port of its own.
@@ -223,13 +225,6 @@ inline bool replace(std::string& text, std::string_view from, std::string_view t
 inline int status_of(const std::string& response) { return std::atoi(response.c_str() + 9); }
 inline void set_status(std::string& response, int status) { response.replace(9, 3, std::to_string(status)); }
 
-/// The value of a field; empty: there is none.
-inline std::string field_of(const std::string& message, std::string_view name) {
-  const std::size_t at = message.find("\r\n" + std::string(name) + ": ");
-  if (at == std::string::npos || at > message.find("\r\n\r\n")) return {};
-  const std::size_t from = at + name.size() + 4;
-  return message.substr(from, message.find("\r\n", from) - from);
-}
 inline void drop_field(std::string& message, std::string_view name) {
   while (true) {
     const std::size_t at = message.find("\r\n" + std::string(name) + ": ");

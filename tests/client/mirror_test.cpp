@@ -25,6 +25,7 @@
 #include "tests/client/robot_host.hpp"
 #include "tests/delivery/receiver.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/fields.hpp"
 
 using namespace lrt;
 using namespace lrt::test;
@@ -45,13 +46,6 @@ std::string decoded(const std::string& text) {
     else result += text[i];
   }
   return result;
-}
-
-std::string field_of(const std::string& request, const std::string& name) {
-  const std::size_t at = request.find("\r\n" + name + ": ");
-  if (at == std::string::npos) return {};
-  const std::size_t begin = at + name.size() + 4;
-  return request.substr(begin, request.find("\r\n", begin) - begin);
 }
 
 /// A graph store that does what a test says.
@@ -383,7 +377,7 @@ TEST_CASE("a store that closes connections in the middle is asked again", "[clie
   Store store([&](const Store::Asked&) { return left-- > 0 ? std::string("HTTP/1.1 204 Wor") : std::string(); });
   // The receiver closes nothing by itself, so the half response ends by the time limit.
   MirrorOptions options = options_for({robot.url()}, store.url());
-  options.store.response_time = milliseconds(50);
+  options.store.response_time = milliseconds(500);
   const MirrorCounts counts = copy(options).value();
   CHECK(counts.sent == store.graphs().size());
   CHECK(counts.failures >= 1);

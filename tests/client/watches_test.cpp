@@ -12,6 +12,7 @@
 #include "tests/delivery/receiver.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/fakes.hpp"
+#include "tests/support/fields.hpp"
 #include "tests/support/socket.hpp"
 #include "tests/support/watchdog.hpp"
 #include "tests/support/websocket.hpp"
@@ -28,18 +29,13 @@ using std::chrono::milliseconds;
 using test::background;
 using test::by;
 using test::Changes;
+using test::field_of;
 using test::Frame;
 using test::http_client;
 using test::Peer;
 using test::PushingRobot;
 using Kind = Change::Kind;
 
-std::string field_of(const std::string& request, const std::string& name) {
-  const std::size_t at = request.find("\r\n" + name + ": ");
-  if (at == std::string::npos) return {};
-  const std::size_t begin = at + name.size() + 4;
-  return request.substr(begin, request.find("\r\n", begin) - begin);
-}
 std::string opening_response(const std::string& request) {
   return "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Accept: " +
          test::accept_of(field_of(request, "Sec-WebSocket-Key")) + "\r\n\r\n";

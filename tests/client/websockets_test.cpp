@@ -12,6 +12,7 @@
 
 #include "tests/delivery/receiver.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/fields.hpp"
 #include "tests/support/tls.hpp"
 #include "tests/support/watchdog.hpp"
 #include "tests/support/websocket.hpp"
@@ -23,6 +24,7 @@ using client::WebSocketEnd;
 using client::WebSocketRequest;
 using client::WebSockets;
 using std::chrono::milliseconds;
+using test::field_of;
 using test::Frame;
 using test::Peer;
 
@@ -82,13 +84,6 @@ class Record final : public client::WebSocketEvents {
 
 WebSocketRequest request_to(const std::string& url, const std::string& address = "127.0.0.1") {
   return {http::parse_url(url).value(), {exchange::address_of(address)}, {{"Accept", "text/turtle"}}};
-}
-
-std::string field_of(const std::string& request, const std::string& name) {
-  const std::size_t at = request.find("\r\n" + name + ": ");
-  if (at == std::string::npos) return {};
-  const std::size_t begin = at + name.size() + 4;
-  return request.substr(begin, request.find("\r\n", begin) - begin);
 }
 
 std::string opening_response(const std::string& request, const std::string& fields = {}) {
@@ -170,7 +165,7 @@ TEST_CASE("a refused handshake has its status and Retry-After", "[client][R0.14]
 TEST_CASE("an opening response that is not valid opens nothing", "[client]") {
   const test::Watchdog watchdog("WebSocket");
   client::Options options;
-  options.limits.response_time = milliseconds(300);
+  options.limits.response_time = std::chrono::seconds(30);
   const auto with = [&](std::string response) {
     return end_of(
         [response](Peer& peer) {
@@ -195,6 +190,7 @@ TEST_CASE("an opening response that is not valid opens nothing", "[client]") {
     CHECK(end.error.code == Errc::expected_http);
     CHECK(end.status == 0);
   }
+  options.limits.response_time = milliseconds(300);  // some may be the beginning of a response
   for (const char* const garbage : {"garbage\r\n\r\n", "\x01\x02\x03\r\n\r\n", "HTTP/9.9 x\r\n\r\n", "\r\n\r\n"}) {
     const WebSocketEnd end = with(garbage);
     CHECK(end.status == 0);

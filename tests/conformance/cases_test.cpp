@@ -18,6 +18,7 @@
 #include "tests/support/bench.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/sample_robot.hpp"
+#include "tests/support/skip.hpp"
 #include "tests/support/socket.hpp"
 #include "tests/support/tls_socket.hpp"
 
@@ -391,14 +392,14 @@ std::size_t count_cases(const std::function<std::unique_ptr<Target>()>& make) {
 
 void run_served_cases(const std::string& row, const std::map<std::string, std::string>& exceptions = {}) {
   if (const auto make = targets(row)) run_cases(make, exceptions);
-  else WARN("not compiled in: " << row);
+  else print_skip("not compiled in: " + row);
 }
 
 /// Whether each exception is needed.
 void check_exceptions(const std::string& row, std::map<std::string, std::string> exceptions) {
   const auto make = targets(row);
   if (!make) {
-    WARN("not compiled in: " << row);
+    print_skip("not compiled in: " + row);
     return;
   }
   for (const Case& c : cases()) {
@@ -469,7 +470,7 @@ TEST_CASE("a stop is published on every transport, and served when all connectio
   CAPTURE(row);
   const auto transport = served(row);
   if (!transport) {
-    WARN("not compiled in: " << row);
+    print_skip("not compiled in: " + row);
     return;
   }
   FakeClock clock;
@@ -523,7 +524,7 @@ TEST_CASE("the table of transports in src/README.md is true", "[conformance][htt
     CHECK(names.insert(row[0]).second);
     CHECK(row[2] == std::to_string(cases().size()));
     if (const auto make = targets(row[0])) CHECK(row[1] == std::to_string(count_cases(make)));
-    else WARN("not compiled in, so its row is not checked: " << row[0]);
+    else print_skip("not compiled in, so its row is not checked: " + row[0]);
   }
   CHECK(names ==
         std::set<std::string>{"http", "http over TLS", "libwebsockets", "libwebsockets over TLS", "a transport of one's own", "cpp-httplib"});

@@ -8,6 +8,7 @@
 #include <lrt/rdf/vocab.hpp>
 
 #include "tests/support/catch.hpp"
+#include "tests/support/skip.hpp"
 
 // The W3C suites of RDF 1.1 Turtle and N-Triples, read from LRT_SHARED_DIR/suites and never copied into the project; and small ones of our own.
 
@@ -57,7 +58,7 @@ std::string outcome(const std::string& folder, Syntax syntax, std::string_view t
 void run(const std::string& folder, const std::string& base, Syntax syntax, std::size_t least) {
   const auto text = file(folder + "/manifest.ttl");
   if (!text) {
-    WARN("skipped: no W3C suite in " << folder);
+    lrt::test::print_skip("no W3C suite in " + folder);
     return;
   }
   const Result<Graph> manifest = lrt::rdf::read(*text, Syntax::turtle, {base});
@@ -84,7 +85,7 @@ void run(const std::string& folder, const std::string& base, Syntax syntax, std:
 void round_trip(const std::string& folder, const std::string& base, Syntax syntax) {
   const auto text = file(folder + "/manifest.ttl");
   if (!text) {
-    WARN("skipped: no W3C suite in " << folder);
+    lrt::test::print_skip("no W3C suite in " + folder);
     return;
   }
   const Result<Graph> manifest = lrt::rdf::read(*text, Syntax::turtle, {base});

@@ -16,6 +16,7 @@
 #include "tests/support/catch.hpp"
 #include "tests/support/folder.hpp"
 #include "tests/support/sample_robot.hpp"
+#include "tests/support/skip.hpp"
 #include "tests/support/socket.hpp"
 #include "tests/support/tasks.hpp"
 
@@ -32,7 +33,7 @@ void be_a_control_loop() {
   ::sched_setaffinity(0, sizeof one, &one);
   sched_param parameter{};
   parameter.sched_priority = 10;
-  if (::sched_setscheduler(0, SCHED_FIFO, &parameter) != 0) WARN("not shown with SCHED_FIFO: this process may not use it");
+  if (::sched_setscheduler(0, SCHED_FIFO, &parameter) != 0) print_skip("not shown with SCHED_FIFO: this process may not use it");
 }
 
 /// The threads of lrt, once all of these names are among them, or after twenty seconds.

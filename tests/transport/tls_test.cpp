@@ -13,6 +13,7 @@
 
 #include "src/transport/http/addresses.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/skip.hpp"
 #include "tests/support/tls.hpp"
 #include "tests/support/websocket.hpp"
 #include "tests/transport/framing_cases.hpp"
@@ -805,7 +806,7 @@ TEST_CASE("one address can have so many connections, and again when one leaves",
     }
   }
   if (address.empty()) {
-    WARN("this machine has no address but its loopback's: only that they are not counted was tested");
+    print_skip("this machine has no address but its loopback's: only that they are not counted was tested");
     return;
   }
   options.address = address;

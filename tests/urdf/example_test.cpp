@@ -2,12 +2,12 @@
 #include "examples/ex_urdf_robot/moving_robot.hpp"
 
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 
 #include "tests/support/bench.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/graphs.hpp"
+#include "tests/support/skip.hpp"
 #include "tests/urdf/documents.hpp"
 
 using namespace lrt;
@@ -122,7 +122,7 @@ TEST_CASE("without a recording joints move to the targets of clients, within the
 TEST_CASE("the recording of a real arm moves its description", "[urdf][examples]") {
   const std::string csv = LRT_SHARED_DIR "/robots/trajectories/panda_exciting_100hz.csv";
   if (!std::ifstream(csv)) {
-    std::printf("skipped: %s is not there\n", csv.c_str());
+    print_skip(csv + " is not there");
     return;
   }
   urdf::Robot robot = urdf::load(real_robots + "panda.urdf").value();

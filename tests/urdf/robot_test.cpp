@@ -2,7 +2,6 @@
 #include <lrt/urdf.hpp>
 
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 #include <limits>
 #include <random>
@@ -17,6 +16,7 @@
 #include "tests/support/blueprint.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/graphs.hpp"
+#include "tests/support/skip.hpp"
 #include "tests/urdf/documents.hpp"
 #include "tests/urdf/kinematics.hpp"
 
@@ -36,7 +36,7 @@ std::vector<std::string> all_files() {
   std::vector<std::string> files = {picker_file, arm_file};
   for (const RealRobot& robot : all_real_robots) {
     if (std::ifstream(real_robots + robot.file)) files.push_back(real_robots + robot.file);
-    else std::printf("skipped: %s%s is not there\n", real_robots.c_str(), robot.file);
+    else print_skip(real_robots + robot.file + " is not there");
   }
   return files;
 }
@@ -154,7 +154,7 @@ TEST_CASE("every Thing conforms to its blueprint, before and after it moves", "[
 TEST_CASE("the Panda's flange is at the pose given by its maker's Denavit-Hartenberg parameters", "[urdf]") {
   const std::string file = real_robots + "panda.urdf";
   if (!std::ifstream(file)) {
-    std::printf("skipped: %s is not there\n", file.c_str());
+    print_skip(file + " is not there");
     return;
   }
   // Craig's convention: of each axis a [m] and alpha [rad] before it, d [m] along it.

@@ -12,15 +12,6 @@
 namespace lrt::tool {
 namespace {
 
-/// The first line of a file.
-Result<std::string> first_line(const std::string& name) {
-  std::ifstream file(name);
-  std::string line;
-  if (!file || (!std::getline(file, line) && !file.eof())) return unexpected(Errc::invalid_option, "cannot read \"" + name + "\"");
-  if (!line.empty() && line.back() == '\r') line.pop_back();
-  return line;
-}
-
 /// Asks on the terminal, without echo. nullopt: there is none.
 std::optional<std::string> ask_password(const std::string& user) {
   std::FILE* const terminal = std::fopen("/dev/tty", "r+");
@@ -43,6 +34,14 @@ std::optional<std::string> ask_password(const std::string& user) {
 }
 
 }  // namespace
+
+Result<std::string> first_line(const std::string& name) {
+  std::ifstream file(name);
+  std::string line;
+  if (!file || (!std::getline(file, line) && !file.eof())) return unexpected(Errc::invalid_option, "cannot read \"" + name + "\"");
+  if (!line.empty() && line.back() == '\r') line.pop_back();
+  return line;
+}
 
 std::string Help::make_usage(const CLI::App* app, std::string name) const {
   std::string usage = "Usage: lrt" + (app->get_parent() ? " " + app->get_name() : std::string()) + " [OPTIONS]";

@@ -78,6 +78,10 @@ class Session {
   std::optional<client::Robot> robot_;
 };
 
+/// The first line of a file.
+/// @par Errors  invalid_option: it cannot be read
+Result<std::string> first_line(const std::string& name);
+
 bool is_url(std::string_view text) noexcept;
 
 /// The text of --help: what follows a command is said by the type of its positional option, "[ROBOT] NAME VALUE".

@@ -24,6 +24,11 @@ LRT_API std::optional<std::size_t> find_invalid(std::string_view text) noexcept;
 /// @par Time     Constant. Does not allocate.
 LRT_API bool ends_within_character(std::string_view text) noexcept;
 
+/// The beginning of a text, of at most `limit` bytes. It does not end within a character. Of bytes that are not well-formed, it may be shorter.
+/// @par Threads  Any.
+/// @par Time     Constant if the text is well-formed. Does not allocate.
+LRT_API std::string_view prefix(std::string_view text, std::size_t limit) noexcept;
+
 /// Appends one code point. @pre it is a scalar value
 /// @par Threads  Any.
 /// @par Time     Constant, but for an allocation of `out`.

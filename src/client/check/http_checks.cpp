@@ -51,10 +51,6 @@ Conversation converse(Context& context, const std::string& url, const std::strin
   return found;
 }
 
-std::string outcome_of(const Exchange& exchange) {
-  return exchange.reply.error ? exchange.reply.error->message : "the response is " + std::to_string(exchange.reply.status);
-}
-
 bool timed_out(const Exchange& exchange) {
   return exchange.reply.error && (exchange.reply.error->code == Errc::timed_out || exchange.reply.error->code == Errc::limit_exceeded);
 }
@@ -297,8 +293,7 @@ void check_http(Context& context) {
   check_blame(context);
   if (!context.probe.exhausted()) {
     const Exchange exchange = context.probe.ask("GET", context.url);
-    if (timed_out(exchange) || exchange.reply.error)
-      context.verdicts.fail("http.alive", "a request after the checks has no response: " + outcome_of(exchange), &exchange);
+    if (timed_out(exchange) || exchange.reply.error) context.verdicts.fail("http.alive", "after the checks, " + outcome_of(exchange), &exchange);
     else if (exchange.reply.status != context.resources.front().get.reply.status)
       context.verdicts.fail("http.alive", "the checked URL now gets " + std::to_string(exchange.reply.status), &exchange, Certainty::likely);
     else context.verdicts.pass("http.alive", &exchange);

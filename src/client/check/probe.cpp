@@ -90,12 +90,8 @@ bool matters(std::string_view name) {
 }  // namespace
 
 std::string shortened(std::string_view text, std::size_t max) {
-  std::string result(text.substr(0, max));
-  if (text.size() > max) {
-    while (!result.empty() && (static_cast<unsigned char>(result.back()) & 0xC0U) == 0x80U) result.pop_back();  // not within a character
-    if (!result.empty() && static_cast<unsigned char>(result.back()) >= 0xC0U) result.pop_back();
-    result += "...";
-  }
+  std::string result(utf8::prefix(text, max));
+  if (text.size() > max) result += "...";
   for (char& c : result)
     if ((static_cast<unsigned char>(c) < 0x20 && c != '\n') || c == 0x7F) c = ' ';
   while (const auto invalid = utf8::find_invalid(result)) result[*invalid] = '?';

@@ -15,10 +15,6 @@ namespace {
 
 using lrt::detail::trim;
 
-std::string outcome_of(const Exchange& exchange) {
-  return exchange.reply.error ? "there is no response: " + exchange.reply.error->message : "the response is " + std::to_string(exchange.reply.status);
-}
-
 std::set<std::string> methods_of(const http::Fields& fields) {
   std::set<std::string> methods;
   const std::string joined = fields.joined("Allow");

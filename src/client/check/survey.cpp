@@ -149,6 +149,10 @@ Exchange get(Context& context, const std::string& url, const FieldList& fields) 
   }
 }
 
+std::string outcome_of(const Exchange& exchange) {
+  return exchange.reply.error ? "there is no response: " + exchange.reply.error->message : "the response is " + std::to_string(exchange.reply.status);
+}
+
 std::optional<rdf::Graph> graph_of(const Context& context, const Exchange& exchange, std::string* fault) {
   const auto syntax = rdf::syntax_of(exchange.reply.media_type());
   if (!exchange.reply.ok() || !syntax || exchange.reply.truncated) return std::nullopt;

@@ -51,6 +51,8 @@ struct Context {
 
 /// GET that follows redirects within the limits of the client. The URL of the result is that of the last one.
 Exchange get(Context& context, const std::string& url, const FieldList& fields = {});
+/// "the response is 404", or why there is none.
+std::string outcome_of(const Exchange& exchange);
 /// The graph of a response, if its media type is RDF. `fault`: why it cannot be read.
 std::optional<rdf::Graph> graph_of(const Context& context, const Exchange& exchange, std::string* fault = nullptr);
 /// Whether both have the same origin.

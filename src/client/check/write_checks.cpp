@@ -16,10 +16,6 @@ namespace {
 constexpr const char* turtle = "text/turtle";
 constexpr const char* no_rdf = "<> <urn:lrt:check> \"this Turtle has no end";
 
-std::string outcome_of(const Exchange& exchange) {
-  return exchange.reply.error ? "there is no response: " + exchange.reply.error->message : "the response is " + std::to_string(exchange.reply.status);
-}
-
 /// The verdict on a request that must be refused with 4xx.
 void must_be_refused(Context& context, std::string_view id, const Exchange& exchange, const std::string& what) {
   const int status = exchange.reply.status;

@@ -17,6 +17,7 @@
 #include "src/transport/http/listener.hpp"
 #include "src/transport/http/loop.hpp"
 #include "src/transport/http/websocket.hpp"
+#include "src/transport/waits.hpp"
 
 namespace lrt::transport {
 inline namespace v0 {
@@ -34,11 +35,6 @@ constexpr milliseconds stop_linger_time{100};
 /// Clients that get messages under one lock of the handler. Fewer where the budget does not allow so many, at push_time each.
 constexpr std::size_t max_round = 32;
 constexpr std::chrono::microseconds push_time{10};
-
-/// Rounded up, so that a wait does not end just before `due`.
-milliseconds until(Deadlines::Instant due, Deadlines::Instant now) {
-  return due <= now ? milliseconds(0) : std::chrono::ceil<milliseconds>(due - now);
-}
 
 Unexpected no_descriptor(const char* kind, int error) {
   return unexpected(Errc::io_error, std::string("no ") + kind + " descriptor for the transport: " + std::strerror(error));

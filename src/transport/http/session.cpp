@@ -15,6 +15,8 @@
 #include <lrt/transport/detail/body_buffer.hpp>
 #include <lrt/transport/detail/chunks.hpp>
 
+#include "src/transport/buffers.hpp"
+
 namespace lrt::transport {
 inline namespace v0 {
 namespace {
@@ -27,8 +29,6 @@ constexpr std::size_t copied_body_bytes = 2048;
 constexpr std::size_t max_discarded_body_bytes = 16 * 1024;
 /// A body larger than this is received after other connections were served.
 constexpr std::size_t large_body_bytes = 16 * 1024;
-/// Capacity that a buffer may keep for the next exchange.
-constexpr std::size_t kept_capacity = 8 * 1024;
 /// The number of header fields for which a request keeps its capacity.
 constexpr std::size_t kept_fields = 64;
 /// Exchanges that are kept for the next requests of any session. Slow clients may need more.
@@ -45,11 +45,6 @@ void append_chunk_size(std::string& out, std::size_t size) {
 }
 
 bool may_begin_method(char c) noexcept { return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z'); }
-
-void release(std::string& buffer) {
-  if (buffer.capacity() > kept_capacity) std::string().swap(buffer);
-  else buffer.clear();
-}
 
 }  // namespace
 

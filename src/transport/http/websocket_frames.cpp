@@ -23,13 +23,6 @@ constexpr bool is_control(unsigned opcode) noexcept { return opcode >= close_fra
 /// RFC 6455 5.5: a control frame has at most 125 bytes, two of a close are its code.
 constexpr std::size_t max_control_bytes = 125, max_reason_bytes = 123;
 
-/// At most `limit` bytes, without a character cut in two.
-std::string_view clipped(std::string_view text, std::size_t limit) {
-  if (text.size() <= limit) return text;
-  while (limit > 0 && (static_cast<unsigned char>(text[limit]) & 0xC0U) == 0x80) --limit;
-  return text.substr(0, limit);
-}
-
 /// Whether bytes can follow that make it a character.
 bool may_begin_character(std::string_view part) {
   if (part.empty()) return true;
@@ -105,11 +98,8 @@ std::optional<WebSocketFrames::Message> WebSocketFrames::take_payload() {
 /// Whether what was received of a text can be UTF-8.
 bool WebSocketFrames::check_text(bool is_whole) {
   const std::string_view unchecked = std::string_view(message_).substr(checked_);
-  std::size_t size = unchecked.size();
-  if (!is_whole && utf8::ends_within_character(unchecked)) {
-    do --size;
-    while (size > 0 && (static_cast<unsigned char>(unchecked[size]) & 0xC0U) == 0x80);
-  }
+  const bool is_incomplete = !is_whole && utf8::ends_within_character(unchecked);
+  const std::size_t size = is_incomplete ? utf8::prefix(unchecked, unchecked.size() - 1).size() : unchecked.size();
   if (utf8::find_invalid(unchecked.substr(0, size)) || !may_begin_character(unchecked.substr(size))) return false;
   checked_ = is_whole ? 0 : checked_ + size;
   return true;
@@ -247,7 +237,7 @@ void WebSocketFrames::close(std::uint16_t code, std::string_view reason) {
 void WebSocketFrames::add_close(std::uint16_t code, std::string_view reason) {
   closing_ = true;
   std::string payload{static_cast<char>(code >> 8), static_cast<char>(code & 0xFFU)};
-  payload += clipped(reason, max_reason_bytes);
+  payload += utf8::prefix(reason, max_reason_bytes);
   add_control(close_frame, payload);
 }
 

@@ -10,6 +10,7 @@
 #include <lrt/http/problem.hpp>
 #include <lrt/http/websocket.hpp>
 
+#include "src/transport/buffers.hpp"
 #include "src/transport/libwebsockets/tls.hpp"
 #include "src/transport/libwebsockets/vhost.hpp"
 
@@ -20,13 +21,6 @@ namespace {
 constexpr std::size_t piece_bytes = 64 * 1024;
 /// This much of the body of a refused request is received and discarded, so that its connection can be kept.
 constexpr std::size_t max_discarded_body_bytes = 16 * 1024;
-/// Capacity that an idle connection may keep.
-constexpr std::size_t kept_capacity = 8 * 1024;
-
-void release(std::string& buffer) {
-  if (buffer.capacity() > kept_capacity) std::string().swap(buffer);
-  else buffer.clear();
-}
 
 std::string peer_of(lws* wsi) {
   char text[64] = "";
@@ -305,7 +299,7 @@ int Connection::write_stream() {
 
 /// A response, or what was to be written of a stream, is complete.
 int Connection::finish() {
-  release(out_);
+  transport::release(out_);
   out_body_.reset();
   written_ = 0;
   if (stream_) {

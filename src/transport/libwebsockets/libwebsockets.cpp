@@ -15,6 +15,7 @@
 #include "src/transport/libwebsockets/log.hpp"
 #include "src/transport/libwebsockets/tls.hpp"
 #include "src/transport/libwebsockets/vhost.hpp"
+#include "src/transport/waits.hpp"
 
 namespace lrt::transport {
 inline namespace v0 {
@@ -33,11 +34,6 @@ constexpr int max_empty_rounds = 16;
 constexpr milliseconds relief_period{100};
 /// Descriptors that a context uses besides those of clients.
 constexpr unsigned other_descriptors = 16;
-
-/// Rounded up, so that a wait does not end just before what it waits for.
-milliseconds until(SteadyClock::time_point due, SteadyClock::time_point now) {
-  return due <= now ? milliseconds(0) : std::chrono::ceil<milliseconds>(due - now);
-}
 
 /// A timer of an lws_context.
 struct Timer {

@@ -23,13 +23,6 @@ constexpr std::size_t max_reason_bytes = 123;
 /// Bytes that the system may accept beyond the client's window: with more, a slow client gets old values.
 constexpr int unsent_bytes = 32 * 1024;
 
-/// At most `limit` bytes, without a character cut in two.
-std::string_view clipped(std::string_view text, std::size_t limit) {
-  if (text.size() <= limit) return text;
-  while (limit > 0 && (static_cast<unsigned char>(text[limit]) & 0xC0U) == 0x80) --limit;
-  return text.substr(0, limit);
-}
-
 }  // namespace
 
 void WebSocket::accept(engine::Channel channel, http::Fields fields) {
@@ -117,7 +110,7 @@ int WebSocket::on_writable() {
 
 /// libwebsockets sends the reason when the callback returns what this returns.
 int WebSocket::close(std::uint16_t code, std::string_view reason) {
-  const std::string_view text = clipped(reason, max_reason_bytes);
+  const std::string_view text = utf8::prefix(reason, max_reason_bytes);
   std::string bytes(text);
   lws_close_reason(wsi_, static_cast<lws_close_status>(code), reinterpret_cast<unsigned char*>(bytes.data()), bytes.size());
   end();

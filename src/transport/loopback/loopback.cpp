@@ -12,6 +12,7 @@
 #include <lrt/http/request_parser.hpp>
 
 #include "src/base/event_waker.hpp"
+#include "src/transport/waits.hpp"
 
 namespace lrt::transport {
 inline namespace v0 {
@@ -186,7 +187,7 @@ milliseconds Loopback::Impl::next_due(TimePoint now) const {
   if (left || !turns.empty()) return milliseconds(0);
   const auto due = handler->next_deadline();
   if (!due) return milliseconds::max();
-  return *due <= now.steady ? milliseconds(0) : std::chrono::ceil<milliseconds>(*due - now.steady);
+  return until(*due, now.steady);
 }
 
 /// Ends all that is open.

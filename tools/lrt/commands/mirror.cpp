@@ -2,7 +2,6 @@
 #include <poll.h>
 
 #include <cstdlib>
-#include <fstream>
 #include <mutex>
 
 #include <lrt/client/mirror.hpp>
@@ -21,15 +20,6 @@ struct MirrorCommandOptions {
   std::size_t requests = 4;
   double rate = 100, interval = 1, refresh = 60, patience = 30;
 };
-
-/// The first line of a file.
-Result<std::string> first_line(const std::string& name) {
-  std::ifstream file(name);
-  std::string line;
-  if (!file || (!std::getline(file, line) && !file.eof())) return unexpected(Errc::invalid_option, "cannot read \"" + name + "\"");
-  if (!line.empty() && line.back() == '\r') line.pop_back();
-  return line;
-}
 
 std::chrono::milliseconds milliseconds_of(double seconds) { return std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1000)); }
 

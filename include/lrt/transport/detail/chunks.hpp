@@ -14,8 +14,7 @@ namespace lrt::transport {
 inline namespace v0 {
 /// Decodes a chunked body (RFC 9112 7.1) that arrives in pieces of any size. Stricter than the grammar where parsers
 /// are known to differ: white space only around ';' and '=' of extensions, at most 15 hexadecimal digits, CRLF only, no
-/// framing field in a trailer. Extensions and trailers are checked and dropped. trailer. Extensions and trailers are
-/// checked and dropped.
+/// framing field in a trailer. Extensions and trailers are checked and dropped.
 /// @par Implements  R0.1
 class LRT_API ChunkDecoder {
  public:
