@@ -77,7 +77,7 @@ Parts::Parts(EngineOptions given)
   registry.add(tree);
   registry.add(root);
   registry.add(terms);
-  registry.add(context);
+  if (!context_text.empty()) registry.add(context);
   registry.add(own_terms);
   if (!options.sessions) return;
   registry.add(session.emplace(*options.sessions));
