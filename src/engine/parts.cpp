@@ -13,7 +13,7 @@
 #include "src/engine/resources/action.hpp"
 #include "src/engine/resources/collection.hpp"
 #include "src/engine/resources/property.hpp"
-#include "src/engine/resources/world.hpp"
+#include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
 inline namespace v0 {
@@ -77,7 +77,7 @@ Parts::Parts(EngineOptions given)
   registry.add(tree);
   registry.add(root);
   registry.add(terms);
-  registry.add(context);
+  if (!context_text.empty()) registry.add(context);
   registry.add(own_terms);
   if (!options.sessions) return;
   registry.add(session.emplace(*options.sessions));
@@ -137,7 +137,7 @@ Result<void> Parts::add(Thing thing) {
   vocabulary.add(*node.spec);
   registry.add_thing(*std::move(built));
   for (const auto& p : node.properties) values.take_published(*p);  // what was published before
-  if (node.world) node.world->attach(*this);
+  node.self.attach(*this);
   return {};
 }
 
@@ -145,7 +145,7 @@ void Parts::remove(ThingNode& thing) {
   for (const auto& p : thing.properties) p->removed(*this);
   for (const auto& a : thing.actions) invocations.removed(*a, clock.now());
   for (const auto& c : thing.collections) c->removed(*this);
-  if (thing.world) thing.world->removed(*this);
+  thing.self.removed(*this);
   kinds.leave(thing);
   for (Resource* r : thing.resources()) registry.remove(*r);
   vocabulary.remove(*thing.spec);

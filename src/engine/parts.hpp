@@ -64,7 +64,7 @@ struct Parts {
   Vocabulary vocabulary;            ///< terms that are made of C++ types
   HostCalls calls;                  ///< into user code and back
   PendingRequests pending;          ///< requests that wait
-  const std::string context_text;   ///< of the JSON-LD context
+  const std::string context_text;   ///< of the JSON-LD context; empty: this build has no JSON-LD
   Responses responses;              ///< errors, and responses that are no representation
   PendingSaves saves;               ///< requests that wait until callbacks are saved
   PropertyValues values;            ///< reading properties

@@ -24,7 +24,7 @@ void add(Variants& all, std::string_view type, Variant variant) {
 Variants of_graphs() {
   Variants all;
   for (const rdf::Syntax s : rdf::available_syntaxes()) add(all, rdf::media_type(s), Variant(s));
-  add(all, inlined_json_ld, Variant::inlined_json_ld());
+  if (rdf::syntax_of(rdf::media_type(rdf::Syntax::json_ld))) add(all, inlined_json_ld, Variant::inlined_json_ld());
   return all;
 }
 

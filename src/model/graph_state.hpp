@@ -210,8 +210,11 @@ class GraphState {
   Saver saver_;
 };
 
+struct WorldHooks;
+
 /// The part of a Thing that is a World.
 struct WorldSpec {
+  const WorldHooks& hooks;
   WorldOptions options;
   std::vector<std::shared_ptr<GraphState>> graphs;
   std::shared_ptr<GraphState> created;  ///< the rules of graphs that clients create; nullptr: they may not

@@ -9,6 +9,7 @@
 
 #include "src/model/graph_state.hpp"
 #include "src/model/spec.hpp"
+#include "src/model/world_hooks.hpp"
 
 namespace lrt {
 inline namespace v0 {
@@ -115,7 +116,7 @@ std::function<void()> WorldGraph::add_published(std::shared_ptr<model::SlotBase>
 // ----------------------------------------------------------------------------------------------------------------- world
 
 World::World(std::string_view path, WorldOptions options) : Thing(path) {
-  spec_->world = std::make_shared<model::WorldSpec>();
+  spec_->world = std::make_shared<model::WorldSpec>(model::WorldSpec{model::world_hooks(), {}, {}, {}});
   model::WorldSpec& world = *spec_->world;
   world.options = std::move(options);
   if (!spec_->handles) spec_->handles = std::make_shared<model::HandleContext>(model::HandleContext{spec_->path});

@@ -24,7 +24,8 @@ const std::vector<Syntax>& available_syntaxes() {
   static const Immortal<std::vector<Syntax>> syntaxes([] {
     std::vector<Syntax> all = {Syntax::turtle, Syntax::n_triples};
     if (has_rdf_xml()) all.push_back(Syntax::rdf_xml);
-    for (const Syntax s : {Syntax::json_ld, Syntax::trig, Syntax::n_quads}) all.push_back(s);
+    if (has_json_ld()) all.push_back(Syntax::json_ld);
+    for (const Syntax s : {Syntax::trig, Syntax::n_quads}) all.push_back(s);
     return all;
   }());
   return *syntaxes;

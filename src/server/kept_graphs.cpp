@@ -9,6 +9,9 @@
 
 #include <lrt/rdf/codec.hpp>
 
+#include "src/engine/resources/world.hpp"
+#include "src/model/world_hooks.hpp"
+
 namespace lrt {
 inline namespace v0 {
 
@@ -29,13 +32,13 @@ Unexpected named(const model::GraphState& state, Error error) {
 
 }  // namespace
 
-KeptGraphs::Kept::~Kept() {
+KeptGraph::~KeptGraph() {
   stop();
   state_->set_saver(nullptr);
   file_.reset();  // writes the pending text
 }
 
-void KeptGraphs::Kept::begin(LogCallback log, ThreadOptions threads) {
+void KeptGraph::begin(LogCallback log, ThreadOptions threads) {
   file_ = std::make_unique<SavedFile>(state_->options().file, nullptr, std::move(log), std::move(threads));
   state_->set_saver([file = file_.get()](const model::GraphState::Version& version) -> std::function<void()> {
     SavedFile::Make make = [graph = version.graph] { return rdf::write(*graph, rdf::Syntax::n_triples).value(); };
@@ -44,17 +47,17 @@ void KeptGraphs::Kept::begin(LogCallback log, ThreadOptions threads) {
   state_->open();
 }
 
-Result<KeptGraphs::Opened> KeptGraphs::open(const model::WorldSpec& world, const LogCallback& log, const ThreadOptions& threads) {
-  Opened opened;
+Result<std::vector<std::unique_ptr<KeptGraph>>> KeptGraph::open(const model::WorldSpec& world, const LogCallback& log, const ThreadOptions& threads) {
+  std::vector<std::unique_ptr<KeptGraph>> opened;
   for (const auto& state : world.graphs) {
     const std::string& path = state->options().file;
     if (path.empty()) {
-      opened.push_back(std::make_unique<Kept>(state));
+      opened.push_back(std::make_unique<KeptGraph>(state));
       continue;
     }
     Result<SavedFile::Claim> claim = SavedFile::prepare(path);
     if (!claim) return named(*state, std::move(claim).error());
-    auto kept = std::make_unique<Kept>(state, *std::move(claim));
+    auto kept = std::make_unique<KeptGraph>(state, *std::move(claim));
     Result<std::optional<SavedFile::Content>> content = SavedFile::load(path, max_file_bytes(state->options()));
     if (!content) return named(*state, std::move(content).error());
     if (*content && (*content)->state == SavedFile::State::unmarked && !(*content)->text.empty())
@@ -116,3 +119,18 @@ void KeptGraphs::stop() noexcept {
 
 }  // namespace v0
 }  // namespace lrt
+
+namespace lrt::model {
+inline namespace v0 {
+
+const WorldHooks& world_hooks() noexcept {
+  static constexpr WorldHooks hooks = {
+      [](const std::string& path, engine::ThingNode* thing, const WorldSpec& spec) -> std::unique_ptr<engine::ThingResource> {
+        return std::make_unique<engine::WorldResource>(path, thing, spec);
+      },
+      &KeptGraph::open};
+  return hooks;
+}
+
+}  // namespace v0
+}  // namespace lrt::model

@@ -4,6 +4,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <lrt/base/log.hpp>
@@ -16,32 +17,34 @@
 namespace lrt {
 inline namespace v0 {
 
-/// The graphs of Worlds that code has made, while the server has them. Those with a file (GraphOptions::file) are restored, and each change is saved.
-/// @par Threads  Any.
-class KeptGraphs {
+/// A graph of a World that code has made, with its file if it has one (GraphOptions::file), from opening it until the World is removed.
+class KeptGraph {
  public:
-  /// A graph, with its file if it has one, from opening it until the World is removed.
-  class Kept {
-   public:
-    explicit Kept(std::shared_ptr<model::GraphState> state, SavedFile::Claim claim = {}) : state_(std::move(state)), claim_(std::move(claim)) {}
-    ~Kept();
-    Kept(const Kept&) = delete;
-    Kept& operator=(const Kept&) = delete;
-    const model::GraphState& state() const noexcept { return *state_; }
-    void begin(LogCallback log, ThreadOptions threads);
-    void stop() noexcept { state_->end_waiting_writes(); }
-
-   private:
-    const std::shared_ptr<model::GraphState> state_;
-    SavedFile::Claim claim_;
-    std::unique_ptr<SavedFile> file_;
-  };
-  using Opened = std::vector<std::unique_ptr<Kept>>;
-
   /// The graphs of a World. Restores those that have a file. Their changes are saved from here on, for as long as the result lives.
   /// @par Errors  as SavedFile::prepare() and load(); invalid_option: a file of another program; expected_value, limit_exceeded: the kept graph does not
   ///              conform to the shapes, or exceeds the limits
-  static Result<Opened> open(const model::WorldSpec& world, const LogCallback& log, const ThreadOptions& threads);
+  static Result<std::vector<std::unique_ptr<KeptGraph>>> open(const model::WorldSpec& world, const LogCallback& log, const ThreadOptions& threads);
+
+  explicit KeptGraph(std::shared_ptr<model::GraphState> state, SavedFile::Claim claim = {}) : state_(std::move(state)), claim_(std::move(claim)) {}
+  ~KeptGraph();
+  KeptGraph(const KeptGraph&) = delete;
+  KeptGraph& operator=(const KeptGraph&) = delete;
+  const model::GraphState& state() const noexcept { return *state_; }
+  void stop() noexcept { state_->end_waiting_writes(); }
+
+ private:
+  void begin(LogCallback log, ThreadOptions threads);
+
+  const std::shared_ptr<model::GraphState> state_;
+  SavedFile::Claim claim_;
+  std::unique_ptr<SavedFile> file_;
+};
+
+/// The graphs of Worlds that code has made, while the server has them.
+/// @par Threads  Any.
+class KeptGraphs {
+ public:
+  using Opened = std::vector<std::unique_ptr<KeptGraph>>;
 
   /// Stores the graphs of an added World.
   void add(Opened opened);

@@ -18,6 +18,7 @@
 #include "src/base/process.hpp"
 #include "src/base/thread.hpp"
 #include "src/model/spec.hpp"
+#include "src/model/world_hooks.hpp"
 #include "src/page/page.hpp"
 #include "src/rdf/codecs.hpp"
 #include "src/server/audit.hpp"
@@ -800,7 +801,8 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
 
   /// The graphs of a World; those that have a file are restored.
   Result<KeptGraphs::Opened> open_graphs(const Thing& thing) {
-    return thing.world() ? KeptGraphs::open(*thing.world(), waking_log(), options_.threads.own) : Result<KeptGraphs::Opened>(KeptGraphs::Opened());
+    const model::WorldSpec* const world = thing.world();
+    return world ? world->hooks.open_files(*world, waking_log(), options_.threads.own) : Result<KeptGraphs::Opened>(KeptGraphs::Opened());
   }
   Result<KeptGraphs::Opened> open_graphs(const std::vector<Thing>& things) {
     KeptGraphs::Opened all;

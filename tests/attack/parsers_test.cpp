@@ -67,7 +67,7 @@ TEST_CASE("texts for which a pattern is quadratic", "[attack]") {
   }
 }
 
-TEST_CASE("references to lrt's own context share it", "[attack]") {
+TEST_CASE("references to lrt's own context share it", "[attack][json_ld]") {
   const Prefixes prefixes = {{"ex", "http://example.org/"}};  // as of a robot with a vocabulary of its own
   rdf::ReadOptions options;
   options.base = "http://robot/";

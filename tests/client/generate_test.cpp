@@ -117,7 +117,7 @@ TEST_CASE("a robot is described by its links and Blueprints", "[client][R1.6][R1
   }
 }
 
-TEST_CASE("the header is the same at each run, on each port and from a file", "[client][R1.6]") {
+TEST_CASE("the header is the same at each run, on each port and from a file", "[client][json_ld][R1.6]") {
   lrt::test::SampleRobot one, other;
   const Graph graph = documents_of(lrt::test::one_thing(one.arm()));
   const std::string header = header_of(graph);

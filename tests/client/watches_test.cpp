@@ -78,7 +78,7 @@ TEST_CASE("a watch gets the present value and the next ones, by every protocol a
   }
 }
 
-TEST_CASE("a watch asks for its media type, its interval and its queue", "[client][R0.17]") {
+TEST_CASE("a watch asks for its media type, its interval and its queue", "[client][json_ld][R0.17]") {
   const test::Watchdog watchdog("watch");
   PushingRobot robot;
   robot.angle.publish(1111.25);

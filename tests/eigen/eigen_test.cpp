@@ -484,7 +484,7 @@ struct Robot {
 
 }  // namespace
 
-TEST_CASE("GET shows a pose with its unit, and the state conforms to the Blueprint", "[eigen][R0.5][R1.5][R1.11]") {
+TEST_CASE("GET shows a pose with its unit, and the state conforms to the Blueprint", "[eigen][json_ld][R0.5][R1.5][R1.11]") {
   Robot r;
   Eigen::Isometry3d pose(Eigen::AngleAxisd(1.57079632679489661923, Eigen::Vector3d::UnitZ()));
   pose.translation() << 0.1, 0, -2;
@@ -530,7 +530,7 @@ TEST_CASE("the sensor and the pose of docs/modelling.md are shown as it says", "
   CHECK(tool.find(rdf::TermView(vocab::qudt::hasUnit)) == std::nullopt);  // it has no translation yet
 }
 
-TEST_CASE("PUT accepts the response of GET for Eigen's types in every syntax", "[eigen][R0.5]") {
+TEST_CASE("PUT accepts the response of GET for Eigen's types in every syntax", "[eigen][json_ld][R0.5]") {
   Robot r;
   r.tool = Eigen::Translation3d(1, 2, 1.0 / 3) * Eigen::Quaterniond(0.5, -0.5, 0.5, 0.5);
   for (const char* path : {"/arm/target", "/arm/tool", "/arm/gains", "/arm/axis"})

@@ -177,7 +177,7 @@ TEST_CASE("the detail of a problem has all places in one sentence", "[engine][R0
   CHECK(missing.says(R"( for \"motion\", found none)"));
 }
 
-TEST_CASE("a client with a plain body and no preference gets problem details, and one with RDF its report", "[engine][R1.2]") {
+TEST_CASE("a client with a plain body and no preference gets problem details, and one with RDF its report", "[engine][json_ld][R1.2]") {
   Robot r;
   for (const char* accept : {"", "Accept: */*\n", "Accept: application/json;q=0.9, text/turtle;q=0.5\n"})
     CHECK(r.post("turn", "400", accept).says("\"errors\":[{"));

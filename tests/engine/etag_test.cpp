@@ -21,7 +21,7 @@ struct Robot {
 };
 }  // namespace
 
-TEST_CASE("an entity tag changes exactly when the bytes of its representation do", "[engine][rdf_xml][R0.11]") {
+TEST_CASE("an entity tag changes exactly when the bytes of its representation do", "[engine][json_ld][rdf_xml][R0.11]") {
   Robot r;
   const std::vector<std::string> paths = {"/",
                                           "/arm",
@@ -82,7 +82,7 @@ TEST_CASE("an entity tag changes exactly when the bytes of its representation do
   look("a thing less");
 }
 
-TEST_CASE("different media types and bases have different tags", "[engine][rdf_xml][R0.11]") {
+TEST_CASE("different media types and bases have different tags", "[engine][json_ld][rdf_xml][R0.11]") {
   Robot r;
   std::set<std::string> tags;
   for (const char* type : {"text/turtle", "application/n-triples", "application/rdf+xml", "application/ld+json"})

@@ -94,7 +94,7 @@ TEST_CASE("what cannot be observed has no event stream", "[engine][event stream]
   CHECK(arm.subscriptions() == 0);
 }
 
-TEST_CASE("?accept= chooses the media type inside of an event stream; it must be text", "[engine][event stream][R0.17]") {
+TEST_CASE("?accept= chooses the media type inside of an event stream; it must be text", "[engine][json_ld][event stream][R0.17]") {
   Arm arm;
   for (const char* type : {"application/json", "text/turtle", "text/plain", "text/csv", "application/ld+json", "application/n-triples"}) {
     CAPTURE(type);

@@ -156,7 +156,7 @@ TEST_CASE("an encoder may fail or have nothing; the other formats go on", "[engi
   CHECK(csv().status == 406);
 }
 
-TEST_CASE("what is too much for RDF, or for its slowest syntax, is had in the other formats", "[engine][rdf_xml][R0.6]") {
+TEST_CASE("what is too much for RDF, or for its slowest syntax, is had in the other formats", "[engine][json_ld][rdf_xml][R0.6]") {
   engine::EngineOptions options;
   options.max_value_members = 3;
   options.max_rdf_xml_triples = 8;
@@ -296,7 +296,7 @@ TEST_CASE("numbers are octets on request, both ways, with their layout described
   CHECK(bench.ask("GET /a/scan?accept=application/json").body == "[1,2]");
 }
 
-TEST_CASE("octets of a matrix have the shape of the present value, and a ragged one has none", "[engine][rdf_xml][R0.5][R1.2]") {
+TEST_CASE("octets of a matrix have the shape of the present value, and a ragged one has none", "[engine][json_ld][rdf_xml][R0.5][R1.2]") {
   Bench bench;
   std::vector<std::vector<float>> rows{{1, 2, 3}, {4, 5, 6}};
   Thing thing{"a"};
@@ -444,7 +444,7 @@ TEST_CASE("a media type is kept as clients write it, and odd ones do not spoil t
   CHECK(bench.get("/a/v?accept=image/raw%3Ba%3D%22b%20c%22").body == "x");
 }
 
-TEST_CASE("text says its charset wherever it goes, and the pages of a container have their own alternates", "[engine][R1.2]") {
+TEST_CASE("text says its charset wherever it goes, and the pages of a container have their own alternates", "[engine][json_ld][R1.2]") {
   engine::EngineOptions options;
   options.max_page_members = 2;
   Bench bench(std::move(options));

@@ -39,7 +39,7 @@ std::string figure_5b(const std::string& value = "43.6", const std::string& cont
 
 }  // namespace
 
-TEST_CASE("every resource has a JSON-LD representation that refers to the robot's context", "[engine][R1.2]") {
+TEST_CASE("every resource has a JSON-LD representation that refers to the robot's context", "[engine][json_ld][R1.2]") {
   Robot r;
   for (const char* path : {"/", "/arm", "/arm/angle", "/arm/pose", "/arm/gains", "/arm/blueprint", "/arm/actions/turn", "/arm/subscriptions",
                            "/arm/waypoints", "/ns/lrt"}) {
@@ -57,7 +57,7 @@ TEST_CASE("every resource has a JSON-LD representation that refers to the robot'
   CHECK(angle.says("\"modified\": \"20"));
 }
 
-TEST_CASE("the context is a resource that may be kept, and changes its name when it changes", "[engine][R1.2]") {
+TEST_CASE("the context is a resource that may be kept, and changes its name when it changes", "[engine][json_ld][R1.2]") {
   Robot r;
   const std::string iri = r.context();
   REQUIRE(iri.find("http://localhost/ns/context.jsonld?v=") == 0);
@@ -87,7 +87,7 @@ TEST_CASE("the context is a resource that may be kept, and changes its name when
   CHECK(other.bench.get("/ns/context.jsonld").says("\"mine\": \"http://mine/\""));
 }
 
-TEST_CASE("a client that cannot fetch the context requests it in the document", "[engine][R1.2]") {
+TEST_CASE("a client that cannot fetch the context requests it in the document", "[engine][json_ld][R1.2]") {
   Robot r;
   const Answer answer = r.get("/arm/angle", inlined);
   CHECK(answer.status == 200);
@@ -105,7 +105,7 @@ TEST_CASE("a client that cannot fetch the context requests it in the document", 
   CHECK(r.get("/arm/angle", "application/ld+json;profile=\"http://example.org/other\"").status == 406);
 }
 
-TEST_CASE("Figure 5b in JSON-LD moves the joint", "[engine][R0.7][R0.8]") {
+TEST_CASE("Figure 5b in JSON-LD moves the joint", "[engine][json_ld][R0.7][R0.8]") {
   Robot r;
   CHECK(r.send("POST", "/arm/actions/turn", figure_5b()).status == 204);
   CHECK(r.robot.turned_to == 43.6);
@@ -123,7 +123,7 @@ TEST_CASE("Figure 5b in JSON-LD moves the joint", "[engine][R0.7][R0.8]") {
   CHECK(r.robot.turned_to == 45.5);
 }
 
-TEST_CASE("PUT takes JSON-LD, and what GET gave", "[engine][R0.5]") {
+TEST_CASE("PUT takes JSON-LD, and what GET gave", "[engine][json_ld][R0.5]") {
   Robot r;
   CHECK(r.send("PUT", "/arm/angle", figure_5b("20.5")).status == 204);
   CHECK(r.robot.angle == 20.5);
@@ -137,7 +137,7 @@ TEST_CASE("PUT takes JSON-LD, and what GET gave", "[engine][R0.5]") {
   }
 }
 
-TEST_CASE("JSON-LD bodies that are none say what is wrong, and where", "[engine][R0.6]") {
+TEST_CASE("JSON-LD bodies that are none say what is wrong, and where", "[engine][json_ld][R0.6]") {
   Robot r;
   const auto put = [&](const std::string& body) { return r.send("PUT", "/arm/angle", body); };
   const Answer broken = put("{\n  \"id\": ,\n}");
@@ -170,7 +170,7 @@ TEST_CASE("JSON-LD bodies that are none say what is wrong, and where", "[engine]
   CHECK(report.says("\"sh:conforms\": false"));
 }
 
-TEST_CASE("a subscriber gets the JSON-LD that GET would give", "[engine][R0.12][R0.17]") {
+TEST_CASE("a subscriber gets the JSON-LD that GET would give", "[engine][json_ld][R0.12][R0.17]") {
   Robot r;
   CHECK(r.bench.messages(r.bench.open("/arm/angle?accept=application%2Fld%2Bjson")) == std::vector<std::string>{r.get("/arm/angle").body});
   const auto channel = r.bench.open("/arm/angle", std::string("Accept: ") + inlined + "\n");

@@ -50,7 +50,7 @@ const std::string ldp = "http://www.w3.org/ns/ldp#";
 
 }  // namespace
 
-TEST_CASE("OPTIONS on every resource has the methods that it allows, and GET and HEAD have the same", "[engine][rdf_xml][R0.10]") {
+TEST_CASE("OPTIONS on every resource has the methods that it allows, and GET and HEAD have the same", "[engine][json_ld][rdf_xml][R0.10]") {
   Robot r;
   for (const Allowed& resource : resources) {
     CAPTURE(resource.path);
@@ -107,7 +107,7 @@ TEST_CASE("a method that HTTP does not know is 501", "[engine][R0.6]") {
   CHECK(r.bench.ask("PROPFIND /nowhere").status == 501);
 }
 
-TEST_CASE("HEAD has the status and fields of GET", "[engine][R0.5][R0.11]") {
+TEST_CASE("HEAD has the status and fields of GET", "[engine][json_ld][R0.5][R0.11]") {
   Robot r;
   for (const Allowed& resource : resources)
     for (const char* accept : {"text/turtle", "application/n-triples", "application/rdf+xml", "application/ld+json", "image/png"}) {

@@ -273,7 +273,7 @@ TEST_CASE("a saved callback goes on with the resource it was made for, whatever 
   }
 }
 
-TEST_CASE("the paths that remain reserved are named in the error", "[engine][R0.3]") {
+TEST_CASE("the paths that remain reserved are named in the error", "[engine][json_ld][R0.3]") {
   Bench bench;
   for (const char* path : {"ns/lrt", "ns/vocabulary", "ns/context.jsonld"}) {
     const Result<void> added = bench.engine.add(Thing{path});

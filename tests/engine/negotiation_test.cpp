@@ -42,7 +42,7 @@ TEST_CASE("a representation is Turtle unless Accept selects another", "[engine][
   CHECK(bench.ask("GET /arm\nAccept: image/png\nAccept: application/n-triples").field("Content-Type") == triples);
 }
 
-TEST_CASE("406 lists what there is", "[engine][rdf_xml][R0.6][R1.2]") {
+TEST_CASE("406 lists what there is", "[engine][json_ld][rdf_xml][R0.6][R1.2]") {
   Bench bench;
   const Answer a = bench.ask("GET /\nAccept: image/png");
   CHECK(a.status == 406);
@@ -69,9 +69,10 @@ TEST_CASE("what is offered and taken is what this build can read and write", "[e
     CHECK(none.says(type) == has);
     CHECK((bench.get("/arm").field("Link").find(type) != std::string::npos) == has);
   }
+  CHECK(bench.get("/ns/context.jsonld").status == (available.count("application/ld+json") != 0 ? 200 : 404));
 }
 
-TEST_CASE("the media types carry the same graph", "[engine][rdf_xml][R1.2]") {
+TEST_CASE("the media types carry the same graph", "[engine][json_ld][rdf_xml][R1.2]") {
   SampleRobot robot;
   Bench bench;
   bench.add(robot.arm());

@@ -46,7 +46,7 @@ TEST_CASE("a property has its bare value in JSON, text and CBOR", "[engine][R1.2
   CHECK(r.get("/arm/silent", "text/plain").body.empty());
 }
 
-TEST_CASE("each plain format has its Content-Type and its own ETag, and is an alternate of the others", "[engine][R0.11][R1.2]") {
+TEST_CASE("each plain format has its Content-Type and its own ETag, and is an alternate of the others", "[engine][json_ld][R0.11][R1.2]") {
   Robot r;
   std::set<std::string> tags;
   for (const char* type : {"text/turtle", "application/ld+json", "application/json", "text/plain", "application/cbor"}) {
@@ -63,7 +63,7 @@ TEST_CASE("each plain format has its Content-Type and its own ETag, and is an al
   CHECK_FALSE(r.get("/arm/count", "application/json").tag() == *tags.begin());
 }
 
-TEST_CASE("the parameter accept of a target does what Accept does", "[engine][R0.17][R1.2]") {
+TEST_CASE("the parameter accept of a target does what Accept does", "[engine][json_ld][R0.17][R1.2]") {
   Robot r;
   CHECK(r.bench.get("/arm/count?accept=text/plain").body == "7");
   CHECK(r.bench.get("/arm/count?accept=text%2Fplain").body == "7");
@@ -75,7 +75,7 @@ TEST_CASE("the parameter accept of a target does what Accept does", "[engine][R0
   CHECK(r.bench.ask("GET /arm/count?other=1&accept=text/plain;q=0.1,application/json;q=0.2\nAccept: text/turtle").body == "7");
 }
 
-TEST_CASE("a client that accepts anything gets Turtle, and plain values are sent on request", "[engine][R1.2]") {
+TEST_CASE("a client that accepts anything gets Turtle, and plain values are sent on request", "[engine][json_ld][R1.2]") {
   Robot r;
   for (const char* accept : {"*/*", "text/*", "text/turtle, application/json", "application/json;q=0.9, */*"})
     CHECK(r.get("/arm/count", accept).field("Content-Type") == "text/turtle");
@@ -168,7 +168,7 @@ TEST_CASE("a plain value is judged by the same shape, and changes nothing when i
   CHECK(r.robot.pose.frame == "base");
 }
 
-TEST_CASE("what is no JSON, not of the type or in another unit is refused with its place", "[engine][rdf_xml][R0.6]") {
+TEST_CASE("what is no JSON, not of the type or in another unit is refused with its place", "[engine][json_ld][rdf_xml][R0.6]") {
   Robot r;
   const auto refused = [&](const std::string& name, const std::string& body, int status, const std::string& says) {
     const Answer a = r.json(name, body);
@@ -202,7 +202,7 @@ TEST_CASE("what is no JSON, not of the type or in another unit is refused with i
   CHECK(r.json("gains", many + "]").status == 413);
 }
 
-TEST_CASE("textual bodies are read in the encodings that clients declare", "[engine][rdf_xml][R0.6]") {
+TEST_CASE("textual bodies are read in the encodings that clients declare", "[engine][json_ld][rdf_xml][R0.6]") {
   Robot r;
   const std::string value = "http://www.w3.org/1999/02/22-rdf-syntax-ns#value", name = "gr\xFC\xDF";  // in ISO-8859-1
   const auto put = [&](const std::string& type, const std::string& body) {

@@ -84,7 +84,7 @@ TEST_CASE("a Thing with others below, and the root, link to one document of all 
   CHECK(r.get("/robot", "application/json").says("\"all\":{\"href\":\"http://localhost/robot/all\",\"kind\":\"all\""));
 }
 
-TEST_CASE("the document has the state of each Thing below, in every syntax", "[engine][R1.2]") {
+TEST_CASE("the document has the state of each Thing below, in every syntax", "[engine][json_ld][R1.2]") {
   Robot r;
   rdf::Graph states;
   for (const char* thing : {"/robot/state", "/robot/arm/state", "/robot/arm/j%201/state"}) {

@@ -5,6 +5,8 @@
 #include <string>
 #include <string_view>
 
+#include <lrt/rdf/codec.hpp>
+
 #include "src/model/spec.hpp"
 #include "tests/support/catch.hpp"
 
@@ -63,4 +65,9 @@ TEST_CASE("the IRI of a variant names its media type and page", "[engine][R0.9]"
   CHECK(variant_iri("http://a/b", "a/b;c=\"d e\"") == "http://a/b?accept=a/b%3Bc%3D%22d%20e%22");
   CHECK(content_type(Variant(rdf::Plain::text), "text/plain") == "text/plain; charset=utf-8");
   CHECK(content_type(Variant(), "text/turtle") == "text/turtle");
+}
+
+TEST_CASE("JSON-LD with its context inside is offered by a build with JSON-LD", "[engine][R1.2]") {
+  const bool has = rdf::syntax_of("application/ld+json").has_value();
+  CHECK(graph_variants().find("application/ld+json;profile=\"https://w3id.org/lrt/ns#inlineContext\"").has_value() == has);
 }

@@ -74,7 +74,7 @@ std::string shapes() {
 
 }  // namespace
 
-TEST_CASE("a graph of a World is read in every syntax, with an ETag", "[engine][world]") {
+TEST_CASE("a graph of a World is read in every syntax, with an ETag", "[engine][json_ld][world]") {
   Robot r;
   r.say("a cup");
   const Answer a = r.get();

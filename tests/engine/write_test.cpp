@@ -53,7 +53,7 @@ TEST_CASE("PUT replaces the value, responds 204, and GET shows it", "[engine][R0
   CHECK(r.robot.gains.empty());
 }
 
-TEST_CASE("PUT may echo what GET gave, in every syntax", "[engine][rdf_xml][R0.5]") {
+TEST_CASE("PUT may echo what GET gave, in every syntax", "[engine][json_ld][rdf_xml][R0.5]") {
   Robot r;
   r.robot.pose.tolerance = 0.25;
   for (const char* path : {"/arm/angle", "/arm/count", "/arm/name", "/arm/mode", "/arm/pose", "/arm/gains"})
@@ -255,7 +255,7 @@ TEST_CASE("broken Turtle is 400 with its line, and nothing is called", "[engine]
   CHECK(r.robot.angle == 10);
 }
 
-TEST_CASE("other media types and codings are 415, with those that are accepted", "[engine][rdf_xml][R0.6]") {
+TEST_CASE("other media types and codings are 415, with those that are accepted", "[engine][json_ld][rdf_xml][R0.6]") {
   Robot r;
   const std::set<std::string> types = {"text/turtle",      "application/n-triples", "application/rdf+xml", "application/ld+json",
                                        "application/trig", "application/n-quads",   "application/json",    "text/plain",

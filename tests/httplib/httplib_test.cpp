@@ -505,7 +505,7 @@ TEST_CASE("web callbacks are ordered by GET with Upgrade, WebSockets are not off
   CHECK(robot.ask(get + "Upgrade: websocket\nSec-WebSocket-Version: 13\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==").status == 200);
 }
 
-TEST_CASE("JSON-LD bodies refer to the context below the prefix", "[httplib]") {
+TEST_CASE("JSON-LD bodies refer to the context below the prefix", "[httplib][json_ld]") {
   Robot robot;
   const Answer get = robot.ask("GET /robot/arm/name\nAccept: application/ld+json");
   CHECK(contains(get.body, "http://" + robot.authority() + "/robot/ns/context.jsonld"));

@@ -129,7 +129,7 @@ TEST_CASE("a resource and its subscription say in RDF where they are published",
   CHECK_THAT(robot.get("/arm/angle", "application/n-triples"), !Catch::Matchers::ContainsSubstring("mqttTopic"));
 }
 
-TEST_CASE("publications are chosen by path and kind", "[mqtt]") {
+TEST_CASE("publications are chosen by path and kind", "[mqtt][json_ld]") {
   if (!has_mosquitto()) return;
   Mosquitto broker;
   Watcher watcher(broker.port());

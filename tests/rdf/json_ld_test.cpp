@@ -74,7 +74,7 @@ bool says(const std::string& text, std::string_view part) { return text.find(par
 
 }  // namespace
 
-TEST_CASE("JSON-LD has the form that a web developer would write", "[rdf][R1.2]") {
+TEST_CASE("JSON-LD has the form that a web developer would write", "[rdf][json_ld][R1.2]") {
   Graph g = test::turtle(R"(<arm/angle> a hybrit:Property, maths:Scalar ; rdfs:seeAlso <arm> ; vom:numericalValue 43 ; vom:unit maths:Degree ;
                             qudt:hasUnit unit:DEG ; dcterms:modified "2016-06-01T12:00:00Z"^^xsd:dateTime ; rdfs:label "Winkel"@de .)");
   CHECK(json(g, default_prefixes(), our_context) == R"({
@@ -130,7 +130,7 @@ TEST_CASE("JSON-LD has the form that a web developer would write", "[rdf][R1.2]"
 )");
 }
 
-TEST_CASE("a literal is a JSON number only if every reader gets the same literal", "[rdf]") {
+TEST_CASE("a literal is a JSON number only if every reader gets the same literal", "[rdf][json_ld]") {
   const auto integer = [](const char* text) { return value(literal(text, vocab::xsd::integer)); };
   for (const char* same : {"0", "5", "-5", "9007199254740991", "-9007199254740991"}) CHECK(integer(same) == same);
   for (const char* other : {"-0", "+5", "05", "", "9007199254740992", "123456789012345678901", "x"})
@@ -145,7 +145,7 @@ TEST_CASE("a literal is a JSON number only if every reader gets the same literal
   CHECK(value(literal("1.5", vocab::xsd::decimal)) == R"({"@type": "http://www.w3.org/2001/XMLSchema#decimal", "@value": "1.5"})");
 }
 
-TEST_CASE("every finite double reads back bit-identically from JSON-LD, as a literal and as a number", "[rdf]") {
+TEST_CASE("every finite double reads back bit-identically from JSON-LD, as a literal and as a number", "[rdf][json_ld]") {
   std::uint64_t state = 1;
   for (int i = 0; i < 20'000; ++i) {
     state = state * 6364136223846793005u + 1442695040888963407u;
@@ -169,7 +169,7 @@ TEST_CASE("every finite double reads back bit-identically from JSON-LD, as a lit
   }
 }
 
-TEST_CASE("strings of any Unicode are JSON strings", "[rdf]") {
+TEST_CASE("strings of any Unicode are JSON strings", "[rdf][json_ld]") {
   CHECK(value(literal("a\"b\\c\r\n\t/")) == R"("a\"b\\c\r\n\t/")");
   CHECK(value(literal(std::string_view("\x01\x1F\x7F", 3))) == R"("\u0001\u001F\u007F")");
   CHECK(value(literal("Grün \xF0\x9F\xA4\x96 \xE2\x80\xA8")) == "\"Grün \xF0\x9F\xA4\x96 \xE2\x80\xA8\"");
@@ -181,7 +181,7 @@ TEST_CASE("strings of any Unicode are JSON strings", "[rdf]") {
   CHECK(write(g, Syntax::json_ld).error().code == Errc::unsupported_syntax);
 }
 
-TEST_CASE("a value that a typed term cannot express is written with its type", "[rdf]") {
+TEST_CASE("a value that a typed term cannot express is written with its type", "[rdf][json_ld]") {
   CHECK(value(vocab::maths::Degree, vocab::vom::unit) == "\"http://vocab.arvida.de/2015/06/maths/vocab#Degree\"");
   CHECK(value(literal("deg"), vocab::vom::unit) == R"({"@value": "deg"})");
   CHECK(value(literal("5", vocab::xsd::integer), vocab::vom::unit) == "5");
@@ -195,7 +195,7 @@ TEST_CASE("a value that a typed term cannot express is written with its type", "
   CHECK(value(s) == R"({"id": "e:s"})");
 }
 
-TEST_CASE("an IRI whose scheme is the name of a prefix is not read as a compact IRI", "[rdf]") {
+TEST_CASE("an IRI whose scheme is the name of a prefix is not read as a compact IRI", "[rdf][json_ld]") {
   Graph g;
   g.add(lrt::rdf::iri("ros:thing"), lrt::rdf::iri("sh:path"), vocab::ros::rotation);
   g.add(lrt::rdf::iri("ros://host/x"), vocab::sh::path, lrt::rdf::iri("id:x"));
@@ -208,7 +208,7 @@ TEST_CASE("an IRI whose scheme is the name of a prefix is not read as a compact 
   CHECK(says(json(fine, default_prefixes(), our_context), our_context));
 }
 
-TEST_CASE("a blank node in only one triple is nested", "[rdf]") {
+TEST_CASE("a blank node in only one triple is nested", "[rdf][json_ld]") {
   const auto round = [](std::string_view turtle) { return json(test::turtle(turtle), default_prefixes()); };
   CHECK(says(round("<s> rdf:value [ rdf:value [ rdf:value 1 ] ] ."), "\"value\": {\n    \"value\": {\n      \"value\": 1\n    }\n  }"));
   CHECK(says(round("<s> rdf:value _:a . <t> rdf:value _:a . _:a rdf:value 1 ."), "\"id\": \"_:b0\""));
@@ -225,7 +225,7 @@ TEST_CASE("a blank node in only one triple is nested", "[rdf]") {
   json(odd);
 }
 
-TEST_CASE("well-formed lists are @list, others are not", "[rdf]") {
+TEST_CASE("well-formed lists are @list, others are not", "[rdf][json_ld]") {
   const auto round = [](std::string_view turtle) { return json(test::turtle(turtle), default_prefixes()); };
   CHECK(says(round("<s> rdf:value ( 1 ( 2 () ) ) ."), R"("value": {"@list": [1, {"@list": [2, {"@list": []}]}]})"));
   CHECK(says(round("<s> hybrit:property ( <a> \"b\" ) ."), R"({"@list": ["http://localhost/a", {"@value": "b"}]})"));
@@ -238,13 +238,13 @@ TEST_CASE("well-formed lists are @list, others are not", "[rdf]") {
   }
 }
 
-TEST_CASE("a type that is not an IRI is a value of rdf:type", "[rdf][R1.4]") {
+TEST_CASE("a type that is not an IRI is a value of rdf:type", "[rdf][json_ld][R1.4]") {
   const std::string text = json(test::turtle("<s> a \"x\", <C>, [ rdfs:label \"y\" ], hybrit:Action, _:c . _:c a _:c ."), default_prefixes());
   CHECK(says(text, R"("type": ["http://localhost/C", "Action"],)"));
   CHECK(says(text, "\"rdf:type\": [\n"));
 }
 
-TEST_CASE("invalid RDF is not written", "[rdf]") {
+TEST_CASE("invalid RDF is not written", "[rdf][json_ld]") {
   for (const auto& [subject, predicate, object] :
        {std::tuple{lrt::rdf::iri("rel"), p, q}, std::tuple{s, lrt::rdf::iri("rel"), q}, std::tuple{s, p, lrt::rdf::iri("http://e/ x")},
         std::tuple{s, p, literal("x", lrt::Iri("rel"))}, std::tuple{s, p, tagged_literal("x", "d e")}}) {
@@ -256,7 +256,7 @@ TEST_CASE("invalid RDF is not written", "[rdf]") {
   }
 }
 
-TEST_CASE("the context document has every term once, and every prefix without the name of a term", "[rdf]") {
+TEST_CASE("the context document has every term once, and every prefix without the name of a term", "[rdf][json_ld]") {
   const std::string text = json_ld_context();
   CHECK(says(text, R"("ros": "http://ros.org/#")"));
   CHECK(says(text, R"("unit": {"@id": "vom:unit", "@type": "@id"})"));
@@ -278,7 +278,7 @@ TEST_CASE("the context document has every term once, and every prefix without th
   json(g, mine);
 }
 
-TEST_CASE("expanded and flattened documents are read", "[rdf][R1.2]") {
+TEST_CASE("expanded and flattened documents are read", "[rdf][json_ld][R1.2]") {
   CHECK(differs(R"([{"@id": "http://e/s", "@type": ["http://e/C"], "http://e/p": [{"@value": "a"}, {"@value": "b", "@language": "DE"},
                      {"@value": "5", "@type": "http://e/t"}, {"@id": "http://e/o"}, {"@list": [{"@value": 1}, {"@list": []}]}, {"@value": null}]}])",
                 R"(<http://e/s> a <http://e/C> ; <http://e/p> "a", "b"@de, "5"^^<http://e/t>, <http://e/o>, ( 1 () ) .)") == "");
@@ -289,7 +289,7 @@ TEST_CASE("expanded and flattened documents are read", "[rdf][R1.2]") {
   CHECK(differs(R"([{"@value": "x"}, "y", 5, {"@list": [1]}, {"@set": [{"http://e/p": 1}]}, {"@id": "http://e/s"}])", "[] <http://e/p> 1 .") == "");
 }
 
-TEST_CASE("a document may refer to lrt's context", "[rdf][R1.2]") {
+TEST_CASE("a document may refer to lrt's context", "[rdf][json_ld][R1.2]") {
   const std::string graph =
       "<http://localhost/arm/x> a hybrit:Property ; vom:numericalValue 4.36E1 ; vom:unit maths:Degree ; lrt:status lrt:running .";
   const std::string body = R"("id": "", "type": "Property", "numericalValue": 43.6, "unit": "maths:Degree", "status": "running"})";
@@ -309,7 +309,7 @@ TEST_CASE("a document may refer to lrt's context", "[rdf][R1.2]") {
              "/http:~1~1e~1p/@context/1"));
 }
 
-TEST_CASE("lrt's context among others in an array hides earlier terms, and later terms hide its terms", "[rdf]") {
+TEST_CASE("lrt's context among others in an array hides earlier terms, and later terms hide its terms", "[rdf][json_ld]") {
   const auto read_with = [](const char* context, const char* turtle) {
     CAPTURE(context);
     CHECK(differs(std::string("{\"@context\": ") + context + R"(, "a": 1, "title": 2, "x": 3})", turtle) == "");
@@ -327,7 +327,7 @@ TEST_CASE("lrt's context among others in an array hides earlier terms, and later
           "[] <e:a> 4 ; dcterms:title [ <e:c> 1 ; <e:b> 2 ; dcterms:title 3 ] .") == "");
 }
 
-TEST_CASE("contexts in the document are processed", "[rdf]") {
+TEST_CASE("contexts in the document are processed", "[rdf][json_ld]") {
   CHECK(
       differs(
           R"({"@context": {"e": "http://e/", "name": "e:name", "knows": {"@id": "e:knows", "@type": "@id"}, "@base": "http://b/x/", "@language": "EN",
@@ -361,7 +361,7 @@ TEST_CASE("contexts in the document are processed", "[rdf]") {
                 "[] <a:x> 1 ; <http://e/bx> 2 .") == "");
 }
 
-TEST_CASE("numbers are read by the rules of JSON-LD, and exactly", "[rdf]") {
+TEST_CASE("numbers are read by the rules of JSON-LD, and exactly", "[rdf][json_ld]") {
   const auto number = [](const std::string& text, const std::string& type = "") {
     const Result<Graph> g =
         parse(type.empty() ? "{\"http://e/p\": " + text + "}" : "{\"http://e/p\": {\"@value\": " + text + ", \"@type\": \"" + type + "\"}}");
@@ -389,7 +389,7 @@ TEST_CASE("numbers are read by the rules of JSON-LD, and exactly", "[rdf]") {
   CHECK(says(number("1e999"), "xsd:double"));
 }
 
-TEST_CASE("invalid JSON is refused with its position", "[rdf]") {
+TEST_CASE("invalid JSON is refused with its position", "[rdf][json_ld]") {
   const auto error = [](std::string_view text) { return parse(text).error(); };
   CHECK(says(refusal(""), "invalid JSON"));
   const lrt::Error comma = error("{\n  \"a\": 1,\n}");
@@ -410,7 +410,7 @@ TEST_CASE("invalid JSON is refused with its position", "[rdf]") {
   CHECK(refusal("{\"" + std::string(100'000, 'x')).size() < 300);
 }
 
-TEST_CASE("invalid JSON-LD is refused with the member's name", "[rdf]") {
+TEST_CASE("invalid JSON-LD is refused with the member's name", "[rdf][json_ld]") {
   struct Case {
     const char *document, *at, *says;
   };
@@ -454,7 +454,7 @@ TEST_CASE("invalid JSON-LD is refused with the member's name", "[rdf]") {
   CHECK(says(without_base.error().message, "relative IRI <x> and no base"));
 }
 
-TEST_CASE("unsupported features of JSON-LD are refused by name", "[rdf]") {
+TEST_CASE("unsupported features of JSON-LD are refused by name", "[rdf][json_ld]") {
   struct Case {
     const char *document, *name;
   };
@@ -481,7 +481,7 @@ TEST_CASE("unsupported features of JSON-LD are refused by name", "[rdf]") {
   }
 }
 
-TEST_CASE("limits bound hostile JSON-LD", "[rdf]") {
+TEST_CASE("limits bound hostile JSON-LD", "[rdf][json_ld]") {
   const std::string base = "http://localhost/" + std::string(300, 'x');
   const auto code = [&](const std::string& text, std::size_t triples = 1000, std::size_t bytes = 1 << 20) {
     ReadOptions options;

@@ -217,7 +217,7 @@ TEST_CASE("the rights are the same on each transport", "[server][security][R0.2]
   }
 }
 
-TEST_CASE("a subscription belongs to who made it", "[server][security][R0.2]") {
+TEST_CASE("a subscription belongs to who made it", "[server][json_ld][security][R0.2]") {
   Ruled robot;
   const std::string made = "GET /arm/angle\nUpgrade: callback\nConnection: Upgrade\nCallback: http://127.0.0.1:9/of-anna";
   const http::Response response = robot.ask(made, "anna");

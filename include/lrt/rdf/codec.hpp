@@ -17,8 +17,8 @@ inline namespace v0 {
 
 /// The RDF syntaxes of lrt.
 enum class Syntax : unsigned char { turtle, n_triples, rdf_xml, json_ld, trig, n_quads };
-/// The syntaxes that this build reads and writes, in the order in which they are offered. RDF/XML is absent without
-/// Redland (CMake option LRT_REDLAND).
+/// The syntaxes that this build reads and writes, in the order in which they are offered. The CMake options LRT_REDLAND
+/// and LRT_JSON_LD leave RDF/XML and JSON-LD out.
 /// @par Threads  Any.
 LRT_API const std::vector<Syntax>& available_syntaxes();
 
@@ -121,7 +121,7 @@ LRT_API Result<std::string> write(const Dataset& dataset, Syntax syntax, const P
 
 /// The JSON-LD context of lrt, as a document of type application/ld+json. It contains the prefixes, `id` and `type`,
 /// and the local names of terms of hybrit, lrt, vom and other vocabularies. Links, times and units are typed, so that
-/// their values are strings. A prefix with the name of a term is left out.
+/// their values are strings. A prefix with the name of a term is left out. Empty in a build without JSON-LD.
 /// @par Threads  Any.
 LRT_API std::string json_ld_context(const Prefixes& prefixes = default_prefixes());
 

@@ -44,6 +44,10 @@ class ThingResource : public Resource {
   void set_observed(bool observed, ChangeScanner& scanner) override;
   /// Further resources that only this kind of Thing has.
   virtual std::vector<Resource*> more_resources() { return {}; }
+  /// Called after its registration.
+  virtual void attach(Parts&) {}
+  /// Called before its removal.
+  virtual void removed(Parts&) {}
 };
 
 /// A Thing with the values of all its Properties (lrt:state).

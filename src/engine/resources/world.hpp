@@ -161,8 +161,8 @@ class WorldResource final : public ThingResource {
   Resource* new_graph(std::string_view at, const Parts& parts) override;
 
   const std::vector<std::unique_ptr<WorldGraphResource>>& graphs() const noexcept { return graphs_; }
-  void attach(Parts& parts);
-  void removed(Parts& parts);
+  void attach(Parts& parts) override;
+  void removed(Parts& parts) override;
   /// Makes a graph at a path, with the body of a request: 201.
   Outcome make_graph(Context& context, Parts& parts, const std::string& at);
   /// @pre WorldGraphResource::is_created

@@ -17,7 +17,7 @@
 
 #include "src/base/ascii.hpp"
 #include "src/rdf/codecs.hpp"
-#include "src/rdf/json_ld_context.hpp"
+#include "src/rdf/json_ld/context.hpp"
 #include "src/rdf/json_parse.hpp"
 #include "src/rdf/n_triples.hpp"
 #include "src/rdf/limits.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "src/rdf/json_ld_context.hpp"
+#include "src/rdf/json_ld/context.hpp"
 
 #include <algorithm>
 #include <array>

@@ -7,7 +7,7 @@
 
 #include "src/rdf/codecs.hpp"
 #include "src/rdf/graph_writer.hpp"
-#include "src/rdf/json_ld_context.hpp"
+#include "src/rdf/json_ld/context.hpp"
 #include "src/rdf/n_triples.hpp"
 
 // Compacted JSON-LD 1.1, written directly from the graph, as Turtle is: this code is on the path from the control loop to the wire.
@@ -341,6 +341,8 @@ class JsonLdWriter : GraphWriter {
 };
 
 }  // namespace
+
+bool has_json_ld() noexcept { return true; }
 
 Result<std::string> write_json_ld(const Graph& graph, const Prefixes& prefixes, std::string_view context) {
   JsonLdWriter::Conditions conditions;
