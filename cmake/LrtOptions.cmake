@@ -1,5 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
 # What a host can choose. A guest (add_subdirectory) builds the library and nothing else.
+
+# A part of lrt that needs packages. If one is missing, AUTO leaves the part out with a message, and ON is an error.
+macro(lrt_optional_part name text default)
+  set(${name} ${default} CACHE STRING "${text}: ON, OFF, or AUTO (where the packages are found)")
+  set_property(CACHE ${name} PROPERTY STRINGS AUTO ON OFF)
+endmacro()
+# For parts that a guest does not get unless it asks for them.
+if(PROJECT_IS_TOP_LEVEL)
+  set(lrt_auto_or_off AUTO)
+else()
+  set(lrt_auto_or_off OFF)
+endif()
+
 option(LRT_BUILD_TESTS "Build the tests" ${PROJECT_IS_TOP_LEVEL})
 option(LRT_BUILD_EXAMPLES "Build the examples" ${PROJECT_IS_TOP_LEVEL})
 option(LRT_BUILD_TOOLS "Build the command lrt, where CLI11 is found; needs LRT_CLIENT" ${PROJECT_IS_TOP_LEVEL})
@@ -9,17 +22,18 @@ option(LRT_INSTALL "Add install rules for the library, its headers and its CMake
 option(LRT_REDLAND "RDF/XML, by Redland's Raptor" ON)
 option(LRT_JSON_LD "JSON-LD; JSON of values is there without it" ON)
 option(LRT_ASIO_LOOP "The HTTP transport on a host's Boost.Asio io_context" ON)
-option(LRT_LIBWEBSOCKETS "The transport libwebsockets, where libwebsockets is found" ON)
+lrt_optional_part(LRT_LIBWEBSOCKETS "The transport libwebsockets" AUTO)
 option(LRT_PAGE "The page for people; without it a browser is shown RDF" ON)
 option(LRT_CALLBACKS "Web callbacks by cpp-httplib" ON)
-option(LRT_CLIENT "The library lrt::client, by cpp-httplib and libwebsockets, where they are found" ${PROJECT_IS_TOP_LEVEL})
+lrt_optional_part(LRT_CLIENT "The library lrt::client, by cpp-httplib and libwebsockets" ${lrt_auto_or_off})
 option(LRT_QUERY "The library lrt::query, SPARQL" ${PROJECT_IS_TOP_LEVEL})
-option(LRT_MQTT "The library lrt::mqtt, by libmosquitto, where it is found" ${PROJECT_IS_TOP_LEVEL})
-option(LRT_URDF "The library lrt::urdf, by liburdfdom, tinyxml2 and Eigen, where they are found" ${PROJECT_IS_TOP_LEVEL})
+lrt_optional_part(LRT_MQTT "The library lrt::mqtt, by libmosquitto" ${lrt_auto_or_off})
+lrt_optional_part(LRT_URDF "The library lrt::urdf, by liburdfdom, tinyxml2 and Eigen" ${lrt_auto_or_off})
 option(LRT_COMPILE_TOGETHER "Compile sources eight at a time: a faster build from nothing. A sanitizer always does" OFF)
 set(LRT_SANITIZE "" CACHE STRING "Sanitizers for lrt's own targets: address, undefined, thread, a list of them, or nothing")
 
-# Switches LRT_<COMPONENT> off, here and above, if one of these packages is missing. lrtConfig.cmake gives the reason to those who ask for it.
+# Switches LRT_<COMPONENT> off, here and above, if it is AUTO and one of these packages is missing. lrtConfig.cmake gives the reason to those who ask
+# for it. If the option is ON, that is an error.
 macro(lrt_check_packages_of component)
   string(TOUPPER ${component} lrt_option)
   set(lrt_missing)
@@ -36,6 +50,9 @@ macro(lrt_check_packages_of component)
   if(lrt_missing)
     lrt_how_to_install(lrt_how ${lrt_missing})
     list(JOIN lrt_missing " and " lrt_missing)
+    if(NOT LRT_${lrt_option} STREQUAL "AUTO")
+      message(FATAL_ERROR "lrt: LRT_${lrt_option} is ON, and lrt::${component} needs ${lrt_missing}: ${lrt_how}")
+    endif()
     message(STATUS "lrt: lrt::${component} needs ${lrt_missing} and is left out: ${lrt_how}")
     set_property(GLOBAL PROPERTY LRT_WITHOUT_${component} "it was built without ${lrt_missing}: ${lrt_how}, and build lrt again")
     set(LRT_${lrt_option} OFF)
