@@ -158,6 +158,6 @@ TEST_CASE("an idle connection needs at most half a KiB, a WebSocket two, and not
     std::printf("%zu clients: %zu bytes in use before, %zu with them (%zu each), %zu afterwards\n", count, before, with_clients,
                 (with_clients - before) / count, afterwards);
     CHECK((with_clients - before) / count <= max_bytes);
-    CHECK(afterwards <= before + 1024);
+    CHECK(afterwards <= before + 8 * count);  // the smallest block of each client would be 24 bytes; tables that grow by load are less
   }
 }

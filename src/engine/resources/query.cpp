@@ -2,11 +2,13 @@
 #include "src/engine/resources/query.hpp"
 
 #include <algorithm>
+#include <string_view>
 #include <utility>
 
 #include <lrt/base/immortal.hpp>
 #include <lrt/engine/engine.hpp>
 #include <lrt/http/etag.hpp>
+#include <lrt/rdf/codec.hpp>
 
 #include "src/engine/description.hpp"
 #include "src/engine/host_calls.hpp"
@@ -18,15 +20,18 @@ inline namespace v0 {
 namespace {
 
 /// The IRIs by which service descriptions name the formats of answers (https://www.w3.org/ns/formats/).
-constexpr std::string_view formats[] = {
+constexpr std::string_view formats_of_results[] = {
     "http://www.w3.org/ns/formats/SPARQL_Results_JSON",
     "http://www.w3.org/ns/formats/SPARQL_Results_XML",
     "http://www.w3.org/ns/formats/SPARQL_Results_CSV",
     "http://www.w3.org/ns/formats/SPARQL_Results_TSV",
-    "http://www.w3.org/ns/formats/Turtle",
-    "http://www.w3.org/ns/formats/N-Triples",
-    "http://www.w3.org/ns/formats/RDF_XML",
-    "http://www.w3.org/ns/formats/JSON-LD",
+};
+/// Of graphs. A build may be without some syntaxes.
+constexpr std::pair<rdf::Syntax, std::string_view> formats_of_graphs[] = {
+    {rdf::Syntax::turtle, "http://www.w3.org/ns/formats/Turtle"},
+    {rdf::Syntax::n_triples, "http://www.w3.org/ns/formats/N-Triples"},
+    {rdf::Syntax::rdf_xml, "http://www.w3.org/ns/formats/RDF_XML"},
+    {rdf::Syntax::json_ld, "http://www.w3.org/ns/formats/JSON-LD"},
 };
 
 /// The media types that the answers to a query can have.
@@ -71,7 +76,9 @@ void QueryResource::describe(const Description& d) const {
   about.add(vocab::dcterms::title, rdf::literal("SPARQL endpoint"));
   about.link(vocab::sd::endpoint, d.base + path).link(vocab::sd::supportedLanguage, std::string(vocab::sd::SPARQL11Query.text));
   about.link(vocab::sd::feature, std::string(vocab::sd::UnionDefaultGraph.text));
-  for (const std::string_view format : formats) about.link(vocab::sd::resultFormat, std::string(format));
+  for (const std::string_view format : formats_of_results) about.link(vocab::sd::resultFormat, std::string(format));
+  for (const auto& [syntax, format] : formats_of_graphs)
+    if (rdf::syntax_of(rdf::media_type(syntax))) about.link(vocab::sd::resultFormat, std::string(format));
   const rdf::TermId dataset = d.graph.fresh_blank(), graph = d.graph.fresh_blank();
   about.add(vocab::sd::defaultDataset, dataset);
   About(d.graph, dataset).a(vocab::sd::Dataset).add(vocab::sd::defaultGraph, graph);
