@@ -356,9 +356,8 @@ class MosquittoLink final : public Link {
   /// Closes the socket, if it is still open.
   void end(Events& events, const std::string& reason) {
     is_begun_ = is_connected_ = has_ended_ = false;
-    const std::string kept = reason;  // it may be the handle's
-    handle_.reset();
-    events.disconnected(kept);
+    const std::shared_ptr<Handle> ended = std::exchange(handle_, nullptr);  // `reason` may be its text
+    events.disconnected(reason);
   }
 
   // Called by libmosquitto within turn(). No exception may pass through it.
