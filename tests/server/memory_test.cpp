@@ -142,7 +142,9 @@ TEST_CASE("an idle connection needs at most half a KiB, a WebSocket two, and not
   for (const auto& [request, status, max_bytes] : {std::tuple(get, 200, std::size_t{512}), std::tuple(subscribe, 101, std::size_t{2048})}) {
     INFO(request);
     std::size_t with_clients = 0, before = 0;
-    for (int round = 0; round < 2; ++round) {  // what the first alone makes stays: tables
+    // What the first round makes stays: tables. A busy machine makes some later. What clients leave would be there after each round.
+    const auto has_grown = [&] { return bytes_in_use() > before + 1024; };
+    for (int round = 0; round < 2 || (round < 6 && has_grown()); ++round) {
       before = bytes_in_use();
       {
         std::vector<BareClient> clients;
@@ -158,6 +160,6 @@ TEST_CASE("an idle connection needs at most half a KiB, a WebSocket two, and not
     std::printf("%zu clients: %zu bytes in use before, %zu with them (%zu each), %zu afterwards\n", count, before, with_clients,
                 (with_clients - before) / count, afterwards);
     CHECK((with_clients - before) / count <= max_bytes);
-    CHECK(afterwards <= before + 8 * count);  // the smallest block of each client would be 24 bytes; tables that grow by load are less
+    CHECK(afterwards <= before + 1024);
   }
 }

@@ -82,6 +82,17 @@ std::string bytes_of(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
+/// The field X-Who names the client.
+Options options_of_named_clients() {
+  Options options = options_of();
+  options.security.authenticate = [](const http::Request& request) -> std::optional<security::Principal> {
+    const auto who = request.find("X-Who");
+    return who ? std::optional(security::Principal{std::string(*who), {}}) : std::nullopt;
+  };
+  return options;
+}
+security::Who is(const char* name) { return {security::Who::Kind::principal, name}; }
+
 }  // namespace
 
 TEST_CASE("a graph with a file is there again after a restart, whoever wrote it", "[server][world][saves]") {
@@ -407,13 +418,8 @@ TEST_CASE("a file of a graph that is cut to nothing, or within its first word, d
 }
 
 TEST_CASE("who does not see all triples of a graph cannot replace it, but change it", "[server][world][rights]") {
-  Options options = options_of();
-  options.security.authenticate = [](const http::Request& request) -> std::optional<security::Principal> {
-    const auto who = request.find("X-Who");
-    return who ? std::optional(security::Principal{std::string(*who), {}}) : std::nullopt;
-  };
+  Options options = options_of_named_clients();
   using security::Right;
-  const auto is = [](const char* name) { return security::Who{security::Who::Kind::principal, name}; };
   options.security.rules = {
       {"/world", security::Scope::tree, is("anna"), security::Rights::all()},
       {"/world", security::Scope::tree, is("bert"), Right::read | Right::write},
@@ -459,13 +465,8 @@ TEST_CASE("who does not see all triples of a graph cannot replace it, but change
 }
 
 TEST_CASE("rights of a graph are those at its path, in whatever way a request names it", "[server][world][rights]") {
-  Options options = options_of();
-  options.security.authenticate = [](const http::Request& request) -> std::optional<security::Principal> {
-    const auto who = request.find("X-Who");
-    return who ? std::optional(security::Principal{std::string(*who), {}}) : std::nullopt;
-  };
+  Options options = options_of_named_clients();
   using security::Right;
-  const auto is = [](const char* name) { return security::Who{security::Who::Kind::principal, name}; };
   options.security.rules = {
       {"/world", security::Scope::tree, is("anna"), security::Rights::all()},
       {"/world", security::Scope::tree, is("bert"), Right::read | Right::write},
@@ -525,13 +526,8 @@ TEST_CASE("rights of a graph are those at its path, in whatever way a request na
 }
 
 TEST_CASE("a client that may write a graph, but not read it, does not learn from a report what is in it", "[server][world][rights]") {
-  Options options = options_of();
-  options.security.authenticate = [](const http::Request& request) -> std::optional<security::Principal> {
-    const auto who = request.find("X-Who");
-    return who ? std::optional(security::Principal{std::string(*who), {}}) : std::nullopt;
-  };
+  Options options = options_of_named_clients();
   using security::Right;
-  const auto is = [](const char* name) { return security::Who{security::Who::Kind::principal, name}; };
   options.security.rules = {
       {"/world", security::Scope::tree, is("anna"), security::Rights::all()},
       {"/world/map", security::Scope::tree, is("anna"), security::Rights::all()},
