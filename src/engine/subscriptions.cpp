@@ -51,6 +51,13 @@ std::string public_reason(const subscription::DeliveryResult& result) {
   return result.error.empty() ? "the receiver responded with " + std::to_string(result.status) : "no valid response was received";
 }
 
+/// It is a property that was never read: its representation would be null.
+bool lacks_value(const Resource& resource) {
+  bool lacks = false;
+  if (resource.reads() == Resource::Reads::values) resource.for_each_property([&](const PropertyResource& p) { lacks = lacks || p.value.is_null(); });
+  return lacks;
+}
+
 /// Resources whose representations take longer get at most a fifth of the time together.
 constexpr std::chrono::milliseconds short_work{2};
 constexpr int rest_per_work = 4;
@@ -401,22 +408,23 @@ SubscriptionResource& Subscriptions::make(SubscriptionRequest request, std::size
   registry_.add(s);
   container.mark_changed();
   if (s.queues()) s.observed.for_each_property([this](PropertyResource& p) { values_.keep(p, true); });
+  if (s.feed && !s.feed->statements.empty()) s.observed.Resource::mark_changed();  // it shows the receiver, to which this is no change
   s.observed.add_observer(s, scanner_);
   if (s.protocol == Protocol::callback) {
     s.must_confirm = must_confirm(s.url);
     ++callbacks_;
     saves_.changed();
   }
-  if (s.feed) {
-    ++feeds_;
-    if (!s.feed->statements.empty()) s.observed.Resource::mark_changed();  // it shows the receiver
-  }
+  if (s.feed) ++feeds_;
   // SPEC 3.6: the first notification at once.
   if (begins_with_refresh) {
+    s.awaits_value = true;
     values_.refresh(s.observed, Encodings::of(s.its_variant), [this, channel = s.channel](const Result<void>& result, TimePoint) {
       SubscriptionResource* begun = find(channel);
-      if (begun && result) first_notification(*begun);
-      else if (begun && !begun->feed) end(*begun, 1011, "the value could not be read");  // a feed waits for the first that can
+      if (!begun) return;
+      begun->awaits_value = false;
+      if (result) first_notification(*begun);
+      else if (!begun->feed) end(*begun, 1011, "the value could not be read");  // a feed waits for the first that can
     });
   } else {
     first_notification(s);
@@ -588,6 +596,7 @@ void Subscriptions::fill(SubscriptionResource& s) {
 
 /// @param is_change  counted as dropped if it has no representation
 void Subscriptions::enqueue(SubscriptionResource& s, bool is_change) {
+  if (s.awaits_value && lacks_value(s.observed)) return;  // the change is in its description only
   if (!representations_.ready(s.observed, s.its_variant, true)) {
     values_.refresh(s.observed, Encodings::of(s.its_variant), [this, channel = s.channel, is_change](const Result<void>& result, TimePoint) {
       SubscriptionResource* waiting = find(channel);
@@ -650,6 +659,7 @@ void Subscriptions::announce(SubscriptionResource& s) {
 /// @return  nullptr: none may be sent now
 subscription::Item Subscriptions::next_item(SubscriptionResource& s, TimePoint now) {
   s.ready_announced = false;
+  if (s.awaits_value) return nullptr;
   if (!s.backlog.empty() && now.steady < s.backlog.due()) {
     next_notifications_.set(s.next_notification, s.backlog.due(), s.channel);
     return nullptr;
@@ -768,7 +778,7 @@ bool Subscriptions::has_ended(Channel channel) const {
 
 bool Subscriptions::repeat(Channel channel) {
   SubscriptionResource* const s = find(channel);
-  if (!s || !s->observed.has_representation()) return false;
+  if (!s || s->awaits_value || !s->observed.has_representation()) return false;
   if (s->queues()) {
     if (!s->feed || !s->feed->repeats || !s->backlog.empty()) return false;  // what is in the queue follows
     s->last_tag.clear();

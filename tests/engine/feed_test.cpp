@@ -207,6 +207,35 @@ TEST_CASE("a feed with a queue gets each change, and the number of those that di
   CHECK_FALSE(arm.next(made.channel));
 }
 
+TEST_CASE("a feed of a property that was never read begins with its first value", "[engine][R0.14]") {
+  Bench bench;
+  Thing arm{"arm"};
+  arm.property("speed", [] { return 2.0; });
+  bench.add(std::move(arm));
+  const std::size_t queue = GENERATE(0, 4);
+  const auto subscribe = [&] {
+    FeedSubscription wanted;
+    wanted.path = "/arm/speed";
+    wanted.media_type = "application/json";
+    wanted.queue_length = queue;
+    wanted.statements = {{"https://example.org/ns#topic", "speed"}};
+    return bench.engine.subscribe(std::move(wanted), bench.clock.now()).value().channel;
+  };
+  const Channel first = subscribe(), second = subscribe();  // the second one changes the description that the first observes
+  const auto take = [&](Channel channel) {
+    std::vector<std::string> bodies;
+    while (bench.engine.next_ready(bench.clock.now())) {}
+    while (const auto message = bench.engine.next_feed_message(channel, bench.clock.now())) bodies.push_back(*message->body);
+    return bodies;
+  };
+  CHECK(take(first).empty());
+  CHECK(take(second).empty());
+  CHECK_FALSE(bench.engine.repeat(first));
+  bench.run();
+  CHECK(take(first) == std::vector<std::string>{"2"});
+  CHECK(take(second) == std::vector<std::string>{"2"});
+}
+
 TEST_CASE("the last message of a feed says that its resource no longer exists", "[engine]") {
   Arm arm;
   const Channel channel = arm.subscribe("/arm/angle").value().channel;

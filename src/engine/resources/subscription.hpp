@@ -99,6 +99,7 @@ class SubscriptionResource final : public Resource, public Observer {
   std::string last_tag;  ///< of the representation that was sent last
   std::uint64_t delivered = 0;
   bool marked = false;                              ///< has a queue, and a change that is not in it yet
+  bool awaits_value = false;                        ///< its first notification waits until the value has been read
   bool failing = false;                             ///< its last representation could not be encoded
   bool ready_announced = false;                     ///< its channel was reported to the transport, which has not received nullopt since
   DeadlineQueue<Channel>::Place next_notification;  ///< when it waits for its minimum interval or for another attempt
