@@ -582,7 +582,7 @@ std::optional<Reply> Engine::next_reply(TimePoint now) {
     impl_->take_messages(now);
     parts.pending.expire(now);
     parts.invocations.expire(now);
-    if (!impl_->stopped) parts.queries.advance(now);
+    if (parts.queries && !impl_->stopped) parts.queries->advance(now);
   } catch (const std::exception& e) { parts.responses.log(LogLevel::error, std::string("internal error while making a response: ") + e.what()); }
   return parts.pending.take_reply();
 }
@@ -591,8 +591,8 @@ std::optional<std::chrono::steady_clock::time_point> Engine::next_deadline() con
   const Parts& parts = impl_->parts;
   if (!parts.calls.inbox()->empty()) return std::chrono::steady_clock::time_point{};  // guest engines check deadlines themselves
   auto first = parts.pending.next_deadline();
-  for (const auto& other :
-       {parts.invocations.next_deadline(), parts.subscriptions.next_deadline(), parts.scanner.next_deadline(), parts.queries.next_deadline()})
+  const auto of_queries = parts.queries ? parts.queries->next_deadline() : std::nullopt;
+  for (const auto& other : {parts.invocations.next_deadline(), parts.subscriptions.next_deadline(), parts.scanner.next_deadline(), of_queries})
     if (other && (!first || *other < *first)) first = other;
   return first;
 }
@@ -602,13 +602,13 @@ void Engine::input_ended(Ticket ticket) noexcept { impl_->parts.pending.input_en
 std::optional<Channel> Engine::next_ready(TimePoint now) {
   if (impl_->stopped) return std::nullopt;
   const std::optional<Channel> first = impl_->parts.subscriptions.next_ready(now);
-  if (!first) impl_->parts.queries.advance(now);  // of what the scan has found
+  if (!first && impl_->parts.queries) impl_->parts.queries->advance(now);  // of what the scan has found
   return first;
 }
 void Engine::take_ready(std::vector<ReadyChannel>& channels, TimePoint now) {
   if (impl_->stopped) return;
   impl_->parts.subscriptions.take_ready(channels, now);
-  impl_->parts.queries.advance(now);
+  if (impl_->parts.queries) impl_->parts.queries->advance(now);
 }
 std::optional<Push> Engine::next_push(Channel channel, TimePoint now) { return impl_->parts.subscriptions.next_push(channel, now); }
 void Engine::closed(Channel channel) noexcept { impl_->parts.subscriptions.closed(channel); }
@@ -619,7 +619,8 @@ Result<void> Engine::check() const {
       !vocabulary.empty() && (!iri::is_absolute(vocabulary) || (vocabulary.back() != '#' && vocabulary.back() != '/')))
     return unexpected(Errc::invalid_option, "vocabulary: expected an absolute IRI that ends with '#' or '/', found \"" + vocabulary + "\"");
   if (Result<void> checked = impl_->parts.cors.check(); !checked) return checked;
-  if (Result<void> checked = impl_->parts.queries.check_options(); !checked) return checked;
+  if (const auto& queries = impl_->parts.queries)
+    if (Result<void> checked = queries->check_options(); !checked) return checked;
   return impl_->parts.subscriptions.check_options();
 }
 std::vector<subscription::ReadyCallback> Engine::take_callbacks() { return impl_->parts.subscriptions.take_callbacks(); }
@@ -667,7 +668,7 @@ void Engine::renew_rights() { impl_->parts.subscriptions.renew_rights(); }
 
 std::vector<Job> Engine::take_jobs() { return impl_->parts.calls.take_jobs(); }
 std::vector<BodyJob> Engine::take_body_jobs() { return impl_->parts.bodies.take_jobs(); }
-std::vector<BodyJob> Engine::take_query_jobs() { return impl_->parts.queries.take_jobs(); }
+std::vector<BodyJob> Engine::take_query_jobs() { return impl_->parts.queries ? impl_->parts.queries->take_jobs() : std::vector<BodyJob>(); }
 EngineCounts Engine::counts() const {
   EngineCounts counts = impl_->parts.subscriptions.counts();
   counts.waiting_requests = impl_->parts.pending.size();
@@ -682,7 +683,7 @@ void Engine::stop() {
   const Parts& parts = impl_->parts;
   impl_->parts.invocations.stop();
   impl_->parts.saves.stop();
-  impl_->parts.queries.stop();
+  if (impl_->parts.queries) impl_->parts.queries->stop();
   impl_->parts.pending.end_all([&](Context& context) { return parts.responses.stopping(context); }, parts.clock.now());
 }
 

@@ -71,8 +71,7 @@ Parts::Parts(EngineOptions given)
            options.query ? options.query->limits().path : ""),
       context(context_text),
       own_terms(vocabulary),
-      queries(options, clock, registry, calls, pending, responses, representations, values, scanner, subscriptions,
-              [this] { return std::vector<Resource*>{&own_terms}; }),
+      queries(options.query ? options.query->make_queries(*this) : nullptr),
       handle_log(std::make_shared<model::HandleLog>(options.log)) {
   registry.add(tree);
   registry.add(root);

@@ -80,7 +80,7 @@ struct Parts {
   TermsResource terms;
   ContextResource context;
   VocabularyResource own_terms;
-  Queries queries;                         ///< SPARQL
+  std::unique_ptr<Queries> queries;        ///< SPARQL; nullptr: there is none
   std::optional<SessionResource> session;  ///< nullopt: nobody can log in
   std::optional<TicketResource> tickets;
   const std::shared_ptr<model::HandleLog> handle_log;  ///< of messages about the use of handles

@@ -15,6 +15,7 @@
 #include "src/base/ascii.hpp"
 #include "src/base/charset.hpp"
 #include "src/base/client_key.hpp"
+#include "src/engine/parts.hpp"
 #include "src/engine/resources/property.hpp"
 #include "src/engine/resources/thing.hpp"
 #include "src/engine/resources/world.hpp"
@@ -70,6 +71,12 @@ bool has_varying_predicates(const Resource& resource) {
 
 }  // namespace
 
+std::unique_ptr<Queries> QueryService::make_queries(Parts& parts) const {
+  return std::make_unique<Queries>(parts.options, *this, parts.clock, parts.registry, parts.calls, parts.pending, parts.responses,
+                                   parts.representations, parts.values, parts.scanner, parts.subscriptions,
+                                   [&parts] { return std::vector<Resource*>{&parts.own_terms}; });
+}
+
 /// The properties that a query needs and whose value may have to be read or taken over first.
 class Queries::ReadSet final : public Resource {
  public:
@@ -90,7 +97,7 @@ class Queries::ReadSet final : public Resource {
 /// Values of lambdas are read again above an age. Files are described without being read.
 Queries::ReadSet Queries::read_set(const QueryDependencies& needs, const std::vector<std::uint32_t>& predicates, const Snapshot& snapshot) const {
   std::vector<PropertyResource*> properties;
-  const Utc oldest = clock_.now().utc - service_->limits().max_age;
+  const Utc oldest = clock_.now().utc - service_.limits().max_age;
   if (!needs.everything && needs.predicates.empty()) return ReadSet(std::move(properties));
   snapshots_.for_each_property(snapshot, [&](PropertyResource& p) {
     const bool is_new = p.spec->slot ? !p.spec->slot->has_change() && !p.is_refreshing() : p.modified >= oldest;
@@ -102,12 +109,12 @@ Queries::ReadSet Queries::read_set(const QueryDependencies& needs, const std::ve
   return ReadSet(std::move(properties));
 }
 
-Queries::Queries(const EngineOptions& options, const Clock& clock, Registry& registry, HostCalls& calls, PendingRequests& pending,
-                 const Responses& responses, Representations& representations, PropertyValues& values, ChangeScanner& scanner,
-                 Subscriptions& subscriptions, std::function<std::vector<Resource*>()> shared)
+Queries::Queries(const EngineOptions& options, const QueryService& service, const Clock& clock, Registry& registry, HostCalls& calls,
+                 PendingRequests& pending, const Responses& responses, Representations& representations, PropertyValues& values,
+                 ChangeScanner& scanner, Subscriptions& subscriptions, std::function<std::vector<Resource*>()> shared)
     : options_(options),
       clock_(clock),
-      service_(options.query.get()),
+      service_(service),
       registry_(registry),
       calls_(calls),
       pending_(pending),
@@ -117,8 +124,8 @@ Queries::Queries(const EngineOptions& options, const Clock& clock, Registry& reg
       scanner_(scanner),
       subscriptions_(subscriptions),
       snapshots_(service_, clock, registry, representations, std::move(shared)) {
-  if (!service_ || !is_path(service_->limits().path)) return;
-  endpoint_ = std::make_unique<QueryResource>(*service_);
+  if (!is_path(service_.limits().path)) return;
+  endpoint_ = std::make_unique<QueryResource>(service_);
   registry_.add(*endpoint_);
   registry_.add(*endpoint_->subscriptions());
 }
@@ -126,8 +133,7 @@ Queries::Queries(const EngineOptions& options, const Clock& clock, Registry& reg
 Queries::~Queries() = default;
 
 Result<void> Queries::check_options() const {
-  if (!service_) return {};
-  const QueryService::Limits& limits = service_->limits();
+  const QueryService::Limits& limits = service_.limits();
   if (!is_path(limits.path)) return unexpected(Errc::invalid_option, "query: expected a path such as \"/sparql\", found \"" + limits.path + "\"");
   if (limits.threads == 0) return unexpected(Errc::invalid_option, "query.threads: expected at least 1");
   if (limits.time.count() <= 0)
@@ -161,11 +167,11 @@ std::variant<Queries::Asked, http::Response> Queries::asked_in(const Context& co
 }
 
 std::variant<std::shared_ptr<const PreparedQuery>, http::Response> Queries::parse(const Context& context, const Asked& asked) const {
-  if (asked.text->size() > service_->limits().max_text_bytes)
+  if (asked.text->size() > service_.limits().max_text_bytes)
     return responses_.problem(
         context, 413,
-        "the query has " + std::to_string(asked.text->size()) + " bytes; " + std::to_string(service_->limits().max_text_bytes) + " are allowed");
-  auto parsed = service_->parse(*asked.text, responses_.iri(context, endpoint_->path), asked.default_graphs, asked.named_graphs);
+        "the query has " + std::to_string(asked.text->size()) + " bytes; " + std::to_string(service_.limits().max_text_bytes) + " are allowed");
+  auto parsed = service_.parse(*asked.text, responses_.iri(context, endpoint_->path), asked.default_graphs, asked.named_graphs);
   if (parsed) return *std::move(parsed);
   const Error& error = parsed.error();
   const int status = error.code == Errc::limit_exceeded ? 413 : error.code == Errc::unsupported_syntax ? 403 : 400;
@@ -236,7 +242,7 @@ void Queries::count_down(const std::string& client) {
 
 /// Until the result is complete: the properties are read, the query waits in the queue, and it is evaluated.
 std::optional<Ticket> Queries::defer(const Context& context) {
-  return pending_.defer(context, options_.host_timeout + 2 * service_->limits().time, [this](Ticket late, Context& c, bool) {
+  return pending_.defer(context, options_.host_timeout + 2 * service_.limits().time, [this](Ticket late, Context& c, bool) {
     pending_.respond(late, too_many(c, "the query could not be evaluated in time, because other queries are running; try again later"));
   });
 }
@@ -258,7 +264,7 @@ Outcome Queries::ask(Context& context, const Asked& asked) {
     for (const std::string_view offer : query->types()) list += (list.empty() ? "" : ", ") + std::string(offer);
     return responses_.problem(context, 406, "none of the media types in Accept is available for this result; available are " + list);
   }
-  const QueryService::Limits& limits = service_->limits();
+  const QueryService::Limits& limits = service_.limits();
   if (running_ >= limits.max_queries) return too_many(context, "the maximum number of queries is running; try again later");
   if (const std::size_t max = limits.max_queries_per_client; max != 0 && running_of(context.client) >= max)
     return too_many_of_client(context, http::Denial::rate, std::to_string(max) + " queries under way");
@@ -332,7 +338,7 @@ void Queries::begin(std::shared_ptr<Evaluation> evaluation) {
   cancels_.push_back(running->evaluation->cancelled);
   Inbox::Reserved reply = Inbox::reserve([running](TimePoint now) { running->evaluation->done(std::move(running->answer), now); });
   jobs_.push_back({running->evaluation->client, job_size,
-                   [service = service_, now = clock_.now(), inbox = calls_.inbox(), running, reply = std::move(reply)]() mutable {
+                   [service = &service_, now = clock_.now(), inbox = calls_.inbox(), running, reply = std::move(reply)]() mutable {
                      Evaluation& e = *running->evaluation;
                      if (!*e.cancelled)
                        running->answer = guarded<std::shared_ptr<const QueryAnswer>>(
@@ -401,7 +407,7 @@ std::variant<StandingQuery*, http::Response> Queries::standing_for(Context& cont
     return responses_.problem(context, 400, "changes: expected a SELECT query, whose added and removed rows are sent");
   const auto wished = query_parameter(context.request().target, "minimumInterval");
   const auto interval =
-      std::max(service_->limits().min_interval, wished ? interval_of(*wished).value_or(std::chrono::milliseconds(0)) : std::chrono::milliseconds(0));
+      std::max(service_.limits().min_interval, wished ? interval_of(*wished).value_or(std::chrono::milliseconds(0)) : std::chrono::milliseconds(0));
   std::shared_ptr<Snapshot> snapshot = snapshots_.of(context.base, context.audience);
   std::string key;
   if (!asked.changes) {
@@ -412,8 +418,8 @@ std::variant<StandingQuery*, http::Response> Queries::standing_for(Context& cont
     for (const auto& one : standing_)
       if (one->key == key && one->snapshot->base == context.base && one->snapshot->audience.has_rights_of(context.audience)) return one.get();
   }
-  if (standing_.size() >= service_->limits().max_standing) return too_many(context, "the maximum number of standing queries is reached");
-  if (const std::size_t max = service_->limits().max_standing_per_client; max != 0 && !context.client.empty()) {
+  if (standing_.size() >= service_.limits().max_standing) return too_many(context, "the maximum number of standing queries is reached");
+  if (const std::size_t max = service_.limits().max_standing_per_client; max != 0 && !context.client.empty()) {
     const auto is_of_client = [&](const auto& one) { return one->client == context.client; };
     if (static_cast<std::size_t>(std::count_if(standing_.begin(), standing_.end(), is_of_client)) >= max)
       return too_many_of_client(context, http::Denial::subscriptions, std::to_string(max) + " standing queries");
@@ -448,7 +454,7 @@ void Queries::evaluate(StandingQuery& query, TimePoint now) {
   query.cancelled = evaluation->cancelled;
   evaluation->query = query.query;
   evaluation->snapshot = query.snapshot;
-  evaluation->max_rows = service_->limits().max_standing_rows;
+  evaluation->max_rows = service_.limits().max_standing_rows;
   // The documents of its subscribers are written by the job: a result may be large.
   struct Written {
     std::shared_ptr<const QueryAnswer> before;
@@ -605,7 +611,7 @@ void Queries::advance(TimePoint now) {
   if (has_new_structure)
     for (const auto& query : standing_) query->is_dirty = true;
   // One for each thread: those that are due wait here, and not before the queries of clients.
-  while (standing_running_ < service_->limits().threads) {
+  while (standing_running_ < service_.limits().threads) {
     StandingQuery* first = nullptr;
     std::optional<Instant> first_due;
     for (const auto& query : standing_)
@@ -616,9 +622,8 @@ void Queries::advance(TimePoint now) {
 }
 
 std::optional<Queries::Instant> Queries::next_deadline() const {
-  if (!service_) return std::nullopt;
   std::optional<Instant> first = snapshots_.next_deadline();
-  const bool may_start = standing_running_ < service_->limits().threads;
+  const bool may_start = standing_running_ < service_.limits().threads;
   for (const auto& query : standing_) {
     if (std::any_of(query->waiters.begin(), query->waiters.end(), [](const auto& waiter) { return waiter.ended->load(); })) return Instant{};
     if (const auto due = due_of(*query); due && may_start && (!first || *due < *first)) first = due;

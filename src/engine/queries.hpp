@@ -35,18 +35,20 @@ inline namespace v0 {
 
 /// Queries of clients, evaluated once or standing. The engine reads the request, updates the values and the graphs, and queues a job that
 /// evaluates the query without the engine's lock.
+///
+/// The engine calls virtual functions only: QueryService::make_queries() says why.
 class Queries {
  public:
   using Instant = std::chrono::steady_clock::time_point;
 
   /// @param shared  resources with graphs that belong to no Thing
-  Queries(const EngineOptions& options, const Clock& clock, Registry& registry, HostCalls& calls, PendingRequests& pending,
-          const Responses& responses, Representations& representations, PropertyValues& values, ChangeScanner& scanner, Subscriptions& subscriptions,
-          std::function<std::vector<Resource*>()> shared);
-  ~Queries();
+  Queries(const EngineOptions& options, const QueryService& service, const Clock& clock, Registry& registry, HostCalls& calls,
+          PendingRequests& pending, const Responses& responses, Representations& representations, PropertyValues& values, ChangeScanner& scanner,
+          Subscriptions& subscriptions, std::function<std::vector<Resource*>()> shared);
+  virtual ~Queries();
 
   /// @par Errors  invalid_option
-  Result<void> check_options() const;
+  virtual Result<void> check_options() const;
 
   // Requests.
   /// nullopt: a GET without a query, which requests the service description.
@@ -55,12 +57,11 @@ class Queries {
   Outcome subscribe(Context& context, Protocol protocol);
 
   /// Starts the due evaluations of standing queries.
-  void advance(TimePoint now);
-  std::optional<Instant> next_deadline() const;
-  std::vector<BodyJob> take_jobs() { return std::exchange(jobs_, {}); }
+  virtual void advance(TimePoint now);
+  virtual std::optional<Instant> next_deadline() const;
+  virtual std::vector<BodyJob> take_jobs() { return std::exchange(jobs_, {}); }
   /// Cancels running evaluations.
-  void stop();
-  std::size_t standing() const noexcept { return standing_.size(); }
+  virtual void stop();
 
   // Standing queries.
   /// The last observer has left.
@@ -115,7 +116,7 @@ class Queries {
 
   const EngineOptions& options_;
   const Clock& clock_;
-  const QueryService* const service_;
+  const QueryService& service_;
   Registry& registry_;
   HostCalls& calls_;
   PendingRequests& pending_;

@@ -45,10 +45,10 @@ std::shared_ptr<Snapshot> Snapshots::of(std::size_t base, const Audience& audien
   auto made = std::make_shared<Snapshot>();
   made->base = base;
   made->audience = audience;
-  made->data = service_->make_data();
+  made->data = service_.make_data();
   made->last_use = clock_.now().steady;
   kept_.push_front(made);
-  if (kept_.size() > std::max<std::size_t>(1, service_->limits().max_views)) kept_.pop_back();
+  if (kept_.size() > std::max<std::size_t>(1, service_.limits().max_views)) kept_.pop_back();
   return made;
 }
 
@@ -220,7 +220,7 @@ void Snapshots::visit(Snapshot& snapshot, Resource& resource, Changes& changes) 
   std::shared_ptr<const rdf::Graph> graph;
   if (!snapshot.audience.is_restricted()) graph = resource.kept_graph(representations_.view());
   const bool is_kept = graph != nullptr;
-  if (!is_kept && !is_failing && resource.fits_rdf(service_->limits().max_value_members))
+  if (!is_kept && !is_failing && resource.fits_rdf(service_.limits().max_value_members))
     graph = std::make_shared<const rdf::Graph>(representations_.describe(resource, snapshot.base, snapshot.audience));
   std::vector<std::uint32_t> predicates;
   if (graph) {

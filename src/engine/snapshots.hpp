@@ -61,7 +61,7 @@ struct Snapshot {
 class Snapshots {
  public:
   /// @param shared  resources that belong to no Thing
-  Snapshots(const QueryService* service, const Clock& clock, const Registry& registry, const Representations& representations,
+  Snapshots(const QueryService& service, const Clock& clock, const Registry& registry, const Representations& representations,
             std::function<std::vector<Resource*>()> shared)
       : service_(service), clock_(clock), registry_(registry), representations_(representations), shared_(std::move(shared)) {}
 
@@ -96,7 +96,7 @@ class Snapshots {
   void refresh(Snapshot& snapshot) const;
   void forget(const Snapshot& snapshot, const Snapshot::Entry& entry, Changes& changes) const;
 
-  const QueryService* const service_;
+  const QueryService& service_;
   const Clock& clock_;
   const Registry& registry_;
   const Representations& representations_;

@@ -19,6 +19,9 @@
 namespace lrt::engine {
 inline namespace v0 {
 
+class Queries;
+struct Parts;
+
 /// A graph of a snapshot: the representation of a resource, named by its URI.
 struct NamedGraph {
   std::string name;                         ///< IRI
@@ -130,6 +133,12 @@ class LRT_API QueryService {
   /// @par Errors  timed_out, limit_exceeded, cancelled
   virtual Result<std::shared_ptr<const QueryAnswer>> evaluate(const PreparedQuery& query, QueryData& data, const std::atomic<bool>& cancelled,
                                                               TimePoint now, std::optional<std::size_t> max_rows) const = 0;
+
+ private:
+  friend struct Parts;
+  /// The engine's own part of queries. It is named only here, so that a linker leaves it out of a program that makes no
+  /// QueryService.
+  virtual std::unique_ptr<Queries> make_queries(Parts& parts) const;
 };
 
 }  // namespace v0

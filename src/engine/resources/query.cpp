@@ -66,9 +66,9 @@ std::string_view QueryResource::posted_types() const noexcept {
   return *both;
 }
 
-std::optional<Outcome> QueryResource::get(Context& context, Parts& parts) { return parts.queries.get(context); }
-Outcome QueryResource::post(Context& context, Parts& parts) { return parts.queries.post(context); }
-Outcome QueryResource::subscribe(Context& context, Parts& parts, Protocol protocol) { return parts.queries.subscribe(context, protocol); }
+std::optional<Outcome> QueryResource::get(Context& context, Parts& parts) { return parts.queries->get(context); }
+Outcome QueryResource::post(Context& context, Parts& parts) { return parts.queries->post(context); }
+Outcome QueryResource::subscribe(Context& context, Parts& parts, Protocol protocol) { return parts.queries->subscribe(context, protocol); }
 
 void QueryResource::describe(const Description& d) const {
   About about(d.graph, d.base + path);
