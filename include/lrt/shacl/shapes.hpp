@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <memory>
 #include <utility>
-#include <vector>
 
 #include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
