@@ -15,7 +15,7 @@ namespace lrt::test {
 /// Ends the program with a failure if its scope is not left in time. A test that hangs in a lock fails so, instead of hanging for ever.
 class Watchdog {
  public:
-  explicit Watchdog(std::string what, std::chrono::seconds limit = std::chrono::seconds(60))
+  explicit Watchdog(std::string what, std::chrono::seconds limit = std::chrono::seconds(120))
       : what_(std::move(what)), thread_([this, limit] {
           std::unique_lock lock(mutex_);
           if (over_.wait_for(lock, limit, [this] { return is_over_; })) return;
