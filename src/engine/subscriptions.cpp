@@ -424,7 +424,8 @@ SubscriptionResource& Subscriptions::make(SubscriptionRequest request, std::size
       if (!begun) return;
       begun->awaits_value = false;
       if (result) first_notification(*begun);
-      else if (!begun->feed) end(*begun, 1011, "the value could not be read");  // a feed waits for the first that can
+      else if (!begun->feed) return end(*begun, 1011, "the value could not be read");  // a feed waits for the first that can
+      if (begun->queues()) announce(*begun);                                           // what came into the queue meanwhile
     });
   } else {
     first_notification(s);
