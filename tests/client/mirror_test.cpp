@@ -356,7 +356,7 @@ TEST_CASE("a copy marks a robot that does not respond, and the mark keeps its ti
 TEST_CASE("a store that fails for a while gets each graph in the end, the newest", "[client]") {
   std::atomic<double> angle{1};
   RobotHost robot(arm(angle));
-  // A fifth 500 for one graph would be a fault of the graph, and all may be for one: that of the robot is known first.
+  // After five times 500 for the same graph the mirror gives the graph up, and only one may be known yet.
   constexpr int failures = 4;
   std::atomic<int> left{failures};
   const std::string response = GENERATE(answer(503, "later", "Retry-After: 0\r\n"), answer(500), answer(507, "full"), answer(429));
