@@ -1,26 +1,39 @@
 // SPDX-License-Identifier: Apache-2.0
 // One hot path of lrt at a time, as often as asked, for counting its instructions (instructions.py).
 //
-//   hot_paths [PATH COUNT]     without arguments: the paths, each with a fitting count
+//   hot_paths [PATH COUNT]     without arguments: what built it, and the paths, each with a fitting count
 //
-// The clock is set by hand and nothing waits, so that the same build executes nearly the same instructions in each run.
+// The clock is set by hand, nothing waits, and what should be random is not, so that the same build executes the same instructions in each run.
 
 #include <chrono>
+#include <cstddef>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <functional>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <variant>
 #include <vector>
 
+#include <sys/random.h>
+
 #include <lrt/engine/engine.hpp>
+#include <lrt/options.hpp>
 #include <lrt/rdf/codec.hpp>
 #include <lrt/shacl/validator.hpp>
 #include <lrt/thing.hpp>
 
+#include "src/server/callers.hpp"
 #include "tests/support/fakes.hpp"
+
+/// In place of libc's: the seeds of the hash tables are the same in each run.
+extern "C" ssize_t getrandom(void* buffer, std::size_t count, unsigned /*flags*/) {
+  std::memset(buffer, 0x5A, count);
+  return static_cast<ssize_t>(count);
+}
 
 namespace {
 
@@ -36,13 +49,15 @@ struct Robot {
   lrt::engine::Engine engine;
   double value = 0.5;
 
-  static lrt::engine::EngineOptions options(const lrt::Clock& clock) {
+  static lrt::engine::EngineOptions options(const lrt::Clock& clock, lrt::engine::Authentication authorize) {
     lrt::engine::EngineOptions options;
     options.clock = &clock;
+    options.ids = std::make_shared<lrt::test::FixedIds>();
     options.subscriptions.max_subscriptions = 1000;
+    options.authorize = std::move(authorize);
     return options;
   }
-  explicit Robot() : engine(options(clock)) {
+  explicit Robot(lrt::engine::Authentication authorize = {}) : engine(options(clock, std::move(authorize))) {
     lrt::Thing joint{"arm/joint"};
     angle = joint.property<double>("angle", lrt::unit::radian);
     angle.publish(value);
@@ -108,6 +123,18 @@ lrt::http::Request request(std::string_view method, std::string_view target, std
 }
 
 constexpr std::string_view path = "/arm/joint/angle";
+
+/// The callers of a robot with a hundred rules, one of which lets anna read the joint.
+std::shared_ptr<lrt::Callers> callers(const lrt::Clock& clock) {
+  using namespace lrt::security;
+  lrt::Security security;
+  security.tls.emplace().client_ca_file = "unused";
+  security.certificates["CN=anna"] = {"anna", {"reader", "operator"}};
+  security.rules = {{"/arm/joint", Scope::tree, {Who::Kind::role, "reader"}, Right::read}};
+  for (int i = 1; i < 100; ++i)
+    security.rules.push_back({"/robot" + std::to_string(i) + "/arm/joint", Scope::tree, {Who::Kind::role, "operator"}, Right::write});
+  return lrt::Callers::create(security, nullptr, nullptr, clock).value();
+}
 constexpr std::string_view prefixes =
     "@prefix rdf: <http://www.w3.org/1999/02/22-rdf-syntax-ns#> .\n@prefix xsd: <http://www.w3.org/2001/XMLSchema#> .\n"
     "@prefix vom: <http://vocab.arvida.de/2015/06/vom/vocab#> .\n@prefix maths: <http://vocab.arvida.de/2015/06/maths/vocab#> "
@@ -174,6 +201,27 @@ const std::vector<Path>& paths() {
          again.fields.push_back({"If-None-Match", first.fields.find("ETag").value()});
          for (std::size_t i = 0; i < count; ++i) robot.expect(again, 304);
        }},
+      {"get_with_rules", 200,
+       [](std::size_t count) {
+         const lrt::test::FakeClock clock;
+         const std::shared_ptr<lrt::Callers> known = callers(clock);
+         Robot robot([&](const lrt::http::Request& request) { return known->of(request); });
+         lrt::http::Request of_anna = request("GET", path);
+         of_anna.client_certificate = "CN=anna";
+         for (std::size_t i = 0; i < count; ++i) robot.expect(of_anna, 200);
+         robot.expect(request("GET", path), 401);
+       }},
+      {"decision_with_rules", 200,
+       [](std::size_t count) {
+         const lrt::test::FakeClock clock;
+         const std::shared_ptr<lrt::Callers> known = callers(clock);
+         lrt::http::Request of_anna = request("GET", path);
+         of_anna.client_certificate = "CN=anna";
+         for (std::size_t i = 0; i < count; ++i) {
+           const auto view = known->of(of_anna).view;
+           if (!view->at(path).has(lrt::security::Right::read) || !view->at("/robot7/arm/joint/x").has(lrt::security::Right::write)) fail("no right");
+         }
+       }},
       {"put_json", 200,
        [](std::size_t count) {
          Robot robot;
@@ -184,6 +232,19 @@ const std::vector<Path>& paths() {
          Robot robot;
          const std::string body = std::string(prefixes) + "<> vom:numericalValue 0.25 ; vom:unit maths:Radian .";
          for (std::size_t i = 0; i < count; ++i) robot.expect(request("PUT", "/arm/joint/target", body, "text/turtle"), 204);
+       }},
+      {"put_figure_5b", 200,
+       [](std::size_t count) {
+         Robot robot;
+         lrt::Thing wrist{"wrist"};
+         float angle = 0;
+         wrist
+             .property(
+                 "angle", [&] { return angle; }, lrt::unit::degree)
+             .on_write([&](float given) { angle = given; })
+             .dispatch(lrt::Dispatch::io_thread);
+         robot.engine.add(std::move(wrist)).value();
+         for (std::size_t i = 0; i < count; ++i) robot.expect(request("PUT", "/wrist/angle", rotate_body, "text/turtle"), 204);
        }},
       {"post_action", 200,
        [](std::size_t count) {
@@ -221,7 +282,8 @@ const std::vector<Path>& paths() {
        }},
       {"add_thing", 200,
        [](std::size_t count) {
-         lrt::engine::Engine engine;
+         const lrt::test::FakeClock clock;
+         lrt::engine::Engine engine(Robot::options(clock, {}));
          for (std::size_t i = 0; i < count; ++i) {
            lrt::Thing thing{"thing" + std::to_string(i)};
            for (const char* name : {"a", "b", "c"}) thing.property<double>(name).publish(0.5);
@@ -232,9 +294,36 @@ const std::vector<Path>& paths() {
   return all;
 }
 
+/// On what a count depends besides the source.
+std::string build() {
+#if defined(__clang__)
+  std::string text = "clang++ " + std::to_string(__clang_major__);
+#elif defined(__GNUC__)
+  std::string text = "g++ " + std::to_string(__GNUC__);
+#else
+  std::string text = "another compiler";
+#endif
+#if defined(__GLIBC__)
+  text += ", glibc " + std::to_string(__GLIBC__) + "." + std::to_string(__GLIBC_MINOR__);
+#endif
+#if defined(__x86_64__)
+  text += ", x86-64";
+#else
+  text += ", not x86-64";
+#endif
+#if !defined(__OPTIMIZE__)
+  text += ", not optimised";
+#endif
+#if !defined(NDEBUG)
+  text += ", with assertions";
+#endif
+  return text;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (argc == 1) std::printf("# %s\n", build().c_str());
   for (const Path& p : paths()) {
     if (argc == 1) std::printf("%s %zu\n", p.name, p.count);
     else if (argc == 3 && std::string_view(argv[1]) == p.name) return p.run(std::strtoull(argv[2], nullptr, 10)), 0;
