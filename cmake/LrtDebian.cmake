@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # Debian packages of a shared build, by `cpack -G DEB` (tests/package/debs.sh):
-#   liblrt0                    lrt, lrt::client and lrt::query: the last two need no library that lrt does not need
+#   liblrt0                    lrt, lrt::query, lrt::client and what is beside it: they need no library that lrt does not need
 #   liblrt-urdf0, liblrt-mqtt0 apart: a robot without a description or a broker does not install XML parsers or libmosquitto
 #   liblrt-dev, lrt-tools, and a -dbgsym package for each with programs or libraries
 if(NOT BUILD_SHARED_LIBS OR NOT CMAKE_SYSTEM_NAME STREQUAL "Linux")

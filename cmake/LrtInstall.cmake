@@ -5,7 +5,7 @@ include(CMakePackageConfigHelpers)
 
 set(LRT_INSTALL_CMAKEDIR ${CMAKE_INSTALL_LIBDIR}/cmake/lrt)
 set(LRT_INSTALL_PKGCONFIGDIR ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
-set(LRT_COMPONENTS client query urdf mqtt)  # libraries besides lrt itself
+set(LRT_COMPONENTS client check codegen mirror query urdf mqtt)  # libraries besides lrt itself
 
 # What an archive is linked with, which its user therefore needs: packages for CMake, and modules or libraries for pkg-config. A shared
 # library has found its own.
@@ -47,6 +47,9 @@ endif()
 
 set(LRT_DESCRIPTION_lrt "${PROJECT_DESCRIPTION}")
 set(LRT_DESCRIPTION_client "Clients of Linked Robotic Things")
+set(LRT_DESCRIPTION_check "Checks whether a server is a Linked Robotic Thing")
+set(LRT_DESCRIPTION_codegen "C++ headers for the types of Linked Robotic Things")
+set(LRT_DESCRIPTION_mirror "Copies of Linked Robotic Things in RDF stores")
 set(LRT_DESCRIPTION_query "SPARQL queries to a robot's Linked Robotic Things")
 set(LRT_DESCRIPTION_urdf "Robot descriptions (URDF) as Linked Robotic Things")
 set(LRT_DESCRIPTION_mqtt "Linked Robotic Things on an MQTT broker")
@@ -82,6 +85,9 @@ foreach(library lrt ${LRT_COMPONENTS})
       set(package lrt_${library}_runtime)
     endif()
     set(LRT_PC_REQUIRES "lrt = ${PROJECT_VERSION}")
+    if(library MATCHES "check|codegen|mirror")
+      set(LRT_PC_REQUIRES "lrt-client = ${PROJECT_VERSION}")
+    endif()
   endif()
   if(NOT TARGET ${target})
     continue()

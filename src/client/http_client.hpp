@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/client/http.hpp>
 #include <lrt/client/options.hpp>
@@ -22,7 +23,7 @@ inline namespace v0 {
 
 /// Sends requests, within the limits of the options: connections, TLS, names, identity, redirects.
 /// @par Threads  Any. send() blocks the calling thread, which must not be a control loop.
-class HttpClient {
+class LRT_INTERNAL_API HttpClient {
  public:
   /// @par Errors  invalid_option: a file of the options cannot be read
   static Result<std::shared_ptr<HttpClient>> create(const Options& options);
@@ -54,7 +55,7 @@ class HttpClient {
 };
 
 /// The seconds of Retry-After (RFC 9110 10.2.3). nullopt: there are none; a date counts as none.
-std::optional<std::chrono::seconds> retry_after(const http::Fields& fields);
+LRT_INTERNAL_API std::optional<std::chrono::seconds> retry_after(const http::Fields& fields);
 
 }  // namespace v0
 }  // namespace lrt::client

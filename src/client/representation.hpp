@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/client/options.hpp>
 #include <lrt/client/representation.hpp>
 
@@ -15,16 +16,16 @@ inline namespace v0 {
 Result<RepresentationPtr> read_representation(const Response& response, const Options& options);
 
 /// Adds the triples of `other`, whose blank nodes stay apart, but not those of subjects that `skip` names. It is asked before the first is added.
-void add_apart(rdf::Graph& graph, const rdf::Graph& other, const std::function<bool(const rdf::TermView& subject)>& skip);
+LRT_INTERNAL_API void add_apart(rdf::Graph& graph, const rdf::Graph& other, const std::function<bool(const rdf::TermView& subject)>& skip);
 
 /// Whether two URLs have scheme, host and port in common.
-bool same_origin(std::string_view a, std::string_view b);
+LRT_INTERNAL_API bool same_origin(std::string_view a, std::string_view b);
 /// The IRI without its fragment.
-std::string_view document_of(std::string_view iri) noexcept;
+LRT_INTERNAL_API std::string_view document_of(std::string_view iri) noexcept;
 /// The text after the last '#' or '/'. A slash at the end of a path is ignored.
 std::string_view local_name(std::string_view iri) noexcept;
 /// Percent-encoded as a value in the query of a URL: all but the unreserved characters (RFC 3986 2.3).
-std::string escaped(std::string_view text);
+LRT_INTERNAL_API std::string escaped(std::string_view text);
 
 }  // namespace v0
 }  // namespace lrt::client

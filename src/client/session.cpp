@@ -106,6 +106,8 @@ Session::Session(std::shared_ptr<HttpClient> http, const Options& options)
         return hooks;
       }()) {}
 
+Session::~Session() = default;
+
 void Session::stop() noexcept {
   watches_.stop();  // may still delete callbacks on servers
   http_->stop();

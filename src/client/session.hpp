@@ -11,6 +11,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/clock.hpp>
 #include <lrt/base/unique_function.hpp>
 #include <lrt/client/options.hpp>
@@ -83,9 +84,10 @@ class Workers {
 };
 
 /// The state shared by a Client and its handles.
-class Session : public std::enable_shared_from_this<Session> {
+class LRT_INTERNAL_API Session : public std::enable_shared_from_this<Session> {
  public:
   Session(std::shared_ptr<HttpClient> http, const Options& options);
+  ~Session();
 
   /// A representation; requested with If-None-Match if one is cached.
   Result<RepresentationPtr> get(const std::string& url);

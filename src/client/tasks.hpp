@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <memory>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/clock.hpp>
 #include <lrt/base/thread_options.hpp>
 #include <lrt/base/unique_function.hpp>
@@ -15,7 +16,7 @@ inline namespace v0 {
 /// Threads for work that may block, and for work that is due later. A thread is started when all others are busy, and ends when it has had
 /// nothing to do for some seconds.
 /// @par Threads  Any.
-class Tasks {
+class LRT_INTERNAL_API Tasks {
  public:
   using Task = UniqueFunction<void()>;  ///< an exception that leaves it is dropped
 

@@ -5,7 +5,7 @@
 #include <string>
 
 #include <lrt/base/iri.hpp>
-#include <lrt/client/generate.hpp>
+#include <lrt/codegen.hpp>
 #include <lrt/rdf/codec.hpp>
 
 #include "tests/fuzz/round_trip.hpp"
@@ -90,13 +90,13 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   describe_options.schema = options;
   const auto robot = lrt::client::describe(*shapes, describe_options);
   if (!robot) return 0;
-  lrt::client::GenerateOptions generate_options;
+  lrt::codegen::GenerateOptions generate_options;
   generate_options.max_bytes = 1'000'000;
-  const auto made = lrt::client::generate(*robot, generate_options);
+  const auto made = lrt::codegen::generate(*robot, generate_options);
   if (!made) return 0;
   for (std::size_t at = 0; at < made->header.size(); ++at)
     if (made->header[at] == '\\' && (at + 1 == made->header.size() || made->header[at + 1] == '\n')) broken("a line that continues", made->header);
-  const auto differences = lrt::client::check(made->header, *robot, generate_options);
+  const auto differences = lrt::codegen::check(made->header, *robot, generate_options);
   if (!differences) broken(differences.error().message.c_str(), made->header);
   if (!differences->empty()) broken(differences->front().c_str(), made->header);
   return 0;

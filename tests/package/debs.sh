@@ -103,7 +103,7 @@ consumers() {
     return 1
   }
   "$folder/consumer/consumer" "$version"
-  for component in client query mqtt; do
+  for component in client client_tools query mqtt; do
     if [[ -x $folder/consumer/${component}_consumer ]]; then "$folder/consumer/${component}_consumer"; fi
   done
   if [[ -x $folder/consumer/urdf_consumer ]]; then "$folder/consumer/urdf_consumer" "$source_root/examples/ex_urdf_robot/picker.urdf"; fi
@@ -149,6 +149,7 @@ cmake -S /lrt/package/find_package -B /lrt/build -DLRT_WANTED="$1" -DCLIENT=ON -
 cmake --build /lrt/build
 /lrt/build/consumer "$1"
 /lrt/build/client_consumer
+/lrt/build/client_tools_consumer
 /lrt/build/query_consumer
 /lrt/build/urdf_consumer /lrt/package/picker.urdf
 /lrt/build/mqtt_consumer

@@ -3,7 +3,10 @@
 #include <lrt/lrt.hpp>
 #include <lrt/transport/loopback.hpp>
 #ifdef WITH_CLIENT
+#include <lrt/check.hpp>
 #include <lrt/client/units.hpp>
+#include <lrt/codegen.hpp>
+#include <lrt/mirror.hpp>
 #endif
 #ifdef WITH_QUERY
 #include <lrt/query.hpp>
@@ -24,6 +27,7 @@ int main([[maybe_unused]] int argc, [[maybe_unused]] char** argv) {
   lrt::Server server = lrt::Server::create(options).value();
 #ifdef WITH_CLIENT
   if (!lrt::client::convert(1, "m", "mm")) return 1;
+  if (lrt::check::run("no URL") || !lrt::codegen::generate({}) || lrt::mirror::Mirror::create({})) return 1;
 #endif
 #ifdef WITH_URDF
   if (argc != 2) return 2;

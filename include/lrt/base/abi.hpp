@@ -4,6 +4,6 @@
 /// Marks a class or function of the public headers that lrt's shared libraries export. All other symbols are hidden.
 #define LRT_API __attribute__((visibility("default")))
 
-/// Marks a function that is exported only for lrt's other libraries (lrt::client, lrt::query, lrt::mqtt, lrt::urdf). It
-/// is not part of the ABI.
+/// Marks a function that is exported only for lrt's other libraries (lrt::client, lrt::query, ...). It is not part of the
+/// ABI.
 #define LRT_INTERNAL_API __attribute__((visibility("default")))

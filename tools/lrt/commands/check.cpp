@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <lrt/client/check.hpp>
+#include <lrt/check.hpp>
 
 #include "tools/lrt/command_line.hpp"
 
 namespace lrt::tool {
 namespace {
-
-namespace conformance = client::conformance;
 
 struct CheckOptions {
   std::vector<std::string> words, write;
@@ -14,14 +12,14 @@ struct CheckOptions {
   std::string format = "text", root, callback_address;
   bool strict = false, all = false, no_subscriptions = false;
   double seconds = 120;
-  std::size_t resources = conformance::CheckOptions{}.max_resources;
+  std::size_t resources = lrt::check::CheckOptions{}.max_resources;
 };
 
 Result<int> check(Session& session, CheckOptions& options) {
   if (!options.words.empty()) session.use_robot(options.words.front());
   const std::string url = session.options().robot;
   if (url.empty()) return unexpected(Errc::invalid_option, "no server is given: use its URL, --robot URL, or set LRT_ROBOT");
-  conformance::CheckOptions how;
+  lrt::check::CheckOptions how;
   Result<client::Options> client = session.client_options();
   if (!client) return unexpected(std::move(client).error());
   how.client = *std::move(client);
@@ -32,7 +30,7 @@ Result<int> check(Session& session, CheckOptions& options) {
   how.max_resources = options.resources;
   how.total_time = std::chrono::milliseconds(static_cast<std::int64_t>(options.seconds * 1000));
   for (const auto& [action, file] : options.invoke) {
-    conformance::Invocation invocation;
+    lrt::check::Invocation invocation;
     invocation.url = action;
     invocation.send_empty = file.empty();
     if (!file.empty()) {
@@ -44,19 +42,19 @@ Result<int> check(Session& session, CheckOptions& options) {
     }
     how.invoke.push_back(std::move(invocation));
   }
-  const Result<conformance::Report> report = conformance::run(url, how);
+  const Result<lrt::check::Report> report = lrt::check::run(url, how);
   if (!report) return unexpected(report.error());
   Terminal& terminal = session.terminal();
-  conformance::TextOptions text;
+  lrt::check::TextOptions text;
   text.colour = terminal.has_colours();
   text.all = options.all;
   std::string shown;
-  if (options.format == "json") shown = printable_json(conformance::to_json(*report));
-  else if (options.format == "earl") shown = printable_lines(conformance::to_earl(*report));
-  else shown = printable_styled(conformance::to_text(*report, text));
+  if (options.format == "json") shown = printable_json(lrt::check::to_json(*report));
+  else if (options.format == "earl") shown = printable_lines(lrt::check::to_earl(*report));
+  else shown = printable_styled(lrt::check::to_text(*report, text));
   if (!shown.empty() && shown.back() != '\n') shown += '\n';
   if (!terminal.print(shown)) return Exit::failure;
-  return conformance::exit_status(report, options.strict);
+  return lrt::check::exit_status(report, options.strict);
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include <lrt/client/generate.hpp>
+#include <lrt/codegen.hpp>
 #include <lrt/rdf/codec.hpp>
 
 #include "tools/lrt/command_line.hpp"
@@ -76,16 +76,16 @@ Result<int> generate(Session& session, GenerateOptions& options) {
   if (!options.check.empty()) {
     const Result<Body> header = body_of("@" + options.check, "text/plain");
     if (!header) return unexpected(header.error());
-    const Result<std::vector<std::string>> differences = client::check(header->bytes, *robot);
+    const Result<std::vector<std::string>> differences = codegen::check(header->bytes, *robot);
     if (!differences) return unexpected(differences.error().code, "\"" + options.check + "\": " + differences.error().message);
     std::string text;
     for (const std::string& difference : *differences) text += printable(difference) + "\n";
     session.terminal().print(text);
     return differences->empty() ? Exit::success : Exit::failure;
   }
-  client::GenerateOptions how;
+  codegen::GenerateOptions how;
   how.name_space = options.name_space;
-  const Result<client::Generated> made = client::generate(*robot, how);
+  const Result<codegen::Generated> made = codegen::generate(*robot, how);
   if (!made) return unexpected(made.error());
   for (const std::string& warning : made->warnings) session.warn(warning);
   if (options.output.empty() || options.output == "-") return session.terminal().print(printable_lines(made->header)) ? Exit::success : Exit::failure;

@@ -4,14 +4,14 @@
 #include <cstdlib>
 #include <mutex>
 
-#include <lrt/client/mirror.hpp>
+#include <lrt/mirror.hpp>
 
 #include "tools/lrt/command_line.hpp"
 
 namespace lrt::tool {
 namespace {
 
-using client::MirrorEvent;
+using mirror::MirrorEvent;
 
 struct MirrorCommandOptions {
   std::vector<std::string> robots;
@@ -55,8 +55,8 @@ class Reporter {
   std::mutex mutex_;
 };
 
-Result<client::MirrorOptions> options_of(Session& session, const MirrorCommandOptions& given) {
-  client::MirrorOptions options;
+Result<mirror::MirrorOptions> options_of(Session& session, const MirrorCommandOptions& given) {
+  mirror::MirrorOptions options;
   Result<client::Options> client = session.client_options();
   if (!client) return unexpected(std::move(client).error());
   options.client = *std::move(client);
@@ -92,17 +92,17 @@ Result<client::MirrorOptions> options_of(Session& session, const MirrorCommandOp
 }
 
 /// Prints the result of --once.
-Result<int> copy(Session& session, client::Mirror& mirror) {
+Result<int> copy(Session& session, mirror::Mirror& mirror) {
   Signals signals;
   int ended_by = 0;
-  const Result<client::MirrorCounts> result = mirror.copy([&] {
+  const Result<mirror::MirrorCounts> result = mirror.copy([&] {
     for (int signal = signals.take(); signal != 0; signal = signals.take())
       if (ends_command(signal)) ended_by = signal;
     return ended_by == 0;
   });
   if (ended_by != 0) return 128 + ended_by;
   if (!result) return unexpected(result.error());
-  const client::MirrorCounts& counts = *result;
+  const mirror::MirrorCounts& counts = *result;
   session.terminal().print_line(count_of(counts.sent, "graph") + " sent, " + std::to_string(counts.deleted) + " deleted, " +
                                 std::to_string(counts.unchanged) + " unchanged");
   if (counts.refused > 0) return Exit::failure;
@@ -110,11 +110,11 @@ Result<int> copy(Session& session, client::Mirror& mirror) {
 }
 
 Result<int> mirror(Session& session, MirrorCommandOptions& given) {
-  Result<client::MirrorOptions> options = options_of(session, given);
+  Result<mirror::MirrorOptions> options = options_of(session, given);
   if (!options) return unexpected(std::move(options).error());
   Reporter reporter(session);
   options->on_event = [&reporter](const MirrorEvent& event) { reporter(event); };
-  Result<client::Mirror> made = client::Mirror::create(*std::move(options));
+  Result<mirror::Mirror> made = mirror::Mirror::create(*std::move(options));
   if (!made) return unexpected(std::move(made).error());
   if (given.once) return copy(session, *made);
   Signals signals;

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "src/check/probe.hpp"
+
+namespace lrt::check {
+
+/// A table in constant storage.
+template <class T>
+struct Table {
+  const T *first, *last;
+  const T* begin() const noexcept { return first; }
+  const T* end() const noexcept { return last; }
+};
+
+/// The requirement of one check, and its source.
+struct Check {
+  std::string_view id, requirements;  ///< requirements separated by spaces, the main one first
+  Level level;
+  std::string_view title, specification, references;
+};
+/// The checks in the order of the report.
+Table<Check> catalogue() noexcept;
+
+struct PaperRequirement {
+  std::string_view id;
+  Level level;
+  std::string_view title;
+  Outcome without;          ///< outcome if no finding has one
+  std::string_view reason;  ///< of `without`
+};
+Table<PaperRequirement> paper_requirements() noexcept;
+
+/// Collects verdicts of single resources to one finding for each check: a failure outweighs the rest, and a pass what could not be tested.
+class Verdicts {
+ public:
+  void pass(std::string_view id, const Exchange* exchange = nullptr, const std::string& detail = {});
+  void fail(std::string_view id, const std::string& detail, const Exchange* exchange = nullptr, Certainty certainty = Certainty::certain);
+  /// `exchange` is evidence of the reason.
+  void not_testable(std::string_view id, const std::string& reason, const Exchange* exchange = nullptr);
+  void not_applicable(std::string_view id, const std::string& reason);
+  /// The outcome of a check that has no verdict yet.
+  void otherwise(std::string_view id, Outcome outcome, const std::string& reason);
+  bool failed(std::string_view id) const;
+
+  /// All findings in the order of the catalogue. A check without a verdict is not testable, for `reason`.
+  std::vector<Finding> findings(const std::string& reason) const;
+
+ private:
+  Finding& finding(std::string_view id);
+  std::map<std::string, Finding, std::less<>> findings_;
+};
+
+/// The requirements of the paper, with the worst outcome of their findings.
+std::vector<Requirement> summarise(const std::vector<Finding>& findings);
+
+}  // namespace lrt::check

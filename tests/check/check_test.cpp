@@ -1,0 +1,900 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <lrt/check.hpp>
+
+#include <ifaddrs.h>
+#include <net/if.h>
+
+#include <algorithm>
+#include <atomic>
+#include <fstream>
+#include <iterator>
+#include <list>
+#include <random>
+#include <set>
+#include <thread>
+
+#include <lrt/rdf/vocab.hpp>
+#include <lrt/server_thing.hpp>
+
+#include "tests/check/faulty_proxy.hpp"
+#include "tests/client/robot_host.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/folder.hpp"
+#include "tests/support/skip.hpp"
+#include "tests/support/tls.hpp"
+
+namespace lrt {
+namespace {
+
+using check::Outcome;
+using std::chrono::milliseconds;
+using test::Asked;
+using test::Fault;
+
+/// A robot with one of each kind of resource. `moving`: its one Property has another value at each GET.
+std::vector<Thing> robot(bool moving) {
+  Thing arm{"arm"};
+  arm.type(vocab::ros::RevoluteJoint).title("The arm");
+  if (moving) {
+    arm.property("count", [n = std::int32_t{0}]() mutable { return ++n; });
+  } else {
+    auto angle = arm.property<double>("angle", unit::degree).between(-90, 90).on_write([](double) {});
+    angle.publish(10);
+    arm.property("count", [n = std::int32_t{0}]() mutable { return ++n; });
+  }
+  arm.action("turn", [](double) {}).consumes(rdf::Facets{}.unit(unit::degree).at_least(0).below(360));
+  return test::one_thing(std::move(arm));
+}
+
+constexpr const char* input =
+    "<> <http://vocab.arvida.de/2015/06/vom/vocab#numericalValue> 1.5 ; <http://qudt.org/schema/qudt/hasUnit> <http://qudt.org/vocab/unit/DEG> .";
+
+struct Case {
+  Fault fault{};
+  bool moving = false;
+  std::uint32_t address = INADDR_LOOPBACK;
+  std::string host = "127.0.0.1";
+  std::function<void(check::CheckOptions&, const std::string& url)> options{};
+};
+
+check::CheckOptions quick() {
+  check::CheckOptions options;
+  options.client.limits.response_time = milliseconds(6'000);
+  options.message_time = milliseconds(3'000);
+  options.close_time = milliseconds(1'000);
+  options.max_resources = 14;
+  return options;
+}
+
+Result<check::Report> report_of(Case c) {
+  test::FaultyProxy proxy(c.address);
+  Options server;
+  const std::string authority = c.host + ":" + std::to_string(proxy.port());
+  server.security.allowed_hosts = {authority, "check.example:80"};
+  server.callbacks.allow = {"127.0.0.1"};
+  server.callbacks.confirmation = subscription::Confirmation::none;
+  test::RobotHost host(robot(c.moving), {}, server);
+  proxy.start(host.server().port(), std::move(c.fault));
+  const std::string url = "http://" + authority + "/arm";
+  check::CheckOptions options = quick();
+  options.callback_address = "127.0.0.1";
+  if (!c.moving) options.write = {url + "/angle"};
+  options.invoke = {{url + "/actions/turn", input}};
+  if (c.options) c.options(options, url);
+  return check::run(url, options);
+}
+
+std::set<std::string> failures(const Result<check::Report>& report) {
+  if (!report) return {"error: " + report.error().message};
+  std::set<std::string> ids;
+  for (const check::Finding& f : report->findings)
+    if (f.outcome == Outcome::fail) ids.insert(f.id);
+  return ids;
+}
+
+/// The failures with what was found, for the output of a test.
+std::string told(const Result<check::Report>& report) { return report ? check::to_text(*report) : report.error().message; }
+
+using Names = std::set<std::string>;
+
+// ------------------------------------------------------------------------------------------------------------- the faults, by their check
+
+bool is_thing(const Asked& a) { return a.target == "/arm"; }
+bool is_state(const Asked& a) { return a.target == "/arm/state"; }
+
+Fault on_request(std::function<void(std::string&)> change) {
+  Fault f;
+  f.request = std::move(change);
+  return f;
+}
+Fault on_response(std::function<void(const Asked&, std::string&)> change) {
+  Fault f;
+  f.response = std::move(change);
+  return f;
+}
+/// The response to that request has another status.
+Fault status(std::function<bool(const Asked&)> which, int from, int to) {
+  return on_response([which = std::move(which), from, to](const Asked& a, std::string& r) {
+    if (which(a) && test::status_of(r) == from) {
+      test::set_status(r, to);
+      if (to == 204) test::drop_field(r, "Content-Length"), r.resize(r.find("\r\n\r\n") + 4);
+      else if (test::field_of(r, "Content-Length").empty() && a.method != "HEAD") test::add_field(r, "Content-Length: 0");
+    }
+  });
+}
+Fault without_triples(std::function<bool(const Asked&)> where, std::function<bool(rdf::TermView, rdf::TermView, rdf::TermView)> which) {
+  return on_response([where = std::move(where), which = std::move(which)](const Asked& a, std::string& r) {
+    if (where(a)) test::strip(a, r, which);
+  });
+}
+Fault without_predicate(Iri predicate) {
+  return without_triples(is_thing, [predicate](rdf::TermView, rdf::TermView p, rdf::TermView) { return p == predicate; });
+}
+/// Removes the line of a request that begins so.
+void drop_line(std::string& request, const std::string& beginning) {
+  const std::size_t at = request.find("\r\n" + beginning);
+  if (at != std::string::npos) request.erase(at, request.find("\r\n", at + 2) - at);
+}
+bool to_action(const Asked& a) { return a.method == "POST" && a.target == "/arm/actions/turn"; }
+
+/// Replaces ETags of GET and HEAD on some resources by a constant one, consistently: conditions on it are evaluated, too.
+Fault constant_tag(std::function<bool(const Asked&)> where) {
+  return on_response([where = std::move(where)](const Asked& a, std::string& r) {
+    if (!where(a) || (a.method != "GET" && a.method != "HEAD") || test::field_of(r, "ETag").empty()) return;
+    if (a.has("If-None-Match: \"same\""))
+      r = "HTTP/1.1 304 Not Modified\r\nDate: Mon, 23 Nov 2026 10:00:00 GMT\r\nETag: \"same\"\r\nConnection: close\r\n\r\n";
+    else test::set_field(r, "ETag", "\"same\"");
+  });
+}
+
+struct Broken {
+  const char* id;  ///< of the finding, the only one
+  const char* what;
+  Case server;
+};
+
+std::vector<Broken> broken_servers() {
+  std::vector<Broken> all;
+  const auto add = [&all](const char* id, const char* what, Fault fault, bool moving = false) {
+    Case c;
+    c.fault = std::move(fault);
+    c.moving = moving;
+    all.push_back({id, what, std::move(c)});
+  };
+  // ---- R0.1
+  add("http.version", "says HTTP/1.0", on_response([](const Asked&, std::string& r) { r[7] = '0'; }));
+  add("http.date", "has no Date", on_response([](const Asked&, std::string& r) { test::drop_field(r, "Date"); }));
+  const auto wrong_length = [](int by) {
+    return on_response([by](const Asked& a, std::string& r) {
+      if (a.method == "GET" && test::status_of(r) == 200 && a.has("Connection: close")) {
+        const long length = std::strtol(test::field_of(r, "Content-Length").c_str(), nullptr, 10);
+        std::string body = test::body_of(r);
+        test::set_body(r, body);
+        test::set_field(r, "Content-Length", std::to_string(length + by));
+      }
+    });
+  };
+  add("http.framing", "says a length that is too small", wrong_length(-1));
+  add("http.framing", "says a length that is too large", wrong_length(1));
+  add("http.framing", "has Content-Length and Transfer-Encoding", on_response([](const Asked& a, std::string& r) {
+        if (a.method != "GET" || test::status_of(r) != 200 || !a.has("Connection: close") || a.has("HTTP/1.0")) return;
+        const std::string body = test::body_of(r);
+        char size[32];
+        std::snprintf(size, sizeof size, "%zx\r\n", body.size());
+        test::add_field(r, "Transfer-Encoding: chunked");
+        r.resize(r.find("\r\n\r\n") + 4);
+        r += size + body + "\r\n0\r\n\r\n";
+      }));
+  add("http.head", "answers HEAD with a body", on_response([](const Asked& a, std::string& r) {
+        if (a.method == "HEAD") r += "body";
+      }));
+  add("http.head", "does not know HEAD", status([](const Asked& a) { return a.method == "HEAD"; }, 200, 405));
+  add("http.bodiless", "has Content-Length in a 204", on_response([](const Asked& a, std::string& r) {
+        if (test::status_of(r) == 204 && a.method == "OPTIONS") test::add_field(r, "Content-Length: 0");
+      }));
+  add("http.bodiless", "sends a body with 304", on_response([](const Asked&, std::string& r) {
+        if (test::status_of(r) == 304) r += "body";
+      }));
+  add("http.close", "does not close", on_request([](std::string& q) {
+        if (q.find(" HTTP/1.0") == std::string::npos && q.find("Upgrade") == std::string::npos)
+          test::replace(q, "Connection: close", "Connection: keep-alive");
+      }));
+  {
+    Fault f;
+    f.closes = [](const Asked&) { return true; };
+    f.response = [](const Asked& a, std::string& r) {
+      if (a.header.find("Connection: close") == std::string::npos && test::status_of(r) != 101 &&
+          test::field_of(r, "Connection").find("close") == std::string::npos)
+        test::set_field(r, "Connection", "close");
+    };
+    f.closes = [](const Asked& a) { return !a.has("Upgrade: websocket"); };
+    add("http.persistent", "closes after each response", f);
+  }
+  {
+    auto held = std::make_shared<std::string>();
+    add("http.pipelining", "answers out of order", on_response([held](const Asked& a, std::string& r) {
+          if (a.count != 3) return;
+          if (a.index == 0) held->swap(r), r.clear();
+          else if (a.index == 1) r += *held, held->clear();
+        }));
+  }
+  add("http.chunked-request", "does not read chunked bodies", on_request([](std::string& q) {
+        if (q.find("3\r\nabc") != std::string::npos) test::replace(q, "Transfer-Encoding: chunked\r\n\r\n", "\r\nX");
+      }));
+  add("http.expect", "waits for the body in spite of Expect", on_request([](std::string& q) {
+        if (q.find("Expect: 100-continue") != std::string::npos) q.clear();
+      }));
+  add("http.version-1.0", "sends chunks to HTTP/1.0", on_response([](const Asked& a, std::string& r) {
+        if (!a.has(" HTTP/1.0")) return;
+        test::drop_field(r, "Content-Length");
+        test::add_field(r, "Transfer-Encoding: chunked");
+      }));
+  add("http.host-missing", "accepts a request without Host", on_request([](std::string& q) {
+        if (q.find("HTTP/1.1\r\nConnection: close") != std::string::npos) test::replace(q, "HTTP/1.1\r\n", "HTTP/1.1\r\nHost: check.example\r\n");
+      }));
+  add("http.host-repeated", "accepts two Hosts", on_request([](std::string& q) {
+        const std::size_t first = q.find("\r\nHost: "), second = q.find("\r\nHost: ", first + 2);
+        if (second < q.find("\r\n\r\n")) q.erase(second, q.find("\r\n", second + 2) - second);
+      }));
+  add("http.host-invalid", "accepts an invalid Host",
+      on_request([](std::string& q) { test::replace(q, "Host: lrt check\r\n", "Host: check.example\r\n"); }));
+  add("http.two-lengths", "takes the first of two lengths", on_request([](std::string& q) {
+        const std::size_t first = q.find("Content-Length: 0\r\nContent-Length: ");
+        if (first != std::string::npos) q.erase(first + 19, q.find("\r\n", first + 19) + 2 - first - 19);
+      }));
+  add("http.invalid-length", "accepts a length that is no number",
+      on_request([](std::string& q) { test::replace(q, "Content-Length: 3x", "Content-Length: 3"); }));
+  add("http.length-and-chunked", "reads on behind the chunks", on_request([](std::string& q) {
+        const std::size_t at = q.find("\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\nGET ");
+        if (at != std::string::npos && q.find("Content-Length: ") < at) drop_line(q, "Content-Length: ");
+      }));
+  add("http.chunked-not-last", "accepts another last coding", on_request([](std::string& q) { test::replace(q, "chunked, gzip", "chunked"); }));
+  add("http.invalid-chunk", "reads on behind an invalid chunk",
+      on_request([](std::string& q) { test::replace(q, "\r\n\r\nzz\r\n", "\r\n\r\n0\r\n\r\n"); }));
+  add("http.unknown-coding", "ignores an unknown coding", on_request([](std::string& q) { drop_line(q, "Transfer-Encoding: lrt-check"); }));
+  add("http.space-before-colon", "accepts a space before the colon",
+      on_request([](std::string& q) { test::replace(q, "Lrt-Check :", "Lrt-Check:"); }));
+  add("http.request-line", "accepts an invalid request line", on_request([](std::string& q) { test::replace(q, " lrt check HTTP", " HTTP"); }));
+  add("http.unknown-method", "accepts any method", on_request([](std::string& q) { test::replace(q, "LRTCHECK ", "GET "); }));
+  {
+    auto is_long = [](const Asked& a) { return a.target.size() > 10'000; };
+    add("http.long-target", "fails with a long target", status(is_long, 414, 500));
+    auto gone = std::make_shared<std::atomic<bool>>(false);
+    add("http.alive", "fails after a long target", on_response([gone, is_long](const Asked& a, std::string& r) {
+          if (is_long(a)) *gone = true;
+          else if (*gone && test::status_of(r) == 200) test::set_status(r, 503);
+        }));
+  }
+  // ---- R0.2 to R0.8
+  add("uri.get", "links to what does not exist", on_response([](const Asked& a, std::string& r) {
+        if (is_thing(a)) test::add_field(r, "Link: </nowhere>; rel=\"related\"");
+      }));
+  add("uri.named", "names a property by a blank node", on_response([](const Asked& a, std::string& r) {
+        if (!is_thing(a)) return;
+        test::edit_graph(a, r, [](const rdf::Graph& from, rdf::Graph& to) {
+          to = from;
+          for (const rdf::Triple& t : from.triples())
+            if (from.term(t.predicate) == vocab::hybrit::action) to.add(from.term(t.subject), vocab::hybrit::property, rdf::blank("unnamed"));
+        });
+      }));
+  add("root.get", "has no root", status([](const Asked& a) { return a.target == "/"; }, 200, 404));
+  add("methods.refused", "accepts what Allow lacks", status([](const Asked& a) { return a.method == "PUT" && a.target != "/arm/angle"; }, 405, 204));
+  add("methods.allow-of-405", "has no Allow in 405", on_response([](const Asked&, std::string& r) {
+        if (test::status_of(r) == 405) test::drop_field(r, "Allow");
+      }));
+  const auto unknown = [](const Asked& a) { return a.target.find("/arm/lrt-check-") == 0; };
+  add("status.not-found", "has 200 for everything", status(unknown, 404, 200));
+  add("status.blame", "has 500 for what does not exist", status(unknown, 404, 500));
+  const auto put = [](const Asked& a) { return a.method == "PUT" && a.target == "/arm/angle"; };
+  add("write.put", "refuses PUT although it is allowed", status(put, 204, 405));
+  add("write.no-content", "has 200 for PUT without a reason", status(put, 204, 200));
+  add("write.media-type", "accepts any media type", status(put, 415, 204));
+  add("write.bad-rdf", "has 500 for invalid RDF", status(put, 400, 500));
+  add("write.bad-rdf", "accepts invalid RDF", status(put, 400, 204));
+  add("write.shape", "accepts what violates the shape", status(put, 422, 204));
+  add("write.if-match", "ignores If-Match", status(put, 412, 204));
+  {
+    auto changed = std::make_shared<int>(0);
+    add("write.unchanged", "changes with a refused body", on_response([changed](const Asked& a, std::string& r) {
+          if (a.method == "PUT" && a.has("application/x-lrt-check") && a.target == "/arm/angle") *changed = 1;
+          if (a.method == "GET" && a.target == "/arm/angle" && *changed == 1)
+            test::set_body(r, test::body_of(r) + "<urn:x> <urn:y> 1 .\n"), *changed = 2;
+        }));
+  }
+  add("invoke.post", "fails with a valid input", status(to_action, 204, 500));
+  add("invoke.no-content", "has an empty 200 for POST", status(to_action, 204, 200));
+  add("post.location", "has no Location", on_response([](const Asked& a, std::string& r) {
+        if (to_action(a)) test::drop_field(r, "Location");
+      }));
+  add("post.location-get", "names what does not exist in Location", on_response([](const Asked& a, std::string& r) {
+        if (to_action(a) && test::status_of(r) == 204) test::set_field(r, "Location", "/nowhere");
+      }));
+  add("invoke.bad-rdf", "has success for a POST of invalid RDF", status(to_action, 400, 204));
+  add("invoke.shape", "has success for a POST that violates the shape", status(to_action, 422, 200));
+  // ---- R0.9 to R0.11
+  add("link.related", "has no Link", on_response([](const Asked& a, std::string& r) {
+        if (is_thing(a)) test::drop_field(r, "Link");
+      }));
+  add("options.success", "does not know OPTIONS", status([](const Asked& a) { return a.method == "OPTIONS"; }, 204, 405));
+  add("options.allow", "has no Allow", on_response([](const Asked& a, std::string& r) {
+        if (a.method == "OPTIONS") test::drop_field(r, "Allow");
+      }));
+  add("etag.get", "has no ETag", on_response([](const Asked&, std::string& r) { test::drop_field(r, "ETag"); }));
+  add("etag.head", "has no ETag in HEAD", on_response([](const Asked& a, std::string& r) {
+        if (a.method == "HEAD") test::drop_field(r, "ETag");
+      }));
+  add("etag.head", "has another ETag in HEAD", on_response([](const Asked& a, std::string& r) {
+        if (a.method == "HEAD" && is_thing(a)) test::set_field(r, "ETag", "\"other\"");
+      }));
+  {
+    Fault f;
+    f.response = [](const Asked&, std::string& r) {
+      std::string tag = test::field_of(r, "ETag");
+      if (tag.size() > 2) test::set_field(r, "ETag", tag.substr(1, tag.size() - 2));
+    };
+    f.request = [](std::string& q) {
+      for (const char* name : {"If-None-Match", "If-Match"})
+        if (const std::string tag = test::field_of(q, name); !tag.empty() && tag[0] != '"') test::set_field(q, name, "\"" + tag + "\"");
+    };
+    add("etag.syntax", "has a tag without quotes", f);
+  }
+  add("etag.changes", "has an ETag that does not change", constant_tag([](const Asked& a) { return a.target == "/arm/count"; }));
+  {
+    auto n = std::make_shared<std::atomic<int>>(0);
+    add("etag.stable", "has an ETag that always changes", on_response([n](const Asked& a, std::string& r) {
+          if (a.target != "/arm/angle" && !test::field_of(r, "ETag").empty()) test::set_field(r, "ETag", "\"" + std::to_string(++*n) + "\"");
+        }));
+  }
+  add("etag.media-types", "has one ETag for all media types", constant_tag(is_thing));
+  add("etag.304", "ignores If-None-Match", on_request([](std::string& q) { drop_line(q, "If-None-Match"); }));
+  add("etag.304-tag", "has no ETag in 304", on_response([](const Asked&, std::string& r) {
+        if (test::status_of(r) == 304) test::drop_field(r, "ETag");
+      }));
+  const auto frames_to_client = [](std::function<void(std::string&)> change) {
+    Fault f;
+    f.to_client = std::move(change);
+    return f;
+  };
+  const auto frames_to_server = [](unsigned opcode) {
+    Fault f;
+    f.to_server = [opcode](std::string& bytes) {
+      if (!bytes.empty() && (static_cast<unsigned char>(bytes[0]) & 15U) == opcode) bytes.clear();
+    };
+    return f;
+  };
+  // ---- R0.12 to R0.17
+  add("ws.handshake", "ignores Upgrade: websocket", on_request([](std::string& q) { test::replace(q, "Upgrade: websocket", "Upgrade: nothing"); }));
+  add("ws.handshake", "closes each WebSocket at once", frames_to_client([](std::string& bytes) { bytes.append("\x88\x02\x03\xE8", 4); }));
+  add("ws.accept", "has a wrong Sec-WebSocket-Accept", on_response([](const Asked&, std::string& r) {
+        if (test::status_of(r) == 101) test::set_field(r, "Sec-WebSocket-Accept", "bHJ0IGNoZWNrIGxydCBjaGVjayEh");
+      }));
+  add("ws.fields", "agrees on an extension that was not offered", on_response([](const Asked&, std::string& r) {
+        if (test::status_of(r) == 101) test::add_field(r, "Sec-WebSocket-Extensions: permessage-deflate");
+      }));
+  const auto drop_messages = [](std::string& bytes) {
+    if (!bytes.empty() && (static_cast<unsigned char>(bytes[0]) & 8U) == 0) bytes.clear();
+  };
+  add("ws.frames", "sets a reserved bit", frames_to_client([](std::string& bytes) { bytes[0] = static_cast<char>(bytes[0] | 0x40); }));
+  add("ws.ping", "does not answer pings", frames_to_server(9));
+  add("ws.close", "does not answer a close", frames_to_server(8));
+  add("ws.version", "does not say which version it supports", on_response([](const Asked&, std::string& r) {
+        if (test::status_of(r) == 426) test::drop_field(r, "Sec-WebSocket-Version");
+      }));
+  add("ws.first-message", "sends no first message", frames_to_client(drop_messages));
+  add("ws.media-type", "ignores Accept of a handshake", on_request([](std::string& q) {
+        if (q.find("Upgrade: websocket") != std::string::npos) drop_line(q, "Accept:");
+      }));
+  add("callback.created", "ignores Upgrade: callback", on_request([](std::string& q) { drop_line(q, "Upgrade: callback"); }));
+  add("callback.requires-uri", "ignores Upgrade: callback without Callback", on_request([](std::string& q) {
+        if (q.find("\r\nCallback:") == std::string::npos) drop_line(q, "Upgrade: callback");
+      }));
+  add("callback.delivered", "never calls back", on_request([](std::string& q) {
+        if (q.find("\r\nCallback:") != std::string::npos) test::set_field(q, "Callback", "http://127.0.0.1:1/");
+      }),
+      true);
+  add("callback.media-type", "calls back in the wrong media type", on_request([](std::string& q) {
+        if (q.find("\r\nCallback:") != std::string::npos) drop_line(q, "Accept:");
+      }));
+  add("callback.cancel", "does not cancel", on_request([](std::string& q) {
+        if (q.compare(0, 7, "DELETE ") == 0) test::replace(q, "DELETE ", "GET ");
+      }));
+  // ---- R1
+  add("rdf.turtle", "has N-Triples by default", on_request([](std::string& q) {
+        if ((q.compare(0, 4, "GET ") == 0 || q.compare(0, 5, "HEAD ") == 0) && q.find("\r\nAccept:") == std::string::npos &&
+            q.find("Upgrade: callback") == std::string::npos)
+          test::replace(q, "\r\n", "\r\nAccept: application/n-triples\r\n");
+      }));
+  add("rdf.accept-turtle", "has no Turtle for Accept", on_request([](std::string& q) {
+        if (q.find("\r\nAccept: text/turtle\r\n") != std::string::npos) test::set_field(q, "Accept", "application/n-triples");
+      }));
+  add("rdf.valid", "has invalid Turtle", on_response([](const Asked& a, std::string& r) {
+        if (a.has("\r\nAccept: text/turtle\r\n") && is_thing(a)) test::set_body(r, test::body_of(r) + "<urn:x> <urn:y> .");
+      }));
+  add("negotiate.accept", "ignores Accept", on_request([](std::string& q) { drop_line(q, "Accept:"); }));
+  add("negotiate.quality", "ignores q-values", on_request([](std::string& q) {
+        if (q.find("q=0.9") != std::string::npos && q.find("q=0.2") != std::string::npos) test::set_field(q, "Accept", "text/turtle");
+      }));
+  add("negotiate.vary", "has no Vary", on_response([](const Asked&, std::string& r) { test::drop_field(r, "Vary"); }));
+  add("negotiate.not-acceptable", "has no 406", on_request([](std::string& q) { drop_line(q, "Accept: application/x-lrt-check"); }));
+  add("rdf.type", "has no rdf:type", without_triples(is_thing, [](rdf::TermView s, rdf::TermView p, rdf::TermView) {
+        return p == vocab::rdf_::type && s.text.substr(s.text.size() - 4) == "/arm";
+      }));
+  add("rdf.vocabularies", "uses no standard vocabulary", without_triples(is_thing, [](rdf::TermView, rdf::TermView p, rdf::TermView) {
+        return p != vocab::rdf_::type && (p.text.substr(0, 17) == "http://www.w3.org" || p.text.substr(0, 19) == "http://purl.org/dc/");
+      }));
+  add("subscriptions.triple", "has no hybrit:subscriptions", without_predicate(vocab::hybrit::subscriptions));
+  add("subscriptions.container", "has Subscriptions that are no container", on_response([](const Asked& a, std::string& r) {
+        if (a.target != "/arm/subscriptions") return;
+        test::strip(a, r, [](rdf::TermView, rdf::TermView p, rdf::TermView) { return p == vocab::rdf_::type; });
+        test::drop_field(r, "Link");
+      }));
+  add("property.triples", "has no hybrit:property", without_predicate(vocab::hybrit::property));
+  add("action.triples", "has no hybrit:action", without_predicate(vocab::hybrit::action));
+  add("blueprint.triple", "has no hybrit:blueprint", without_predicate(vocab::hybrit::blueprint));
+  add("blueprint.shapes", "has a Blueprint that is ill-formed", on_response([](const Asked& a, std::string& r) {
+        if (a.target.find("lueprint") == std::string::npos) return;
+        test::edit_graph(a, r, [](const rdf::Graph& from, rdf::Graph& to) {
+          to = from;
+          to.add(rdf::iri("urn:shape"), vocab::rdf_::type, vocab::sh::NodeShape);
+          to.add(rdf::iri("urn:shape"), rdf::iri("http://www.w3.org/ns/shacl#nodeKind"), rdf::literal("no kind"));
+        });
+      }));
+  add("blueprint.conforms", "does not conform to its Blueprint",
+      without_triples(is_state, [](rdf::TermView, rdf::TermView p, rdf::TermView) { return p == vocab::vom::numericalValue; }));
+  return all;
+}
+
+TEST_CASE("a server of lrt fulfils what can be checked", "[client][check]") {
+  for (const bool moving : {false, true}) {
+    INFO("moving: " << moving);
+    Case c;
+    c.moving = moving;
+    const Result<check::Report> report = report_of(std::move(c));
+    INFO(told(report));
+    CHECK(failures(report).empty());
+    CHECK(check::exit_status(report, true) == 0);
+    REQUIRE(report);
+    CHECK(report->is_robotic_thing);
+    CHECK(report->is_linked_robotic_thing);
+    CHECK(report->notes.empty());
+    // Nothing is left out by mistake: what was not tested has a reason.
+    for (const check::Finding& f : report->findings) {
+      INFO(f.id << ": " << f.detail);
+      if (!moving) CHECK((f.outcome == Outcome::pass || f.id == "tls.https" || f.id == "status.500"));
+    }
+  }
+}
+
+TEST_CASE("each broken server has exactly its fault", "[client][check]") {
+  for (Broken& broken : broken_servers()) {
+    const std::string id = broken.id;
+    DYNAMIC_SECTION(id << ": a server that " << broken.what) {
+      const Result<check::Report> report = report_of(std::move(broken.server));
+      INFO(told(report));
+      CHECK(failures(report) == Names{id});
+      REQUIRE(report);
+      const check::Finding* found = report->find(id);
+      REQUIRE(found != nullptr);
+      CHECK_FALSE(found->evidence.empty());
+      CHECK_FALSE(found->detail.empty());
+      CHECK(check::exit_status(report) == (found->level == check::Level::must ? 1 : 0));
+      CHECK(check::exit_status(report, true) == (found->level == check::Level::may ? 0 : 1));
+    }
+  }
+}
+
+TEST_CASE("a change without a message fails, and so does the missing first message", "[client][check][R0.15]") {
+  Case c;
+  c.moving = true;
+  c.fault.to_client = [](std::string& bytes) {
+    if (!bytes.empty() && (static_cast<unsigned char>(bytes[0]) & 8U) == 0) bytes.clear();
+  };
+  const Result<check::Report> report = report_of(std::move(c));
+  INFO(told(report));
+  CHECK(failures(report) == Names{"ws.notified", "ws.first-message"});
+}
+
+TEST_CASE("every check has a broken server", "[client][check]") {
+  Names tested = {"tls.https", "ws.notified"};  // in cases of their own
+  for (const Broken& broken : broken_servers()) tested.insert(broken.id);
+  // They cannot fail: without GET there is no report, and the others only tell what was seen.
+  const Names cannot_fail = {"methods.get", "status.bad-request", "status.500", "metadata"};
+  Case c;
+  const Result<check::Report> report = report_of(std::move(c));
+  REQUIRE(report);
+  for (const check::Finding& f : report->findings) {
+    INFO(f.id);
+    CHECK(tested.count(f.id) + cannot_fail.count(f.id) == 1);
+  }
+  CHECK(tested.size() + cannot_fail.size() == report->findings.size());
+  // And a line in the table of the documentation, with its requirements and level.
+  std::ifstream in(LRT_SOURCE_DIR "/docs/check.md");
+  const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  std::size_t lines = 0;
+  for (std::size_t at = text.find("\n| `"); at != std::string::npos; at = text.find("\n| `", at + 1)) ++lines;
+  CHECK(lines >= report->findings.size());
+  for (const check::Finding& f : report->findings) {
+    std::string requirements;
+    for (const std::string& r : f.requirements) requirements += (requirements.empty() ? "" : ", ") + r;
+    INFO(f.id);
+    CHECK(text.find("| `" + f.id + "` | " + requirements + " | " + std::string(to_string(f.level)) + " | " + f.title + " | " + f.references + " |") !=
+          std::string::npos);
+  }
+}
+
+// ------------------------------------------------------------------------------------------------------------- what is not a fault
+
+TEST_CASE("what the paper does not ask for is no fault: the authors' later server", "[client][check][R0.16]") {
+  Case c;
+  c.moving = true;  // it sends changes, and nothing at the beginning
+  c.fault.response = [](const Asked& a, std::string& r) {
+    if (test::status_of(r) == 201 && a.method == "GET") {  // 200 with the description of the subscription
+      test::set_status(r, 200);
+      test::drop_field(r, "Location");
+      test::drop_field(r, "Content-Location");
+      std::string body = test::body_of(r);
+      while (test::replace(body, "hybr-it#callbackURL", "hybr-it#callbackUrl")) {}
+      test::set_body(r, body);
+    }
+    if ((a.method == "GET" || a.method == "HEAD") && test::status_of(r) != 101) test::drop_field(r, "Upgrade");  // does not announce it
+  };
+  const Result<check::Report> report = report_of(std::move(c));
+  INFO(told(report));
+  CHECK(failures(report).empty());
+  REQUIRE(report);
+  CHECK(report->find("callback.created")->outcome == Outcome::pass);
+  CHECK(report->find("callback.delivered")->outcome == Outcome::pass);
+  CHECK(report->find("callback.cancel")->outcome == Outcome::pass);
+  CHECK(report->notes.empty());
+}
+
+TEST_CASE("a server with Turtle alone, weak tags and no callbacks by policy has no must that fails", "[client][check]") {
+  Case c;
+  c.fault.request = [](std::string& q) {
+    const std::string accept = test::field_of(q, "Accept");
+    if (!accept.empty() && accept.find("x-lrt-check") == std::string::npos)
+      test::set_field(q, "Accept", accept.find("text/turtle") == std::string::npos ? "application/x-lrt-check" : "text/turtle");
+    for (const char* name : {"If-None-Match", "If-Match"})
+      if (const std::string tag = test::field_of(q, name); tag.compare(0, 2, "W/") == 0) test::set_field(q, name, tag.substr(2));
+  };
+  c.fault.response = [](const Asked& a, std::string& r) {
+    if (const std::string tag = test::field_of(r, "ETag"); !tag.empty()) test::set_field(r, "ETag", "W/" + tag);
+    test::drop_field(r, "Vary");
+    if (a.has("Upgrade: callback"))
+      r = "HTTP/1.1 403 Forbidden\r\nDate: Mon, 23 Nov 2026 10:00:00 GMT\r\nContent-Length: 0\r\nConnection: close\r\n\r\n";
+    const std::string links = test::field_of(r, "Link");
+    std::string kept;
+    for (std::size_t at = 0; at < links.size();) {
+      const std::size_t end = std::min(links.find(", <", at), links.size());
+      if (const std::string link = links.substr(at, end - at); link.find("alternate") == std::string::npos) kept += (kept.empty() ? "" : ", ") + link;
+      at = end + 2;
+    }
+    if (!links.empty()) test::set_field(r, "Link", kept);
+  };
+  const Result<check::Report> report = report_of(std::move(c));
+  INFO(told(report));
+  CHECK(failures(report).empty());
+  CHECK(report->find("callback.created")->outcome == Outcome::not_testable);
+  CHECK(report->find("negotiate.accept")->outcome == Outcome::not_applicable);
+}
+
+TEST_CASE("what cannot be run is an error with its reason", "[client][check]") {
+  test::RobotHost host(robot(false));
+  const auto error_of = [](const Result<check::Report>& report) {
+    REQUIRE_FALSE(report);
+    CHECK(check::exit_status(report) == 2);
+    return report.error();
+  };
+  CHECK(error_of(check::run("robot", quick())).code == Errc::expected_iri);
+  CHECK(error_of(check::run("ftp://127.0.0.1/", quick())).code == Errc::expected_iri);
+  CHECK(error_of(check::run(host.url() + "nowhere", quick())).message.find("404") != std::string::npos);
+  check::CheckOptions elsewhere = quick();
+  elsewhere.write = {"http://127.0.0.1:1/x"};
+  CHECK(error_of(check::run(host.url() + "arm", elsewhere)).code == Errc::invalid_option);
+  check::CheckOptions no_token = quick();
+  no_token.client.identity.token = "a b";
+  CHECK(error_of(check::run(host.url() + "arm", no_token)).code == Errc::invalid_option);
+  std::uint16_t closed = 0;
+  {
+    const test::Listener listener;
+    closed = listener.port();
+  }
+  CHECK_FALSE(error_of(check::run("http://127.0.0.1:" + std::to_string(closed) + "/", quick())).message.empty());
+}
+
+TEST_CASE("a server that wants credentials is checked with a token, which the evidence does not show", "[client][check]") {
+  const test::Folder folder;
+  const std::string tokens = folder / "tokens";
+  std::ofstream(tokens) << "tester operator secret-of-the-test-1234567890\n";
+  Options server;
+  server.security.token_file = tokens;
+  test::RobotHost host(robot(false), {}, server);
+  const Result<check::Report> without = check::run(host.url() + "arm", quick());
+  REQUIRE_FALSE(without);
+  CHECK(without.error().message.find("401") != std::string::npos);
+  check::CheckOptions options = quick();
+  options.client.identity.token = "secret-of-the-test-1234567890";
+  const Result<check::Report> report = check::run(host.url() + "arm", options);
+  INFO(told(report));
+  CHECK(failures(report).empty());
+  REQUIRE(report);
+  for (const std::string& text : {check::to_text(*report, {false, true}), check::to_json(*report), check::to_earl(*report)}) {
+    CHECK(text.find("secret-of-the-test") == std::string::npos);
+    CHECK(text.find("Authorization: (left out)") != std::string::npos);
+  }
+}
+
+TEST_CASE("nothing is changed unless resources are named", "[client][check]") {
+  std::atomic<int> writes{0}, calls{0};
+  Thing arm{"arm"};
+  auto angle = arm.property<double>("angle").on_write([&writes](double) { ++writes; });
+  angle.publish(1);
+  arm.action("turn", [&calls](double) { ++calls; });
+  arm.action("home", [&calls] { ++calls; });
+  arm.action("halt", [&calls] { ++calls; }).stop();
+  Options server;
+  server.callbacks.allow = {"127.0.0.1"};
+  test::RobotHost host(test::one_thing(std::move(arm)), {}, server);
+  const Result<check::Report> report = check::run(host.url() + "arm", quick());
+  INFO(told(report));
+  CHECK(failures(report).empty());
+  CHECK(writes == 0);
+  CHECK(calls == 0);
+  // Subscriptions are ended: the container is empty again.
+  CHECK(report->find("callback.created")->outcome == Outcome::pass);
+  CHECK(host.server().counters().callbacks == 0);
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  while (host.server().counters().websockets != 0 && std::chrono::steady_clock::now() < end) std::this_thread::yield();
+  CHECK(host.server().counters().websockets == 0);
+}
+
+TEST_CASE("the root of a server that is mounted below a path is found above the URL", "[client][check][R0.4]") {
+  Case c;
+  c.fault.response = [](const Asked& a, std::string& r) {
+    if (a.target == "/") test::set_status(r, 404);
+  };
+  c.options = [](check::CheckOptions& o, const std::string& url) { o.root = url; };
+  const Result<check::Report> report = report_of(std::move(c));
+  INFO(told(report));
+  CHECK(failures(report).empty());
+}
+
+// ---------------------------------------------------------------------------------------------------------------------------------- TLS
+
+TEST_CASE("plain HTTP to another address than loopback is a missing should, and TLS passes", "[client][check][R0.2]") {
+  ifaddrs* all = nullptr;
+  REQUIRE(::getifaddrs(&all) == 0);
+  std::string address;
+  for (const ifaddrs* i = all; i != nullptr; i = i->ifa_next) {
+    char text[INET_ADDRSTRLEN];
+    if (i->ifa_addr != nullptr && i->ifa_addr->sa_family == AF_INET && (i->ifa_flags & IFF_LOOPBACK) == 0 &&
+        ::inet_ntop(AF_INET, &reinterpret_cast<const sockaddr_in*>(i->ifa_addr)->sin_addr, text, sizeof text) != nullptr)
+      address = text;
+  }
+  ::freeifaddrs(all);
+  if (address.empty()) {
+    test::print_skip("this machine has no address besides loopback: one half is left out");
+  } else {
+    Case c;
+    c.address = INADDR_ANY;
+    c.host = address;
+    const Result<check::Report> report = report_of(std::move(c));
+    INFO(told(report));
+    CHECK(failures(report) == Names{"tls.https"});
+    CHECK(check::exit_status(report) == 0);
+    CHECK(check::exit_status(report, true) == 1);
+  }
+  const test::TlsFolder folder;
+  const test::Certificate authority = test::make_certificate({"authority", {}, -3600, 3600, true}),
+                          own = test::make_certificate({"robot", "IP:127.0.0.1"}, &authority);
+  Options server;
+  server.security.tls = transport::TlsOptions{folder.put("server.pem", {&own}), folder.put_key("server-key.pem", own), {}, false};
+  test::RobotHost host(robot(false), {}, server);
+  check::CheckOptions options = quick();
+  options.client.ca_file = folder.put("ca.pem", {&authority});
+  const Result<check::Report> report = check::run(host.url() + "arm", options);
+  INFO(told(report));
+  CHECK(failures(report).empty());
+  REQUIRE(report);
+  CHECK(report->find("tls.https")->outcome == Outcome::pass);
+  CHECK(report->find("ws.ping")->outcome == Outcome::pass);
+  const Result<check::Report> untrusted = check::run(host.url() + "arm", quick());
+  CHECK_FALSE(untrusted);
+}
+
+// -------------------------------------------------------------------------------------------------------------------------- formats
+
+TEST_CASE("a report is text, JSON and EARL with the same verdicts", "[client][check]") {
+  Case c;
+  c.fault = on_response([](const Asked& a, std::string& r) {
+    if (a.method == "HEAD") test::drop_field(r, "ETag");
+    test::add_field(r, "Server: \"quoted\" \\ caf\xE9");  // what JSON, Turtle and UTF-8 do not take as it is
+  });
+  const Result<check::Report> report = report_of(std::move(c));
+  REQUIRE(report);
+  const std::string text = check::to_text(*report), json = check::to_json(*report), earl = check::to_earl(*report);
+  CHECK(text.find("FAIL etag.head (R0.11)") != std::string::npos);
+  CHECK(text.find("    > HEAD /arm HTTP/1.1") != std::string::npos);
+  CHECK(text.find("R0.11 FAIL") != std::string::npos);
+  CHECK(text.find('\x1B') == std::string::npos);
+  CHECK(check::to_text(*report, {true, false}).find("\x1B[31mFAIL\x1B[0m") != std::string::npos);
+  CHECK(json.find(R"("id": "etag.head", "requirements": ["R0.11"], "level": "must", "outcome": "fail", "certainty": "certain")") !=
+        std::string::npos);
+  CHECK(json.find(R"("product": "\"quoted\" \\ caf?")") != std::string::npos);
+  const Result<rdf::Graph> graph = rdf::read(earl, rdf::Syntax::turtle, {});
+  REQUIRE(graph);
+  const auto named = [](std::string_view name) { return rdf::Term(rdf::iri("http://www.w3.org/ns/earl#" + std::string(name))); };
+  CHECK(graph->subjects(vocab::rdf_::type, named("Assertion")).size() == report->findings.size());
+  CHECK(graph->subjects(named("outcome"), named("failed")).size() == 1);
+  std::size_t passed = 0;
+  for (const check::Finding& f : report->findings) passed += f.outcome == Outcome::pass ? 1 : 0;
+  CHECK(graph->subjects(named("outcome"), named("passed")).size() == passed);
+  const auto assertion = graph->subjects(named("test"), rdf::iri("https://w3id.org/lrt/check#etag.head"));
+  REQUIRE(assertion.size() == 1);
+  const auto result = graph->object(assertion.front(), named("result"));
+  REQUIRE(result);
+  CHECK(graph->object(*result, named("outcome")) == named("failed").view());
+}
+
+// -------------------------------------------------------------------------------------------------------------------------- hostile servers
+
+/// Answers each connection by a function, which gets the first bytes of the client, and ends it.
+class ScriptedServer {
+ public:
+  using Script = std::function<void(int connection, const std::string& request, const std::atomic<bool>& ended)>;
+  explicit ScriptedServer(Script script) : script_(std::move(script)), thread_([this] { run(); }) {}
+  ~ScriptedServer() {
+    ended_ = true;
+    thread_.join();
+    for (std::thread& t : connections_) t.join();
+  }
+  ScriptedServer(const ScriptedServer&) = delete;
+  ScriptedServer& operator=(const ScriptedServer&) = delete;
+  std::string url() const { return "http://127.0.0.1:" + std::to_string(listener_.port()) + "/"; }
+
+ private:
+  void run() {
+    while (!ended_) {
+      const int connection = listener_.accept(5);
+      if (connection < 0) continue;
+      connections_.emplace_back([this, connection] {
+        char buffer[64 * 1024];
+        pollfd item{connection, POLLIN, 0};
+        while (!ended_ && ::poll(&item, 1, 5) <= 0) {}
+        const auto n = ::recv(connection, buffer, sizeof buffer, MSG_DONTWAIT);
+        script_(connection, n > 0 ? std::string(buffer, static_cast<std::size_t>(n)) : std::string(), ended_);
+        ::close(connection);
+      });
+    }
+  }
+  test::Listener listener_;
+  Script script_;
+  std::atomic<bool> ended_{false};
+  std::list<std::thread> connections_;
+  std::thread thread_;
+};
+
+bool put(int connection, const std::string& bytes) {
+  return ::send(connection, bytes.data(), bytes.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(bytes.size());
+}
+
+/// A complete response; what may be wrong is added by a script.
+std::string response(const std::string& fields, const std::string& body) {
+  return "HTTP/1.1 200 OK\r\nContent-Length: " + std::to_string(body.size()) + "\r\n" + fields + "\r\n" + body;
+}
+
+TEST_CASE("a hostile server cannot keep the check beyond its limits", "[client][check]") {
+  const std::string turtle = "Content-Type: text/turtle\r\n";
+  const std::string thing = "<> a <urn:T> ; <https://hybr-it-projekt.de/ns/hybr-it#property> <p> .";
+  std::atomic<unsigned> number{0};
+  const std::vector<std::pair<const char*, ScriptedServer::Script>> scripts = {
+      {"says nothing",
+       [](int c, const std::string&, const std::atomic<bool>& ended) {
+         char b = 0;
+         while (!ended && ::recv(c, &b, 1, 0) > 0) {}
+       }},
+      {"ends at once", [](int, const std::string&, const std::atomic<bool>&) {}},
+      {"sends random bytes",
+       [&](int c, const std::string&, const std::atomic<bool>&) {
+         std::mt19937 random(++number);
+         std::string bytes(random() % 5'000, ' ');
+         for (char& b : bytes) b = static_cast<char>(random());
+         put(c, bytes);
+       }},
+      {"sends random bytes after a status line",
+       [&](int c, const std::string&, const std::atomic<bool>&) {
+         std::mt19937 random(++number);
+         std::string bytes(random() % 5'000, ' ');
+         for (char& b : bytes) b = static_cast<char>(random());
+         put(c, "HTTP/1.1 200 OK\r\n" + turtle + "\r\n" + bytes);
+       }},
+      {"sends a header section without end",
+       [](int c, const std::string&, const std::atomic<bool>& ended) {
+         put(c, "HTTP/1.1 200 OK\r\n");
+         while (!ended && put(c, "X: " + std::string(1'000, 'x') + "\r\n")) {}
+       }},
+      {"sends a body without end",
+       [&](int c, const std::string&, const std::atomic<bool>& ended) {
+         put(c, "HTTP/1.1 200 OK\r\n" + turtle + "\r\n");
+         while (!ended && put(c, "<urn:a> <urn:b> <urn:c" + std::to_string(++number) + "> .\n" + std::string(1'000, ' '))) {}
+       }},
+      {"sends chunks without end",
+       [&](int c, const std::string&, const std::atomic<bool>& ended) {
+         put(c, "HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n" + turtle + "\r\n");
+         while (!ended && put(c, "400\r\n" + std::string(1'024, ' ') + "\r\n")) {}
+       }},
+      {"states a chunk of the largest size",
+       [&](int c, const std::string&, const std::atomic<bool>&) {
+         put(c, "HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\nffffffffffffffff\r\nabc");
+       }},
+      {"states the largest length",
+       [&](int c, const std::string&, const std::atomic<bool>&) { put(c, "HTTP/1.1 200 OK\r\nContent-Length: 18446744073709551615\r\n\r\nabc"); }},
+      {"sends interim responses without end",
+       [](int c, const std::string&, const std::atomic<bool>& ended) {
+         while (!ended && put(c, "HTTP/1.1 100 Continue\r\n\r\n")) {}
+       }},
+      {"cuts its responses off",
+       [&](int c, const std::string&, const std::atomic<bool>&) {
+         const std::string whole = response(turtle + "ETag: \"1\"\r\n", thing);
+         put(c, whole.substr(0, ++number * 7 % whole.size()));
+       }},
+      {"redirects to itself",
+       [](int c, const std::string&, const std::atomic<bool>&) { put(c, "HTTP/1.1 302 Found\r\nLocation: /\r\nContent-Length: 0\r\n\r\n"); }},
+      {"has resources without end",
+       [&](int c, const std::string&, const std::atomic<bool>&) {
+         std::string links;
+         for (int i = 0; i < 20; ++i)
+           links +=
+               "Link: </n" + std::to_string(++number) + ">; rel=\"related\"\r\nLink: </m" + std::to_string(number.load()) + ">; rel=\"next\"\r\n";
+         put(c, response(turtle + links, thing));
+       }},
+      {"claims everything and sends frames of random bytes",
+       [&](int c, const std::string& q, const std::atomic<bool>&) {
+         std::mt19937 random(++number);
+         if (q.find("Upgrade: websocket") == std::string::npos) {
+           put(c, response(turtle + "Location: /s\r\nUpgrade: websocket, callback\r\n", thing));
+           return;
+         }
+         put(c, "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n\r\n");
+         for (int i = 0; i < 100; ++i) {
+           const std::string frame{static_cast<char>(random()), static_cast<char>(random()), static_cast<char>(random())};
+           if (!put(c, frame)) return;
+         }
+       }},
+      {"sends pings without end",
+       [&](int c, const std::string& q, const std::atomic<bool>& ended) {
+         if (q.find("Upgrade: websocket") == std::string::npos) {
+           put(c, response(turtle, thing));
+           return;
+         }
+         put(c, "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n\r\n");
+         char buffer[4'096];
+         while (!ended && put(c, std::string("\x89\x00", 2))) (void)::recv(c, buffer, sizeof buffer, MSG_DONTWAIT);
+       }},
+  };
+  for (const auto& [what, script] : scripts) {
+    DYNAMIC_SECTION("a server that " << what) {
+      ScriptedServer server(script);
+      check::CheckOptions options = quick();
+      options.client.limits.response_time = milliseconds(150);
+      options.message_time = options.close_time = milliseconds(100);
+      options.total_time = milliseconds(1'500);
+      options.max_requests = 200;
+      options.max_body_bytes = 100'000;
+      const Result<check::Report> report = check::run(server.url(), options);
+      if (!report) {
+        CHECK_FALSE(report.error().message.empty());
+        continue;
+      }
+      CHECK(report->requests <= options.max_requests);
+      CHECK(report->resources.size() <= options.max_resources);
+      CHECK(check::exit_status(report) == 1);
+      CHECK(rdf::read(check::to_earl(*report), rdf::Syntax::turtle, {}).has_value());
+      for (const check::Finding& f : report->findings)
+        for (const check::Evidence& e : f.evidence) CHECK(e.sent.size() + e.received.size() < 20'000);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace lrt

@@ -1,0 +1,646 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <lrt/mirror.hpp>
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <condition_variable>
+#include <cstdlib>
+#include <fstream>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <sstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <lrt/client.hpp>
+#include <lrt/rdf/codec.hpp>
+
+#include "src/mirror/state.hpp"
+#include "src/exchange/http_authentication.hpp"
+#include "tests/client/robot_host.hpp"
+#include "tests/delivery/receiver.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/fields.hpp"
+
+using namespace lrt;
+using namespace lrt::test;
+using mirror::Mirror;
+using mirror::MirrorCounts;
+using mirror::MirrorEvent;
+using mirror::MirrorOptions;
+using mirror::MirrorState;
+using mirror::StoredGraph;
+using std::chrono::milliseconds;
+
+namespace {
+
+std::string decoded(const std::string& text) {
+  std::string result;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '%' && i + 2 < text.size()) result += static_cast<char>(std::stoi(text.substr(i + 1, 2), nullptr, 16)), i += 2;
+    else result += text[i];
+  }
+  return result;
+}
+
+/// A graph store that does what a test says.
+class Store {
+ public:
+  struct Asked {
+    std::string method, graph, body, authorization, if_match, target;
+  };
+  /// The response to a request; empty: the store takes it.
+  using Script = std::function<std::string(const Asked&)>;
+
+  explicit Store(Script script = {}) : script_(std::move(script)), receiver_([this](Peer& peer) { serve(peer); }) {}
+
+  std::string url(const std::string& target = "/store") const { return receiver_.url("127.0.0.1", target); }
+  void give_tags() { gives_tags_ = true; }
+  std::map<std::string, std::string> graphs() const {
+    const std::lock_guard lock(mutex_);
+    return graphs_;
+  }
+  std::vector<Asked> asked() const {
+    const std::lock_guard lock(mutex_);
+    return asked_;
+  }
+  void forget_requests() {
+    const std::lock_guard lock(mutex_);
+    asked_.clear();
+  }
+  void set(const std::string& graph, const std::string& body) {
+    const std::lock_guard lock(mutex_);
+    graphs_[graph] = body;
+    ++versions_[graph];
+  }
+  std::size_t max_at_once() const { return max_at_once_; }
+  /// Waits until a graph has a text, or does not exist (empty).
+  void wait(const std::string& graph, const std::string& text) {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] {
+      const auto found = graphs_.find(graph);
+      return text.empty() ? found == graphs_.end() : found != graphs_.end() && found->second.find(text) != std::string::npos;
+    });
+  }
+
+ private:
+  void serve(Peer& peer) {
+    while (true) {
+      const std::string request = peer.read_request();
+      if (request.empty()) return;
+      const std::size_t now = ++at_once_;
+      for (std::size_t most = max_at_once_; most < now && !max_at_once_.compare_exchange_weak(most, now);) {}
+      Asked asked;
+      asked.method = request.substr(0, request.find(' '));
+      const std::size_t begin = request.find(' ') + 1;
+      asked.target = request.substr(begin, request.find(' ', begin) - begin);
+      if (const std::size_t at = asked.target.find("graph="); at != std::string::npos) asked.graph = decoded(asked.target.substr(at + 6));
+      else asked.graph = decoded(asked.target.substr(asked.target.rfind('/') + 1));
+      asked.body = request.substr(request.find("\r\n\r\n") + 4);
+      asked.authorization = field_of(request, "Authorization");
+      asked.if_match = field_of(request, "If-Match");
+      std::string response = script_ ? script_(asked) : std::string();
+      if (response.empty()) response = take(asked);
+      {
+        const std::lock_guard lock(mutex_);
+        asked_.push_back(asked);
+        changed_.notify_all();
+      }
+      --at_once_;
+      if (!peer.send(response)) return;
+    }
+  }
+  std::string take(const Asked& asked) {
+    const std::lock_guard lock(mutex_);
+    const auto tag = [&] { return "\"" + std::to_string(versions_[asked.graph]) + "\""; };
+    if (!asked.if_match.empty() && asked.if_match != tag()) return answer(412);
+    if (asked.method == "DELETE") return answer(graphs_.erase(asked.graph) > 0 ? 204 : 404);
+    const bool is_new = graphs_.count(asked.graph) == 0;
+    graphs_[asked.graph] = asked.body;
+    ++versions_[asked.graph];
+    return answer(is_new ? 201 : 204, {}, gives_tags_ ? "ETag: " + tag() + "\r\n" : std::string());
+  }
+
+  Script script_;
+  std::atomic<bool> gives_tags_{false};
+  std::atomic<std::size_t> at_once_{0}, max_at_once_{0};
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  std::map<std::string, std::string> graphs_;
+  std::map<std::string, int> versions_;
+  std::vector<Asked> asked_;
+  Receiver receiver_;
+};
+
+/// A resource with the text, of a robot that a test scripts.
+std::vector<Thing> arm(std::atomic<double>& angle, const std::string& path = "arm") {
+  Thing thing{path};
+  thing.property("angle", [&angle] { return angle.load(); }).on_write([&angle](double value) { angle = value; });
+  thing.property("speed", [] { return 0.5; });
+  thing.action("stop", [](Responder done) { std::move(done).succeed(); });
+  return one_thing(std::move(thing));
+}
+
+void write(const std::string& url, const std::string& number) {
+  Client client = Client::create().value();
+  REQUIRE(client.send({"PUT", url, {{"Content-Type", "application/json"}}, number}).value().ok());
+}
+
+MirrorOptions options_for(std::vector<std::string> robots, const std::string& store) {
+  MirrorOptions options;
+  options.robots = std::move(robots);
+  options.store.endpoint = store;
+  options.store.response_time = milliseconds(5'000);
+  options.minimum_interval = milliseconds(1);
+  options.first_pause = milliseconds(1);
+  options.max_pause = milliseconds(20);
+  options.refresh_interval = milliseconds(100);
+  options.max_rate = 0;
+  return options;
+}
+
+Result<MirrorCounts> copy(const MirrorOptions& options) { return Mirror::create(options).value().copy(); }
+
+/// A file that is removed at the end.
+class StateFile {
+ public:
+  StateFile() {
+    char name[] = "/tmp/lrt-mirror-XXXXXX";
+    const int descriptor = ::mkstemp(name);
+    REQUIRE(descriptor >= 0);
+    ::close(descriptor);
+    path_ = name;
+    ::unlink(name);
+  }
+  ~StateFile() { ::unlink(path_.c_str()); }
+  StateFile(const StateFile&) = delete;
+  StateFile& operator=(const StateFile&) = delete;
+  const std::string& path() const { return path_; }
+  std::string text() const {
+    std::stringstream all;
+    all << std::ifstream(path_).rdbuf();
+    return all.str();
+  }
+
+ private:
+  std::string path_;
+};
+
+/// Events of a mirror, for a test that waits for them.
+class Events {
+ public:
+  std::function<void(const MirrorEvent&)> callback() {
+    return [this](const MirrorEvent& event) {
+      const std::lock_guard lock(mutex_);
+      all_.push_back(event);
+      changed_.notify_all();
+    };
+  }
+  void wait(MirrorEvent::Kind kind) {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return count_of(kind) > 0; });
+  }
+  std::size_t count(MirrorEvent::Kind kind) {
+    const std::lock_guard lock(mutex_);
+    return count_of(kind);
+  }
+
+ private:
+  std::size_t count_of(MirrorEvent::Kind kind) const {
+    std::size_t number = 0;
+    for (const MirrorEvent& event : all_) number += event.kind == kind ? 1 : 0;
+    return number;
+  }
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::vector<MirrorEvent> all_;
+};
+
+}  // namespace
+
+TEST_CASE("a copy puts the representation of each resource of two robots into a graph by its URL", "[client]") {
+  std::atomic<double> first{1}, second{2};
+  RobotHost one(arm(first)), two(arm(second));
+  Store store;
+  const MirrorCounts counts = copy(options_for({one.url(), two.url()}, store.url())).value();
+  const auto graphs = store.graphs();
+  CHECK(counts.sent == graphs.size());
+  CHECK(counts.graphs == graphs.size());
+  for (const std::string& robot : {one.url(), two.url()}) {
+    for (const std::string path : {"", "arm", "arm/angle", "arm/speed", "arm/stop"}) {
+      INFO(robot + path);
+      const bool is_there = graphs.count(robot + path) == 1 || (path == "arm/stop" && graphs.count(robot + "arm/actions/stop") == 1);
+      CHECK(is_there);
+    }
+    for (const std::string path : {"all", "arm/state", "arm/subscriptions", "ns/lrt"}) CHECK(graphs.count(robot + path) == 0);
+    std::size_t blueprints = 0;
+    for (const auto& [name, body] : graphs)
+      if (name.find(robot) == 0 &&
+          body.find("<http://www.w3.org/1999/02/22-rdf-syntax-ns#type> <http://www.w3.org/ns/shacl#NodeShape>") != std::string::npos)
+        ++blueprints;
+    CHECK(blueprints > 0);
+    // It is what the robot says.
+    Client client = Client::create().value();
+    rdf::ReadOptions read;
+    const rdf::Graph stored = rdf::read(graphs.at(robot + "arm/angle"), rdf::Syntax::turtle, read).value();
+    CHECK(stored.triples().size() == client.get(robot + "arm/angle").value()->graph.triples().size());
+  }
+  CHECK(graphs.at(one.url() + "arm/angle").find("\"1\"") != std::string::npos);
+  CHECK(graphs.at(two.url() + "arm/angle").find("\"2\"") != std::string::npos);
+}
+
+TEST_CASE("a copy with a state sends only what has changed and deletes what is gone", "[client]") {
+  std::atomic<double> angle{1};
+  StateFile state;
+  Store store;
+  const bool gives_tags = GENERATE(false, true);
+  if (gives_tags) store.give_tags();
+  auto robot = std::make_unique<RobotHost>(arm(angle));
+  MirrorOptions options = options_for({robot->url()}, store.url());
+  options.state_file = state.path();
+  const std::size_t all = copy(options).value().sent;
+  CHECK(all > 5);
+  store.forget_requests();
+  CHECK(copy(options).value().sent == 0);
+  CHECK(store.asked().empty());
+  angle = 4;
+  const MirrorCounts counts = copy(options).value();
+  CHECK(counts.sent == 1);
+  CHECK(counts.unchanged >= all - 1);
+  const auto asked = store.asked();
+  REQUIRE(asked.size() == 1);
+  CHECK(asked[0].graph == robot->url() + "arm/angle");
+  CHECK(asked[0].if_match.empty() == !gives_tags);
+  // The state is of this store.
+  options.store.endpoint = store.url("/other");
+  const Result<Mirror> other = Mirror::create(options);
+  REQUIRE_FALSE(other.has_value());
+  CHECK(other.error().code == Errc::invalid_option);
+}
+
+TEST_CASE("what is gone is deleted and what changes is sent while a mirror runs", "[client]") {
+  std::atomic<double> angle{1};
+  RobotHost robot(arm(angle));
+  Store store;
+  MirrorOptions options = options_for({robot.url()}, store.url());
+  Mirror mirror = Mirror::create(options).value();
+  mirror.start().value();
+  store.wait(robot.url() + "arm/angle", "\"1\"");
+  write(robot.url() + "arm/angle", "7");
+  store.wait(robot.url() + "arm/angle", "\"7\"");
+  write(robot.url() + "arm/angle", "8.5");
+  store.wait(robot.url() + "arm/angle", "8.5");
+}
+
+TEST_CASE("a robot that leaves is marked, keeps its graphs, and is unmarked when it returns", "[client]") {
+  std::atomic<double> angle{1}, other{3};
+  RobotHost stays(arm(other));
+  auto robot = std::make_unique<RobotHost>(arm(angle));
+  const std::string url = robot->url();
+  const int port = std::stoi(url.substr(url.rfind(':') + 1));
+  Store store;
+  Events events;
+  MirrorOptions options = options_for({url, stays.url()}, store.url());
+  options.on_event = events.callback();
+  Mirror mirror = Mirror::create(options).value();
+  mirror.start().value();
+  store.wait(url + "arm/angle", "\"1\"");
+  const std::string mark = mirror::mirror_mark_of(url);
+  CHECK(mark == url + "#mirror");
+  robot.reset();
+  store.wait(mark, "<" + url + "> <https://w3id.org/lrt/ns#unreachableSince> \"");
+  CHECK(store.graphs().count(url + "arm/angle") == 1);
+  CHECK(store.graphs().count(mirror::mirror_mark_of(stays.url())) == 0);
+  angle = 9;
+  Options same;
+  same.listen.port = static_cast<std::uint16_t>(port);
+  same.listen.transport = [](transport::TransportOptions o) { return transport::make_named({}, std::move(o)); };
+  Server again = Server::create(std::move(same)).value();
+  again.add(arm(angle)).value();
+  std::atomic<bool> ended{false};
+  std::thread thread([&] {
+    while (!ended) again.poll(), std::this_thread::yield();
+  });
+  store.wait(mark, "");
+  store.wait(url + "arm/angle", "\"9\"");
+  events.wait(MirrorEvent::Kind::robot_returned);
+  CHECK(events.count(MirrorEvent::Kind::robot_left) == 1);
+  mirror.stop();
+  ended = true;
+  again.wake();
+  thread.join();
+}
+
+TEST_CASE("a copy marks a robot that does not respond, and the mark keeps its time", "[client]") {
+  StateFile state;
+  Store store;
+  std::string url;
+  {
+    const Receiver gone([](Peer&) {});
+    url = gone.url("127.0.0.1", "/");
+  }
+  MirrorOptions options = options_for({url}, store.url());
+  options.state_file = state.path();
+  CHECK(copy(options).value().robots_away == 1);
+  const auto first = store.graphs();
+  REQUIRE(first.count(url + "#mirror") == 1);
+  CHECK(copy(options).value().sent == 0);
+  CHECK(store.graphs() == first);
+}
+
+TEST_CASE("a store that fails for a while gets each graph in the end, the newest", "[client]") {
+  std::atomic<double> angle{1};
+  RobotHost robot(arm(angle));
+  // After five times 500 for the same graph the mirror gives the graph up, and only one may be known yet.
+  constexpr int failures = 4;
+  std::atomic<int> left{failures};
+  const std::string response = GENERATE(answer(503, "later", "Retry-After: 0\r\n"), answer(500), answer(507, "full"), answer(429));
+  Store store([&](const Store::Asked&) { return left-- > 0 ? response : std::string(); });
+  Events events;
+  MirrorOptions options = options_for({robot.url()}, store.url());
+  options.on_event = events.callback();
+  const MirrorCounts counts = copy(options).value();
+  CHECK(counts.sent == store.graphs().size());
+  CHECK(counts.failures == failures);
+  CHECK(counts.refused == 0);
+  CHECK(events.count(MirrorEvent::Kind::store_lost) >= 1);
+  CHECK(events.count(MirrorEvent::Kind::store_returned) >= 1);
+}
+
+TEST_CASE("a store that closes connections in the middle is asked again", "[client]") {
+  std::atomic<double> angle{1};
+  RobotHost robot(arm(angle));
+  std::atomic<int> left{4};
+  Store store([&](const Store::Asked&) { return left-- > 0 ? std::string("HTTP/1.1 204 Wor") : std::string(); });
+  // The receiver closes nothing by itself, so the half response ends by the time limit.
+  MirrorOptions options = options_for({robot.url()}, store.url());
+  options.store.response_time = milliseconds(500);
+  const MirrorCounts counts = copy(options).value();
+  CHECK(counts.sent == store.graphs().size());
+  CHECK(counts.failures >= 1);
+}
+
+TEST_CASE("a store that does not return ends a copy with its reason", "[client]") {
+  std::atomic<double> angle{1};
+  RobotHost robot(arm(angle));
+  Store full([](const Store::Asked&) { return answer(507, "no room on the disk", "Content-Type: text/plain\r\n"); });
+  MirrorOptions options = options_for({robot.url()}, full.url());
+  options.patience = milliseconds(30);
+  const Result<MirrorCounts> result = copy(options);
+  REQUIRE_FALSE(result.has_value());
+  CHECK(result.error().message.find("507: no room on the disk") != std::string::npos);
+
+  std::string gone;
+  {
+    const Receiver receiver([](Peer&) {});
+    gone = receiver.url();
+  }
+  options.store.endpoint = gone;
+  const Result<MirrorCounts> nobody = copy(options);
+  REQUIRE_FALSE(nobody.has_value());
+  CHECK(nobody.error().code == Errc::io_error);
+}
+
+TEST_CASE("a graph that the store refuses is reported and does not stop the others", "[client]") {
+  std::atomic<double> angle{1};
+  RobotHost robot(arm(angle));
+  const int status = GENERATE(413, 400, 500);
+  Store store([&](const Store::Asked& asked) { return asked.graph == robot.url() + "arm/angle" ? answer(status, "too big") : std::string(); });
+  Events events;
+  MirrorOptions options = options_for({robot.url()}, store.url());
+  options.on_event = events.callback();
+  const MirrorCounts counts = copy(options).value();
+  CHECK(counts.refused == 1);
+  CHECK(counts.sent == store.graphs().size());
+  CHECK(store.graphs().count(robot.url() + "arm/angle") == 0);
+  CHECK(events.count(MirrorEvent::Kind::graph_refused) == 1);
+}
+
+TEST_CASE("a mirror logs in by Digest, Basic or a token, and says when the store refuses it", "[client]") {
+  std::atomic<double> angle{1};
+  RobotHost robot(arm(angle));
+  std::atomic<int> nonces{0}, challenges{0};
+  const auto digest_store = [&](const Store::Asked& asked) -> std::string {
+    const std::string nonce = "n" + std::to_string(nonces / 4);  // each is good for a few requests
+    http::Fields fields;
+    if (asked.authorization.find("nonce=\"" + nonce + "\"") != std::string::npos) {
+      exchange::DigestChallenge challenge;
+      challenge.realm = "SPARQL";
+      challenge.nonce = nonce;
+      challenge.has_qop = challenge.states_algorithm = true;
+      const std::size_t at = asked.authorization.find("nc=") + 3, cnonce = asked.authorization.find("cnonce=\"") + 8;
+      const auto count = static_cast<std::uint32_t>(std::stoul(asked.authorization.substr(at, 8), nullptr, 16));
+      const std::string text = asked.authorization.substr(cnonce, asked.authorization.find('"', cnonce) - cnonce);
+      if (asked.authorization == exchange::digest_authorization(challenge, "dba", "secret", asked.method, asked.target, count, text).value()) {
+        ++nonces;
+        return {};
+      }
+    }
+    ++challenges;
+    return answer(401, "who are you?",
+                  "Content-Type: text/plain\r\nWWW-Authenticate: Digest realm=\"SPARQL\", nonce=\"" + nonce +
+                      "\", algorithm=MD5, qop=\"auth\", stale=\"" + (asked.authorization.empty() ? "false" : "true") + "\"\r\n");
+  };
+  Store digest(digest_store);
+  MirrorOptions options = options_for({robot.url()}, digest.url());
+  options.max_requests = 1;
+  options.store.user = "dba";
+  options.store.password = "secret";
+  const MirrorCounts counts = copy(options).value();
+  CHECK(counts.sent == digest.graphs().size());
+  CHECK(counts.failures == 0);
+  CHECK(challenges > 1);
+  options.store.password = "wrong";
+  Result<MirrorCounts> refused = copy(options);
+  REQUIRE_FALSE(refused.has_value());
+  CHECK(refused.error().code == Errc::refused);
+  CHECK(refused.error().message.find("401: who are you?") != std::string::npos);
+
+  Store basic([](const Store::Asked& asked) {
+    return asked.authorization == "Basic ZGJhOnNlY3JldA==" ? std::string() : answer(401, {}, "WWW-Authenticate: Basic realm=\"x\"\r\n");
+  });
+  options.store.endpoint = basic.url();
+  CHECK_FALSE(copy(options).has_value());
+  options.store.password = "secret";
+  CHECK(copy(options).value().sent == counts.sent);
+
+  Store bearer([](const Store::Asked& asked) { return asked.authorization == "Bearer abc" ? std::string() : answer(403, "no"); });
+  options.store.endpoint = bearer.url();
+  CHECK_FALSE(copy(options).has_value());
+  options.store.user.clear();
+  options.store.token = "abc";
+  CHECK(copy(options).value().sent == counts.sent);
+  options.store.endpoint = "http://store.example/store";
+  CHECK_FALSE(Mirror::create(options).has_value());  // the token could be read on the way
+}
+
+TEST_CASE("a redirect of the store is followed, and another origin does not get the credentials", "[client]") {
+  std::atomic<double> angle{1};
+  RobotHost robot(arm(angle));
+  std::atomic<bool> has_leaked{false};
+  Store other([&](const Store::Asked& asked) {
+    if (!asked.authorization.empty()) has_leaked = true;
+    return std::string();
+  });
+  const std::string target = GENERATE(std::string("same"), std::string("other"));
+  Store store([&](const Store::Asked& asked) -> std::string {
+    if (asked.target.find("/moved") == 0) return asked.authorization == "Bearer abc" ? std::string() : answer(401);
+    return answer(307, {},
+                  "Location: " + (target == "same" ? "/moved?" : other.url("/moved?")) + asked.target.substr(asked.target.find('?') + 1) + "\r\n");
+  });
+  MirrorOptions options = options_for({robot.url()}, store.url());
+  options.store.token = "abc";
+  const MirrorCounts counts = copy(options).value();
+  CHECK(counts.sent > 5);
+  CHECK(counts.sent == (target == "same" ? store : other).graphs().size());
+  CHECK_FALSE(has_leaked);
+}
+
+TEST_CASE("a graph is named directly by its URL where the endpoint says so", "[client]") {
+  std::atomic<double> angle{1};
+  RobotHost robot(arm(angle));
+  Store store;
+  MirrorOptions options = options_for({robot.url()}, store.url("/graphs/{graph}"));
+  CHECK(copy(options).has_value());
+  CHECK(store.graphs().count(robot.url() + "arm/angle") == 1);
+  for (const Store::Asked& asked : store.asked()) CHECK(asked.target.find("/graphs/http%3A%2F%2F127.0.0.1%3A") == 0);
+  options.store.endpoint = store.url("/data?key=1");
+  CHECK(copy(options).has_value());
+  CHECK(store.asked().back().target.find("/data?key=1&graph=http%3A") == 0);
+}
+
+TEST_CASE("somebody else's change of a graph is overwritten and reported where the store gives tags", "[client]") {
+  std::atomic<double> angle{1};
+  RobotHost robot(arm(angle));
+  Store store;
+  store.give_tags();
+  StateFile state;
+  MirrorOptions options = options_for({robot.url()}, store.url());
+  options.state_file = state.path();
+  CHECK(copy(options).has_value());
+  const std::string graph = robot.url() + "arm/angle";
+  store.set(graph, "<urn:a> <urn:b> <urn:c> .\n");
+  angle = 2;
+  const MirrorCounts counts = copy(options).value();
+  CHECK(counts.overwritten == 1);
+  CHECK(store.graphs().at(graph).find("urn:a") == std::string::npos);
+}
+
+TEST_CASE("a mirror that was killed before it wrote its state does not believe an older one", "[client]") {
+  // The value goes back to what the state said before: the store has the value between.
+  std::atomic<int> value{1};
+  Receiver robot([&](Peer& peer) {
+    while (!peer.read_request().empty())
+      if (!peer.send(answer(200, "<> <urn:value> " + std::to_string(value) + " .", "Content-Type: text/turtle\r\n"))) return;
+  });
+  const std::string url = robot.url("127.0.0.1", "/");
+  Store store;
+  StateFile state;
+  MirrorOptions options = options_for({url}, store.url());
+  options.state_file = state.path();
+  CHECK(copy(options).value().sent == 1);
+  CHECK(copy(options).value().sent == 0);
+  std::string before_end;
+  options.on_event = [&](const MirrorEvent& event) {
+    if (event.kind == MirrorEvent::Kind::graph_sent) before_end = state.text();  // as a killed mirror leaves it
+  };
+  value = 2;
+  CHECK(copy(options).value().sent == 1);
+  CHECK(store.graphs().at(url).find("\"2\"") != std::string::npos);
+  value = 1;
+  options.on_event = {};
+  std::ofstream(state.path(), std::ios::trunc) << before_end << "known\ttorn";
+  CHECK(copy(options).value().sent == 1);
+  CHECK(store.graphs().at(url).find("\"1\"") != std::string::npos);
+}
+
+TEST_CASE("a state file belongs to one mirror, and another file is refused", "[client]") {
+  StateFile state;
+  Store store;
+  MirrorOptions options = options_for({"http://127.0.0.1:1/"}, store.url());
+  options.state_file = state.path();
+  {
+    const Mirror first = Mirror::create(options).value();
+    const Result<Mirror> second = Mirror::create(options);
+    REQUIRE_FALSE(second.has_value());
+    CHECK(second.error().message.find("is used by another mirror") != std::string::npos);
+  }
+  for (const std::string text : {"something else\n", "no line", "lrt mirror 2\t\n", "lrt mirror 1\t%\nknown\ta\n"}) {
+    std::string content = text;
+    if (const std::size_t at = content.find('%'); at != std::string::npos) content.replace(at, 1, store.url());
+    std::ofstream(state.path(), std::ios::trunc) << content;
+    CHECK_FALSE(Mirror::create(options).has_value());
+    CHECK(state.text() == content);
+  }
+  options.state_file = "/nonexistent/state";
+  CHECK_FALSE(Mirror::create(options).has_value());
+}
+
+TEST_CASE("a state file is shortened while it is written, and stays complete", "[client]") {
+  StateFile file;
+  const std::string tag = '"' + std::string(8'000, 't') + '"';
+  {
+    const std::unique_ptr<MirrorState> state = MirrorState::open(file.path(), "http://store.example/", 10).value();
+    std::size_t longest = 0;
+    for (int i = 0; i < 1'000; ++i) {  // 8 MB of records
+      REQUIRE(state->write_unknown({"http://robot.example/gone", "http://robot.example/", {}, {}}, false).has_value());
+      REQUIRE(state->write_known({{"http://robot.example/arm", "http://robot.example/", std::to_string(i), tag}}).has_value());
+      longest = std::max(longest, file.text().size());
+    }
+    REQUIRE(state->write_forgotten("http://robot.example/gone").has_value());
+    CHECK(longest > MirrorState::min_excess);  // it is not replaced at each record
+    CHECK(longest < MirrorState::min_excess + 4 * tag.size());
+    CHECK(MirrorState::open(file.path(), "http://store.example/", 10).error().message.find("is used by another mirror") != std::string::npos);
+  }
+  const std::vector<StoredGraph> graphs = MirrorState::open(file.path(), "http://store.example/", 10).value()->take();
+  REQUIRE(graphs.size() == 1);
+  CHECK(graphs[0].digest == "999");
+  CHECK(graphs[0].entity_tag == tag);
+}
+
+TEST_CASE("a message about a store has no password", "[client]") {
+  MirrorOptions options = options_for({"http://127.0.0.1:1/"}, "http://anna:s3cret@127.0.0.1:1/graphs");
+  const Result<Mirror> mirror = Mirror::create(options);
+  REQUIRE_FALSE(mirror.has_value());
+  CHECK(mirror.error().message.find("s3cret") == std::string::npos);
+  CHECK(mirror.error().message.find("http://127.0.0.1:1/graphs") != std::string::npos);
+}
+
+TEST_CASE("requests at a time, waiting bytes and graphs are bounded", "[client]") {
+  std::atomic<double> angle{1};
+  RobotHost robot(arm(angle));
+  Store store;
+  MirrorOptions options = options_for({robot.url()}, store.url());
+  options.max_requests = 2;
+  options.max_waiting_bytes = 100;  // resources are read again when their turn comes
+  const MirrorCounts counts = copy(options).value();
+  CHECK(counts.sent == store.graphs().size());
+  CHECK(store.graphs().count(robot.url() + "arm/angle") == 1);
+  CHECK(store.max_at_once() <= 2);
+
+  Store small;
+  Events events;
+  options.store.endpoint = small.url();
+  options.max_graphs = 3;
+  options.on_event = events.callback();
+  CHECK(copy(options).value().sent == 3);
+  CHECK(small.graphs().size() == 3);
+  CHECK(events.count(MirrorEvent::Kind::graph_refused) > 0);
+}
+
+TEST_CASE("a store without the protocol ends a mirror at once", "[client]") {
+  std::atomic<double> angle{1};
+  RobotHost robot(arm(angle));
+  Store store([](const Store::Asked&) { return answer(405, "no PUT here"); });
+  const Result<MirrorCounts> result = copy(options_for({robot.url()}, store.url()));
+  REQUIRE_FALSE(result.has_value());
+  CHECK(result.error().message.find("no Graph Store Protocol") != std::string::npos);
+  CHECK_FALSE(Mirror::create(options_for({robot.url()}, "no URL")).has_value());
+  CHECK_FALSE(Mirror::create(options_for({}, store.url())).has_value());
+  CHECK_FALSE(Mirror::create(options_for({"no URL"}, store.url())).has_value());
+}
