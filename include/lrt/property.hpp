@@ -133,7 +133,7 @@ class PropertyHandle : public ResourceHandle<Self, PropertySetup> {
       return this->self();
     }
   }
-  /// Offers numbers, lists and matrices of numbers also as application/octet-stream (rdf::Plain::octets). The RDF
+  /// Offers numbers, lists and matrices of numbers also as application/octet-stream. The RDF
   /// describes the layout of the present value. A value with rows of different lengths has no such representation.
   ///
   /// PUT accepts octets if at most one length of the type is free: a MatrixXd cannot be written in octets, because they

@@ -5,7 +5,8 @@
 #include <cstddef>
 
 #include <lrt/base/iri.hpp>
-#include <lrt/base/utf8.hpp>
+
+#include "src/base/utf8.hpp"
 
 namespace lrt {
 inline namespace v0 {

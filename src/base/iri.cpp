@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <lrt/base/iri.hpp>
 
-#include <lrt/base/utf8.hpp>
-
 #include "src/base/ascii.hpp"
+#include "src/base/utf8.hpp"
 
 namespace lrt::iri {
 inline namespace v0 {

@@ -5,9 +5,8 @@
 #include <charconv>
 #include <set>
 
-#include <lrt/base/utf8.hpp>
-
 #include "src/base/ascii.hpp"
+#include "src/base/utf8.hpp"
 
 namespace lrt::check {
 namespace {

@@ -12,9 +12,9 @@
 
 #include <lrt/check.hpp>
 #include <lrt/http/message.hpp>
-#include <lrt/http/url.hpp>
 
 #include "src/client/http_client.hpp"
+#include "src/http/url.hpp"
 
 namespace lrt::check {
 

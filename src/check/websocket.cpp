@@ -3,11 +3,10 @@
 
 #include <algorithm>
 
-#include <lrt/http/websocket.hpp>
-
 #include "src/base/ascii.hpp"
 #include "src/base/base64.hpp"
 #include "src/base/random.hpp"
+#include "src/http/websocket.hpp"
 
 namespace lrt::check {
 namespace {

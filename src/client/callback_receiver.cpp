@@ -9,13 +9,13 @@
 #include <unordered_map>
 #include <utility>
 
-#include <lrt/http/url.hpp>
 #include <lrt/transport/http.hpp>
 
 #include "src/base/ascii.hpp"
 #include "src/base/random.hpp"
 #include "src/base/thread.hpp"
 #include "src/exchange/tls.hpp"
+#include "src/http/url.hpp"
 
 namespace lrt::client {
 inline namespace v0 {

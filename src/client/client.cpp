@@ -6,10 +6,9 @@
 #include <algorithm>
 #include <utility>
 
-#include <lrt/http/url.hpp>
-
 #include "src/client/discovery.hpp"
 #include "src/client/session.hpp"
+#include "src/http/url.hpp"
 
 namespace lrt::client {
 inline namespace v0 {

@@ -13,10 +13,10 @@
 #include <lrt/client/http.hpp>
 #include <lrt/client/options.hpp>
 #include <lrt/http/message.hpp>
-#include <lrt/http/url.hpp>
 
 #include "src/exchange/exchange.hpp"
 #include "src/exchange/resolve.hpp"
+#include "src/http/url.hpp"
 
 namespace lrt::client {
 inline namespace v0 {

@@ -7,9 +7,12 @@
 #include <cstdio>
 #include <optional>
 
+#include <lrt/rdf/graph.hpp>
 #include <lrt/rdf/lexical.hpp>
+#include <lrt/rdf/value_codec.hpp>
 
 #include "src/rdf/json_parse.hpp"
+#include "src/rdf/plain.hpp"
 
 namespace lrt::client {
 inline namespace v0 {
@@ -156,6 +159,17 @@ Result<Recording> Recording::parse(std::string_view text, const RecordingLimits&
   std::stable_sort(recording.changes_.begin(), recording.changes_.end(),
                    [](const RecordedChange& a, const RecordedChange& b) { return a.at < b.at; });
   return recording;
+}
+
+Result<rdf::Value> detail::read_json(std::string_view json, const rdf::Type& type, const rdf::Facets& facets) {
+  rdf::Graph graph;
+  const rdf::TermId focus = graph.intern(rdf::iri("urn:value"));
+  constexpr std::size_t max_values = 1'000'000;
+  constexpr std::string_view vocabulary = "urn:vocabulary";
+  if (Result<void> read = rdf::read_plain(json, rdf::Plain::json, type, facets, vocabulary, max_values, graph, focus); !read)
+    return unexpected(std::move(read).error());
+  std::vector<rdf::Mismatch> mismatches;
+  return rdf::read_value(graph, focus, type, facets, vocabulary, mismatches);
 }
 
 }  // namespace v0

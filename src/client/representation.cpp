@@ -5,12 +5,12 @@
 #include <utility>
 
 #include <lrt/base/iri.hpp>
-#include <lrt/http/url.hpp>
 #include <lrt/rdf/codec.hpp>
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/base/ascii.hpp"
 #include "src/client/representation.hpp"
+#include "src/http/url.hpp"
 
 namespace lrt::client {
 inline namespace v0 {

@@ -18,6 +18,7 @@
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/client/constraints.hpp"
+#include "src/rdf/plain.hpp"
 #include "src/shacl/derived_patterns.hpp"
 
 namespace lrt::client {
@@ -654,9 +655,11 @@ void Schema::write_value(Graph& graph, TermId focus, const rdf::Value& value) co
   complete(graph, focus, before);
 }
 
-Result<void> Schema::write_plain_value(Graph& graph, TermId focus, std::string_view body, rdf::Plain format, std::size_t max_values) const {
+Result<void> Schema::write_plain_value(Graph& graph, TermId focus, std::string_view body, const MediaType& media_type, std::size_t max_values) const {
+  const std::optional<rdf::Plain> format = rdf::plain_of(media_type);
+  if (!format) return unexpected(Errc::unsupported_syntax, "expected JSON, text, CBOR or octets, found " + media_type.to_string());
   const std::size_t before = graph.size();
-  if (Result<void> r = rdf::read_plain(body, format, type(), facets(), {}, max_values, graph, focus); !r) return r;
+  if (Result<void> r = rdf::read_plain(body, *format, type(), facets(), {}, max_values, graph, focus); !r) return r;
   complete(graph, focus, before);
   return {};
 }

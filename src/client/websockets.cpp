@@ -13,13 +13,13 @@
 #include <utility>
 #include <variant>
 
-#include <lrt/base/utf8.hpp>
 #include <lrt/version.hpp>
 
 #include "src/base/ascii.hpp"
 #include "src/base/mailbox.hpp"
 #include "src/base/third_party_call.hpp"
 #include "src/base/thread.hpp"
+#include "src/base/utf8.hpp"
 #include "src/transport/libwebsockets/log.hpp"
 
 namespace lrt::client {

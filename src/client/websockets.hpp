@@ -11,9 +11,9 @@
 
 #include <lrt/base/result.hpp>
 #include <lrt/client/options.hpp>
-#include <lrt/http/url.hpp>
 
 #include "src/exchange/resolve.hpp"
+#include "src/http/url.hpp"
 
 namespace lrt::client {
 inline namespace v0 {

@@ -5,7 +5,7 @@
 #include <array>
 #include <iterator>
 
-#include <lrt/base/utf8.hpp>
+#include "src/base/utf8.hpp"
 
 namespace lrt::codegen::cpp {
 namespace {

@@ -20,6 +20,7 @@
 #include "src/delivery/post.hpp"
 #include "src/exchange/connect.hpp"
 #include "src/exchange/idle_wires.hpp"
+#include "src/subscription/callback_url.hpp"
 
 namespace lrt::delivery {
 inline namespace v0 {

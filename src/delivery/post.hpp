@@ -4,10 +4,10 @@
 #include <cstddef>
 #include <string>
 
-#include <lrt/subscription/allowed_hosts.hpp>
 #include <lrt/subscription/notification.hpp>
 
 #include "src/exchange/wire.hpp"
+#include "src/subscription/callback_url.hpp"
 
 namespace lrt::delivery {
 inline namespace v0 {

@@ -10,9 +10,10 @@
 
 #include <lrt/base/result.hpp>
 #include <lrt/engine/engine.hpp>
-#include <lrt/http/target.hpp>
 #include <lrt/http/message.hpp>
-#include <lrt/subscription/allowed_hosts.hpp>
+
+#include "src/http/target.hpp"
+#include "src/subscription/callback_url.hpp"
 
 namespace lrt::engine {
 inline namespace v0 {

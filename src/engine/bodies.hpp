@@ -14,7 +14,6 @@
 
 #include <lrt/engine/engine.hpp>
 #include <lrt/rdf/codec.hpp>
-#include <lrt/rdf/plain.hpp>
 #include <lrt/rdf/type.hpp>
 
 #include "src/engine/body_task.hpp"
@@ -24,6 +23,7 @@
 #include "src/engine/host_calls.hpp"
 #include "src/engine/pending_requests.hpp"
 #include "src/engine/responses.hpp"
+#include "src/rdf/plain.hpp"
 
 namespace lrt::engine {
 inline namespace v0 {

@@ -11,13 +11,13 @@
 
 #include <lrt/rdf/codec.hpp>
 #include <lrt/rdf/graph.hpp>
-#include <lrt/rdf/plain.hpp>
 #include <lrt/rdf/type.hpp>
 #include <lrt/rdf/value.hpp>
 #include <lrt/shacl/report.hpp>
 #include <lrt/shacl/shapes.hpp>
 
 #include "src/engine/body_errors.hpp"
+#include "src/rdf/plain.hpp"
 
 namespace lrt::model {
 inline namespace v0 {

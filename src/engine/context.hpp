@@ -11,11 +11,11 @@
 
 #include <lrt/base/clock.hpp>
 #include <lrt/http/message.hpp>
-#include <lrt/http/prefer.hpp>
 
 #include "src/engine/audience.hpp"
 #include "src/engine/body_task.hpp"
 #include "src/engine/resource.hpp"
+#include "src/http/prefer.hpp"
 
 namespace lrt::engine {
 inline namespace v0 {

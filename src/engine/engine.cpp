@@ -8,13 +8,13 @@
 #include <utility>
 
 #include <lrt/base/immortal.hpp>
-#include <lrt/http/target.hpp>
-#include <lrt/http/websocket.hpp>
 #include <lrt/model/statement.hpp>
 #include <lrt/rdf/lexical.hpp>
 
 #include "src/engine/parts.hpp"
 #include "src/engine/resources/thing.hpp"
+#include "src/http/target.hpp"
+#include "src/http/websocket.hpp"
 
 namespace lrt::engine {
 inline namespace v0 {

@@ -5,13 +5,13 @@
 
 #include <lrt/engine/engine.hpp>
 #include <lrt/http/problem.hpp>
-#include <lrt/rdf/plain.hpp>
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/engine/bases.hpp"
 #include "src/engine/context.hpp"
 #include "src/engine/representations.hpp"
 #include "src/engine/resources/thing.hpp"
+#include "src/rdf/plain.hpp"
 #include "src/rdf/plain_schema.hpp"
 
 namespace lrt::engine {

@@ -6,7 +6,6 @@
 
 #include <lrt/base/ids.hpp>
 #include <lrt/base/iri.hpp>
-#include <lrt/http/etag.hpp>
 #include <lrt/rdf/codec.hpp>
 
 #include "src/engine/registration.hpp"
@@ -14,6 +13,7 @@
 #include "src/engine/resources/collection.hpp"
 #include "src/engine/resources/property.hpp"
 #include "src/engine/resources/thing.hpp"
+#include "src/http/etag.hpp"
 
 namespace lrt::engine {
 inline namespace v0 {

@@ -6,20 +6,20 @@
 
 #include <lrt/base/iri.hpp>
 #include <lrt/base/media_type.hpp>
-#include <lrt/base/utf8.hpp>
-#include <lrt/http/etag.hpp>
-#include <lrt/http/negotiate.hpp>
-#include <lrt/http/target.hpp>
 #include <lrt/rdf/type.hpp>
 
 #include "src/base/ascii.hpp"
 #include "src/base/charset.hpp"
 #include "src/base/client_key.hpp"
+#include "src/base/utf8.hpp"
 #include "src/engine/parts.hpp"
 #include "src/engine/resources/property.hpp"
 #include "src/engine/resources/thing.hpp"
 #include "src/engine/resources/world.hpp"
+#include "src/http/etag.hpp"
 #include "src/http/form.hpp"
+#include "src/http/negotiate.hpp"
+#include "src/http/target.hpp"
 
 namespace lrt::engine {
 inline namespace v0 {

@@ -9,15 +9,15 @@
 
 #include <lrt/base/iri.hpp>
 #include <lrt/base/media_type.hpp>
-#include <lrt/base/utf8.hpp>
 #include <lrt/http/message.hpp>
 #include <lrt/rdf/codec.hpp>
 #include <lrt/rdf/lexical.hpp>
-#include <lrt/rdf/plain.hpp>
 
 #include "src/base/ascii.hpp"
+#include "src/base/utf8.hpp"
 #include "src/engine/resources/action.hpp"
 #include "src/engine/variants.hpp"
+#include "src/rdf/plain.hpp"
 
 namespace lrt::engine {
 inline namespace v0 {

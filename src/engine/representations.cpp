@@ -6,15 +6,15 @@
 #include <vector>
 
 #include <lrt/engine/page_source.hpp>
-#include <lrt/http/etag.hpp>
-#include <lrt/http/negotiate.hpp>
-#include <lrt/http/range.hpp>
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/engine/bases.hpp"
 #include "src/engine/overview.hpp"
 #include "src/engine/resources/property.hpp"
 #include "src/engine/resources/thing.hpp"
+#include "src/http/etag.hpp"
+#include "src/http/negotiate.hpp"
+#include "src/http/range.hpp"
 
 namespace lrt::engine {
 inline namespace v0 {

@@ -13,11 +13,9 @@
 #include <vector>
 
 #include <lrt/engine/handler.hpp>
-#include <lrt/http/link.hpp>
 #include <lrt/http/message.hpp>
 #include <lrt/base/iri.hpp>
 #include <lrt/base/result.hpp>
-#include <lrt/base/thin_vector.hpp>
 #include <lrt/model/representation.hpp>
 #include <lrt/rdf/graph.hpp>
 #include <lrt/rdf/type.hpp>
@@ -25,8 +23,10 @@
 #include <lrt/security.hpp>
 
 #include "src/base/function_ref.hpp"
+#include "src/base/thin_vector.hpp"
 #include "src/engine/audience.hpp"
 #include "src/engine/variants.hpp"
+#include "src/http/link.hpp"
 #include "src/subscription/backlog.hpp"
 
 namespace lrt::model {

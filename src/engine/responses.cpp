@@ -5,15 +5,15 @@
 
 #include <lrt/base/immortal.hpp>
 #include <lrt/base/media_type.hpp>
-#include <lrt/base/utf8.hpp>
-#include <lrt/http/etag.hpp>
-#include <lrt/http/negotiate.hpp>
 #include <lrt/http/problem.hpp>
 #include <lrt/rdf/vocab.hpp>
 
 #include <lrt/engine/page_source.hpp>
+#include "src/base/utf8.hpp"
 #include "src/engine/resources/session.hpp"
 #include "src/engine/resources/thing.hpp"
+#include "src/http/etag.hpp"
+#include "src/http/negotiate.hpp"
 
 namespace lrt::engine {
 inline namespace v0 {

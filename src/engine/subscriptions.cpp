@@ -8,14 +8,14 @@
 #include <utility>
 
 #include <lrt/base/ids.hpp>
-#include <lrt/http/negotiate.hpp>
-#include <lrt/http/websocket.hpp>
 #include <lrt/rdf/lexical.hpp>
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/base/ascii.hpp"
 #include "src/engine/resources/property.hpp"
 #include "src/engine/resources/thing.hpp"
+#include "src/http/negotiate.hpp"
+#include "src/http/websocket.hpp"
 
 namespace lrt::engine {
 inline namespace v0 {

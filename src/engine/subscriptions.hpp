@@ -27,6 +27,7 @@
 #include "src/engine/registry.hpp"
 #include "src/engine/representations.hpp"
 #include "src/engine/resources/subscription.hpp"
+#include "src/subscription/callback_url.hpp"
 
 namespace lrt::engine {
 inline namespace v0 {

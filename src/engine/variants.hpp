@@ -9,9 +9,9 @@
 #include <vector>
 
 #include <lrt/rdf/codec.hpp>
-#include <lrt/rdf/plain.hpp>
 
 #include "src/model/spec.hpp"
+#include "src/rdf/plain.hpp"
 
 namespace lrt::engine {
 inline namespace v0 {

@@ -7,9 +7,9 @@
 
 #include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
-#include <lrt/http/url.hpp>
 
 #include "src/exchange/wire.hpp"
+#include "src/http/url.hpp"
 
 namespace lrt::exchange {
 

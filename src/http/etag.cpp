@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <lrt/http/etag.hpp>
+#include "src/http/etag.hpp"
 
 #include <cstddef>
 #include <cstdint>

@@ -4,7 +4,8 @@
 #include <algorithm>
 
 #include <lrt/base/iri.hpp>
-#include <lrt/base/utf8.hpp>
+
+#include "src/base/utf8.hpp"
 
 namespace lrt::http {
 inline namespace v0 {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <lrt/http/link.hpp>
+#include "src/http/link.hpp"
 
 #include <algorithm>
 

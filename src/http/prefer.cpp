@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <lrt/http/prefer.hpp>
+#include "src/http/prefer.hpp"
 
 #include <cstdint>
 

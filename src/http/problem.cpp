@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <lrt/http/problem.hpp>
 
-#include <lrt/base/utf8.hpp>
 #include <lrt/http/message.hpp>
+
+#include "src/base/utf8.hpp"
 
 namespace lrt::http {
 inline namespace v0 {

@@ -4,9 +4,8 @@
 #include <cstdint>
 #include <cstring>
 
-#include <lrt/http/target.hpp>
-
 #include "src/base/ascii.hpp"
+#include "src/http/target.hpp"
 
 namespace lrt::http {
 inline namespace v0 {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <lrt/http/target.hpp>
+#include "src/http/target.hpp"
 
 #include <lrt/http/message.hpp>
 

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <lrt/http/url.hpp>
+#include "src/http/url.hpp"
 
 #include <optional>
 #include <utility>
 
-#include <lrt/http/target.hpp>
-
 #include "src/base/ascii.hpp"
 #include "src/http/host.hpp"
+#include "src/http/target.hpp"
 
 namespace lrt::http {
 inline namespace v0 {

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <lrt/http/websocket.hpp>
+#include "src/http/websocket.hpp"
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
 
-#include <lrt/base/utf8.hpp>
-
 #include "src/base/ascii.hpp"
 #include "src/base/base64.hpp"
+#include "src/base/utf8.hpp"
 
 namespace lrt::http {
 inline namespace v0 {

@@ -11,7 +11,6 @@
 #include <utility>
 
 #include <lrt/base/clock.hpp>
-#include <lrt/http/url.hpp>
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/base/random.hpp"
@@ -22,6 +21,7 @@
 #include "src/client/representation.hpp"
 #include "src/client/session.hpp"
 #include "src/client/tasks.hpp"
+#include "src/http/url.hpp"
 
 namespace lrt::mirror {
 inline namespace v0 {

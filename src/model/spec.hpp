@@ -16,7 +16,6 @@
 #include <lrt/base/error.hpp>
 #include <lrt/base/log.hpp>
 #include <lrt/base/result.hpp>
-#include <lrt/base/thin_vector.hpp>
 #include <lrt/model/detail/callables.hpp>
 #include <lrt/model/detail/slot.hpp>
 #include <lrt/model/dispatch.hpp>
@@ -25,6 +24,7 @@
 #include <lrt/rdf/graph.hpp>
 #include <lrt/rdf/type.hpp>
 
+#include "src/base/thin_vector.hpp"
 #include "src/model/availability.hpp"
 
 namespace lrt::model {

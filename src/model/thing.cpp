@@ -6,10 +6,10 @@
 #include <vector>
 
 #include <lrt/base/iri.hpp>
-#include <lrt/base/utf8.hpp>
 #include <lrt/rdf/lexical.hpp>
 
 #include "src/base/read_file.hpp"
+#include "src/base/utf8.hpp"
 #include "src/model/spec.hpp"
 
 namespace lrt {

@@ -11,9 +11,9 @@
 #include <lrt/base/ids.hpp>
 #include <lrt/http/message.hpp>
 #include <lrt/http/problem.hpp>
-#include <lrt/http/target.hpp>
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/http/target.hpp"
 #include "src/mqtt/bridge.hpp"
 
 namespace lrt::mqtt {

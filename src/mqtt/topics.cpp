@@ -4,7 +4,7 @@
 #include <array>
 #include <utility>
 
-#include <lrt/base/utf8.hpp>
+#include "src/base/utf8.hpp"
 
 namespace lrt::mqtt {
 inline namespace v0 {

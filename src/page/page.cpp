@@ -4,9 +4,9 @@
 #include <initializer_list>
 #include <utility>
 
-#include <lrt/http/etag.hpp>
 #include <lrt/http/message.hpp>
 
+#include "src/http/etag.hpp"
 #include "src/page/parts.hpp"
 
 namespace lrt::page {

@@ -3,12 +3,12 @@
 #include <limits>
 
 #include <lrt/base/iri.hpp>
-#include <lrt/base/utf8.hpp>
 #include <lrt/rdf/lexical.hpp>
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/base/ascii.hpp"
 #include "src/base/random.hpp"
+#include "src/base/utf8.hpp"
 #include "src/query/digest.hpp"
 #include "src/query/run.hpp"
 

@@ -3,8 +3,7 @@
 
 #include <string>
 
-#include <lrt/base/utf8.hpp>
-
+#include "src/base/utf8.hpp"
 #include "src/query/grammar.hpp"
 
 namespace lrt::query {

@@ -4,10 +4,10 @@
 #include <string_view>
 #include <vector>
 
-#include <lrt/base/utf8.hpp>
 #include <lrt/query/answer.hpp>
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/base/utf8.hpp"
 #include "src/rdf/n_triples.hpp"
 
 namespace lrt::query {

@@ -9,9 +9,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include <lrt/base/utf8.hpp>
 #include <lrt/rdf/lexical.hpp>
 
+#include "src/base/utf8.hpp"
 #include "src/rdf/limits.hpp"
 
 // JSON is read by nlohmann-json as events, because its tree loses the digits of numbers and repeated members. CBOR is read by our own code:

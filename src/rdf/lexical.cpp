@@ -8,9 +8,8 @@
 #include <limits>
 #include <type_traits>
 
-#include <lrt/base/utf8.hpp>
-
 #include "src/base/civil.hpp"
+#include "src/base/utf8.hpp"
 
 namespace lrt::rdf::lexical {
 inline namespace v0 {

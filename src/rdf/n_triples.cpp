@@ -4,9 +4,9 @@
 #include <array>
 #include <optional>
 
-#include <lrt/base/utf8.hpp>
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/base/utf8.hpp"
 #include "src/rdf/limits.hpp"
 
 namespace lrt::rdf {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <lrt/rdf/plain.hpp>
+#include "src/rdf/plain.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,12 +7,12 @@
 #include <cstring>
 
 #include <lrt/base/immortal.hpp>
-#include <lrt/base/utf8.hpp>
 #include <lrt/rdf/lexical.hpp>
 #include <lrt/rdf/traits.hpp>
 #include <lrt/rdf/value_codec.hpp>
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/base/utf8.hpp"
 #include "src/rdf/json_parse.hpp"
 #include "src/rdf/n_triples.hpp"
 #include "src/rdf/limits.hpp"

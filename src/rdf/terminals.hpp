@@ -11,10 +11,10 @@
 #include <utility>
 
 #include <lrt/base/iri.hpp>
-#include <lrt/base/utf8.hpp>
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/base/ascii.hpp"
+#include "src/base/utf8.hpp"
 #include "src/rdf/limits.hpp"
 
 namespace lrt::rdf {

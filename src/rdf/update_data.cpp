@@ -6,9 +6,8 @@
 #include <string>
 #include <utility>
 
-#include <lrt/base/utf8.hpp>
-
 #include "src/base/ascii.hpp"
+#include "src/base/utf8.hpp"
 #include "src/rdf/limits.hpp"
 #include "src/rdf/turtle_parser.hpp"
 

@@ -9,11 +9,11 @@
 #include <tuple>
 
 #include <lrt/base/immortal.hpp>
-#include <lrt/base/utf8.hpp>
 #include <lrt/rdf/codec.hpp>
 #include <lrt/rdf/lexical.hpp>
 #include <lrt/rdf/traits.hpp>
 
+#include "src/base/utf8.hpp"
 #include "src/rdf/value_writer.hpp"
 
 namespace lrt::rdf {

@@ -4,9 +4,8 @@
 #include <algorithm>
 #include <utility>
 
-#include <lrt/http/target.hpp>
-
 #include "src/base/ascii.hpp"
+#include "src/http/target.hpp"
 
 namespace lrt::security {
 inline namespace v0 {

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <utility>
 
-#include <lrt/base/utf8.hpp>
-#include <lrt/http/target.hpp>
+#include "src/base/utf8.hpp"
+#include "src/http/target.hpp"
 
 namespace lrt {
 inline namespace v0 {

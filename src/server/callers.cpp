@@ -5,10 +5,9 @@
 #include <optional>
 #include <utility>
 
-#include <lrt/http/websocket.hpp>
-
 #include "src/engine/context.hpp"
 #include "src/engine/subscriptions.hpp"
+#include "src/http/websocket.hpp"
 
 namespace lrt {
 inline namespace v0 {

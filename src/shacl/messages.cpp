@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <vector>
 
-#include <lrt/base/utf8.hpp>
 #include <lrt/rdf/lexical.hpp>
 #include <lrt/rdf/value_codec.hpp>
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/base/utf8.hpp"
 #include "src/shacl/plan.hpp"
 #include "src/shacl/run.hpp"
 

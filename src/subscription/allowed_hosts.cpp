@@ -161,13 +161,5 @@ bool AllowedHosts::allows(std::string_view host, std::uint16_t port, std::string
   return !is_special(*to) || has_network(port, *to);
 }
 
-Result<CallbackUrl> parse_callback_url(std::string_view url) {
-  Result<CallbackUrl> parsed = http::parse_url(url, 2'048);
-  if (parsed) return parsed;
-  Error error = std::move(parsed).error();
-  error.message = "callback URL: " + error.message;
-  return unexpected(std::move(error));
-}
-
 }  // namespace v0
 }  // namespace lrt::subscription

@@ -16,8 +16,9 @@
 #include <unordered_map>
 #include <utility>
 
-#include <lrt/base/utf8.hpp>
 #include <lrt/rdf/lexical.hpp>
+
+#include "src/base/utf8.hpp"
 
 namespace lrt::urdf {
 inline namespace v0 {

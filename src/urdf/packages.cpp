@@ -9,9 +9,9 @@
 #include <utility>
 
 #include <lrt/base/iri.hpp>
-#include <lrt/base/utf8.hpp>
 
 #include "src/base/read_file.hpp"
+#include "src/base/utf8.hpp"
 
 namespace lrt::urdf {
 inline namespace v0 {

@@ -20,14 +20,15 @@
 #include <vector>
 
 #include <lrt/engine/engine.hpp>
-#include <lrt/http/etag.hpp>
-#include <lrt/http/negotiate.hpp>
-#include <lrt/http/prefer.hpp>
 #include <lrt/http/request_parser.hpp>
 #include <lrt/rdf/codec.hpp>
-#include <lrt/rdf/plain.hpp>
 #include <lrt/rdf/traits.hpp>
 #include <lrt/rdf/value_codec.hpp>
+
+#include "src/http/etag.hpp"
+#include "src/http/negotiate.hpp"
+#include "src/http/prefer.hpp"
+#include "src/rdf/plain.hpp"
 
 namespace {
 

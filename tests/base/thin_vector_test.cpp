@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <lrt/base/thin_vector.hpp>
+#include "src/base/thin_vector.hpp"
 
 #include <memory>
 #include <string>

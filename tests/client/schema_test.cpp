@@ -22,6 +22,7 @@
 #include <lrt/shacl/derive.hpp>
 #include <lrt/shacl/validator.hpp>
 
+#include "src/rdf/plain.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/sample_robot.hpp"
 #include "tests/support/skip.hpp"
@@ -131,6 +132,7 @@ namespace unit = lrt::unit;
 namespace vocab = lrt::vocab;
 using Kind = Type::Kind;
 
+const lrt::MediaType json{"application", "json", {}};
 const std::string names = "http://example.org/vocabulary#", shape_iri = "http://example.org/shape", focus_iri = "http://example.org/focus";
 
 Graph parse(const std::string& text) {
@@ -196,7 +198,8 @@ void check_round_trip(const Type& type, const Facets& facets, const std::vector<
           if (format == Plain::text && value.is_null()) continue;
           Graph from_plain;
           const TermId again = from_plain.intern(lrt::rdf::iri(focus_iri));
-          if (const auto r = schema->write_plain_value(from_plain, again, *found, format); !r) FAIL_CHECK(r.error().message);
+          if (const auto r = schema->write_plain_value(from_plain, again, *found, lrt::MediaType::parse(lrt::rdf::media_type(format)).value()); !r)
+            FAIL_CHECK(r.error().message);
           else if (!contains(*found, "NaN") && !contains(*found, "INF")) CHECK(lrt::rdf::isomorphic(from_plain, written));
         }
         Graph rewritten;
@@ -411,13 +414,18 @@ TEST_CASE("a shape of another author gives a record with what a type can express
   const TermId focus = data.intern(lrt::rdf::iri(focus_iri));
   const auto written = schema->write_plain_value(
       data, focus, R"({"ssn":"123-45-6789","address":{"city":"Bonn"},"age":30,"home":"http://x/","status":"b","born":"1990-01-01","height":1.85})",
-      Plain::json);
+      json);
   if (!written) FAIL(written.error().message);
   const auto value = schema->read_value(data, focus);
   if (!value) FAIL(value.error().message);
   Graph again;
   schema->write_value(again, again.intern(lrt::rdf::iri(focus_iri)), *value);
   CHECK(lrt::rdf::isomorphic(again, data));
+  // Other media types have no value.
+  const auto refused = schema->write_plain_value(again, again.intern(lrt::rdf::iri(focus_iri)), "1", {"text", "csv", {}});
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().code == lrt::Errc::unsupported_syntax);
+  CHECK(contains(refused.error().message, "text/csv"));
 }
 
 TEST_CASE("reals of xsd:decimal are written without an exponent", "[client][R1.6]") {
@@ -441,7 +449,7 @@ TEST_CASE("reals of xsd:decimal are written without an exponent", "[client][R1.6
   for (const char* body : {"1e3", "1000"}) {
     Graph data;
     const TermId focus = data.intern(lrt::rdf::iri(focus_iri));
-    REQUIRE(schema->write_plain_value(data, focus, body, Plain::json));
+    REQUIRE(schema->write_plain_value(data, focus, body, json));
     CHECK(data.object(data.term(focus), vocab::vom::numericalValue)->text == "1000");
   }
   // A body with an exponent cannot become a decimal by another datatype alone.

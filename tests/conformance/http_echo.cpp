@@ -16,9 +16,10 @@
 #include <string>
 
 #include <lrt/engine/handler.hpp>
-#include <lrt/http/target.hpp>
 #include <lrt/http/problem.hpp>
 #include <lrt/transport/named.hpp>
+
+#include "src/http/target.hpp"
 
 namespace {
 

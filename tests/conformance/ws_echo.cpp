@@ -20,8 +20,9 @@
 
 #include <lrt/engine/handler.hpp>
 #include <lrt/http/problem.hpp>
-#include <lrt/http/websocket.hpp>
 #include <lrt/transport/named.hpp>
+
+#include "src/http/websocket.hpp"
 
 namespace {
 

@@ -12,12 +12,12 @@
 #include <vector>
 
 #include <lrt/rdf/codec.hpp>
-#include <lrt/rdf/plain.hpp>
 #include <lrt/rdf/value_codec.hpp>
 #include <lrt/shacl/derive.hpp>
 #include <lrt/shacl/shapes.hpp>
 #include <lrt/shacl/validator.hpp>
 
+#include "src/rdf/plain.hpp"
 #include "tests/support/bench.hpp"
 #include "tests/support/blueprint.hpp"
 #include "tests/support/catch.hpp"

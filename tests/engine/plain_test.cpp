@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <lrt/rdf/plain.hpp>
+#include "src/rdf/plain.hpp"
 
 #include <lrt/engine/engine.hpp>
 

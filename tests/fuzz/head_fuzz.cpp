@@ -8,14 +8,15 @@
 
 #include <lrt/base/iri.hpp>
 #include <lrt/base/media_type.hpp>
-#include <lrt/base/utf8.hpp>
-#include <lrt/http/etag.hpp>
-#include <lrt/http/link.hpp>
-#include <lrt/http/negotiate.hpp>
-#include <lrt/http/prefer.hpp>
 #include <lrt/http/problem.hpp>
 #include <lrt/http/request_parser.hpp>
-#include <lrt/http/target.hpp>
+
+#include "src/base/utf8.hpp"
+#include "src/http/etag.hpp"
+#include "src/http/link.hpp"
+#include "src/http/negotiate.hpp"
+#include "src/http/prefer.hpp"
+#include "src/http/target.hpp"
 
 using namespace lrt;
 

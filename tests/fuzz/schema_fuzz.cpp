@@ -8,6 +8,7 @@
 #include <lrt/codegen.hpp>
 #include <lrt/rdf/codec.hpp>
 
+#include "src/rdf/plain.hpp"
 #include "tests/fuzz/round_trip.hpp"
 
 // Shapes as Turtle, a byte 0xFF (which no UTF-8 text has), a body in JSON -> a Schema of each node, the body as triples and back;
@@ -48,7 +49,7 @@ void check_type(const Type& type, int depth) {
 void check_values(const Schema& schema, std::string_view body) {
   Graph graph;
   const auto focus = graph.intern(lrt::rdf::iri("http://example.org/focus"));
-  if (!schema.write_plain_value(graph, focus, body, Plain::json, 1'000)) return;
+  if (!schema.write_plain_value(graph, focus, body, {"application", "json", {}}, 1'000)) return;
   const auto value = schema.read_value(graph, focus);
   if (!value) return;
   Graph again;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <lrt/http/negotiate.hpp>
+#include "src/http/negotiate.hpp"
 
 #include "tests/support/catch.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <lrt/http/range.hpp>
+#include "src/http/range.hpp"
 
 #include "tests/support/catch.hpp"
 

@@ -8,8 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include <lrt/http/target.hpp>
-
+#include "src/http/target.hpp"
 #include "tests/support/catch.hpp"
 
 using namespace lrt;

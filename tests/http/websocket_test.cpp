@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <lrt/http/websocket.hpp>
+#include "src/http/websocket.hpp"
 
 #include <string>
 #include <vector>

@@ -27,10 +27,10 @@
 
 #include <lrt/base/clock.hpp>
 #include <lrt/engine/handler.hpp>
-#include <lrt/http/target.hpp>
 #include <lrt/transport/http.hpp>
 #include <lrt/transport/transport.hpp>
 
+#include "src/http/target.hpp"
 #include "tests/support/catch.hpp"
 
 namespace lrt::test {

@@ -15,8 +15,7 @@
 #include <utility>
 #include <vector>
 
-#include <lrt/http/websocket.hpp>
-
+#include "src/http/websocket.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/skip.hpp"
 #include "tests/support/tls.hpp"

@@ -3,8 +3,7 @@
 
 #include <tuple>
 
-#include <lrt/transport/detail/body_buffer.hpp>
-
+#include "src/transport/body_buffer.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/transport/framing_cases.hpp"
 #include "tests/transport/harness.hpp"

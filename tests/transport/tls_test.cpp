@@ -9,8 +9,7 @@
 #include <memory>
 #include <thread>
 
-#include <lrt/http/websocket.hpp>
-
+#include "src/http/websocket.hpp"
 #include "src/transport/http/addresses.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/skip.hpp"

@@ -14,8 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include <lrt/http/websocket.hpp>
-
+#include "src/http/websocket.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/websocket.hpp"
 

@@ -14,8 +14,7 @@
 #include <set>
 #include <vector>
 
-#include <lrt/http/websocket.hpp>
-
+#include "src/http/websocket.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/fakes.hpp"
 #include "tests/transport/harness.hpp"

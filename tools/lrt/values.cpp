@@ -16,10 +16,10 @@
 #include <lrt/client/units.hpp>
 #include <lrt/rdf/codec.hpp>
 #include <lrt/rdf/lexical.hpp>
-#include <lrt/rdf/plain.hpp>
 #include <lrt/rdf/traits.hpp>
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/rdf/plain.hpp"
 #include "tools/lrt/terminal.hpp"
 
 namespace lrt::tool {
@@ -323,10 +323,8 @@ Result<Body> body_of(const std::string& argument, const std::string& media_type)
 }
 
 Result<Input> input_of(const Body& body, const std::string& url, const std::optional<client::Schema>& schema) {
-  std::optional<rdf::Plain> format;
-  if (body.media_type.empty()) {
-    format = rdf::Plain::text;
-  } else {
+  MediaType media_type{"text", "plain", {}};
+  if (!body.media_type.empty()) {
     const std::string type = body.media_type.substr(0, body.media_type.find(';'));
     if (const std::optional<rdf::Syntax> syntax = rdf::syntax_of(type)) {
       rdf::ReadOptions options;
@@ -340,10 +338,11 @@ Result<Input> input_of(const Body& body, const std::string& url, const std::opti
       if (!focus) return unexpected(Errc::expected_value, "it is not clear which node of the body is the value; write it as <>");
       return Input{*std::move(graph), *focus};
     }
-    if (const auto parsed = MediaType::parse(type)) format = rdf::plain_of(*parsed);
-    if (!format)
+    const Result<MediaType> parsed = MediaType::parse(type);
+    if (!parsed || !rdf::plain_of(*parsed))
       return unexpected(Errc::invalid_option,
                         "\"" + type + "\" is neither RDF nor a plain value; expected text/turtle, application/json, text/plain ...");
+    media_type = *parsed;
   }
   if (!schema) {
     return unexpected(Errc::expected_value, "\"" + url + "\" publishes no shape that says what a plain value means; give RDF, such as @value.ttl");
@@ -353,8 +352,8 @@ Result<Input> input_of(const Body& body, const std::string& url, const std::opti
   while (type->kind == Type::Kind::optional && type->element) type = type->element;
   const std::size_t begin = bytes.find_first_not_of(" \t\r\n");
   const bool looks_like_json = begin != std::string::npos && (bytes[begin] == '{' || bytes[begin] == '[');
-  if (body.media_type.empty() && looks_like_json && type->kind != Type::Kind::text) format = rdf::Plain::json;
-  if (*format == rdf::Plain::text && type->is_number()) {
+  if (body.media_type.empty() && looks_like_json && type->kind != Type::Kind::text) media_type = {"application", "json", {}};
+  if (media_type.type == "text" && type->is_number()) {
     const Result<client::Quantity> quantity = client::parse_quantity(trimmed(bytes));
     if (quantity && !quantity->unit.empty()) {
       const Result<double> number = client::number_in(trimmed(bytes), schema->facets().unit());
@@ -367,7 +366,7 @@ Result<Input> input_of(const Body& body, const std::string& url, const std::opti
   }
   Input input;
   input.focus = input.graph.intern(rdf::iri(url));
-  if (Result<void> written = schema->write_plain_value(input.graph, input.focus, bytes, *format); !written) {
+  if (Result<void> written = schema->write_plain_value(input.graph, input.focus, bytes, media_type); !written) {
     Error error = std::move(written).error();
     if (error.message.find("expected") == std::string::npos) error.message = "expected " + description_of(*schema) + ": " + error.message;
     return unexpected(Errc::expected_value, std::move(error.message));

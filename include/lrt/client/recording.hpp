@@ -10,9 +10,10 @@
 
 #include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
-#include <lrt/rdf/plain.hpp>
 #include <lrt/rdf/traits.hpp>
-#include <lrt/rdf/value_codec.hpp>
+#include <lrt/rdf/type.hpp>
+#include <lrt/rdf/unit.hpp>
+#include <lrt/rdf/value.hpp>
 
 /// Files of changes: recorded values of a robot, for inspection or to publish them again.
 ///
@@ -23,7 +24,7 @@
 ///     {"at":0.0123,"name":"right_s1/position","value":0.27,"unit":"rad"}
 ///     {"at":1.5,"name":"right_s1/position","gap":"the connection was lost"}
 ///
-/// `at` is in seconds since the beginning. `value` has the format Plain::json_with_units; `unit` is the UCUM code of a
+/// `at` is in seconds since the beginning. `value` is JSON; within it a number has its unit, {"value": 43.6, "unit": "deg"}; `unit` is the UCUM code of a
 /// number. `gap`: changes before this line may be missing. Unknown members are ignored.
 namespace lrt::client {
 inline namespace v0 {
@@ -79,6 +80,10 @@ class LRT_API Recording {
   std::size_t damaged_lines_ = 0;
 };
 
+namespace detail {
+LRT_API Result<rdf::Value> read_json(std::string_view json, const rdf::Type& type, const rdf::Facets& facets);
+}
+
 /// Decodes the value of a recorded change, for a robot that publishes it again:
 ///
 ///     while (const RecordedChange* change = playback.next(now - start))
@@ -94,16 +99,7 @@ Result<T> value_of(const RecordedChange& change, const lrt::Unit& unit = lrt::un
   if (change.is_gap()) return unexpected(Errc::expected_value, "the change is a gap and has no value");
   if (!unit.empty() && !change.unit.empty() && unit.ucum != change.unit)
     return unexpected(Errc::expected_value, "expected the unit " + std::string(unit.ucum) + ", found " + change.unit);
-  rdf::Graph graph;
-  const rdf::TermId focus = graph.intern(rdf::iri("urn:value"));
-  const rdf::Facets facets = rdf::Facets(unit).allow_non_finite();
-  constexpr std::size_t max_values = 1'000'000;
-  constexpr std::string_view vocabulary = "urn:vocabulary";
-  if (Result<void> read = rdf::read_plain(change.value, rdf::Plain::json, rdf::traits<T>::type(), facets, vocabulary, max_values, graph, focus);
-      !read)
-    return unexpected(std::move(read).error());
-  std::vector<rdf::Mismatch> mismatches;
-  Result<rdf::Value> value = rdf::read_value(graph, focus, rdf::traits<T>::type(), facets, vocabulary, mismatches);
+  Result<rdf::Value> value = detail::read_json(change.value, rdf::traits<T>::type(), rdf::Facets(unit).allow_non_finite());
   if (!value) return unexpected(std::move(value).error());
   return rdf::traits<T>::decode(*value);
 }

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include <lrt/base/abi.hpp>
+#include <lrt/base/media_type.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/rdf/graph.hpp>
-#include <lrt/rdf/plain.hpp>
 #include <lrt/rdf/term.hpp>
 #include <lrt/rdf/type.hpp>
 #include <lrt/rdf/value.hpp>
@@ -55,7 +55,7 @@ struct SchemaOptions {
 /// | sh:minCount 0 or none | optional |
 ///
 /// sh:node and sh:and are followed. Bounds and lengths become facets. A field has the last part of its predicate as its
-/// name, or the sh:name that encodes to it. Two fields may have equal names: rdf::write_plain() tells them apart. All
+/// name, or the sh:name that encodes to it. Two fields may have equal names: JSON tells them apart by prefixes. All
 /// classes and predicates are absolute IRIs, so the vocabulary that the functions of rdf take does not matter.
 ///
 /// A constraint that a type cannot express is a warning: one sentence with the path and the constraint. The shape may
@@ -90,10 +90,16 @@ class LRT_API Schema {
   /// Adds the triples of a value, as rdf::write_value(), and what else the shape requires: its classes, and qudt:unit.
   /// @pre usable(), `value` is of type()
   void write_value(rdf::Graph& graph, rdf::TermId focus, const rdf::Value& value) const;
-  /// Adds the triples of a value in JSON, text, CBOR or octets, as rdf::read_plain(), and what else the shape requires.
+  /// Adds the triples of a value without RDF, and what else the shape requires. The body is what a PUT of this media
+  /// type may have.
+  /// @param media_type  application/json, text/plain, application/cbor or application/octet-stream; parameters are
+  ///                    ignored
   /// @pre usable()
-  /// @par Errors  those of rdf::read_plain(); the graph must then be discarded
-  Result<void> write_plain_value(rdf::Graph& graph, rdf::TermId focus, std::string_view body, rdf::Plain format,
+  /// @par Errors  After an error the graph must be discarded. unsupported_syntax: another media type, or octets for a
+  ///              type that is not made of numbers. expected_rdf, with the position: the body is not of this media
+  ///              type. expected_value: the value is not of type(), with its JSON Pointer. limit_exceeded: nested more
+  ///              than 64 deep, or more than `max_values` values
+  Result<void> write_plain_value(rdf::Graph& graph, rdf::TermId focus, std::string_view body, const MediaType& media_type,
                                  std::size_t max_values = 100'000) const;
 
  private:

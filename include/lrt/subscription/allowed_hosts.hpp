@@ -10,7 +10,6 @@
 
 #include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
-#include <lrt/http/url.hpp>
 
 namespace lrt::subscription {
 inline namespace v0 {
@@ -67,13 +66,6 @@ class LRT_API AllowedHosts {
 
   std::vector<Entry> entries_;
 };
-
-/// The URL of a web callback.
-using CallbackUrl = http::Url;
-/// Parses a callback URL of at most 2,048 bytes.
-/// @par Errors   expected_iri, as http::parse_url()
-/// @par Threads  Any.
-LRT_API Result<CallbackUrl> parse_callback_url(std::string_view url);
 
 }  // namespace v0
 }  // namespace lrt::subscription

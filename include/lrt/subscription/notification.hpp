@@ -21,7 +21,7 @@ struct ReadyCallback {
 /// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
 ///               `body` is immutable.
 struct Notification {
-  std::string url;                          ///< has passed parse_callback_url() and AllowedHosts::names()
+  std::string url;                          ///< http or https, of at most 2,048 bytes; AllowedHosts::names() is true for it
   http::Fields fields;                      ///< Content-Type, ETag, Link (SPEC 3.6)
   std::shared_ptr<const std::string> body;  ///< the representation
   std::string secret;                       ///< signs the body; empty: unsigned

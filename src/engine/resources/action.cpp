@@ -6,13 +6,13 @@
 #include <vector>
 
 #include <lrt/base/immortal.hpp>
-#include <lrt/base/utf8.hpp>
 #include <lrt/http/message.hpp>
 #include <lrt/rdf/codec.hpp>
 #include <lrt/rdf/lexical.hpp>
 #include <lrt/rdf/traits.hpp>
 #include <lrt/rdf/value_codec.hpp>
 
+#include "src/base/utf8.hpp"
 #include "src/engine/change_scanner.hpp"
 #include "src/engine/description.hpp"
 #include "src/engine/overview.hpp"

@@ -9,10 +9,10 @@
 #include <string_view>
 #include <vector>
 
-#include <lrt/base/thin_vector.hpp>
 #include <lrt/rdf/graph.hpp>
 #include <lrt/rdf/type.hpp>
 
+#include "src/base/thin_vector.hpp"
 #include "src/engine/resource.hpp"
 #include "src/engine/resources/blueprint.hpp"
 

@@ -7,12 +7,12 @@
 
 #include <lrt/base/immortal.hpp>
 #include <lrt/engine/engine.hpp>
-#include <lrt/http/etag.hpp>
 #include <lrt/rdf/codec.hpp>
 
 #include "src/engine/description.hpp"
 #include "src/engine/host_calls.hpp"
 #include "src/engine/parts.hpp"
+#include "src/http/etag.hpp"
 
 namespace lrt::engine {
 inline namespace v0 {

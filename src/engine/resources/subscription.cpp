@@ -3,7 +3,6 @@
 
 #include <lrt/engine/engine.hpp>
 #include <lrt/rdf/lexical.hpp>
-#include <lrt/subscription/allowed_hosts.hpp>
 
 #include "src/engine/bases.hpp"
 #include "src/engine/description.hpp"
@@ -11,6 +10,7 @@
 #include "src/engine/parts.hpp"
 #include "src/engine/resources/collection.hpp"
 #include "src/engine/resources/thing.hpp"
+#include "src/subscription/callback_url.hpp"
 
 namespace lrt::engine {
 inline namespace v0 {

@@ -6,14 +6,14 @@
 
 #include <lrt/base/ids.hpp>
 #include <lrt/base/iri.hpp>
-#include <lrt/http/etag.hpp>
-#include <lrt/http/target.hpp>
 
 #include "src/base/canonical_path.hpp"
 #include "src/engine/description.hpp"
 #include "src/engine/overview.hpp"
 #include "src/engine/parts.hpp"
 #include "src/engine/resources/collection.hpp"
+#include "src/http/etag.hpp"
+#include "src/http/target.hpp"
 
 namespace lrt::engine {
 inline namespace v0 {

@@ -3,9 +3,8 @@
 
 #include <algorithm>
 
-#include <lrt/base/utf8.hpp>
-
 #include "src/base/ascii.hpp"
+#include "src/base/utf8.hpp"
 #include "src/rdf/limits.hpp"
 
 namespace lrt::rdf {

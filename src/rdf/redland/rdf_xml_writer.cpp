@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <vector>
 
-#include <lrt/base/utf8.hpp>
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/base/utf8.hpp"
 #include "src/rdf/codecs.hpp"
 #include "src/rdf/n_triples.hpp"
 #include "src/rdf/redland/redland.hpp"

@@ -11,11 +11,11 @@
 #include <lrt/http/date.hpp>
 #include <lrt/http/problem.hpp>
 #include <lrt/http/request_parser.hpp>
-#include <lrt/http/websocket.hpp>
-#include <lrt/transport/detail/body_buffer.hpp>
-#include <lrt/transport/detail/chunks.hpp>
 
+#include "src/http/websocket.hpp"
+#include "src/transport/body_buffer.hpp"
 #include "src/transport/buffers.hpp"
+#include "src/transport/chunks.hpp"
 
 namespace lrt::transport {
 inline namespace v0 {

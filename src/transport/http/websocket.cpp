@@ -8,7 +8,8 @@
 #include <utility>
 
 #include <lrt/base/immortal.hpp>
-#include <lrt/http/websocket.hpp>
+
+#include "src/http/websocket.hpp"
 
 namespace lrt::transport {
 inline namespace v0 {

@@ -5,8 +5,8 @@
 #include <cassert>
 #include <utility>
 
-#include <lrt/base/utf8.hpp>
-#include <lrt/http/websocket.hpp>
+#include "src/base/utf8.hpp"
+#include "src/http/websocket.hpp"
 
 namespace lrt::transport {
 inline namespace v0 {

@@ -8,8 +8,8 @@
 #include <variant>
 
 #include <lrt/http/problem.hpp>
-#include <lrt/http/websocket.hpp>
 
+#include "src/http/websocket.hpp"
 #include "src/transport/buffers.hpp"
 #include "src/transport/libwebsockets/tls.hpp"
 #include "src/transport/libwebsockets/vhost.hpp"

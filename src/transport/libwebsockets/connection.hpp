@@ -12,8 +12,8 @@
 #include <lrt/engine/handler.hpp>
 #include <lrt/http/request_parser.hpp>
 #include <lrt/http/message.hpp>
-#include <lrt/transport/detail/body_buffer.hpp>
 
+#include "src/transport/body_buffer.hpp"
 #include "src/transport/libwebsockets/incoming.hpp"
 #include "src/transport/libwebsockets/websocket.hpp"
 

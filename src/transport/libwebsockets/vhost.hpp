@@ -18,10 +18,10 @@
 #include <vector>
 
 #include <lrt/engine/handler.hpp>
-#include <lrt/transport/detail/body_buffer.hpp>
 #include <lrt/transport/transport.hpp>
 
 #include "src/base/event_waker.hpp"
+#include "src/transport/body_buffer.hpp"
 
 namespace lrt::libwebsockets {
 

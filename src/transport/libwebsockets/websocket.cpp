@@ -10,9 +10,8 @@
 #include <cstring>
 #include <utility>
 
-#include <lrt/base/utf8.hpp>
-#include <lrt/http/websocket.hpp>
-
+#include "src/base/utf8.hpp"
+#include "src/http/websocket.hpp"
 #include "src/transport/libwebsockets/vhost.hpp"
 
 namespace lrt::libwebsockets {

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
-#include <lrt/http/url.hpp>
-
+#include "src/http/url.hpp"
 #include "tools/lrt/command_line.hpp"
 
 namespace lrt::tool {

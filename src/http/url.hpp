@@ -32,7 +32,7 @@ struct Url {
 /// @par Threads  Any.
 /// @par Time     Linear in the text, of which at most `longest` bytes are read. Allocates.
 /// @par Implements  RFC 3986 3, RFC 9110 4.2
-LRT_API Result<Url> parse_url(std::string_view url, std::size_t longest = 8 * 1024);
+LRT_INTERNAL_API Result<Url> parse_url(std::string_view url, std::size_t longest = 8 * 1024);
 
 }  // namespace v0
 }  // namespace lrt::http

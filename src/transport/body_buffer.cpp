@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <lrt/transport/detail/body_buffer.hpp>
+#include "src/transport/body_buffer.hpp"
 
 #include <sys/mman.h>
 

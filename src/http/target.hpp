@@ -29,7 +29,7 @@ struct Target {
 /// @return  nullopt: the target has another form, or an authority that parse_host() refuses
 /// @par Threads  Any.
 /// @par Time     Linear in the text.
-LRT_API std::optional<Target> split_target(std::string_view target) noexcept;
+LRT_INTERNAL_API std::optional<Target> split_target(std::string_view target) noexcept;
 
 /// Host and port of a Host field (RFC 9110 7.2) or of an authority (RFC 3986 3.2.2, 3.2.3):
 ///
@@ -42,7 +42,7 @@ struct HostPort {
 /// @return  nullopt: userinfo, a comma, an empty host, an ill-formed IPv6 address, or a port above 65535
 /// @par Threads  Any.
 /// @par Time     Linear in the text.
-LRT_API std::optional<HostPort> parse_host(std::string_view authority) noexcept;
+std::optional<HostPort> parse_host(std::string_view authority) noexcept;
 
 }  // namespace v0
 }  // namespace lrt::http

@@ -6,7 +6,6 @@
 #include <string_view>
 #include <vector>
 
-#include <lrt/base/abi.hpp>
 #include <lrt/base/language.hpp>
 
 namespace lrt::http {
@@ -29,7 +28,7 @@ inline namespace v0 {
 /// @par Threads  Any.
 /// @par Time     Linear in the product of field and offers.
 /// @par Implements  R1.2
-LRT_API std::optional<std::size_t> negotiate(std::optional<std::string_view> accept, const std::vector<std::string_view>& offers);
+std::optional<std::size_t> negotiate(std::optional<std::string_view> accept, const std::vector<std::string_view>& offers);
 
 }  // namespace v0
 }  // namespace lrt::http

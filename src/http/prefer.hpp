@@ -7,7 +7,6 @@
 #include <string_view>
 #include <vector>
 
-#include <lrt/base/abi.hpp>
 #include <lrt/base/language.hpp>
 
 namespace lrt::http {
@@ -34,7 +33,7 @@ struct Preferences {
 /// @param prefer  the joined Prefer fields
 /// @par Threads  Any.
 /// @par Time     Linear in the field. Allocates.
-LRT_API Preferences parse_prefer(std::string_view prefer);
+Preferences parse_prefer(std::string_view prefer);
 
 }  // namespace v0
 }  // namespace lrt::http

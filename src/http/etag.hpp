@@ -4,7 +4,6 @@
 #include <string>
 #include <string_view>
 
-#include <lrt/base/abi.hpp>
 #include <lrt/base/language.hpp>
 
 namespace lrt::http {
@@ -16,7 +15,7 @@ inline namespace v0 {
 /// @par Threads  Any.
 /// @par Time     Linear in the bytes.
 /// @par Implements  R0.11, RFC 9110 8.8.3
-LRT_API std::string entity_tag(std::string_view media_type, std::string_view bytes);
+std::string entity_tag(std::string_view media_type, std::string_view bytes);
 
 /// The result of matches().
 enum class Match : unsigned char {
@@ -35,7 +34,7 @@ enum class Match : unsigned char {
 /// @par Threads  Any.
 /// @par Time     Linear in the field.
 /// @par Implements  R0.11, RFC 9110 8.8.3.2
-LRT_API Match matches(std::string_view field, std::string_view tag, bool weak) noexcept;
+Match matches(std::string_view field, std::string_view tag, bool weak) noexcept;
 
 }  // namespace v0
 }  // namespace lrt::http

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <lrt/transport/detail/chunks.hpp>
+#include "src/transport/chunks.hpp"
 
 #include <algorithm>
 

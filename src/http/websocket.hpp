@@ -16,7 +16,7 @@ inline namespace v0 {
 /// ignores case and the version of the protocol.
 /// @par Threads  Any.
 /// @par Time     Linear in the fields.
-LRT_API bool requests_upgrade(const Request& request, std::string_view protocol) noexcept;
+bool requests_upgrade(const Request& request, std::string_view protocol) noexcept;
 
 /// Checks a request with `Upgrade: websocket`. An opening handshake has the method GET, HTTP/1.1, no body, `Connection`
 /// with `upgrade`, one Sec-WebSocket-Version of 13 (else 426, with `Sec-WebSocket-Version: 13`), and one
@@ -25,19 +25,19 @@ LRT_API bool requests_upgrade(const Request& request, std::string_view protocol)
 /// @par Threads  Any.
 /// @par Time     Linear in the fields.
 /// @par Implements  R0.12, RFC 6455 4.2.1, 4.4
-LRT_API std::optional<Refusal> check_websocket(const Request& request);
+std::optional<Refusal> check_websocket(const Request& request);
 
 /// Whether a close frame may have this payload: nothing, or a status code that an endpoint may send, followed by a
 /// reason in UTF-8 (RFC 6455 5.5.1, 7.4; codes 1012 and 1013 are registered by IANA).
 /// @par Threads  Any.
 /// @par Time     Linear in the text. Does not allocate.
-LRT_API bool is_close_payload(std::string_view payload) noexcept;
+bool is_close_payload(std::string_view payload) noexcept;
 
 /// The value of Sec-WebSocket-Accept (RFC 6455 4.2.2).
 /// @param key  value of Sec-WebSocket-Key
 /// @par Threads  Any.
 /// @par Time     Linear in the key.
-LRT_API std::string websocket_accept(std::string_view key);
+LRT_INTERNAL_API std::string websocket_accept(std::string_view key);
 
 }  // namespace v0
 }  // namespace lrt::http

@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <string_view>
 
-#include <lrt/base/abi.hpp>
 #include <lrt/base/language.hpp>
 
 namespace lrt::http {
@@ -28,7 +27,7 @@ struct ByteRange {
 /// @par Threads  Any.
 /// @par Time     Linear in the field.
 /// @par Implements  RFC 9110 14.1.1, 14.1.2, 14.2
-LRT_API ByteRange parse_range(std::string_view field, std::size_t size) noexcept;
+ByteRange parse_range(std::string_view field, std::size_t size) noexcept;
 
 }  // namespace v0
 }  // namespace lrt::http

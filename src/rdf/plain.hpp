@@ -44,15 +44,15 @@ inline constexpr std::array<Plain, 4> all_plain = {Plain::json, Plain::json_with
 /// "application/json", `application/json;profile="https://w3id.org/lrt/ns#withUnits"`, "text/plain",
 /// "application/cbor", "application/octet-stream".
 /// @par Threads  Any.
-LRT_API std::string_view media_type(Plain format) noexcept;
+std::string_view media_type(Plain format) noexcept;
 /// The format for reading a body of a media type. Parameters are ignored: JSON and CBOR bodies may always contain
 /// units.
 /// @par Threads  Any.
-LRT_API std::optional<Plain> plain_of(const MediaType& type) noexcept;
+LRT_INTERNAL_API std::optional<Plain> plain_of(const MediaType& type) noexcept;
 
 /// The layout of Plain::octets.
 /// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
-struct LRT_API Octets {
+struct Octets {
   Iri datatype;                    ///< xsd:double: IEEE 754 binary64; xsd:float: binary32; xsd:long, unsignedByte ...: two's complement
   std::size_t bytes = 0;           ///< of one number: 1, 2, 4 or 8
   std::vector<std::size_t> shape;  ///< lengths of the lists, outermost first; empty: a number
@@ -62,19 +62,19 @@ struct LRT_API Octets {
 /// The layout of all values of a type; a free length is 0. nullopt: the type does not consist of numbers.
 /// @par Threads  Any.
 /// @par Time     Linear in the depth of the type.
-LRT_API std::optional<Octets> octets_of(const Type& type);
+std::optional<Octets> octets_of(const Type& type);
 /// The layout of a value. The lengths below an empty list are those of the type.
 /// @pre `value` is of that type, or null
 /// @par Errors   unsupported_syntax: the value does not consist of numbers, has lists of different lengths side by side,
 ///               or is null
 /// @par Threads  Any.
 /// @par Time     Linear in the value.
-LRT_API Result<Octets> octets_of(const Type& type, const Value& value);
+Result<Octets> octets_of(const Type& type, const Value& value);
 /// Whether a value of the type can be read from octets: at most one length may be free, because octets do not contain
 /// their shape.
 /// @par Threads  Any.
 /// @par Time     Linear in the depth of the type.
-LRT_API bool reads_octets(const Type& type);
+bool reads_octets(const Type& type);
 
 /// Writes a value. Deterministic. Invalid UTF-8 in a text is replaced by U+FFFD.
 ///
@@ -82,7 +82,7 @@ LRT_API bool reads_octets(const Type& type);
 /// @par Errors   unsupported_syntax: octets, and octets_of() fails
 /// @par Threads  Any.
 /// @par Time     A number 0.1 us, an array of 7 in JSON 0.5, as octets 0.1. A million doubles as octets: 8 ms.
-LRT_API Result<std::string> write_plain(const Type& type, const Facets& facets, const Value& value, Plain format);
+LRT_INTERNAL_API Result<std::string> write_plain(const Type& type, const Facets& facets, const Value& value, Plain format);
 
 /// Reads a value and adds to `graph` at `focus` the triples that write_value() would add, so the same shape validates
 /// it. A value of the wrong type is added unchanged (a text where a number is expected). A missing or null value is
@@ -105,8 +105,8 @@ LRT_API Result<std::string> write_plain(const Type& type, const Facets& facets, 
 ///               unsupported_syntax: octets, and reads_octets() is false.
 /// @par Threads  Any, one at a time for each graph.
 /// @par Time     Linear in the body. A number with a unit: 0.8 us in JSON, 0.5 us in text, mostly for the graph.
-LRT_API Result<void> read_plain(std::string_view body, Plain format, const Type& type, const Facets& facets, std::string_view vocabulary,
-                                std::size_t max_values, Graph& graph, TermId focus, Mismatch* mismatch = nullptr);
+LRT_INTERNAL_API Result<void> read_plain(std::string_view body, Plain format, const Type& type, const Facets& facets, std::string_view vocabulary,
+                                         std::size_t max_values, Graph& graph, TermId focus, Mismatch* mismatch = nullptr);
 
 }  // namespace v0
 }  // namespace lrt::rdf

@@ -8,7 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include <lrt/base/abi.hpp>
 #include <lrt/http/message.hpp>
 
 namespace lrt::http {
@@ -22,7 +21,7 @@ inline namespace v0 {
 /// @par Time     add() is linear in the link. The memory is bounded by the budget; a link after the one that did not
 ///               fit costs nothing.
 /// @par Implements  R0.9
-class LRT_API LinkWriter {
+class LinkWriter {
  public:
   /// @param budget  bytes of all lines together, with field names and line ends
   explicit LinkWriter(std::size_t budget = 8 * 1024) : budget_(budget) {}

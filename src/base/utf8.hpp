@@ -17,27 +17,27 @@ inline namespace v0 {
 ///          at most U+10FFFF); nullopt: the text is well-formed
 /// @par Threads  Any.
 /// @par Time     Linear in the text. Does not allocate.
-LRT_API std::optional<std::size_t> find_invalid(std::string_view text) noexcept;
+LRT_INTERNAL_API std::optional<std::size_t> find_invalid(std::string_view text) noexcept;
 
 /// Whether the text ends with an incomplete character. @pre the text is well-formed up to that character
 /// @par Threads  Any.
 /// @par Time     Constant. Does not allocate.
-LRT_API bool ends_within_character(std::string_view text) noexcept;
+LRT_INTERNAL_API bool ends_within_character(std::string_view text) noexcept;
 
 /// The beginning of a text, of at most `limit` bytes. It does not end within a character. Of bytes that are not well-formed, it may be shorter.
 /// @par Threads  Any.
 /// @par Time     Constant if the text is well-formed. Does not allocate.
-LRT_API std::string_view prefix(std::string_view text, std::size_t limit) noexcept;
+LRT_INTERNAL_API std::string_view prefix(std::string_view text, std::size_t limit) noexcept;
 
 /// Appends one code point. @pre it is a scalar value
 /// @par Threads  Any.
 /// @par Time     Constant, but for an allocation of `out`.
-LRT_API void append(std::string& out, char32_t code_point);
+LRT_INTERNAL_API void append(std::string& out, char32_t code_point);
 
 /// Reads the code point at `offset` and advances past it. @pre the text is well-formed and offset < size
 /// @par Threads  Any.
 /// @par Time     Constant. Does not allocate.
-LRT_API char32_t decode(std::string_view text, std::size_t& offset) noexcept;
+LRT_INTERNAL_API char32_t decode(std::string_view text, std::size_t& offset) noexcept;
 
 }  // namespace v0
 }  // namespace lrt::utf8

@@ -6,9 +6,9 @@
 #include <string>
 #include <string_view>
 
-#include <lrt/base/abi.hpp>
 #include <lrt/base/language.hpp>
-#include <lrt/transport/detail/body_buffer.hpp>
+
+#include "src/transport/body_buffer.hpp"
 
 namespace lrt::transport {
 inline namespace v0 {
@@ -16,7 +16,7 @@ inline namespace v0 {
 /// are known to differ: white space only around ';' and '=' of extensions, at most 15 hexadecimal digits, CRLF only, no
 /// framing field in a trailer. Extensions and trailers are checked and dropped.
 /// @par Implements  R0.1
-class LRT_API ChunkDecoder {
+class ChunkDecoder {
  public:
   enum class Status : unsigned char {
     more,       ///< all of the input was taken, and the body is not complete

@@ -7,7 +7,6 @@
 #include <string>
 #include <string_view>
 
-#include <lrt/base/abi.hpp>
 #include <lrt/base/language.hpp>
 
 namespace lrt::transport {
@@ -18,7 +17,7 @@ struct Limits;
 /// The memory of all bodies that a transport is receiving, and its limits (Limits::max_total_body_bytes,
 /// max_total_body_bytes_per_address).
 /// @par Threads  One thread at a time.
-class LRT_API BodyBudget {
+class BodyBudget {
  public:
   /// The first bytes of each body are not counted, so small commands are received while large bodies use up the limit.
   /// max_connections bounds them.
@@ -42,7 +41,7 @@ class LRT_API BodyBudget {
 
 /// The bytes of one body, in a memory mapping. It grows without a copy, and clear() returns it to the system; a block
 /// of malloc() could stay with the process.
-class LRT_API BodyBuffer {
+class BodyBuffer {
  public:
   /// @param peer  numeric address of the client
   BodyBuffer(BodyBudget& budget, std::string_view peer);
