@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/clock.hpp>
 #include <lrt/client/watch.hpp>
 
@@ -20,7 +21,7 @@ struct WatchContext;
 /// The watches of a client: connections, pauses between them, and the queues of what they have received.
 ///
 /// @par Threads  Any; poll(): one at a time.
-class Watches {
+class LRT_INTERNAL_API Watches {
  public:
   /// Parameters that tests replace, and the wake-up of the host.
   struct Hooks {
