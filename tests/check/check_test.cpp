@@ -444,7 +444,7 @@ std::vector<Broken> broken_servers() {
   return all;
 }
 
-TEST_CASE("a server of lrt fulfils what can be checked", "[client][check]") {
+TEST_CASE("a server of lrt fulfils what can be checked", "[check]") {
   for (const bool moving : {false, true}) {
     INFO("moving: " << moving);
     Case c;
@@ -465,7 +465,7 @@ TEST_CASE("a server of lrt fulfils what can be checked", "[client][check]") {
   }
 }
 
-TEST_CASE("each broken server has exactly its fault", "[client][check]") {
+TEST_CASE("each broken server has exactly its fault", "[check]") {
   for (Broken& broken : broken_servers()) {
     const std::string id = broken.id;
     DYNAMIC_SECTION(id << ": a server that " << broken.what) {
@@ -483,7 +483,7 @@ TEST_CASE("each broken server has exactly its fault", "[client][check]") {
   }
 }
 
-TEST_CASE("a change without a message fails, and so does the missing first message", "[client][check][R0.15]") {
+TEST_CASE("a change without a message fails, and so does the missing first message", "[check][R0.15]") {
   Case c;
   c.moving = true;
   c.fault.to_client = [](std::string& bytes) {
@@ -494,7 +494,7 @@ TEST_CASE("a change without a message fails, and so does the missing first messa
   CHECK(failures(report) == Names{"ws.notified", "ws.first-message"});
 }
 
-TEST_CASE("every check has a broken server", "[client][check]") {
+TEST_CASE("every check has a broken server", "[check]") {
   Names tested = {"tls.https", "ws.notified"};  // in cases of their own
   for (const Broken& broken : broken_servers()) tested.insert(broken.id);
   // They cannot fail: without GET there is no report, and the others only tell what was seen.
@@ -524,7 +524,7 @@ TEST_CASE("every check has a broken server", "[client][check]") {
 
 // ------------------------------------------------------------------------------------------------------------- what is not a fault
 
-TEST_CASE("what the paper does not ask for is no fault: the authors' later server", "[client][check][R0.16]") {
+TEST_CASE("what the paper does not ask for is no fault: the authors' later server", "[check][R0.16]") {
   Case c;
   c.moving = true;  // it sends changes, and nothing at the beginning
   c.fault.response = [](const Asked& a, std::string& r) {
@@ -548,7 +548,7 @@ TEST_CASE("what the paper does not ask for is no fault: the authors' later serve
   CHECK(report->notes.empty());
 }
 
-TEST_CASE("a server with Turtle alone, weak tags and no callbacks by policy has no must that fails", "[client][check]") {
+TEST_CASE("a server with Turtle alone, weak tags and no callbacks by policy has no must that fails", "[check]") {
   Case c;
   c.fault.request = [](std::string& q) {
     const std::string accept = test::field_of(q, "Accept");
@@ -578,7 +578,7 @@ TEST_CASE("a server with Turtle alone, weak tags and no callbacks by policy has 
   CHECK(report->find("negotiate.accept")->outcome == Outcome::not_applicable);
 }
 
-TEST_CASE("what cannot be run is an error with its reason", "[client][check]") {
+TEST_CASE("what cannot be run is an error with its reason", "[check]") {
   test::RobotHost host(robot(false));
   const auto error_of = [](const Result<check::Report>& report) {
     REQUIRE_FALSE(report);
@@ -602,7 +602,7 @@ TEST_CASE("what cannot be run is an error with its reason", "[client][check]") {
   CHECK_FALSE(error_of(check::run("http://127.0.0.1:" + std::to_string(closed) + "/", quick())).message.empty());
 }
 
-TEST_CASE("a server that wants credentials is checked with a token, which the evidence does not show", "[client][check]") {
+TEST_CASE("a server that wants credentials is checked with a token, which the evidence does not show", "[check]") {
   const test::Folder folder;
   const std::string tokens = folder / "tokens";
   std::ofstream(tokens) << "tester operator secret-of-the-test-1234567890\n";
@@ -624,7 +624,7 @@ TEST_CASE("a server that wants credentials is checked with a token, which the ev
   }
 }
 
-TEST_CASE("nothing is changed unless resources are named", "[client][check]") {
+TEST_CASE("nothing is changed unless resources are named", "[check]") {
   std::atomic<int> writes{0}, calls{0};
   Thing arm{"arm"};
   auto angle = arm.property<double>("angle").on_write([&writes](double) { ++writes; });
@@ -648,7 +648,7 @@ TEST_CASE("nothing is changed unless resources are named", "[client][check]") {
   CHECK(host.server().counters().websockets == 0);
 }
 
-TEST_CASE("the root of a server that is mounted below a path is found above the URL", "[client][check][R0.4]") {
+TEST_CASE("the root of a server that is mounted below a path is found above the URL", "[check][R0.4]") {
   Case c;
   c.fault.response = [](const Asked& a, std::string& r) {
     if (a.target == "/") test::set_status(r, 404);
@@ -661,7 +661,7 @@ TEST_CASE("the root of a server that is mounted below a path is found above the 
 
 // ---------------------------------------------------------------------------------------------------------------------------------- TLS
 
-TEST_CASE("plain HTTP to another address than loopback is a missing should, and TLS passes", "[client][check][R0.2]") {
+TEST_CASE("plain HTTP to another address than loopback is a missing should, and TLS passes", "[check][R0.2]") {
   ifaddrs* all = nullptr;
   REQUIRE(::getifaddrs(&all) == 0);
   std::string address;
@@ -704,7 +704,7 @@ TEST_CASE("plain HTTP to another address than loopback is a missing should, and 
 
 // -------------------------------------------------------------------------------------------------------------------------- formats
 
-TEST_CASE("a report is text, JSON and EARL with the same verdicts", "[client][check]") {
+TEST_CASE("a report is text, JSON and EARL with the same verdicts", "[check]") {
   Case c;
   c.fault = on_response([](const Asked& a, std::string& r) {
     if (a.method == "HEAD") test::drop_field(r, "ETag");
@@ -783,7 +783,7 @@ std::string response(const std::string& fields, const std::string& body) {
   return "HTTP/1.1 200 OK\r\nContent-Length: " + std::to_string(body.size()) + "\r\n" + fields + "\r\n" + body;
 }
 
-TEST_CASE("a hostile server cannot keep the check beyond its limits", "[client][check]") {
+TEST_CASE("a hostile server cannot keep the check beyond its limits", "[check]") {
   const std::string turtle = "Content-Type: text/turtle\r\n";
   const std::string thing = "<> a <urn:T> ; <https://hybr-it-projekt.de/ns/hybr-it#property> <p> .";
   std::atomic<unsigned> number{0};

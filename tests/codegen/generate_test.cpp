@@ -83,7 +83,7 @@ const std::string plain_number = "sh:property [ sh:path vom:numericalValue ; sh:
 
 }  // namespace
 
-TEST_CASE("a robot is described by its links and Blueprints", "[client][R1.6][R1.11]") {
+TEST_CASE("a robot is described by its links and Blueprints", "[codegen][R1.6][R1.11]") {
   lrt::test::SampleRobot sample;
   std::vector<lrt::Thing> things;
   things.push_back(sample.arm());
@@ -117,7 +117,7 @@ TEST_CASE("a robot is described by its links and Blueprints", "[client][R1.6][R1
   }
 }
 
-TEST_CASE("the header is the same at each run, on each port and from a file", "[client][json_ld][R1.6]") {
+TEST_CASE("the header is the same at each run, on each port and from a file", "[codegen][json_ld][R1.6]") {
   lrt::test::SampleRobot one, other;
   const Graph graph = documents_of(lrt::test::one_thing(one.arm()));
   const std::string header = header_of(graph);
@@ -140,7 +140,7 @@ TEST_CASE("the header is the same at each run, on each port and from a file", "[
   CHECK(all(check(header_of(shuffled), describe(graph).value()).value()) == "");
 }
 
-TEST_CASE("a shape that several documents repeat is understood as one", "[client][R1.6]") {
+TEST_CASE("a shape that several documents repeat is understood as one", "[codegen][R1.6]") {
   lrt::test::SampleRobot sample;
   const Graph graph = documents_of(lrt::test::one_thing(sample.arm()));
   Graph twice;
@@ -152,7 +152,7 @@ TEST_CASE("a shape that several documents repeat is understood as one", "[client
   CHECK(generate(two).value().header == generate(one).value().header);
 }
 
-TEST_CASE("Things of one kind give one class, and bounds that differ are left out", "[client][R1.6]") {
+TEST_CASE("Things of one kind give one class, and bounds that differ are left out", "[codegen][R1.6]") {
   const auto joint = [](const std::string& path, double low, bool other_unit = false) {
     lrt::Thing t{path};
     t.type(vocab::ros::RevoluteJoint)
@@ -175,7 +175,7 @@ TEST_CASE("Things of one kind give one class, and bounds that differ are left ou
   CHECK(contains(header, "/// angle: [deg], at least -1, at most 7.\n"));
 }
 
-TEST_CASE("a Blueprint of another author is understood", "[client][R1.6]") {
+TEST_CASE("a Blueprint of another author is understood", "[codegen][R1.6]") {
   const auto robot = describe(parse(thing(plain_number)));
   REQUIRE(robot);
   CHECK(all(robot->warnings) == "");
@@ -193,7 +193,7 @@ TEST_CASE("a Blueprint of another author is understood", "[client][R1.6]") {
   CHECK(contains(all(bare->warnings), "joint/c>: no shape says what its value is"));
 }
 
-TEST_CASE("what C++ cannot express is a comment and a warning", "[client][R1.6]") {
+TEST_CASE("what C++ cannot express is a comment and a warning", "[codegen][R1.6]") {
   const auto robot = describe(
       parse(thing("sh:property [ sh:path ex:to ; sh:minCount 1 ; sh:maxCount 1 ; sh:nodeKind sh:IRI ]", "; hybrit:action <joint/actions/go>") +
             "<joint/actions/go> a hybrit:Action ; hybrit:consumes [ sh:property [ sh:path ex:to ; sh:minCount 1 ; sh:nodeKind sh:IRI ] ] ."));
@@ -208,7 +208,7 @@ TEST_CASE("what C++ cannot express is a comment and a warning", "[client][R1.6]"
   CHECK(contains(all(made->warnings), "is an IRI, which a type does not have"));
 }
 
-TEST_CASE("a check names each difference with its Thing and its field", "[client][R1.6]") {
+TEST_CASE("a check names each difference with its Thing and its field", "[codegen][R1.6]") {
   const std::string fields =
       "sh:class ex:Point ; sh:property [ sh:path ex:x ; sh:minCount 1 ; sh:maxCount 1 ; sh:datatype xsd:double ; sh:maxInclusive 5 ] , "
       "[ sh:path ex:mode ; sh:minCount 1 ; sh:maxCount 1 ; sh:in ( \"a\" \"b\" ) ]";
@@ -245,7 +245,7 @@ TEST_CASE("a check names each difference with its Thing and its field", "[client
   CHECK(differences(thing(fields, "; dcterms:description \"words do not count\"")) == "");
 }
 
-TEST_CASE("a check refuses what is no header or has been edited", "[client][R1.6]") {
+TEST_CASE("a check refuses what is no header or has been edited", "[codegen][R1.6]") {
   const Description robot = describe(parse(thing(plain_number))).value();
   std::string header = generate(robot).value().header;
   CHECK(check(header, robot).value().empty());
@@ -260,7 +260,7 @@ TEST_CASE("a check refuses what is no header or has been edited", "[client][R1.6
   CHECK(check(edited, robot).value().empty());
 }
 
-TEST_CASE("texts of a robot stay within their comments, literals and identifiers", "[client][R1.6]") {
+TEST_CASE("texts of a robot stay within their comments, literals and identifiers", "[codegen][R1.6]") {
   for (const std::string& text : {std::string("a */ b"), std::string("// /* x"), std::string("line\nbreak\r\nend \\"),
                                   std::string("?"
                                               "?/"),
@@ -297,7 +297,7 @@ TEST_CASE("texts of a robot stay within their comments, literals and identifiers
   }
 }
 
-TEST_CASE("names become identifiers", "[client][R1.6]") {
+TEST_CASE("names become identifiers", "[codegen][R1.6]") {
   struct {
     const char *name, *member, *type;
   } const table[] = {{"rotation", "rotation", "Rotation"},
@@ -332,7 +332,7 @@ TEST_CASE("names become identifiers", "[client][R1.6]") {
   CHECK(scope.add("a") == "a3");
 }
 
-TEST_CASE("only a namespace of identifiers is accepted", "[client][R1.6]") {
+TEST_CASE("only a namespace of identifiers is accepted", "[codegen][R1.6]") {
   const Description robot = describe(parse(thing(plain_number))).value();
   for (const char* good : {"robot", "acme::robot", "a1", "client", "rdf"}) {
     GenerateOptions options;
@@ -349,7 +349,7 @@ TEST_CASE("only a namespace of identifiers is accepted", "[client][R1.6]") {
   }
 }
 
-TEST_CASE("a hostile description ends at the limits", "[client][R1.6]") {
+TEST_CASE("a hostile description ends at the limits", "[codegen][R1.6]") {
   SECTION("a long header") {
     GenerateOptions options;
     options.max_bytes = 500;
@@ -384,7 +384,7 @@ TEST_CASE("a hostile description ends at the limits", "[client][R1.6]") {
   }
 }
 
-TEST_CASE("a file of shapes alone gives their types", "[client][R1.6]") {
+TEST_CASE("a file of shapes alone gives their types", "[codegen][R1.6]") {
   const auto robot = describe(parse(R"(ex:PersonShape a sh:NodeShape ; sh:targetClass ex:Person ;
       sh:property [ sh:path ex:name ; sh:minCount 1 ; sh:maxCount 1 ; sh:datatype xsd:string ] , [ sh:path ex:born ; sh:maxCount 1 ; sh:datatype xsd:date ] .
     ex:SpeedShape a sh:NodeShape ; )" +
@@ -398,7 +398,7 @@ TEST_CASE("a file of shapes alone gives their types", "[client][R1.6]") {
   CHECK(check(made->header, *robot).value().empty());
 }
 
-TEST_CASE("a type with another datatype is read and written with it", "[client][R1.6]") {
+TEST_CASE("a type with another datatype is read and written with it", "[codegen][R1.6]") {
   using lrt::rdf::traits;
   const lrt::Iri date{"http://www.w3.org/2001/XMLSchema#date"};
   const auto& texts = lrt::client::with_datatype(traits<std::vector<std::string>>::type(), date);

@@ -223,7 +223,7 @@ class Events {
 
 }  // namespace
 
-TEST_CASE("a copy puts the representation of each resource of two robots into a graph by its URL", "[client]") {
+TEST_CASE("a copy puts the representation of each resource of two robots into a graph by its URL", "[mirror]") {
   std::atomic<double> first{1}, second{2};
   RobotHost one(arm(first)), two(arm(second));
   Store store;
@@ -254,7 +254,7 @@ TEST_CASE("a copy puts the representation of each resource of two robots into a 
   CHECK(graphs.at(two.url() + "arm/angle").find("\"2\"") != std::string::npos);
 }
 
-TEST_CASE("a copy with a state sends only what has changed and deletes what is gone", "[client]") {
+TEST_CASE("a copy with a state sends only what has changed and deletes what is gone", "[mirror]") {
   std::atomic<double> angle{1};
   StateFile state;
   Store store;
@@ -283,7 +283,7 @@ TEST_CASE("a copy with a state sends only what has changed and deletes what is g
   CHECK(other.error().code == Errc::invalid_option);
 }
 
-TEST_CASE("what is gone is deleted and what changes is sent while a mirror runs", "[client]") {
+TEST_CASE("what is gone is deleted and what changes is sent while a mirror runs", "[mirror]") {
   std::atomic<double> angle{1};
   RobotHost robot(arm(angle));
   Store store;
@@ -297,7 +297,7 @@ TEST_CASE("what is gone is deleted and what changes is sent while a mirror runs"
   store.wait(robot.url() + "arm/angle", "8.5");
 }
 
-TEST_CASE("a robot that leaves is marked, keeps its graphs, and is unmarked when it returns", "[client]") {
+TEST_CASE("a robot that leaves is marked, keeps its graphs, and is unmarked when it returns", "[mirror]") {
   std::atomic<double> angle{1}, other{3};
   RobotHost stays(arm(other));
   auto robot = std::make_unique<RobotHost>(arm(angle));
@@ -336,7 +336,7 @@ TEST_CASE("a robot that leaves is marked, keeps its graphs, and is unmarked when
   thread.join();
 }
 
-TEST_CASE("a copy marks a robot that does not respond, and the mark keeps its time", "[client]") {
+TEST_CASE("a copy marks a robot that does not respond, and the mark keeps its time", "[mirror]") {
   StateFile state;
   Store store;
   std::string url;
@@ -353,7 +353,7 @@ TEST_CASE("a copy marks a robot that does not respond, and the mark keeps its ti
   CHECK(store.graphs() == first);
 }
 
-TEST_CASE("a store that fails for a while gets each graph in the end, the newest", "[client]") {
+TEST_CASE("a store that fails for a while gets each graph in the end, the newest", "[mirror]") {
   std::atomic<double> angle{1};
   RobotHost robot(arm(angle));
   // After five times 500 for the same graph the mirror gives the graph up, and only one may be known yet.
@@ -372,7 +372,7 @@ TEST_CASE("a store that fails for a while gets each graph in the end, the newest
   CHECK(events.count(MirrorEvent::Kind::store_returned) >= 1);
 }
 
-TEST_CASE("a store that closes connections in the middle is asked again", "[client]") {
+TEST_CASE("a store that closes connections in the middle is asked again", "[mirror]") {
   std::atomic<double> angle{1};
   RobotHost robot(arm(angle));
   std::atomic<int> left{4};
@@ -385,7 +385,7 @@ TEST_CASE("a store that closes connections in the middle is asked again", "[clie
   CHECK(counts.failures >= 1);
 }
 
-TEST_CASE("a store that does not return ends a copy with its reason", "[client]") {
+TEST_CASE("a store that does not return ends a copy with its reason", "[mirror]") {
   std::atomic<double> angle{1};
   RobotHost robot(arm(angle));
   Store full([](const Store::Asked&) { return answer(507, "no room on the disk", "Content-Type: text/plain\r\n"); });
@@ -406,7 +406,7 @@ TEST_CASE("a store that does not return ends a copy with its reason", "[client]"
   CHECK(nobody.error().code == Errc::io_error);
 }
 
-TEST_CASE("a graph that the store refuses is reported and does not stop the others", "[client]") {
+TEST_CASE("a graph that the store refuses is reported and does not stop the others", "[mirror]") {
   std::atomic<double> angle{1};
   RobotHost robot(arm(angle));
   const int status = GENERATE(413, 400, 500);
@@ -421,7 +421,7 @@ TEST_CASE("a graph that the store refuses is reported and does not stop the othe
   CHECK(events.count(MirrorEvent::Kind::graph_refused) == 1);
 }
 
-TEST_CASE("a mirror logs in by Digest, Basic or a token, and says when the store refuses it", "[client]") {
+TEST_CASE("a mirror logs in by Digest, Basic or a token, and says when the store refuses it", "[mirror]") {
   std::atomic<double> angle{1};
   RobotHost robot(arm(angle));
   std::atomic<int> nonces{0}, challenges{0};
@@ -479,7 +479,7 @@ TEST_CASE("a mirror logs in by Digest, Basic or a token, and says when the store
   CHECK_FALSE(Mirror::create(options).has_value());  // the token could be read on the way
 }
 
-TEST_CASE("a redirect of the store is followed, and another origin does not get the credentials", "[client]") {
+TEST_CASE("a redirect of the store is followed, and another origin does not get the credentials", "[mirror]") {
   std::atomic<double> angle{1};
   RobotHost robot(arm(angle));
   std::atomic<bool> has_leaked{false};
@@ -501,7 +501,7 @@ TEST_CASE("a redirect of the store is followed, and another origin does not get 
   CHECK_FALSE(has_leaked);
 }
 
-TEST_CASE("a graph is named directly by its URL where the endpoint says so", "[client]") {
+TEST_CASE("a graph is named directly by its URL where the endpoint says so", "[mirror]") {
   std::atomic<double> angle{1};
   RobotHost robot(arm(angle));
   Store store;
@@ -514,7 +514,7 @@ TEST_CASE("a graph is named directly by its URL where the endpoint says so", "[c
   CHECK(store.asked().back().target.find("/data?key=1&graph=http%3A") == 0);
 }
 
-TEST_CASE("somebody else's change of a graph is overwritten and reported where the store gives tags", "[client]") {
+TEST_CASE("somebody else's change of a graph is overwritten and reported where the store gives tags", "[mirror]") {
   std::atomic<double> angle{1};
   RobotHost robot(arm(angle));
   Store store;
@@ -531,7 +531,7 @@ TEST_CASE("somebody else's change of a graph is overwritten and reported where t
   CHECK(store.graphs().at(graph).find("urn:a") == std::string::npos);
 }
 
-TEST_CASE("a mirror that was killed before it wrote its state does not believe an older one", "[client]") {
+TEST_CASE("a mirror that was killed before it wrote its state does not believe an older one", "[mirror]") {
   // The value goes back to what the state said before: the store has the value between.
   std::atomic<int> value{1};
   Receiver robot([&](Peer& peer) {
@@ -559,7 +559,7 @@ TEST_CASE("a mirror that was killed before it wrote its state does not believe a
   CHECK(store.graphs().at(url).find("\"1\"") != std::string::npos);
 }
 
-TEST_CASE("a state file belongs to one mirror, and another file is refused", "[client]") {
+TEST_CASE("a state file belongs to one mirror, and another file is refused", "[mirror]") {
   StateFile state;
   Store store;
   MirrorOptions options = options_for({"http://127.0.0.1:1/"}, store.url());
@@ -581,7 +581,7 @@ TEST_CASE("a state file belongs to one mirror, and another file is refused", "[c
   CHECK_FALSE(Mirror::create(options).has_value());
 }
 
-TEST_CASE("a state file is shortened while it is written, and stays complete", "[client]") {
+TEST_CASE("a state file is shortened while it is written, and stays complete", "[mirror]") {
   StateFile file;
   const std::string tag = '"' + std::string(8'000, 't') + '"';
   {
@@ -603,7 +603,7 @@ TEST_CASE("a state file is shortened while it is written, and stays complete", "
   CHECK(graphs[0].entity_tag == tag);
 }
 
-TEST_CASE("a message about a store has no password", "[client]") {
+TEST_CASE("a message about a store has no password", "[mirror]") {
   MirrorOptions options = options_for({"http://127.0.0.1:1/"}, "http://anna:s3cret@127.0.0.1:1/graphs");
   const Result<Mirror> mirror = Mirror::create(options);
   REQUIRE_FALSE(mirror.has_value());
@@ -611,7 +611,7 @@ TEST_CASE("a message about a store has no password", "[client]") {
   CHECK(mirror.error().message.find("http://127.0.0.1:1/graphs") != std::string::npos);
 }
 
-TEST_CASE("requests at a time, waiting bytes and graphs are bounded", "[client]") {
+TEST_CASE("requests at a time, waiting bytes and graphs are bounded", "[mirror]") {
   std::atomic<double> angle{1};
   RobotHost robot(arm(angle));
   Store store;
@@ -633,7 +633,7 @@ TEST_CASE("requests at a time, waiting bytes and graphs are bounded", "[client]"
   CHECK(events.count(MirrorEvent::Kind::graph_refused) > 0);
 }
 
-TEST_CASE("a store without the protocol ends a mirror at once", "[client]") {
+TEST_CASE("a store without the protocol ends a mirror at once", "[mirror]") {
   std::atomic<double> angle{1};
   RobotHost robot(arm(angle));
   Store store([](const Store::Asked&) { return answer(405, "no PUT here"); });
