@@ -19,7 +19,6 @@
 #include "src/client/session.hpp"
 
 namespace lrt::client {
-inline namespace v0 {
 
 using rdf::Graph;
 using rdf::TermId;
@@ -316,5 +315,4 @@ Result<void> conforms(const Graph& graph, TermId focus, const Shape& shape) {
                                               (more > 0 ? " (and " + std::to_string(more) + " more)" : ""));
 }
 
-}  // namespace v0
 }  // namespace lrt::client

@@ -9,7 +9,6 @@
 #include <lrt/client/things.hpp>
 
 namespace lrt::client {
-inline namespace v0 {
 
 /// The request that an Action, a writable Property or a container describes (paper 5.4, HTTP in RDF).
 struct Binding {
@@ -44,5 +43,4 @@ rdf::Graph with_datatypes_of(const Shape& shape, const rdf::Graph& graph);
 /// Validates a graph against a shape. @par Errors  expected_value, with the report in one line
 Result<void> conforms(const rdf::Graph& graph, rdf::TermId focus, const Shape& shape);
 
-}  // namespace v0
 }  // namespace lrt::client

@@ -10,7 +10,6 @@
 #include <lrt/rdf/value_codec.hpp>
 
 namespace lrt::client {
-inline namespace v0 {
 
 namespace sh = vocab::sh;
 using rdf::TermId;
@@ -170,5 +169,4 @@ Constraints ShapeReader::constraints_of(const std::vector<TermId>& shapes) {
   return c;
 }
 
-}  // namespace v0
 }  // namespace lrt::client

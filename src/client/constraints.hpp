@@ -15,7 +15,6 @@
 #include <lrt/rdf/vocab.hpp>
 
 namespace lrt::client {
-inline namespace v0 {
 
 /// Ends the reading of a shape. Thrown and caught within Schema::read().
 struct RefusedShape {
@@ -95,5 +94,4 @@ class ShapeReader {
   std::size_t visited_ = 0;
 };
 
-}  // namespace v0
 }  // namespace lrt::client

@@ -6,7 +6,6 @@
 #include <utility>
 
 namespace lrt::client {
-inline namespace v0 {
 namespace {
 
 constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
@@ -80,5 +79,4 @@ bool EventParser::take_field(std::string_view name, std::string_view value) {
   return true;
 }
 
-}  // namespace v0
 }  // namespace lrt::client

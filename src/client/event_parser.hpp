@@ -10,7 +10,6 @@
 #include <string_view>
 
 namespace lrt::client {
-inline namespace v0 {
 
 /// An event of an event stream.
 struct StreamEvent {
@@ -50,5 +49,4 @@ class EventParser {
   bool is_too_long_ = false;
 };
 
-}  // namespace v0
 }  // namespace lrt::client

@@ -8,7 +8,6 @@
 #include "src/base/thread.hpp"
 
 namespace lrt::client {
-inline namespace v0 {
 
 using exchange::Address;
 using exchange::Instant;
@@ -71,5 +70,4 @@ Result<std::vector<Address>> NameResolver::find(const std::string& host, exchang
   }
 }
 
-}  // namespace v0
 }  // namespace lrt::client

@@ -14,7 +14,6 @@
 #include "src/exchange/resolve.hpp"
 
 namespace lrt::client {
-inline namespace v0 {
 
 /// Resolves names within a time limit. The system's resolver cannot be interrupted: a thread that is still in it is left behind, ends when it
 /// returns, and uses memory of its own only.
@@ -32,5 +31,4 @@ class NameResolver {
   std::shared_ptr<State> state_;
 };
 
-}  // namespace v0
 }  // namespace lrt::client

@@ -11,7 +11,6 @@
 #include "src/base/thread.hpp"
 
 namespace lrt::client {
-inline namespace v0 {
 namespace {
 
 using Instant = std::chrono::steady_clock::time_point;
@@ -136,5 +135,4 @@ void Tasks::stop() noexcept {
   lock.unlock();  // the tasks are destroyed without it
 }
 
-}  // namespace v0
 }  // namespace lrt::client

@@ -11,7 +11,6 @@
 #include <lrt/base/unique_function.hpp>
 
 namespace lrt::client {
-inline namespace v0 {
 
 /// Threads for work that may block, and for work that is due later. A thread is started when all others are busy, and ends when it has had
 /// nothing to do for some seconds.
@@ -40,5 +39,4 @@ class LRT_INTERNAL_API Tasks {
   std::shared_ptr<State> state_;
 };
 
-}  // namespace v0
 }  // namespace lrt::client
