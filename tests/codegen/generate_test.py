@@ -98,7 +98,7 @@ def main():
         headers = Headers(folder, include)
         with start(baxter) as robot:
             header = headers.generate(tool, robot.url, "baxter")
-            golden = os.path.join(source_dir, "tests", "client", "baxter.hpp")
+            golden = os.path.join(source_dir, "tests", "codegen", "baxter.hpp")
             with open(header, encoding="utf-8") as one, open(golden, encoding="utf-8") as two:
                 assert one.read() == two.read(), f"{header} differs from {golden}: if that is meant, copy it"
             assert run([drive, robot.url]) == "the arm has moved\n"
