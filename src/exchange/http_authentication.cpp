@@ -96,7 +96,8 @@ bool has_member(std::string_view list, std::string_view wanted) noexcept {
   return false;
 }
 
-std::string quoted(std::string_view text) {
+/// quoted-string (RFC 9110 5.6.4).
+std::string quoted_string(std::string_view text) {
   std::string result = "\"";
   for (const char c : text) {
     if (c == '"' || c == '\\') result += '\\';
@@ -149,11 +150,11 @@ Result<std::string> digest_authorization(const DigestChallenge& challenge, std::
   const std::string middle = challenge.has_qop ? ":" + std::string(nc.data()) + ":" + std::string(cnonce) + ":auth:" : ":";
   Result<std::string> response = hash(*secret + ":" + challenge.nonce + middle + *request);
   if (!response) return response;
-  std::string value = "Digest username=" + quoted(user) + ", realm=" + quoted(challenge.realm) + ", nonce=" + quoted(challenge.nonce) +
-                      ", uri=" + quoted(target) + ", response=\"" + *response + "\"";
+  std::string value = "Digest username=" + quoted_string(user) + ", realm=" + quoted_string(challenge.realm) +
+                      ", nonce=" + quoted_string(challenge.nonce) + ", uri=" + quoted_string(target) + ", response=\"" + *response + "\"";
   if (challenge.states_algorithm) value += std::string(", algorithm=") + (challenge.algorithm == HashAlgorithm::md5 ? "MD5" : "SHA-256");
-  if (!challenge.opaque.empty()) value += ", opaque=" + quoted(challenge.opaque);
-  if (challenge.has_qop) value += ", qop=auth, nc=" + std::string(nc.data()) + ", cnonce=" + quoted(cnonce);
+  if (!challenge.opaque.empty()) value += ", opaque=" + quoted_string(challenge.opaque);
+  if (challenge.has_qop) value += ", qop=auth, nc=" + std::string(nc.data()) + ", cnonce=" + quoted_string(cnonce);
   return value;
 }
 

@@ -12,15 +12,13 @@ namespace lrt::http {
 inline namespace v0 {
 namespace {
 
-constexpr std::size_t npos = std::string_view::npos;
-
 /// Takes the first line off `block`.
 Field take_field(std::string_view& block) noexcept {
   const std::size_t end = block.find("\r\n");
   const std::string_view line = block.substr(0, end);
-  block.remove_prefix(end == npos ? block.size() : end + 2);
+  block.remove_prefix(end == std::string_view::npos ? block.size() : end + 2);
   const std::size_t colon = line.find(':');
-  if (colon == npos) return {line, {}};
+  if (colon == std::string_view::npos) return {line, {}};
   return {line.substr(0, colon), detail::trim(line.substr(colon + 1))};
 }
 

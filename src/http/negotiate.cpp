@@ -10,7 +10,6 @@ inline namespace v0 {
 namespace {
 
 using namespace detail;
-constexpr std::size_t npos = std::string_view::npos;
 
 /// Takes the next list element off `list`; a comma within a quoted string does not end it.
 std::string_view take_member(std::string_view& list) noexcept {
@@ -18,7 +17,7 @@ std::string_view take_member(std::string_view& list) noexcept {
   while (at < list.size() && list[at] != ',') {
     if (list[at] == '"') {
       at = quoted_end(list, at);
-      if (at == npos) at = list.size();
+      if (at == std::string_view::npos) at = list.size();
     } else {
       ++at;
     }
@@ -48,7 +47,7 @@ bool take_parameter(std::string_view& text, Parameter& out) noexcept {
   if (equals == 0 || equals == text.size() || text[equals] != '=') return false;
   const std::size_t from = equals + 1;
   const std::size_t end = from < text.size() && text[from] == '"' ? quoted_end(text, from) : token_end(text, from);
-  if (end == npos || end == from) return false;
+  if (end == std::string_view::npos || end == from) return false;
   out = {text.substr(0, equals), text.substr(from, end - from)};
   text.remove_prefix(end);
   return true;

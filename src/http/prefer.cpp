@@ -13,7 +13,6 @@ inline namespace v0 {
 namespace {
 
 using namespace detail;
-constexpr std::size_t npos = std::string_view::npos;
 
 void skip_ows(std::string_view text, std::size_t& at) noexcept {
   while (at < text.size() && is_ows(text[at])) ++at;
@@ -40,7 +39,7 @@ bool read_word(std::string_view text, std::size_t& at, Word& out) {
   skip_ows(text, next);
   const bool is_quoted = next < text.size() && text[next] == '"';
   const std::size_t stop = is_quoted ? quoted_end(text, next) : token_end(text, next);
-  if (stop == npos || stop == next) return false;
+  if (stop == std::string_view::npos || stop == next) return false;
   out.value = is_quoted ? unquote(text.substr(next, stop - next)) : std::string(text.substr(next, stop - next));
   at = stop;
   return true;
@@ -51,7 +50,7 @@ void skip_preference(std::string_view text, std::size_t& at) noexcept {
   while (at < text.size() && text[at] != ',') {
     if (text[at] == '"') {
       at = quoted_end(text, at);
-      if (at == npos) at = text.size();
+      if (at == std::string_view::npos) at = text.size();
     } else {
       ++at;
     }
@@ -63,7 +62,7 @@ std::vector<std::string> split_iris(std::string_view list) {
   while (!list.empty()) {
     const std::size_t end = list.find_first_of(" \t");
     const std::string_view iri = list.substr(0, end);
-    list.remove_prefix(end == npos ? list.size() : end + 1);
+    list.remove_prefix(end == std::string_view::npos ? list.size() : end + 1);
     if (iri::is_absolute(iri)) result.emplace_back(iri);
   }
   return result;

@@ -12,7 +12,6 @@ inline namespace v0 {
 namespace {
 
 using namespace detail;
-constexpr std::size_t npos = std::string_view::npos;
 
 // ---- Words for refusals. Nothing a client sent is echoed raw: bytes outside visible ASCII appear as numbers.
 
@@ -104,7 +103,7 @@ bool for_each_element(std::string_view list, Visit visit) {
     const std::size_t comma = list.find(',');
     const std::string_view element = trim(list.substr(0, comma));
     if (!element.empty() && !visit(element)) return false;
-    list.remove_prefix(comma == npos ? list.size() : comma + 1);
+    list.remove_prefix(comma == std::string_view::npos ? list.size() : comma + 1);
   }
   return true;
 }
@@ -180,7 +179,7 @@ int status_of_coding(std::string_view list) noexcept {
     const std::string_view element = trim(list.substr(0, comma));
     const std::size_t end = token_end(element, 0);
     const bool is_chunked = iequals(element.substr(0, end), "chunked");
-    if (comma == npos) return others && is_chunked && end == element.size() ? 501 : 400;
+    if (comma == std::string_view::npos) return others && is_chunked && end == element.size() ? 501 : 400;
     if (end == 0 || is_chunked) return 400;
     // transfer-coding = token *( OWS ";" OWS transfer-parameter ); the content of the parameters is ignored.
     if (const std::string_view rest = trim(element.substr(end)); !rest.empty() && rest.front() != ';') return 400;

@@ -10,7 +10,6 @@ inline namespace v0 {
 namespace {
 
 using namespace detail;
-constexpr std::size_t npos = std::string_view::npos;
 
 /// IPv4address (RFC 3986 3.2.2)
 bool is_ipv4(std::string_view text) noexcept {
@@ -83,12 +82,12 @@ std::optional<Target> split_target(std::string_view target) noexcept {
     target.remove_prefix(scheme);
     const std::size_t end = target.find_first_of("/?");
     result.authority = target.substr(0, end);
-    target.remove_prefix(end == npos ? target.size() : end);
+    target.remove_prefix(end == std::string_view::npos ? target.size() : end);
     if (!parse_host(result.authority)) return std::nullopt;
   }
   const std::size_t mark = target.find('?');
   result.path = target.substr(0, mark);
-  if (mark != npos) result.query = target.substr(mark + 1);
+  if (mark != std::string_view::npos) result.query = target.substr(mark + 1);
   if (result.path.empty()) result.path = "/";  // RFC 9110 4.2.3
   return result;
 }
@@ -98,7 +97,7 @@ std::optional<HostPort> parse_host(std::string_view authority) noexcept {
   std::size_t end = 0;
   if (!authority.empty() && authority.front() == '[') {
     end = authority.find(']');
-    if (end == npos || !is_ipv6(authority.substr(1, end - 1))) return std::nullopt;
+    if (end == std::string_view::npos || !is_ipv6(authority.substr(1, end - 1))) return std::nullopt;
     ++end;
   } else {
     // reg-name (RFC 3986 3.2.2) but for the comma, which would let a list of hosts pass for one.

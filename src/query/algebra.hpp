@@ -21,6 +21,8 @@ struct Query;
 enum class Variable : std::uint32_t {};
 /// An IRI or literal that the query writes: an index into Query::constants of the outermost one.
 enum class Constant : std::uint32_t {};
+constexpr std::uint32_t number(Variable v) noexcept { return static_cast<std::uint32_t>(v); }
+constexpr std::uint32_t number(Constant c) noexcept { return static_cast<std::uint32_t>(c); }
 
 /// A position of a pattern or a template.
 struct Node {

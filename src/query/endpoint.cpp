@@ -114,7 +114,7 @@ std::uint64_t digest_of(const Answer& answer, bool ordered) noexcept {
 }
 
 /// Rows by what is in them, and how often they are there.
-using Rows = std::unordered_map<std::string, std::size_t>;
+using RowCounts = std::unordered_map<std::string, std::size_t>;
 
 std::string text_of(const Table& table, std::size_t row) {
   std::string text;
@@ -127,7 +127,7 @@ std::string text_of(const Table& table, std::size_t row) {
 
 /// The rows of a table that another one does not have.
 Table rows_without(const Table& table, const Table& others) {
-  Rows known;
+  RowCounts known;
   for (std::size_t row = 0; row < others.rows(); ++row) ++known[text_of(others, row)];
   Table rest(table.variables());
   for (std::size_t row = 0; row < table.rows(); ++row) {

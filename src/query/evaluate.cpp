@@ -19,8 +19,6 @@ namespace lrt::query {
 inline namespace v0 {
 namespace {
 
-std::uint32_t number(Variable v) noexcept { return static_cast<std::uint32_t>(v); }
-
 // What stands around a term and around a row or triple in the longest format: XML. The names of variables and predicates are counted apart.
 constexpr std::size_t around_term = 64, around_row = 24;
 

@@ -12,9 +12,6 @@ namespace {
 
 constexpr double many = 1e12;
 
-std::uint32_t number(Variable v) noexcept { return static_cast<std::uint32_t>(v); }
-std::uint32_t number(Constant c) noexcept { return static_cast<std::uint32_t>(c); }
-
 /// Whether EXISTS is in the expression.
 bool has_pattern(const Expression& expression) noexcept {
   return expression.pattern || std::any_of(expression.arguments.begin(), expression.arguments.end(), has_pattern);

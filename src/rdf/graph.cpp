@@ -23,7 +23,7 @@ std::uint32_t number(TermId id) noexcept { return static_cast<std::uint32_t>(id)
 bool equals_lower(std::string_view lowered, std::string_view text) noexcept {
   if (lowered.size() != text.size()) return false;
   for (std::size_t i = 0; i < text.size(); ++i) {
-    if (lowered[i] != detail::lower(text[i])) return false;
+    if (lowered[i] != lrt::detail::lower(text[i])) return false;
   }
   return true;
 }
@@ -38,7 +38,7 @@ std::uint32_t hash_of(const TermView& term) noexcept {
   std::uint64_t h = hash_bytes(term.text, hash_seeds().bytes + static_cast<std::uint64_t>(term.kind));
   if (term.is_literal()) {
     h = hash_bytes(datatype_of(term), h);
-    for (const char c : term.language) h = fold_multiply(h ^ static_cast<unsigned char>(detail::lower(c)), 0xE7037ED1A0B428DBu);
+    for (const char c : term.language) h = fold_multiply(h ^ static_cast<unsigned char>(lrt::detail::lower(c)), 0xE7037ED1A0B428DBu);
   }
   return to_32_bits(h);
 }
@@ -75,7 +75,7 @@ std::uint32_t Graph::find_fresh(const TermView& term) const noexcept {
   if (term.text[1] == '0' && term.text.size() > 2) return none;
   std::size_t n = 0;
   for (const char c : term.text.substr(1)) {
-    if (!detail::is_digit(c)) return none;
+    if (!lrt::detail::is_digit(c)) return none;
     n = n * 10 + static_cast<std::size_t>(c - '0');
   }
   return n < fresh_.size() ? fresh_[n] : none;
@@ -90,7 +90,7 @@ std::uint32_t Graph::append(const TermView& term, std::uint32_t datatype) {
   }
   const auto offset = static_cast<std::uint32_t>(text_.size());
   text_.append(term.text);
-  for (const char c : term.language) text_.push_back(detail::lower(c));
+  for (const char c : term.language) text_.push_back(lrt::detail::lower(c));
   assert(text_.size() < none && "a graph holds less than 4 GiB of text");
   terms_.push_back({offset, static_cast<std::uint32_t>(term.text.size()), static_cast<std::uint32_t>(term.language.size()), datatype, term.kind, {}});
   return id;

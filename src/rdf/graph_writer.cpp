@@ -6,14 +6,15 @@
 
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/base/ascii.hpp"
 #include "src/rdf/n_triples.hpp"
 
 namespace lrt::rdf {
 inline namespace v0 {
 namespace {
 
-constexpr bool is_digit(char c) noexcept { return c >= '0' && c <= '9'; }
-constexpr bool is_name_byte(char c) noexcept { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || is_digit(c) || c == '_'; }
+using lrt::detail::is_digit;
+constexpr bool is_name_byte(char c) noexcept { return lrt::detail::is_alpha(c) || is_digit(c) || c == '_'; }
 
 /// PN_PREFIX in ASCII, or the empty prefix.
 bool is_prefix(std::string_view name) noexcept { return is_local_name(name) && (name.empty() || (!is_digit(name.front()) && name.front() != '_')); }

@@ -11,14 +11,14 @@ namespace lrt::rdf {
 inline namespace v0 {
 namespace {
 
-constexpr std::uint32_t none = 0xFFFFFFFF;
+constexpr std::uint32_t no_number = 0xFFFFFFFF;
 using Colour = std::uint64_t;
 using Colours = std::vector<Colour>;
 
 /// A triple. Ground terms have the same code in both graphs; blank nodes are numbered from 0 in each graph.
 struct Edge {
-  std::uint32_t code[3];   // of a ground term, or none
-  std::uint32_t blank[3];  // of a blank node, or none
+  std::uint32_t code[3];   // of a ground term, or no_number
+  std::uint32_t blank[3];  // of a blank node, or no_number
 };
 
 struct Side {
@@ -38,7 +38,7 @@ class Matcher {
     if (a_.size() != b_.size()) return false;
     std::vector<std::uint32_t> same(a_.term_count());
     for (std::uint32_t i = 0; i < same.size(); ++i) same[i] = i;
-    std::vector<std::uint32_t> translated(b_.term_count(), none);
+    std::vector<std::uint32_t> translated(b_.term_count(), no_number);
     for (std::uint32_t i = 0; i < translated.size(); ++i) {
       const TermView term = b_.term(TermId{i});
       if (term.is_blank()) continue;
@@ -52,22 +52,22 @@ class Matcher {
  private:
   /// Splits a graph into ground triples and triples with blank nodes. With `other`: that graph must have all the ground triples and terms.
   static bool take(const Graph& graph, const std::vector<std::uint32_t>& codes, Side& side, const Graph* other) {
-    std::vector<std::uint32_t> numbers(graph.term_count(), none);
+    std::vector<std::uint32_t> numbers(graph.term_count(), no_number);
     for (const Triple& t : graph.triples()) {
       const TermId ids[3] = {t.subject, t.predicate, t.object};
-      Edge edge{{none, none, none}, {none, none, none}};
+      Edge edge{{no_number, no_number, no_number}, {no_number, no_number, no_number}};
       bool ground = true;
       for (int i = 0; i < 3; ++i) {
         const auto id = static_cast<std::uint32_t>(ids[i]);
         if (graph.term(ids[i]).is_blank()) {
           ground = false;
-          if (numbers[id] == none) {
+          if (numbers[id] == no_number) {
             numbers[id] = static_cast<std::uint32_t>(side.blanks.size());
             side.blanks.push_back(ids[i]);
           }
           edge.blank[i] = numbers[id];
         } else {
-          if (codes[id] == none) return false;
+          if (codes[id] == no_number) return false;
           edge.code[i] = codes[id];
         }
       }
@@ -86,10 +86,10 @@ class Matcher {
     Colours next = colours;
     for (const Edge& edge : side.edges) {
       Colour of[3];
-      for (int i = 0; i < 3; ++i) of[i] = edge.blank[i] == none ? mix(edge.code[i], 7) : colours[edge.blank[i]];
+      for (int i = 0; i < 3; ++i) of[i] = edge.blank[i] == no_number ? mix(edge.code[i], 7) : colours[edge.blank[i]];
       const Colour whole = mix(mix(of[0], of[1]), of[2]);
       for (int i = 0; i < 3; ++i) {
-        if (edge.blank[i] != none) next[edge.blank[i]] += mix(whole, static_cast<Colour>(i) + 11);
+        if (edge.blank[i] != no_number) next[edge.blank[i]] += mix(whole, static_cast<Colour>(i) + 11);
       }
     }
     for (std::size_t i = 0; i < next.size(); ++i) next[i] = mix(next[i], colours[i]);
@@ -120,7 +120,7 @@ class Matcher {
 
     // The smallest class of nodes with the same colour.
     Colour choice = 0;
-    std::size_t smallest = none;
+    std::size_t smallest = no_number;
     for (std::size_t i = 0; i < order.size();) {
       std::size_t end = i;
       while (end < order.size() && order[end] == order[i]) ++end;
@@ -130,7 +130,7 @@ class Matcher {
       }
       i = end;
     }
-    if (smallest == none) return same(a, b);
+    if (smallest == no_number) return same(a, b);
 
     const auto chosen = static_cast<std::size_t>(std::find(a.begin(), a.end(), choice) - a.begin());
     const Colour mark = mix(choice, 0x51ED270B);
@@ -152,7 +152,7 @@ class Matcher {
     for (const Edge& edge : side_a_.edges) {
       std::optional<TermId> ids[3];
       for (int i = 0; i < 3; ++i) {
-        if (edge.blank[i] == none) {
+        if (edge.blank[i] == no_number) {
           ids[i] = b_.find(a_.term(TermId{edge.code[i]}));
         } else {
           const auto at = std::lower_bound(nodes.begin(), nodes.end(), std::pair<Colour, std::uint32_t>(a[edge.blank[i]], 0));

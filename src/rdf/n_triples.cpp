@@ -6,6 +6,7 @@
 
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/base/ascii.hpp"
 #include "src/base/utf8.hpp"
 #include "src/rdf/limits.hpp"
 
@@ -21,8 +22,8 @@ constexpr std::array<bool, 256> escaped_bytes() {
 }
 constexpr std::array<bool, 256> escaped = escaped_bytes();
 
-constexpr bool is_alpha(char c) noexcept { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
-constexpr bool is_digit(char c) noexcept { return c >= '0' && c <= '9'; }
+using lrt::detail::is_alpha;
+using lrt::detail::is_digit;
 
 }  // namespace
 

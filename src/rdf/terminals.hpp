@@ -21,8 +21,8 @@ namespace lrt::rdf {
 inline namespace v0 {
 namespace terminal {
 
-using detail::is_alpha;
-using detail::is_digit;
+using lrt::detail::is_alpha;
+using lrt::detail::is_digit;
 
 /// Classes of ASCII characters in the terminals of Turtle 6.5 and SPARQL 1.1 Query 19.8.
 enum : std::uint8_t {
@@ -40,8 +40,8 @@ constexpr std::array<std::uint8_t, 256> make_classes() noexcept {
     if (c == ' ' || c == '\t' || c == '\n' || c == '\r') bits |= space;
     if (is_alpha(c)) bits |= name_start;
     if (is_alpha(c) || is_digit(c) || c == '_' || c == '-') bits |= name;
-    if (detail::is(c, detail::uri) && c != '%') bits |= plain_iri;
-    if (!detail::contains("\"'\\\n\r", c)) bits |= in_string;
+    if (lrt::detail::is(c, lrt::detail::uri) && c != '%') bits |= plain_iri;
+    if (!lrt::detail::contains("\"'\\\n\r", c)) bits |= in_string;
     table[i] = static_cast<std::uint8_t>(bits);
   }
   return table;
@@ -69,7 +69,7 @@ bool within(char32_t c, const Range (&ranges)[n]) noexcept {
 inline bool has_scheme(std::string_view iri) noexcept {
   std::size_t i = 0;
   if (iri.empty() || !is_alpha(iri[0])) return false;
-  while (i < iri.size() && detail::is(iri[i], detail::scheme)) ++i;
+  while (i < iri.size() && lrt::detail::is(iri[i], lrt::detail::scheme)) ++i;
   return i < iri.size() && iri[i] == ':';
 }
 }  // namespace terminal
@@ -121,8 +121,8 @@ class Terminals {
     const std::ptrdiff_t length = peek(1) == 'u' ? 6 : 10;
     char32_t value = 0;
     for (std::ptrdiff_t i = 2; i < length; ++i) {
-      if (!detail::is(peek(i), detail::hex)) return expected("a hexadecimal digit", from + std::min(i, end_ - from));
-      value = value * 16 + detail::hex_value(peek(i));
+      if (!lrt::detail::is(peek(i), lrt::detail::hex)) return expected("a hexadecimal digit", from + std::min(i, end_ - from));
+      value = value * 16 + lrt::detail::hex_value(peek(i));
     }
     at_ += length;
     if (value > 0x10FFFF || (value >= 0xD800 && value <= 0xDFFF)) {
@@ -282,7 +282,7 @@ class Terminals {
         ++p;
       } else if (c == '%' || (c == '\\' && left > 1 && p[1] == '%')) {
         const char* const digits = c == '%' ? p + 1 : p + 2;
-        if (end_ - digits < 2 || !detail::is(digits[0], detail::hex) || !detail::is(digits[1], detail::hex)) {
+        if (end_ - digits < 2 || !lrt::detail::is(digits[0], lrt::detail::hex) || !lrt::detail::is(digits[1], lrt::detail::hex)) {
           return expected("two hexadecimal digits behind '%'", p);
         }
         if (c == '\\') {
@@ -291,7 +291,7 @@ class Terminals {
         }
         last = p = digits + (c == '%' ? 2 : 0);
       } else if (c == '\\') {
-        if (left < 2 || !detail::contains("_~.-!$&'()*+,;=/?#@", p[1])) return expected("an escape sequence", p);
+        if (left < 2 || !lrt::detail::contains("_~.-!$&'()*+,;=/?#@", p[1])) return expected("an escape sequence", p);
         out.append(copied, p);
         copied = p + 1;
         last = p += 2;

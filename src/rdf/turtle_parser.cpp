@@ -19,10 +19,10 @@ namespace lrt::rdf {
 inline namespace v0 {
 namespace {
 
-using detail::is_digit;
+using lrt::detail::is_digit;
 using terminal::has_scheme;
 
-constexpr TermId none{0xFFFFFFFF};
+constexpr TermId no_term{0xFFFFFFFF};
 
 /// Builds the graph of a document, in either language.
 class Parser : Terminals {
@@ -65,7 +65,7 @@ class Parser : Terminals {
     const char* at;
     State state;                // before it: subject, object or item
     TermId subject, predicate;  // before it; what stands in the brackets becomes the subject if `state` is subject
-    TermId cell;                // '(': the last cell of the list, or none
+    TermId cell;                // '(': the last cell of the list, or no_term
   };
 
   Result<Graph> result() {
@@ -96,7 +96,7 @@ class Parser : Terminals {
     return labels_.add(label, graph_.fresh_blank());
   }
   TermId known(TermId& id, Iri iri) {
-    if (id == none) id = graph_.intern(iri);
+    if (id == no_term) id = graph_.intern(iri);
     return id;
   }
 
@@ -134,7 +134,7 @@ class Parser : Terminals {
   }
 
   bool triple() {
-    TermId object = none;
+    TermId object = no_term;
     if (!resource("a subject", true, subject_) || !resource("a predicate", false, predicate_)) return false;
     if (!count_triples(1, at_)) return false;
     if (peek() == '"' ? !plain_literal(object) : !resource("an object", true, object)) return false;
@@ -257,7 +257,7 @@ class Parser : Terminals {
   TermId next_cell() {
     Open& list = open_.back();
     const TermId cell = graph_.fresh_blank();
-    if (list.cell != none) {
+    if (list.cell != no_term) {
       graph_.add(list.cell, known(rest_, vocab::rdf_::rest), cell);
     } else if (list.state == State::subject) {
       list.subject = cell;
@@ -270,7 +270,7 @@ class Parser : Terminals {
   bool open_bracket(char c) {
     if (!admit(Kind::blank, at_)) return false;
     if (open_.size() >= max_brackets) return fail(at_, "brackets nested more than " + std::to_string(max_brackets) + " deep");
-    open_.push_back({at_++, state_, subject_, predicate_, none});
+    open_.push_back({at_++, state_, subject_, predicate_, no_term});
     if (c == '(') {
       state_ = State::item;
       return true;
@@ -292,7 +292,7 @@ class Parser : Terminals {
     open_.pop_back();
     if (c == ')') {
       const TermId nil = known(nil_, vocab::rdf_::nil);
-      if (open.cell != none) graph_.add(open.cell, known(rest_, vocab::rdf_::rest), nil);
+      if (open.cell != no_term) graph_.add(open.cell, known(rest_, vocab::rdf_::rest), nil);
       else if (open.state == State::subject) open.subject = nil;
       else graph_.add(open.subject, open.predicate, nil);
     }
@@ -413,11 +413,11 @@ class Parser : Terminals {
       at_ = word_end;
       return place(known(type_, vocab::rdf_::type));
     }
-    if (state_ == State::subject && detail::iequals_ascii(read, "prefix")) {
+    if (state_ == State::subject && lrt::detail::iequals_ascii(read, "prefix")) {
       at_ = word_end;
       return declare_prefix(from);
     }
-    if (state_ == State::subject && detail::iequals_ascii(read, "base")) {
+    if (state_ == State::subject && lrt::detail::iequals_ascii(read, "base")) {
       at_ = word_end;
       return declare_base(from);
     }
@@ -453,8 +453,8 @@ class Parser : Terminals {
   std::vector<Open> open_;
   State state_ = State::subject;
   bool is_n_triples_ = false;
-  TermId subject_ = none, predicate_ = none;
-  TermId type_ = none, first_ = none, rest_ = none, nil_ = none;
+  TermId subject_ = no_term, predicate_ = no_term;
+  TermId type_ = no_term, first_ = no_term, rest_ = no_term, nil_ = no_term;
   std::string iri_, escaped_iri_, string_;  // terms that are not in the text as they are
   const std::size_t max_triples_, max_bytes_;
   std::size_t triples_ = 0, bytes_ = 0, directives_ = 0;

@@ -4,6 +4,7 @@
 
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/base/ascii.hpp"
 #include "src/rdf/codecs.hpp"
 #include "src/rdf/graph_writer.hpp"
 #include "src/rdf/n_triples.hpp"
@@ -15,7 +16,7 @@ namespace lrt::rdf {
 inline namespace v0 {
 namespace {
 
-constexpr bool is_digit(char c) noexcept { return c >= '0' && c <= '9'; }
+using lrt::detail::is_digit;
 
 /// True if Turtle reads `text` without quotes as a literal of exactly this text and datatype (Turtle 2.5.2, 2.5.3).
 bool is_bare(std::string_view text, std::string_view datatype) noexcept {

@@ -16,7 +16,7 @@ inline namespace v0 {
 namespace {
 
 bool is_space(char c) noexcept { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
-bool is_word(char c) noexcept { return detail::is_alpha(c) || detail::is_digit(c) || c == '_'; }
+bool is_word(char c) noexcept { return lrt::detail::is_alpha(c) || lrt::detail::is_digit(c) || c == '_'; }
 
 std::string upper(std::string_view word) {
   std::string out(word);

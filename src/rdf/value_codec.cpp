@@ -378,9 +378,9 @@ std::string expected_of(const Type& type, const Facets& facets) {
   return {};
 }
 
-class Reader {
+class ValueReader {
  public:
-  Reader(const Graph& graph, std::string_view vocabulary, std::vector<Mismatch>& mismatches)
+  ValueReader(const Graph& graph, std::string_view vocabulary, std::vector<Mismatch>& mismatches)
       : graph_(graph), vocabulary_(vocabulary), mismatches_(mismatches) {}
 
   Value at(TermId focus, const Type& type, const Facets& facets) {
@@ -408,7 +408,7 @@ class Reader {
   }
 
   struct Step {  // extends the path during its lifetime
-    Step(Reader& reader, const std::string& segment) : owner(reader), length(reader.path_.size()) {
+    Step(ValueReader& reader, const std::string& segment) : owner(reader), length(reader.path_.size()) {
       if (!owner.path_.empty()) owner.path_ += '/';
       owner.path_ += segment;
       ++owner.depth_;
@@ -417,7 +417,7 @@ class Reader {
       owner.path_.resize(length);
       --owner.depth_;
     }
-    Reader& owner;
+    ValueReader& owner;
     std::size_t length;
   };
 
@@ -703,7 +703,7 @@ void write_value(Graph& graph, TermId focus, const Type& type, const Facets& fac
 Result<Value> read_value(const Graph& graph, TermId focus, const Type& type, const Facets& facets, std::string_view vocabulary,
                          std::vector<Mismatch>& mismatches) {
   const std::size_t before = mismatches.size();
-  Value value = Reader(graph, vocabulary, mismatches).at(focus, type, facets);
+  Value value = ValueReader(graph, vocabulary, mismatches).at(focus, type, facets);
   if (mismatches.size() == before) return value;
   const Mismatch& first = mismatches[before];
   return unexpected(Errc::expected_value, first.path + ": " + first.message);

@@ -17,7 +17,7 @@ namespace lrt::security {
 inline namespace v0 {
 namespace {
 
-constexpr std::size_t max_file_bytes = 1024 * 1024;
+constexpr std::size_t max_policy_bytes = 1024 * 1024;
 /// The base of relative IRIs in a policy.
 constexpr std::string_view file_iri = "http://lrt.invalid/";
 
@@ -213,9 +213,9 @@ Result<std::vector<Rule>> parse_rules(std::string_view turtle) {
 }
 
 Result<std::vector<Rule>> load_rules(const std::string& file) {
-  Result<std::string> text = read_file(file, max_file_bytes);
+  Result<std::string> text = read_file(file, max_policy_bytes);
   if (!text) return Unexpected{std::move(text).error()};
-  if (text->size() > max_file_bytes) return unexpected(Errc::invalid_option, file + ": expected at most 1 MiB");
+  if (text->size() > max_policy_bytes) return unexpected(Errc::invalid_option, file + ": expected at most 1 MiB");
   Result<std::vector<Rule>> rules = parse_rules(*text);
   if (!rules) return unexpected(rules.error().code, file + ": " + rules.error().message);
   return rules;

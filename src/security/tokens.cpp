@@ -16,7 +16,7 @@ namespace lrt::security {
 inline namespace v0 {
 namespace {
 
-constexpr std::size_t max_file_bytes = 1024 * 1024;
+constexpr std::size_t max_token_file_bytes = 1024 * 1024;
 constexpr std::size_t min_token_characters = 16, max_token_characters = 512;
 constexpr std::string_view digest_prefix = "sha256:";
 
@@ -104,9 +104,9 @@ Result<Tokens> Tokens::parse(std::string_view text) {
 }
 
 Result<Tokens> Tokens::load(const std::string& file) {
-  Result<std::string> text = read_file(file, max_file_bytes);
+  Result<std::string> text = read_file(file, max_token_file_bytes);
   if (!text) return Unexpected{std::move(text).error()};
-  if (text->size() > max_file_bytes) return unexpected(Errc::invalid_option, file + ": expected at most 1 MiB");
+  if (text->size() > max_token_file_bytes) return unexpected(Errc::invalid_option, file + ": expected at most 1 MiB");
   Result<Tokens> tokens = parse(*text);
   if (!tokens) return unexpected(tokens.error().code, file + ": " + tokens.error().message);
   return tokens;

@@ -136,7 +136,7 @@ Result<void> scan_rdf_xml(std::string_view text, const ReadOptions& options) {
       if (const std::size_t name = instruction.find("encoding"); instruction.substr(0, 5) == "<?xml" && name != npos) {
         std::size_t from = 0;
         const std::string_view encoding = attribute_value(instruction, name + 8, from);
-        if (!detail::iequals_ascii(encoding, "utf-8") && !detail::iequals_ascii(encoding, "us-ascii")) {
+        if (!lrt::detail::iequals_ascii(encoding, "utf-8") && !lrt::detail::iequals_ascii(encoding, "us-ascii")) {
           return misread(text, at, "expected the encoding UTF-8");
         }
       }

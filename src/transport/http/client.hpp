@@ -15,6 +15,9 @@
 namespace lrt::transport {
 inline namespace v0 {
 
+/// The number of reads in one turn: a fast sender must not delay the others.
+inline constexpr int reads_per_turn = 4;
+
 /// A client's place in the loop: an HTTP connection, or the WebSocket that it became. Either may carry a channel of the handler: an event
 /// stream or a WebSocket's messages, which are pulled from the handler when those before have been sent.
 class Client : public Watched, public Linked<TurnTag>, public std::enable_shared_from_this<Client> {

@@ -15,8 +15,6 @@ namespace lrt::transport {
 inline namespace v0 {
 namespace {
 
-/// The number of reads in one turn: a fast sender must not delay the others.
-constexpr int reads_per_turn = 4;
 /// Bytes per turn of a connection with much input.
 constexpr int large_reads_per_turn = 1;
 /// The number of pipelined responses in one turn. The further requests of a client wait until other clients were served.

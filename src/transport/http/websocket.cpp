@@ -15,7 +15,6 @@ namespace lrt::transport {
 inline namespace v0 {
 namespace {
 
-constexpr int reads_per_turn = 4;
 /// Taken from the client at once.
 constexpr std::size_t piece_bytes = 8 * 1024;
 /// The message of a push that has none.
