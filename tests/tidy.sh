@@ -17,7 +17,7 @@ if command -v ninja >/dev/null; then export CMAKE_GENERATOR="${CMAKE_GENERATOR:-
 mkdir -p build
 # Several sources make one translation unit (lrt_compile_together), which saves most of the time.
 cmake -S . -B build/tidy -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_EXPORT_COMPILE_COMMANDS=ON -DLRT_SANITIZE= \
-  -DLRT_COMPILE_TOGETHER=ON -DLRT_BUILD_TESTS=OFF -DLRT_BUILD_EXAMPLES=OFF -DLRT_BUILD_TOOLS=ON >build/tidy.log || {
+  -DLRT_BUILD_TESTS=OFF -DLRT_BUILD_EXAMPLES=OFF -DLRT_BUILD_TOOLS=ON >build/tidy.log || {
   cat build/tidy.log
   exit 1
 }

@@ -40,7 +40,7 @@ else
 fi
 sysroot=$root/build/sysroot/$name
 folder=build/cross/$name
-cmake -S . -B "$folder" -DCMAKE_TOOLCHAIN_FILE="$root/cmake/toolchains/$triplet.cmake" -DLRT_SYSROOT="$sysroot" -DLRT_COMPILE_TOGETHER=ON \
+cmake -S . -B "$folder" -DCMAKE_TOOLCHAIN_FILE="$root/cmake/toolchains/$triplet.cmake" -DLRT_SYSROOT="$sysroot" -DLRT_UNITY_BUILD=ON \
   -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_FLAGS=-O1 "${options[@]}" >/dev/null
 cmake --build "$folder" -j 2 --target "${modules[@]/#/test_}" t01_first_thing
 # The lesson serves, asks itself and prints what its last comment states: sockets, threads and codecs of the whole library.

@@ -29,7 +29,7 @@ target_link_libraries(smallest_robot PRIVATE lrt::lrt)
 END
 off=()
 for option in REDLAND JSON_LD ASIO_LOOP LIBWEBSOCKETS CALLBACKS PAGE; do off+=("-DLRT_$option=OFF"); done  # a subdirectory has no tools and no leaves
-cmake -S "$folder/robot" -B "$folder" -DCMAKE_BUILD_TYPE=MinSizeRel -DCMAKE_CXX_FLAGS_MINSIZEREL="-Oz -DNDEBUG" -DBUILD_SHARED_LIBS=OFF -DLRT_COMPILE_TOGETHER=ON "${off[@]}" \
+cmake -S "$folder/robot" -B "$folder" -DCMAKE_BUILD_TYPE=MinSizeRel -DCMAKE_CXX_FLAGS_MINSIZEREL="-Oz -DNDEBUG" -DBUILD_SHARED_LIBS=OFF -DLRT_UNITY_BUILD=ON "${off[@]}" \
   -DCMAKE_INTERPROCEDURAL_OPTIMIZATION=ON -DCMAKE_CXX_FLAGS="-ffunction-sections -fdata-sections -fno-rtti" \
   -DCMAKE_EXE_LINKER_FLAGS="-Wl,--gc-sections -Wl,--as-needed -Wl,-z,pack-relative-relocs -Wl,-z,noseparate-code -Wl,-z,now -flto-partition=one" "$@" >/dev/null
 cmake --build "$folder" -j 2 --target smallest_robot | tail -n 1
