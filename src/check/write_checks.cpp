@@ -12,7 +12,7 @@
 namespace lrt::check {
 namespace {
 
-constexpr const char* turtle = "text/turtle";
+constexpr const char* turtle_type = "text/turtle";
 constexpr const char* no_rdf = "<> <urn:lrt:check> \"this Turtle has no end";
 
 /// The verdict on a request that must be refused with 4xx.
@@ -74,7 +74,7 @@ void check_put(Context& context, const std::string& url) {
     v.fail("write.if-match", url + ": a PUT with the tag of another representation gets " + std::to_string(other_tag.reply.status), &other_tag);
   else v.not_testable("write.if-match", outcome_of(other_tag), &other_tag);
 
-  const Exchange bad = context.probe.ask("PUT", url, with(tag, turtle), no_rdf);
+  const Exchange bad = context.probe.ask("PUT", url, with(tag, turtle_type), no_rdf);
   must_be_refused(context, "write.bad-rdf", bad, "a body that is no Turtle");
   const Exchange unknown = context.probe.ask("PUT", url, with(tag, "application/x-lrt-check"), "lrt check");
   must_be_refused(context, "write.media-type", unknown, "a body of an unknown media type");
@@ -84,7 +84,7 @@ void check_put(Context& context, const std::string& url) {
   if (!has_blueprint(context)) v.not_applicable("write.shape", "no Blueprint says which bodies are valid");
   else if (wrong.empty()) v.not_testable("write.shape", url + " has no literal value that could be replaced by a wrong one");
   else {
-    violation = context.probe.ask("PUT", url, with(tag, turtle), wrong);
+    violation = context.probe.ask("PUT", url, with(tag, turtle_type), wrong);
     must_be_refused(context, "write.shape", *violation, "a value of another datatype");
   }
 
@@ -133,11 +133,11 @@ void judge_success(Context& context, const Exchange& posted) {
 
 void check_post(Context& context, const Invocation& invocation) {
   Verdicts& v = context.verdicts;
-  const Exchange action = get(context, invocation.url, {{"Accept", turtle}});
+  const Exchange action = get(context, invocation.url, {{"Accept", turtle_type}});
   const std::optional<rdf::Graph> graph = graph_of(context, action);
   const bool consumes = !invocation.body.empty() || (graph && graph->object(rdf::iri(action.url), vocab::hybrit::consumes));
   if (consumes) {
-    const Exchange bad = context.probe.ask("POST", invocation.url, {{"Content-Type", turtle}}, no_rdf);
+    const Exchange bad = context.probe.ask("POST", invocation.url, {{"Content-Type", turtle_type}}, no_rdf);
     must_be_refused(context, "invoke.bad-rdf", bad, "a body that is no Turtle");
     rdf::ReadOptions options;
     options.base = invocation.url;
@@ -150,7 +150,7 @@ void check_post(Context& context, const Invocation& invocation) {
     } else if (wrong.empty()) {
       v.not_testable("invoke.shape", "the given input has no literal value that could be replaced by a wrong one");
     } else {
-      const Exchange violation = context.probe.ask("POST", invocation.url, {{"Content-Type", turtle}}, wrong);
+      const Exchange violation = context.probe.ask("POST", invocation.url, {{"Content-Type", turtle_type}}, wrong);
       must_be_refused(context, "invoke.shape", violation, "a value of another datatype");
     }
   } else {
