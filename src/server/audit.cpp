@@ -7,8 +7,9 @@
 #include "src/base/utf8.hpp"
 #include "src/http/target.hpp"
 
+#include "src/server/shared_engine.hpp"
+
 namespace lrt {
-inline namespace v0 {
 namespace {
 
 constexpr std::size_t max_text_bytes = 1024;
@@ -134,6 +135,34 @@ Result<void> Audit::check(const security::Audit& options) {
   return {};
 }
 
+Result<void> Audit::prepare() {
+  if (Result<void> checked = check(options_); !checked) return checked;
+  Result<Thread> started = start_thread("lrt-audit", threads_, [this] { writer_.run(); });
+  if (!started) return Unexpected{std::move(started).error()};
+  thread_ = *std::move(started);
+  return {};
+}
+
+void Audit::join() noexcept {
+  writer_.stop();
+  Thread ended;
+  {
+    const std::lock_guard lock(mutex_);
+    if (!thread_.is_current()) ended = std::move(thread_);
+  }
+  ended.join();
+}
+
+bool Audit::is_current_thread() noexcept {
+  const std::lock_guard lock(mutex_);
+  return thread_.is_current();
+}
+
+void Audit::count(ServerCounters& all) const {
+  all.audit_dropped = writer_.dropped();
+  all.audit_waiting = writer_.waiting();
+}
+
 Audit::Record Audit::record_of(const http::Request& request, const Result<engine::Caller>& caller, TimePoint now) {
   const auto target = http::split_target(request.target);
   const std::string_view path = target ? target->path : request.target.substr(0, request.target.find_first_of("?#"));
@@ -141,14 +170,13 @@ Audit::Record Audit::record_of(const http::Request& request, const Result<engine
 }
 
 bool Audit::is_wanted(const Record& record, int status, http::Denial denial, bool subscribes) const {
-  if (reads_ || subscribes || !is_safe(record.method)) return true;
+  if (options_.reads || subscribes || !is_safe(record.method)) return true;
   return denial != http::Denial::none || status == 401 || status == 403 || status == 421 || status == 429;
 }
 
 void Audit::handled(const http::Request& request, const Result<engine::Caller>& caller, const engine::Outcome& outcome, TimePoint now) {
   Record record = record_of(request, caller, now);
-  if (const auto* deferred = std::get_if<engine::Deferred>(&outcome))
-    deferred_.insert_or_assign(static_cast<std::uint64_t>(deferred->ticket), std::move(record));
+  if (const auto* deferred = std::get_if<engine::Deferred>(&outcome)) deferred_.insert_or_assign(number_of(deferred->ticket), std::move(record));
   else if (const auto* upgraded = std::get_if<engine::Upgraded>(&outcome)) finished(record, upgraded->response);
   else if (const auto* streamed = std::get_if<engine::Streamed>(&outcome)) finished(record, streamed->response);
   else finished(record, std::get<http::Response>(outcome));
@@ -159,7 +187,7 @@ void Audit::refused(const http::Request& request, const Result<engine::Caller>& 
 }
 
 void Audit::replied(const engine::Reply& reply) {
-  const auto found = deferred_.find(static_cast<std::uint64_t>(reply.ticket));
+  const auto found = deferred_.find(number_of(reply.ticket));
   if (found == deferred_.end()) return;
   const Record record = std::move(found->second);
   deferred_.erase(found);
@@ -167,7 +195,7 @@ void Audit::replied(const engine::Reply& reply) {
 }
 
 void Audit::abandoned(engine::Ticket ticket) {
-  const auto found = deferred_.find(static_cast<std::uint64_t>(ticket));
+  const auto found = deferred_.find(number_of(ticket));
   if (found == deferred_.end()) return;
   const Record record = std::move(found->second);
   deferred_.erase(found);
@@ -199,29 +227,38 @@ void Audit::finished(const Record& record, const http::Response& response) {
   writer_.write(line += '}');
 }
 
-void Audit::changed(const std::vector<engine::SubscriptionEvent>& events, TimePoint now) {
-  for (const engine::SubscriptionEvent& event : events) {
-    if (event.kind == engine::SubscriptionEvent::Kind::made) {
-      subscriptions_[event.path] = {event.resource, event.protocol, {}};
-      if (event.requested) made_.push_back(event.path);
-      continue;
-    }
-    const auto found = subscriptions_.find(event.path);
-    if (found == subscriptions_.end()) continue;
-    const Subscription ended = std::move(found->second);
-    subscriptions_.erase(found);
-    const auto unanswered = std::find(made_.begin(), made_.end(), event.path);
-    if (unanswered != made_.end()) {  // its request gets another response
-      made_.erase(unanswered);
-      continue;
-    }
-    std::string line = begin_line(now.utc, "subscription_ended", ended.sender.principal.get(), ended.sender.address);
-    append_member(line, "subscription", event.path);
-    append_member(line, "observed", ended.resource);
-    append_member(line, "protocol", ended.protocol);
-    writer_.write(line += '}');
-  }
+void Audit::take(engine::Outputs& outputs) {
+  for (const engine::SubscriptionEvent& event : std::exchange(outputs.subscription_events, {})) try {
+      changed(event, clock_.now());
+    } catch (...) { dropped(); }
 }
 
-}  // namespace v0
+void Audit::changed(const engine::SubscriptionEvent& event, TimePoint now) {
+  if (event.kind == engine::SubscriptionEvent::Kind::made) {
+    subscriptions_[event.path] = {event.resource, event.protocol, {}};
+    if (event.requested) made_.push_back(event.path);
+    return;
+  }
+  const auto found = subscriptions_.find(event.path);
+  if (found == subscriptions_.end()) return;
+  const Subscription ended = std::move(found->second);
+  subscriptions_.erase(found);
+  const auto unanswered = std::find(made_.begin(), made_.end(), event.path);
+  if (unanswered != made_.end()) {  // its request gets another response
+    made_.erase(unanswered);
+    return;
+  }
+  std::string line = begin_line(now.utc, "subscription_ended", ended.sender.principal.get(), ended.sender.address);
+  append_member(line, "subscription", event.path);
+  append_member(line, "observed", ended.resource);
+  append_member(line, "protocol", ended.protocol);
+  writer_.write(line += '}');
+}
+
+std::unique_ptr<Service> make_audit(SharedEngine& server) {
+  const Options& options = server.options();
+  if (!options.security.audit.sink && Audit::check(options.security.audit)) return nullptr;  // its prepare() reports wrong options
+  return std::make_unique<Audit>(options.security.audit, options.threads.own, server.clock(), server.waking_log());
+}
+
 }  // namespace lrt
