@@ -27,7 +27,7 @@ constexpr std::array<std::string_view, 7> known_methods = {"GET", "HEAD", "OPTIO
 bool has_input(std::string_view method) noexcept { return method == "PUT" || method == "POST" || method == "PATCH"; }
 
 ObservableResource observable(const Resource& resource) {
-  return {static_cast<std::uint64_t>(resource.id), resource.path, resource.kind(), resource.wants_queues()};
+  return {static_cast<std::uint64_t>(resource.id), resource.path, resource.kind().name, resource.observable()->wants_queues()};
 }
 
 /// RFC 9110 9.2.1
@@ -98,7 +98,7 @@ HeaderVerdict Engine::Impl::judge_header(const http::Request& request, std::opti
     if (auto response = find(context, caller)) return response;
     if (!context.resource) return std::nullopt;  // the target is *
     verdict.max_body_bytes = max_body_bytes(context);
-    verdict.ignores_body = context.resource->is_stop();
+    verdict.ignores_body = context.resource->kind().is(Trait::stop);
     return refused_body(context, body_bytes);
   });
   if (!verdict.response) verdict.judged = kept(caller);
@@ -110,7 +110,7 @@ bool Engine::Impl::is_stop(const http::Request& request) const {
   const auto target = http::split_target(request.target);
   if (!target) return false;
   Context context(request, {});
-  return !find_resource(context, *target) && context.resource->is_stop();
+  return !find_resource(context, *target) && context.resource->kind().is(Trait::stop);
 }
 
 /// Computed once, for handle(). All callers with all rights share one object.
@@ -169,8 +169,6 @@ Outcome Engine::Impl::route(Context& context, const Result<Caller>& caller) {
     auto refused = request.judged ? too_large(context, request.body.size()) : refused_body(context, request.body.size());
     if (refused) return *std::move(refused);
   }
-  if (context.resource->is_about_caller() && context.request().method != "OPTIONS")
-    return is_allowed(context) ? context.resource->respond(context, *caller, parts.responses) : method_not_allowed(context);
   return dispatch(context);
 }
 
@@ -186,6 +184,7 @@ std::optional<http::Response> Engine::Impl::find(Context& context, const Result<
   if (auto response = refused_login(context, caller, *target)) return response;
   if (auto response = denied(context, caller)) return response;
   context.client = caller->client;
+  context.by_cookie = caller->by_cookie;
   context.audience = {caller->view, caller->principal};
   const bool known = std::find(known_methods.begin(), known_methods.end(), request.method) != known_methods.end();
   if (known && target->path == "*") return std::nullopt;
@@ -221,12 +220,12 @@ std::optional<http::Response> Engine::Impl::too_large(const Context& context, st
 std::optional<http::Response> Engine::Impl::refused_body(Context& context, std::optional<std::uint64_t> body_bytes) {
   const std::string_view method = context.request().method;
   if (!is_allowed(context)) return method_not_allowed(context);
-  if (context.resource->is_about_caller()) return too_large(context, body_bytes.value_or(0));
-  if (context.resource->has_own_protocol()) {
+  if (context.resource->kind().is(Trait::about_caller)) return too_large(context, body_bytes.value_or(0));
+  if (context.resource->own_protocol()) {
   } else if (method == "GET" || method == "HEAD") {
     if (!parts.subscriptions.requested_protocol(context))
       if (auto response = parts.representations.unacceptable(context)) return response;
-  } else if (has_input(method) && !context.resource->is_stop()) {
+  } else if (has_input(method) && !context.resource->kind().is(Trait::stop)) {
     // A chunked body may be empty.
     const Input input = context.resource->input(parts.options);
     if (body_bytes || (!input.may_be_empty && context.request().find("Content-Type"))) {
@@ -242,8 +241,10 @@ std::optional<http::Response> Engine::Impl::refused_body(Context& context, std::
 std::optional<http::Response> Engine::Impl::failed_known_precondition(const Context& context) {
   const http::Request& request = context.request();
   if (!request.find("If-Match") && !request.find("If-None-Match")) return std::nullopt;
-  context.resource->for_each_property([this](PropertyResource& property) { parts.values.take_published(property); });
-  if (!context.resource->is_up_to_date()) return std::nullopt;
+  if (const ValueResource* const values = context.resource->values()) {
+    values->for_each_property([this](PropertyResource& property) { parts.values.take_published(property); });
+    if (!values->is_up_to_date()) return std::nullopt;
+  }
   bool lacks_encodings = false;
   auto failed = parts.representations.failed_precondition(context, &lacks_encodings);
   return lacks_encodings ? std::nullopt : std::move(failed);
@@ -260,9 +261,12 @@ Outcome Engine::Impl::dispatch(Context& context) {
   const std::string_view method = context.request().method;
   Resource& resource = *context.resource;
   if (method == "GET" || method == "HEAD") {
-    if (const auto protocol = parts.subscriptions.requested_protocol(context)) return resource.subscribe(context, parts, *protocol);
-    std::optional<Outcome> own = resource.get(context, parts);
-    return own ? *std::move(own) : parts.representations.get(context);
+    OwnProtocol* const own = resource.own_protocol();
+    if (const auto protocol = parts.subscriptions.requested_protocol(context))
+      return own ? own->subscribe(context, parts, *protocol) : parts.subscriptions.subscribe(context, *protocol);
+    if (own)
+      if (std::optional<Outcome> outcome = own->get(context, parts)) return *std::move(outcome);
+    return parts.representations.get(context);
   }
   if (method == "OPTIONS") return parts.representations.options(context);
   const Methods allowed = resource.methods();
@@ -350,7 +354,7 @@ http::Response Engine::Impl::forbidden(const Context& context) const {
 
 /// A resource that the caller may not see is reported as missing. A caller without any rights gets the same response for all paths.
 std::optional<http::Response> Engine::Impl::refused_right(Context& context, const Caller& caller) const {
-  if (context.resource && context.resource->is_about_caller())
+  if (context.resource && context.resource->kind().is(Trait::about_caller))
     return caller.principal ? std::nullopt : std::optional(unauthenticated(context, caller));
   const Audience& audience = context.audience;
   if (!audience.is_restricted()) return std::nullopt;
@@ -370,7 +374,7 @@ std::optional<http::Response> Engine::Impl::refused_right(Context& context, cons
 /// The rights at its resource are enough for the request.
 bool Engine::Impl::may(const Context& context) const {
   const std::string_view method = context.request().method;
-  if (!is_safe(method)) return context.rights.has(context.resource->right_to_change());
+  if (!is_safe(method)) return context.rights.has(context.resource->kind().right_to_change);
   const bool reads = context.rights.has(security::Right::read), watches = context.rights.has(security::Right::subscribe);
   if (reads == watches) return reads;
   return method == "GET" && parts.subscriptions.requested_protocol(context) ? watches : reads;
@@ -440,7 +444,10 @@ Resource* Engine::Impl::new_graph(std::string_view path) const {
   std::string above = *canonical;
   for (std::size_t slash = above.rfind('/'); slash != 0 && slash != std::string::npos; slash = above.rfind('/')) {
     above.erase(slash);
-    if (Resource* const resource = parts.registry.find(above)) return resource->new_graph(*canonical, parts);
+    Resource* const resource = parts.registry.find(above);
+    if (!resource) continue;
+    GraphStore* const store = resource->graph_store();
+    return store ? store->new_graph(*canonical, parts) : nullptr;
   }
   return nullptr;
 }
@@ -449,8 +456,8 @@ std::optional<http::Response> Engine::Impl::find_resource(Context& context, cons
   const Result<Resource*> found = resource_at(target.path);
   if (!found) return parts.responses.problem(context, 400, "target: " + found.error().message);
   context.resource = *found;
-  if (context.resource && !target.query.empty()) {
-    const Result<Resource*> named = context.resource->find_graph(context.request().target, context, parts);
+  if (GraphStore* const store = context.resource && !target.query.empty() ? context.resource->graph_store() : nullptr) {
+    const Result<Resource*> named = store->find_graph(context.request().target, context, parts);
     if (!named) return parts.responses.problem(context, 400, named.error().message);
     context.resource = *named;
   }
@@ -463,7 +470,7 @@ std::optional<http::Response> Engine::Impl::find_resource(Context& context, cons
     if (!first) return parts.responses.problem(context, 400, "links: expected a number from 0");
     context.first_link = static_cast<std::size_t>(std::min<std::uint64_t>(*first, std::numeric_limits<std::size_t>::max()));
   }
-  return context.resource->is_container() ? read_page(context, target.query) : std::nullopt;
+  return context.resource->container() ? read_page(context, target.query) : std::nullopt;
 }
 
 /// The parameter `page` of a container.
@@ -477,7 +484,7 @@ std::optional<http::Response> Engine::Impl::read_page(Context& context, std::str
       if (c < '0' || c > '9' || page > 1'000'000) return parts.responses.problem(context, 400, "page: expected a number from 1");
       page = page * 10 + static_cast<std::size_t>(c - '0');
     }
-    const std::size_t pages = page_count(context.resource->members(context.audience).size(), parts.options.max_page_members);
+    const std::size_t pages = page_count(context.resource->container()->members(context.audience).size(), parts.options.max_page_members);
     if (page == 0 || page > pages) return parts.responses.problem(context, 404, "page: expected a number from 1 to " + std::to_string(pages));
     context.page = page;
   }
