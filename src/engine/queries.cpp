@@ -69,13 +69,20 @@ bool has_varying_predicates(const Resource& resource) {
   return property.value.is_null() || spec.octets || !spec.representations.empty() || has_varying_predicates(*spec.type);
 }
 
+/// Only QueryService's constructor names this.
+class Extension final : public QueryExtension {
+ public:
+  std::unique_ptr<Queries> make_queries(const QueryService& service, Parts& parts) const override {
+    return std::make_unique<Queries>(parts.options, service, parts.clock, parts.registry, parts.calls, parts.pending, parts.responses,
+                                     parts.representations, parts.values, parts.scanner, parts.subscriptions,
+                                     [&parts] { return std::vector<Resource*>{&parts.own_terms}; });
+  }
+};
+constexpr Extension for_queries;
+
 }  // namespace
 
-std::unique_ptr<Queries> QueryService::make_queries(Parts& parts) const {
-  return std::make_unique<Queries>(parts.options, *this, parts.clock, parts.registry, parts.calls, parts.pending, parts.responses,
-                                   parts.representations, parts.values, parts.scanner, parts.subscriptions,
-                                   [&parts] { return std::vector<Resource*>{&parts.own_terms}; });
-}
+QueryService::QueryService() noexcept : extension_(for_queries) {}
 
 /// The properties that a query needs and whose value may have to be read or taken over first.
 class Queries::ReadSet final : public ValueResource {

@@ -9,9 +9,6 @@
 
 #include <lrt/rdf/codec.hpp>
 
-#include "src/engine/resources/world.hpp"
-#include "src/model/world_hooks.hpp"
-
 namespace lrt {
 inline namespace v0 {
 
@@ -119,18 +116,3 @@ void KeptGraphs::stop() noexcept {
 
 }  // namespace v0
 }  // namespace lrt
-
-namespace lrt::model {
-inline namespace v0 {
-
-const WorldHooks& world_hooks() noexcept {
-  static constexpr WorldHooks hooks = {
-      [](const std::string& path, engine::ThingNode* thing, const WorldSpec& spec) -> std::unique_ptr<engine::ThingResource> {
-        return std::make_unique<engine::WorldResource>(path, thing, spec);
-      },
-      &KeptGraph::open};
-  return hooks;
-}
-
-}  // namespace v0
-}  // namespace lrt::model

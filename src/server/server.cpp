@@ -18,7 +18,6 @@
 #include "src/base/process.hpp"
 #include "src/base/thread.hpp"
 #include "src/model/spec.hpp"
-#include "src/model/world_hooks.hpp"
 #include "src/page/page.hpp"
 #include "src/rdf/codecs.hpp"
 #include "src/server/audit.hpp"
@@ -28,10 +27,10 @@
 #include "src/server/counters.hpp"
 #include "src/server/feeds.hpp"
 #include "src/server/guest_requests.hpp"
-#include "src/server/kept_graphs.hpp"
 #include "src/server/listen_addresses.hpp"
 #include "src/server/log_queue.hpp"
 #include "src/server/saved_file.hpp"
+#include "src/server/world_extension.hpp"
 
 namespace lrt {
 inline namespace v0 {
@@ -802,7 +801,8 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
   /// The graphs of a World; those that have a file are restored.
   Result<KeptGraphs::Opened> open_graphs(const Thing& thing) {
     const model::WorldSpec* const world = thing.world();
-    return world ? world->hooks.open_files(*world, waking_log(), options_.threads.own) : Result<KeptGraphs::Opened>(KeptGraphs::Opened());
+    return world ? WorldExtension::of(*world).open_files(*world, waking_log(), options_.threads.own)
+                 : Result<KeptGraphs::Opened>(KeptGraphs::Opened());
   }
   Result<KeptGraphs::Opened> open_graphs(const std::vector<Thing>& things) {
     KeptGraphs::Opened all;

@@ -16,7 +16,7 @@
 #include "src/engine/resources/kind.hpp"
 #include "src/engine/resources/property.hpp"
 #include "src/engine/vocabulary.hpp"
-#include "src/model/world_hooks.hpp"
+#include "src/engine/world_extension.hpp"
 
 namespace lrt::engine {
 inline namespace v0 {
@@ -183,7 +183,7 @@ const ThingTexts& no_texts() {
 }
 
 std::unique_ptr<ThingResource> make_self(const model::ThingSpec& spec, ThingNode* thing) {
-  if (spec.world) return spec.world->hooks.make_resource("/" + spec.path, thing, *spec.world);
+  if (spec.world) return WorldExtension::of(*spec.world).make_resource("/" + spec.path, thing, *spec.world);
   return std::make_unique<ThingResource>("/" + spec.path, thing);
 }
 
