@@ -86,7 +86,7 @@ http::Response AccessControl::forbidden(const Context& context) const {
 }
 
 std::optional<http::Response> AccessControl::refused_right(Context& context, const Caller& caller) const {
-  if (context.resource && context.resource->is_about_caller())
+  if (context.resource && context.resource->kind().is(Trait::about_caller))
     return caller.principal ? std::nullopt : std::optional(unauthenticated(context, caller));
   const Audience& audience = context.audience;
   if (!audience.is_restricted()) return std::nullopt;
@@ -106,7 +106,7 @@ std::optional<http::Response> AccessControl::refused_right(Context& context, con
 /// The rights at its resource are enough for the request.
 bool AccessControl::may(const Context& context) const {
   const std::string_view method = context.request().method;
-  if (!context.is_safe()) return context.rights.has(context.resource->right_to_change());
+  if (!context.is_safe()) return context.rights.has(context.resource->kind().right_to_change);
   const bool reads = context.rights.has(security::Right::read), watches = context.rights.has(security::Right::subscribe);
   if (reads == watches) return reads;
   return method == "GET" && subscriptions_.requested_protocol(context) ? watches : reads;

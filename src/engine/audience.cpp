@@ -22,10 +22,10 @@ Rights Audience::rights(const Resource& resource) const {
 }
 
 std::string_view Audience::name_in(const Resource& resource) const noexcept {
-  return view && principal && resource.differs_by_principal() ? std::string_view(principal->name) : std::string_view();
+  return view && principal && resource.kind().is(Trait::by_principal) ? std::string_view(principal->name) : std::string_view();
 }
 
-Methods Audience::methods(const Resource& resource) const { return may(resource.right_to_change(), resource) ? resource.methods() : Methods(); }
+Methods Audience::methods(const Resource& resource) const { return may(resource.kind().right_to_change, resource) ? resource.methods() : Methods(); }
 
 bool Audience::sees_iri(std::string_view iri, const std::string& base, const Registry& registry) const {
   if (!view || iri.size() <= base.size() || iri[base.size()] != '/' || iri.substr(0, base.size()) != base) return true;

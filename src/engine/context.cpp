@@ -65,10 +65,10 @@ std::string_view vary_on(bool prefer, const Audience& audience) noexcept {
 
 std::string_view Context::vary() const noexcept {
   const bool is_command = request_->method == "PUT" || request_->method == "POST";
-  return vary_on(resource && (is_command || resource->is_container()), audience);
+  return vary_on(resource && (is_command || resource->container()), audience);
 }
 
-std::string_view vary_of(const Resource& resource, const Audience& audience) noexcept { return vary_on(resource.is_container(), audience); }
+std::string_view vary_of(const Resource& resource, const Audience& audience) noexcept { return vary_on(resource.container() != nullptr, audience); }
 
 std::optional<std::string> query_parameter(std::string_view target, std::string_view name) {
   const std::size_t mark = target.find('?');

@@ -69,6 +69,7 @@ class Context {
   std::optional<Ticket> ticket{};                     ///< of a request that is deferred
   std::shared_ptr<JudgedBody> judged{};               ///< its body, from a BodyJob; nullptr: not validated, or consumed
   std::string client{};                               ///< Caller::client
+  bool by_cookie = false;                             ///< Caller::by_cookie
   bool ignores_conditions = false;                    ///< If-Match and If-None-Match were already evaluated
 
  private:

@@ -72,7 +72,7 @@ HeaderVerdict Engine::Impl::judge_header(const http::Request& request, std::opti
     if (auto response = find(context, caller)) return response;
     if (!context.resource) return std::nullopt;  // the target is *
     verdict.max_body_bytes = max_body_bytes(context);
-    verdict.ignores_body = context.resource->is_stop();
+    verdict.ignores_body = context.resource->kind().is(Trait::stop);
     return refused_body(context, body_bytes);
   });
   if (!verdict.response) verdict.judged = judged_caller(*caller);
@@ -84,7 +84,7 @@ bool Engine::Impl::is_stop(const http::Request& request) const {
   const auto target = http::split_target(request.target);
   if (!target) return false;
   Context context(request, {});
-  return !targets.find(context, *target) && context.resource->is_stop();
+  return !targets.find(context, *target) && context.resource->kind().is(Trait::stop);
 }
 
 Result<Caller> Engine::Impl::authorize(const http::Request& request) const {
@@ -141,8 +141,6 @@ Outcome Engine::Impl::route(Context& context, const Result<Caller>& caller) {
     auto refused = request.judged ? too_large(context, request.body.size()) : refused_body(context, request.body.size());
     if (refused) return *std::move(refused);
   }
-  if (context.resource->is_about_caller() && context.request().method != "OPTIONS")
-    return is_allowed(context) ? context.resource->respond(context, *caller, parts.responses) : method_not_allowed(context);
   return dispatch(context);
 }
 
@@ -159,6 +157,7 @@ std::optional<http::Response> Engine::Impl::find(Context& context, const Result<
     if (auto response = parts.access.refused_login(context, *caller)) return response;
   if (auto response = parts.access.denied(context, caller)) return response;
   context.client = caller->client;
+  context.by_cookie = caller->by_cookie;
   context.audience = {caller->view, caller->principal};
   const bool known = std::find(known_methods.begin(), known_methods.end(), request.method) != known_methods.end();
   if (known && target->path == "*") return std::nullopt;
@@ -197,12 +196,12 @@ std::optional<http::Response> Engine::Impl::too_large(const Context& context, st
 std::optional<http::Response> Engine::Impl::refused_body(Context& context, std::optional<std::uint64_t> body_bytes) {
   const std::string_view method = context.request().method;
   if (!is_allowed(context)) return method_not_allowed(context);
-  if (context.resource->is_about_caller()) return too_large(context, body_bytes.value_or(0));
-  if (context.resource->has_own_protocol()) {
+  if (context.resource->kind().is(Trait::about_caller)) return too_large(context, body_bytes.value_or(0));
+  if (context.resource->own_protocol()) {
   } else if (method == "GET" || method == "HEAD") {
     if (!parts.subscriptions.requested_protocol(context))
       if (auto response = parts.representations.unacceptable(context)) return response;
-  } else if (context.has_input() && !context.resource->is_stop()) {
+  } else if (context.has_input() && !context.resource->kind().is(Trait::stop)) {
     // A chunked body may be empty.
     const Input input = context.resource->input(parts.options);
     if (body_bytes || (!input.may_be_empty && context.request().find("Content-Type"))) {
@@ -218,8 +217,10 @@ std::optional<http::Response> Engine::Impl::refused_body(Context& context, std::
 std::optional<http::Response> Engine::Impl::failed_known_precondition(const Context& context) {
   const http::Request& request = context.request();
   if (!request.find("If-Match") && !request.find("If-None-Match")) return std::nullopt;
-  context.resource->for_each_property([this](PropertyResource& property) { parts.values.take_published(property); });
-  if (!context.resource->is_up_to_date()) return std::nullopt;
+  if (const ValueResource* const values = context.resource->values()) {
+    values->for_each_property([this](PropertyResource& property) { parts.values.take_published(property); });
+    if (!values->is_up_to_date()) return std::nullopt;
+  }
   bool lacks_encodings = false;
   auto failed = parts.representations.failed_precondition(context, &lacks_encodings);
   return lacks_encodings ? std::nullopt : std::move(failed);
@@ -236,9 +237,12 @@ Outcome Engine::Impl::dispatch(Context& context) {
   const std::string_view method = context.request().method;
   Resource& resource = *context.resource;
   if (method == "GET" || method == "HEAD") {
-    if (const auto protocol = parts.subscriptions.requested_protocol(context)) return resource.subscribe(context, parts, *protocol);
-    std::optional<Outcome> own = resource.get(context, parts);
-    return own ? *std::move(own) : parts.representations.get(context);
+    OwnProtocol* const own = resource.own_protocol();
+    if (const auto protocol = parts.subscriptions.requested_protocol(context))
+      return own ? own->subscribe(context, parts, *protocol) : parts.subscriptions.subscribe(context, *protocol);
+    if (own)
+      if (std::optional<Outcome> outcome = own->get(context, parts)) return *std::move(outcome);
+    return parts.representations.get(context);
   }
   if (method == "OPTIONS") return parts.representations.options(context);
   const Methods allowed = resource.methods();

@@ -33,7 +33,7 @@ std::string Overview::of(const Resource& resource) {
 
 void Overview::summary(const Resource& resource) {
   text("href", iri(resource));
-  text("kind", resource.kind());
+  text("kind", resource.kind().name);
   begin_array("methods");
   const Methods methods = audience_.methods(resource);
   for (const char* method : {"GET", "HEAD", "OPTIONS"}) text({}, method);
@@ -60,7 +60,7 @@ void Overview::link(std::string_view key, const std::string& href, std::string_v
 }
 
 void Overview::members(std::string_view key, const Resource& container) {
-  const std::vector<Resource*> all = container.members(audience_);
+  const std::vector<Resource*> all = container.container()->members(audience_);
   number("count", all.size());
   if (page_ == minimal_page) return;
   const std::size_t size = engine_.options.max_page_members;

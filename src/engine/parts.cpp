@@ -87,7 +87,7 @@ Parts::Parts(EngineOptions given)
            options.query ? options.query->limits().path : ""),
       context(context_text),
       own_terms(vocabulary),
-      queries(options.query ? options.query->make_queries(*this) : nullptr),
+      queries(options.query ? QueryExtension::of(*options.query).make_queries(*options.query, *this) : nullptr),
       handle_log(std::make_shared<model::HandleLog>(options.log)) {
   registry.add(tree);
   registry.add(root);

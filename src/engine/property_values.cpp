@@ -101,12 +101,15 @@ bool PropertyValues::needs_user_code(const PropertyResource& property) const {
 }
 
 bool PropertyValues::ready(Resource& resource, Variant variant, bool current) {
-  resource.refresh();
-  if (resource.reads() == Resource::Reads::nothing) return true;
-  const bool values = resource.reads() == Resource::Reads::values;
+  ValueResource* const with_values = resource.values();
+  if (!with_values) return true;
+  with_values->refresh();
+  const ValueResource::Reads reads = with_values->reads();
+  if (reads == ValueResource::Reads::nothing) return true;
+  const bool values = reads >= ValueResource::Reads::values;
   const Encodings wanted = values ? Encodings::of(variant) : Encodings();
   bool all = true;
-  resource.for_each_property([&](PropertyResource& p) {
+  with_values->for_each_property([&](PropertyResource& p) {
     if (!current) {
       if (p.spec->slot) {
         take_published(p);
@@ -128,16 +131,18 @@ void PropertyValues::refresh(Resource& resource, Encodings encodings, Done done)
   };
   auto join = std::make_shared<Join>();
   join->done = std::move(done);
-  const auto one_done = [join, tolerates = resource.tolerates_failures()](const Result<void>& result, TimePoint now) {
+  const ValueResource* const with_values = resource.values();
+  const ValueResource::Reads reads = with_values ? with_values->reads() : ValueResource::Reads::nothing;
+  const auto one_done = [join, tolerates = reads == ValueResource::Reads::readable_values](const Result<void>& result, TimePoint now) {
     const bool fails = !result && (!tolerates || result.error().code == Errc::timed_out);
     if (fails && join->result) join->result = result;
     if (--join->open == 0) join->done(join->result, now);
   };
-  const bool values = resource.reads() == Resource::Reads::values;
   std::vector<PropertyResource*> properties;
-  resource.for_each_property([&](PropertyResource& p) {
-    if (values || p.spec->slot) properties.push_back(&p);
-  });
+  const auto add = [&](PropertyResource& p) {
+    if (reads >= ValueResource::Reads::values || p.spec->slot) properties.push_back(&p);
+  };
+  if (with_values) with_values->for_each_property(add);
   join->open += properties.size();
   for (PropertyResource* p : properties) refresh(*p, encodings, one_done);
   one_done({}, clock_.now());
@@ -181,6 +186,10 @@ void PropertyValues::take_published(PropertyResource& property, Instant until) {
 }
 
 PropertyValues::Instant PropertyValues::catch_up_end() const { return clock_.now().steady + options_.subscriptions.max_catch_up_time; }
+
+void PropertyValues::keep(Resource& resource, bool queued) {
+  if (const ValueResource* const values = resource.values()) values->for_each_property([&](PropertyResource& p) { keep(p, queued); });
+}
 
 void PropertyValues::keep(PropertyResource& property, bool queued) {
   model::SlotBase* slot = property.spec->slot.get();
@@ -355,7 +364,7 @@ void PropertyValues::set(PropertyResource& property, Sample sample) {
   std::size_t left = options_.max_value_members;
   property.only_octets = spec.octets && !fits(property.value, left) && rdf::octets_of(*spec.type, property.value);
   if (property.promises_triples() != promised) registry_.structure_changed();  // the Blueprint says it
-  property.mark_changed();
+  property.mark_value_changed();
 }
 
 void PropertyValues::cancel(PropertyResource& property, TimePoint now) {

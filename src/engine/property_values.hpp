@@ -88,6 +88,8 @@ class PropertyValues {
   Instant catch_up_end() const;
   /// Adds or removes an observer with a queue. While there is one, published values are kept between two scans.
   void keep(PropertyResource& property, bool queued);
+  /// The same for all properties of a resource.
+  void keep(Resource& resource, bool queued);
   /// Gives the property a value, of the robot or written by a client, and notifies its observers.
   void set(PropertyResource& property, Sample sample);
   /// The property is removed: all waiters get Errc::closed.

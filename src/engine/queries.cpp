@@ -62,30 +62,39 @@ bool has_varying_predicates(const rdf::Type& type) {
 
 /// The graph of the resource may get predicates that it does not have, without a change of the structure.
 bool has_varying_predicates(const Resource& resource) {
-  const std::string_view kind = resource.kind();
-  if (kind != "property") return kind == "action" || kind == "invocation" || kind == "member" || kind == "graph" || resource.is_container();
+  const std::string_view kind = resource.kind().name;
+  if (kind != "property") return kind == "action" || kind == "invocation" || kind == "member" || kind == "graph" || resource.container();
   const auto& property = static_cast<const PropertyResource&>(resource);
   const model::PropertySpec& spec = *property.spec;
   return property.value.is_null() || spec.octets || !spec.representations.empty() || has_varying_predicates(*spec.type);
 }
 
+/// Only QueryService's constructor names this.
+class Extension final : public QueryExtension {
+ public:
+  std::unique_ptr<Queries> make_queries(const QueryService& service, Parts& parts) const override {
+    return std::make_unique<Queries>(parts.options, service, parts.clock, parts.registry, parts.calls, parts.pending, parts.responses,
+                                     parts.representations, parts.values, parts.scanner, parts.subscriptions,
+                                     [&parts] { return std::vector<Resource*>{&parts.own_terms}; });
+  }
+};
+constexpr Extension for_queries;
+
 }  // namespace
 
-std::unique_ptr<Queries> QueryService::make_queries(Parts& parts) const {
-  return std::make_unique<Queries>(parts.options, *this, parts.clock, parts.registry, parts.calls, parts.pending, parts.responses,
-                                   parts.representations, parts.values, parts.scanner, parts.subscriptions,
-                                   [&parts] { return std::vector<Resource*>{&parts.own_terms}; });
-}
+QueryService::QueryService() noexcept : extension_(for_queries) {}
 
 /// The properties that a query needs and whose value may have to be read or taken over first.
-class Queries::ReadSet final : public Resource {
+class Queries::ReadSet final : public ValueResource {
  public:
-  explicit ReadSet(std::vector<PropertyResource*> properties) : Resource({}, nullptr), properties_(std::move(properties)) {}
+  explicit ReadSet(std::vector<PropertyResource*> properties) : ValueResource({}, nullptr), properties_(std::move(properties)) {}
   void describe(const Description&) const override {}
   void describe_types(About&, const Description&) const override {}
-  std::string_view kind() const noexcept override { return "query"; }
-  Reads reads() const noexcept override { return Reads::values; }
-  bool tolerates_failures() const noexcept override { return true; }
+  const ResourceKind& kind() const noexcept override {
+    static constexpr ResourceKind kind{"query"};
+    return kind;
+  }
+  Reads reads() const noexcept override { return Reads::readable_values; }
   void for_each_property(FunctionRef<void(PropertyResource&)> visit) const override {
     for (PropertyResource* p : properties_) visit(*p);
   }
@@ -569,7 +578,7 @@ void Queries::watch(StandingQuery& query) {
 /// Whether a resource may have triples with the predicates of a query, now or later.
 bool Queries::may_count(const QueryDependencies& needs, const std::vector<std::uint32_t>& predicates, const Snapshot& snapshot,
                         const Snapshot::Entry& entry, const Resource& resource) const {
-  if (!needs.graphs.empty() && !resource.is_container() && resource.kind() != "action") {
+  if (!needs.graphs.empty() && !resource.container() && resource.kind().name != "action") {
     const std::string name = representations_.base(snapshot.base) + resource.path;
     if (std::find(needs.graphs.begin(), needs.graphs.end(), name) == needs.graphs.end()) return false;
   }

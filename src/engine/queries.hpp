@@ -36,7 +36,7 @@ inline namespace v0 {
 /// Queries of clients, evaluated once or standing. The engine reads the request, updates the values and the graphs, and queues a job that
 /// evaluates the query without the engine's lock.
 ///
-/// The engine calls virtual functions only: QueryService::make_queries() says why.
+/// The engine calls virtual functions only: QueryService::Extension says why.
 class Queries {
  public:
   using Instant = std::chrono::steady_clock::time_point;
@@ -138,4 +138,17 @@ class Queries {
 };
 
 }  // namespace v0
+
+/// What the engine does for a QueryService.
+class QueryExtension : public QueryService::Extension {
+ public:
+  /// @pre  it is an object of this class, as all are that QueryService's constructor names
+  static const QueryExtension& of(const QueryService& service) noexcept { return static_cast<const QueryExtension&>(service.extension()); }
+
+  virtual std::unique_ptr<Queries> make_queries(const QueryService& service, Parts& parts) const = 0;
+
+ protected:
+  ~QueryExtension() = default;
+};
+
 }  // namespace lrt::engine

@@ -21,6 +21,12 @@ inline namespace v0 {
 
 namespace {
 
+/// The bytes of a resource that is a fixed document.
+std::optional<std::string_view> document_of(const Resource& resource) {
+  const OwnRepresentation* const own = resource.own_representation();
+  return own ? own->document() : std::nullopt;
+}
+
 /// LDP 7.2: only what the container says of itself.
 bool wants_minimal_container(const Context& context) {
   const http::Preferences& preferences = context.preferences();
@@ -139,10 +145,11 @@ Representations::Selected Representations::select(Context& context, std::optiona
     const std::string_view type = (*offers)[*choice];
     if (type == page_type && offers_page) return &page->emplace(html_page(resource, context.base, context.audience, context.page));
     const Variant variant = *all.find(type);
-    if (const std::size_t max = resource.max_bytes(options_); resource.exceeds(max, context.audience))
-      return responses_.problem(context, 406, too_large_text(max));
+    if (const ValueResource* const values = resource.values())
+      if (const std::size_t max = values->max_bytes(options_); values->exceeds(max, context.audience))
+        return responses_.problem(context, 406, too_large_text(max));
     if (!values_.ready(resource, variant, current)) return Missing{Encodings::of(variant)};
-    const bool minimal = resource.is_container() && wants_minimal_container(context);
+    const bool minimal = resource.container() && wants_minimal_container(context);
     Result<Representation*> made = make(resource, context.base, variant, context.audience, minimal ? minimal_page : context.page);
     if (made) return *made;
     why = made.error().message;
@@ -238,7 +245,7 @@ http::Fields Representations::fields_of(Representation& representation, const Co
     links.add(variant_iri(view_.bases[representation.base] + resource.path, turtle), "describedby", turtle);
     links.finish(fields, {});
   }
-  if (resource.document()) fields.set("Cache-Control", cache_control_of(context));
+  if (document_of(resource)) fields.set("Cache-Control", cache_control_of(context));
   add_upgrade(fields, context);
   if (context.first_link != 0) {
     fields.remove("Link");
@@ -262,7 +269,7 @@ const PreparedFields* Representations::prepared_fields(Representation& represent
   const http::Request& request = context.request();
   const bool is_read = request.method == "GET" || request.method == "HEAD";
   const bool is_whole = !representation.is_page && representation.page != minimal_page && context.first_link == 0 && !request.find("Range");
-  if (!is_read || !is_whole || context.resource->document() || request.find("Origin")) return nullptr;
+  if (!is_read || !is_whole || document_of(*context.resource) || request.find("Origin")) return nullptr;
   PreparedFields& prepared = representation.prepared;
   const std::string_view upgrade = upgrade_of(context);
   if (!prepared.ok.block().empty() && prepared.upgrade == upgrade) return &prepared;
@@ -325,11 +332,12 @@ Result<Representation*> Representations::make(Resource& resource, std::size_t ba
   if (!body) return Unexpected{std::move(body).error()};
 
   const std::string_view type = resource.variants().type_of(variant);
-  std::string tag = resource.entity_tag(type, view_.bases[base], audience, false);
+  const OwnRepresentation* const own = resource.own_representation();
+  std::string tag = own ? own->entity_tag(type, view_.bases[base], audience, false) : std::string();
   if (tag.empty()) tag = http::entity_tag(type, **body);
   Representation made{&resource, base,           variant,         page, audience.view, std::string(audience.name_in(resource)), state,
                       structure, std::move(tag), *std::move(body)};
-  if (kept && kept->structure == structure && resource.has_fixed_links()) made.links = std::move(kept->links);
+  if (kept && kept->structure == structure && resource.kind().is(Trait::fixed_links)) made.links = std::move(kept->links);
   return &cache_.keep(std::move(made));
 }
 
@@ -345,35 +353,37 @@ Result<Bytes> Representations::body_of(Resource& resource, std::size_t base, Var
     return unexpected(Errc::failed, "the value has not been encoded");
   }
   Result<std::string> text = std::string();
+  const ValueResource* const values = resource.values();
   if (variant.kind() == Variant::Kind::plain) {
-    const PlainValue value = *resource.plain_value(audience);
+    const PlainValue value = *values->plain_value(audience);
     text = rdf::write_plain(*value.type, *value.facets, value.value(), variant.plain());
   } else if (variant.kind() == Variant::Kind::answer) {
-    return resource.answer(variant.type());
+    return resource.own_representation()->answer(variant.type());
   } else if (variant == Variant::overview()) {
     text = Overview(view_, base, audience, page).of(resource);
-  } else if (const auto whole = resource.document()) {
+  } else if (const auto whole = document_of(resource)) {
     text = std::string(*whole);
   } else {
-    if (!resource.fits_rdf(options_.max_value_members))
+    if (values && !values->fits_rdf(options_.max_value_members))
       return unexpected(Errc::limit_exceeded,
                         "more than " + std::to_string(options_.max_value_members) + " values are too many for RDF, but not for application/json");
     rdf::Graph graph = describe(resource, base, audience, page);
     if (variant == Variant(rdf::Syntax::rdf_xml) && graph.size() > options_.max_rdf_xml_triples)
       return unexpected(Errc::limit_exceeded, std::to_string(graph.size()) + " triples are too many for RDF/XML, which takes " +
                                                   std::to_string(options_.max_rdf_xml_triples) + ", but not for text/turtle");
-    if (rdf::has_named_graphs(variant.syntax()) && !resource.described_resources().empty())
-      text = rdf::write(dataset_of(resource, base, audience, std::move(graph)), variant.syntax(), options_.prefixes);
+    if (values && rdf::has_named_graphs(variant.syntax()) && !values->described_resources().empty())
+      text = rdf::write(dataset_of(*values, base, audience, std::move(graph)), variant.syntax(), options_.prefixes);
     else text = responses_.write(graph, variant, base);
   }
   if (!text) return Unexpected{std::move(text).error()};
-  if (const std::size_t max = resource.max_bytes(options_); text->size() > max) return unexpected(Errc::limit_exceeded, too_large_text(max));
+  if (const std::size_t max = values ? values->max_bytes(options_) : text->size(); text->size() > max)
+    return unexpected(Errc::limit_exceeded, too_large_text(max));
   return std::make_shared<const std::string>(*std::move(text));
 }
 
 /// The graph, and once more the triples of each resource in it in a graph of its own: a query of the default graph finds what other syntaxes
 /// have, and one of named graphs finds where it is from.
-rdf::Dataset Representations::dataset_of(const Resource& resource, std::size_t base, const Audience& audience, rdf::Graph all) const {
+rdf::Dataset Representations::dataset_of(const ValueResource& resource, std::size_t base, const Audience& audience, rdf::Graph all) const {
   rdf::Dataset dataset{std::move(all), {}};
   for (const Resource* part : resource.described_resources()) {
     if (!audience.sees(*part)) continue;
@@ -429,11 +439,13 @@ std::optional<http::Response> Representations::failed_precondition(const Context
   const bool if_match = request.find("If-Match").has_value(), if_none_match = request.find("If-None-Match").has_value();
   if (!if_match && !if_none_match) return std::nullopt;
   Resource& resource = *context.resource;
-  if (!resource.exists()) {
+  if (resource.kind().is(Trait::placeholder)) {
     if (!if_match) return std::nullopt;
     return responses_.problem(context, 412, "If-Match: the resource does not exist");
   }
-  const std::string wanted = resource.for_write(request.joined("If-Match")), unwanted = resource.for_write(request.joined("If-None-Match"));
+  const OwnRepresentation* const own = resource.own_representation();
+  const auto for_write = [&](std::string field) { return own ? own->for_write(std::move(field)) : field; };
+  const std::string wanted = for_write(request.joined("If-Match")), unwanted = for_write(request.joined("If-None-Match"));
   bool matched = false, excluded = false;
   // Cached variants come first: the client probably has one of them, and other variants of a large value take time to encode.
   std::vector<Variant> variants = resource.variants().variants;
@@ -447,7 +459,8 @@ std::optional<http::Response> Representations::failed_precondition(const Context
       if (lacks_encodings) *lacks_encodings = true;
       continue;
     }
-    std::string tag = resource.entity_tag(resource.variants().type_of(variant), view_.bases[context.base], context.audience, true);
+    std::string tag;
+    if (own) tag = own->entity_tag(resource.variants().type_of(variant), view_.bases[context.base], context.audience, true);
     if (tag.empty()) {
       const Result<Representation*> made = make(resource, context.base, variant, context.audience, context.page);
       if (!made) continue;
@@ -481,8 +494,9 @@ void Representations::add_links(http::Fields& fields, const Resource& resource, 
   http::LinkWriter links(options_.max_link_bytes);
   if (audience.is_restricted()) links.leave_out([&](std::string_view target) { return !audience.sees_iri(target, base, view_.registry); });
   links.add(vocab::ldp::Resource.text, "type");
-  if (resource.is_rdf_source()) links.add(vocab::ldp::RDFSource.text, "type");
-  if (resource.is_container()) {
+  if (!resource.kind().is(Trait::no_rdf_source)) links.add(vocab::ldp::RDFSource.text, "type");
+  const Container* const container = resource.container();
+  if (container) {
     links.add(vocab::ldp::Container.text, "type");
     links.add(vocab::ldp::BasicContainer.text, "type");
   }
@@ -490,12 +504,10 @@ void Representations::add_links(http::Fields& fields, const Resource& resource, 
   if (const std::string described_by = resource.described_by(base); !described_by.empty()) links.add(described_by, "describedby");
   if (const Methods methods = audience.methods(resource); resource.thing && (methods.put || methods.post))
     links.add(resource.thing->shapes_of(base, resource.input_shape()), vocab::ldp::constrainedBy.text);
-  if (resource.is_container()) {
-    if (page == minimal_page) return links.finish(fields, self, "describedby");
-  }
+  if (container && page == minimal_page) return links.finish(fields, self, "describedby");
   links.skip(first_link);
-  if (resource.is_container()) {
-    const std::vector<Resource*> members = resource.members(audience);
+  if (container) {
+    const std::vector<Resource*> members = container->members(audience);
     const std::size_t pages = page_count(members.size(), options_.max_page_members);
     if (pages > 1) {
       const auto page_iri = [&](std::size_t n) { return self + "?page=" + std::to_string(n); };
@@ -511,7 +523,7 @@ void Representations::add_links(http::Fields& fields, const Resource& resource, 
   resource.link_related(links, base);
   const Variants& variants = resource.variants();
   for (std::size_t i = 0; i < variants.types.size(); ++i)
-    if (!variants.variants[i].is_profile() && !resource.document())
+    if (!variants.variants[i].is_profile() && !document_of(resource))
       links.add(variant_iri(self, variants.types[i], page), "alternate", variants.types[i]);
   links.finish_in_parts(
       fields, [&](std::size_t next) { return self + (page > 1 ? "?page=" + std::to_string(page) + "&links=" : "?links=") + std::to_string(next); });
@@ -526,7 +538,7 @@ std::string Representations::limited(const Audience& audience, std::string_view 
 
 /// A document does not change under a target that names its version (RFC 8246).
 std::string Representations::cache_control_of(const Context& context) const {
-  if (context.resource->document()) {
+  if (document_of(*context.resource)) {
     const std::string versioned = responses_.context_iri(context.base);
     const std::string_view target = context.request().target, version = std::string_view(versioned).substr(versioned.find('?'));
     if (target.size() > version.size() && target.substr(target.size() - version.size()) == version)

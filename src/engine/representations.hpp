@@ -88,7 +88,7 @@ class Representations {
   Representation html_page(Resource& resource, std::size_t base, const Audience& audience, std::size_t page) const;
   http::Fields structure_fields(const Resource& resource, std::size_t base, const Audience& audience, std::size_t page,
                                 std::string_view cache_control) const;
-  rdf::Dataset dataset_of(const Resource& resource, std::size_t base, const Audience& audience, rdf::Graph all) const;
+  rdf::Dataset dataset_of(const ValueResource& resource, std::size_t base, const Audience& audience, rdf::Graph all) const;
   rdf::Graph shown(rdf::Graph graph, std::size_t base, const Audience& audience) const;
   /// @param first  of its links after those that each response has
   void add_links(http::Fields& fields, const Resource& resource, std::size_t base, const Audience& audience, std::size_t page,

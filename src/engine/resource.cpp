@@ -45,15 +45,10 @@ Input input_of(const model::ResourceSpec& spec, const rdf::Type& type, const rdf
   return input;
 }
 
-std::optional<Outcome> Resource::get(Context&, Parts&) { return std::nullopt; }
-Outcome Resource::subscribe(Context& context, Parts& parts, Protocol protocol) { return parts.subscriptions.subscribe(context, protocol); }
-Result<Bytes> Resource::answer(std::size_t) const { announced_only(*this, "answers to queries"); }
-
 Outcome Resource::put(Context&, Parts&) { announced_only(*this, "PUT"); }
 Outcome Resource::post(Context&, Parts&) { announced_only(*this, "POST"); }
 Outcome Resource::remove(Context&, Parts&) { announced_only(*this, "DELETE"); }
 Outcome Resource::patch(Context&, Parts&) { announced_only(*this, "PATCH"); }
-http::Response Resource::respond(const Context&, const Caller&, const Responses&) { announced_only(*this, "what respond() does"); }
 
 void Resource::describe_controls(About& about, const Description& d) const {
   if (!observable() || !d.audience.may(security::Right::subscribe, *this)) return;
@@ -61,12 +56,6 @@ void Resource::describe_controls(About& about, const Description& d) const {
   if (d.engine.bases.upgrades(d.base).websocket)  // "http://robot" to "ws://robot", "https://robot" to "wss://robot"
     about.add(vocab::hybrit::websocketUrl, rdf::literal("ws" + d.base.substr(4) + path, vocab::xsd::anyURI));
   for (const Observer* observer : observers) observer->describe_controls(about, d);
-}
-
-std::vector<Resource*> Resource::members(const Audience& audience) const {
-  std::vector<Resource*> all = members();
-  if (audience.is_restricted()) all.erase(std::remove_if(all.begin(), all.end(), [&](const Resource* m) { return !audience.sees(*m); }), all.end());
-  return all;
 }
 
 std::size_t Resource::usual_size() const noexcept { return path.size() - times_aside * name_aside.size(); }

@@ -20,11 +20,12 @@
 #include <lrt/rdf/graph.hpp>
 #include <lrt/rdf/type.hpp>
 #include <lrt/rdf/value.hpp>
-#include <lrt/security.hpp>
 
 #include "src/base/function_ref.hpp"
 #include "src/base/thin_vector.hpp"
 #include "src/engine/audience.hpp"
+#include "src/engine/facets.hpp"
+#include "src/engine/resource_kind.hpp"
 #include "src/engine/variants.hpp"
 #include "src/http/link.hpp"
 #include "src/subscription/backlog.hpp"
@@ -39,22 +40,17 @@ namespace lrt::engine {
 inline namespace v0 {
 
 struct Description;
-struct Parts;
 struct ThingNode;
-struct EngineView;
 class About;
 class ChangeLog;
 class ChangeScanner;
-class Context;
-struct Caller;
 struct EngineOptions;
 class Overview;
 class PropertyResource;
 class Registry;
 class Resource;
-class Responses;
 class SubscriptionsResource;
-enum class Protocol : std::uint8_t;
+class ValueResource;
 
 using Utc = std::chrono::system_clock::time_point;
 
@@ -153,7 +149,9 @@ struct Description {
 /// The suffix for a name of lrt that the user has given to another resource.
 inline constexpr std::string_view name_aside = "-lrt";
 
-/// A resource with a URI: its methods, description, links, properties and bodies. A new kind of resource is one class derived from this.
+/// A resource with a URI: its methods, description, links and bodies. A new kind of resource is one class derived from this, or from ValueResource.
+/// What only some kinds have is a facet: a base class of those, or a constant of their kind. A function here returns a pointer to it, nullptr if
+/// the resource has none.
 ///
 /// Functions that act get the parts of the engine; functions that describe read only.
 class Resource {
@@ -165,36 +163,29 @@ class Resource {
   Resource(const Resource&) = delete;
   Resource& operator=(const Resource&) = delete;
 
+  /// What it has in common with the others of its kind.
+  virtual const ResourceKind& kind() const noexcept = 0;
+
+  // Facets.
+  /// How clients observe it; nullptr: they cannot.
+  const Observable* observable() const noexcept { return kind().observable; }
+  /// The values in its representations.
+  virtual ValueResource* values() noexcept { return nullptr; }
+  const ValueResource* values() const noexcept { return const_cast<Resource*>(this)->values(); }
+  virtual const Container* container() const noexcept { return nullptr; }
+  virtual GraphStore* graph_store() noexcept { return nullptr; }
+  virtual OwnProtocol* own_protocol() noexcept { return nullptr; }
+  const OwnProtocol* own_protocol() const noexcept { return const_cast<Resource*>(this)->own_protocol(); }
+  virtual const OwnRepresentation* own_representation() const noexcept { return nullptr; }
+
   // Its methods (R0.5).
   virtual Methods methods() const noexcept { return {}; }
-  /// The rights that unsafe methods need.
-  virtual security::Right right_to_change() const noexcept { return security::Right::write; }
-  /// Its own response to GET and HEAD; nullopt: a representation is selected.
-  virtual std::optional<Outcome> get(Context& context, Parts& parts);
-  /// A GET that asks for a subscription. By default it observes this resource.
-  virtual Outcome subscribe(Context& context, Parts& parts, Protocol protocol);
   virtual Outcome put(Context& context, Parts& parts);
   virtual Outcome post(Context& context, Parts& parts);
   virtual Outcome remove(Context& context, Parts& parts);
   /// The body is in SPARQL 1.1 Update (RFC 5789).
   virtual Outcome patch(Context& context, Parts& parts);
   virtual Input input(const EngineOptions& options) const;
-  /// post() reads its bodies, which are neither RDF nor values, and get() judges Accept.
-  virtual bool has_own_protocol() const noexcept { return false; }
-  /// The value of Accept-Post of a resource with its own protocol; empty: bodies are RDF or values.
-  virtual std::string_view posted_types() const noexcept { return {}; }
-  /// It is about the caller: respond() makes all its responses except those of OPTIONS.
-  virtual bool is_about_caller() const noexcept { return false; }
-  /// @pre is_about_caller(), `caller` has a principal, and the method is allowed
-  virtual http::Response respond(const Context& context, const Caller& caller, const Responses& responses);
-  /// Its representations can be made without user code, and no running call would change them.
-  virtual bool is_up_to_date() const noexcept { return reads() == Reads::nothing; }
-  /// False: a placeholder for a resource that a request may create; it has no representation yet.
-  virtual bool exists() const noexcept { return true; }
-  /// POST stops the robot (Action::stop()).
-  virtual bool is_stop() const noexcept { return false; }
-  /// Bodies may be plain values, not only RDF.
-  virtual bool takes_plain_values() const noexcept { return false; }
   /// The fragment of the shape for its bodies, "rotation" or "actions/rotate/input".
   virtual std::string input_shape() const { return {}; }
 
@@ -203,127 +194,47 @@ class Resource {
     (void)audience;
     return true;
   }
-  /// The path at which its rights are looked up.
-  virtual const std::string& path_of_rights() const noexcept { return path; }
-  /// Its representation depends on the principal, not only on the rights.
-  virtual bool differs_by_principal() const noexcept { return false; }
+  /// The path at which its rights are looked up: without a query.
+  std::string_view path_of_rights() const noexcept { return std::string_view(path).substr(0, path.find('?')); }
 
   // The description of the resource.
   virtual void describe(const Description& d) const = 0;
-  /// Its whole description, if it keeps that: with IRIs of this server below placeholder_base; otherwise nullptr.
-  virtual std::shared_ptr<const rdf::Graph> kept_graph(const EngineView& engine) const {
-    (void)engine;
-    return nullptr;
-  }
   /// Its controls, in its own representation only: how to observe it and how to write it.
   virtual void describe_controls(About& about, const Description& d) const;
-  /// Resources whose triples it has in one document. TriG and N-Quads also have a graph for each.
-  virtual std::vector<const Resource*> described_resources() const { return {}; }
   /// Its types, stated wherever it is linked to (SPEC 2).
   virtual void describe_types(About& about, const Description& d) const = 0;
-  /// Its triples in the document of its container.
-  virtual void describe_as_member(About& about, const Description& d) const { describe_types(about, d); }
   virtual const Variants& variants() const { return overview_variants(); }
-  /// Its kind in overviews, in one word.
-  virtual std::string_view kind() const noexcept = 0;
   /// Its members in overviews that link to it, besides href, kind and methods.
   virtual void summarize(Overview& o) const { (void)o; }
   /// The further members of its own overview.
   virtual void overview(Overview& o) const { (void)o; }
-  /// The value behind variants without RDF; nullopt: there is none.
-  virtual std::optional<PlainValue> plain_value(const Audience& audience) const {
-    (void)audience;
-    return std::nullopt;
-  }
-  /// Its RDF states at most that many values.
-  virtual bool fits_rdf(std::size_t max_values) const {
-    (void)max_values;
-    return true;
-  }
-  /// The value of If-Match as entity_tag() for a write makes tags.
-  virtual std::string for_write(std::string field) const { return field; }
   /// Changes whenever a representation might have changed.
   /// @param structure  Registry::structure()
   virtual std::uint64_t state(std::uint64_t structure) const noexcept { return structure; }
-  /// The largest size of a representation; a larger one is answered with 406.
-  virtual std::size_t max_bytes(const EngineOptions& options) const noexcept {
-    (void)options;
-    return static_cast<std::size_t>(-1);
-  }
-  /// It is known to be larger without being described: no representation in RDF or JSON is made.
-  virtual bool exceeds(std::size_t max_bytes, const Audience& audience) const {
-    (void)max_bytes, (void)audience;
-    return false;
-  }
-  /// The text of Variant::answer().
-  virtual Result<Bytes> answer(std::size_t type) const;
-  /// False: its first representation is not available yet, and its observers wait for it.
-  virtual bool has_representation() const noexcept { return true; }
-  /// The entity tag of a resource that is too large to be encoded for a comparison; empty: the tag is computed from the bytes.
-  /// @param for_write  only of the part that writes change: for If-Match of a write, tags that differ only in the rest are equal
-  virtual std::string entity_tag(std::string_view media_type, const std::string& base, const Audience& audience, bool for_write) const {
-    (void)media_type, (void)base, (void)audience, (void)for_write;
-    return {};
-  }
   virtual std::string_view cache_control() const noexcept { return "no-cache"; }
-  virtual bool is_rdf_source() const noexcept { return true; }
-  /// The bytes of a resource that is a fixed document instead of a graph.
-  virtual std::optional<std::string_view> document() const { return std::nullopt; }
-
-  /// It holds graphs, and this is the resource that a request of the Graph Store Protocol names with it; nullptr: there is none.
-  /// @param target  with parameters: ?graph=IRI, ?default
-  /// @par Errors    for a 400: the parameters name no graph
-  virtual Result<Resource*> find_graph(std::string_view target, const Context& context, const Parts& parts) {
-    (void)target, (void)context, (void)parts;
-    return this;
-  }
-  /// The resource that creates a graph at an unused path below; nullptr: none can be created.
-  virtual Resource* new_graph(std::string_view at, const Parts& parts) {
-    (void)at, (void)parts;
-    return nullptr;
-  }
 
   // The links of the resource (R0.9).
-  virtual bool is_container() const noexcept { return false; }
-  virtual std::vector<Resource*> members() const { return {}; }
-  /// The links that an audience may see.
-  std::vector<Resource*> members(const Audience& audience) const;
   /// rel="related": its direct sub-resources, unless they are members.
   virtual void link_related(http::LinkWriter& links, const std::string& base) const;
   /// Path for rel="up"; empty: none.
   virtual std::string up() const;
   /// IRI for rel="describedby"; empty: none.
   virtual std::string described_by(const std::string& base) const;
-  /// True: its links depend only on the structure, not on its state.
-  virtual bool has_fixed_links() const noexcept { return false; }
 
-  // The properties whose values are in its representations.
-  enum class Reads : std::uint8_t {
-    nothing,
-    known_values,  ///< whether a property has a value; pulled properties are not read for that
-    values,        ///< the present values
-  };
-  virtual Reads reads() const noexcept { return Reads::nothing; }
-  virtual void for_each_property(FunctionRef<void(PropertyResource&)> visit) const { (void)visit; }
-  /// True: if a property cannot be read, its value is left out of the representation.
-  virtual bool tolerates_failures() const noexcept { return false; }
-  /// Collects the messages of other threads that need no user code.
-  virtual void refresh() {}
-
-  // Observers (R0.12, R0.14).
-  virtual bool observable() const noexcept { return false; }
-  /// The container of its subscriptions, which its Thing has; nullptr: it cannot be observed.
+  // Observers (R0.12, R0.14): subscriptions if it is observable(), and standing queries.
+  /// The container of its subscriptions, which its Thing has; nullptr: there is none.
   virtual SubscriptionsResource* subscriptions() const noexcept;
-  /// Its changes are sent before those of others: commands before telemetry.
-  virtual bool is_urgent() const noexcept { return false; }
-  /// Each of its changes matters, not only the last: its subscriptions have a queue by default.
-  virtual bool wants_queues() const noexcept { return is_urgent(); }
   /// Called with the first observer, and when the last one has left.
   virtual void set_observed(bool observed, ChangeScanner& scanner) { (void)observed, (void)scanner; }
-  /// Observers get its last representation even after its removal.
-  virtual bool has_final_state() const noexcept { return false; }
   /// Its kind in the file of saved subscriptions; empty: it cannot be observed or does not exist after a restart.
-  virtual Iri saved_type() const noexcept { return {}; }
+  Iri saved_type() const noexcept { return observable() ? observable()->saved_type : Iri(); }
+  /// Its representations have changed: notifies the observers.
+  void mark_changed();
+  void notify_observers();
+  /// Its graph may have changed: records it for queries.
+  void record_change() noexcept;
+  void add_observer(Observer& observer, ChangeScanner& scanner);
+  void remove_observer(Observer& observer, ChangeScanner& scanner);
 
   // Its path. The names of the user have precedence over those of lrt.
   enum class Naming : std::uint8_t { user, action, lrt };
@@ -333,14 +244,6 @@ class Resource {
   std::string path_aside(std::size_t n) const;
   /// Registry has moved it to another path.
   virtual void path_changed() {}
-
-  /// Its representations have changed: notifies the observers.
-  virtual void mark_changed();
-  void notify_observers();
-  /// Its graph may have changed: records it for queries.
-  void record_change() noexcept;
-  void add_observer(Observer& observer, ChangeScanner& scanner);
-  void remove_observer(Observer& observer, ChangeScanner& scanner);
 
   ResourceId id{};         ///< given by Registry
   std::string path;        ///< absolute and percent-encoded: "/baxter/right_s1"; changed by Registry only
@@ -354,6 +257,51 @@ class Resource {
 
  private:
   std::size_t usual_size() const noexcept;
+};
+
+/// A resource whose representations have values: those of properties, or one of its own.
+class ValueResource : public Resource {
+ public:
+  using Resource::Resource;
+  using Resource::values;
+  ValueResource* values() noexcept final { return this; }
+
+  /// The properties whose values are in its representations.
+  enum class Reads : std::uint8_t {
+    nothing,
+    known_values,     ///< whether a property has a value; pulled properties are not read for that
+    values,           ///< the present values
+    readable_values,  ///< the present values, without those of properties that cannot be read now
+  };
+  virtual Reads reads() const noexcept { return Reads::nothing; }
+  virtual void for_each_property(FunctionRef<void(PropertyResource&)> visit) const { (void)visit; }
+  /// Collects the messages of other threads that need no user code.
+  virtual void refresh() {}
+  /// Its representations can be made without user code, and no running call would change them.
+  virtual bool is_up_to_date() const noexcept { return reads() == Reads::nothing; }
+
+  /// The value behind variants without RDF; nullopt: there is none.
+  virtual std::optional<PlainValue> plain_value(const Audience& audience) const {
+    (void)audience;
+    return std::nullopt;
+  }
+  /// Its RDF states at most that many values.
+  virtual bool fits_rdf(std::size_t max_values) const {
+    (void)max_values;
+    return true;
+  }
+  /// Resources whose triples it has in one document. TriG and N-Quads also have a graph for each.
+  virtual std::vector<const Resource*> described_resources() const { return {}; }
+  /// The largest size of a representation; a larger one is answered with 406.
+  virtual std::size_t max_bytes(const EngineOptions& options) const noexcept {
+    (void)options;
+    return static_cast<std::size_t>(-1);
+  }
+  /// It is known to be larger without being described: no representation in RDF or JSON is made.
+  virtual bool exceeds(std::size_t max_bytes, const Audience& audience) const {
+    (void)max_bytes, (void)audience;
+    return false;
+  }
 };
 
 /// The accepted bodies of a resource that takes a value.

@@ -170,9 +170,10 @@ void Responses::add_retry_after(http::Response& response) const { response.field
 void Responses::add_allow(http::Fields& fields, const Resource& resource, const Audience& audience) const {
   const Methods methods = audience.methods(resource);
   fields.add("Allow", methods.text());
-  if (methods.post && !resource.is_about_caller()) {
-    if (const std::string_view own = resource.posted_types(); !own.empty()) fields.add("Accept-Post", own);
-    else fields.add("Accept-Post", readable_types(resource.takes_plain_values()));
+  if (methods.post) {
+    const OwnProtocol* const own = resource.own_protocol();
+    const std::string types = own ? std::string(own->posted_types()) : readable_types(resource.kind().is(Trait::plain_bodies));
+    if (!types.empty()) fields.add("Accept-Post", types);
   }
   if (methods.patch) fields.add("Accept-Patch", update_type);
 }
@@ -180,7 +181,7 @@ void Responses::add_allow(http::Fields& fields, const Resource& resource, const 
 void Responses::add_types(http::Fields& fields, const Resource* resource) const {
   http::LinkWriter links;
   links.add(vocab::ldp::Resource.text, "type");
-  if (resource && resource->is_container()) links.add(vocab::ldp::BasicContainer.text, "type");
+  if (resource && resource->container()) links.add(vocab::ldp::BasicContainer.text, "type");
   links.finish(fields, {});
 }
 

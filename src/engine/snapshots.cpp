@@ -24,8 +24,11 @@ constexpr std::chrono::microseconds fill_budget{500};
 /// How long a snapshot is kept after its last use.
 constexpr std::chrono::seconds keep_time{60};
 
+/// @pre  it is a World
+const WorldResource* world_of(const ThingNode& thing) { return static_cast<const WorldResource*>(&thing.self); }
+
 /// It is made and removed without a change of the structure.
-bool comes_and_goes(const Resource& resource) { return resource.kind() == "invocation" || resource.kind() == "member"; }
+bool comes_and_goes(const Resource& resource) { return resource.kind().name == "invocation" || resource.kind().name == "member"; }
 
 }  // namespace
 
@@ -154,7 +157,7 @@ void Snapshots::refresh(Snapshot& snapshot) const {
   }
   if (snapshot.seen_structure != registry_.structure()) return;  // a whole round follows
   for (const ThingNode* world : snapshot.worlds)
-    for (const auto& graph : world->world->graphs()) graph->refresh();
+    for (const auto& graph : world_of(*world)->graphs()) graph->refresh();
 }
 
 void Snapshots::forget(const Snapshot& snapshot, const Snapshot::Entry& entry, Changes& changes) const {
@@ -163,7 +166,7 @@ void Snapshots::forget(const Snapshot& snapshot, const Snapshot::Entry& entry, C
 
 void Snapshots::for_each_property(const Snapshot& snapshot, FunctionRef<void(PropertyResource&)> visit) const {
   const auto visit_world = [&](const ThingNode& thing) {
-    for (const auto& graph : thing.world->graphs())
+    for (const auto& graph : world_of(thing)->graphs())
       if (snapshot.audience.sees(*graph)) graph->for_each_property(visit);
   };
   if (snapshot.filled && snapshot.seen_structure == registry_.structure()) {
@@ -174,7 +177,7 @@ void Snapshots::for_each_property(const Snapshot& snapshot, FunctionRef<void(Pro
   for (const auto& [path, thing] : registry_.things()) {
     for (const auto& p : thing->properties)
       if (!p->spec->file && snapshot.audience.sees(*p)) visit(*p);
-    if (thing->world) visit_world(*thing);
+    if (thing->spec->world) visit_world(*thing);
   }
 }
 
@@ -193,8 +196,8 @@ void Snapshots::visit(Snapshot& snapshot, const ThingNode& thing, Changes& chang
     visit_one(*c);
     for (Resource* member : c->members()) visit_one(*member);
   }
-  if (thing.world) {  // a value published in a graph is part of that graph; a second copy would duplicate its blank nodes
-    for (const auto& graph : thing.world->graphs()) visit_one(*graph);
+  if (thing.spec->world) {  // a value published in a graph is part of that graph; a second copy would duplicate its blank nodes
+    for (const auto& graph : world_of(thing)->graphs()) visit_one(*graph);
     snapshot.worlds.push_back(&thing);
   }
   if (thing.kind && !thing.kind->things.empty() && thing.kind->things.front() == &thing) visit_one(*thing.kind);
@@ -203,24 +206,26 @@ void Snapshots::visit(Snapshot& snapshot, const ThingNode& thing, Changes& chang
 
 void Snapshots::visit(Snapshot& snapshot, Resource& resource, Changes& changes) {
   if (!snapshot.audience.sees(resource)) return;
-  resource.refresh();
+  ValueResource* const values = resource.values();
+  if (values) values->refresh();
   const auto [found, is_new] = snapshot.entries.try_emplace(static_cast<std::uint64_t>(resource.id));
   Snapshot::Entry& entry = found->second;
   entry.round = snapshot.round;
-  if (is_new && resource.kind() == "invocation") snapshot.invocations.insert(found->first);
+  if (is_new && resource.kind().name == "invocation") snapshot.invocations.insert(found->first);
   const bool has_moved = !is_new && entry.path != resource.path;
   if (has_moved) forget(snapshot, entry, changes);
   if (has_moved || is_new) entry.path = resource.path;
   const std::uint64_t state = resource.state(registry_.structure());
-  const bool is_failing = resource.kind() == "property" && static_cast<const PropertyResource&>(resource).is_failing();
+  const bool is_failing = resource.kind().name == "property" && static_cast<const PropertyResource&>(resource).is_failing();
   if (!is_new && !has_moved && entry.state == state && entry.is_failing == is_failing) return;
   entry.state = state;
   entry.is_failing = is_failing;
   const std::string& base = representations_.base(snapshot.base);
   std::shared_ptr<const rdf::Graph> graph;
-  if (!snapshot.audience.is_restricted()) graph = resource.kept_graph(representations_.view());
+  if (const OwnRepresentation* const own = resource.own_representation(); own && !snapshot.audience.is_restricted())
+    graph = own->kept_graph(representations_.view());
   const bool is_kept = graph != nullptr;
-  if (!is_kept && !is_failing && resource.fits_rdf(service_.limits().max_value_members))
+  if (!is_kept && !is_failing && (!values || values->fits_rdf(service_.limits().max_value_members)))
     graph = std::make_shared<const rdf::Graph>(representations_.describe(resource, snapshot.base, snapshot.audience));
   std::vector<std::uint32_t> predicates;
   if (graph) {

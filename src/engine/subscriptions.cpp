@@ -54,8 +54,14 @@ std::string public_reason(const subscription::DeliveryResult& result) {
 /// It is a property that was never read: its representation would be null.
 bool lacks_value(const Resource& resource) {
   bool lacks = false;
-  if (resource.reads() == Resource::Reads::values) resource.for_each_property([&](const PropertyResource& p) { lacks = lacks || p.value.is_null(); });
+  if (const ValueResource* const values = resource.values(); values && values->reads() >= ValueResource::Reads::values)
+    values->for_each_property([&](const PropertyResource& p) { lacks = lacks || p.value.is_null(); });
   return lacks;
+}
+
+bool has_representation(const Resource& resource) {
+  const OwnRepresentation* const own = resource.own_representation();
+  return !own || own->has_representation();
 }
 
 /// Resources whose representations take longer get at most a fifth of the time together.
@@ -152,7 +158,7 @@ std::optional<Protocol> Subscriptions::requested_protocol(const Context& context
 
 subscription::Policy Subscriptions::default_policy(const Resource& observed) const {
   subscription::Policy policy;
-  if (observed.wants_queues()) policy.queue_length = options_.subscriptions.default_queue_length;
+  if (observed.observable()->wants_queues()) policy.queue_length = options_.subscriptions.default_queue_length;
   return policy;
 }
 
@@ -407,8 +413,8 @@ SubscriptionResource& Subscriptions::make(SubscriptionRequest request, std::size
   container.subscriptions.push_back(std::move(made));
   registry_.add(s);
   container.mark_changed();
-  if (s.queues()) s.observed.for_each_property([this](PropertyResource& p) { values_.keep(p, true); });
-  if (s.feed && !s.feed->statements.empty()) s.observed.Resource::mark_changed();  // it shows the receiver, to which this is no change
+  if (s.queues()) values_.keep(s.observed, true);
+  if (s.feed && !s.feed->statements.empty()) s.observed.mark_changed();  // it shows the receiver, and has the same value
   s.observed.add_observer(s, scanner_);
   if (s.protocol == Protocol::callback) {
     s.must_confirm = must_confirm(s.url);
@@ -434,7 +440,7 @@ SubscriptionResource& Subscriptions::make(SubscriptionRequest request, std::size
 }
 
 void Subscriptions::first_notification(SubscriptionResource& s) {
-  if (!s.observed.has_representation()) return;
+  if (!has_representation(s.observed)) return;
   if (s.queues()) enqueue(s, false);
   else changed(s);
 }
@@ -485,9 +491,9 @@ void Subscriptions::end(SubscriptionResource& s, std::uint16_t code, std::string
   dropped_ += s.backlog.dropped();
   next_notifications_.clear(s.next_notification);
   by_channel_.erase(static_cast<std::uint64_t>(s.channel));
-  if (s.queues()) s.observed.for_each_property([this](PropertyResource& p) { values_.keep(p, false); });
+  if (s.queues()) values_.keep(s.observed, false);
   s.observed.remove_observer(s, scanner_);
-  if (s.feed && !s.feed->statements.empty()) s.observed.Resource::mark_changed();
+  if (s.feed && !s.feed->statements.empty()) s.observed.mark_changed();
   SubscriptionsResource& container = *s.observed.subscriptions();
   container.mark_changed();
   registry_.remove(s);
@@ -570,7 +576,7 @@ void Subscriptions::end_all_of(const Resource& observed, std::uint16_t code, con
 }
 
 void Subscriptions::resource_removed(SubscriptionResource& s) {
-  if (s.observed.has_final_state() && s.protocol != Protocol::callback && s.backlog.take_pending()) {
+  if (s.observed.observable()->has_final_state && s.protocol != Protocol::callback && s.backlog.take_pending()) {
     if (Representation* last = represent(s); last && last->tag != s.last_tag) s.backlog.push_last(item_of(s, *last));
   }
   end(s, 1001, "the resource was removed");
@@ -585,7 +591,7 @@ void Subscriptions::changed(SubscriptionResource& s) {
     s.backlog.mark_changed();
     return announce(s);
   }
-  if (fills_queues_ || s.observed.is_urgent()) return enqueue(s);
+  if (fills_queues_ || s.observed.observable()->is_urgent()) return enqueue(s);
   if (std::exchange(s.marked, true)) s.backlog.count_dropped(1);
   else marked_.push_back(s.channel);
   if (!scanner_.is_scanning()) scanner_.start();
@@ -641,7 +647,8 @@ void Subscriptions::took(const Resource& observed, Instant before) {
 
 /// Until when no representation is made for a subscriber; nullopt: it may be made, or there is one already.
 std::optional<Subscriptions::Instant> Subscriptions::rest_of(const SubscriptionResource& s, TimePoint now) const {
-  if (rest_end_ <= now.steady || slow_.count(static_cast<std::uint64_t>(s.observed.id)) == 0 || s.observed.is_urgent()) return std::nullopt;
+  if (rest_end_ <= now.steady || slow_.count(static_cast<std::uint64_t>(s.observed.id)) == 0 || s.observed.observable()->is_urgent())
+    return std::nullopt;
   return representations_.is_made(s.observed, s.base, s.its_variant, s.audience) ? std::nullopt : std::optional(rest_end_);
 }
 
@@ -654,7 +661,7 @@ void Subscriptions::announce(SubscriptionResource& s) {
   if (s.provisional || s.ready_announced || s.next_notification || s.under_way || s.backlog.empty()) return;
   s.ready_announced = true;
   if (s.protocol == Protocol::callback) return callbacks_ready_.push_back({s.channel, s.receiver});
-  (s.observed.is_urgent() ? urgent_ : ready_).push_back(s.channel);
+  (s.observed.observable()->is_urgent() ? urgent_ : ready_).push_back(s.channel);
 }
 
 /// @return  nullptr: none may be sent now
@@ -779,7 +786,7 @@ bool Subscriptions::has_ended(Channel channel) const {
 
 bool Subscriptions::repeat(Channel channel) {
   SubscriptionResource* const s = find(channel);
-  if (!s || s->awaits_value || !s->observed.has_representation()) return false;
+  if (!s || s->awaits_value || !has_representation(s->observed)) return false;
   if (s->queues()) {
     if (!s->feed || !s->feed->repeats || !s->backlog.empty()) return false;  // what is in the queue follows
     s->last_tag.clear();

@@ -38,7 +38,10 @@ Resource* Targets::new_graph(std::string_view path) const {
   std::string above = *canonical;
   for (std::size_t slash = above.rfind('/'); slash != 0 && slash != std::string::npos; slash = above.rfind('/')) {
     above.erase(slash);
-    if (Resource* const resource = parts_.registry.find(above)) return resource->new_graph(*canonical, parts_);
+    Resource* const resource = parts_.registry.find(above);
+    if (!resource) continue;
+    GraphStore* const store = resource->graph_store();
+    return store ? store->new_graph(*canonical, parts_) : nullptr;
   }
   return nullptr;
 }
@@ -47,8 +50,8 @@ std::optional<http::Response> Targets::find(Context& context, const http::Target
   const Result<Resource*> found = resource_at(target.path);
   if (!found) return parts_.responses.problem(context, 400, "target: " + found.error().message);
   context.resource = *found;
-  if (context.resource && !target.query.empty()) {
-    const Result<Resource*> named = context.resource->find_graph(context.request().target, context, parts_);
+  if (GraphStore* const store = context.resource && !target.query.empty() ? context.resource->graph_store() : nullptr) {
+    const Result<Resource*> named = store->find_graph(context.request().target, context, parts_);
     if (!named) return parts_.responses.problem(context, 400, named.error().message);
     context.resource = *named;
   }
@@ -61,7 +64,7 @@ std::optional<http::Response> Targets::find(Context& context, const http::Target
     if (!first) return parts_.responses.problem(context, 400, "links: expected a number from 0");
     context.first_link = static_cast<std::size_t>(std::min<std::uint64_t>(*first, std::numeric_limits<std::size_t>::max()));
   }
-  return context.resource->is_container() ? read_page(context, target.query) : std::nullopt;
+  return context.resource->container() ? read_page(context, target.query) : std::nullopt;
 }
 
 /// The parameter `page` of a container.
@@ -75,7 +78,7 @@ std::optional<http::Response> Targets::read_page(Context& context, std::string_v
       if (c < '0' || c > '9' || page > 1'000'000) return parts_.responses.problem(context, 400, "page: expected a number from 1");
       page = page * 10 + static_cast<std::size_t>(c - '0');
     }
-    const std::size_t pages = page_count(context.resource->members(context.audience).size(), parts_.options.max_page_members);
+    const std::size_t pages = page_count(context.resource->container()->members(context.audience).size(), parts_.options.max_page_members);
     if (page == 0 || page > pages) return parts_.responses.problem(context, 404, "page: expected a number from 1 to " + std::to_string(pages));
     context.page = page;
   }

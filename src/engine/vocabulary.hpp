@@ -50,7 +50,10 @@ class VocabularyResource final : public Resource {
   void describe(const Description& d) const override { vocabulary_.describe(d); }
   void describe_types(About&, const Description&) const override {}
   const Variants& variants() const override { return graph_variants(); }
-  std::string_view kind() const noexcept override { return "vocabulary"; }
+  const ResourceKind& kind() const noexcept override {
+    static constexpr ResourceKind kind{"vocabulary"};
+    return kind;
+  }
 
  private:
   const Vocabulary& vocabulary_;

@@ -210,15 +210,26 @@ class GraphState {
   Saver saver_;
 };
 
-struct WorldHooks;
+struct ThingSpec;
+
+/// What modules above this one do for a World. They derive theirs from it, and only World's constructor, which is defined above them, names that: a
+/// linker leaves out of a program without a World what only Worlds need.
+class WorldExtension {
+ protected:
+  ~WorldExtension() = default;
+};
 
 /// The part of a Thing that is a World.
 struct WorldSpec {
-  const WorldHooks& hooks;
+  const WorldExtension& extension;
   WorldOptions options;
   std::vector<std::shared_ptr<GraphState>> graphs;
   std::shared_ptr<GraphState> created;  ///< the rules of graphs that clients create; nullptr: they may not
 };
+
+/// Makes a Thing a World.
+/// @par Errors  as GraphState::create(), for the rules of graphs that clients create
+Result<void> set_up_world(ThingSpec& thing, WorldOptions options, const WorldExtension& extension);
 
 }  // namespace v0
 }  // namespace lrt::model

@@ -9,7 +9,6 @@
 
 #include "src/model/graph_state.hpp"
 #include "src/model/spec.hpp"
-#include "src/model/world_hooks.hpp"
 
 namespace lrt {
 inline namespace v0 {
@@ -115,26 +114,6 @@ std::function<void()> WorldGraph::add_published(std::shared_ptr<model::SlotBase>
 
 // ----------------------------------------------------------------------------------------------------------------- world
 
-World::World(std::string_view path, WorldOptions options) : Thing(path) {
-  spec_->world = std::make_shared<model::WorldSpec>(model::WorldSpec{model::world_hooks(), {}, {}, {}});
-  model::WorldSpec& world = *spec_->world;
-  world.options = std::move(options);
-  if (!spec_->handles) spec_->handles = std::make_shared<model::HandleContext>(model::HandleContext{spec_->path});
-  if (!world.options.clients_may_create) return;
-  GraphOptions& created = world.options.created;
-  created.clients_may_write = true;
-  created.file.clear();
-  created.turtle.clear();
-  if (!created.shapes.empty()) shapes(created.shapes);
-  auto rules = model::GraphState::create("/" + spec_->path, created, std::string(base) + "/" + spec_->path + "/blueprint", spec_->handles);
-  if (!rules) {
-    remember(rules.error());
-    return;
-  }
-  world.created = *std::move(rules);
-  world.created->set_budget(std::make_shared<model::GraphBudget>(world.options.max_created_bytes));
-}
-
 WorldGraph World::graph(std::string_view path, GraphOptions options) {
   const auto fails = [this](Error error) {
     remember(std::move(error));
@@ -159,3 +138,26 @@ WorldGraph World::graph(std::string_view path, GraphOptions options) {
 
 }  // namespace v0
 }  // namespace lrt
+
+namespace lrt::model {
+inline namespace v0 {
+
+Result<void> set_up_world(ThingSpec& thing, WorldOptions options, const WorldExtension& extension) {
+  thing.world = std::make_shared<WorldSpec>(WorldSpec{extension, {}, {}, {}});
+  WorldSpec& world = *thing.world;
+  world.options = std::move(options);
+  if (!thing.handles) thing.handles = std::make_shared<HandleContext>(HandleContext{thing.path});
+  if (!world.options.clients_may_create) return {};
+  GraphOptions& created = world.options.created;
+  created.clients_may_write = true;
+  created.file.clear();
+  created.turtle.clear();
+  auto rules = GraphState::create("/" + thing.path, created, std::string(World::base) + "/" + thing.path + "/blueprint", thing.handles);
+  if (!rules) return Unexpected{rules.error()};
+  world.created = *std::move(rules);
+  world.created->set_budget(std::make_shared<GraphBudget>(world.options.max_created_bytes));
+  return {};
+}
+
+}  // namespace v0
+}  // namespace lrt::model

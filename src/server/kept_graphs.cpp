@@ -9,9 +9,8 @@
 
 #include <lrt/rdf/codec.hpp>
 
-#include "src/engine/resources/world.hpp"
-#include "src/model/world_hooks.hpp"
 #include "src/server/shared_engine.hpp"
+#include "src/server/world_extension.hpp"
 
 namespace lrt {
 inline namespace v0 {
@@ -95,7 +94,7 @@ Result<UniqueFunction<void()>> KeptGraphs::adding(const std::vector<Thing>& thin
   for (const Thing& thing : things) {
     const model::WorldSpec* const world = thing.world();
     if (!world) continue;
-    Result<Opened> opened = world->hooks.open_files(*world, server_.waking_log(), server_.options().threads.own);
+    Result<Opened> opened = WorldExtension::of(*world).open_files(*world, server_.waking_log(), server_.options().threads.own);
     if (!opened) return Unexpected{std::move(opened).error()};
     std::move(opened->begin(), opened->end(), std::back_inserter(all));
   }
@@ -131,18 +130,3 @@ void KeptGraphs::stop() noexcept {
 std::unique_ptr<Service> make_kept_graphs(SharedEngine& server) { return std::make_unique<KeptGraphs>(server); }
 
 }  // namespace lrt
-
-namespace lrt::model {
-inline namespace v0 {
-
-const WorldHooks& world_hooks() noexcept {
-  static constexpr WorldHooks hooks = {
-      [](const std::string& path, engine::ThingNode* thing, const WorldSpec& spec) -> std::unique_ptr<engine::ThingResource> {
-        return std::make_unique<engine::WorldResource>(path, thing, spec);
-      },
-      &KeptGraph::open};
-  return hooks;
-}
-
-}  // namespace v0
-}  // namespace lrt::model

@@ -17,7 +17,10 @@ struct Node final : Resource {
   explicit Node(const std::string& name) : Resource(name, nullptr) {}
   void describe(const Description&) const override {}
   void describe_types(About&, const Description&) const override {}
-  std::string_view kind() const noexcept override { return "node"; }
+  const ResourceKind& kind() const noexcept override {
+    static constexpr ResourceKind kind{"node"};
+    return kind;
+  }
 };
 
 }  // namespace

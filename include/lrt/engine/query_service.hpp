@@ -19,9 +19,6 @@
 namespace lrt::engine {
 inline namespace v0 {
 
-class Queries;
-struct Parts;
-
 /// A graph of a snapshot: the representation of a resource, named by its URI.
 struct NamedGraph {
   std::string name;                         ///< IRI
@@ -134,11 +131,20 @@ class LRT_API QueryService {
   virtual Result<std::shared_ptr<const QueryAnswer>> evaluate(const PreparedQuery& query, QueryData& data, const std::atomic<bool>& cancelled,
                                                               TimePoint now, std::optional<std::size_t> max_rows) const = 0;
 
+  /// What the engine does for a QueryService. The engine derives its own, and only the constructor names that, so that a
+  /// linker leaves it out of a program that makes no QueryService.
+  class Extension {
+   protected:
+    ~Extension() = default;
+  };
+  /// For the engine.
+  const Extension& extension() const noexcept { return extension_; }
+
+ protected:
+  QueryService() noexcept;
+
  private:
-  friend struct Parts;
-  /// The engine's own part of queries. It is named only here, so that a linker leaves it out of a program that makes no
-  /// QueryService.
-  virtual std::unique_ptr<Queries> make_queries(Parts& parts) const;
+  const Extension& extension_;
 };
 
 }  // namespace v0

@@ -71,7 +71,7 @@ rdf::Value instant(Utc time) { return time == Utc{} ? rdf::Value() : rdf::traits
 // ------------------------------------------------------------------------------------------------------------ invocation
 
 InvocationResource::InvocationResource(std::string its_path, ActionResource& its_action)
-    : Resource(std::move(its_path), its_action.thing), action(its_action) {}
+    : ValueResource(std::move(its_path), its_action.thing), action(its_action) {}
 
 Methods InvocationResource::methods() const noexcept {
   Methods methods;

@@ -36,28 +36,28 @@ struct WaitingRequest {
 };
 
 /// One invocation of an Action: status, progress, times, input and result (SPEC 3.1).
-class InvocationResource final : public Resource {
+class InvocationResource final : public ValueResource {
  public:
   InvocationResource(std::string path, ActionResource& its_action);
 
   Methods methods() const noexcept override;
-  security::Right right_to_change() const noexcept override { return security::Right::invoke; }
   /// DELETE cancels an invocation that has not finished, and removes one that has.
   Outcome remove(Context& context, Parts& parts) override;
 
   void describe(const Description& d) const override;
   void describe_types(About& about, const Description& d) const override;
-  std::string_view kind() const noexcept override { return "invocation"; }
+  const ResourceKind& kind() const noexcept override {
+    static constexpr Observable observable{{}, Observable::Order::urgent, true};
+    static constexpr ResourceKind kind{"invocation", Trait::none, &observable, security::Right::invoke};
+    return kind;
+  }
   const Variants& variants() const override { return value_variants(); }
   std::optional<PlainValue> plain_value(const Audience& audience) const override;
   bool fits_rdf(std::size_t max_values) const override;
   std::uint64_t state(std::uint64_t) const noexcept override { return revision; }
   std::string up() const override;
   void refresh() override;
-  bool observable() const noexcept override { return true; }
-  bool is_urgent() const noexcept override { return true; }
   void set_observed(bool observed, ChangeScanner& scanner) override;
-  bool has_final_state() const noexcept override { return true; }
 
   bool finished() const noexcept { return status >= Status::succeeded; }
 
@@ -81,27 +81,26 @@ class ActionResource final : public Resource {
   ~ActionResource() override;
 
   Methods methods() const noexcept override;
-  security::Right right_to_change() const noexcept override { return security::Right::invoke; }
   /// POST invokes.
   Outcome post(Context& context, Parts& parts) override;
   Input input(const EngineOptions& options) const override;
   std::string input_shape() const override { return shape_name("input"); }
   std::string output_shape() const { return shape_name("output"); }
-  bool takes_plain_values() const noexcept override { return true; }
-  bool is_stop() const noexcept override { return spec->stop; }
 
   void describe(const Description& d) const override;
   void describe_types(About& about, const Description& d) const override;
-  std::string_view kind() const noexcept override { return "action"; }
+  const ResourceKind& kind() const noexcept override {
+    static constexpr Observable observable{vocab::hybrit::Action, Observable::Order::urgent};
+    static constexpr ResourceKind usual{"action", Trait::plain_bodies, &observable, security::Right::invoke};
+    static constexpr ResourceKind stop{"action", Trait::plain_bodies | Trait::stop, &observable, security::Right::invoke};
+    return spec->stop ? stop : usual;
+  }
   void summarize(Overview& o) const override;
   void overview(Overview& o) const override;
   std::uint64_t state(std::uint64_t structure) const noexcept override { return structure + revision; }
   void link_related(http::LinkWriter& links, const std::string& base) const override;
-  bool observable() const noexcept override { return true; }
-  bool is_urgent() const noexcept override { return true; }
   void set_observed(bool observed, ChangeScanner& scanner) override;
   void path_changed() override;
-  Iri saved_type() const noexcept override { return vocab::hybrit::Action; }
 
   /// Stores the availability that the robot has set.
   /// @return  it has changed

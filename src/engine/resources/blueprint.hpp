@@ -23,12 +23,15 @@ struct CompiledShapes {
 
 /// The additions of a Thing to the Blueprint of its kind (R1.11): bounds that other Things of the kind do not have, and the user's shapes.
 /// The state of the Thing conforms to both (SPEC 2).
-class BlueprintResource final : public Resource {
+class BlueprintResource final : public ValueResource {
  public:
-  using Resource::Resource;
+  using ValueResource::ValueResource;
   void describe(const Description& d) const override;
   void describe_types(About&, const Description&) const override {}
-  std::string_view kind() const noexcept override { return "blueprint"; }
+  const ResourceKind& kind() const noexcept override {
+    static constexpr ResourceKind kind{"blueprint"};
+    return kind;
+  }
   void overview(Overview& o) const override;
   std::string described_by(const std::string&) const override { return {}; }
   Reads reads() const noexcept override { return Reads::known_values; }

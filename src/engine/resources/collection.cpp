@@ -16,7 +16,7 @@ inline namespace v0 {
 
 void describe_container_types(About& about) { about.a(vocab::ldp::BasicContainer).a(vocab::ldp::Container).a(vocab::ldp::RDFSource); }
 
-void describe_container(About& about, const Resource& container, const Description& d) {
+void describe_container(About& about, const Container& container, const Description& d) {
   if (d.page == minimal_page) return;
   const std::vector<Resource*> members = container.members(d.audience);
   const std::size_t first = std::min(members.size(), (d.page - 1) * d.engine.options.max_page_members);
@@ -24,14 +24,17 @@ void describe_container(About& about, const Resource& container, const Descripti
   for (std::size_t i = first; i < last; ++i) about.link(vocab::ldp::contains, d.base + members[i]->path);
   for (std::size_t i = first; i < last; ++i) {
     About member(d.graph, d.base + members[i]->path);
-    members[i]->describe_as_member(member, d);
+    container.describe_member(*members[i], member, d);
   }
 }
 
 // ---------------------------------------------------------------------------------------------------------------- member
 
 MemberResource::MemberResource(std::string its_path, CollectionResource& its_collection, std::string its_id, rdf::Value its_value)
-    : Resource(std::move(its_path), its_collection.thing), collection(its_collection), member_id(std::move(its_id)), value(std::move(its_value)) {}
+    : ValueResource(std::move(its_path), its_collection.thing),
+      collection(its_collection),
+      member_id(std::move(its_id)),
+      value(std::move(its_value)) {}
 
 Methods MemberResource::methods() const noexcept {
   Methods methods;

@@ -19,7 +19,7 @@ inline namespace v0 {
 class CollectionResource;
 
 /// A member of a collection: the value that a client created it with.
-class MemberResource final : public Resource {
+class MemberResource final : public ValueResource {
  public:
   MemberResource(std::string its_path, CollectionResource& its_collection, std::string its_id, rdf::Value its_value);
 
@@ -27,7 +27,10 @@ class MemberResource final : public Resource {
   Outcome remove(Context& context, Parts& parts) override;
   void describe(const Description& d) const override;
   void describe_types(About& about, const Description& d) const override;
-  std::string_view kind() const noexcept override { return "member"; }
+  const ResourceKind& kind() const noexcept override {
+    static constexpr ResourceKind kind{"member"};
+    return kind;
+  }
   void summarize(Overview& o) const override;
   const Variants& variants() const override { return value_variants(); }
   std::optional<PlainValue> plain_value(const Audience& audience) const override;
@@ -45,7 +48,7 @@ class MemberResource final : public Resource {
 };
 
 /// A container whose members clients create and remove (SPEC 2, LDP 5).
-class CollectionResource final : public Resource {
+class CollectionResource final : public Resource, public Container {
  public:
   CollectionResource(std::string its_path, ThingNode* its_thing, std::shared_ptr<model::CollectionSpec> s);
   ~CollectionResource() override;
@@ -54,15 +57,18 @@ class CollectionResource final : public Resource {
   Outcome post(Context& context, Parts& parts) override;
   Input input(const EngineOptions& options) const override { return input_of(*spec, *spec->type, spec->facets, options); }
   std::string input_shape() const override { return spec->path; }
-  bool takes_plain_values() const noexcept override { return true; }
   void describe(const Description& d) const override;
   void describe_controls(About& about, const Description& d) const override;
   void describe_types(About& about, const Description& d) const override;
-  std::string_view kind() const noexcept override { return "collection"; }
+  const ResourceKind& kind() const noexcept override {
+    static constexpr ResourceKind kind{"collection", Trait::plain_bodies};
+    return kind;
+  }
   void summarize(Overview& o) const override;
   void overview(Overview& o) const override;
   std::uint64_t state(std::uint64_t) const noexcept override { return revision; }
-  bool is_container() const noexcept override { return true; }
+  const Container* container() const noexcept override { return this; }
+  using Container::members;
   std::vector<Resource*> members() const override;
 
   /// The collection is removed. Requests that wait for its lambdas get 404.
@@ -80,7 +86,7 @@ class CollectionResource final : public Resource {
 };
 
 /// Describes a container: its types, and its members page by page (LDP 5.2, 7.2).
-void describe_container(About& about, const Resource& container, const Description& d);
+void describe_container(About& about, const Container& container, const Description& d);
 void describe_container_types(About& about);
 
 }  // namespace v0

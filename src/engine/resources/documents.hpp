@@ -13,7 +13,7 @@ inline namespace v0 {
 class ActionResource;
 
 /// "/": the list of Things (R0.4).
-class RootResource final : public Resource {
+class RootResource final : public Resource, public Container {
  public:
   /// @param session  path of the session; empty: nobody can log in
   /// @param query    path of the endpoint of queries; empty: there is none
@@ -21,9 +21,13 @@ class RootResource final : public Resource {
       : Resource("/", nullptr), registry_(registry), terms_(std::move(terms)), all_(all), session_(std::move(session)), query_(std::move(query)) {}
   void describe(const Description& d) const override;
   void describe_types(About& about, const Description& d) const override;
-  std::string_view kind() const noexcept override { return "root"; }
+  const ResourceKind& kind() const noexcept override {
+    static constexpr ResourceKind kind{"root"};
+    return kind;
+  }
   void overview(Overview& o) const override;
-  bool is_container() const noexcept override { return true; }
+  const Container* container() const noexcept override { return this; }
+  using Container::members;
   std::vector<Resource*> members() const override;
   void link_related(http::LinkWriter& links, const std::string& base) const override;
   std::string described_by(const std::string& base) const override { return base + terms_; }
@@ -45,25 +49,30 @@ class TermsResource final : public Resource {
   void describe(const Description& d) const override;
   void describe_types(About&, const Description&) const override {}
   const Variants& variants() const override { return graph_variants(); }
-  std::string_view kind() const noexcept override { return "terms"; }
+  const ResourceKind& kind() const noexcept override {
+    static constexpr ResourceKind kind{"terms", Trait::no_rdf_source};
+    return kind;
+  }
   std::uint64_t state(std::uint64_t) const noexcept override { return 1; }
-  bool is_rdf_source() const noexcept override { return false; }
 };
 
 /// "/ns/context.jsonld": the JSON-LD context. Representations refer to it with a version of its text in the query, so that it may be kept
 /// for a day.
-class ContextResource final : public Resource {
+class ContextResource final : public Resource, public OwnRepresentation {
  public:
   static constexpr const char* location = "/ns/context.jsonld";
   explicit ContextResource(std::string text) : Resource(location, nullptr), text_(std::move(text)) {}
   void describe(const Description&) const override {}
   void describe_types(About&, const Description&) const override {}
   const Variants& variants() const override { return context_variants(); }
-  std::string_view kind() const noexcept override { return "context"; }
+  const ResourceKind& kind() const noexcept override {
+    static constexpr ResourceKind kind{"context", Trait::no_rdf_source};
+    return kind;
+  }
+  const OwnRepresentation* own_representation() const noexcept override { return this; }
   std::optional<std::string_view> document() const override { return text_; }
   std::uint64_t state(std::uint64_t) const noexcept override { return 1; }
   std::string_view cache_control() const noexcept override { return "max-age=86400"; }
-  bool is_rdf_source() const noexcept override { return false; }
 
  private:
   const std::string text_;

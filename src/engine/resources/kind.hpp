@@ -36,13 +36,13 @@ const Resource* shaped_resource(const ThingNode& thing, std::size_t value_shape)
 
 /// The Blueprint of Things that were registered in the same way (R1.11, SPEC 3.12), "/blueprints/RevoluteJoint": which types, links, properties
 /// and actions they have, and the shapes of their values. Bounds that differ between the Things are in their own Blueprints.
-class KindResource final : public Resource {
+class KindResource final : public ValueResource {
  public:
   static constexpr std::string_view folder = "/blueprints";
   /// @param its_number   of the kinds with that name, from 1
   /// @param its_changes  of the resources of its Things
   KindResource(std::string its_name, unsigned its_number, std::string its_signature, ChangeLog& its_changes)
-      : Resource(usual_path(its_name, its_number), nullptr, folder.size()),
+      : ValueResource(usual_path(its_name, its_number), nullptr, folder.size()),
         name(std::move(its_name)),
         number(its_number),
         signature(std::move(its_signature)),
@@ -53,7 +53,10 @@ class KindResource final : public Resource {
   /// The same without targets: bodies are validated by the shape of a given name.
   void describe_shapes(const Description& d) const { describe(d, false); }
   void describe_types(About&, const Description&) const override {}
-  std::string_view kind() const noexcept override { return "blueprint"; }
+  const ResourceKind& kind() const noexcept override {
+    static constexpr ResourceKind kind{"blueprint"};
+    return kind;
+  }
   void overview(Overview& o) const override;
   std::string described_by(const std::string&) const override { return {}; }
   std::string up() const override { return "/"; }

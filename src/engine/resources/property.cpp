@@ -15,7 +15,7 @@ namespace lrt::engine {
 inline namespace v0 {
 
 PropertyResource::PropertyResource(std::string its_path, ThingNode* its_thing, std::shared_ptr<model::PropertySpec> s)
-    : Resource(std::move(its_path), its_thing), spec(std::move(s)) {
+    : ValueResource(std::move(its_path), its_thing), spec(std::move(s)) {
   if (spec->octets || !spec->representations.empty()) own_variants_ = std::make_unique<const Variants>(variants_of(*spec));
 }
 
@@ -103,13 +103,13 @@ void PropertyResource::set_watched(bool watched, ChangeScanner& scanner) {
   if (watched ? ++watchers == 1 : --watchers == 0) watched ? scanner.watch(*this) : scanner.unwatch(*this);
 }
 
-void PropertyResource::mark_changed() {
-  Resource::mark_changed();
+void PropertyResource::mark_value_changed() {
+  mark_changed();
   if (in_graph) in_graph->graph.mark_changed();
   else if (!spec->file) thing->state.notify_observers();
 }
 
-Resource& PropertyResource::whole_resource() const { return in_graph ? in_graph->graph : thing->state; }
+ValueResource& PropertyResource::whole_resource() const { return in_graph ? in_graph->graph : thing->state; }
 
 void PropertyResource::mark_changing() {
   for (const auto* all : {&observers, &whole_resource().observers})
@@ -124,7 +124,7 @@ void PropertyResource::mark_readability_changed() {
 void PropertyResource::expire(Utc now) {
   if (!in_graph || in_graph->expires_after.count() == 0 || value.is_null() || now - modified < in_graph->expires_after) return;
   value = rdf::Value();
-  mark_changed();
+  mark_value_changed();
 }
 
 void PropertyResource::report_lost() {

@@ -21,7 +21,7 @@ namespace lrt::engine {
 inline namespace v0 {
 
 /// A Property: its value with time, unit and frame, readable, observable, and writable if the user says so (R1.9, paper 5.2).
-class PropertyResource final : public Resource {
+class PropertyResource final : public ValueResource {
  public:
   PropertyResource(std::string path, ThingNode* thing, std::shared_ptr<model::PropertySpec> s);
 
@@ -31,30 +31,31 @@ class PropertyResource final : public Resource {
   /// @pre published values were taken
   bool is_up_to_date() const noexcept override { return spec->slot && !spec->slot->has_change() && !is_refreshing() && !has_writes(); }
   std::string input_shape() const override { return spec->path; }
-  bool takes_plain_values() const noexcept override { return true; }
 
   void describe(const Description& d) const override;
   /// A writable Property has a binding, as Actions have.
   void describe_controls(About& about, const Description& d) const override;
   void describe_types(About& about, const Description& d) const override;
-  std::string_view kind() const noexcept override { return "property"; }
+  const ResourceKind& kind() const noexcept override {
+    static constexpr Observable observable{vocab::hybrit::Property};
+    static constexpr ResourceKind kind{"property", Trait::fixed_links | Trait::plain_bodies, &observable};
+    return kind;
+  }
   void summarize(Overview& o) const override;
   const Variants& variants() const override { return own_variants_ ? *own_variants_ : value_variants(); }
   std::optional<PlainValue> plain_value(const Audience&) const override { return PlainValue{spec->type, &spec->facets, &value}; }
   bool fits_rdf(std::size_t max_values) const override { return only_octets || fits(value, max_values); }
   std::uint64_t state(std::uint64_t) const noexcept override { return revision; }
-  bool has_fixed_links() const noexcept override { return true; }
   std::string_view cache_control() const noexcept override { return spec->cache_control ? *spec->cache_control : Resource::cache_control(); }
-  Iri saved_type() const noexcept override { return vocab::hybrit::Property; }
 
   Reads reads() const noexcept override { return Reads::values; }
   void for_each_property(FunctionRef<void(PropertyResource&)> visit) const override;
 
-  bool observable() const noexcept override { return true; }
   void set_observed(bool observed, ChangeScanner& scanner) override { set_watched(observed, scanner); }
   /// Called by its own observers and those of its Thing's state, which need new values.
   void set_watched(bool watched, ChangeScanner& scanner);
-  void mark_changed() override;
+  /// Its value has changed: notifies its observers and those of whole_resource().
+  void mark_value_changed();
   /// Its value is about to be replaced: notifies its observers and those of its Thing's state.
   void mark_changing();
   /// is_failing() has changed: notifies its observers. Those of its value receive nothing, because the value is the same.
@@ -86,12 +87,12 @@ class PropertyResource final : public Resource {
   bool is_failing() const noexcept { return refresh_state && refresh_state->failing; }
   /// The further state of a value that is published in a graph of a World.
   struct InGraph {
-    Resource& graph;
+    ValueResource& graph;
     std::chrono::milliseconds expires_after{0};  ///< without a new value; zero: never
   };
   std::unique_ptr<const InGraph> in_graph;  ///< nullptr: it belongs to a Thing
   /// The other resource with the value: its graph, or the state of its Thing.
-  Resource& whole_resource() const;
+  ValueResource& whole_resource() const;
   std::uint32_t watchers = 0;
   std::uint32_t queues = 0;                      ///< observers with a queue, for which the slot keeps values; PropertyValues'
   DeadlineQueue<ResourceId>::Place next_sample;  ///< ChangeScanner's, of a pulled property

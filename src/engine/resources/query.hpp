@@ -29,13 +29,12 @@ class StandingQuery;
 inline constexpr std::string_view query_form_type = "application/x-www-form-urlencoded", query_type = "application/sparql-query";
 
 /// The endpoint of queries (SPARQL 1.1 Protocol). Without a query it describes itself (SPARQL 1.1 Service Description).
-class QueryResource final : public Resource {
+class QueryResource final : public Resource, public OwnProtocol {
  public:
   explicit QueryResource(const QueryService& service);
 
   Methods methods() const noexcept override;
-  security::Right right_to_change() const noexcept override { return security::Right::read; }
-  bool has_own_protocol() const noexcept override { return true; }
+  OwnProtocol* own_protocol() noexcept override { return this; }
   Input input(const EngineOptions& options) const override;
   std::string_view posted_types() const noexcept override;
   std::optional<Outcome> get(Context& context, Parts& parts) override;
@@ -45,9 +44,12 @@ class QueryResource final : public Resource {
   void describe(const Description& d) const override;
   void describe_types(About& about, const Description& d) const override;
   const Variants& variants() const override { return graph_variants(); }
-  std::string_view kind() const noexcept override { return "query"; }
+  const ResourceKind& kind() const noexcept override {
+    static constexpr Observable observable{};
+    static constexpr ResourceKind kind{"query", Trait::none, &observable, security::Right::read};
+    return kind;
+  }
   std::string up() const override { return "/"; }
-  bool observable() const noexcept override { return true; }
   SubscriptionsResource* subscriptions() const noexcept override { return &subscriptions_; }
 
  private:
@@ -56,7 +58,7 @@ class QueryResource final : public Resource {
 };
 
 /// A standing query: it is evaluated again when one of its dependencies has changed. Its representations are its result.
-class StandingQuery final : public Resource {
+class StandingQuery final : public Resource, public OwnRepresentation {
  public:
   StandingQuery(std::string its_path, const QueryResource& endpoint, Queries& owner, std::shared_ptr<const PreparedQuery> query,
                 std::shared_ptr<Snapshot> of);
@@ -65,17 +67,19 @@ class StandingQuery final : public Resource {
   void describe(const Description&) const override {}
   void describe_types(About&, const Description&) const override {}
   const Variants& variants() const override { return variants_; }
-  std::string_view kind() const noexcept override { return "query"; }
+  const ResourceKind& kind() const noexcept override {
+    static constexpr Observable by_results{}, by_changes{{}, Observable::Order::each};
+    static constexpr ResourceKind with_results{"query", Trait::no_rdf_source, &by_results}, with_changes{"query", Trait::no_rdf_source, &by_changes};
+    return tells_changes ? with_changes : with_results;
+  }
+  const OwnRepresentation* own_representation() const noexcept override { return this; }
   std::uint64_t state(std::uint64_t) const noexcept override { return revision; }
-  bool is_rdf_source() const noexcept override { return false; }
   std::string up() const override { return endpoint_.path; }
   bool is_shown_to(const Audience& audience) const override { return audience.has_rights_of(snapshot->audience); }
   /// The latest result. With `tells_changes`, from the second result on: the differences from the previous result.
   Result<Bytes> answer(std::size_t type) const override;
   std::string entity_tag(std::string_view media_type, const std::string& base, const Audience& audience, bool for_write) const override;
   bool has_representation() const noexcept override { return latest.answer != nullptr; }
-  bool observable() const noexcept override { return true; }
-  bool wants_queues() const noexcept override { return tells_changes; }
   SubscriptionsResource* subscriptions() const noexcept override { return endpoint_.subscriptions(); }
   void set_observed(bool observed, ChangeScanner& scanner) override;
 

@@ -10,7 +10,7 @@
 #include <lrt/http/problem.hpp>
 
 #include "src/engine/context.hpp"
-#include "src/engine/responses.hpp"
+#include "src/engine/parts.hpp"
 #include "src/security/authentication.hpp"
 
 namespace lrt::engine {
@@ -44,11 +44,10 @@ http::Response full(const Context& context, const Responses& responses) {
   return response;
 }
 
-std::string about(const Caller& caller) {
+std::string about(const security::Principal& principal, bool by_cookie) {
   std::string roles;
-  for (const std::string& role : caller.principal->roles) roles += (roles.empty() ? "" : ",") + http::json_string(role);
-  return "{\"name\":" + http::json_string(caller.principal->name) + ",\"roles\":[" + roles +
-         "],\"session\":" + (caller.by_cookie ? "true" : "false") + "}";
+  for (const std::string& role : principal.roles) roles += (roles.empty() ? "" : ",") + http::json_string(role);
+  return "{\"name\":" + http::json_string(principal.name) + ",\"roles\":[" + roles + "],\"session\":" + (by_cookie ? "true" : "false") + "}";
 }
 
 }  // namespace
@@ -58,30 +57,29 @@ const Variants& CallerResource::variants() const {
   return *none;
 }
 
-http::Response SessionResource::respond(const Context& context, const Caller& caller, const Responses& responses) {
-  const std::string_view method = context.request().method;
-  if (method == "POST") return begin(context, caller, responses);
-  if (method == "DELETE") return with_cookie(sessions_.end(context.request()));
-  return json(200, about(caller));
-}
+std::optional<Outcome> SessionResource::get(Context& context, Parts&) { return json(200, about(*context.audience.principal, context.by_cookie)); }
 
-http::Response SessionResource::begin(const Context& context, const Caller& caller, const Responses& responses) {
+Outcome SessionResource::post(Context& context, Parts& parts) {
   const http::Request& request = context.request();
   const security::Credentials credentials = security::credentials_of(request);
-  if (credentials.secret.empty()) return needs_token(context, responses);
+  if (credentials.secret.empty()) return needs_token(context, parts.responses);
   const bool secure = request.find("Origin").value_or(std::string_view()).substr(0, 6) == "https:";
-  const auto cookie = sessions_.begin(request, caller.principal->name, credentials.secret, secure, context.now);
-  return cookie ? with_cookie(cookie) : full(context, responses);
+  const auto cookie = sessions_.begin(request, context.audience.principal->name, credentials.secret, secure, context.now);
+  return cookie ? with_cookie(cookie) : full(context, parts.responses);
 }
 
-http::Response TicketResource::respond(const Context& context, const Caller& caller, const Responses& responses) {
-  const std::string life = "\"expires_in\":" + std::to_string(sessions_.ticket_life().count());
-  if (context.request().method != "POST") return json(200, "{" + life + "}");
+Outcome SessionResource::remove(Context& context, Parts&) { return with_cookie(sessions_.end(context.request())); }
+
+std::string TicketResource::lifetime() const { return "\"expires_in\":" + std::to_string(sessions_.ticket_life().count()); }
+
+std::optional<Outcome> TicketResource::get(Context&, Parts&) { return json(200, "{" + lifetime() + "}"); }
+
+Outcome TicketResource::post(Context& context, Parts& parts) {
   const security::Credentials credentials = security::credentials_of(context.request());
-  if (credentials.secret.empty()) return needs_token(context, responses);
-  const auto ticket = sessions_.make_ticket(caller.principal->name, credentials.secret, context.now);
-  if (!ticket) return full(context, responses);
-  return json(200, "{\"ticket\":" + http::json_string(*ticket) + "," + life + "}");
+  if (credentials.secret.empty()) return needs_token(context, parts.responses);
+  const auto ticket = sessions_.make_ticket(context.audience.principal->name, credentials.secret, context.now);
+  if (!ticket) return full(context, parts.responses);
+  return json(200, "{\"ticket\":" + http::json_string(*ticket) + "," + lifetime() + "}");
 }
 
 }  // namespace v0

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <memory>
+#include <optional>
+#include <string>
 #include <string_view>
 
 #include "src/engine/resource.hpp"
@@ -11,15 +12,16 @@ namespace lrt::engine {
 inline namespace v0 {
 
 /// A resource about the caller instead of the robot. It needs a principal and no right, accepts no body, and must not be cached.
-class CallerResource : public Resource {
+class CallerResource : public Resource, public OwnProtocol {
  public:
   CallerResource(const char* location, security::Sessions& sessions) : Resource(location, nullptr), sessions_(sessions) {}
   void describe(const Description&) const override {}
   void describe_types(About&, const Description&) const override {}
   const Variants& variants() const override;
   Input input(const EngineOptions&) const override { return {nullptr, true, 0}; }
-  bool is_about_caller() const noexcept override { return true; }
-  bool is_rdf_source() const noexcept override { return false; }
+  OwnProtocol* own_protocol() noexcept override { return this; }
+  Outcome subscribe(Context& context, Parts& parts, Protocol) override { return *get(context, parts); }
+  std::string_view posted_types() const noexcept override { return {}; }
 
  protected:
   security::Sessions& sessions_;
@@ -31,11 +33,13 @@ class SessionResource final : public CallerResource {
   static constexpr const char* location = "/ns/session";
   explicit SessionResource(security::Sessions& sessions) : CallerResource(location, sessions) {}
   Methods methods() const noexcept override { return {false, true, true}; }
-  std::string_view kind() const noexcept override { return "session"; }
-  http::Response respond(const Context& context, const Caller& caller, const Responses& responses) override;
-
- private:
-  http::Response begin(const Context& context, const Caller& caller, const Responses& responses);
+  const ResourceKind& kind() const noexcept override {
+    static constexpr ResourceKind kind{"session", Trait::about_caller | Trait::no_rdf_source};
+    return kind;
+  }
+  std::optional<Outcome> get(Context& context, Parts& parts) override;
+  Outcome post(Context& context, Parts& parts) override;
+  Outcome remove(Context& context, Parts& parts) override;
 };
 
 /// "/ns/ticket": POST makes a ticket for one WebSocket or event stream.
@@ -44,8 +48,15 @@ class TicketResource final : public CallerResource {
   static constexpr const char* location = "/ns/ticket";
   explicit TicketResource(security::Sessions& sessions) : CallerResource(location, sessions) {}
   Methods methods() const noexcept override { return {false, true, false}; }
-  std::string_view kind() const noexcept override { return "ticket"; }
-  http::Response respond(const Context& context, const Caller& caller, const Responses& responses) override;
+  const ResourceKind& kind() const noexcept override {
+    static constexpr ResourceKind kind{"ticket", Trait::about_caller | Trait::no_rdf_source};
+    return kind;
+  }
+  std::optional<Outcome> get(Context& context, Parts& parts) override;
+  Outcome post(Context& context, Parts& parts) override;
+
+ private:
+  std::string lifetime() const;
 };
 
 }  // namespace v0

@@ -85,7 +85,7 @@ std::string_view SubscriptionResource::protocol_name() const noexcept {
 void SubscriptionResource::describe(const Description& d) const {
   About about(d.graph, d.base + path);
   const subscription::Policy& policy = backlog.policy();
-  describe_as_member(about, d);
+  describe_constants(about, d);
   about.when(vocab::dcterms::created, created);
   if (audience.principal) about.add(vocab::lrt_::owner, rdf::literal(audience.principal->name));
   about.add(vocab::lrt_::delivery, rdf::TermView(policy.queues() ? vocab::lrt_::queue : vocab::lrt_::latest));
@@ -112,7 +112,7 @@ void SubscriptionResource::describe_types(About& about, const Description&) cons
   }
 }
 
-void SubscriptionResource::describe_as_member(About& about, const Description& d) const {
+void SubscriptionResource::describe_constants(About& about, const Description& d) const {
   describe_types(about, d);
   about.link(vocab::hybrit::onResource, d.engine.bases[base] + observed.path);
   if (protocol == Protocol::callback) about.add(vocab::hybrit::callbackURL, rdf::literal(url, vocab::xsd::anyURI));
@@ -123,7 +123,7 @@ void SubscriptionResource::describe_as_member(About& about, const Description& d
 
 void SubscriptionResource::summarize(Overview& o) const {
   o.text("protocol", protocol_name());
-  o.link("observes", o.iri(observed), observed.kind());
+  o.link("observes", o.iri(observed), observed.kind().name);
 }
 
 void SubscriptionResource::overview(Overview& o) const {
@@ -179,6 +179,10 @@ std::vector<Resource*> SubscriptionsResource::members() const {
   std::vector<Resource*> all;
   for (const auto& s : subscriptions) all.push_back(s.get());
   return all;
+}
+
+void SubscriptionsResource::describe_member(const Resource& member, About& about, const Description& d) const {
+  static_cast<const SubscriptionResource&>(member).describe_constants(about, d);
 }
 
 void describe_subscription_shape(rdf::Graph& graph, const std::string& iri, const subscription::SubscriptionOptions& options) {

@@ -55,14 +55,16 @@ class SubscriptionResource final : public Resource, public Observer {
                        Subscriptions& owner, const EngineOptions& options, std::size_t& queued_bytes);
 
   Methods methods() const noexcept override;
-  security::Right right_to_change() const noexcept override { return security::Right::subscribe; }
   /// DELETE cancels. With If-Match it is cancelled only if its counters are unchanged (R0.11).
   Outcome remove(Context& context, Parts& parts) override;
   void describe(const Description& d) const override;
   void describe_types(About& about, const Description& d) const override;
   /// Its constant triples: all of Figure 4. The entity tag of the container does not change with a notification.
-  void describe_as_member(About& about, const Description& d) const override;
-  std::string_view kind() const noexcept override { return "subscription"; }
+  void describe_constants(About& about, const Description& d) const;
+  const ResourceKind& kind() const noexcept override {
+    static constexpr ResourceKind kind{"subscription", Trait::none, nullptr, security::Right::subscribe};
+    return kind;
+  }
   void summarize(Overview& o) const override;
   void overview(Overview& o) const override;
   std::uint64_t state(std::uint64_t) const noexcept override { return revision + delivered + backlog.dropped(); }
@@ -127,11 +129,10 @@ class SubscriptionResource final : public Resource, public Observer {
 };
 
 /// The container of the subscriptions to a Thing's resources (R1.8, LDP), or to those of a part of the server.
-class SubscriptionsResource final : public Resource {
+class SubscriptionsResource final : public Resource, public Container {
  public:
   using Resource::Resource;
   Methods methods() const noexcept override;
-  security::Right right_to_change() const noexcept override { return security::Right::subscribe; }
   /// POST of a description creates a callback subscription (SPEC 3.5). Only those of a Thing allow it.
   Outcome post(Context& context, Parts& parts) override;
   std::string input_shape() const override;
@@ -139,12 +140,16 @@ class SubscriptionsResource final : public Resource {
   void describe(const Description& d) const override;
   void describe_controls(About& about, const Description& d) const override;
   void describe_types(About& about, const Description& d) const override;
-  std::string_view kind() const noexcept override { return "subscriptions"; }
+  const ResourceKind& kind() const noexcept override {
+    static constexpr ResourceKind kind{"subscriptions", Trait::by_principal, nullptr, security::Right::subscribe};
+    return kind;
+  }
   void overview(Overview& o) const override;
   std::uint64_t state(std::uint64_t structure) const noexcept override { return structure + revision; }
-  bool is_container() const noexcept override { return true; }
+  const Container* container() const noexcept override { return this; }
+  using Container::members;
   std::vector<Resource*> members() const override;
-  bool differs_by_principal() const noexcept override { return true; }
+  void describe_member(const Resource& member, About& about, const Description& d) const override;
 
   std::vector<std::unique_ptr<SubscriptionResource>> subscriptions;  ///< oldest first
 };

@@ -15,9 +15,8 @@
 #include "src/engine/resources/collection.hpp"
 #include "src/engine/resources/kind.hpp"
 #include "src/engine/resources/property.hpp"
-#include "src/engine/resources/world.hpp"
 #include "src/engine/vocabulary.hpp"
-#include "src/model/world_hooks.hpp"
+#include "src/engine/world_extension.hpp"
 
 namespace lrt::engine {
 inline namespace v0 {
@@ -87,7 +86,7 @@ void ThingResource::overview(Overview& o) const {
   o.link("state", node.state);
   if (!node.children.empty()) o.link("all", node.tree);
   if (node.spec->blueprint.empty()) o.link("blueprint", *node.kind);
-  else o.link("blueprint", node.spec->blueprint, node.blueprint.kind());
+  else o.link("blueprint", node.spec->blueprint, node.blueprint.kind().name);
   if (node.adds_shapes()) o.link("ownBlueprint", node.blueprint);
   o.link("subscriptions", node.subscriptions);
   o.links("properties", node.properties);
@@ -184,7 +183,7 @@ const ThingTexts& no_texts() {
 }
 
 std::unique_ptr<ThingResource> make_self(const model::ThingSpec& spec, ThingNode* thing) {
-  if (spec.world) return spec.world->hooks.make_resource("/" + spec.path, thing, *spec.world);
+  if (spec.world) return WorldExtension::of(*spec.world).make_resource("/" + spec.path, thing, *spec.world);
   return std::make_unique<ThingResource>("/" + spec.path, thing);
 }
 
@@ -194,7 +193,6 @@ ThingNode::ThingNode(std::unique_ptr<model::ThingSpec> s)
     : spec(std::move(s)),
       own_self(make_self(*spec, this)),
       self(*own_self),
-      world(spec->world ? static_cast<WorldResource*>(own_self.get()) : nullptr),
       state(self.path + "/state", this, (self.path + "/state").size()),
       blueprint(self.path + "/blueprint", this, (self.path + "/blueprint").size()),
       subscriptions(self.path + "/subscriptions", this, (self.path + "/subscriptions").size()),

@@ -25,7 +25,6 @@ class ActionResource;
 class CollectionResource;
 class KindResource;
 class PropertyResource;
-class WorldResource;
 
 /// A Thing: links, the types of what it links to, and static triples, without values (SPEC 2).
 class ThingResource : public Resource {
@@ -33,14 +32,16 @@ class ThingResource : public Resource {
   using Resource::Resource;
   void describe(const Description& d) const override;
   void describe_types(About& about, const Description& d) const override;
-  std::string_view kind() const noexcept override { return "thing"; }
+  const ResourceKind& kind() const noexcept override {
+    static constexpr Observable observable{vocab::hybrit::RoboticThing};
+    static constexpr ResourceKind kind{"thing", Trait::none, &observable};
+    return kind;
+  }
   void summarize(Overview& o) const override;
   void overview(Overview& o) const override;
   void link_related(http::LinkWriter& links, const std::string& base) const override;
   std::string up() const override;
-  Iri saved_type() const noexcept override { return vocab::hybrit::RoboticThing; }
   std::string_view cache_control() const noexcept override;
-  bool observable() const noexcept override { return true; }
   void set_observed(bool observed, ChangeScanner& scanner) override;
   /// Further resources that only this kind of Thing has.
   virtual std::vector<Resource*> more_resources() { return {}; }
@@ -51,23 +52,25 @@ class ThingResource : public Resource {
 };
 
 /// A Thing with the values of all its Properties (lrt:state).
-class StateResource final : public Resource {
+class StateResource final : public ValueResource {
  public:
-  using Resource::Resource;
+  using ValueResource::ValueResource;
   void describe(const Description& d) const override;
   void describe_types(About&, const Description&) const override {}
   std::vector<const Resource*> described_resources() const override;
   const Variants& variants() const override { return value_variants(); }
-  std::string_view kind() const noexcept override { return "state"; }
+  const ResourceKind& kind() const noexcept override {
+    static constexpr Observable observable{vocab::lrt_::state};
+    static constexpr ResourceKind kind{"state", Trait::none, &observable};
+    return kind;
+  }
   std::optional<PlainValue> plain_value(const Audience& audience) const override;
   bool fits_rdf(std::size_t max_values) const override;
   std::uint64_t state(std::uint64_t structure) const noexcept override;
-  Iri saved_type() const noexcept override { return vocab::lrt_::state; }
   std::string_view cache_control() const noexcept override;
   void link_related(http::LinkWriter& links, const std::string& base) const override;
   Reads reads() const noexcept override { return Reads::values; }
   void for_each_property(FunctionRef<void(PropertyResource&)> visit) const override;
-  bool observable() const noexcept override { return true; }
   void set_observed(bool observed, ChangeScanner& scanner) override;
 };
 
@@ -146,7 +149,6 @@ struct ThingNode {
   ThinVector<CompiledShapes> compiled_shapes;  ///< of a Thing with a Blueprint of its own, from the first body on
   const std::unique_ptr<ThingResource> own_self;
   ThingResource& self;
-  WorldResource* const world;  ///< `self` of a World; nullptr: it is no World
   StateResource state;
   BlueprintResource blueprint;
   SubscriptionsResource subscriptions;

@@ -16,16 +16,19 @@ inline namespace v0 {
 
 /// The states of a Thing and of all Things below it as one document, or of all Things of the server (lrt:all): one request instead of
 /// hundreds. A property that cannot be read now has no value in it.
-class TreeResource final : public Resource {
+class TreeResource final : public ValueResource {
  public:
   /// @param its_thing  nullptr: all Things of `registry`
   TreeResource(const std::string& its_path, ThingNode* its_thing, const Registry* registry = nullptr)
-      : Resource(its_path, its_thing, its_path.size()), registry_(registry) {}
+      : ValueResource(its_path, its_thing, its_path.size()), registry_(registry) {}
 
   void describe(const Description& d) const override;
   void describe_types(About&, const Description&) const override {}
   std::vector<const Resource*> described_resources() const override;
-  std::string_view kind() const noexcept override { return "all"; }
+  const ResourceKind& kind() const noexcept override {
+    static constexpr ResourceKind kind{"all"};
+    return kind;
+  }
   const Variants& variants() const override { return value_variants(); }
   /// The state of a Thing with a member for each Thing below it, by its relative path.
   std::optional<PlainValue> plain_value(const Audience& audience) const override;
@@ -33,9 +36,8 @@ class TreeResource final : public Resource {
   std::size_t max_bytes(const EngineOptions& options) const noexcept override;
   std::uint64_t state(std::uint64_t structure) const noexcept override;
   std::string up() const override;
-  Reads reads() const noexcept override { return Reads::values; }
+  Reads reads() const noexcept override { return Reads::readable_values; }
   void for_each_property(FunctionRef<void(PropertyResource&)> visit) const override;
-  bool tolerates_failures() const noexcept override { return true; }
   /// The tree of a Thing is shown if the audience sees a Thing below.
   bool is_shown_to(const Audience& audience) const override;
 

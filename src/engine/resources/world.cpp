@@ -51,7 +51,7 @@ Input input_of(const GraphOptions& options) {
 // ----------------------------------------------------------------------------------------------------------------- graph
 
 WorldGraphResource::WorldGraphResource(WorldResource& its_world, std::shared_ptr<GraphState> state, bool created)
-    : Resource(state->path(), its_world.thing),
+    : ValueResource(state->path(), its_world.thing),
       world(its_world),
       graph_state(std::move(state)),
       is_created(created),
@@ -289,7 +289,7 @@ void WorldGraphResource::set_observed(bool observed, ChangeScanner& scanner) {
 // ------------------------------------------------------------------------------------------------------------ all graphs
 
 AllGraphsResource::AllGraphsResource(WorldResource& its_world, std::string its_path)
-    : Resource(std::move(its_path), its_world.thing), world_(its_world) {}
+    : ValueResource(std::move(its_path), its_world.thing), world_(its_world) {}
 
 void AllGraphsResource::describe(const Description& d) const {
   for (const auto& graph : world_.graphs())
@@ -304,7 +304,6 @@ std::vector<const Resource*> AllGraphsResource::described_resources() const {
 
 void AllGraphsResource::describe_types(About& about, const Description&) const { about.a(vocab::ldp::RDFSource); }
 const Variants& AllGraphsResource::variants() const { return graph_variants(); }
-const std::string& AllGraphsResource::path_of_rights() const noexcept { return world_.path; }
 std::size_t AllGraphsResource::max_bytes(const EngineOptions& options) const noexcept { return options.max_all_bytes; }
 
 bool AllGraphsResource::exceeds(std::size_t max_bytes, const Audience& audience) const {
@@ -340,7 +339,6 @@ Methods NewGraphResource::methods() const noexcept {
 }
 
 Input NewGraphResource::input(const EngineOptions& options) const { return world_.input(options); }
-const std::string& NewGraphResource::path_of_rights() const noexcept { return world_.path; }
 
 Outcome NewGraphResource::put(Context& context, Parts& parts) {
   if (auto response = parts.representations.failed_precondition(context)) return *std::move(response);
@@ -436,6 +434,10 @@ std::vector<Resource*> WorldResource::members() const {
   std::vector<Resource*> all;
   for (const auto& graph : graphs_) all.push_back(graph.get());
   return all;
+}
+
+void WorldResource::describe_member(const Resource& member, About& about, const Description& d) const {
+  static_cast<const WorldGraphResource&>(member).describe_as_member(about, d);
 }
 
 std::string WorldResource::named_path(std::string_view target, const Parts& parts) const {

@@ -19,7 +19,7 @@ class WorldResource;
 
 /// A named graph of a World. Its representations are its triples and those of the values that are published in it. Its World describes
 /// the graph itself.
-class WorldGraphResource final : public Resource {
+class WorldGraphResource final : public ValueResource, public OwnRepresentation {
  public:
   /// @param is_created  a client has made it, and may remove it
   WorldGraphResource(WorldResource& world, std::shared_ptr<model::GraphState> state, bool is_created);
@@ -38,19 +38,22 @@ class WorldGraphResource final : public Resource {
   void describe(const Description& d) const override;
   void describe_controls(About&, const Description&) const override {}
   void describe_types(About& about, const Description& d) const override;
-  void describe_as_member(About& about, const Description& d) const override;
-  std::string_view kind() const noexcept override { return "graph"; }
+  /// Its triples in the document of its World.
+  void describe_as_member(About& about, const Description& d) const;
+  const ResourceKind& kind() const noexcept override {
+    static constexpr Observable observable{vocab::lrt_::WorldGraph};
+    static constexpr ResourceKind kind{"graph", Trait::fixed_links, &observable};
+    return kind;
+  }
+  const OwnRepresentation* own_representation() const noexcept override { return this; }
   void summarize(Overview& o) const override;
   std::uint64_t state(std::uint64_t) const noexcept override { return revision; }
   std::string entity_tag(std::string_view media_type, const std::string& base, const Audience& audience, bool for_write) const override;
   std::string for_write(std::string field) const override;
-  bool has_fixed_links() const noexcept override { return true; }
-  Iri saved_type() const noexcept override { return vocab::lrt_::WorldGraph; }
 
   Reads reads() const noexcept override { return Reads::values; }
   void for_each_property(FunctionRef<void(PropertyResource&)> visit) const override;
   void refresh() override;
-  bool observable() const noexcept override { return true; }
   void set_observed(bool observed, ChangeScanner& scanner) override;
 
   /// Its triples, with those of published values; IRIs of this server stand below placeholder_base. It never changes. Costs a copy only if values are
@@ -99,7 +102,7 @@ class WorldGraphResource final : public Resource {
 };
 
 /// All graphs of a World that the reader sees, as one graph (`?default`).
-class AllGraphsResource final : public Resource {
+class AllGraphsResource final : public ValueResource {
  public:
   AllGraphsResource(WorldResource& its_world, std::string its_path);
   void describe(const Description& d) const override;
@@ -107,14 +110,16 @@ class AllGraphsResource final : public Resource {
   void describe_types(About& about, const Description& d) const override;
   std::vector<const Resource*> described_resources() const override;
   const Variants& variants() const override;
-  std::string_view kind() const noexcept override { return "graphs"; }
+  const ResourceKind& kind() const noexcept override {
+    static constexpr ResourceKind kind{"graphs"};
+    return kind;
+  }
   std::uint64_t state(std::uint64_t structure) const noexcept override;
   std::size_t max_bytes(const EngineOptions& options) const noexcept override;
   bool exceeds(std::size_t max_bytes, const Audience& audience) const override;
   Reads reads() const noexcept override { return Reads::values; }
   void for_each_property(FunctionRef<void(PropertyResource&)> visit) const override;
   void refresh() override;
-  const std::string& path_of_rights() const noexcept override;
 
  private:
   WorldResource& world_;
@@ -125,21 +130,22 @@ class NewGraphResource final : public Resource {
  public:
   NewGraphResource(WorldResource& its_world, std::string its_path);
   Methods methods() const noexcept override;
-  bool exists() const noexcept override { return false; }
   Outcome put(Context& context, Parts& parts) override;
   Outcome post(Context& context, Parts& parts) override { return put(context, parts); }
   Input input(const EngineOptions& options) const override;
   void describe(const Description&) const override {}
   void describe_types(About&, const Description&) const override {}
-  std::string_view kind() const noexcept override { return "graph"; }
-  const std::string& path_of_rights() const noexcept override;
+  const ResourceKind& kind() const noexcept override {
+    static constexpr ResourceKind kind{"graph", Trait::placeholder};
+    return kind;
+  }
 
  private:
   WorldResource& world_;
 };
 
 /// A World: a Thing that is the container of its graphs, and a graph store.
-class WorldResource final : public ThingResource {
+class WorldResource final : public ThingResource, public Container, public GraphStore {
  public:
   WorldResource(const std::string& its_path, ThingNode* its_thing, const model::WorldSpec& its_spec);
   ~WorldResource() override;
@@ -150,13 +156,20 @@ class WorldResource final : public ThingResource {
   Input input(const EngineOptions& options) const override;
   void describe(const Description& d) const override;
   void describe_types(About& about, const Description& d) const override;
-  std::string_view kind() const noexcept override { return "world"; }
+  const ResourceKind& kind() const noexcept override {
+    static constexpr Observable observable{vocab::hybrit::RoboticThing};
+    static constexpr ResourceKind kind{"world", Trait::none, &observable};
+    return kind;
+  }
   void overview(Overview& o) const override;
   void link_related(http::LinkWriter& links, const std::string& base) const override;
   std::uint64_t state(std::uint64_t structure) const noexcept override;
-  bool is_container() const noexcept override { return true; }
+  const Container* container() const noexcept override { return this; }
+  using Container::members;
   std::vector<Resource*> members() const override;
+  void describe_member(const Resource& member, About& about, const Description& d) const override;
   std::vector<Resource*> more_resources() override;
+  GraphStore* graph_store() noexcept override { return this; }
   Result<Resource*> find_graph(std::string_view target, const Context& context, const Parts& parts) override;
   Resource* new_graph(std::string_view at, const Parts& parts) override;
 

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <lrt/base/result.hpp>
+#include <lrt/engine/handler.hpp>
+#include <lrt/model/representation.hpp>
+#include <lrt/rdf/graph.hpp>
+
+namespace lrt::engine {
+inline namespace v0 {
+class About;
+class Context;
+class Resource;
+enum class Protocol : std::uint8_t;
+struct Audience;
+struct Description;
+struct EngineView;
+struct Parts;
+}  // namespace v0
+
+// Facets of resources: what only some kinds have. A resource that has one derives from it, and a function of Resource returns a pointer to it.
+
+/// A container (LDP 5): a resource with members.
+class Container {
+ public:
+  virtual std::vector<Resource*> members() const = 0;
+  /// The members that an audience may see.
+  std::vector<Resource*> members(const Audience& audience) const;
+  /// The triples of a member in the document of the container.
+  virtual void describe_member(const Resource& member, About& about, const Description& d) const;
+
+ protected:
+  ~Container() = default;
+};
+
+/// A resource that holds graphs.
+class GraphStore {
+ public:
+  /// The resource that a request of the Graph Store Protocol names; nullptr: there is none.
+  /// @param target  with parameters: ?graph=IRI, ?default
+  /// @par Errors    for a 400: the parameters name no graph
+  virtual Result<Resource*> find_graph(std::string_view target, const Context& context, const Parts& parts) = 0;
+  /// The resource that creates a graph at an unused path below; nullptr: none can be created.
+  virtual Resource* new_graph(std::string_view at, const Parts& parts) = 0;
+
+ protected:
+  ~GraphStore() = default;
+};
+
+/// A resource that responds to GET itself, and whose bodies are neither RDF nor values.
+class OwnProtocol {
+ public:
+  /// The response to GET and HEAD. It judges Accept. nullopt: a representation is selected.
+  virtual std::optional<Outcome> get(Context& context, Parts& parts) = 0;
+  /// A GET that asks for a subscription.
+  virtual Outcome subscribe(Context& context, Parts& parts, Protocol protocol) = 0;
+  /// The value of Accept-Post; empty: it has none.
+  virtual std::string_view posted_types() const noexcept = 0;
+
+ protected:
+  ~OwnProtocol() = default;
+};
+
+/// A resource with representations or entity tags that are not made from its description.
+class OwnRepresentation {
+ public:
+  /// The bytes of a fixed document instead of a graph.
+  virtual std::optional<std::string_view> document() const { return std::nullopt; }
+  /// Its whole description, if it keeps that: with IRIs of this server below placeholder_base; otherwise nullptr.
+  virtual std::shared_ptr<const rdf::Graph> kept_graph(const EngineView& engine) const {
+    (void)engine;
+    return nullptr;
+  }
+  /// The text of Variant::answer().
+  virtual Result<Bytes> answer(std::size_t type) const {
+    (void)type;
+    throw std::logic_error("a resource has variants that are answers, and makes none");
+  }
+  /// False: its first representation is not available yet, and its observers wait for it.
+  virtual bool has_representation() const noexcept { return true; }
+  /// The entity tag of a resource that is too large to be encoded for a comparison; empty: the tag is computed from the bytes.
+  /// @param for_write  only of the part that writes change: for If-Match of a write, tags that differ only in the rest are equal
+  virtual std::string entity_tag(std::string_view media_type, const std::string& base, const Audience& audience, bool for_write) const {
+    (void)media_type, (void)base, (void)audience, (void)for_write;
+    return {};
+  }
+  /// The value of If-Match as entity_tag() for a write makes tags.
+  virtual std::string for_write(std::string field) const { return field; }
+
+ protected:
+  ~OwnRepresentation() = default;
+};
+
+}  // namespace lrt::engine
