@@ -12,6 +12,7 @@
 #include <lrt/rdf/lexical.hpp>
 
 #include "src/engine/parts.hpp"
+#include "src/engine/receivers/event_stream.hpp"
 #include "src/engine/resources/thing.hpp"
 #include "src/http/target.hpp"
 #include "src/http/websocket.hpp"
@@ -224,7 +225,7 @@ std::optional<http::Response> Engine::Impl::refused_body(Context& context, std::
   if (context.resource->is_about_caller()) return too_large(context, body_bytes.value_or(0));
   if (context.resource->has_own_protocol()) {
   } else if (method == "GET" || method == "HEAD") {
-    if (!parts.subscriptions.requested_protocol(context))
+    if (!parts.subscription_requests.requested_protocol(context))
       if (auto response = parts.representations.unacceptable(context)) return response;
   } else if (has_input(method) && !context.resource->is_stop()) {
     // A chunked body may be empty.
@@ -260,7 +261,7 @@ Outcome Engine::Impl::dispatch(Context& context) {
   const std::string_view method = context.request().method;
   Resource& resource = *context.resource;
   if (method == "GET" || method == "HEAD") {
-    if (const auto protocol = parts.subscriptions.requested_protocol(context)) return resource.subscribe(context, parts, *protocol);
+    if (const auto protocol = parts.subscription_requests.requested_protocol(context)) return resource.subscribe(context, parts, *protocol);
     std::optional<Outcome> own = resource.get(context, parts);
     return own ? *std::move(own) : parts.representations.get(context);
   }
@@ -312,7 +313,7 @@ std::optional<http::Response> Engine::Impl::denied(const Context& context, const
     return parts.responses.denied(
         context, http::Denial::origin, 403,
         "web pages of " + std::string(*request.find("Origin")) + " may not send this request: the origin is not in allowed_origins of this server");
-  if (!is_safe(request.method) && parts.subscriptions.is_refused_notification(request))
+  if (!is_safe(request.method) && parts.callback_rules.is_refused_notification(request))
     return parts.responses.denied(
         context, http::Denial::notification, 403,
         "this request is a notification about another resource. It was not executed, because its sender is not in notification_senders");
@@ -373,7 +374,7 @@ bool Engine::Impl::may(const Context& context) const {
   if (!is_safe(method)) return context.rights.has(context.resource->right_to_change());
   const bool reads = context.rights.has(security::Right::read), watches = context.rights.has(security::Right::subscribe);
   if (reads == watches) return reads;
-  return method == "GET" && parts.subscriptions.requested_protocol(context) ? watches : reads;
+  return method == "GET" && parts.subscription_requests.requested_protocol(context) ? watches : reads;
 }
 
 /// A page of another origin caused this request (RFC 6454 7), and is not allowed to.
