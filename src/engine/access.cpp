@@ -8,6 +8,7 @@
 #include <lrt/base/immortal.hpp>
 
 #include "src/engine/host_calls.hpp"
+#include "src/engine/receivers/event_stream.hpp"
 #include "src/http/websocket.hpp"
 #include "src/security/sessions.hpp"
 
@@ -50,7 +51,7 @@ std::optional<http::Response> AccessControl::denied(const Context& context, cons
     return responses_.denied(
         context, http::Denial::origin, 403,
         "web pages of " + std::string(*request.find("Origin")) + " may not send this request: the origin is not in allowed_origins of this server");
-  if (!context.is_safe() && subscriptions_.is_refused_notification(request))
+  if (!context.is_safe() && callback_rules_.is_refused_notification(request))
     return responses_.denied(
         context, http::Denial::notification, 403,
         "this request is a notification about another resource. It was not executed, because its sender is not in notification_senders");
@@ -109,7 +110,7 @@ bool AccessControl::may(const Context& context) const {
   if (!context.is_safe()) return context.rights.has(context.resource->kind().right_to_change);
   const bool reads = context.rights.has(security::Right::read), watches = context.rights.has(security::Right::subscribe);
   if (reads == watches) return reads;
-  return method == "GET" && subscriptions_.requested_protocol(context) ? watches : reads;
+  return method == "GET" && subscription_requests_.requested_protocol(context) ? watches : reads;
 }
 
 /// A page of another origin caused this request (RFC 6454 7), and is not allowed to.

@@ -10,10 +10,11 @@
 
 #include "src/base/function_ref.hpp"
 #include "src/engine/bases.hpp"
+#include "src/engine/callback_rules.hpp"
 #include "src/engine/context.hpp"
 #include "src/engine/cors.hpp"
 #include "src/engine/responses.hpp"
-#include "src/engine/subscriptions.hpp"
+#include "src/engine/subscription_requests.hpp"
 
 namespace lrt::engine {
 
@@ -27,8 +28,14 @@ std::shared_ptr<const Caller> judged_caller(const Caller& caller);
 /// function returns the response that refuses the request; nullopt: it may be sent.
 class AccessControl {
  public:
-  AccessControl(const EngineOptions& options, const Bases& bases, const Cors& cors, const Responses& responses, const Subscriptions& subscriptions)
-      : options_(options), bases_(bases), cors_(cors), responses_(responses), subscriptions_(subscriptions) {}
+  AccessControl(const EngineOptions& options, const Bases& bases, const Cors& cors, const Responses& responses,
+                const CallbackRules& callback_rules, const SubscriptionRequests& subscription_requests)
+      : options_(options),
+        bases_(bases),
+        cors_(cors),
+        responses_(responses),
+        callback_rules_(callback_rules),
+        subscription_requests_(subscription_requests) {}
 
   /// Refuses a login for reasons other than credentials: a page of another origin, or too many failed logins.
   /// @pre the request is a login, so there are sessions
@@ -52,7 +59,8 @@ class AccessControl {
   const Bases& bases_;
   const Cors& cors_;
   const Responses& responses_;
-  const Subscriptions& subscriptions_;
+  const CallbackRules& callback_rules_;
+  const SubscriptionRequests& subscription_requests_;
 };
 
 }  // namespace lrt::engine

@@ -10,6 +10,7 @@
 #include <lrt/model/statement.hpp>
 
 #include "src/engine/parts.hpp"
+#include "src/engine/receivers/event_stream.hpp"
 #include "src/engine/resources/thing.hpp"
 #include "src/engine/targets.hpp"
 #include "src/http/target.hpp"
@@ -199,7 +200,7 @@ std::optional<http::Response> Engine::Impl::refused_body(Context& context, std::
   if (context.resource->kind().is(Trait::about_caller)) return too_large(context, body_bytes.value_or(0));
   if (context.resource->own_protocol()) {
   } else if (method == "GET" || method == "HEAD") {
-    if (!parts.subscriptions.requested_protocol(context))
+    if (!parts.subscription_requests.requested_protocol(context))
       if (auto response = parts.representations.unacceptable(context)) return response;
   } else if (context.has_input() && !context.resource->kind().is(Trait::stop)) {
     // A chunked body may be empty.
@@ -238,7 +239,7 @@ Outcome Engine::Impl::dispatch(Context& context) {
   Resource& resource = *context.resource;
   if (method == "GET" || method == "HEAD") {
     OwnProtocol* const own = resource.own_protocol();
-    if (const auto protocol = parts.subscriptions.requested_protocol(context))
+    if (const auto protocol = parts.subscription_requests.requested_protocol(context))
       return own ? own->subscribe(context, parts, *protocol) : parts.subscriptions.subscribe(context, *protocol);
     if (own)
       if (std::optional<Outcome> outcome = own->get(context, parts)) return *std::move(outcome);

@@ -46,7 +46,7 @@ Error path_taken(const std::string& path, const Resource& holder) {
 }
 
 ObservableResource observable(const Resource& resource) {
-  return {static_cast<std::uint64_t>(resource.id), resource.path, resource.kind(), resource.wants_queues()};
+  return {static_cast<std::uint64_t>(resource.id), resource.path, resource.kind().name, resource.observable()->wants_queues()};
 }
 
 /// Allocates only if both lists have elements.
@@ -78,9 +78,13 @@ Parts::Parts(EngineOptions given)
       representations(options, view, cors, responses, cache, values, pending),
       bodies(options, view, responses, calls, pending, ContextResource::location),
       scanner(values, registry, calls, options.subscriptions, clock),
-      subscriptions(options, registry, bases, responses, bodies, representations, values, scanner, saves, clock),
-      access(options, bases, cors, responses, subscriptions),
-      saved(options, registry, bases, responses, subscriptions, saves, clock),
+      callback_rules(options, bases, responses),
+      schedule(registry, responses, representations, values, scanner, subscribers, clock),
+      receiver_parts{options, bases, responses, representations, callback_rules, saves, subscribers, schedule},
+      subscription_requests(receiver_parts, registry, bodies, representations),
+      subscriptions(receiver_parts, subscription_requests, registry, representations, values, scanner),
+      access(options, bases, cors, responses, callback_rules, subscription_requests),
+      saved(options, registry, bases, responses, callback_rules, subscriptions, saves, clock),
       invocations(options, registry, calls, pending, responses, representations, bodies, scanner),
       tree("/all", nullptr, &registry),
       root(registry, TermsResource::location, tree, options.sessions ? SessionResource::location : "",

@@ -14,15 +14,18 @@
 #include "src/engine/access.hpp"
 #include "src/engine/bases.hpp"
 #include "src/engine/bodies.hpp"
+#include "src/engine/callback_rules.hpp"
 #include "src/engine/change_scanner.hpp"
 #include "src/engine/cors.hpp"
 #include "src/engine/description.hpp"
 #include "src/engine/host_calls.hpp"
 #include "src/engine/invocations.hpp"
+#include "src/engine/message_schedule.hpp"
 #include "src/engine/pending_requests.hpp"
 #include "src/engine/pending_saves.hpp"
 #include "src/engine/property_values.hpp"
 #include "src/engine/queries.hpp"
+#include "src/engine/receivers/receiver.hpp"
 #include "src/engine/registry.hpp"
 #include "src/engine/representation_cache.hpp"
 #include "src/engine/representations.hpp"
@@ -32,6 +35,8 @@
 #include "src/engine/resources/tree.hpp"
 #include "src/engine/responses.hpp"
 #include "src/engine/saved_subscriptions.hpp"
+#include "src/engine/subscribers.hpp"
+#include "src/engine/subscription_requests.hpp"
 #include "src/engine/subscriptions.hpp"
 #include "src/engine/vocabulary.hpp"
 
@@ -78,11 +83,16 @@ struct Parts {
   Representations representations;  ///< GET, HEAD, OPTIONS, conditions
   Bodies bodies;                    ///< bytes to values
   ChangeScanner scanner;            ///< finding changes of observed resources
-  Subscriptions subscriptions;      ///< notifying subscribers
-  const AccessControl access;       ///< who may send a request
-  SavedSubscriptions saved;         ///< callbacks over a restart
-  Invocations invocations;          ///< the life of commands
-  TreeResource tree;                ///< all Things as one document
+  CallbackRules callback_rules;     ///< which receivers callbacks may reach
+  Subscribers subscribers;          ///< the present subscriptions
+  MessageSchedule schedule;         ///< which of them have a message, and when it may be sent
+  const ReceiverParts receiver_parts;
+  SubscriptionRequests subscription_requests;  ///< requests for subscriptions
+  Subscriptions subscriptions;                 ///< subscriptions that begin, take messages and end
+  const AccessControl access;                  ///< who may send a request
+  SavedSubscriptions saved;                    ///< callbacks over a restart
+  Invocations invocations;                     ///< the life of commands
+  TreeResource tree;                           ///< all Things as one document
   RootResource root;
   TermsResource terms;
   ContextResource context;

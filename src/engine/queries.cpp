@@ -13,6 +13,7 @@
 #include "src/base/client_key.hpp"
 #include "src/base/utf8.hpp"
 #include "src/engine/parts.hpp"
+#include "src/engine/receivers/protocols.hpp"
 #include "src/engine/resources/property.hpp"
 #include "src/engine/resources/thing.hpp"
 #include "src/engine/resources/world.hpp"
@@ -383,12 +384,11 @@ Outcome Queries::subscribe(Context& context, Protocol protocol) {
   if (auto* response = std::get_if<http::Response>(&found)) return std::move(*response);
   StandingQuery& query = *std::get<StandingQuery*>(found);
   // As Subscriptions selects it. If there is none, it responds.
-  const auto parameter = query_parameter(context.request().target, "accept");
-  const auto accept =
-      protocol == Protocol::event_stream ? parameter.has_value() ? std::optional<std::string_view>(*parameter) : std::nullopt : context.accept();
-  const auto type = http::negotiate(accept, query.query->types());
+  const Opening& opening = opening_of(protocol);
+  const std::optional<std::string> accept = opening.accept(context);
+  const auto type = http::negotiate(accept ? std::optional<std::string_view>(*accept) : std::nullopt, query.query->types());
   const bool is_written = query.latest.answer && (!type || query.latest.documents.count(*type) != 0);
-  if (is_written || !type || (protocol == Protocol::websocket && context.request().must_upgrade_now)) {
+  if (is_written || !type || opening.must_open_now(context)) {
     context.resource = &query;
     context.resource_id = query.id;
     Outcome outcome = subscriptions_.subscribe(context, protocol);

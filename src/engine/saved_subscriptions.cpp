@@ -8,6 +8,7 @@
 #include <lrt/rdf/lexical.hpp>
 
 #include "src/engine/description.hpp"
+#include "src/engine/receivers/callback.hpp"
 #include "src/engine/resources/thing.hpp"
 #include "src/model/spec.hpp"
 
@@ -22,7 +23,7 @@ struct Entry {
   std::string_view kind;
   const std::string& id;
   Utc created;
-  const std::string &url, &secret;
+  std::string_view url, secret;
   std::string_view type;
   const subscription::Policy& policy;
   bool has_confirmed;
@@ -75,13 +76,14 @@ std::optional<SavedText> SavedSubscriptions::take() {
     SavedText saved{header_of(options_.prefixes), revision};
     for (const auto& [path, thing] : registry_.things())
       for (const auto& s : thing->subscriptions.subscriptions) {
-        if (s->protocol != Protocol::callback || s->is_cancelling() || s->observed.saved_type().empty()) continue;
-        if (s->saved_text.empty())
-          s->saved_text =
-              text_of({bases_[s->base], s->observed.path_aside(0), s->observed.saved_type().text, s->subscription_id, s->created, s->url, s->secret,
-                       s->observed.variants().type_of(s->its_variant), s->backlog.policy(), s->has_confirmed, s->audience.principal.get()},
-                      options_.prefixes);
-        saved.text.append("\n").append(s->saved_text);
+        CallbackReceiver* const callback = s->receiver->callback();
+        if (!callback || callback->is_cancelling() || s->observed.saved_type().empty()) continue;
+        if (callback->saved_text.empty())
+          callback->saved_text = text_of({bases_[s->base], s->observed.path_aside(0), s->observed.saved_type().text, s->subscription_id, s->created,
+                                          callback->url(), callback->secret(), s->observed.variants().type_of(s->its_variant), s->backlog.policy(),
+                                          callback->has_confirmed(), s->audience.principal.get()},
+                                         options_.prefixes);
+        saved.text.append("\n").append(callback->saved_text);
       }
     for (const PendingRestore& p : pending_)
       saved.text.append("\n").append(text_of({p.base, p.path, p.type, p.id, p.created, p.request.url, p.request.secret, p.media_type,
@@ -143,7 +145,7 @@ Result<SavedSubscriptions::PendingRestore> SavedSubscriptions::read(const rdf::G
     read.created = Utc(std::chrono::duration_cast<Utc::duration>(*made));
   const Result<subscription::CallbackUrl> url = subscription::parse_callback_url(read.request.url);
   if (!url) return unexpected(Errc::refused, url.error().message);
-  read.refused = !subscriptions_.may_call(*url);
+  read.refused = !rules_.may_call(*url);
   if (read.refused) log(read.id, "is not active: its receiver " + url->authority + " is not in the list of allowed receivers");
   const auto has_its_id = [&](const PendingRestore& other) { return other.id == read.id; };
   if (std::any_of(pending_.begin(), pending_.end(), has_its_id) ||
@@ -204,7 +206,7 @@ void SavedSubscriptions::resume() {
     const bool fits = observed && observed->thing && !observed->saved_type().empty() && !pending_[i].refused &&
                       !registry_.find(observed->thing->subscriptions.path + "/" + pending_[i].id);
     const auto variant = fits ? observed->variants().find(pending_[i].media_type) : std::nullopt;
-    std::optional<Audience> audience = variant ? subscriptions_.renewed(p.request.audience, *observed) : std::nullopt;
+    std::optional<Audience> audience = variant ? renewed(options_, p.request.audience, *observed) : std::nullopt;
     if (!audience) {
       if (fits && !variant && !std::exchange(pending_[i].missing_type_logged, true))
         log(pending_[i].id, "is not active: \"" + observed->path + "\" has no representation in " + pending_[i].media_type + " now");

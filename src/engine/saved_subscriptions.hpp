@@ -14,6 +14,7 @@
 #include "src/engine/bases.hpp"
 #include "src/engine/pending_saves.hpp"
 #include "src/engine/registry.hpp"
+#include "src/engine/callback_rules.hpp"
 #include "src/engine/subscriptions.hpp"
 
 namespace lrt::engine {
@@ -23,9 +24,16 @@ inline namespace v0 {
 /// creating request (SPEC 3.7). A restored callback waits until its resource exists.
 class SavedSubscriptions {
  public:
-  SavedSubscriptions(const EngineOptions& options, Registry& registry, Bases& bases, const Responses& responses, Subscriptions& subscriptions,
-                     PendingSaves& saves, const Clock& clock)
-      : options_(options), registry_(registry), bases_(bases), responses_(responses), subscriptions_(subscriptions), saves_(saves), clock_(clock) {}
+  SavedSubscriptions(const EngineOptions& options, Registry& registry, Bases& bases, const Responses& responses, const CallbackRules& rules,
+                     Subscriptions& subscriptions, PendingSaves& saves, const Clock& clock)
+      : options_(options),
+        registry_(registry),
+        bases_(bases),
+        responses_(responses),
+        rules_(rules),
+        subscriptions_(subscriptions),
+        saves_(saves),
+        clock_(clock) {}
 
   /// All callbacks, if they have changed since the last call. The text of each is created once.
   std::optional<SavedText> take();
@@ -57,6 +65,7 @@ class SavedSubscriptions {
   Registry& registry_;
   Bases& bases_;
   const Responses& responses_;
+  const CallbackRules& rules_;
   Subscriptions& subscriptions_;
   PendingSaves& saves_;
   const Clock& clock_;

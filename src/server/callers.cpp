@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "src/engine/context.hpp"
-#include "src/engine/subscriptions.hpp"
+#include "src/engine/receivers/event_stream.hpp"
 #include "src/http/websocket.hpp"
 
 namespace lrt {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "src/engine/resources/subscription.hpp"
 
+#include <utility>
+
 #include <lrt/engine/engine.hpp>
 #include <lrt/rdf/lexical.hpp>
 
@@ -8,6 +10,7 @@
 #include "src/engine/description.hpp"
 #include "src/engine/overview.hpp"
 #include "src/engine/parts.hpp"
+#include "src/engine/receivers/protocols.hpp"
 #include "src/engine/resources/collection.hpp"
 #include "src/engine/resources/thing.hpp"
 #include "src/subscription/callback_url.hpp"
@@ -15,20 +18,10 @@
 namespace lrt::engine {
 inline namespace v0 {
 
-namespace {
-
-std::string receiver_of(const std::string& url) {
-  const Result<subscription::CallbackUrl> parsed = subscription::parse_callback_url(url);
-  return parsed ? (parsed->secure ? "https://" : "http://") + parsed->authority : std::string();
-}
-
-}  // namespace
-
 // ---------------------------------------------------------------------------------------------------------- subscription
 
 SubscriptionResource::SubscriptionResource(std::string its_path, std::string its_id, Channel its_channel, SubscriptionRequest request,
-                                           std::size_t its_base, Utc at, Subscriptions& owner, const EngineOptions& options,
-                                           std::size_t& queued_bytes)
+                                           std::size_t its_base, Utc at, Subscriptions& owner, const ReceiverParts& parts)
     : Resource(std::move(its_path), request.observed->thing),
       subscription_id(std::move(its_id)),
       channel(its_channel),
@@ -36,20 +29,19 @@ SubscriptionResource::SubscriptionResource(std::string its_path, std::string its
       protocol(request.protocol),
       base(its_base),
       its_variant(request.variant),
-      url(request.url),
-      receiver(receiver_of(request.url)),
-      secret(std::move(request.secret)),
       created(at),
       audience(std::move(request.audience)),
-      backlog(request.policy, options.subscriptions.max_queue_bytes, options.subscriptions.max_total_queue_bytes, queued_bytes),
-      retry(options.callbacks),
-      has_confirmed(request.has_confirmed),
-      provisional(request.provisional),
-      feed(std::move(request.feed)),
-      owner_(owner) {}
+      backlog(request.policy, parts.options.subscriptions.max_queue_bytes, parts.options.subscriptions.max_total_queue_bytes,
+              parts.subscribers.queued_bytes),
+      held(request.provisional),
+      receiver(entry_of(request.protocol).make_receiver(*this, request, parts)),
+      owner_(owner),
+      schedule_(parts.schedule) {}
+
+SubscriptionResource::~SubscriptionResource() = default;
 
 bool SubscriptionResource::is_shown_to(const Audience& asking) const {
-  if (feed) return true;  // whose messages go to many
+  if (receiver->feed()) return true;  // whose messages go to many
   if (!asking.view || asking.view->at(path).has(security::Right::manage)) return true;
   if (!audience.principal || !asking.principal) return audience.principal == asking.principal;
   return audience.principal->name == asking.principal->name;
@@ -57,30 +49,23 @@ bool SubscriptionResource::is_shown_to(const Audience& asking) const {
 
 Methods SubscriptionResource::methods() const noexcept {
   Methods methods;
-  methods.remove = !feed;  // one client could end it for all receivers of its messages
+  methods.remove = !receiver->feed();  // one client could end it for all receivers of its messages
   return methods;
 }
 
 Outcome SubscriptionResource::remove(Context& context, Parts& parts) {
   if (auto response = parts.representations.failed_precondition(context)) return *std::move(response);
-  return owner_.cancel(context, *this, parts.responses.no_content(context));  // this object may be destroyed now
+  return receiver->cancel(context, parts.responses.no_content(context), owner_);  // this object may be destroyed now
 }
 
-void SubscriptionResource::resource_changed() { owner_.changed(*this); }
-void SubscriptionResource::resource_changes() { owner_.fill(*this); }
+void SubscriptionResource::resource_changed() { schedule_.changed(*this); }
+void SubscriptionResource::resource_changes() { schedule_.fill(*this); }
 void SubscriptionResource::values_missed(std::uint64_t count) {
   if (queues()) backlog.count_dropped(count);
 }
 void SubscriptionResource::resource_removed() { owner_.resource_removed(*this); }
 
-void SubscriptionResource::describe_controls(About& about, const Description& d) const {
-  if (feed) about.statements(feed->statements, d.base);
-}
-
-std::string_view SubscriptionResource::protocol_name() const noexcept {
-  constexpr std::string_view names[] = {"websocket", "callback", "event_stream"};
-  return feed ? std::string_view(feed->name) : names[static_cast<std::size_t>(protocol)];
-}
+void SubscriptionResource::describe_controls(About& about, const Description& d) const { receiver->describe_controls(about, d.base); }
 
 void SubscriptionResource::describe(const Description& d) const {
   About about(d.graph, d.base + path);
@@ -97,38 +82,27 @@ void SubscriptionResource::describe(const Description& d) const {
   }
   count(vocab::lrt_::delivered, delivered);
   count(vocab::lrt_::dropped, backlog.dropped());
-  if (!last_error.empty()) about.add(vocab::lrt_::lastError, rdf::literal(last_error));
-  if (retry.suspended()) about.add(vocab::lrt_::suspended, rdf::literal("true", vocab::xsd::boolean));
-  if (must_confirm) about.add(vocab::lrt_::confirmed, rdf::literal(has_confirmed ? "true" : "false", vocab::xsd::boolean));
+  receiver->describe_delivery(about);
 }
 
-void SubscriptionResource::describe_types(About& about, const Description&) const {
-  about.a(vocab::hybrit::Subscription);
-  switch (protocol) {
-    case Protocol::websocket: about.a(vocab::hybrit::WebSocket); break;
-    case Protocol::callback: about.a(vocab::hybrit::WebCallback); break;
-    case Protocol::event_stream: about.a(vocab::lrt_::EventStream); break;
-    case Protocol::feed: about.a(vocab::lrt_::Feed); break;
-  }
-}
+void SubscriptionResource::describe_types(About& about, const Description&) const { about.a(vocab::hybrit::Subscription).a(entry_of(protocol).type); }
 
 void SubscriptionResource::describe_constants(About& about, const Description& d) const {
   describe_types(about, d);
   about.link(vocab::hybrit::onResource, d.engine.bases[base] + observed.path);
-  if (protocol == Protocol::callback) about.add(vocab::hybrit::callbackURL, rdf::literal(url, vocab::xsd::anyURI));
-  if (feed) about.statements(feed->statements, d.base);
+  receiver->describe(about, d.base);
   about.add(vocab::hybrit::mediaType, rdf::literal(observed.variants().type_of(its_variant)));
   about.add(vocab::dcterms::identifier, rdf::literal(subscription_id));
 }
 
 void SubscriptionResource::summarize(Overview& o) const {
-  o.text("protocol", protocol_name());
+  o.text("protocol", receiver->name());
   o.link("observes", o.iri(observed), observed.kind().name);
 }
 
 void SubscriptionResource::overview(Overview& o) const {
   const subscription::Policy& policy = backlog.policy();
-  o.text("callback", url);
+  o.text("callback", receiver->url());
   o.text("mediaType", observed.variants().type_of(its_variant));
   o.text("created", to_xsd_date_time(created));
   if (audience.principal) o.text("owner", audience.principal->name);
@@ -137,9 +111,7 @@ void SubscriptionResource::overview(Overview& o) const {
     o.json("minimumInterval", rdf::lexical::format(std::chrono::duration<double>(policy.minimum_interval).count()));
   o.number("delivered", delivered);
   o.number("dropped", backlog.dropped());
-  o.text("lastError", last_error);
-  o.json("suspended", retry.suspended() ? "true" : "false");
-  if (must_confirm) o.json("confirmed", has_confirmed ? "true" : "false");
+  receiver->overview_delivery(o);
 }
 
 std::string SubscriptionResource::up() const { return observed.subscriptions()->path; }

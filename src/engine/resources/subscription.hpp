@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -15,14 +16,19 @@
 #include "src/engine/deadline_queue.hpp"
 #include "src/engine/resource.hpp"
 #include "src/subscription/backlog.hpp"
-#include "src/subscription/retry_policy.hpp"
 
 namespace lrt::engine {
+
+class MessageSchedule;
+class Receiver;
+class Subscriptions;
+struct ReceiverParts;
+
 inline namespace v0 {
 
-class Subscriptions;
-
+/// How a subscriber gets its messages. receivers/protocols.hpp has what they differ in.
 enum class Protocol : std::uint8_t { websocket, callback, event_stream, feed };
+inline constexpr std::size_t protocol_count = 4;
 
 /// The description of a feed's subscription (FeedSubscription).
 struct FeedProtocol {
@@ -38,8 +44,8 @@ struct SubscriptionRequest {
   std::string url, secret;  ///< of a callback
   Variant variant;
   subscription::Policy policy;
-  bool provisional = false;                    ///< SubscriptionResource::provisional
-  bool has_confirmed = false;                  ///< SubscriptionResource::has_confirmed
+  bool provisional = false;                    ///< of a callback: held until it is saved
+  bool has_confirmed = false;                  ///< of a callback: its receiver has confirmed it before
   bool restored = false;                       ///< from a file, without a request
   bool begins_with_refresh = false;            ///< the first notification waits until the value has been read
   std::string client;                          ///< Caller::client
@@ -49,10 +55,12 @@ struct SubscriptionRequest {
 };
 
 /// A subscription: its receiver, resource, protocol and counters (paper 5.3, Figure 4). It is also the observer of the resource.
+/// What one protocol has and others have not is in its receiver.
 class SubscriptionResource final : public Resource, public Observer {
  public:
   SubscriptionResource(std::string path, std::string id, Channel its_channel, SubscriptionRequest request, std::size_t its_base, Utc at,
-                       Subscriptions& owner, const EngineOptions& options, std::size_t& queued_bytes);
+                       Subscriptions& owner, const ReceiverParts& parts);
+  ~SubscriptionResource() override;
 
   Methods methods() const noexcept override;
   /// DELETE cancels. With If-Match it is cancelled only if its counters are unchanged (R0.11).
@@ -81,8 +89,6 @@ class SubscriptionResource final : public Resource, public Observer {
   /// Where a feed sends its messages.
   void describe_controls(About& about, const Description& d) const override;
 
-  /// The protocol in one word, for overviews.
-  std::string_view protocol_name() const noexcept;
   /// It gets each change, not only the current state.
   bool queues() const noexcept override { return backlog.policy().queues(); }
 
@@ -92,7 +98,6 @@ class SubscriptionResource final : public Resource, public Observer {
   const Protocol protocol;
   const std::size_t base;  ///< of its representations (SPEC 3.7)
   const Variant its_variant;
-  const std::string url, receiver, secret;  ///< of a callback; receiver: as in subscription::ReadyCallback
   const Utc created;
   Audience audience;          ///< its owner, whose rights apply to its notifications
   ClientCounts::Share share;  ///< of its client
@@ -100,32 +105,19 @@ class SubscriptionResource final : public Resource, public Observer {
   subscription::Backlog backlog;
   std::string last_tag;  ///< of the representation that was sent last
   std::uint64_t delivered = 0;
-  bool marked = false;                              ///< has a queue, and a change that is not in it yet
-  bool awaits_value = false;                        ///< its first notification waits until the value has been read
-  bool failing = false;                             ///< its last representation could not be encoded
-  bool ready_announced = false;                     ///< its channel was reported to the transport, which has not received nullopt since
-  DeadlineQueue<Channel>::Place next_notification;  ///< when it waits for its minimum interval or for another attempt
+  bool marked = false;                         ///< has a queue, and a change that is not in it yet
+  bool awaits_value = false;                   ///< its first notification waits until the value has been read
+  bool failing = false;                        ///< its last representation could not be encoded
+  bool ready_announced = false;                ///< its channel was reported to its sender, which has not received nullopt since
+  bool held;                                   ///< its channel is not reported: it is not saved yet, or a message is under way
+  bool suspended = false;                      ///< only the newest representation is sent, whatever the queue is
+  DeadlineQueue<Channel>::Place next_message;  ///< when it waits for its minimum interval or for another attempt
 
-  // Callbacks only.
-  subscription::RetryPolicy retry;
-  subscription::Item under_way;
-  bool must_confirm = false;   ///< nothing is sent before the receiver has confirmed
-  bool has_confirmed;          ///< the receiver has confirmed, perhaps before a restart
-  bool confirming = false;     ///< the receiver has been asked, and has not responded yet
-  std::string last_error;      ///< the text for the subscriber
-  std::string logged_error;    ///< the details for the operator
-  bool provisional;            ///< not saved yet: nothing is delivered, and it is removed if it cannot be saved
-  unsigned cancellations = 0;  ///< requests that wait until it is removed from the file
-  bool awaits_confirmation() const noexcept { return must_confirm && !has_confirmed; }
-  bool is_cancelling() const noexcept { return cancellations != 0; }
-  std::string saved_text;  ///< its text in the file; empty: not created yet
-
-  // Feeds only.
-  const std::shared_ptr<const FeedProtocol> feed;
-  std::uint64_t told_dropped = 0;  ///< the dropped changes that its messages have reported
+  const std::unique_ptr<Receiver> receiver;
 
  private:
   Subscriptions& owner_;
+  MessageSchedule& schedule_;
 };
 
 /// The container of the subscriptions to a Thing's resources (R1.8, LDP), or to those of a part of the server.
