@@ -3,13 +3,11 @@
 
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
-#include <lrt/rdf/graph.hpp>
-#include <lrt/rdf/type.hpp>
-#include <lrt/rdf/value_codec.hpp>
 #include <lrt/shacl/report.hpp>
+
+#include "src/rdf/value_places.hpp"
 
 namespace lrt::engine {
 inline namespace v0 {
@@ -23,13 +21,8 @@ struct BodyError {
 };
 
 /// The results of a report, without those that repeat another of the same place.
-/// @param focus  the node that carries the value; nullopt: the body has none
-/// @param type   of the value; nullptr: it has no plain form, and all errors are about the whole body
-std::vector<BodyError> body_errors(const shacl::Report& report, const rdf::Graph& body, std::optional<rdf::TermId> focus, const rdf::Type* type,
-                                   std::string_view vocabulary);
-
-/// An error for a value that conforms to the shape but does not fit the C++ type.
-std::vector<BodyError> body_errors(const std::vector<rdf::Mismatch>& mismatches, const rdf::Type& type, std::string_view vocabulary);
+/// @param places  nullopt: the body has no plain form, and all errors are about the whole body
+std::vector<BodyError> body_errors(const shacl::Report& report, const std::optional<rdf::ValuePlaces>& places);
 
 /// One sentence for all, with the places.
 std::string sentence_of(const std::vector<BodyError>& errors);

@@ -77,6 +77,7 @@ class Judge {
     if (auto fault = find_node()) return *std::move(fault);
     const bool found = body_.node.has_value();
     if (!found && is_optional() && body_.graph.empty()) return std::move(body_);
+    if (found && task_.completes && task_.format) return judge_plain();
     if (task_.completes) complete();
     if (auto fault = validate()) return *std::move(fault);
     if (!found) return BodyFault{422, "body: expected triples about <> or one " + what() + ", found none"};
@@ -87,6 +88,14 @@ class Judge {
 
  private:
   using Fault = std::optional<BodyFault>;
+
+  /// A value without RDF that no shape of the user judges: the derived shape accepts what read_value() accepts, and has the words for the rest.
+  JudgedBody judge_plain() {
+    const Fault unreadable = read_value();
+    if (!unreadable) return std::move(body_);
+    if (auto fault = validate()) return *std::move(fault);
+    return *unreadable;
+  }
 
   bool is_optional() const { return task_.type && task_.type->kind == rdf::Type::Kind::optional; }
   std::string what() const { return task_.focus ? std::string(task_.focus->what) : "node that carries the value"; }
@@ -168,22 +177,24 @@ class Judge {
     limits.max_results = 64;
     limits.max_steps = 1'000'000;
     // <> if there is no node, so that the report says what is missing.
-    const auto node = body_.node ? body_.graph.term(*body_.node) : rdf::iri(task_.here);
-    Result<shacl::Report> report = shacl::validate(*task_.shapes, body_.graph, node, rdf::iri(task_.shape), limits);
+    const rdf::TermId node = body_.node ? *body_.node : body_.graph.intern(rdf::iri(task_.here));
+    Result<shacl::Report> report = shacl::validate(*task_.shapes, body_.graph, body_.graph.term(node), rdf::iri(task_.shape), limits);
     if (!report) return BodyFault{422, "body: validation did not complete: " + report.error().message};
     if (report->conforms()) return std::nullopt;
     BodyFault fault{422};
-    fault.errors = body_errors(*report, body_.graph, body_.node, task_.type, task_.vocabulary);
+    std::optional<rdf::ValuePlaces> places;
+    if (task_.type) places.emplace(body_.graph, node, *task_.type, task_.facets, task_.vocabulary);
+    fault.errors = body_errors(*report, places);
     fault.report = *std::move(report);
     return fault;
   }
 
   Fault read_value() {
-    std::vector<rdf::Mismatch> mismatches;
+    std::vector<rdf::PlacedMismatch> mismatches;
     Result<rdf::Value> value = rdf::read_value(body_.graph, *body_.node, *task_.type, task_.facets, task_.vocabulary, mismatches);
     if (!value) {
       BodyFault fault{422};
-      fault.errors = body_errors(mismatches, *task_.type, task_.vocabulary);
+      for (rdf::PlacedMismatch& m : mismatches) fault.errors.push_back({std::move(m.pointer), std::move(m.mismatch.message)});
       fault.detail = sentence_of(fault.errors);
       return fault;
     }

@@ -318,21 +318,25 @@ std::string Document::pointer(Id id) const {
   std::string out;
   for (auto at = way.rbegin(); at != way.rend(); ++at) {
     if (out.size() > 200) return out + "/... (cut)";
-    out += '/';
     const Id container = parent(*at);
     if (kind(container) == Kind::array) {
       std::size_t index = 0;
       for (Id other = first(container); other != *at; other = next(other)) ++index;
-      out += std::to_string(index);
-      continue;
-    }
-    for (const char c : utf8::prefix(key(*at), longest_shown)) {
-      if (c == '~') out += "~0";
-      else if (c == '/') out += "~1";
-      else out += c;
+      append_step(out, std::to_string(index));
+    } else {
+      append_step(out, utf8::prefix(key(*at), longest_shown));
     }
   }
   return out;
+}
+
+void append_step(std::string& pointer, std::string_view name) {
+  pointer += '/';
+  for (const char c : name) {
+    if (c == '~') pointer += "~0";
+    else if (c == '/') pointer += "~1";
+    else pointer += c;
+  }
 }
 
 std::string shortened(std::string_view text) {

@@ -84,6 +84,9 @@ class Children {
   Document::Id first_;
 };
 
+/// Appends the name of a member, or the index of an item, to a JSON Pointer.
+void append_step(std::string& pointer, std::string_view name);
+
 /// A text for a message, shortened if it is long.
 std::string shortened(std::string_view text);
 

@@ -14,6 +14,9 @@
 #include <lrt/rdf/traits.hpp>
 
 #include "src/base/utf8.hpp"
+#include "src/rdf/json_parse.hpp"
+#include "src/rdf/plain_names.hpp"
+#include "src/rdf/value_places.hpp"
 #include "src/rdf/value_writer.hpp"
 
 namespace lrt::rdf {
@@ -378,16 +381,35 @@ std::string expected_of(const Type& type, const Facets& facets) {
   return {};
 }
 
+/// The way to a step as a property path, predicates and "[0]" between slashes.
+std::string path_to(const std::vector<ValueStep>& steps, std::size_t at, std::string_view vocabulary) {
+  if (at == ValueStep::none) return {};
+  std::string path = path_to(steps, steps[at].outer, vocabulary);
+  if (!path.empty()) path += '/';
+  return path + (steps[at].predicate.empty() ? "[" + std::to_string(steps[at].member) + "]" : abbreviate(term_iri(steps[at].predicate, vocabulary)));
+}
+
+std::string pointer_to(const std::vector<ValueStep>& steps, std::size_t at) {
+  if (at == ValueStep::none) return {};
+  const ValueStep& step = steps[at];
+  std::string pointer = pointer_to(steps, step.outer);
+  if (step.key) json::append_step(pointer, *step.key);
+  else if (step.record) json::append_step(pointer, member_names(*step.record)[step.member]);
+  else if (step.member != ValueStep::none) json::append_step(pointer, std::to_string(step.member));
+  return pointer;
+}
+
 class ValueReader {
  public:
-  ValueReader(const Graph& graph, std::string_view vocabulary, std::vector<Mismatch>& mismatches)
+  /// @param mismatches  nullptr: everything is visited, also what does not fit, and steps() keeps it
+  ValueReader(const Graph& graph, std::string_view vocabulary, std::vector<PlacedMismatch>* mismatches)
       : graph_(graph), vocabulary_(vocabulary), mismatches_(mismatches) {}
 
   Value at(TermId focus, const Type& type, const Facets& facets) {
     switch (type.kind) {
       case Kind::optional: {
         const Type& inner = *type.element;
-        if (inner.kind == Kind::record && !has_record(focus, inner)) return Value();
+        if (inner.kind == Kind::record && !has_record(focus, inner) && !keeps_all()) return Value();
         const Iri carrier = inner.is_number() ? vocab::vom::numericalValue : vocab::rdf_::value;
         if (inner.kind != Kind::record && !graph_.object(graph_.term(focus), carrier)) return Value();
         return at(focus, inner, facets);
@@ -395,30 +417,47 @@ class ValueReader {
       case Kind::record: return record(focus, type, facets);
       case Kind::integer:
       case Kind::real: return number(focus, type, facets);
-      default: return only(focus, vocab::rdf_::value.text, type, facets);
+      default: return only({focus, vocab::rdf_::value.text}, type, facets);
     }
   }
+  std::vector<ValueStep> steps() && { return std::move(steps_); }
 
  private:
   static constexpr std::size_t deepest = 64;
 
+  bool keeps_all() const noexcept { return mismatches_ == nullptr; }
+  /// A graph may lead to its nodes on more ways than it has triples: then the rest is left out.
+  bool is_spent(std::size_t triples) noexcept {
+    if (!keeps_all()) return false;
+    if (triples > left_) return true;
+    left_ -= triples;
+    return false;
+  }
+
   Value fail(std::string message) {
-    if (mismatches_.size() < 16) mismatches_.push_back({path_, std::move(message)});
+    if (keeps_all() && at_ != ValueStep::none) steps_[at_].is_mismatch = true;
+    else if (!keeps_all() && mismatches_->size() < 16)
+      mismatches_->push_back({{path_to(steps_, at_, vocabulary_), std::move(message)}, pointer_to(steps_, at_)});
     return Value();
   }
 
-  struct Step {  // extends the path during its lifetime
-    Step(ValueReader& reader, const std::string& segment) : owner(reader), length(reader.path_.size()) {
-      if (!owner.path_.empty()) owner.path_ += '/';
-      owner.path_ += segment;
+  /// The reader is at a step during its lifetime.
+  struct Visit {
+    Visit(ValueReader& reader, ValueStep step) : owner(reader), before(reader.at_) {
+      step.outer = before;
+      owner.at_ = owner.steps_.size();
+      owner.steps_.push_back(step);
       ++owner.depth_;
     }
-    ~Step() {
-      owner.path_.resize(length);
+    Visit(const Visit&) = delete;
+    Visit& operator=(const Visit&) = delete;
+    ~Visit() {
+      owner.at_ = before;
+      if (!owner.keeps_all()) owner.steps_.pop_back();
       --owner.depth_;
     }
     ValueReader& owner;
-    std::size_t length;
+    std::size_t before;
   };
 
   std::vector<TermId> values(TermId focus, std::string_view predicate) const {
@@ -439,19 +478,27 @@ class ValueReader {
   }
 
   /// The only value of a predicate, as a field's object.
-  Value only(TermId focus, std::string_view predicate, const Type& type, const Facets& facets) {
-    const Step step(*this, abbreviate(predicate));
-    const std::vector<TermId> found = values(focus, predicate);
+  /// @param step  without its object
+  Value only(ValueStep step, const Type& type, const Facets& facets) {
+    const std::vector<TermId> found = values(step.subject, term_iri(step.predicate, vocabulary_));
     if (found.empty()) {
-      if (type.kind == Kind::optional) return Value();
-      return fail("expected " + expected_of(type, facets) + ", found none");
+      if (type.kind == Kind::optional && !keeps_all()) return Value();
+      const Visit visit(*this, step);
+      return type.kind == Kind::optional ? Value() : fail("expected " + expected_of(type, facets) + ", found none");
     }
-    if (found.size() > 1) return fail("expected one value, found " + std::to_string(found.size()));
-    return object(found.front(), type, facets);
+    Value value;
+    if (is_spent(found.size())) return value;
+    for (const TermId one : found) {
+      step.object = one;
+      const Visit visit(*this, step);
+      if (found.size() > 1 && !keeps_all()) return fail("expected one value, found " + std::to_string(found.size()));
+      value = object(one, type, facets);
+    }
+    return value;
   }
 
   Value number(TermId node, const Type& type, const Facets& facets) {
-    Value value = only(node, vocab::vom::numericalValue.text, type, without_unit(facets));
+    Value value = only({node, vocab::vom::numericalValue.text}, type, without_unit(facets));
     check_unit(node, facets.unit());
     return value;
   }
@@ -463,7 +510,7 @@ class ValueReader {
     if (unit.empty()) return;
     std::size_t given = 0;
     const auto check = [&](Iri predicate, Iri wanted) {
-      const Step step(*this, abbreviate(predicate.text));
+      const Visit visit(*this, {node, predicate.text});
       for (const TermId found : values(node, predicate.text)) {
         ++given;
         const TermView term = graph_.term(found);
@@ -476,49 +523,62 @@ class ValueReader {
     check(vocab::qudt::hasUnit, unit.qudt);
     if (given == 0) {
       const bool vom = !unit.vom.empty();
-      const Step step(*this, vom ? "vom:unit" : "qudt:hasUnit");
+      const Visit visit(*this, {node, vom ? vocab::vom::unit.text : vocab::qudt::hasUnit.text});
       fail("expected " + abbreviate(vom ? unit.vom.text : unit.qudt.text) + ", found none");
     }
   }
 
   Value record(TermId node, const Type& type, const Facets& facets) {
     check_unit(node, node_unit(type, facets));
-    TermId fields = node;
-    std::optional<Step> step;
-    if (!type.value_predicate.empty()) {
-      step.emplace(*this, abbreviate(type.value_predicate));
-      const std::vector<TermId> found = values(node, type.value_predicate);
-      if (found.size() != 1) return fail("expected one node, found " + std::to_string(found.size()));
-      fields = found.front();
-      if (graph_.term(fields).is_literal()) return fail("expected a node, found " + shown(graph_.term(fields)));
+    if (type.value_predicate.empty()) return fields(node, type, facets);
+    const std::vector<TermId> found = values(node, type.value_predicate);
+    if (found.size() != 1 && !keeps_all()) {
+      const Visit visit(*this, {node, type.value_predicate});
+      return fail("expected one node, found " + std::to_string(found.size()));
     }
+    Value value;
+    if (is_spent(found.size())) return value;
+    for (const TermId one : found) {
+      const Visit visit(*this, {node, type.value_predicate, one});
+      if (graph_.term(one).is_literal()) value = fail("expected a node, found " + shown(graph_.term(one)));
+      else value = fields(one, type, facets);
+    }
+    return value;
+  }
+
+  Value fields(TermId node, const Type& type, const Facets& facets) {
     Value::Sequence members;
     members.reserve(type.fields.size());
-    for (const FieldType& field : type.fields)
-      members.push_back(only(fields, term_iri(field.predicate, vocabulary_), *field.type, field_facets(field, facets)));
+    for (std::size_t i = 0; i < type.fields.size(); ++i) {
+      const FieldType& field = type.fields[i];
+      members.push_back(only({node, field.predicate, {}, &type, i}, *field.type, field_facets(field, facets)));
+    }
     return Value(std::move(members));
   }
 
   Value object(TermId id, const Type& type, const Facets& facets) {
     if (depth_ > deepest) return fail("nested too deeply");
+    if (type.kind == Kind::optional) return object(id, *type.element, facets);
     const TermView term = graph_.term(id);
     switch (type.kind) {
-      case Kind::optional: return object(id, *type.element, facets);
       case Kind::record:
         if (term.is_literal()) return fail("expected a node, found " + shown(term));
         return record(id, type, facets);
       case Kind::list: {
         const auto members = graph_.list(id);
         if (!members) return fail("expected an RDF list, found " + shown(term));
-        if (members->size() < type.shortest || members->size() > type.longest)
-          return fail("expected a list of " +
-                      (type.shortest == type.longest ? std::to_string(type.shortest)
-                                                     : std::to_string(type.shortest) + " to " + std::to_string(type.longest)) +
-                      " members, found " + std::to_string(members->size()));
+        if (is_spent(members->size())) return Value();
+        if (members->size() < type.shortest || members->size() > type.longest) {
+          Value refused = fail("expected a list of " +
+                               (type.shortest == type.longest ? std::to_string(type.shortest)
+                                                              : std::to_string(type.shortest) + " to " + std::to_string(type.longest)) +
+                               " members, found " + std::to_string(members->size()));
+          if (!keeps_all()) return refused;
+        }
         Value::Sequence out;
         out.reserve(members->size());
         for (std::size_t i = 0; i < members->size(); ++i) {
-          const Step step(*this, "[" + std::to_string(i) + "]");
+          const Visit visit(*this, {id, {}, (*members)[i], nullptr, i});
           out.push_back(object((*members)[i], *type.element, facets));
         }
         return Value(std::move(out));
@@ -536,11 +596,15 @@ class ValueReader {
   Value map(TermId id, const Type& type, const Facets& facets) {
     const auto nodes = graph_.list(id);
     if (!nodes) return fail("expected " + expected_of(type, facets) + ", found " + shown(graph_.term(id)));
+    if (is_spent(nodes->size())) return Value();
     std::map<std::string, Value> members;
     for (std::size_t i = 0; i < nodes->size(); ++i) {
-      const Step step(*this, "[" + std::to_string(i) + "]");
-      const Value name = only((*nodes)[i], vocab::schema::name.text, detail::text_type(), {});
-      Value value = only((*nodes)[i], vocab::schema::value.text, *type.element, facets);
+      const TermId node = (*nodes)[i];
+      ValueStep step{id, {}, node, nullptr, i};
+      if (const auto names = values(node, vocab::schema::name.text); !names.empty()) step.key = graph_.term(names.front()).text;
+      const Visit visit(*this, step);
+      const Value name = only({node, vocab::schema::name.text}, detail::text_type(), {});
+      Value value = only({node, vocab::schema::value.text}, *type.element, facets);
       if (!name.text()) continue;  // a mismatch
       if (!members.emplace(*name.text(), std::move(value)).second) return fail("expected each name once, found \"" + *name.text() + "\" twice");
     }
@@ -609,8 +673,10 @@ class ValueReader {
 
   const Graph& graph_;
   std::string_view vocabulary_;
-  std::vector<Mismatch>& mismatches_;
-  std::string path_;
+  std::vector<PlacedMismatch>* mismatches_;
+  std::vector<ValueStep> steps_;  ///< up to here, or all of them
+  std::size_t at_ = ValueStep::none;
+  std::size_t left_ = graph_.size();  ///< triples that may still be followed to keep all
   std::size_t depth_ = 0;
 };
 
@@ -702,11 +768,10 @@ void write_value(Graph& graph, TermId focus, const Type& type, const Facets& fac
 
 Result<Value> read_value(const Graph& graph, TermId focus, const Type& type, const Facets& facets, std::string_view vocabulary,
                          std::vector<Mismatch>& mismatches) {
-  const std::size_t before = mismatches.size();
-  Value value = ValueReader(graph, vocabulary, mismatches).at(focus, type, facets);
-  if (mismatches.size() == before) return value;
-  const Mismatch& first = mismatches[before];
-  return unexpected(Errc::expected_value, first.path + ": " + first.message);
+  std::vector<PlacedMismatch> found;
+  Result<Value> value = read_value(graph, focus, type, facets, vocabulary, found);
+  for (PlacedMismatch& m : found) mismatches.push_back(std::move(m.mismatch));
+  return value;
 }
 
 std::optional<Graph> completed(const Graph& graph, TermId focus, const Type& type, const Facets& facets, std::string_view vocabulary) {
@@ -769,4 +834,34 @@ std::string abbreviate(std::string_view text) {
 }
 
 }  // namespace v0
+
+Result<Value> read_value(const Graph& graph, TermId focus, const Type& type, const Facets& facets, std::string_view vocabulary,
+                         std::vector<PlacedMismatch>& mismatches) {
+  Value value = ValueReader(graph, vocabulary, &mismatches).at(focus, type, facets);
+  if (mismatches.empty()) return value;
+  const Mismatch& first = mismatches.front().mismatch;
+  return unexpected(Errc::expected_value, first.path + ": " + first.message);
+}
+
+ValuePlaces::ValuePlaces(const Graph& graph, TermId focus, const Type& type, const Facets& facets, std::string_view vocabulary)
+    : graph_(graph), vocabulary_(vocabulary) {
+  ValueReader reader(graph, vocabulary, nullptr);
+  (void)reader.at(focus, type, facets);
+  steps_ = std::move(reader).steps();
+}
+
+std::string ValuePlaces::pointer(const TermView& node, const std::optional<TermView>& predicate, const std::optional<TermView>& value) const {
+  const auto id = graph_.find(node);
+  const auto member = value ? graph_.find(*value) : std::nullopt;
+  std::size_t best = ValueStep::none;
+  for (std::size_t i = 0; id && i < steps_.size(); ++i) {
+    const ValueStep& step = steps_[i];
+    if (step.subject == *id &&
+        (step.predicate.empty() ? member && step.object == member : predicate && term_iri(step.predicate, vocabulary_) == predicate->text))
+      return pointer_to(steps_, i);
+    if (step.object == id && (best == ValueStep::none || (step.is_mismatch && !steps_[best].is_mismatch))) best = i;
+  }
+  return pointer_to(steps_, best);
+}
+
 }  // namespace lrt::rdf

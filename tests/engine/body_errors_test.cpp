@@ -4,6 +4,7 @@
 #include <array>
 #include <chrono>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -37,6 +38,13 @@ struct Plan {
   std::vector<std::vector<double>> rows;
 };
 
+struct Slots {
+  std::string name;
+  std::vector<double> any;
+  std::array<double, 2> two{};
+  std::array<double, 3> three{};
+};
+
 }  // namespace
 
 template <>
@@ -67,6 +75,16 @@ struct lrt::rdf::traits<Plan> : lrt::rdf::Record<Plan> {
   }
 };
 
+template <>
+struct lrt::rdf::traits<Slots> : lrt::rdf::Record<Slots> {
+  static void describe(Record<Slots>& r) {
+    r.field("name", &Slots::name);
+    r.field("any", &Slots::any);
+    r.field("two", &Slots::two);
+    r.field("three", &Slots::three).unit(unit::metre);
+  }
+};
+
 namespace {
 
 const std::string good =
@@ -77,6 +95,8 @@ struct Robot {
     Thing thing{"dog"};
     thing.action("move", [this](const Motion&) { ++calls; });
     thing.action("plan", [this](const Plan&) { ++calls; });
+    thing.action("place", [this](const Slots&) { ++calls; });
+    thing.action("load", [this](const std::map<std::string, float>&) { ++calls; });
     thing.action("turn", [this](double) { ++calls; }).consumes(Facets{unit::degree}.at_least(0).below(360));
     thing.action("count", [this](std::uint8_t) { ++calls; });
     thing.action("lift", [this](float) { ++calls; });
@@ -163,6 +183,19 @@ TEST_CASE("a field is named by the name that JSON has, whether it is wrong, miss
       R"([{"detail":"expected one of \"speed\", \"steps\", \"backwards\", \"gait\", \"label\", \"axis\", \"pause\", \"start\", \"tolerance\", found \"speeed\"","pointer":"#/speeed"}])");
   CHECK(r.errors("move", with("speed", R"({"value":1,"unit":"km"})")) == R"([{"detail":"expected \"m\", found \"km\"","pointer":"#/speed/unit"}])");
   CHECK(r.calls == 1);
+}
+
+TEST_CASE("a term that two parts of a value share does not move an error to the other part", "[engine][R0.6]") {
+  Robot r;
+  const std::string two = "expected a list of 2 values, found ";
+  CHECK(r.errors("place", R"({"name":"x","any":[],"two":[],"three":[1,2,3]})") == "[" + error("/two", two + "0 values", "", "MinCount") + "]");
+  CHECK(r.errors("place", R"({"name":"x","any":[],"two":"x","three":[1,2,3]})") == "[" + error("/two", two + "\\\"x\\\"", "\"x\"", "HasValue") + "]");
+}
+
+TEST_CASE("a value that its C++ type cannot hold is named by the name of its member", "[engine][R0.6]") {
+  Robot r;
+  const std::string detail = R"("detail":"expected a number that a float of 32 bits can hold, found 1e39")";
+  CHECK(r.errors("load", R"({"left":1,"a/b":1e39})") == "[{" + detail + R"(,"pointer":"#/a~1b"}])");
 }
 
 TEST_CASE("the detail of a problem has all places in one sentence", "[engine][R0.6]") {
