@@ -40,6 +40,10 @@ class Context {
   Context(const http::Request& request, TimePoint at) : now(at), request_(&request) {}
 
   const http::Request& request() const noexcept { return *request_; }
+  /// RFC 9110 9.2.1
+  bool is_safe() const noexcept { return request_->method == "GET" || request_->method == "HEAD" || request_->method == "OPTIONS"; }
+  /// Whether a request with this method has a body that the resource reads.
+  bool has_input() const noexcept { return request_->method == "PUT" || request_->method == "POST" || request_->method == "PATCH"; }
   /// A context that owns its request and so outlives the call that the request came with.
   Context kept() const;
 

@@ -2,6 +2,7 @@
 #include "src/engine/parts.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include <lrt/base/ids.hpp>
@@ -22,6 +23,7 @@ namespace {
 
 EngineOptions completed(EngineOptions options) {
   if (!options.ids) options.ids = std::make_shared<RandomIds>();
+  if (!options.everybody_reads) options.everybody_reads = !options.authorize;
   while (!options.public_base.empty() && options.public_base.back() == '/') options.public_base.pop_back();
   return options;
 }
@@ -41,6 +43,19 @@ Error path_taken(const std::string& path, const Resource& holder) {
         "is reserved, as are \"ns/lrt\", \"ns/vocabulary\", \"ns/context.jsonld\" and, with tokens, \"ns/session\" and \"ns/ticket\", and the path "
         "of the SPARQL endpoint: choose another name";
   return {Errc::duplicate_path, std::move(message)};
+}
+
+ObservableResource observable(const Resource& resource) {
+  return {static_cast<std::uint64_t>(resource.id), resource.path, resource.kind(), resource.wants_queues()};
+}
+
+/// Allocates only if both lists have elements.
+template <class T>
+bool move_all(std::vector<T>&& from, std::vector<T>& to) {
+  if (from.empty()) return false;
+  if (to.empty()) to.swap(from);
+  else to.insert(to.end(), std::make_move_iterator(from.begin()), std::make_move_iterator(from.end()));
+  return true;
 }
 
 }  // namespace
@@ -64,6 +79,7 @@ Parts::Parts(EngineOptions given)
       bodies(options, view, responses, calls, pending, ContextResource::location),
       scanner(values, registry, calls, options.subscriptions, clock),
       subscriptions(options, registry, bases, responses, bodies, representations, values, scanner, saves, clock),
+      access(options, bases, cors, responses, subscriptions),
       saved(options, registry, bases, responses, subscriptions, saves, clock),
       invocations(options, registry, calls, pending, responses, representations, bodies, scanner),
       tree("/all", nullptr, &registry),
@@ -149,6 +165,29 @@ void Parts::remove(ThingNode& thing) {
   for (Resource* r : thing.resources()) registry.remove(*r);
   vocabulary.remove(*thing.spec);
   discard(registry.remove_thing(thing));
+}
+
+bool Parts::take(Outputs& outputs) {
+  bool any = move_all(std::exchange(discarded, {}), outputs.discarded);
+  any |= move_all(calls.take_jobs(), outputs.jobs);
+  any |= move_all(bodies.take_jobs(), outputs.body_jobs);
+  if (queries) any |= move_all(queries->take_jobs(), outputs.query_jobs);
+  any |= move_all(subscriptions.take_callbacks(), outputs.callbacks);
+  if (options.reports_subscriptions) any |= move_all(subscriptions.take_events(), outputs.subscription_events);
+  for (const ResourceId id : registry.take_new())
+    if (const Resource* r = registry.find(id); r && r->observable()) any = true, outputs.new_resources.push_back(observable(*r));
+  if (std::exchange(taken_structure, registry.structure()) != registry.structure()) any = true, outputs.structure = taken_structure;
+  if (options.saves_callbacks)
+    if (std::optional<SavedText> text = saved.take()) any = true, outputs.saved = std::move(text);
+  return any;
+}
+
+std::vector<ObservableResource> Parts::observable_resources() const {
+  std::vector<ObservableResource> all;
+  registry.for_each([&](const Resource& r) {
+    if (r.observable()) all.push_back(observable(r));
+  });
+  return all;
 }
 
 void Parts::respond_gone(Ticket ticket) {

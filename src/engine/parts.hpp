@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -10,6 +11,7 @@
 #include <lrt/base/clock.hpp>
 #include <lrt/engine/engine.hpp>
 
+#include "src/engine/access.hpp"
 #include "src/engine/bases.hpp"
 #include "src/engine/bodies.hpp"
 #include "src/engine/change_scanner.hpp"
@@ -49,6 +51,10 @@ struct Parts {
   void discard(std::unique_ptr<T> object) {
     if (object) discarded.push_back(std::shared_ptr<const void>(std::move(object)));
   }
+  /// Adds what the parts hand out. False: nothing.
+  bool take(Outputs& outputs);
+  /// All resources that can be observed, except subscriptions.
+  std::vector<ObservableResource> observable_resources() const;
   /// Responds 404 to a waiting request whose resource was removed.
   void respond_gone(Ticket ticket);
   /// The response when the host has not executed a change in time: 202 if its lambda is running, else 503, and the call is cancelled.
@@ -73,6 +79,7 @@ struct Parts {
   Bodies bodies;                    ///< bytes to values
   ChangeScanner scanner;            ///< finding changes of observed resources
   Subscriptions subscriptions;      ///< notifying subscribers
+  const AccessControl access;       ///< who may send a request
   SavedSubscriptions saved;         ///< callbacks over a restart
   Invocations invocations;          ///< the life of commands
   TreeResource tree;                ///< all Things as one document
@@ -84,7 +91,8 @@ struct Parts {
   std::optional<SessionResource> session;  ///< nullopt: nobody can log in
   std::optional<TicketResource> tickets;
   const std::shared_ptr<model::HandleLog> handle_log;  ///< of messages about the use of handles
-  std::vector<std::shared_ptr<const void>> discarded;  ///< Engine::take_discarded()
+  std::uint64_t taken_structure = 0;                   ///< of the last Outputs::structure
+  std::vector<std::shared_ptr<const void>> discarded;  ///< Outputs::discarded
 };
 
 }  // namespace v0

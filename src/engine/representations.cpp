@@ -520,7 +520,7 @@ void Representations::add_links(http::Fields& fields, const Resource& resource, 
 /// Shared caches may store only public responses: none that depends on rights, and none for which an authorizer was called. A
 /// response that is checked each time (no-cache) needs no mark for the latter: the authorizer is then called each time.
 std::string Representations::limited(const Audience& audience, std::string_view cache_control) const {
-  const bool is_private = audience.is_restricted() || (options_.authorize && !options_.everybody_reads && cache_control != no_cache);
+  const bool is_private = audience.is_restricted() || (!*options_.everybody_reads && cache_control != no_cache);
   return (is_private ? "private, " : "") + std::string(cache_control);
 }
 

@@ -14,6 +14,7 @@
 #include "src/engine/resources/thing.hpp"
 #include "src/http/etag.hpp"
 #include "src/http/negotiate.hpp"
+#include "src/http/target.hpp"
 
 namespace lrt::engine {
 inline namespace v0 {
@@ -84,6 +85,11 @@ http::Response Responses::refused(const Context& context, const std::string& wha
   if (error.code == Errc::refused || error.code == Errc::out_of_range || error.code == Errc::limit_exceeded) status = 409;
   if (status == 500) log(LogLevel::warning, what + ": " + error.message);
   return problem(context, status, what + ": " + error.message);
+}
+
+http::Response Responses::no_resource(const Context& context) const {
+  const auto target = http::split_target(context.request().target);
+  return problem(context, 404, "there is no resource at \"" + std::string(target ? target->path : std::string_view()) + "\"; GET / lists the Things");
 }
 
 http::Response Responses::gone(const Context& context) const { return problem(context, 404, "the thing was removed while the request waited"); }

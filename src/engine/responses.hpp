@@ -35,6 +35,8 @@ class Responses {
   }
   /// An Error of user code: 422 if the type does not fit, 409 if the robot refuses, 500 for other failures.
   http::Response refused(const Context& context, const std::string& what, const Error& error) const;
+  /// There is no resource at the target of the request.
+  http::Response no_resource(const Context& context) const;
   /// The resource was removed while the request waited.
   http::Response gone(const Context& context) const;
   /// The host did not run the call in time, and will not run it later.

@@ -17,6 +17,7 @@
 #include "src/base/mailbox.hpp"
 #include "src/base/process.hpp"
 #include "src/base/thread.hpp"
+#include "src/engine/access.hpp"
 #include "src/model/spec.hpp"
 #include "src/model/world_hooks.hpp"
 #include "src/page/page.hpp"
@@ -547,7 +548,9 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
 
   /// Determines the caller, and whether that client exceeds its limits. Each request is counted once, when its header section is checked.
   Result<engine::Caller> admit(const http::Request& request, bool has_body, TimePoint now) {
-    Result<engine::Caller> caller = engine_.authorize(request);  // user code: without the lock
+    // User code: without the lock.
+    Result<engine::Caller> caller =
+        callers_ || request.judged ? engine::caller_of(request, [this](const http::Request& header) { return callers_->of(header); }) : engine::Caller();
     if (!caller || request.judged) return caller;
     if (const auto pause = limiter_->count(*caller, request.peer, has_body, now); pause && !is_stop(request)) {
       caller->access = engine::Access::too_many_requests;
@@ -577,7 +580,10 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
     return reply;
   }
   void audit_subscriptions(TimePoint now) noexcept {
-    audit([&](Audit& audit) { audit.changed(engine_.take_subscription_events(), now); });
+    audit([&](Audit& audit) {
+      engine_.take_outputs(outputs_);
+      audit.changed(std::exchange(outputs_.subscription_events, {}), now);
+    });
   }
   template <class F>
   void audit(F f) noexcept {
@@ -674,7 +680,6 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
     options.allowed_origins = options_.security.allowed_origins;
     options.notification_senders = options_.security.notification_senders;
     options.read_origins = options_.security.read_origins;
-    options.authorize = [this](const http::Request& request) { return callers_ ? callers_->of(request) : engine::Caller(); };
     options.everybody_reads = !options_.security.authorize;
     options.renew = [this](const security::Principal* owner) { return callers_ ? callers_->renew(owner) : engine::Caller(); };
     options.challenge = options_.security.challenge;
@@ -682,6 +687,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
     options.clients = options_.security.clients;
     options.reports_subscriptions = static_cast<bool>(options_.security.audit.sink);
     options.dispatch = options_.threads.dispatch;
+    options.saves_callbacks = !options_.callbacks.file.empty();
     options.body_jobs = options_.threads.body_threads > 0;
     options.subscriptions = options_.subscriptions;
     options.callbacks = options_.callbacks;
@@ -750,23 +756,18 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
 
   /// Releases the engine's lock and dispatches its output.
   void pass_on(std::unique_lock<std::mutex>& lock) {
-    const auto discarded = engine_.take_discarded();  // is destroyed without the lock
-    std::vector<engine::Job> jobs = engine_.take_jobs();
-    std::vector<engine::BodyJob> bodies = engine_.take_body_jobs(), queries = engine_.take_query_jobs();
-    const std::vector<subscription::ReadyCallback> callbacks = engine_.take_callbacks();
-    if (!feeds_.empty()) {
-      feeds_.take(engine_.take_new_resources());
-      feeds_.see(engine_.structure());
-    }
+    engine_.take_outputs(outputs_);
     if (audit_) audit_subscriptions(clock_.now());
-    if (saved_)
-      if (std::optional<engine::SavedText> saved = engine_.take_saved()) saved_->save(std::move(saved->text), saved->revision);
+    engine::Outputs outputs = std::exchange(outputs_, {});  // what was discarded is destroyed without the lock
+    feeds_.take(std::move(outputs.new_resources));
+    if (outputs.structure) feeds_.see(*outputs.structure);
+    if (saved_ && outputs.saved) saved_->save(std::move(outputs.saved->text), outputs.saved->revision);
     lock.unlock();
-    if (!jobs.empty()) dispatch(std::move(jobs));
-    if (!bodies.empty()) bodies_.put(std::move(bodies));
-    if (!queries.empty()) queries_.put(std::move(queries));
+    if (!outputs.jobs.empty()) dispatch(std::move(outputs.jobs));
+    if (!outputs.body_jobs.empty()) bodies_.put(std::move(outputs.body_jobs));
+    if (!outputs.query_jobs.empty()) queries_.put(std::move(outputs.query_jobs));
     if (deliverer_)
-      for (const subscription::ReadyCallback& due : callbacks) deliverer_->notify(due.channel, due.receiver);
+      for (const subscription::ReadyCallback& due : outputs.callbacks) deliverer_->notify(due.channel, due.receiver);
     log_.flush();
   }
 
@@ -932,6 +933,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
   std::optional<ClientLimiter> limiter_;  ///< set before the transport starts
   std::optional<Audit> audit_;            ///< the same; nullopt: there is no sink. Guarded by mutex_, but for its writer
   engine::Engine engine_;
+  engine::Outputs outputs_;  ///< taken in this section of mutex_
   BodyPool bodies_, queries_;
   GuestRequests guests_;
   Feeds feeds_;

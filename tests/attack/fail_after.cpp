@@ -124,9 +124,9 @@ bool fails_at(Robot& r, const std::string& text, std::size_t n, Answer& answer) 
     outcome = r.bench.engine.handle(request.get(), r.bench.clock.now());
     // Jobs too, and what takes their results.
     while (true) {
-      auto bodies = r.bench.engine.take_body_jobs();
+      auto bodies = r.bench.take_body_jobs();
       for (engine::BodyJob& job : bodies) job.run();
-      auto jobs = r.bench.engine.take_jobs();
+      auto jobs = r.bench.take_jobs();
       for (engine::Job& job : jobs) job.run();
       if (bodies.empty() && jobs.empty()) break;
       r.bench.look();

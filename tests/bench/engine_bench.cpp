@@ -123,7 +123,9 @@ int main() {
         "@prefix maths: <http://vocab.arvida.de/2015/06/maths/vocab#> .\n"
         "<>\n  rdf:type maths:Scalar ;\n  vom:numericalValue \"43.6\"^^xsd:float ;\n  vom:unit maths:Degree .\n";
     lrt::engine::Outcome outcome = engine.handle(request, lrt::TimePoint{});
-    for (lrt::engine::Job& job : engine.take_jobs()) job.run();
+    lrt::engine::Outputs outputs;
+    engine.take_outputs(outputs);
+    for (lrt::engine::Job& job : outputs.jobs) job.run();
     std::optional<lrt::engine::Reply> reply = engine.next_reply(lrt::TimePoint{});
     const auto* at_once = std::get_if<lrt::http::Response>(&outcome);
     if ((at_once != nullptr ? at_once->status : reply ? reply->response.status : 0) != 204) std::abort();

@@ -79,7 +79,9 @@ struct Robot {
     lrt::engine::Outcome outcome = engine.handle(request, clock.now());
     if (auto* response = std::get_if<lrt::http::Response>(&outcome)) return std::move(*response);
     while (true) {
-      for (lrt::engine::Job& job : engine.take_jobs()) job.run();
+      lrt::engine::Outputs outputs;
+      engine.take_outputs(outputs);
+      for (lrt::engine::Job& job : outputs.jobs) job.run();
       if (auto reply = engine.next_reply(clock.now())) return std::move(reply->response);
     }
   }

@@ -32,7 +32,7 @@ struct Robot {
   }
   /// Judges what waits, without the lambdas that follow; how many.
   std::size_t judge() {
-    auto jobs = bench.engine.take_body_jobs();
+    auto jobs = bench.take_body_jobs();
     for (engine::BodyJob& job : jobs) job.run();
     return jobs.size();
   }
@@ -50,10 +50,10 @@ TEST_CASE("a large body is judged by a job, and small requests overtake it", "[e
   Robot r;
   const auto large = r.bench.send(Robot::degrees("20", 1000));
   REQUIRE(large.ticket);
-  CHECK(r.bench.engine.take_jobs().empty());  // the host is not asked before the body is judged
+  CHECK(r.bench.take_jobs().empty());  // the host is not asked before the body is judged
   CHECK(r.bench.send("GET /arm/angle").answer.status == 200);
   const auto small = r.bench.send(Robot::degrees("30"));
-  auto jobs = r.bench.engine.take_jobs();
+  auto jobs = r.bench.take_jobs();
   REQUIRE(jobs.size() == 1);
   jobs[0].run();
   CHECK(r.status(small) == 204);

@@ -32,7 +32,7 @@ struct Arm {
   }
   std::vector<Channel> callbacks() {
     std::vector<Channel> channels;
-    for (const subscription::ReadyCallback& due : bench.engine.take_callbacks()) {
+    for (const subscription::ReadyCallback& due : bench.take_callbacks()) {
       CHECK(due.receiver == "http://127.0.0.1:9");
       channels.push_back(due.channel);
     }
@@ -284,10 +284,10 @@ TEST_CASE("a receiver that has confirmed is not asked again after a restart, and
   const auto due = first.due();
   REQUIRE(due.size() == 2);
   for (const Channel channel : due) REQUIRE(first.notice(channel));
-  const std::string unconfirmed = first.bench.engine.take_saved().value().text;
+  const std::string unconfirmed = first.bench.take_saved().value().text;
   CHECK(unconfirmed.find("confirmed") == std::string::npos);  // as in files of earlier versions
   first.receipt(due[0], {200, {}, false, true});
-  const auto confirmed = first.bench.engine.take_saved();
+  const auto confirmed = first.bench.take_saved();
   REQUIRE(confirmed);
 
   const auto questions_after = [&](const std::string& saved) {
@@ -295,10 +295,10 @@ TEST_CASE("a receiver that has confirmed is not asked again after a restart, and
     CHECK(again.engine.restore(saved).value() == 2);
     SampleRobot robot;
     again.add(robot.arm());
-    const auto same = again.engine.take_saved();
+    const auto same = again.take_saved();
     CHECK((!same || same->text == saved));
     std::vector<bool> questions;
-    for (const subscription::ReadyCallback& ready : again.engine.take_callbacks())
+    for (const subscription::ReadyCallback& ready : again.take_callbacks())
       questions.push_back(!again.engine.next_notification(ready.channel, again.clock.now()).value().challenge.empty());
     return questions;
   };
@@ -310,7 +310,7 @@ TEST_CASE("a receiver that has confirmed is not asked again after a restart, and
   Bench waiting(options);
   CHECK(waiting.engine.restore(confirmed->text).value() == 2);
   waiting.add(Thing{"other"});
-  if (const auto same = waiting.engine.take_saved()) CHECK(same->text == confirmed->text);
+  if (const auto same = waiting.take_saved()) CHECK(same->text == confirmed->text);
 }
 
 TEST_CASE("by default receivers elsewhere confirm, and those on a loopback address need not", "[engine][R0.13][security]") {
@@ -323,7 +323,7 @@ TEST_CASE("by default receivers elsewhere confirm, and those on a loopback addre
     bench.add(robot.arm());
     CHECK(bench.ask("GET /arm/angle\nUpgrade: callback\nCallback: " + url).status == 201);
     (void)bench.pushes();
-    const auto due = bench.engine.take_callbacks();
+    const auto due = bench.take_callbacks();
     REQUIRE(due.size() == 1);
     return !bench.engine.next_notification(due[0].channel, bench.clock.now())->challenge.empty();
   };
@@ -531,7 +531,7 @@ TEST_CASE("callbacks survive in what is saved: policy, secret, base and all", "[
   options.allowed_hosts = {"robot.local:80"};
   {
     Arm arm(options);
-    CHECK_FALSE(arm.bench.engine.take_saved());
+    CHECK_FALSE(arm.bench.take_saved());
     REQUIRE(arm.bench
                 .turtle("POST", "/arm/subscriptions", description("lrt:queueLength 7 ; lrt:secret \"s3\\u00e9\\\"cret\" ; lrt:minimumInterval 2"),
                         "Host: robot.local\n")
@@ -541,22 +541,22 @@ TEST_CASE("callbacks survive in what is saved: policy, secret, base and all", "[
     REQUIRE(thing.status == 201);
     (void)arm.bench.open("/arm/angle");
     before = arm.bench.get("/arm/subscriptions/i1").body;
-    const auto text = arm.bench.engine.take_saved();
+    const auto text = arm.bench.take_saved();
     REQUIRE(text);
     saved = text->text;
-    CHECK_FALSE(arm.bench.engine.take_saved());
+    CHECK_FALSE(arm.bench.take_saved());
     arm.publish(1);
-    CHECK_FALSE(arm.bench.engine.take_saved());
+    CHECK_FALSE(arm.bench.take_saved());
   }
   Bench again(options);
   REQUIRE(again.engine.restore(saved));
-  CHECK(again.engine.take_callbacks().empty());
+  CHECK(again.take_callbacks().empty());
   SampleRobot robot;
   again.add(robot.arm());  // the resource is back, and so are they
   CHECK(again.get("/arm/subscriptions").linked("related").size() == 2);
   CHECK(again.get("/arm/subscriptions/i1").body == before);
   std::size_t seen = 0;
-  for (const subscription::ReadyCallback& due : again.engine.take_callbacks()) {
+  for (const subscription::ReadyCallback& due : again.take_callbacks()) {
     const auto notice = again.engine.next_notification(due.channel, again.clock.now());
     REQUIRE(notice);
     if (notice->secret.empty()) continue;
@@ -566,7 +566,7 @@ TEST_CASE("callbacks survive in what is saved: policy, secret, base and all", "[
   }
   CHECK(seen == 1);
   CHECK(again.ask("DELETE /arm/subscriptions/i1").status == 204);
-  const auto fewer = again.engine.take_saved();
+  const auto fewer = again.take_saved();
   REQUIRE(fewer);
   CHECK(fewer->text.find("robot.local") == std::string::npos);
 }
@@ -588,7 +588,7 @@ TEST_CASE("what is saved and damaged, or allowed no more, brings nothing back an
                                  entry("e", "http://127.0.0.1:9/", "http://localhost/not/there")));
   CHECK(arm.bench.get("/arm/subscriptions").linked("related") == std::vector<std::string>{"http://localhost/arm/subscriptions/a"});
   // The one whose resource is not there waits, and so does the one that may not be called now: both stay in the file.
-  const std::string kept = arm.bench.engine.take_saved().value_or(engine::SavedText{}).text;
+  const std::string kept = arm.bench.take_saved().value_or(engine::SavedText{}).text;
   CHECK(kept.find("not/there") != std::string::npos);
   CHECK(kept.find("evil.example") != std::string::npos);
   CHECK(arm.bench.ask("GET /arm\nHost: elsewhere").status == 421);

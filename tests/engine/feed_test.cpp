@@ -93,31 +93,31 @@ TEST_CASE("all resources that can be observed are listed once, with their kinds"
 TEST_CASE("resources that are added are reported once, while they are followed", "[engine]") {
   Arm arm;
   engine::Engine& engine = arm.bench.engine;
-  CHECK(engine.take_new_resources().empty());
+  CHECK(arm.bench.take_new_resources().empty());
   engine.follow_resources(true);
-  CHECK(engine.take_new_resources().empty());  // not those that are there already
+  CHECK(arm.bench.take_new_resources().empty());  // not those that are there already
   const std::vector<std::string> before = paths(engine.observable_resources());
   arm.bench.add(arm.robot.tool());
-  const std::vector<ObservableResource> added = engine.take_new_resources();
+  const std::vector<ObservableResource> added = arm.bench.take_new_resources();
   std::vector<std::string> more;
   const std::vector<std::string> after = paths(engine.observable_resources());
   std::set_difference(after.begin(), after.end(), before.begin(), before.end(), std::back_inserter(more));
   CHECK(paths(added) == more);
   CHECK(std::find(more.begin(), more.end(), "/arm/tool/weight") != more.end());
-  CHECK(engine.take_new_resources().empty());
+  CHECK(arm.bench.take_new_resources().empty());
   for (const ObservableResource& r : added) {
     const auto all = engine.observable_resources();
     CHECK(std::count_if(all.begin(), all.end(), [&](const auto& o) { return o.id == r.id && o.path == r.path && o.kind == r.kind; }) == 1);
   }
 
   arm.bench.ask("POST /arm/actions/home");
-  const std::vector<ObservableResource> invoked = engine.take_new_resources();
+  const std::vector<ObservableResource> invoked = arm.bench.take_new_resources();
   REQUIRE(invoked.size() == 1);
   CHECK(invoked.front().kind == "invocation");
   CHECK(invoked.front().wants_queue);
 
   (void)arm.bench.open("/arm/angle");  // a subscription cannot be observed
-  CHECK(engine.take_new_resources().empty());
+  CHECK(arm.bench.take_new_resources().empty());
 }
 
 TEST_CASE("a resource that has gone before it is taken is not reported", "[engine]") {
@@ -126,14 +126,14 @@ TEST_CASE("a resource that has gone before it is taken is not reported", "[engin
   engine.follow_resources(true);
   arm.bench.add(arm.robot.tool());
   engine.remove("arm/tool").value();
-  CHECK(engine.take_new_resources().empty());
+  CHECK(arm.bench.take_new_resources().empty());
   arm.bench.add(arm.robot.tool());
   engine.follow_resources(false);  // forgets what was not taken
-  CHECK(engine.take_new_resources().empty());
+  CHECK(arm.bench.take_new_resources().empty());
   engine.remove("arm/tool").value();
   arm.bench.add(arm.robot.tool());
   engine.follow_resources(true);
-  CHECK(engine.take_new_resources().empty());
+  CHECK(arm.bench.take_new_resources().empty());
 }
 
 TEST_CASE("a resource that gets another path is reported again with the same number", "[engine]") {
@@ -142,7 +142,7 @@ TEST_CASE("a resource that gets another path is reported again with the same num
   Thing outer{"arm"};
   outer.property<double>("angle").publish(1);
   bench.add(std::move(outer));
-  const auto first = bench.engine.take_new_resources();
+  const auto first = bench.take_new_resources();
   const auto number = [&](const std::vector<ObservableResource>& all, const std::string& path) {
     for (const ObservableResource& r : all)
       if (r.path == path) return r.id;
@@ -152,7 +152,7 @@ TEST_CASE("a resource that gets another path is reported again with the same num
   REQUIRE(state != 0);
   Thing taking{"arm/state"};  // a Thing with the path that lrt gave to the state
   bench.add(std::move(taking));
-  const auto moved = bench.engine.take_new_resources();
+  const auto moved = bench.take_new_resources();
   CHECK(number(moved, "/arm/state") != 0);
   CHECK(number(moved, "/arm/state") != state);
   CHECK(std::count_if(moved.begin(), moved.end(), [&](const auto& r) { return r.id == state && r.path != "/arm/state"; }) == 1);

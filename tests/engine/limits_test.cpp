@@ -46,7 +46,7 @@ TEST_CASE("resources without a lambda are served though the host never polls", "
     CHECK(sent.answer.status == 200);
   }
   CHECK_FALSE(c.bench.send("POST /arm/actions/async\nPrefer: respond-async").ticket);
-  CHECK(c.bench.engine.take_jobs().size() == 1);
+  CHECK(c.bench.take_jobs().size() == 1);
 }
 
 TEST_CASE("a host that does not poll: 503 with Retry-After after host_time, and nothing is carried out later", "[engine][R0.6][judged_at_once]") {
@@ -227,7 +227,7 @@ TEST_CASE("a stop on the I/O thread is carried out though too many requests wait
       .dispatch(Dispatch::io_thread);
   bench.add(std::move(thing));
   while (bench.send("GET /arm/p").ticket) {}
-  (void)bench.engine.take_jobs();  // the host does not poll
+  (void)bench.take_jobs();  // the host does not poll
   CHECK(bench.send("GET /arm/p").answer.status == 503);
   CHECK(bench.ask("POST /arm/actions/stop").status == 204);
   CHECK(bench.ask("POST /arm/actions/stop_later").status == 204);
@@ -298,7 +298,7 @@ TEST_CASE("reads that come while one runs share the next one", "[engine][R0.5]")
   Counting c;
   std::vector<Bench::Sent> sent;
   for (int i = 0; i < 100; ++i) sent.push_back(c.bench.send("GET /arm/p"));
-  auto jobs = c.bench.engine.take_jobs();
+  auto jobs = c.bench.take_jobs();
   REQUIRE(jobs.size() == 1);
   jobs[0].run();
   c.bench.run();
@@ -359,7 +359,7 @@ TEST_CASE("jobs carry where their thing's lambdas are to run", "[engine]") {
     bench.add(std::move(thing));
     (void)bench.send(std::string("GET /") + name + "/p");
   }
-  const auto jobs = bench.engine.take_jobs();
+  const auto jobs = bench.take_jobs();
   REQUIRE(jobs.size() == 3);
   CHECK(jobs[0].where == Dispatch::io_thread);
   CHECK(jobs[1].where == Dispatch::in_poll);
@@ -369,13 +369,13 @@ TEST_CASE("jobs carry where their thing's lambdas are to run", "[engine]") {
 TEST_CASE("a job that is run twice does its work once, and one that is dropped is a time-out", "[engine]") {
   Counting c;
   const auto command = c.bench.send("POST /arm/actions/sync");
-  auto jobs = c.bench.engine.take_jobs();
+  auto jobs = c.bench.take_jobs();
   jobs.at(0).run();
   jobs.at(0).run();
   CHECK(c.bench.answer(command)->status == 204);
   CHECK(c.commands == 1);
   const auto lost = c.bench.send("POST /arm/actions/sync");
-  c.bench.engine.take_jobs().clear();
+  c.bench.take_jobs().clear();
   c.bench.clock.advance(seconds(10));
   CHECK(c.bench.answer(lost)->status == 503);
 }

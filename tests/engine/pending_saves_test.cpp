@@ -26,7 +26,7 @@ struct Arm {
   explicit Arm(engine::EngineOptions options = saving()) : bench(std::move(options)) { bench.add(robot.arm()); }
   /// As the server: takes the text, and says what became of it.
   std::string save(bool written = true) {
-    auto saved = bench.engine.take_saved();
+    auto saved = bench.take_saved();
     if (!saved) return "(nothing)";
     bench.engine.saved(saved->revision, written);
     return saved->text;
@@ -34,7 +34,7 @@ struct Arm {
   std::size_t count() { return bench.get("/arm/subscriptions").linked("related").size(); }
   bool has_posts() {
     (void)bench.pushes();
-    return !bench.engine.take_callbacks().empty();
+    return !bench.take_callbacks().empty();
   }
   std::string make() {
     const Bench::Sent sent = bench.send("GET /arm/angle" + callback);
@@ -79,7 +79,7 @@ TEST_CASE("a callback whose body is judged on another thread waits twice, and ge
                            "\"http://127.0.0.1:9/receiver\"^^xsd:anyURI .";
   for (const bool written : {true, false}) {
     const Bench::Sent sent = arm.bench.send(Bench::turtle_request("POST", "/arm/subscriptions", body));
-    auto jobs = arm.bench.engine.take_body_jobs();
+    auto jobs = arm.bench.take_body_jobs();
     REQUIRE(jobs.size() == 1);
     CHECK(arm.save() == "(nothing)");
     jobs[0].run();
@@ -142,7 +142,7 @@ TEST_CASE("a cancellation that is saved counts, also if another one failed befor
   Arm arm;
   const std::string path = arm.make();
   const Bench::Sent first = arm.bench.send("DELETE " + path);
-  const auto without_first = arm.bench.engine.take_saved();
+  const auto without_first = arm.bench.take_saved();
   const Bench::Sent second = arm.bench.send("DELETE " + path);
   arm.bench.engine.saved(without_first.value().revision, false);
   CHECK(arm.bench.answer(first).value().status == 503);
@@ -163,7 +163,7 @@ TEST_CASE("requests that come together are saved together", "[engine][saves]") {
 TEST_CASE("a later text does not confirm what it does not have", "[engine][saves]") {
   Arm arm;
   const Bench::Sent first = arm.bench.send("GET /arm/angle" + callback);
-  const auto text = arm.bench.engine.take_saved();
+  const auto text = arm.bench.take_saved();
   const Bench::Sent second = arm.bench.send("GET /arm/angle" + callback);
   arm.bench.engine.saved(text.value().revision, true);
   CHECK(arm.bench.answer(first).value().status == 201);
@@ -176,7 +176,7 @@ TEST_CASE("a disk that does not respond is 503 after save_timeout, and what wait
   Arm arm;
   const std::string path = arm.make();
   const Bench::Sent made = arm.bench.send("GET /arm/angle" + callback), cancelled = arm.bench.send("DELETE " + path);
-  const auto late = arm.bench.engine.take_saved();
+  const auto late = arm.bench.take_saved();
   arm.bench.clock.advance(std::chrono::seconds(11));
   CHECK(arm.bench.answer(made).value().status == 503);
   CHECK(arm.bench.answer(cancelled).value().status == 503);

@@ -334,7 +334,7 @@ TEST_CASE("standing queries are evaluated one after the other, and leave the pla
   std::vector<Bench::Sent> streams;
   for (int i = 0; i < 5; ++i) streams.push_back(asked.bench.stream("/sparql?query=now&default-graph-uri=http://e/" + std::to_string(i)));
   asked.bench.collect();
-  auto jobs = asked.bench.engine.take_query_jobs();
+  auto jobs = asked.bench.take_query_jobs();
   CHECK(jobs.size() == 1);  // as many as there are threads
   const auto query = asked.bench.send("GET /sparql?query=graphs");
   REQUIRE(query.ticket);
@@ -390,7 +390,7 @@ TEST_CASE("results of standing queries are written by their jobs", "[engine][que
     asked.publish(17);
     (void)asked.bench.engine.next_ready(asked.bench.clock.now());  // the scan
     asked.bench.collect();
-    auto jobs = asked.bench.engine.take_query_jobs();
+    auto jobs = asked.bench.take_query_jobs();
     REQUIRE(jobs.size() == 1);
     for (auto& job : jobs) job.run();
     const std::size_t written = SmallQueries::Answered::written;

@@ -250,7 +250,7 @@ TEST_CASE("a property, an action and a collection may each say where their lambd
   const auto where = [&](const std::string& text) {
     (void)bench.send(text);
     bench.collect();
-    std::vector<engine::Job> jobs = bench.engine.take_jobs();
+    std::vector<engine::Job> jobs = bench.take_jobs();
     REQUIRE(jobs.size() == 1);
     jobs[0].run();
     bench.run();
@@ -279,18 +279,18 @@ TEST_CASE("the lambdas of a Thing that goes are destroyed where the host says", 
     made.action("turn", [owned](double) {});
     return made;
   };
-  CHECK(bench.engine.take_discarded().empty());
+  CHECK(bench.take_discarded().empty());
   bench.add(thing("arm"));
   bench.add(thing("arm/hand"));
-  CHECK(bench.engine.take_discarded().empty());
+  CHECK(bench.take_discarded().empty());
   CHECK(owned.use_count() == 5);
 
   SECTION("removed, with the Things below it") {
     bench.engine.remove("arm").value();
     CHECK(owned.use_count() == 5);
-    auto discarded = bench.engine.take_discarded();
+    auto discarded = bench.take_discarded();
     CHECK(discarded.size() >= 2);
-    CHECK(bench.engine.take_discarded().empty());
+    CHECK(bench.take_discarded().empty());
     CHECK(owned.use_count() == 5);
     discarded.clear();
     CHECK(owned.use_count() == 1);
@@ -303,7 +303,7 @@ TEST_CASE("the lambdas of a Thing that goes are destroyed where the host says", 
     CHECK(bench.engine.add(std::move(things)).error().code == Errc::duplicate_path);
     things.clear();
     CHECK(owned.use_count() == 11);
-    auto discarded = bench.engine.take_discarded();
+    auto discarded = bench.take_discarded();
     CHECK(owned.use_count() == 11);
     discarded.clear();
     CHECK(owned.use_count() == 5);
@@ -314,6 +314,6 @@ TEST_CASE("the lambdas of a Thing that goes are destroyed where the host says", 
     if (GENERATE(true, false)) bench.add(Thing("leg"));
     else bench.engine.remove("nothing").error();
     CHECK(owned.use_count() == 3);
-    CHECK(bench.engine.take_discarded().empty());
+    CHECK(bench.take_discarded().empty());
   }
 }

@@ -156,7 +156,7 @@ TEST_CASE("the beginning and the end of each subscription are reported once, in 
   Arm arm(std::move(options));
   const auto events = [&] {
     std::vector<std::string> all;
-    for (const SubscriptionEvent& e : arm.bench.engine.take_subscription_events())
+    for (const SubscriptionEvent& e : arm.bench.take_subscription_events())
       all.push_back((e.kind == SubscriptionEvent::Kind::made ? "+ " : "- ") + e.path + " " + e.resource + " " + std::string(e.protocol) +
                     (e.requested ? "" : " restored"));
     return all;
@@ -176,7 +176,7 @@ TEST_CASE("the beginning and the end of each subscription are reported once, in 
   CHECK(arm.bench.ask("DELETE /arm/subscriptions/i3").status == 204);
   CHECK(arm.bench.ask("DELETE /arm/subscriptions/i3").status == 404);
   CHECK(events() == std::vector<std::string>{"- /arm/subscriptions/i1 /arm/angle websocket", "- /arm/subscriptions/i3 /arm/count event_stream"});
-  const std::string saved = arm.bench.engine.take_saved().value().text;
+  const std::string saved = arm.bench.take_saved().value().text;
   arm.bench.engine.remove("arm").value();
   const std::vector<std::string> rest = events();
   CHECK(rest.size() == 2);
@@ -188,10 +188,10 @@ TEST_CASE("the beginning and the end of each subscription are reported once, in 
   after.callbacks.allow = {"127.0.0.0/8"};
   Bench next(std::move(after));
   CHECK(next.engine.restore(saved).value() == 1);
-  CHECK(next.engine.take_subscription_events().empty());  // its resource is not there yet
+  CHECK(next.take_subscription_events().empty());  // its resource is not there yet
   SampleRobot robot;
   next.add(robot.arm());
-  const std::vector<SubscriptionEvent> restored = next.engine.take_subscription_events();
+  const std::vector<SubscriptionEvent> restored = next.take_subscription_events();
   REQUIRE(restored.size() == 1);
   CHECK(restored.front().kind == SubscriptionEvent::Kind::made);
   CHECK(restored.front().path == "/arm/subscriptions/i2");
@@ -208,8 +208,8 @@ TEST_CASE("a subscription that was refused is not reported, and none is unless t
     const Channel made = arm.bench.open("/arm/angle");
     CHECK(arm.bench.upgrade("/arm/angle").answer.status == 503);
     CHECK(arm.bench.upgrade("/arm/nothing").answer.status == 404);
-    CHECK(arm.bench.engine.take_subscription_events().size() == (reports ? 1 : 0));
+    CHECK(arm.bench.take_subscription_events().size() == (reports ? 1 : 0));
     arm.bench.engine.closed(made);
-    CHECK(arm.bench.engine.take_subscription_events().size() == (reports ? 1 : 0));
+    CHECK(arm.bench.take_subscription_events().size() == (reports ? 1 : 0));
   }
 }

@@ -60,7 +60,7 @@ TEST_CASE("the job of a stop names itself, so that it precedes others", "[engine
   bench.add(std::move(thing));
   (void)bench.send("POST /arm/actions/plain");
   (void)bench.send("POST /arm/actions/stop");
-  const auto jobs = bench.engine.take_jobs();
+  const auto jobs = bench.take_jobs();
   REQUIRE(jobs.size() == 2);
   CHECK_FALSE(jobs[0].is_stop);
   CHECK(jobs[1].is_stop);

@@ -322,7 +322,7 @@ TEST_CASE("a small change of a large graph counts as the work that it is", "[eng
   Robot r(writable(), {}, options);
   const auto effort = [&] {
     const auto sent = r.bench.send("PATCH /world/map\nContent-Type: application/sparql-update\n\nINSERT DATA { <#x> <p:q> 1 }");
-    auto jobs = r.bench.engine.take_body_jobs();
+    auto jobs = r.bench.take_body_jobs();
     REQUIRE(jobs.size() == 1);
     const std::size_t bytes = jobs[0].bytes;
     jobs[0].run();
@@ -416,7 +416,7 @@ TEST_CASE("graphs of clients have a limit together", "[engine][world][limits]") 
   CHECK(r.bench.turtle("PUT", "/world/c", text(4000)).status == 201);
   CHECK(r.bench.turtle("PUT", "/world/d", text(4000)).status == 413);
   CHECK(r.bench.ask("DELETE /world/b").status == 204);
-  r.bench.engine.take_discarded();
+  r.bench.take_discarded();
   CHECK(r.bench.turtle("PUT", "/world/d", text(4000)).status == 201);
 }
 

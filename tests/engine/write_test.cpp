@@ -435,7 +435,7 @@ TEST_CASE("writes are carried out one at a time in the order in which they came"
   bench.add(std::move(thing));
   std::vector<Bench::Sent> sent;
   for (int i = 0; i < 5; ++i) sent.push_back(bench.send(Bench::turtle_request("PUT", "/arm/p", number_body(std::to_string(i)))));
-  auto jobs = bench.engine.take_jobs();
+  auto jobs = bench.take_jobs();
   REQUIRE(jobs.size() == 1);
   jobs[0].run();
   CHECK(written == std::vector<int>{0});

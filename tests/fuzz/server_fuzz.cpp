@@ -151,7 +151,9 @@ void serve(std::string_view bytes, std::size_t chunk, bool with_rules) {
     // As the server does: jobs run, answers go back, bytes go out, until nothing moves.
     for (int round = 0; round < 1000; ++round) {
       bool moved = false;
-      for (lrt::engine::Job& job : engine.take_jobs()) job.run(), moved = true;
+      lrt::engine::Outputs outputs;
+      engine.take_outputs(outputs);
+      for (lrt::engine::Job& job : outputs.jobs) job.run(), moved = true;
       while (auto reply = engine.next_reply(now)) {
         moved = true;
         if (session.ticket() == reply->ticket) session.reply(*std::move(reply), now);

@@ -145,7 +145,7 @@ TEST_CASE("a mesh is read when a client requests it, and where the robot's loop 
   const Bench::Sent sent = bench.send("GET /r/meshes/arm/meshes/hand.STL");
   CHECK_FALSE(bench.answer(sent));
   while (!bench.answer(sent)) {
-    auto jobs = bench.engine.take_jobs();
+    auto jobs = bench.take_jobs();
     REQUIRE_FALSE(jobs.empty());
     for (engine::Job& job : jobs) {
       CHECK(job.where == Dispatch::io_thread);

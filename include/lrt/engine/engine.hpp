@@ -123,13 +123,15 @@ struct EngineOptions : Limits {
   std::vector<std::string> read_origins;             ///< Security::read_origins
   std::vector<std::string> notification_senders;     ///< Security::notification_senders
   bool body_jobs = false;                            ///< bodies above small_body_bytes become BodyJobs; else every body is judged at once
-  bool reports_subscriptions = false;                ///< take_subscription_events() returns events
+  bool reports_subscriptions = false;                ///< Outputs has the events of subscriptions
   security::ClientLimits clients;                    ///< Security::clients; the engine enforces max_invocations and max_subscriptions
   /// How long a request that makes or cancels a web callback waits for saved(); then 503, and nothing has changed.
   /// nullopt: it does not wait.
   std::optional<std::chrono::milliseconds> save_timeout;
-  /// `authorize` lets every client read, and no view is restricted. False: shared caches must not store responses.
-  bool everybody_reads = false;
+  /// Every client may read if no view is restricted. False: shared caches must not store responses. nullopt: false with
+  /// `authorize`.
+  std::optional<bool> everybody_reads;
+  bool saves_callbacks = false;  ///< Outputs has the text of all web callbacks when they have changed
 };
 
 /// The kinds of `Upgrade` that a transport can carry (R0.12, R0.13).
@@ -190,11 +192,25 @@ struct BodyJob {
   UniqueFunction<void()> run;  ///< the work
 };
 
+/// What an engine hands out: work that runs without its lock, and what its owner has to know.
+struct Outputs {
+  /// Things that were removed or refused, with the user's lambdas, to be destroyed without a lock.
+  std::vector<std::shared_ptr<const void>> discarded;
+  std::vector<Job> jobs;                               ///< user code to run, in order
+  std::vector<BodyJob> body_jobs;                      ///< bodies to judge (EngineOptions::body_jobs)
+  std::vector<BodyJob> query_jobs;                     ///< queries to evaluate (EngineOptions::query)
+  std::vector<subscription::ReadyCallback> callbacks;  ///< callbacks that have a notification to post
+  std::vector<ObservableResource> new_resources;       ///< resources that were added or have another path (Engine::follow_resources())
+  std::vector<SubscriptionEvent> subscription_events;  ///< in order (EngineOptions::reports_subscriptions)
+  std::optional<SavedText> saved;                      ///< all web callbacks, if they have changed (EngineOptions::saves_callbacks)
+  std::optional<std::uint64_t> structure;              ///< Engine::structure(), if it has changed
+};
+
 /// The requirements R0 and R1 as a function of request, state and time. It has no sockets, no threads and no clock of
 /// its own. Of user code it calls only the authorizer and the log callback; all other user code becomes a Job. Most
 /// programs use Server instead.
 ///
-/// @par Threads  One thread at a time. Jobs, Responders, publish() and authorize(): any.
+/// @par Threads  One thread at a time. Jobs, Responders, publish(): any.
 /// @par Implements  R0.3-R0.17, R1.1-R1.12
 class LRT_API Engine final : public Handler {
  public:
@@ -225,18 +241,13 @@ class LRT_API Engine final : public Handler {
   /// Sets the waker that is called when a job or Responder has made something available to next_reply().
   void set_waker(std::shared_ptr<Waker> waker);
 
-  /// Calls the authorizer, without the body. Not needed for a request that judge_header() has accepted. Errors and
-  /// exceptions of it are in the Result.
-  Result<Caller> authorize(const http::Request& request) const;
-  /// As Handler::judge_header(), for a caller that authorize() has returned.
+  /// As Handler::judge_header(), for a caller that is known. EngineOptions::authorize is not called.
   HeaderVerdict judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes, const Result<Caller>& caller, TimePoint now);
-  HeaderVerdict judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes, TimePoint now) override {
-    return judge_header(request, body_bytes, authorize(request), now);
-  }
+  HeaderVerdict judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes, TimePoint now) override;
   bool is_stop(const http::Request& request) noexcept override;
-  /// As Handler::handle(), for a caller that authorize() has returned.
+  /// As Handler::handle(), for a caller that is known. EngineOptions::authorize is not called.
   Outcome handle(const http::Request& request, const Result<Caller>& caller, TimePoint now);
-  Outcome handle(const http::Request& request, TimePoint now) override { return handle(request, authorize(request), now); }
+  Outcome handle(const http::Request& request, TimePoint now) override;
   std::optional<Reply> next_reply(TimePoint now) override;
   std::optional<std::chrono::steady_clock::time_point> next_deadline() const override;
   void abandon(Ticket ticket) noexcept override;
@@ -250,19 +261,15 @@ class LRT_API Engine final : public Handler {
   /// Checks the options of subscriptions and callbacks. To be called before all other functions.
   /// @par Errors  invalid_option
   Result<void> check() const;
-  /// Callbacks that have a notification to post.
-  std::vector<subscription::ReadyCallback> take_callbacks();
   /// The notification to post now; nullopt: none. It is in progress until delivered() reports its result.
   std::optional<subscription::Notification> next_notification(Channel channel, TimePoint now);
   /// Reports the result of a notification.
   void delivered(Channel channel, const subscription::DeliveryResult& result, TimePoint now);
-  /// All callback subscriptions as text, if they have changed since the last call.
-  std::optional<SavedText> take_saved();
-  /// Reports that a text of take_saved() is on the disk, or that writing it failed: the changes up to that revision are
+  /// Reports that Outputs::saved is on the disk, or that writing it failed: the changes up to that revision are
   /// then final, or undone.
   /// @par Threads  Any.
   void saved(std::uint64_t revision, bool written);
-  /// Restores the text of take_saved() after a restart. A subscription continues when its resource is registered. If
+  /// Restores the text of Outputs::saved after a restart. A subscription continues when its resource is registered. If
   /// its receiver may not be called now, it waits. An invalid subscription is left out, and the log says so. To be
   /// called after listens_on().
   /// @return  number of subscriptions in the text
@@ -287,10 +294,8 @@ class LRT_API Engine final : public Handler {
   bool repeat(Channel channel);
   /// All resources that can be observed, except subscriptions.
   std::vector<ObservableResource> observable_resources() const;
-  /// Starts or stops recording for take_new_resources().
+  /// Starts or stops recording for Outputs::new_resources.
   void follow_resources(bool follow);
-  /// Resources that were added or whose path has changed since the last call.
-  std::vector<ObservableResource> take_new_resources();
   /// A number that grows with each change of Things, actions and their descriptions.
   std::uint64_t structure() const noexcept;
   /// The base IRI of feeds, without a slash at the end: the public base, or where the server listens.
@@ -300,17 +305,10 @@ class LRT_API Engine final : public Handler {
   /// ends.
   void renew_rights();
 
-  /// The jobs since the last call, in order.
-  std::vector<Job> take_jobs();
-  /// The jobs for bodies since the last call (EngineOptions::body_jobs).
-  std::vector<BodyJob> take_body_jobs();
-  /// The jobs for queries since the last call (EngineOptions::query).
-  std::vector<BodyJob> take_query_jobs();
-  /// Things that were removed or refused, with the user's lambdas, to be destroyed without a lock. Those that are not
-  /// taken are destroyed by the next add() or remove().
-  std::vector<std::shared_ptr<const void>> take_discarded();
-  /// The events of subscriptions since the last call, in order, if EngineOptions::reports_subscriptions is set.
-  std::vector<SubscriptionEvent> take_subscription_events();
+  /// Adds to `outputs` what the engine hands out since the last call. Cheap if that is nothing. Discarded Things that
+  /// are not taken are destroyed by the next add() or remove().
+  /// @return  false: nothing was added
+  bool take_outputs(Outputs& outputs);
   /// Present numbers.
   EngineCounts counts() const;
   /// Stops: every waiting and every new request gets 503.
