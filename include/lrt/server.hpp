@@ -22,7 +22,8 @@ inline namespace v0 {
 
 class EventSource;
 class Feed;
-class FeedHost;
+class Feeds;
+class GuestRequests;
 struct Served;
 struct ServerCounters;
 
@@ -120,11 +121,10 @@ class LRT_API Server {
   std::string url() const;
 
  private:
-  friend class EventSource;
   friend class Feed;
   friend Thing server_thing(const Server& server, std::string_view path);
   std::function<ServerCounters()> counter_source() const;
-  FeedHost& feed_host() noexcept;
+  Feeds& feeds() noexcept;
   class Impl;
   struct End {
     void operator()(Impl* impl) const noexcept;
@@ -153,8 +153,8 @@ class LRT_API EventSource {
 
  private:
   friend class Server;
-  EventSource(Server::Impl& server, engine::Channel channel);
-  Server::Impl* server_;
+  EventSource(GuestRequests& guests, engine::Channel channel);
+  GuestRequests* guests_;
   engine::Channel channel_;
 };
 

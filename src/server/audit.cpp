@@ -7,8 +7,9 @@
 #include "src/base/utf8.hpp"
 #include "src/http/target.hpp"
 
+#include "src/server/shared_engine.hpp"
+
 namespace lrt {
-inline namespace v0 {
 namespace {
 
 constexpr std::size_t max_text_bytes = 1024;
@@ -127,11 +128,34 @@ void AuditWriter::give(std::string line) noexcept {
 
 // ----------------------------------------------------------------------------------------------------------------- Audit
 
-Result<void> Audit::check(const security::Audit& options) {
-  if (options.max_waiting_lines == 0 || options.max_waiting_lines > max_lines)
+Result<void> Audit::prepare() {
+  if (options_.max_waiting_lines == 0 || options_.max_waiting_lines > max_lines)
     return unexpected(Errc::invalid_option,
-                      "security.audit.max_waiting_lines: expected 1 to 1000000, found " + std::to_string(options.max_waiting_lines));
+                      "security.audit.max_waiting_lines: expected 1 to 1000000, found " + std::to_string(options_.max_waiting_lines));
+  Result<Thread> started = start_thread("lrt-audit", threads_, [this] { writer_.run(); });
+  if (!started) return Unexpected{std::move(started).error()};
+  thread_ = *std::move(started);
   return {};
+}
+
+void Audit::join() noexcept {
+  writer_.stop();
+  Thread ended;
+  {
+    const std::lock_guard lock(mutex_);
+    if (!thread_.is_current()) ended = std::move(thread_);
+  }
+  ended.join();
+}
+
+bool Audit::is_current_thread() noexcept {
+  const std::lock_guard lock(mutex_);
+  return thread_.is_current();
+}
+
+void Audit::count(ServerCounters& all) const {
+  all.audit_dropped = writer_.dropped();
+  all.audit_waiting = writer_.waiting();
 }
 
 Audit::Record Audit::record_of(const http::Request& request, const Result<engine::Caller>& caller, TimePoint now) {
@@ -141,7 +165,7 @@ Audit::Record Audit::record_of(const http::Request& request, const Result<engine
 }
 
 bool Audit::is_wanted(const Record& record, int status, http::Denial denial, bool subscribes) const {
-  if (reads_ || subscribes || !is_safe(record.method)) return true;
+  if (options_.reads || subscribes || !is_safe(record.method)) return true;
   return denial != http::Denial::none || status == 401 || status == 403 || status == 421 || status == 429;
 }
 
@@ -199,29 +223,38 @@ void Audit::finished(const Record& record, const http::Response& response) {
   writer_.write(line += '}');
 }
 
-void Audit::changed(const std::vector<engine::SubscriptionEvent>& events, TimePoint now) {
-  for (const engine::SubscriptionEvent& event : events) {
-    if (event.kind == engine::SubscriptionEvent::Kind::made) {
-      subscriptions_[event.path] = {event.resource, event.protocol, {}};
-      if (event.requested) made_.push_back(event.path);
-      continue;
-    }
-    const auto found = subscriptions_.find(event.path);
-    if (found == subscriptions_.end()) continue;
-    const Subscription ended = std::move(found->second);
-    subscriptions_.erase(found);
-    const auto unanswered = std::find(made_.begin(), made_.end(), event.path);
-    if (unanswered != made_.end()) {  // its request gets another response
-      made_.erase(unanswered);
-      continue;
-    }
-    std::string line = begin_line(now.utc, "subscription_ended", ended.sender.principal.get(), ended.sender.address);
-    append_member(line, "subscription", event.path);
-    append_member(line, "observed", ended.resource);
-    append_member(line, "protocol", ended.protocol);
-    writer_.write(line += '}');
-  }
+void Audit::take(engine::Outputs& outputs) {
+  for (const engine::SubscriptionEvent& event : std::exchange(outputs.subscription_events, {})) try {
+      changed(event, clock_.now());
+    } catch (...) { dropped(); }
 }
 
-}  // namespace v0
+void Audit::changed(const engine::SubscriptionEvent& event, TimePoint now) {
+  if (event.kind == engine::SubscriptionEvent::Kind::made) {
+    subscriptions_[event.path] = {event.resource, event.protocol, {}};
+    if (event.requested) made_.push_back(event.path);
+    return;
+  }
+  const auto found = subscriptions_.find(event.path);
+  if (found == subscriptions_.end()) return;
+  const Subscription ended = std::move(found->second);
+  subscriptions_.erase(found);
+  const auto unanswered = std::find(made_.begin(), made_.end(), event.path);
+  if (unanswered != made_.end()) {  // its request gets another response
+    made_.erase(unanswered);
+    return;
+  }
+  std::string line = begin_line(now.utc, "subscription_ended", ended.sender.principal.get(), ended.sender.address);
+  append_member(line, "subscription", event.path);
+  append_member(line, "observed", ended.resource);
+  append_member(line, "protocol", ended.protocol);
+  writer_.write(line += '}');
+}
+
+std::unique_ptr<Service> make_audit(SharedEngine& server) {
+  const Options& options = server.options();
+  if (!options.security.audit.sink) return nullptr;
+  return std::make_unique<Audit>(options.security.audit, options.threads.own, server.clock(), server.waking_log());
+}
+
 }  // namespace lrt

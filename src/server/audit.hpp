@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -21,9 +22,10 @@
 
 #include "src/base/event_waker.hpp"
 #include "src/base/mailbox.hpp"
+#include "src/base/thread.hpp"
+#include "src/server/service.hpp"
 
 namespace lrt {
-inline namespace v0 {
 
 /// Passes lines to the audit sink on a separate thread. Writers neither lock nor wait.
 ///
@@ -61,25 +63,25 @@ class AuditWriter {
 /// Writes the principal, method, resource and outcome as lines of JSON: for requests that change or command something, refusals and subscriptions. No
 /// line has a query, a header field or a body.
 ///
-/// @par Threads  One at a time: with the engine's lock. writer(): any.
-class Audit {
+/// @par Threads  As Service and RequestObserver say.
+class Audit final : public Service, public RequestObserver {
  public:
-  /// @par Errors  invalid_option
-  static Result<void> check(const security::Audit& options);
-  Audit(const security::Audit& options, LogCallback log) : reads_(options.reads), writer_(options, std::move(log)) {}
-  AuditWriter& writer() noexcept { return writer_; }
-  const AuditWriter& writer() const noexcept { return writer_; }
+  Audit(const security::Audit& options, const ThreadOptions& threads, const Clock& clock, LogCallback log)
+      : options_(options), threads_(threads), clock_(clock), writer_(options, std::move(log)) {}
 
-  /// A request and its response, or that the response is deferred. Call changed() first.
-  void handled(const http::Request& request, const Result<engine::Caller>& caller, const engine::Outcome& outcome, TimePoint now);
-  /// A request that was refused by its header section.
-  void refused(const http::Request& request, const Result<engine::Caller>& caller, const http::Response& response, TimePoint now);
-  /// A deferred response. Call changed() first.
-  void replied(const engine::Reply& reply);
-  /// The client did not wait for the response.
-  void abandoned(engine::Ticket ticket);
-  /// Subscriptions that were created or have ended since the last call.
-  void changed(const std::vector<engine::SubscriptionEvent>& events, TimePoint now);
+  /// Starts the thread that calls the sink.
+  /// @par Errors  invalid_option
+  Result<void> prepare() override;
+  void take(engine::Outputs& outputs) override;
+  void handled(const http::Request& request, const Result<engine::Caller>& caller, const engine::Outcome& outcome, TimePoint now) override;
+  void refused(const http::Request& request, const Result<engine::Caller>& caller, const http::Response& response, TimePoint now) override;
+  void replied(const engine::Reply& reply) override;
+  void abandoned(engine::Ticket ticket) override;
+  void dropped() noexcept override { writer_.drop(); }
+  /// The first caller joins the thread, without a lock: the sink may be stopping the server, too.
+  void join() noexcept override;
+  bool is_current_thread() noexcept override;
+  void count(ServerCounters& all) const override;
 
  private:
   struct Sender {
@@ -100,12 +102,17 @@ class Audit {
   void finished(const Record& record, const http::Response& response);
   bool is_wanted(const Record& record, int status, http::Denial denial, bool subscribes) const;
 
-  const bool reads_;
+  void changed(const engine::SubscriptionEvent& event, TimePoint now);
+
+  const security::Audit& options_;
+  const ThreadOptions& threads_;
+  const Clock& clock_;
   std::unordered_map<std::uint64_t, Record> deferred_;           ///< by ticket
   std::unordered_map<std::string, Subscription> subscriptions_;  ///< by path; those that exist
   std::vector<std::string> made_;                                ///< whose request is still pending
   AuditWriter writer_;
+  std::mutex mutex_;  ///< guards thread_, not its end
+  Thread thread_;
 };
 
-}  // namespace v0
 }  // namespace lrt

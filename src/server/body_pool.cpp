@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "src/server/service.hpp"
+#include "src/server/shared_engine.hpp"
+
 namespace lrt {
 inline namespace v0 {
 
@@ -76,4 +79,35 @@ void BodyPool::stop() noexcept {
 }
 
 }  // namespace v0
+
+namespace {
+
+/// Threads for one list of jobs of the engine.
+template <std::vector<engine::BodyJob> engine::Outputs::*jobs>
+class Pool final : public Service {
+ public:
+  Pool(const char* name, unsigned threads, const ThreadOptions& options) : pool_(name, threads, options) {}
+  void pass_on(engine::Outputs& outputs) override {
+    if (!(outputs.*jobs).empty()) pool_.put(std::move(outputs.*jobs));
+  }
+  void stop() noexcept override { pool_.stop(); }
+
+ private:
+  BodyPool pool_;
+};
+
+}  // namespace
+
+std::unique_ptr<Service> make_body_pool(SharedEngine& server) {
+  const Threads& threads = server.options().threads;
+  if (threads.body_threads == 0) return nullptr;
+  return std::make_unique<Pool<&engine::Outputs::body_jobs>>("lrt-body", threads.body_threads, threads.own);
+}
+
+std::unique_ptr<Service> make_query_pool(SharedEngine& server) {
+  const auto& query = server.options().query;
+  if (!query) return nullptr;
+  return std::make_unique<Pool<&engine::Outputs::query_jobs>>("lrt-query", std::max(1U, query->limits().threads), server.options().threads.own);
+}
+
 }  // namespace lrt

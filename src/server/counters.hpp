@@ -11,8 +11,9 @@
 #include <lrt/http/message.hpp>
 #include <lrt/server_thing.hpp>
 
+#include "src/server/service.hpp"
+
 namespace lrt {
-inline namespace v0 {
 
 /// TimeCounts written by one thread at a time and read by any.
 class AtomicTimeCounts {
@@ -46,13 +47,12 @@ class AtomicTimeCounts {
 /// The counters of a server. Writing neither locks nor waits.
 ///
 /// @par Threads  any; Poll: one at a time
-class Counters {
+class Counters final : public Service, public RequestObserver {
  public:
-  void request() noexcept { requests_.fetch_add(1, std::memory_order_relaxed); }
-  void response(int status, http::Denial denial) noexcept {
-    if (status >= 100 && status < 600) responses_[static_cast<std::size_t>(status) / 100 - 1].fetch_add(1, std::memory_order_relaxed);
-    if (denial != http::Denial::none) refusals_[static_cast<std::size_t>(denial)].fetch_add(1, std::memory_order_relaxed);
-  }
+  void handled(const http::Request& request, const Result<engine::Caller>& caller, const engine::Outcome& outcome, TimePoint now) override;
+  void refused(const http::Request& request, const Result<engine::Caller>& caller, const http::Response& refusal, TimePoint now) override;
+  void replied(const engine::Reply& reply) override { response(reply.response.status, reply.response.denial); }
+  void count(ServerCounters& all) const override;
   /// Measures a call of Server::poll().
   class Poll {
    public:
@@ -68,15 +68,10 @@ class Counters {
     Counters& counters_;
     const std::chrono::steady_clock::time_point begin_;
   };
-  void read(ServerCounters& all) const noexcept {
-    all.requests = requests_.load(std::memory_order_relaxed);
-    for (std::size_t i = 0; i < responses_.size(); ++i) all.responses[i] = responses_[i].load(std::memory_order_relaxed);
-    for (std::size_t i = 0; i < refusals_.size(); ++i) all.refusals[i] = refusals_[i].load(std::memory_order_relaxed);
-    all.poll = poll_.read();
-    all.poll_interval = interval_.read();
-  }
 
  private:
+  void response(int status, http::Denial denial) noexcept;
+
   std::atomic<std::uint64_t> requests_{0};
   std::array<std::atomic<std::uint64_t>, 5> responses_{};
   std::array<std::atomic<std::uint64_t>, http::denial_count> refusals_{};
@@ -84,5 +79,4 @@ class Counters {
   std::chrono::steady_clock::time_point last_poll_{};
 };
 
-}  // namespace v0
 }  // namespace lrt

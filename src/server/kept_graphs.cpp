@@ -11,6 +11,7 @@
 
 #include "src/engine/resources/world.hpp"
 #include "src/model/world_hooks.hpp"
+#include "src/server/shared_engine.hpp"
 
 namespace lrt {
 inline namespace v0 {
@@ -87,6 +88,20 @@ Result<std::vector<std::unique_ptr<KeptGraph>>> KeptGraph::open(const model::Wor
   return opened;
 }
 
+KeptGraphs::~KeptGraphs() = default;
+
+Result<UniqueFunction<void()>> KeptGraphs::adding(const std::vector<Thing>& things) {
+  Opened all;
+  for (const Thing& thing : things) {
+    const model::WorldSpec* const world = thing.world();
+    if (!world) continue;
+    Result<Opened> opened = world->hooks.open_files(*world, server_.waking_log(), server_.options().threads.own);
+    if (!opened) return Unexpected{std::move(opened).error()};
+    std::move(opened->begin(), opened->end(), std::back_inserter(all));
+  }
+  return UniqueFunction<void()>([this, all = std::move(all)]() mutable { add(std::move(all)); });
+}
+
 void KeptGraphs::add(Opened opened) {
   const std::lock_guard lock(mutex_);
   for (auto& kept : opened) {
@@ -95,7 +110,7 @@ void KeptGraphs::add(Opened opened) {
   }
 }
 
-void KeptGraphs::remove(const std::string& path) {
+void KeptGraphs::removed(const std::string& path) {
   Opened gone;  // ends without the lock
   const std::string below = "/" + path + "/";
   const std::lock_guard lock(mutex_);
@@ -105,12 +120,6 @@ void KeptGraphs::remove(const std::string& path) {
   all_.erase(first, all_.end());
 }
 
-void KeptGraphs::clear() {
-  Opened gone;
-  const std::lock_guard lock(mutex_);
-  gone.swap(all_);
-}
-
 void KeptGraphs::stop() noexcept {
   const std::lock_guard lock(mutex_);
   stopped_ = true;
@@ -118,6 +127,9 @@ void KeptGraphs::stop() noexcept {
 }
 
 }  // namespace v0
+
+std::unique_ptr<Service> make_kept_graphs(SharedEngine& server) { return std::make_unique<KeptGraphs>(server); }
+
 }  // namespace lrt
 
 namespace lrt::model {

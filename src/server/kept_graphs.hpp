@@ -13,6 +13,7 @@
 
 #include "src/model/graph_state.hpp"
 #include "src/server/saved_file.hpp"
+#include "src/server/service.hpp"
 
 namespace lrt {
 inline namespace v0 {
@@ -42,19 +43,23 @@ class KeptGraph {
 
 /// The graphs of Worlds that code has made, while the server has them.
 /// @par Threads  Any.
-class KeptGraphs {
+class KeptGraphs final : public Service, public ThingKeeper {
  public:
   using Opened = std::vector<std::unique_ptr<KeptGraph>>;
 
-  /// Stores the graphs of an added World.
-  void add(Opened opened);
-  /// The World at a path, and those below, were removed: the last changes are written.
-  void remove(const std::string& path);
-  void clear();
+  explicit KeptGraphs(SharedEngine& server) : server_(server) {}
+  ~KeptGraphs() override;
+
+  Result<UniqueFunction<void()>> adding(const std::vector<Thing>& things) override;
+  /// The last changes are written.
+  void removed(const std::string& path) override;
   /// Writes of clients that wait for an update end, because the update may be waiting for the server to stop.
-  void stop() noexcept;
+  void stop() noexcept override;
 
  private:
+  void add(Opened opened);
+
+  SharedEngine& server_;
   std::mutex mutex_;  // guards both of them
   Opened all_;
   bool stopped_ = false;

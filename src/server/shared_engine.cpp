@@ -1,0 +1,346 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "src/server/shared_engine.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "src/engine/access.hpp"
+#include "src/model/spec.hpp"
+#include "src/page/page.hpp"
+
+namespace lrt {
+namespace {
+
+/// nullptr: there are no tokens, so that no sessions are possible.
+std::shared_ptr<security::Sessions> make_sessions(const Options& options) {
+  const Security& security = options.security;
+  const bool has_tokens = !security.token_file.empty() || security.authenticate;
+  if (!has_tokens || security.sessions.life.count() <= 0) return nullptr;
+  return std::make_shared<security::Sessions>(security.sessions, options.listen.public_base);
+}
+
+template <class Role>
+void add_role(Service& service, std::vector<Role*>& all) {
+  if (auto* const role = dynamic_cast<Role*>(&service)) all.push_back(role);
+}
+
+}  // namespace
+
+SharedEngine::SharedEngine(const Options& options, Loop& loop)
+    : options_(options),
+      clock_(options.clock ? *options.clock : system_clock()),
+      loop_(loop),
+      log_(options.log),
+      sessions_(make_sessions(options)),
+      engine_(engine_options()) {
+  services_ = make_services(*this);
+  for (const auto& service : services_) {
+    add_role(*service, turn_works_);
+    add_role(*service, receivers_);
+    add_role(*service, observers_);
+    add_role(*service, keepers_);
+  }
+}
+
+SharedEngine::~SharedEngine() { clear(); }
+
+void SharedEngine::clear() {
+  while (!services_.empty()) services_.pop_back();  // write what is pending
+  log_.flush();
+}
+
+engine::EngineOptions SharedEngine::engine_options() {
+  engine::EngineOptions options;
+  static_cast<engine::Limits&>(options) = options_.limits;
+  options.public_base = options_.listen.public_base;
+  options.allowed_hosts = options_.security.allowed_hosts;
+  options.allowed_origins = options_.security.allowed_origins;
+  options.notification_senders = options_.security.notification_senders;
+  options.read_origins = options_.security.read_origins;
+  options.everybody_reads = !options_.security.authorize;
+  options.renew = [this](const security::Principal* owner) { return callers_ ? callers_->renew(owner) : engine::Caller(); };
+  options.challenge = options_.security.challenge;
+  options.sessions = sessions_;
+  options.clients = options_.security.clients;
+  options.reports_subscriptions = static_cast<bool>(options_.security.audit.sink);
+  options.dispatch = options_.threads.dispatch;
+  options.saves_callbacks = !options_.callbacks.file.empty();
+  options.body_jobs = options_.threads.body_threads > 0;
+  options.subscriptions = options_.subscriptions;
+  options.callbacks = options_.callbacks;
+  if (!options_.callbacks.file.empty() && options_.callbacks.respond_when_saved) options.save_timeout = options_.callbacks.save_timeout;
+  options.prefixes = options_.prefixes;
+  options.vocabulary = options_.vocabulary;
+  options.clock = options_.clock;
+  options.ids = options_.ids;
+  options.log = log_.sink();
+  options.query = options_.query;
+  options.page = options_.page ? options_.page : page::console();
+  return options;
+}
+
+// ------------------------------------------------------------------------------------------------------ Set-up and end
+
+Result<void> SharedEngine::prepare() {
+  if (Result<void> checked = engine_.check(); !checked) return checked;
+  if (Result<void> checked = ClientLimiter::check(options_.security.clients); !checked) return checked;
+  limiter_.emplace(options_.security.clients);
+  auto callers = Callers::create(options_.security, sessions_, waking_log(), clock_);
+  if (!callers) return Unexpected{std::move(callers).error()};
+  callers_ = *std::move(callers);
+  for (const auto& service : services_)
+    if (Result<void> prepared = service->prepare(); !prepared) return prepared;
+  return {};
+}
+
+Result<void> SharedEngine::start() {
+  for (const auto& service : services_)
+    if (Result<void> started = service->start(); !started) return started;
+  return {};
+}
+
+void SharedEngine::begin_stop() noexcept {
+  stopping_ = true;
+  loop_.wake_host();
+  loop_.wake_io();
+  const std::lock_guard lock(mutex_);
+  for (const auto& service : services_) service->wake_all();
+}
+
+void SharedEngine::finish() {
+  for (const auto& service : services_) service->stop();
+  const std::lock_guard lock(mutex_);
+  collect_replies(clock_.now());
+  for (const auto& service : services_) service->wake_all();
+}
+
+void SharedEngine::join() noexcept {
+  for (const auto& service : services_) service->join();
+  log_.flush();
+}
+
+bool SharedEngine::is_service_thread() noexcept {
+  return std::any_of(services_.begin(), services_.end(), [](const auto& service) { return service->is_current_thread(); });
+}
+
+Result<void> SharedEngine::check_open() const {
+  if (!is_own_process()) return unexpected(Errc::closed, "the server was created by the parent process and cannot be used after fork()");
+  return stopping_ ? unexpected(Errc::closed, "the server has stopped") : Result<void>();
+}
+
+// ------------------------------------------------------------------------------------------------- What is handed out
+
+void SharedEngine::take() {
+  if (!engine_.take_outputs(outputs_)) return;
+  has_outputs_ = true;
+  for (const auto& service : services_) service->take(outputs_);
+}
+
+void SharedEngine::pass_on(std::unique_lock<std::mutex>& lock) {
+  take();
+  if (std::exchange(has_outputs_, false)) {
+    engine::Outputs outputs = std::exchange(outputs_, {});
+    lock.unlock();
+    for (const auto& service : services_) service->pass_on(outputs);
+  } else {
+    lock.unlock();
+  }
+  log_.flush();
+}
+
+void SharedEngine::close(engine::Channel channel) noexcept {
+  engine_.closed(channel);
+  try {
+    take();
+  } catch (...) {}  // no memory: the services get it later
+}
+
+LogCallback SharedEngine::waking_log() {
+  if (!options_.log) return {};
+  return [this, sink = log_.sink()](LogLevel level, std::string_view message) {
+    sink(level, message);
+    loop_.wake_io();
+  };
+}
+
+void SharedEngine::log(LogLevel level, const std::string& message) noexcept {
+  try {
+    if (const LogCallback sink = log_.sink()) sink(level, message);
+  } catch (...) {}
+}
+
+// ------------------------------------------------------------------------------------------------------------ Requests
+
+Result<engine::Caller> SharedEngine::admit(const http::Request& request, bool has_body, TimePoint now) {
+  Result<engine::Caller> caller = callers_ || request.judged
+                                      ? engine::caller_of(request, [this](const http::Request& header) { return callers_->of(header); })
+                                      : engine::Caller();
+  if (!caller || request.judged) return caller;
+  if (const auto pause = limiter_->count(*caller, request.peer, has_body, now); pause && !is_stop(request)) {
+    caller->access = engine::Access::too_many_requests;
+    caller->retry_after = *pause;
+  } else if (!request.body.empty()) {
+    limiter_->count_body(*caller, request.body.size(), now);
+  }
+  return caller;
+}
+
+engine::Outcome SharedEngine::handle(const http::Request& request, const Result<engine::Caller>& caller, TimePoint now) {
+  engine::Outcome outcome = engine_.handle(request, caller, now);
+  take();
+  observe([&](RequestObserver& observer) { observer.handled(request, caller, outcome, now); });
+  return outcome;
+}
+
+std::optional<engine::Reply> SharedEngine::take_reply(TimePoint now) {
+  std::optional<engine::Reply> reply = engine_.next_reply(now);
+  take();
+  if (reply) observe([&](RequestObserver& observer) { observer.replied(*reply); });
+  return reply;
+}
+
+void SharedEngine::collect_replies(TimePoint now) {
+  while (std::optional<engine::Reply> reply = take_reply(now))
+    if (!is_claimed(*reply)) replies_.push_back(*std::move(reply));
+}
+
+engine::HeaderVerdict SharedEngine::judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes, TimePoint now) {
+  const Result<engine::Caller> caller = admit(request, true, now);
+  engine::HeaderVerdict verdict = use([&] {
+    engine::HeaderVerdict made = engine_.judge_header(request, body_bytes, caller, now);
+    if (made.response) observe([&](RequestObserver& observer) { observer.refused(request, caller, *made.response, now); });
+    return made;
+  });
+  if (!verdict.response && caller)
+    limiter_->count_body(*caller, std::min<std::uint64_t>(body_bytes.value_or(verdict.max_body_bytes), options_.limits.max_body_bytes), now);
+  return verdict;
+}
+
+bool SharedEngine::is_stop(const http::Request& request) noexcept {
+  const std::lock_guard lock(mutex_);
+  return engine_.is_stop(request);
+}
+
+engine::Outcome SharedEngine::handle(const http::Request& request, TimePoint now) {
+  const Result<engine::Caller> caller = admit(request, now);
+  return use([&] { return handle(request, caller, now); });
+}
+
+std::optional<engine::Reply> SharedEngine::next_reply(TimePoint now) {
+  for (TurnWork* work : turn_works_) work->turn(now);
+  return use([&]() -> std::optional<engine::Reply> {
+    if (!replies_.empty()) {
+      engine::Reply first = std::move(replies_.front());
+      replies_.pop_front();
+      return first;
+    }
+    std::optional<engine::Reply> reply;
+    do reply = take_reply(now);
+    while (reply && is_claimed(*reply));
+    return reply;
+  });
+}
+
+std::optional<std::chrono::steady_clock::time_point> SharedEngine::next_deadline() const {
+  std::optional<std::chrono::steady_clock::time_point> first;
+  for (const TurnWork* work : turn_works_)
+    if (const auto due = work->next_deadline(); due && (!first || *due < *first)) first = due;
+  const std::lock_guard lock(mutex_);
+  if (!replies_.empty()) return std::chrono::steady_clock::time_point{};
+  const auto deadline = engine_.next_deadline();
+  return first && (!deadline || *first < *deadline) ? first : deadline;
+}
+
+void SharedEngine::abandon(engine::Ticket ticket) noexcept {
+  const std::lock_guard lock(mutex_);
+  engine_.abandon(ticket);
+  observe([&](RequestObserver& observer) { observer.abandoned(ticket); });
+}
+
+void SharedEngine::input_ended(engine::Ticket ticket) noexcept {
+  const std::lock_guard lock(mutex_);
+  engine_.input_ended(ticket);
+}
+
+// ------------------------------------------------------------------------------------------------------------ Messages
+
+std::optional<engine::Channel> SharedEngine::next_ready(TimePoint now) {
+  return use([&] {
+    std::optional<engine::Channel> channel;
+    do channel = engine_.next_ready(now);
+    while (channel && is_claimed(*channel));
+    return channel;
+  });
+}
+
+std::optional<engine::Push> SharedEngine::next_push(engine::Channel channel, TimePoint now) {
+  return use([&] { return engine_.next_push(channel, now); });
+}
+
+void SharedEngine::take_ready(std::vector<engine::ReadyChannel>& channels, TimePoint now) {
+  use([&] {
+    const std::size_t before = channels.size();
+    engine_.take_ready(channels, now);
+    channels.erase(std::remove_if(channels.begin() + static_cast<std::ptrdiff_t>(before), channels.end(),
+                                  [&](engine::ReadyChannel& ready) { return is_claimed(ready.channel); }),
+                   channels.end());
+  });
+}
+
+void SharedEngine::take_pushes(std::vector<engine::PushRequest>& requests, std::vector<engine::Push>& pushes, TimePoint now) {
+  use([&] { engine_.take_pushes(requests, pushes, now); });
+}
+
+void SharedEngine::closed(engine::Channel channel) noexcept {
+  const std::lock_guard lock(mutex_);
+  close(channel);
+}
+
+// --------------------------------------------------------------------------------------------------- Things and numbers
+
+Result<void> SharedEngine::add(std::vector<Thing> things) {
+  if (Result<void> open = check_open(); !open) return open;
+  std::vector<UniqueFunction<void()>> when_added;
+  for (ThingKeeper* keeper : keepers_) {
+    Result<UniqueFunction<void()>> kept = keeper->adding(things);
+    if (!kept) return Unexpected{std::move(kept).error()};
+    when_added.push_back(*std::move(kept));
+  }
+  Result<void> added = use([&] { return engine_.add(std::move(things)); });
+  if (added)
+    for (UniqueFunction<void()>& keep : when_added) keep();
+  return added;
+}
+
+Result<void> SharedEngine::remove(std::string_view path) {
+  if (!is_own_process()) return check_open();
+  Result<void> result = use([&] { return engine_.remove(path); });
+  if (const Result<std::string> encoded = model::encode_path_from_root(path); result && encoded)
+    for (ThingKeeper* keeper : keepers_) keeper->removed(*encoded);
+  loop_.wake_io();
+  return result;
+}
+
+void SharedEngine::count(ServerCounters& all) const {
+  for (const auto& service : services_) service->count(all);
+  if (!is_own_process()) return;
+  const std::lock_guard lock(mutex_);
+  const engine::EngineCounts counts = engine_.counts();
+  all.websockets = counts.websockets;
+  all.event_streams = counts.event_streams;
+  all.callbacks = counts.callbacks;
+  all.feeds = counts.feeds;
+  all.messages_sent = counts.messages_sent;
+  all.messages_dropped = counts.messages_dropped;
+  all.queued_bytes = counts.queued_bytes;
+  all.waiting_requests = counts.waiting_requests;
+  all.waiting_calls = counts.waiting_calls;
+}
+
+http::Response closed_response() {
+  http::Response response;
+  response.status = 503;
+  return response;
+}
+
+}  // namespace lrt
