@@ -47,8 +47,8 @@ struct Listen {
 };
 
 /// Who may do what (R0.2). By default programs on this machine may do everything, and the server listens on no other
-/// address.
-struct Security {
+/// address. Hosts, origins and limits of one client are in the base class.
+struct Security : engine::RequestRules {
   /// Certificate and key. If set, the port accepts HTTPS only.
   std::optional<transport::TlsOptions> tls;
   /// A file with the tokens of principals and their roles, in the format of security::Tokens. The server checks it once
@@ -87,32 +87,9 @@ struct Security {
   /// body is received (`body` is empty), on the thread that serves the request, without a lock of lrt. The verdict is
   /// valid until the response.
   engine::Authorizer authorize;
-  std::string challenge = "Bearer";  ///< WWW-Authenticate of a 401
-  /// Further hosts that a request may name in Host, besides the listening address, the names of this machine's loopback
-  /// addresses, and the host of the public base: "robot.local" (with the listening port, or that of the public base) or
-  /// "name:port". Others get 421. This prevents a web page whose own host name resolves to this machine from reading or
-  /// commanding the robot (DNS rebinding).
-  std::vector<std::string> allowed_hosts;
-  /// Pages of other origins ("https://dashboard.example") that may send commands and open WebSockets and event streams
-  /// from a browser, besides those of this server; "*": any. Others get 403. A client that sends no Origin is not a
-  /// page in a browser, and is not concerned.
-  std::vector<std::string> allowed_origins;
   /// Allows listening on an address other than loopback without TLS, tokens, certificates, rules, `authenticate` and
   /// `authorize`. Then every client that can connect to the port can move the robot.
   bool allow_unprotected_network = false;
-  /// Pages of other origins ("https://dashboard.example") that may read responses in a browser (GET, HEAD, OPTIONS;
-  /// CORS), besides those of this server and of allowed_origins; "*": any. Default: none; browsers hide the responses
-  /// from all other pages. Other clients than browsers are not concerned. With "*", each page that somebody visits can
-  /// read the robot if the visitor's browser can connect to it, also where the robot itself cannot be reached from the
-  /// Internet. Commands, WebSockets and event streams depend on allowed_origins.
-  std::vector<std::string> read_origins;
-  /// Servers whose notifications this server carries out as commands, by their base IRI ("http://arm.example:8080");
-  /// "*": all but its own. Default: none; a PUT, POST or DELETE with the field Lrt-Notification-Of gets 403. Otherwise
-  /// a client of another robot that may call this one could subscribe an action or a writable Property of this robot to
-  /// that robot's resource, and so move this robot.
-  std::vector<std::string> notification_senders;
-  /// Limits of one principal or one address: requests, bytes, invocations, subscriptions.
-  security::ClientLimits clients;
   /// The log of who did what, as lines of JSON.
   security::Audit audit;
 };
@@ -156,28 +133,16 @@ struct Threads {
   ThreadOptions own;
 };
 
-/// Options of a Server. The defaults suit development on one machine.
+/// Options of a Server. The defaults suit development on one machine. Queues of subscriptions, clock, log, ids, prefixes,
+/// vocabulary, queries and page are in the base class.
 /// @par Threads  Set-up only: Server::create() takes them. Where the server calls the functions in them, each of these
 ///               says.
-struct Options {
-  Listen listen;                                     ///< address, port and public base
-  Security security;                                 ///< TLS, authentication and authorization
-  Limits limits;                                     ///< memory, connections and time
-  subscription::SubscriptionOptions subscriptions;   ///< queues, rates and numbers of subscriptions
-  Callbacks callbacks;                               ///< web callbacks
-  Threads threads;                                   ///< which threads run what
-  const Clock* clock = nullptr;                      ///< nullptr: system_clock()
-  LogCallback log;                                   ///< empty: messages are dropped
-  std::shared_ptr<IdSource> ids;                     ///< of invocations, members and subscriptions; nullptr: RandomIds
-  rdf::Prefixes prefixes = rdf::default_prefixes();  ///< for Turtle and other syntaxes
-  /// The namespace of the terms that lrt makes of C++ types: `<vocabulary>Type/field`. An absolute IRI that ends with
-  /// '#' or '/'. Empty: "<base>/ns/vocabulary#", a document of this server. If the robots of a fleet have the same
-  /// namespace, they have the same terms, so that one query finds the values of all. Each robot still serves its terms
-  /// at /ns/vocabulary; the integrator serves the namespace itself.
-  std::string vocabulary;
-  /// Answers queries: lrt::query::endpoint() of query.hpp. nullptr: there is no endpoint.
-  std::shared_ptr<const engine::QueryService> query;
-  std::shared_ptr<const engine::PageSource> page;  ///< the console page; nullptr: that of lrt
+struct Options : engine::CommonOptions {
+  Listen listen;        ///< address, port and public base
+  Security security;    ///< TLS, authentication and authorization
+  Limits limits;        ///< memory, connections and time
+  Callbacks callbacks;  ///< web callbacks
+  Threads threads;      ///< which threads run what
 };
 
 }  // namespace v0

@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include <lrt/base/abi.hpp>
+#include <lrt/engine/engine.hpp>
 #include <lrt/http/message.hpp>
 #include <lrt/server.hpp>
 #include <lrt/thing.hpp>
@@ -29,25 +30,15 @@ struct TimeCounts {
 /// Counters of a server since it was created, and present numbers. Requests that the transport itself refuses are not
 /// counted.
 /// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
-struct ServerCounters {
+struct ServerCounters : engine::EngineCounts {
   std::uint64_t requests = 0;                                ///< all requests that the engine got
   std::array<std::uint64_t, 5> responses{};                  ///< by class of status: 1xx, 2xx, 3xx, 4xx, 5xx
   std::array<std::uint64_t, http::denial_count> refusals{};  ///< by http::Denial
   std::optional<std::size_t> connections;                    ///< open ones, WebSockets included; nullopt: the transport does not count them
-  /// @{
-  /// Present subscriptions.
-  std::size_t websockets = 0, event_streams = 0, callbacks = 0;
-  /// @}
-  std::uint64_t messages_sent = 0;     ///< taken by transports, or confirmed by receivers of web callbacks
-  std::uint64_t messages_dropped = 0;  ///< changes that a subscriber did not get one by one
-  std::size_t queued_bytes = 0;        ///< of messages for subscribers
-  std::size_t waiting_requests = 0;    ///< requests whose response is deferred
-  std::size_t waiting_calls = 0;       ///< calls of lambdas that the host has not run
-  TimeCounts poll;                     ///< durations of Server::poll()
-  TimeCounts poll_interval;            ///< from the beginning of one Server::poll() to that of the next
-  std::uint64_t audit_dropped = 0;     ///< lines of the audit that were lost
-  std::size_t audit_waiting = 0;       ///< lines that wait for the sink of the audit
-  std::size_t feeds = 0;               ///< subscriptions of lrt::Feed, for example of an MQTT bridge
+  TimeCounts poll;                                           ///< durations of Server::poll()
+  TimeCounts poll_interval;                                  ///< from the beginning of one Server::poll() to that of the next
+  std::uint64_t audit_dropped = 0;                           ///< lines of the audit that were lost
+  std::size_t audit_waiting = 0;                             ///< lines that wait for the sink of the audit
 };
 
 /// The counters in the text format 0.0.4 of Prometheus, `text/plain;version=0.0.4;charset=utf-8`. The names begin with

@@ -52,30 +52,20 @@ void SharedEngine::clear() {
 engine::EngineOptions SharedEngine::engine_options() {
   engine::EngineOptions options;
   static_cast<engine::Limits&>(options) = options_.limits;
+  static_cast<engine::RequestRules&>(options) = options_.security;
+  static_cast<engine::CommonOptions&>(options) = options_;
+  options.callbacks = options_.callbacks;
   options.public_base = options_.listen.public_base;
-  options.allowed_hosts = options_.security.allowed_hosts;
-  options.allowed_origins = options_.security.allowed_origins;
-  options.notification_senders = options_.security.notification_senders;
-  options.read_origins = options_.security.read_origins;
+  options.dispatch = options_.threads.dispatch;
   options.everybody_reads = !options_.security.authorize;
   options.renew = [this](const security::Principal* owner) { return callers_ ? callers_->renew(owner) : engine::Caller(); };
-  options.challenge = options_.security.challenge;
   options.sessions = sessions_;
-  options.clients = options_.security.clients;
-  options.reports_subscriptions = static_cast<bool>(options_.security.audit.sink);
-  options.dispatch = options_.threads.dispatch;
-  options.saves_callbacks = !options_.callbacks.file.empty();
   options.body_jobs = options_.threads.body_threads > 0;
-  options.subscriptions = options_.subscriptions;
-  options.callbacks = options_.callbacks;
-  if (!options_.callbacks.file.empty() && options_.callbacks.respond_when_saved) options.save_timeout = options_.callbacks.save_timeout;
-  options.prefixes = options_.prefixes;
-  options.vocabulary = options_.vocabulary;
-  options.clock = options_.clock;
-  options.ids = options_.ids;
+  options.reports_subscriptions = static_cast<bool>(options_.security.audit.sink);
+  options.saves_callbacks = !options_.callbacks.file.empty();
+  if (options.saves_callbacks && options_.callbacks.respond_when_saved) options.save_timeout = options_.callbacks.save_timeout;
   options.log = log_.sink();
-  options.query = options_.query;
-  options.page = options_.page ? options_.page : page::console();
+  if (!options.page) options.page = page::console();
   return options;
 }
 
@@ -325,16 +315,7 @@ void SharedEngine::count(ServerCounters& all) const {
   for (const auto& service : services_) service->count(all);
   if (!is_own_process()) return;
   const std::lock_guard lock(mutex_);
-  const engine::EngineCounts counts = engine_.counts();
-  all.websockets = counts.websockets;
-  all.event_streams = counts.event_streams;
-  all.callbacks = counts.callbacks;
-  all.feeds = counts.feeds;
-  all.messages_sent = counts.messages_sent;
-  all.messages_dropped = counts.messages_dropped;
-  all.queued_bytes = counts.queued_bytes;
-  all.waiting_requests = counts.waiting_requests;
-  all.waiting_calls = counts.waiting_calls;
+  static_cast<engine::EngineCounts&>(all) = engine_.counts();
 }
 
 http::Response closed_response() {

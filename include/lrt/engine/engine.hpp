@@ -99,39 +99,69 @@ struct Limits {
   std::size_t max_scalar_body_bytes = 16 * 1024;
 };
 
-/// The rules of one server. Server makes them from the groups of lrt::Options.
-struct EngineOptions : Limits {
-  std::string public_base;                   ///< Listen::public_base
-  std::vector<std::string> allowed_hosts;    ///< Security::allowed_hosts
-  std::vector<std::string> allowed_origins;  ///< Security::allowed_origins
-  Authentication authorize;                  ///< Security; empty: every client may do everything
+/// Hosts, origins and senders that requests may name, and limits of one client.
+struct RequestRules {
+  std::string challenge = "Bearer";  ///< WWW-Authenticate of a 401
+  /// Further hosts that a request may name in Host, besides the listening address, the names of this machine's loopback
+  /// addresses, and the host of the public base: "robot.local" (with the listening port, or that of the public base) or
+  /// "name:port". Others get 421. This prevents a web page whose own host name resolves to this machine from reading or
+  /// commanding the robot (DNS rebinding).
+  std::vector<std::string> allowed_hosts;
+  /// Pages of other origins ("https://dashboard.example") that may send commands and open WebSockets and event streams
+  /// from a browser, besides those of this server; "*": any. Others get 403. A client that sends no Origin is not a
+  /// page in a browser, and is not concerned.
+  std::vector<std::string> allowed_origins;
+  /// Pages of other origins ("https://dashboard.example") that may read responses in a browser (GET, HEAD, OPTIONS;
+  /// CORS), besides those of this server and of allowed_origins; "*": any. Default: none; browsers hide the responses
+  /// from all other pages. Other clients than browsers are not concerned. With "*", each page that somebody visits can
+  /// read the robot if the visitor's browser can connect to it, also where the robot itself cannot be reached from the
+  /// Internet. Commands, WebSockets and event streams depend on allowed_origins.
+  std::vector<std::string> read_origins;
+  /// Servers whose notifications this server carries out as commands, by their base IRI ("http://arm.example:8080");
+  /// "*": all but its own. Default: none; a PUT, POST or DELETE with the field Lrt-Notification-Of gets 403. Otherwise
+  /// a client of another robot that may call this one could subscribe an action or a writable Property of this robot to
+  /// that robot's resource, and so move this robot.
+  std::vector<std::string> notification_senders;
+  /// Limits of one principal or one address: requests, bytes, invocations, subscriptions.
+  security::ClientLimits clients;
+};
+
+/// What lrt::Options and EngineOptions have in common.
+struct CommonOptions {
+  subscription::SubscriptionOptions subscriptions;   ///< queues, rates and numbers of subscriptions
+  const Clock* clock = nullptr;                      ///< nullptr: system_clock()
+  LogCallback log;                                   ///< empty: messages are dropped
+  std::shared_ptr<IdSource> ids;                     ///< of invocations, members and subscriptions; nullptr: RandomIds
+  rdf::Prefixes prefixes = rdf::default_prefixes();  ///< for Turtle and other syntaxes
+  /// The namespace of the terms that lrt makes of C++ types: `<vocabulary>Type/field`. An absolute IRI that ends with
+  /// '#' or '/'. Empty: "<base>/ns/vocabulary#", a document of this server. If the robots of a fleet have the same
+  /// namespace, they have the same terms, so that one query finds the values of all. Each robot still serves its terms
+  /// at /ns/vocabulary; the integrator serves the namespace itself.
+  std::string vocabulary;
+  /// Answers queries: lrt::query::endpoint() of query.hpp. nullptr: there is no endpoint.
+  std::shared_ptr<const QueryService> query;
+  std::shared_ptr<const PageSource> page;  ///< the console page; nullptr: that of lrt
+};
+
+/// The rules of one server. Server makes them from lrt::Options.
+struct EngineOptions : Limits, RequestRules, CommonOptions {
+  std::string public_base;   ///< Listen::public_base
+  Authentication authorize;  ///< finds the callers of requests that come without one; empty: every client may do everything
   /// The present rights of the owner of a subscription; nullopt: the principal no longer exists. nullptr: a
   /// subscription without a principal. Calls no user code.
   std::function<std::optional<Caller>(const security::Principal* owner)> renew;
-  std::string challenge = "Bearer";                  ///< Security::challenge
-  std::shared_ptr<security::Sessions> sessions;      ///< made by Server; nullptr: nobody can log in
-  Dispatch dispatch = Dispatch::in_poll;             ///< Threads::dispatch
-  subscription::SubscriptionOptions subscriptions;   ///< Options::subscriptions
-  subscription::CallbackOptions callbacks;           ///< Options::callbacks
-  rdf::Prefixes prefixes = rdf::default_prefixes();  ///< Options::prefixes
-  std::string vocabulary;                            ///< Options::vocabulary
-  const Clock* clock = nullptr;                      ///< nullptr: system_clock()
-  std::shared_ptr<IdSource> ids;                     ///< nullptr: RandomIds
-  LogCallback log;                                   ///< Options::log
-  std::shared_ptr<const PageSource> page;            ///< HTML for people; nullptr: none
-  std::shared_ptr<const QueryService> query;         ///< Options::query
-  std::vector<std::string> read_origins;             ///< Security::read_origins
-  std::vector<std::string> notification_senders;     ///< Security::notification_senders
-  bool body_jobs = false;                            ///< bodies above small_body_bytes become BodyJobs; else every body is judged at once
-  bool reports_subscriptions = false;                ///< Outputs has the events of subscriptions
-  security::ClientLimits clients;                    ///< Security::clients; the engine enforces max_invocations and max_subscriptions
+  std::shared_ptr<security::Sessions> sessions;  ///< made by Server; nullptr: nobody can log in
+  Dispatch dispatch = Dispatch::in_poll;         ///< Threads::dispatch
+  subscription::CallbackOptions callbacks;       ///< Options::callbacks
+  bool body_jobs = false;                        ///< bodies above small_body_bytes become BodyJobs; else every body is judged at once
+  bool reports_subscriptions = false;            ///< Outputs has the events of subscriptions
+  bool saves_callbacks = false;                  ///< Outputs has the text of all web callbacks when they have changed
   /// How long a request that makes or cancels a web callback waits for saved(); then 503, and nothing has changed.
   /// nullopt: it does not wait.
   std::optional<std::chrono::milliseconds> save_timeout;
   /// Every client may read if no view is restricted. False: shared caches must not store responses. nullopt: false with
   /// `authorize`.
   std::optional<bool> everybody_reads;
-  bool saves_callbacks = false;  ///< Outputs has the text of all web callbacks when they have changed
 };
 
 /// The kinds of `Upgrade` that a transport can carry (R0.12, R0.13).
@@ -160,14 +190,12 @@ struct EngineCounts {
   /// Present subscriptions.
   std::size_t websockets = 0, event_streams = 0, callbacks = 0;
   /// @}
-  /// @{
-  /// Messages since the engine was created, see ServerCounters.
-  std::uint64_t messages_sent = 0, messages_dropped = 0;
-  /// @}
-  std::size_t queued_bytes = 0;      ///< of messages for subscribers
-  std::size_t waiting_requests = 0;  ///< requests whose response is deferred
-  std::size_t waiting_calls = 0;     ///< calls of lambdas that the host has not run
-  std::size_t feeds = 0;             ///< subscriptions of feeds
+  std::uint64_t messages_sent = 0;     ///< taken by transports, or confirmed by receivers of web callbacks
+  std::uint64_t messages_dropped = 0;  ///< changes that a subscriber did not get one by one
+  std::size_t queued_bytes = 0;        ///< of messages for subscribers
+  std::size_t waiting_requests = 0;    ///< requests whose response is deferred
+  std::size_t waiting_calls = 0;       ///< calls of lambdas that the host has not run
+  std::size_t feeds = 0;               ///< subscriptions of lrt::Feed, for example of an MQTT bridge
 };
 
 /// All web callbacks as text.
