@@ -128,10 +128,15 @@ void AuditWriter::give(std::string line) noexcept {
 
 // ----------------------------------------------------------------------------------------------------------------- Audit
 
-Result<void> Audit::prepare() {
-  if (options_.max_waiting_lines == 0 || options_.max_waiting_lines > max_lines)
+Result<void> Audit::check(const security::Audit& options) {
+  if (options.max_waiting_lines == 0 || options.max_waiting_lines > max_lines)
     return unexpected(Errc::invalid_option,
-                      "security.audit.max_waiting_lines: expected 1 to 1000000, found " + std::to_string(options_.max_waiting_lines));
+                      "security.audit.max_waiting_lines: expected 1 to 1000000, found " + std::to_string(options.max_waiting_lines));
+  return {};
+}
+
+Result<void> Audit::prepare() {
+  if (Result<void> checked = check(options_); !checked) return checked;
   Result<Thread> started = start_thread("lrt-audit", threads_, [this] { writer_.run(); });
   if (!started) return Unexpected{std::move(started).error()};
   thread_ = *std::move(started);
@@ -171,8 +176,7 @@ bool Audit::is_wanted(const Record& record, int status, http::Denial denial, boo
 
 void Audit::handled(const http::Request& request, const Result<engine::Caller>& caller, const engine::Outcome& outcome, TimePoint now) {
   Record record = record_of(request, caller, now);
-  if (const auto* deferred = std::get_if<engine::Deferred>(&outcome))
-    deferred_.insert_or_assign(static_cast<std::uint64_t>(deferred->ticket), std::move(record));
+  if (const auto* deferred = std::get_if<engine::Deferred>(&outcome)) deferred_.insert_or_assign(number_of(deferred->ticket), std::move(record));
   else if (const auto* upgraded = std::get_if<engine::Upgraded>(&outcome)) finished(record, upgraded->response);
   else if (const auto* streamed = std::get_if<engine::Streamed>(&outcome)) finished(record, streamed->response);
   else finished(record, std::get<http::Response>(outcome));
@@ -183,7 +187,7 @@ void Audit::refused(const http::Request& request, const Result<engine::Caller>& 
 }
 
 void Audit::replied(const engine::Reply& reply) {
-  const auto found = deferred_.find(static_cast<std::uint64_t>(reply.ticket));
+  const auto found = deferred_.find(number_of(reply.ticket));
   if (found == deferred_.end()) return;
   const Record record = std::move(found->second);
   deferred_.erase(found);
@@ -191,7 +195,7 @@ void Audit::replied(const engine::Reply& reply) {
 }
 
 void Audit::abandoned(engine::Ticket ticket) {
-  const auto found = deferred_.find(static_cast<std::uint64_t>(ticket));
+  const auto found = deferred_.find(number_of(ticket));
   if (found == deferred_.end()) return;
   const Record record = std::move(found->second);
   deferred_.erase(found);
@@ -253,7 +257,7 @@ void Audit::changed(const engine::SubscriptionEvent& event, TimePoint now) {
 
 std::unique_ptr<Service> make_audit(SharedEngine& server) {
   const Options& options = server.options();
-  if (!options.security.audit.sink) return nullptr;
+  if (!options.security.audit.sink && Audit::check(options.security.audit)) return nullptr;  // its prepare() reports wrong options
   return std::make_unique<Audit>(options.security.audit, options.threads.own, server.clock(), server.waking_log());
 }
 

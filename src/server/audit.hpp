@@ -69,8 +69,10 @@ class Audit final : public Service, public RequestObserver {
   Audit(const security::Audit& options, const ThreadOptions& threads, const Clock& clock, LogCallback log)
       : options_(options), threads_(threads), clock_(clock), writer_(options, std::move(log)) {}
 
-  /// Starts the thread that calls the sink.
   /// @par Errors  invalid_option
+  static Result<void> check(const security::Audit& options);
+  /// Starts the thread that calls the sink.
+  /// @par Errors  those of check()
   Result<void> prepare() override;
   void take(engine::Outputs& outputs) override;
   void handled(const http::Request& request, const Result<engine::Caller>& caller, const engine::Outcome& outcome, TimePoint now) override;

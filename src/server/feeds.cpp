@@ -17,8 +17,6 @@ namespace {
 
 constexpr std::size_t max_removed = 1'000;
 
-std::uint64_t number_of(engine::Channel channel) noexcept { return static_cast<std::uint64_t>(channel); }
-
 }  // namespace
 
 Result<void> Feeds::open(const std::shared_ptr<Feed::State>& feed) {
@@ -92,7 +90,7 @@ std::uint64_t Feeds::send(Feed::State& feed, const http::Request& request, Feed:
   }
   server_.use([&] {
     engine::Outcome outcome = server_.handle(request, caller, now);
-    if (const auto* deferred = std::get_if<engine::Deferred>(&outcome)) by_ticket_[static_cast<std::uint64_t>(deferred->ticket)] = {&feed, number};
+    if (const auto* deferred = std::get_if<engine::Deferred>(&outcome)) by_ticket_[number_of(deferred->ticket)] = {&feed, number};
     else if (auto* response = std::get_if<http::Response>(&outcome)) feed.responses.push_back({number, std::move(*response)});
     else feed.responses.push_back({number, closed_response()});  // never: the request can neither stream nor upgrade
   });
@@ -198,7 +196,7 @@ bool Feeds::claim(engine::Channel channel) {
 }
 
 bool Feeds::claim(engine::Reply& reply) {
-  const auto found = by_ticket_.find(static_cast<std::uint64_t>(reply.ticket));
+  const auto found = by_ticket_.find(number_of(reply.ticket));
   if (found == by_ticket_.end()) return false;
   Feed::State& feed = *found->second.first;
   feed.responses.push_back({found->second.second, std::move(reply.response)});

@@ -14,9 +14,6 @@ namespace {
 /// A thread of a host's HTTP server checks its deadline at least this often.
 constexpr std::chrono::milliseconds longest_wait{50};
 
-std::uint64_t number_of(engine::Ticket ticket) noexcept { return static_cast<std::uint64_t>(ticket); }
-std::uint64_t number_of(engine::Channel channel) noexcept { return static_cast<std::uint64_t>(channel); }
-
 }  // namespace
 
 http::Response GuestRequests::serve(const http::Request& request, std::optional<engine::Channel>& channel) {

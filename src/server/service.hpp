@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -57,6 +58,12 @@ class TurnWork {
  protected:
   ~TurnWork() = default;
 };
+
+/// @{
+/// As a key.
+inline std::uint64_t number_of(engine::Ticket ticket) noexcept { return static_cast<std::uint64_t>(ticket); }
+inline std::uint64_t number_of(engine::Channel channel) noexcept { return static_cast<std::uint64_t>(channel); }
+/// @}
 
 /// Receives responses and messages that do not belong to the server's transport. Called with the engine's lock.
 class Receiver {

@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <memory>
@@ -81,9 +82,9 @@ class SharedEngine final : public engine::Handler {
   /// @pre it is always made
   template <class S>
   S& service() const {
-    for (const auto& service : services_)
-      if (typeid(*service) == typeid(S)) return static_cast<S&>(*service);
-    std::abort();
+    std::size_t at = 0;
+    for (const Service* one = services_[0].get(); typeid(*one) != typeid(S);) one = services_[++at].get();
+    return static_cast<S&>(*services_[at]);
   }
 
   std::unique_lock<std::mutex> lock() const { return std::unique_lock(mutex_); }
