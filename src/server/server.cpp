@@ -35,7 +35,7 @@ constexpr std::chrono::microseconds host_loop_budget{200};
 }  // namespace
 
 /// The transport of a server, and the loop that drives it. SharedEngine has the rest.
-class Server::Impl final : public SharedEngine::Loop {
+class LRT_LOCAL Server::Impl final : public SharedEngine::Loop {
  public:
   explicit Impl(Options options)
       : options_(std::move(options)), engine_(options_, *this), jobs_(engine_.service<UserJobs>()), counters_(engine_.service<Counters>()) {}
