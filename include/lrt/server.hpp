@@ -29,6 +29,13 @@ struct ServerCounters;
 
 /// Serves Things. It owns them, the transport and, with Io::own_thread, a thread.
 ///
+///     lrt::Server server = lrt::Server::create().value();   // http://127.0.0.1:8080/, for this machine only
+///     server.add(std::move(joint)).value();
+///     while (robot_ok()) {
+///       control_step();
+///       server.poll();   // handles what has arrived, never waits
+///     }
+///
 /// A server may have static storage, and exit() may be called at any time: what lrt's threads use is never destroyed.
 /// What the lambdas use must exist as long as they may be called: until stop(), or until the process has ended.
 ///
