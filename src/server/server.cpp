@@ -9,6 +9,7 @@
 #include <thread>
 #include <utility>
 
+#include <lrt/served.hpp>
 #include <lrt/transport/http.hpp>
 
 #include "src/base/event_waker.hpp"
