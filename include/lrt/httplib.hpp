@@ -18,6 +18,7 @@
 #include <lrt/http/message.hpp>
 #include <lrt/http/problem.hpp>
 #include <lrt/http/request_parser.hpp>
+#include <lrt/served.hpp>
 #include <lrt/server.hpp>
 #include <lrt/transport/transport.hpp>
 

@@ -12,22 +12,37 @@
 
 #include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
-#include <lrt/engine/handler.hpp>
-#include <lrt/http/message.hpp>
 #include <lrt/options.hpp>
 #include <lrt/thing.hpp>
+
+namespace lrt::engine {
+inline namespace v0 {
+struct HeaderVerdict;
+}  // namespace v0
+}  // namespace lrt::engine
+
+namespace lrt::http {
+inline namespace v0 {
+struct Request;
+}  // namespace v0
+}  // namespace lrt::http
 
 namespace lrt {
 inline namespace v0 {
 
-class EventSource;
 class Feed;
 class Feeds;
-class GuestRequests;
 struct Served;
 struct ServerCounters;
 
 /// Serves Things. It owns them, the transport and, with Io::own_thread, a thread.
+///
+///     lrt::Server server = lrt::Server::create().value();   // http://127.0.0.1:8080/, for this machine only
+///     server.add(std::move(joint)).value();
+///     while (robot_ok()) {
+///       control_step();
+///       server.poll();   // handles what has arrived, never waits
+///     }
 ///
 /// A server may have static storage, and exit() may be called at any time: what lrt's threads use is never destroyed.
 /// What the lambdas use must exist as long as they may be called: until stop(), or until the process has ended.
@@ -91,7 +106,8 @@ class LRT_API Server {
 
   /// Serves a request that the host's own HTTP server received, and waits for the response. http::check_request() must
   /// have accepted the request. The host's server checks what only the raw bytes show, and adds Date, Content-Length
-  /// and Connection. It does not send the body of a response to HEAD. lrt::mount() in httplib.hpp uses this function.
+  /// and Connection. It does not send the body of a response to HEAD. lrt::mount() in httplib.hpp uses this function. served.hpp defines
+  /// the result.
   /// @param request  `mount` and `local_port` state where the host's server serves; `can_stream`: it can send event
   ///                 streams
   /// @par Threads  Any, many at once; not from a lambda of this server.
@@ -131,37 +147,6 @@ class LRT_API Server {
   };
   explicit Server(std::unique_ptr<Impl, End> impl);
   std::unique_ptr<Impl, End> impl_;
-};
-
-/// The events of one event stream that Server::serve() has opened. Destroying it ends the subscription. It must not
-/// outlive the server.
-///
-/// @par Threads  One thread at a time.
-/// @par Implements  WHATWG HTML 9.2 (server-sent events)
-class LRT_API EventSource {
- public:
-  /// What next() returns.
-  struct Event {
-    std::shared_ptr<const std::string> bytes;  ///< to be sent unchanged; nullptr: there was no event within the time
-    bool end = false;                          ///< the stream has ended: nothing follows
-  };
-  EventSource(EventSource&& other) noexcept;
-  EventSource& operator=(EventSource&& other) noexcept;
-  ~EventSource();
-  /// Waits for the next event, at most a day.
-  Event next(std::chrono::milliseconds max_wait);
-
- private:
-  friend class Server;
-  EventSource(GuestRequests& guests, engine::Channel channel);
-  GuestRequests* guests_;
-  engine::Channel channel_;
-};
-
-/// What Server::serve() returns.
-struct Served {
-  http::Response response;            ///< the response
-  std::optional<EventSource> events;  ///< the response is an event stream: send its header section, then these events
 };
 
 }  // namespace v0

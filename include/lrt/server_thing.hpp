@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include <lrt/base/abi.hpp>
-#include <lrt/engine/engine.hpp>
+#include <lrt/engine/counts.hpp>
 #include <lrt/http/message.hpp>
 #include <lrt/server.hpp>
 #include <lrt/thing.hpp>

@@ -30,6 +30,13 @@ inline namespace v0 {
 /// The description of a Linked Robotic Thing: its types, properties, actions and collections. Pass it to Server::add()
 /// when it is complete. The thing stores the first error of its calls, and add() returns it.
 ///
+///     lrt::Thing joint{"baxter/right_s1"};
+///     joint.property("rotation", [&] { return angle; }, lrt::unit::radian);
+///     joint.action("rotate", [&](double target, lrt::Responder done) {
+///       angle = target;
+///       done.succeed();
+///     });
+///
 /// @par Names    Things, properties, actions and collections may have any name. lrt uses names of its own below a
 ///               thing: `state`, `blueprint`, `subscriptions`, `all`, and `actions/` before the name of an action. If
 ///               the user gives one of these paths to something else, also later and as the path of another Thing,

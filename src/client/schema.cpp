@@ -33,7 +33,7 @@ using rdf::TermView;
 using rdf::Type;
 using Kind = Type::Kind;
 
-struct Schema::Data {
+struct LRT_LOCAL Schema::Data {
   std::deque<Type> types;         ///< all that `type` points to
   std::deque<std::string> texts;  ///< IRIs of datatypes
   const Type* type = nullptr;     ///< nullptr: nothing is usable

@@ -24,7 +24,7 @@ thread_local const void* own_state = nullptr;
 }  // namespace
 
 /// The worker threads share ownership, because a thread may outlive the Tasks.
-struct Tasks::State {
+struct LRT_LOCAL Tasks::State {
   State(ThreadOptions options, std::size_t max, const Clock& time) : threads(std::move(options)), max_threads(max), clock(time) {}
 
   bool add(std::unique_lock<std::mutex>& lock, const std::shared_ptr<State>& self);

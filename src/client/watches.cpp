@@ -213,7 +213,7 @@ struct WatchContext : std::enable_shared_from_this<WatchContext> {
 
 /// One watch. It has one activity at a time (a WebSocket, a stream, a poll, a callback subscription), whose events carry its generation. Events of an
 /// earlier activity have no effect.
-class Watch::Impl : public std::enable_shared_from_this<Watch::Impl> {
+class LRT_LOCAL Watch::Impl : public std::enable_shared_from_this<Watch::Impl> {
  public:
   using Delivery = Watches::Delivery;
 
@@ -636,7 +636,7 @@ std::string Watch::Impl::with_policy(std::string url) const {
 
 // .................................................................................................... WebSocket
 
-struct Watch::Impl::SocketEvents final : WebSocketEvents {
+struct LRT_LOCAL Watch::Impl::SocketEvents final : WebSocketEvents {
   SocketEvents(std::weak_ptr<Impl> owner, Generation number, std::string type, std::string base_url)
       : watch(std::move(owner)), generation(number), media_type(std::move(type)), base(std::move(base_url)) {}
   void opened(std::string location) override {

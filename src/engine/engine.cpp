@@ -25,7 +25,7 @@ constexpr std::array<std::string_view, 7> known_methods = {"GET", "HEAD", "OPTIO
 }  // namespace
 
 /// Handles a request: from its bytes to the resource that it names.
-class Engine::Impl {
+class LRT_LOCAL Engine::Impl {
  public:
   explicit Impl(EngineOptions options) : parts(std::move(options)), targets(parts) {
     parts.bodies.set_continue([this](Ticket ticket, Context& context) { continue_request(ticket, context); });

@@ -58,7 +58,7 @@ Result<void> positive(bool is_good, const char* name) {
 
 std::string mirror_mark_of(const std::string& robot) { return std::string(client::document_of(robot)) + "#mirror"; }
 
-class Mirror::Impl {
+class LRT_LOCAL Mirror::Impl {
  public:
   Impl(MirrorOptions options, std::shared_ptr<client::Session> session, std::unique_ptr<GraphStore> store, std::unique_ptr<MirrorState> state);
   ~Impl() { stop(); }

@@ -42,7 +42,7 @@ class Descriptor {
 
 }  // namespace
 
-class Bridge::Impl {
+class LRT_LOCAL Bridge::Impl {
  public:
   explicit Impl(std::unique_ptr<BridgeCore> core)
       : core_(std::move(core)), set_(::epoll_create1(EPOLL_CLOEXEC)), timer_(::timerfd_create(CLOCK_MONOTONIC, TFD_CLOEXEC | TFD_NONBLOCK)) {}

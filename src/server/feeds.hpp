@@ -23,7 +23,7 @@ inline namespace v0 {
 class Feeds;
 
 /// @par Threads  All but `waker` and `feeds` are used with the engine's lock.
-class Feed::State {
+class LRT_LOCAL Feed::State {
  public:
   State(Feeds& server, std::shared_ptr<const security::Principal> whose) : feeds(server), owner(std::move(whose)) {}
 

@@ -9,6 +9,7 @@
 #include <thread>
 #include <utility>
 
+#include <lrt/served.hpp>
 #include <lrt/transport/http.hpp>
 
 #include "src/base/event_waker.hpp"
@@ -35,7 +36,7 @@ constexpr std::chrono::microseconds host_loop_budget{200};
 }  // namespace
 
 /// The transport of a server, and the loop that drives it. SharedEngine has the rest.
-class Server::Impl final : public SharedEngine::Loop {
+class LRT_LOCAL Server::Impl final : public SharedEngine::Loop {
  public:
   explicit Impl(Options options)
       : options_(std::move(options)), engine_(options_, *this), jobs_(engine_.service<UserJobs>()), counters_(engine_.service<Counters>()) {}

@@ -5,6 +5,7 @@
 #include <functional>
 #include <utility>
 
+#include <lrt/engine/handler.hpp>
 #include <lrt/rdf/unit.hpp>
 #include <lrt/rdf/vocab.hpp>
 

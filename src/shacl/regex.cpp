@@ -153,7 +153,7 @@ std::size_t max_minimum(std::string_view pattern) noexcept {
 }  // namespace
 
 /// The work of searches. PCRE2 calls `count` before each item of the pattern (PCRE2_AUTO_CALLOUT), at every start.
-struct Regex::Work {
+struct LRT_LOCAL Regex::Work {
   Work() noexcept : data(pcre2_match_data_create(max_groups, nullptr)), context(pcre2_match_context_create(nullptr)) {
     if (!context) return;
     pcre2_set_match_limit(context, match_limit);

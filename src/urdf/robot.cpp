@@ -239,7 +239,7 @@ PushedProperty<T> constant(Thing& thing, std::string_view path, const T& value, 
 
 }  // namespace
 
-class Robot::Impl {
+class LRT_LOCAL Robot::Impl {
  public:
   Impl(Model model, std::string_view path) : model_(std::move(model)), path_(path) {
     if (path_.empty()) path_ = model_.name.empty() ? "robot" : segment(model_.name);

@@ -1,6 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """exports.py check LIBRARY...: each exported symbol has LRT_API in a public header, in the inline namespace of the ABI, or LRT_INTERNAL_API in src/.
+A class that is nested in one of these inherits its visibility: it has LRT_LOCAL where it is defined, unless the header defines it. Of an archive the
+symbols that a shared library would export are checked.
 exports.py suppressions: for abidiff, what LRT_INTERNAL_API exports. It is no part of the ABI."""
 
 import pathlib
@@ -49,13 +51,50 @@ def marked(folder, macro):
     return names
 
 
+def nested_in(symbol, known):
+    """The class that is nested in a class `known`, for a member of it; None: the symbol is a member of `known` itself."""
+    parts = parts_of(symbol)
+    rest = [part for part in parts if part != VERSION][len(known) :]
+    name = rf"{len(rest[0])}{rest[0]}" if rest else ""
+    of_class = len(rest) > 1 or (rest and (re.match("_ZT[VTIS]", symbol) or re.search(name + r"[CD][0-9]", symbol)))
+    return rest[0] if of_class else None
+
+
+def defined_in(folder):
+    """The nested classes that headers define: ("Graph", "Matches")."""
+    found = set()
+    for path in sorted((ROOT / folder).rglob("*.hpp")):
+        text = re.sub(r"//[^\n]*|\"(?:\\.|[^\"\\\n])*\"", "", path.read_text())
+        stack = []  # the names of classes; None: another scope
+        opened = None
+        for match in re.finditer(r"\b(?:class|struct|union)\s+(?:LRT_\w+\s+)?((?:\w+::)*\w+)(?=[^;(){}]*\{)|([{}])", text):
+            if match.group(1):
+                name = match.group(1).split("::")
+                owner = name[-2] if len(name) > 1 else next((c for c in reversed(stack) if c), None)
+                found.add((owner, name[-1]))
+                opened = name[-1]
+                continue
+            if match.group(2) == "{":
+                stack.append(opened)
+                opened = None
+            elif stack:
+                stack.pop()
+    return found
+
+
 def exported(library):
+    if str(library).endswith(".a"):
+        out = subprocess.run(["readelf", "-sW", library], check=True, capture_output=True, text=True).stdout
+        rows = [line.split() for line in out.splitlines()]
+        symbols = {row[7] for row in rows if len(row) > 7 and row[4] in ("GLOBAL", "WEAK", "UNIQUE") and row[5] == "DEFAULT" and row[6] != "UND"}
+        return sorted(symbol for symbol in symbols if parts_of(symbol))
     out = subprocess.run(["nm", "-D", "--defined-only", "--format=posix", library], check=True, capture_output=True, text=True).stdout
     return sorted(line.split()[0] for line in out.splitlines())
 
 
 def check(libraries):
     names = {"LRT_API": marked("include", "LRT_API"), "LRT_INTERNAL_API": marked("src", "LRT_INTERNAL_API")}
+    classes = {"LRT_API": defined_in("include"), "LRT_INTERNAL_API": defined_in("src")}
     bad = 0
     for library in libraries:
         symbols = exported(library)
@@ -63,9 +102,14 @@ def check(libraries):
         for symbol in symbols:
             parts = parts_of(symbol)
             known = [tuple(p for p in parts[:end] if p != VERSION) for end in range(1, len(parts) + 1)] if parts else []
-            macro = next((m for m in names for k in known if k in names[m]), None)
+            macro, owner = next(((m, k) for m in names for k in known if k in names[m]), (None, None))
             if macro == "LRT_API" and VERSION not in parts:
                 macro = None
+            nested = nested_in(symbol, owner) if macro else None
+            if nested and (owner[-1], nested) not in classes[macro]:
+                bad += 1
+                print(f"{library}: {'::'.join(owner)}::{nested} has no LRT_LOCAL where it is defined ({symbol})")
+                continue
             if macro:
                 count[macro] += 1
                 continue

@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include <lrt/lrt.hpp>
+#include <lrt/served.hpp>
 #include <lrt/transport/named.hpp>
 
 #include "tests/support/sample_robot.hpp"

@@ -7,6 +7,8 @@
 #include <thread>
 #include <vector>
 
+#include <lrt/subscription/notification.hpp>
+
 #include "src/exchange/tls.hpp"
 #include "tests/client/watch_support.hpp"
 #include "tests/delivery/receiver.hpp"

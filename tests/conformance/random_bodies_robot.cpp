@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include <lrt/engine/engine.hpp>
 #include <lrt/lrt.hpp>
 
 enum class Gear { first, second, reverse };

@@ -7,6 +7,7 @@
   White space does not count, so a file may be formatted anew. The source is a file of examples/ or tests/ that a CMakeLists.txt compiles.
   `<!-- all of FILE but lines that say lesson -->`: the block is the whole program.
 - Each relative link leads to a file, and each #anchor to a heading.
+- The comments of Thing, Server, Options and Responder open with an example, which tests/docs/snippets_server.cpp has.
 - Each table after `<!-- options of STRUCT in HEADER -->` has the options of that struct with a number or a time, and their defaults.
 """
 import re
@@ -98,6 +99,19 @@ def check_snippet(page, block):
                 problem(page, number, "%s does not have: %s" % (found.group(2), line.strip()))
                 return
         problem(page, number, "the lines do not follow each other in %s" % found.group(2))
+
+
+def check_example(header, name):
+    """The comment of a class opens with an example, which tests/docs/snippets_server.cpp has."""
+    path = ROOT / header
+    found = re.search(r"((?:^///[^\n]*\n)+)(?:class|struct)(?: LRT_API)? %s\b[^;{]*\{" % name, path.read_text(encoding="utf-8"), re.M)
+    lines = found.group(1).split("\n") if found else []
+    paragraphs = "\n".join(line[3:] for line in lines).strip("\n").split("\n\n")
+    code = next((text for text in paragraphs[:3] if text.startswith("     ")), "")
+    if not code:
+        problem(path, 1, "the comment of %s does not open with an example" % name)
+    elif squeeze(code) not in squeeze((ROOT / "tests/docs/snippets_server.cpp").read_text(encoding="utf-8")):
+        problem(path, 1, "tests/docs/snippets_server.cpp does not have the example of %s" % name)
 
 
 def slug(heading):
@@ -225,6 +239,8 @@ for page in pages():
             check_snippet(page, block)
     links += check_links(page, prose)
     options += check_options(page, prose)
+for header, name in (("thing", "Thing"), ("server", "Server"), ("options", "Options"), ("responder", "Responder")):
+    check_example("include/lrt/%s.hpp" % header, name)
 print("%d blocks of C++, %d links, %d options" % (snippets, links, options))
 if snippets < 60 or links < 200 or options < 180:
     problems.append("expected at least 60 blocks, 200 links and 180 options: the pages have lost something, or this script does not see it")

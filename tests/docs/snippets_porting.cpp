@@ -12,6 +12,7 @@
 #include <vector>
 
 #include <lrt/lrt.hpp>
+#include <lrt/served.hpp>
 #include <lrt/transport/loopback.hpp>
 
 // rosbridge.md

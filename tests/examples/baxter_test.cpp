@@ -5,6 +5,7 @@
 #include <deque>
 #include <optional>
 
+#include <lrt/delivery/deliverer.hpp>
 #include <lrt/shacl/validator.hpp>
 #include <lrt/transport/loopback.hpp>
 

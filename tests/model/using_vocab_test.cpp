@@ -2,6 +2,7 @@
 // A program that says `using namespace` for both: each name below must mean one thing.
 #include <lrt/lrt.hpp>
 
+#include <lrt/engine/engine.hpp>
 #include <lrt/shacl/report.hpp>
 
 #include "tests/support/catch.hpp"

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include <lrt/lrt.hpp>
+#include <lrt/served.hpp>
 
 #include "tests/mqtt/broker.hpp"
 #include "tests/support/catch.hpp"

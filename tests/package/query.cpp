@@ -2,6 +2,7 @@
 // A host of lrt::query: a robot that answers a question.
 #include <lrt/lrt.hpp>
 #include <lrt/query.hpp>
+#include <lrt/served.hpp>
 
 int main() {
   lrt::Options options;

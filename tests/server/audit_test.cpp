@@ -15,6 +15,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <lrt/served.hpp>
 #include <lrt/transport/loopback.hpp>
 #include <lrt/transport/named.hpp>
 

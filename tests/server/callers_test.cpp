@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include <lrt/served.hpp>
 #include <lrt/transport/loopback.hpp>
 #include <lrt/transport/named.hpp>
 

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include <lrt/lrt.hpp>
+#include <lrt/served.hpp>
 #include <lrt/transport/loopback.hpp>
 
 #include "tests/support/catch.hpp"

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include <lrt/served.hpp>
 #include <lrt/transport/loopback.hpp>
 #include <lrt/transport/named.hpp>
 

@@ -7,6 +7,7 @@
 #include <thread>
 #include <vector>
 
+#include <lrt/served.hpp>
 #include <lrt/transport/loopback.hpp>
 
 #include "tests/support/catch.hpp"

@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include <lrt/served.hpp>
 #include <lrt/transport/loopback.hpp>
 #include <lrt/transport/named.hpp>
 

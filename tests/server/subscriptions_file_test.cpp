@@ -12,6 +12,8 @@
 #include <thread>
 #include <vector>
 
+#include <lrt/served.hpp>
+
 #include "tests/support/catch.hpp"
 #include "tests/support/folder.hpp"
 #include "tests/support/message.hpp"

@@ -15,6 +15,8 @@
 #include <utility>
 #include <vector>
 
+#include <lrt/delivery/deliverer.hpp>
+
 #include "tests/support/bench.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/socket.hpp"

@@ -7,3 +7,7 @@
 /// Marks a function that is exported only for lrt's other libraries (lrt::client, lrt::query, ...). It is not part of the
 /// ABI.
 #define LRT_INTERNAL_API __attribute__((visibility("default")))
+
+/// Hides a class that is nested in an exported one, where it is defined. Without it the members have the visibility of the
+/// enclosing class.
+#define LRT_LOCAL __attribute__((visibility("hidden")))

@@ -80,9 +80,11 @@ class LRT_API Recording {
   std::size_t damaged_lines_ = 0;
 };
 
+/// @cond internal
 namespace detail {
 LRT_API Result<rdf::Value> read_json(std::string_view json, const rdf::Type& type, const rdf::Facets& facets);
 }
+/// @endcond
 
 /// Decodes the value of a recorded change, for a robot that publishes it again:
 ///

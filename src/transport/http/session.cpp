@@ -98,7 +98,7 @@ void Exchange::clear() {
 }
 
 /// Private implementation: users' programs do not depend on its layout.
-struct SessionContext::State {
+struct LRT_LOCAL SessionContext::State {
   explicit State(const Limits& given) : limits(given), bodies(given) { spare.reserve(max_spare); }
 
   std::unique_ptr<Exchange> take_exchange();
@@ -140,7 +140,7 @@ std::string_view SessionContext::date(std::chrono::system_clock::time_point utc)
 }
 
 /// The private implementation of Session, with the same functions.
-class Session::State {
+class LRT_LOCAL Session::State {
  public:
   State(SessionContext& context, std::string peer) : context_(context), shared_(*context.state_), peer_(std::move(peer)) {}
 

@@ -33,7 +33,7 @@ http::Response problem(int status, std::string detail) {
 
 }  // namespace
 
-struct Loopback::Impl {
+struct LRT_LOCAL Loopback::Impl {
   /// Takes the outcome of a request.
   using Done = std::function<void(engine::Reply)>;
   struct Stream {
