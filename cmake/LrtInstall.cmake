@@ -41,7 +41,6 @@ if(lrt_type STREQUAL "STATIC_LIBRARY")
   endforeach()
   lrt_archive_needs(client Libwebsockets libwebsockets)
   lrt_archive_needs(urdf Tinyxml2 tinyxml2)
-  lrt_archive_needs(urdf Urdfdom urdfdom console_bridge)
   lrt_archive_needs(mqtt Mosquitto libmosquitto)
 endif()
 

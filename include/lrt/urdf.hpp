@@ -98,6 +98,7 @@ struct Joint {
   std::optional<Safety> safety;         ///< nullopt: none in the document
   std::optional<Mimic> mimic;           ///< nullopt: it does not follow another joint
   std::uint32_t line = 0;               ///< in the document, from 1
+  bool takes_commands = true;           ///< false: its lower or upper limit is not a number in the document
 
   /// Whether its position is one number: true for revolute, continuous and prismatic joints.
   bool has_position() const noexcept { return type <= JointType::prismatic; }
@@ -168,8 +169,9 @@ struct ParseOptions {
 /// and so are the limits of acceleration, deceleration and jerk of version 1.2.
 ///
 /// Joints, links and masses must be valid: names, references, numbers; the mass, ixx, iyy and izz must not be negative.
-/// Irregular limits, mimics of unknown joints, products of inertia, shapes and materials are common in real files: they
-/// are left out with a warning in Model::warnings. Rounding errors are corrected with a warning: a mass above -1e-9 kg,
+/// Irregular limits, dynamics, safety controllers, mimics of unknown joints, products of inertia, shapes and materials
+/// are common in real files: they are left out with a warning in Model::warnings. A joint whose lower or upper limit is
+/// not a number takes no commands (Joint::takes_commands): a joint without limits must not come from a typo. Rounding errors are corrected with a warning: a mass above -1e-9 kg,
 /// a moment of inertia above -1e-9 of the link's largest moment or above -1e-12 m2 times its mass, and limits, a
 /// velocity or an effort that are wrong by at most 1e-9 of their size (or of 1). If an element is repeated where one is
 /// allowed, the first one is used, with a warning.
@@ -177,8 +179,7 @@ struct ParseOptions {
 /// @par Errors   The first error, with the element and its line. expected_value: invalid XML; no tree; an invalid
 ///               number; a missing element or attribute; a duplicate name; an unknown type; xacro that was not
 ///               expanded. limit_exceeded.
-/// @par Threads  Any. liburdfdom logs to a process-wide handler. During the call its messages on this thread are
-///               captured; the handler is restored afterwards.
+/// @par Threads  Any.
 LRT_API Result<Model> parse(std::string_view text, const ParseOptions& options = {});
 
 namespace detail {
@@ -264,7 +265,7 @@ class LRT_API Robot {
   Thing& link(std::size_t link) noexcept;
   /// @}
   /// The property `position`. It is bounded by the joint's limits, unless the joint mimics another. on_write() makes it
-  /// writable.
+  /// writable. Of a joint that takes no commands (Joint::takes_commands) the handle has no effect.
   /// @pre model().joints[joint].has_position()
   PushedProperty<double>& position(std::size_t joint) noexcept;
 

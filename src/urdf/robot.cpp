@@ -317,7 +317,9 @@ class LRT_LOCAL Robot::Impl {
   std::optional<Thing> thing_;
   std::vector<Thing> joint_things_, link_things_;
 
-  PushedProperty<double>& position(std::size_t joint) noexcept { return moving_[of_joint_[joint]].position; }
+  PushedProperty<double>& position(std::size_t joint) noexcept {
+    return model_.joints[joint].takes_commands ? moving_[of_joint_[joint]].position : without_commands_;
+  }
 
  private:
   static constexpr std::size_t none = static_cast<std::size_t>(-1);
@@ -569,6 +571,8 @@ class LRT_LOCAL Robot::Impl {
   std::vector<Isometry> free_;                   // of each joint, where it is floating or planar
   std::vector<Isometry> poses_;                  // of each link
   std::vector<bool> moves_;                      // of each link
+  Thing unserved_{"unserved"};                   ///< no server gets it
+  PushedProperty<double> without_commands_ = unserved_.property<double>("position");
   std::vector<Moving> moving_;
   std::vector<std::size_t> of_joint_;  // index of each joint in moving_
   std::vector<PushedProperty<Isometry>> link_poses_;

@@ -21,7 +21,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   lrt::Result<lrt::urdf::Model> model = lrt::urdf::parse(text, options);
   if (!model) {
     if (model.error().message.empty()) lrt::fuzz::broken("an error without a word", text);
-    if (model.error().message.compare(0, 10, "liburdfdom") == 0) lrt::fuzz::broken(model.error().message.c_str(), text);
     return 0;
   }
   lrt::urdf::Robot robot(*std::move(model));

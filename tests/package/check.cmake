@@ -63,7 +63,7 @@ elseif(KIND STREQUAL "find_package")
   endforeach()
   # The Find modules that are installed name the Debian package, here where pkg-config knows none.
   set(names CppHttplib=libcpp-httplib-dev Libwebsockets=libwebsockets-dev Mosquitto=libmosquitto-dev PCRE2=libpcre2-dev Redland=librdf0-dev
-      Tinyxml2=libtinyxml2-dev Urdfdom=liburdfdom-dev)
+      Tinyxml2=libtinyxml2-dev)
   foreach(name ${names})
     string(REGEX REPLACE "=.*" "" package ${name})
     string(REGEX REPLACE ".*=" "" debian ${name})

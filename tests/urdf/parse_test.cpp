@@ -8,8 +8,6 @@
 #include <locale>
 #include <thread>
 
-#include <console_bridge/console.h>
-
 #include "tests/support/catch.hpp"
 #include "tests/urdf/documents.hpp"
 
@@ -280,7 +278,7 @@ TEST_CASE("an invalid visual, collision or inertial is left out with a warning",
   for (const std::string number : {"1.", ".5", "+1", " 1 ", "1E-3", "1e-400", "5e-324"})
     CHECK(warnings_of_link("<visual><geometry><sphere radius='" + number + "'/></geometry></visual>") == "");
 
-  // Valid parts are kept, also those that liburdfdom does not keep.
+  // Valid parts are kept.
   const urdf::Model m =
       urdf::parse(of_link("<inertial/><visual name='1'/><visual name='2'><geometry><capsule radius='0.1' length='2'/></geometry></visual>"
                           "<collision><geometry><capsule/></geometry></collision>"
@@ -325,8 +323,13 @@ TEST_CASE("an incomplete material is accepted", "[urdf]") {
   CHECK(material("<material name=''><color rgba='0 0 0 1'/><texture filename='t.png'/></material>").colour == std::array<double, 4>{0, 0, 0, 1});
   CHECK_FALSE(material("<material name=''><texture filename='t.png'/></material>").colour);
   CHECK(material("<material name='x'><color rgba='0 0 0 1'/><texture filename=''/></material>").texture.empty());
-  CHECK(refusal("<robot name='r'><material name='m'><color rgba='1 0 0 1'/></material>\n<material name='m'><color rgba='1 0 0 "
-                "1'/></material></robot>") == "material \"m\" (line 2): expected a unique name: it is the name of another material in line 1");
+  const std::string twice =
+      "<robot name='r'><material name='m'><color rgba='1 0 0 1'/></material>\n<material name='m'><color rgba='0 1 0 1'/></material>"
+      "<material/><link name='a'><visual><geometry><sphere radius='1'/></geometry><material name='m'/></visual></link></robot>";
+  CHECK(warnings(twice) ==
+        "material \"m\" (line 2): expected a unique name: it is the name of another material in line 1; the material is left out\n"
+        "material (line 2): expected an attribute name; the material is left out");
+  CHECK(urdf::parse(twice)->links[0].visuals[0].material->colour == std::array<double, 4>{1, 0, 0, 1});
 }
 
 TEST_CASE("missing limits have no value", "[urdf]") {
@@ -353,7 +356,26 @@ TEST_CASE("missing limits have no value", "[urdf]") {
   CHECK_FALSE(limits("continuous", "lower='-1' upper='1' effort='9' velocity='8'")->lower);
   CHECK(warned("fixed", "") == "");
   CHECK_FALSE(limits("fixed", ""));
-  CHECK(refusal(two_links("revolute", "<limit lower='nan' upper='1' effort='1' velocity='1'/>")) == at + "expected a number as lower, found \"nan\"");
+}
+
+TEST_CASE("a joint whose lower or upper limit is not a number takes no commands", "[urdf]") {
+  const auto joint = [](const std::string& type, const std::string& attributes) {
+    return urdf::parse(two_links(type, "<limit " + attributes + "/>")).value().joints[0];
+  };
+  const auto warned = [](const std::string& type, const std::string& attributes) { return warnings(two_links(type, "<limit " + attributes + "/>")); };
+  const std::string at = "limit of joint \"j\" (line 5): ";
+  CHECK(warned("revolute", "lower='nan' upper='1' effort='1' velocity='1'") ==
+        at + "expected a number as lower, found \"nan\"; the joint takes no commands");
+  CHECK_FALSE(joint("revolute", "lower='nan' upper='1' effort='1' velocity='1'").takes_commands);
+  CHECK(joint("revolute", "lower='nan' upper='1' effort='1' velocity='1'").limits->upper == 1.0);
+  CHECK_FALSE(joint("prismatic", "lower='-1' upper='1,5' effort='1' velocity='1'").takes_commands);
+  CHECK(joint("continuous", "lower='x' effort='1' velocity='1'").takes_commands);  // it has none
+  CHECK(joint("revolute", "lower='-1' upper='1' effort='1' velocity='1'").takes_commands);
+  CHECK(warned("revolute", "lower='-1' upper='1' effort='many' velocity='1 m'") ==
+        at + "expected a number as effort, found \"many\"; taken as unlimited\n" + at +
+            "expected a number as velocity, found \"1 m\"; taken as unlimited");
+  CHECK(joint("revolute", "lower='-1' upper='1' effort='many' velocity='1'").takes_commands);
+  CHECK_FALSE(joint("revolute", "lower='-1' upper='1' effort='many' velocity='1'").limits->effort);
 }
 
 TEST_CASE("a quaternion turns as roll, pitch and yaw do, from version 1.1 on", "[urdf]") {
@@ -432,7 +454,10 @@ TEST_CASE("errors of joints are reported", "[urdf]") {
   CHECK(refusal(two_links("continuous", "<mimic joint='k'/>",
                           "<link name='c'/><joint name='k' type='continuous'><parent link='a'/><child link='c'/><mimic joint='j'/></joint>"))
             .find("expected a chain of mimic joints that ends") != std::string::npos);
-  CHECK(refusal(two_links("continuous", "<safety_controller/>")) == "safety_controller of joint \"j\" (line 5): expected an attribute k_velocity");
+  CHECK(warnings(two_links("continuous", "<safety_controller/>")) ==
+        "safety_controller of joint \"j\" (line 5): expected an attribute k_velocity; the safety_controller is left out");
+  CHECK(warnings(two_links("continuous", "<dynamics damping='x'/>")) ==
+        "dynamics of joint \"j\" (line 5): expected a number as damping, found \"x\"; the dynamics is left out");
   CHECK(refusal("<robot name='r'><link name='a'/><joint name='j' type='fixed'><child link='a'/></joint></robot>") ==
         "joint \"j\" (line 1): expected an element <parent>");
   CHECK(refusal("<robot name='r'><link name='a'/><joint name='j' type='fixed'><parent link='x'/><child link='a'/></joint></robot>") ==
@@ -543,24 +568,6 @@ TEST_CASE("numbers do not depend on the locale", "[urdf]") {
   std::setlocale(LC_ALL, old_name.c_str());
   REQUIRE(model);
   CHECK(model->joints[0].origin.position == std::array<double, 3>{0.5, 1e-3, 1234.5});
-}
-
-TEST_CASE("the process's log handler is restored and receives the messages of other threads", "[urdf]") {
-  struct Handler final : console_bridge::OutputHandler {
-    void log(const std::string& text, console_bridge::LogLevel, const char*, int) override { said += text; }
-    std::string said;
-  } first, second;
-  console_bridge::OutputHandler* const original = console_bridge::getOutputHandler();
-  console_bridge::useOutputHandler(&first);
-  console_bridge::useOutputHandler(&second);
-  CHECK(urdf::parse(two_links()));
-  CHECK_FALSE(urdf::parse(two_links("spin")));
-  CHECK(console_bridge::getOutputHandler() == &second);
-  CHECK(second.said.empty());
-  console_bridge::restorePreviousOutputHandler();
-  CHECK(console_bridge::getOutputHandler() == &first);
-  console_bridge::useOutputHandler(original);
-  console_bridge::useOutputHandler(original);
 }
 
 TEST_CASE("several threads may parse at the same time", "[urdf]") {

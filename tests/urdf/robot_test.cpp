@@ -405,6 +405,17 @@ TEST_CASE("a limit on one side bounds that side", "[urdf][R1.11]") {
   CHECK(bench.turtle("PUT", "/r/j/position", number_body("1e9", "maths:Radian")).status == 204);
 }
 
+TEST_CASE("a joint with an unreadable limit is shown, and takes no commands", "[urdf][R0.5]") {
+  urdf::Robot robot(urdf::parse(two_links("revolute", "<limit lower='-1,5' upper='1' velocity='1' effort='1'/>")).value());
+  robot.position(0).on_write([](double) {});
+  Bench bench;
+  robot.add_to(bench.engine).value();
+  robot.publish(std::vector<double>{0.25});
+  bench.look();
+  CHECK(number_at(bench, "/r/j/position") == 0.25);
+  CHECK(bench.turtle("PUT", "/r/j/position", number_body("0.4", "maths:Radian")).status == 405);
+}
+
 TEST_CASE("floating and planar joints are moved by a pose", "[urdf]") {
   for (const std::string type : {"floating", "planar"}) {
     urdf::Robot robot(urdf::parse(two_links(type, "<origin xyz='1 0 0' rpy='0 0 1.5707963267948966'/>")).value());
