@@ -4,7 +4,6 @@
 #include <cassert>
 #include <chrono>
 #include <cstddef>
-#include <memory>
 #include <string_view>
 #include <type_traits>
 #include <utility>
@@ -14,16 +13,40 @@
 #include <lrt/model/resource_handle.hpp>
 #include <lrt/rdf/traits.hpp>
 
+namespace lrt {
+inline namespace v0 {
+template <class T>
+class PushedProperty;
+template <class T>
+class PulledProperty;
+}  // namespace v0
+}  // namespace lrt
+
 namespace lrt::model {
 inline namespace v0 {
+
+/// @cond internal
+/// The compiled part of a property's handle.
+template <class Self>
+struct SetupOf;
+template <class T>
+struct SetupOf<PushedProperty<T>> {
+  using type = PushedSetup;
+};
+template <class T>
+struct SetupOf<PulledProperty<T>> {
+  using type = PulledSetup;
+};
+/// @endcond
 
 /// The common part of PushedProperty and PulledProperty: writing, unit and bounds, caching, and representations that
 /// the user encodes. Unit, bounds, title, predicates and dispatch are those of ResourceHandle.
 ///
 /// @par Threads  Set-up: one thread at a time, before Server::add().
 template <class Self, class T>
-class PropertyHandle : public ResourceHandle<Self, PropertySetup> {
-  using Base = ResourceHandle<Self, PropertySetup>;
+class PropertyHandle : public ResourceHandle<Self, typename SetupOf<Self>::type> {
+  using Setup = typename SetupOf<Self>::type;
+  using Base = ResourceHandle<Self, Setup>;
 
  public:
   /// Makes the property writable: the server reads and validates the body of a PUT as a T, and calls `write`. A
@@ -48,9 +71,15 @@ class PropertyHandle : public ResourceHandle<Self, PropertySetup> {
     } else {
       if (this->is_editable("on_write")) {
         this->set_write([write = std::move(write)](const rdf::Value& v) mutable -> Result<void> {
-          Result<T> value = rdf::traits<T>::decode(v);
-          if (!value) return Unexpected{std::move(value).error()};
-          return result_of([&] { return write(*std::move(value)); });
+          if constexpr (rdf::detail::is_decoded_in_place<T>) {
+            T value{};
+            if (Result<void> r = rdf::traits<T>::decode_fields(v, value); !r) return r;
+            return result_of([&] { return write(std::move(value)); });
+          } else {
+            Result<T> value = rdf::traits<T>::decode(v);
+            if (!value) return Unexpected{std::move(value).error()};
+            return result_of([&] { return write(*std::move(value)); });
+          }
         });
       }
       return this->self();
@@ -127,7 +156,7 @@ class PropertyHandle : public ResourceHandle<Self, PropertySetup> {
             std::move(layout),
             [](const rdf::Value& value) -> std::shared_ptr<const void> {
               Result<T> whole = rdf::traits<T>::decode(value);
-              return whole ? std::make_shared<const T>(*std::move(whole)) : nullptr;
+              return whole ? shared_value(*std::move(whole)) : nullptr;
             });
       }
       return this->self();
@@ -157,7 +186,7 @@ class PropertyHandle : public ResourceHandle<Self, PropertySetup> {
   /// An empty handle.
   PropertyHandle() noexcept = default;
   /// Made by Thing.
-  explicit PropertyHandle(std::shared_ptr<ResourceSpec> spec) noexcept : Base(std::move(spec)) {}
+  explicit PropertyHandle(Setup&& setup) noexcept : Base(std::move(setup)) {}
 };
 
 }  // namespace v0
@@ -189,8 +218,8 @@ class PushedProperty : public model::PropertyHandle<PushedProperty<T>, T> {
   ///            sleeps, see subscription::SubscriptionOptions::scan_period and always_scan; or if it is urgent().
   /// @par Implements  R0.11, R0.12
   void publish(const T& value) noexcept {
-    assert(slot_ && "lrt: the handle is empty; assign what Thing::property returns");
-    if (slot_) slot_->publish(value);
+    assert(this->slot_ && "lrt: the handle is empty; assign what Thing::property returns");
+    if (this->slot_) model::publish_to(*this->slot_, value);
   }
 
   /// Sets how many published values are kept between two scans of the engine while a subscriber has a queue. Such a
@@ -199,27 +228,25 @@ class PushedProperty : public model::PropertyHandle<PushedProperty<T>, T> {
   /// subscription::SubscriptionOptions::max_kept_bytes. That limit does not apply to `samples`. 0: only the newest
   /// value is kept.
   PushedProperty& keep(std::size_t samples) {
-    if (this->is_editable("keep")) slot_->keep(samples);
+    if (this->is_editable("keep")) this->slot_->keep(samples);
     return *this;
   }
   /// While the property is observed, each publish() wakes the engine by a system call, so that the value is sent at
   /// once. Use it for events that come at irregular times and must not wait. Without it the engine predicts when a
   /// regular publish() is due, and finds an irregular one after at most subscription::SubscriptionOptions::scan_period.
   PushedProperty& urgent() {
-    if (this->is_editable("urgent")) slot_->set_urgent();
+    if (this->is_editable("urgent")) this->slot_->set_urgent();
     return *this;
   }
   /// Counts a repeated value as a change: a new time, and a notification.
   PushedProperty& every_sample() {
-    if (this->is_editable("every_sample")) slot_->set_every_sample();
+    if (this->is_editable("every_sample")) this->slot_->set_every_sample();
     return *this;
   }
 
  private:
   friend class Thing;
-  PushedProperty(std::shared_ptr<model::ResourceSpec> spec, std::shared_ptr<model::Slot<T>> slot) noexcept
-      : Base(std::move(spec)), slot_(std::move(slot)) {}
-  std::shared_ptr<model::Slot<T>> slot_;
+  explicit PushedProperty(model::PushedSetup&& setup) noexcept : Base(std::move(setup)) {}
 };
 
 /// Handle to a pulled Property: a lambda reads its value when a client requests it or observes it. changed() works
@@ -239,8 +266,8 @@ class PulledProperty : public model::PropertyHandle<PulledProperty<T>, T> {
   /// @par Threads  Any.
   /// @par Time     No lock, no allocation; a system call as in publish().
   void changed() noexcept {
-    assert(changes_ && "lrt: the handle is empty; assign what Thing::property returns");
-    if (changes_) changes_->changed();
+    assert(this->changes_ && "lrt: the handle is empty; assign what Thing::property returns");
+    if (this->changes_) this->changes_->changed();
   }
 
   /// Sets the period at which `read` is called while the property is observed. Zero: only after changed(). Default:
@@ -252,9 +279,7 @@ class PulledProperty : public model::PropertyHandle<PulledProperty<T>, T> {
 
  private:
   friend class Thing;
-  PulledProperty(std::shared_ptr<model::ResourceSpec> spec, std::shared_ptr<model::ChangeSignal> changes) noexcept
-      : Base(std::move(spec)), changes_(std::move(changes)) {}
-  std::shared_ptr<model::ChangeSignal> changes_;
+  explicit PulledProperty(model::PulledSetup&& setup) noexcept : Base(std::move(setup)) {}
 };
 
 }  // namespace v0
