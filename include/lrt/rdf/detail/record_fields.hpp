@@ -101,7 +101,7 @@ class LRT_API EnumeratorNames {
 /// Where a data member begins in its struct. By the Itanium C++ ABI (2.3) a pointer to a data member is that offset.
 template <class M, class S>
 std::ptrdiff_t offset_of(M S::*member) noexcept {
-  static_assert(sizeof(member) == sizeof(std::ptrdiff_t), "lrt: pointers to data members are expected to be those of the Itanium C++ ABI");
+  static_assert(sizeof(member) == sizeof(std::ptrdiff_t), "a pointer to a data member is an offset in the Itanium C++ ABI");
   std::ptrdiff_t offset;
   std::memcpy(&offset, &member, sizeof offset);
   return offset;
