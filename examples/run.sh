@@ -5,6 +5,8 @@
 #   examples/run.sh [--tls] [arguments of the example: --port N, --bind ADDRESS, --public-base URL, --allowed-host HOST,
 #                    --cors ORIGIN, --demo, --allow-callback HOST, --subscriptions FILE, --transport http|libwebsockets, --mqtt HOST:PORT]
 #
+#   examples/run.sh LESSON [its arguments]     serves a lesson instead: examples/run.sh t01_first_thing --serve 8080
+#
 # --tls: HTTPS with a development certificate in build/tls; curl --cacert build/tls/ca.pem https://localhost:8080/
 #
 # build/example gets only what the arm needs: the transport libwebsockets and MQTT if an argument asks for them.
@@ -13,6 +15,15 @@ set -eu
 root=$(CDPATH='' cd -- "$(dirname -- "$0")/.." && pwd)
 step() { echo "examples/run.sh: $*"; }
 
+target=baxter
+program=baxter/baxter
+case ${1:-} in
+  t[0-9][0-9]_*)
+    target=$1
+    program=$1
+    shift
+    ;;
+esac
 tls=
 parts=
 packages=urdf
@@ -44,11 +55,11 @@ if command -v ccache >/dev/null; then export CMAKE_CXX_COMPILER_LAUNCHER="${CMAK
   # shellcheck disable=SC2086  # one argument per option
   cmake --preset example --log-level=WARNING $parts
   step "3 of 3: compiles and links in build/example; two minutes on two cores, seconds if nothing has changed"
-  NINJA_STATUS='[%f of %t, %e s] ' cmake --build --preset example
+  NINJA_STATUS='[%f of %t, %e s] ' cmake --build --preset example --target "$target"
 )
 if [ -n "$tls" ]; then
   if [ ! -f "$root/build/tls/server-key.pem" ]; then "$root/examples/make-certificate.sh" "$root/build/tls"; fi
   set -- --tls "$root/build/tls" "$@"
 fi
-step "starts the arm; Ctrl-C ends it"
-exec "$root/build/example/examples/baxter/baxter" "$@"
+step "starts $target; Ctrl-C ends it"
+exec "$root/build/example/examples/$program" "$@"

@@ -10,10 +10,13 @@ int main() {
   lrt::Thing joint{"baxter/right_s1"};
   joint.property(
       "rotation", [&] { return angle; }, lrt::unit::radian);
-  joint.action("rotate", [&](double target, lrt::Responder done) {
-    angle = target;
-    done.succeed();
-  });
+  joint
+      .action("rotate",
+              [&](double target, lrt::Responder done) {
+                angle = target;
+                done.succeed();
+              })
+      .unit(lrt::unit::radian);
 
   lrt::Options options;                                       // http://127.0.0.1:8080/, for this machine only
   options.listen.port = lesson::port();                       // with --serve: 8080

@@ -4,7 +4,6 @@
 #include <cassert>
 #include <chrono>
 #include <cstddef>
-#include <memory>
 #include <utility>
 
 #include <lrt/model/detail/slot.hpp>
@@ -36,8 +35,8 @@ class PushedProperty : public model::PropertyHandle<PushedProperty<T>, T> {
   ///            sleeps, see subscription::SubscriptionOptions::scan_period and always_scan; or if it is urgent().
   /// @par Implements  R0.11, R0.12
   void publish(const T& value) noexcept {
-    assert(slot_ && "lrt: the handle is empty; assign what Thing::property returns");
-    if (slot_) slot_->publish(value);
+    assert(this->slot_ && "lrt: the handle is empty; assign what Thing::property returns");
+    if (this->slot_) model::publish_to(*this->slot_, value);
   }
 
   /// Sets how many published values are kept between two scans of the engine while a subscriber has a queue. Such a
@@ -46,27 +45,25 @@ class PushedProperty : public model::PropertyHandle<PushedProperty<T>, T> {
   /// subscription::SubscriptionOptions::max_kept_bytes. That limit does not apply to `samples`. 0: only the newest
   /// value is kept.
   PushedProperty& keep(std::size_t samples) {
-    if (this->is_editable("keep")) slot_->keep(samples);
+    if (this->is_editable("keep")) this->slot_->keep(samples);
     return *this;
   }
   /// While the property is observed, each publish() wakes the engine by a system call, so that the value is sent at
   /// once. Use it for events that come at irregular times and must not wait. Without it the engine predicts when a
   /// regular publish() is due, and finds an irregular one after at most subscription::SubscriptionOptions::scan_period.
   PushedProperty& urgent() {
-    if (this->is_editable("urgent")) slot_->set_urgent();
+    if (this->is_editable("urgent")) this->slot_->set_urgent();
     return *this;
   }
   /// Counts a repeated value as a change: a new time, and a notification.
   PushedProperty& every_sample() {
-    if (this->is_editable("every_sample")) slot_->set_every_sample();
+    if (this->is_editable("every_sample")) this->slot_->set_every_sample();
     return *this;
   }
 
  private:
   friend class Thing;
-  PushedProperty(std::shared_ptr<model::ResourceSpec> spec, std::shared_ptr<model::Slot<T>> slot) noexcept
-      : Base(std::move(spec)), slot_(std::move(slot)) {}
-  std::shared_ptr<model::Slot<T>> slot_;
+  explicit PushedProperty(model::PushedSetup&& setup) noexcept : Base(std::move(setup)) {}
 };
 
 /// Handle to a pulled Property: a lambda reads its value when a client requests it or observes it. changed() works
@@ -86,8 +83,8 @@ class PulledProperty : public model::PropertyHandle<PulledProperty<T>, T> {
   /// @par Threads  Any.
   /// @par Time     No lock, no allocation; a system call as in publish().
   void changed() noexcept {
-    assert(changes_ && "lrt: the handle is empty; assign what Thing::property returns");
-    if (changes_) changes_->changed();
+    assert(this->changes_ && "lrt: the handle is empty; assign what Thing::property returns");
+    if (this->changes_) this->changes_->changed();
   }
 
   /// Sets the period at which `read` is called while the property is observed. Zero: only after changed(). Default:
@@ -99,9 +96,7 @@ class PulledProperty : public model::PropertyHandle<PulledProperty<T>, T> {
 
  private:
   friend class Thing;
-  PulledProperty(std::shared_ptr<model::ResourceSpec> spec, std::shared_ptr<model::ChangeSignal> changes) noexcept
-      : Base(std::move(spec)), changes_(std::move(changes)) {}
-  std::shared_ptr<model::ChangeSignal> changes_;
+  explicit PulledProperty(model::PulledSetup&& setup) noexcept : Base(std::move(setup)) {}
 };
 
 }  // namespace v0

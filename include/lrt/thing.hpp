@@ -105,14 +105,12 @@ class LRT_API Thing {
       return PulledProperty<bool>();
     } else {
       using T = rdf::detail::stored_t<std::invoke_result_t<Read&>>;
-      auto changes = std::make_shared<model::ChangeSignal>();
-      auto spec = new_property(path, rdf::traits<T>::type(), unit, changes, [read = std::move(read)](bool whole) mutable {
+      return PulledProperty<T>(new_pulled(path, rdf::traits<T>::type(), unit, [read = std::move(read)](bool whole) mutable {
         T value(read());
         model::Reading reading{rdf::traits<T>::encode(value), nullptr};
-        if (whole) reading.whole = std::make_shared<const T>(std::move(value));
+        if (whole) model::keep_whole(reading, new T(std::move(value)), model::delete_value<T>);
         return reading;
-      });
-      return PulledProperty<T>(std::move(spec), std::move(changes));
+      }));
     }
   }
   /// Exposes a value as a pushed Property: the control loop passes it to publish(), and the server answers GET without
@@ -132,9 +130,7 @@ class LRT_API Thing {
                     "property(path, [] { return value; })");
       return PushedProperty<T>();
     } else {
-      auto slot = std::make_shared<model::Slot<T>>();
-      auto spec = new_property(path, rdf::traits<T>::type(), unit, slot);
-      return PushedProperty<T>(std::move(spec), std::move(slot));
+      return PushedProperty<T>(new_pushed(path, rdf::traits<T>::type(), unit, model::new_slot<T>()));
     }
   }
 
@@ -207,10 +203,8 @@ class LRT_API Thing {
  private:
   friend class World;
   std::shared_ptr<model::PropertySpec> new_property(std::string_view path, const rdf::Type& type, const Unit& unit);
-  std::shared_ptr<model::ResourceSpec> new_property(std::string_view path, const rdf::Type& type, const Unit& unit,
-                                                    std::shared_ptr<model::ChangeSignal> changes, model::ReadFunction read);
-  std::shared_ptr<model::ResourceSpec> new_property(std::string_view path, const rdf::Type& type, const Unit& unit,
-                                                    std::shared_ptr<model::SlotBase> slot);
+  model::PulledSetup new_pulled(std::string_view path, const rdf::Type& type, const Unit& unit, model::ReadFunction read);
+  model::PushedSetup new_pushed(std::string_view path, const rdf::Type& type, const Unit& unit, std::unique_ptr<model::SlotBase> slot);
   /// @param input,output  nullptr: none
   std::shared_ptr<model::ResourceSpec> new_action(std::string_view path, const rdf::Type* input, const rdf::Type* output, bool asynchronous,
                                                   model::StartFunction start);

@@ -21,6 +21,33 @@ std::string location_at(ActionSpec& action, std::string_view path) {
 
 }  // namespace
 
+std::shared_ptr<const void> shared_value(const void* value, void (*destroy)(const void*) noexcept) { return {value, destroy}; }
+void keep_whole(Reading& reading, const void* value, void (*destroy)(const void*) noexcept) { reading.whole = shared_value(value, destroy); }
+
+ResourceSetup::ResourceSetup(const ResourceSetup& other) noexcept = default;
+ResourceSetup::ResourceSetup(ResourceSetup&& other) noexcept = default;
+ResourceSetup& ResourceSetup::operator=(const ResourceSetup& other) noexcept = default;
+ResourceSetup& ResourceSetup::operator=(ResourceSetup&& other) noexcept = default;
+ResourceSetup::~ResourceSetup() = default;
+
+PulledSetup::PulledSetup() noexcept = default;
+PulledSetup::PulledSetup(std::shared_ptr<ResourceSpec> spec, std::shared_ptr<ChangeSignal> changes) noexcept
+    : PropertySetup(std::move(spec)), changes_(std::move(changes)) {}
+PulledSetup::PulledSetup(const PulledSetup& other) noexcept = default;
+PulledSetup::PulledSetup(PulledSetup&& other) noexcept = default;
+PulledSetup& PulledSetup::operator=(const PulledSetup& other) noexcept = default;
+PulledSetup& PulledSetup::operator=(PulledSetup&& other) noexcept = default;
+PulledSetup::~PulledSetup() = default;
+
+PushedSetup::PushedSetup() noexcept = default;
+PushedSetup::PushedSetup(std::shared_ptr<ResourceSpec> spec, std::shared_ptr<SlotBase> slot) noexcept
+    : PropertySetup(std::move(spec)), slot_(std::move(slot)) {}
+PushedSetup::PushedSetup(const PushedSetup& other) noexcept = default;
+PushedSetup::PushedSetup(PushedSetup&& other) noexcept = default;
+PushedSetup& PushedSetup::operator=(const PushedSetup& other) noexcept = default;
+PushedSetup& PushedSetup::operator=(PushedSetup&& other) noexcept = default;
+PushedSetup::~PushedSetup() = default;
+
 bool ResourceSetup::is_open() const noexcept { return spec_ && !spec_->sealed.load(std::memory_order_acquire); }
 
 void ResourceSetup::report_late(const char* call) const noexcept {

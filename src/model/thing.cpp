@@ -178,19 +178,17 @@ std::shared_ptr<model::PropertySpec> Thing::new_property(std::string_view path, 
   return spec;
 }
 
-std::shared_ptr<model::ResourceSpec> Thing::new_property(std::string_view path, const rdf::Type& type, const Unit& unit,
-                                                         std::shared_ptr<model::ChangeSignal> changes, model::ReadFunction read) {
+model::PulledSetup Thing::new_pulled(std::string_view path, const rdf::Type& type, const Unit& unit, model::ReadFunction read) {
   auto spec = new_property(path, type, unit);
-  spec->changes = std::move(changes);
+  spec->changes = std::make_shared<model::ChangeSignal>();
   spec->read = std::move(read);
-  return spec;
+  return model::PulledSetup(spec, spec->changes);
 }
 
-std::shared_ptr<model::ResourceSpec> Thing::new_property(std::string_view path, const rdf::Type& type, const Unit& unit,
-                                                         std::shared_ptr<model::SlotBase> slot) {
+model::PushedSetup Thing::new_pushed(std::string_view path, const rdf::Type& type, const Unit& unit, std::unique_ptr<model::SlotBase> slot) {
   auto spec = new_property(path, type, unit);
   spec->slot = std::move(slot);
-  return spec;
+  return model::PushedSetup(spec, spec->slot);
 }
 
 std::shared_ptr<model::ResourceSpec> Thing::new_action(std::string_view path, const rdf::Type* input, const rdf::Type* output, bool asynchronous,

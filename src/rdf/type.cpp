@@ -2,7 +2,6 @@
 #include <lrt/rdf/traits.hpp>
 
 #include <lrt/base/immortal.hpp>
-#include <lrt/base/iri.hpp>
 
 namespace lrt::rdf {
 inline namespace v0 {
@@ -93,28 +92,6 @@ Type map_type(const Type& element) {
   t.kind = Type::Kind::map;
   t.element = &element;
   return t;
-}
-
-std::string term_name(std::string_view name) {
-  std::string out;
-  for (const char c : name) {
-    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
-    if (plain) out += c;
-    else if (!out.empty() && out.back() != '-') out += '-';
-  }
-  if (!out.empty() && out.back() == '-') out.pop_back();
-  return out;
-}
-
-void place_terms(Type& record) {
-  bool own = record.classes.empty();
-  for (FieldType& field : record.fields) {
-    if (field.predicate.empty() || field.predicate.front() != '#') continue;
-    own = true;
-    field.predicate = "#" + record.name + "/" + iri::encode_segment(field.name);
-  }
-  if (record.classes.empty()) record.classes.push_back("#" + record.name);
-  if (!own) record.name.clear();
 }
 
 Unexpected not_a_value_of(const char* what) { return unexpected(Errc::expected_value, std::string("expected ") + what); }

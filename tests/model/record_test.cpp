@@ -213,6 +213,78 @@ TEST_CASE("a getter alone and a const member are read-only fields, and a getter 
   CHECK_FALSE(traits<record_test::Broken>::same({}, {}));  // publish() is noexcept
 }
 
+namespace record_test {
+struct Named {
+  std::string name = "n";
+};
+struct Wheel : virtual Named {
+  double radius = 1;
+};
+struct Counted {
+  virtual ~Counted() = default;
+  int count = 3;
+};
+struct Second {
+  double second = 2;
+};
+/// Its members are at the places that a second base, a virtual base and a virtual function leave.
+struct Mixed : Counted, Second, Wheel {
+  volatile int ticks = 5;
+  bool on = true;
+};
+enum class Step : signed char { back = -1, none = 0, forth = 1 };
+}  // namespace record_test
+template <>
+struct lrt::rdf::traits<record_test::Step> : Enumeration<record_test::Step> {
+  static void describe(Enumeration<record_test::Step>& e) { e.name(record_test::Step::back, "back").name(record_test::Step::forth, "forth"); }
+};
+template <>
+struct lrt::rdf::traits<record_test::Mixed> : Record<record_test::Mixed> {
+  static void describe(Record<record_test::Mixed>& r) {
+    r.field("name", &record_test::Mixed::name);
+    r.field("radius", &record_test::Mixed::radius);
+    r.field("count", &record_test::Mixed::count);
+    r.field("second", &record_test::Mixed::second);
+    r.field("ticks", &record_test::Mixed::ticks);
+    r.field("on", &record_test::Mixed::on);
+  }
+};
+
+TEST_CASE("members of second, virtual and polymorphic bases, and volatile ones, are fields", "[model]") {
+  record_test::Mixed mixed;
+  mixed.name = "left";
+  mixed.radius = 0.5;
+  mixed.count = 4;
+  mixed.second = 7;
+  mixed.ticks = 6;
+  mixed.on = false;
+  CHECK(survives(mixed));
+  const record_test::Mixed copy = traits<record_test::Mixed>::decode(traits<record_test::Mixed>::encode(mixed)).value();
+  CHECK(copy.name == "left");
+  CHECK(copy.radius == 0.5);
+  CHECK(copy.count == 4);
+  CHECK(copy.second == 7);
+  CHECK(copy.ticks == 6);
+  CHECK_FALSE(copy.on);
+  CHECK_FALSE(traits<record_test::Mixed>::same(mixed, record_test::Mixed()));
+  CHECK_FALSE(traits<record_test::Mixed>::runs_user_code());
+  // A base of another object: the virtual base is elsewhere.
+  struct More : record_test::Mixed {
+    double more[4] = {};
+  };
+  More more;
+  more.name = "below";
+  CHECK(*(*traits<record_test::Mixed>::encode(more).sequence())[0].text() == "below");
+}
+
+TEST_CASE("an enum may have negative values and values without a name", "[model]") {
+  using record_test::Step;
+  CHECK(*traits<Step>::encode(Step::back).text() == "back");
+  CHECK(traits<Step>::decode(Value(std::string("back"))).value() == Step::back);
+  CHECK(traits<Step>::encode(Step::none).is_null());
+  CHECK(traits<Step>::decode(Value(std::string("none"))).error().message == "expected one of the names");
+}
+
 TEST_CASE("maps survive every syntax, and their order does not count", "[model]") {
   CHECK(survives(std::map<std::string, double>{}));
   CHECK(survives(std::map<std::string, double>{{"left", 0.1}, {"right", -1}, {"", 5}}));

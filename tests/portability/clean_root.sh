@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# The two commands of README.md for someone who has a fresh Debian and a clone: in a root of its own, by debootstrap, without the packages, settings
+# examples/run.sh and tests/run.sh for someone who has a fresh Debian and a clone: in a root of its own, by debootstrap, without the packages, settings
 # and files of this machine. By hand, not in CI: it loads some 400 MB from a mirror, needs 12 GB below TMPDIR, and takes as long as a build from
 # nothing and all tests.
 #

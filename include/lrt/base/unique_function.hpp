@@ -10,9 +10,14 @@
 
 namespace lrt::detail {
 inline namespace v0 {
-/// Owns the callable of a UniqueFunction of any signature.
-struct LRT_API Callable {
-  virtual ~Callable() = default;
+/// Owns the callable of a UniqueFunction of any signature. It has functions instead of virtual ones: the type information of
+/// a class with virtual functions takes more room than most callables, because the names of lambdas are long.
+struct Callable {
+  void (*destroy)(Callable*) noexcept;
+};
+/// For std::unique_ptr.
+struct DestroyCallable {
+  void operator()(Callable* callable) const noexcept { callable->destroy(callable); }
 };
 }  // namespace v0
 }  // namespace lrt::detail
@@ -38,23 +43,24 @@ class UniqueFunction<R(Args...)> {
   /// False for an empty one.
   explicit operator bool() const noexcept { return impl_ != nullptr; }
   /// Calls it. Exceptions of the callable pass through.
-  R operator()(Args... args) { return static_cast<Base&>(*impl_).call(std::forward<Args>(args)...); }
+  R operator()(Args... args) { return static_cast<Base&>(*impl_).call(*impl_, std::forward<Args>(args)...); }
 
  private:
   struct Base : detail::Callable {
-    virtual R call(Args... args) = 0;
+    R (*call)(detail::Callable& self, Args... args);
   };
   template <class F>
   struct Holder final : Base {
-    explicit Holder(const F& f) : function(f) {}
-    explicit Holder(F&& f) : function(std::move(f)) {}
-    R call(Args... args) override {
-      if constexpr (std::is_void_v<R>) function(std::forward<Args>(args)...);
-      else return function(std::forward<Args>(args)...);
+    explicit Holder(const F& f) : Base{{destroy_it}, call_it}, function(f) {}
+    explicit Holder(F&& f) : Base{{destroy_it}, call_it}, function(std::move(f)) {}
+    static R call_it(detail::Callable& self, Args... args) {
+      if constexpr (std::is_void_v<R>) static_cast<Holder&>(self).function(std::forward<Args>(args)...);
+      else return static_cast<Holder&>(self).function(std::forward<Args>(args)...);
     }
+    static void destroy_it(detail::Callable* self) noexcept { delete static_cast<Holder*>(self); }
     F function;
   };
-  std::unique_ptr<detail::Callable> impl_;
+  std::unique_ptr<detail::Callable, detail::DestroyCallable> impl_;
 };
 
 }  // namespace v0

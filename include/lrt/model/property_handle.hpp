@@ -11,16 +11,40 @@
 #include <lrt/model/resource_handle.hpp>
 #include <lrt/rdf/traits.hpp>
 
+namespace lrt {
+inline namespace v0 {
+template <class T>
+class PushedProperty;
+template <class T>
+class PulledProperty;
+}  // namespace v0
+}  // namespace lrt
+
 namespace lrt::model {
 inline namespace v0 {
+
+/// @cond internal
+/// The compiled part of a property's handle.
+template <class Self>
+struct SetupOf;
+template <class T>
+struct SetupOf<PushedProperty<T>> {
+  using type = PushedSetup;
+};
+template <class T>
+struct SetupOf<PulledProperty<T>> {
+  using type = PulledSetup;
+};
+/// @endcond
 
 /// The common part of PushedProperty and PulledProperty: writing, unit and bounds, caching, and representations that
 /// the user encodes. Unit, bounds, title, predicates and dispatch are those of ResourceHandle.
 ///
 /// @par Threads  Set-up: one thread at a time, before Server::add().
 template <class Self, class T>
-class PropertyHandle : public ResourceHandle<Self, PropertySetup> {
-  using Base = ResourceHandle<Self, PropertySetup>;
+class PropertyHandle : public ResourceHandle<Self, typename SetupOf<Self>::type> {
+  using Setup = typename SetupOf<Self>::type;
+  using Base = ResourceHandle<Self, Setup>;
 
  public:
   /// Makes the property writable: the server reads and validates the body of a PUT as a T, and calls `write`. A
@@ -45,9 +69,15 @@ class PropertyHandle : public ResourceHandle<Self, PropertySetup> {
     } else {
       if (this->is_editable("on_write")) {
         this->set_write([write = std::move(write)](const rdf::Value& v) mutable -> Result<void> {
-          Result<T> value = rdf::traits<T>::decode(v);
-          if (!value) return Unexpected{std::move(value).error()};
-          return result_of([&] { return write(*std::move(value)); });
+          if constexpr (rdf::detail::is_decoded_in_place<T>) {
+            T value{};
+            if (Result<void> r = rdf::traits<T>::decode_fields(v, value); !r) return r;
+            return result_of([&] { return write(std::move(value)); });
+          } else {
+            Result<T> value = rdf::traits<T>::decode(v);
+            if (!value) return Unexpected{std::move(value).error()};
+            return result_of([&] { return write(*std::move(value)); });
+          }
         });
       }
       return this->self();
@@ -124,7 +154,7 @@ class PropertyHandle : public ResourceHandle<Self, PropertySetup> {
             std::move(layout),
             [](const rdf::Value& value) -> std::shared_ptr<const void> {
               Result<T> whole = rdf::traits<T>::decode(value);
-              return whole ? std::make_shared<const T>(*std::move(whole)) : nullptr;
+              return whole ? shared_value(*std::move(whole)) : nullptr;
             });
       }
       return this->self();
@@ -154,7 +184,7 @@ class PropertyHandle : public ResourceHandle<Self, PropertySetup> {
   /// An empty handle.
   PropertyHandle() noexcept = default;
   /// Made by Thing.
-  explicit PropertyHandle(std::shared_ptr<ResourceSpec> spec) noexcept : Base(std::move(spec)) {}
+  explicit PropertyHandle(Setup&& setup) noexcept : Base(std::move(setup)) {}
 };
 
 }  // namespace v0

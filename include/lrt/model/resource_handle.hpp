@@ -37,6 +37,8 @@ Result<void> result_of(F f) {
 
 struct ResourceSpec;
 class ActionSetup;
+class ChangeSignal;
+class SlotBase;
 
 /// The part of a handle that is compiled into the library. It points to the description of the resource, whose layout is
 /// in src/model/spec.hpp. Functions that change the description expect that is_editable() has returned true.
@@ -48,6 +50,12 @@ class LRT_API ResourceSetup {
  protected:
   ResourceSetup() noexcept = default;
   explicit ResourceSetup(std::shared_ptr<ResourceSpec> spec) noexcept : spec_(std::move(spec)) {}
+  // Compiled once: there is a handle for each type of the user.
+  ResourceSetup(const ResourceSetup& other) noexcept;
+  ResourceSetup(ResourceSetup&& other) noexcept;
+  ResourceSetup& operator=(const ResourceSetup& other) noexcept;
+  ResourceSetup& operator=(ResourceSetup&& other) noexcept;
+  ~ResourceSetup();
 
   /// Whether set-up calls have an effect: the handle is not empty, and its thing was not added to a server yet. If not,
   /// this logs the call, and an assertion fails in a build of the user without NDEBUG.
@@ -90,6 +98,36 @@ class LRT_API PropertySetup : public ResourceSetup {
   void set_octets() noexcept;
   void set_file() noexcept;
   void set_sample_period(std::chrono::milliseconds period) noexcept;
+};
+
+/// A property and what notifies the engine of its changes.
+class LRT_API PulledSetup : public PropertySetup {
+ public:
+  PulledSetup() noexcept;
+  PulledSetup(std::shared_ptr<ResourceSpec> spec, std::shared_ptr<ChangeSignal> changes) noexcept;
+  PulledSetup(const PulledSetup& other) noexcept;
+  PulledSetup(PulledSetup&& other) noexcept;
+  PulledSetup& operator=(const PulledSetup& other) noexcept;
+  PulledSetup& operator=(PulledSetup&& other) noexcept;
+  ~PulledSetup();
+
+ protected:
+  std::shared_ptr<ChangeSignal> changes_;
+};
+
+/// A property and the slot of its values.
+class LRT_API PushedSetup : public PropertySetup {
+ public:
+  PushedSetup() noexcept;
+  PushedSetup(std::shared_ptr<ResourceSpec> spec, std::shared_ptr<SlotBase> slot) noexcept;
+  PushedSetup(const PushedSetup& other) noexcept;
+  PushedSetup(PushedSetup&& other) noexcept;
+  PushedSetup& operator=(const PushedSetup& other) noexcept;
+  PushedSetup& operator=(PushedSetup&& other) noexcept;
+  ~PushedSetup();
+
+ protected:
+  std::shared_ptr<SlotBase> slot_;
 };
 
 /// What the library sets in the description of an action.
@@ -222,6 +260,7 @@ class ResourceHandle : public Setup {
   /// @cond internal
   using Setup::Setup;
   ResourceHandle() noexcept = default;
+  explicit ResourceHandle(Setup&& setup) noexcept : Setup(std::move(setup)) {}
 
   Self& self() noexcept { return static_cast<Self&>(*this); }
   /// @endcond

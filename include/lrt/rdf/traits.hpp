@@ -23,6 +23,7 @@
 #include <lrt/base/abi.hpp>
 #include <lrt/base/immortal.hpp>
 #include <lrt/base/result.hpp>
+#include <lrt/rdf/detail/record_fields.hpp>
 #include <lrt/rdf/type.hpp>
 #include <lrt/rdf/value.hpp>
 
@@ -460,42 +461,29 @@ template <class E>
 class Enumeration {
  public:
   /// Gives an enumerator its name.
-  Enumeration& name(E value, std::string text) {
-    type_.names.push_back(std::move(text));
-    values_.push_back(value);
-    return *this;
-  }
+  Enumeration& name(E value, std::string text) { return names_.add(number(value), std::move(text)), *this; }
 
-  static const Type& type() { return instance().type_; }
-  static Value encode(const E& v) {
-    const Enumeration& self = instance();
-    for (std::size_t i = 0; i < self.values_.size(); ++i)
-      if (self.values_[i] == v) return Value(self.type_.names[i]);
-    return Value();
-  }
+  static const Type& type() { return instance().names_.type(); }
+  static Value encode(const E& v) { return instance().names_.encode(number(v)); }
   static Result<E> decode(const Value& v) {
-    const Enumeration& self = instance();
-    if (const std::string* s = v.text())
-      for (std::size_t i = 0; i < self.values_.size(); ++i)
-        if (self.type_.names[i] == *s) return self.values_[i];
+    if (const std::uint64_t* found = instance().names_.find(v)) return static_cast<E>(static_cast<std::underlying_type_t<E>>(*found));
     return detail::not_a_value_of("one of the names");
   }
   static bool runs_user_code() noexcept { return &traits<E>::encode != &Enumeration::encode; }
   static bool same(const E& a, const E& b) noexcept { return a == b; }
 
+  /// @cond internal
+  struct Described {};
+  explicit Enumeration(Described) { traits<E>::describe(*this); }
+  /// @endcond
+
  private:
-  static const Enumeration& instance() {
-    static const Immortal<Enumeration> self([] {
-      Enumeration e;
-      e.type_.kind = Type::Kind::enumeration;
-      e.type_.datatype = vocab::xsd::string;
-      traits<E>::describe(e);
-      return e;
-    }());
+  static std::uint64_t number(E value) noexcept { return static_cast<std::uint64_t>(static_cast<std::underlying_type_t<E>>(value)); }
+  [[gnu::noinline]] static const Enumeration& instance() {
+    static const Immortal<Enumeration> self(Described{});
     return *self;
   }
-  Type type_;
-  std::vector<E> values_;
+  detail::EnumeratorNames names_;
 };
 
 namespace detail {
@@ -512,16 +500,22 @@ inline constexpr bool is_result<Result<T>> = true;
 /// Name and predicate of a field of a Record: a vocabulary term, or a name of your own. For an own name the predicate
 /// is `<vocabulary>Type/name`, a term of the server's vocabulary (Options::vocabulary): one IRI for all values of the
 /// C++ type.
-class FieldName {
+class LRT_API FieldName {
  public:
+  // Compiled once: each field has a name.
   /// @{
   /// The constructors are implicit: this is an argument of Record::field(). The name of a term is the part after its
   /// last '#' or '/'.
-  FieldName(Iri term) : name(term.text.substr(term.text.find_last_of("#/") + 1)), predicate(term.text) {}  // NOLINT: an argument of field()
-  FieldName(std::string_view own) : name(own), predicate("#" + name) {}                                    // NOLINT
-  FieldName(const std::string& own) : FieldName(std::string_view(own)) {}                                  // NOLINT
-  FieldName(const char* own) : FieldName(std::string_view(own)) {}                                         // NOLINT
+  FieldName(Iri term);                // NOLINT: an argument of field()
+  FieldName(std::string_view own);    // NOLINT
+  FieldName(const std::string& own);  // NOLINT
+  FieldName(const char* own);         // NOLINT
   /// @}
+  FieldName(const FieldName& other);
+  FieldName(FieldName&& other) noexcept;
+  FieldName& operator=(const FieldName& other);
+  FieldName& operator=(FieldName&& other) noexcept;
+  ~FieldName();
 
   /// @{
   /// Name, for people and JSON; and predicate, an absolute IRI, or "#name" until the name of the record is known.
@@ -530,29 +524,119 @@ class FieldName {
 };
 
 namespace detail {
+/// The name of T in what the compiler calls a function with the argument T, without namespaces.
+LRT_API std::string_view short_type_name(std::string_view function) noexcept;
+template <class T>
+const char* function_of() noexcept {
+#ifdef _MSC_VER
+  return __FUNCSIG__;
+#else
+  return __PRETTY_FUNCTION__;
+#endif
+}
 /// What the compiler calls a type, without namespaces: "PidGains", "LimitsOf<true>".
 template <class T>
-constexpr std::string_view type_name() noexcept {
-#ifdef _MSC_VER
-  std::string_view text = __FUNCSIG__;
-  text = text.substr(text.find("type_name<") + 10);
-  text = text.substr(0, text.rfind(">(void)"));
-#else
-  std::string_view text = __PRETTY_FUNCTION__;
-  text = text.substr(text.find("T = ") + 4);
-  text = text.substr(0, text.find_first_of(";]"));
-#endif
-  const std::size_t arguments = text.find('<');
-  const std::size_t colons = text.substr(0, arguments).rfind("::");
-  if (colons != std::string_view::npos) text = text.substr(colons + 2);
-  for (const std::string_view word : {std::string_view("struct "), std::string_view("class ")})
-    if (text.substr(0, word.size()) == word) text = text.substr(word.size());
-  return text;
+std::string_view type_name() noexcept {
+  return short_type_name(function_of<T>());
 }
-/// The name with '-' for each run of characters that a term does not have: "LimitsOf-true".
-LRT_API std::string term_name(std::string_view name);
-/// Puts "#name" predicates below the type's name, and gives a record without classes its own.
-LRT_API void place_terms(Type& record);
+template <class T>
+struct OperationsOf {
+  static const Type& type() { return traits<T>::type(); }
+  static Value encode(const void* member) { return traits<T>::encode(*static_cast<const T*>(member)); }
+  static Result<void> decode([[maybe_unused]] const Value& v, [[maybe_unused]] void* member) {
+    if constexpr (std::is_assignable_v<T&, T>) {
+      Result<T> r = traits<T>::decode(v);
+      if (!r) return Unexpected{std::move(r).error()};
+      *static_cast<T*>(member) = *std::move(r);
+      return {};
+    } else {
+      return read_only();
+    }
+  }
+  static bool same(const void* a, const void* b) noexcept { return traits<T>::same(*static_cast<const T*>(a), *static_cast<const T*>(b)); }
+  static bool runs_user_code() noexcept { return detail::runs_user_code<T>(); }
+};
+/// char[N]: a text of at most N - 1 bytes.
+template <std::size_t N>
+struct OperationsOf<char[N]> {
+  static const Type& type() { return text_type(); }
+  static std::string_view text(const void* member) noexcept {
+    const void* end = std::memchr(member, 0, N);
+    const char* begin = static_cast<const char*>(member);
+    return {begin, end ? static_cast<std::size_t>(static_cast<const char*>(end) - begin) : N};
+  }
+  static Value encode(const void* member) { return Value(std::string(text(member))); }
+  static Result<void> decode(const Value& v, void* member) {
+    const std::string* found = v.text();
+    if (!found) return not_a_value_of("a text");
+    if (found->size() >= N || found->find('\0') != std::string::npos) return not_a_value_of("a text that fits into its array, without U+0000");
+    std::memset(member, 0, N);
+    std::memcpy(member, found->data(), found->size());
+    return {};
+  }
+  static bool same(const void* a, const void* b) noexcept { return text(a) == text(b); }
+  static bool runs_user_code() noexcept { return false; }
+};
+/// T[N]: a list of N members.
+template <class T, std::size_t N>
+struct OperationsOf<T[N]> {
+  static const Type& type() {
+    static const Immortal<Type> t(list_type(traits<T>::type(), N, N));
+    return *t;
+  }
+  static Value encode(const void* member) {
+    Value::Sequence out;
+    out.reserve(N);
+    for (const T& m : *static_cast<const T(*)[N]>(member)) out.push_back(traits<T>::encode(m));
+    return Value(std::move(out));
+  }
+  static Result<void> decode(const Value& v, void* member) {
+    const Value::Sequence* members = v.sequence();
+    if (!members || members->size() != N) return not_a_value_of("a list of the array's length");
+    for (std::size_t i = 0; i < N; ++i) {
+      Result<T> r = traits<T>::decode((*members)[i]);
+      if (!r) return Unexpected{std::move(r).error()};
+      (*static_cast<T(*)[N]>(member))[i] = *std::move(r);
+    }
+    return {};
+  }
+  static bool same(const void* a, const void* b) noexcept {
+    for (std::size_t i = 0; i < N; ++i)
+      if (!traits<T>::same((*static_cast<const T(*)[N]>(a))[i], (*static_cast<const T(*)[N]>(b))[i])) return false;
+    return true;
+  }
+  static bool runs_user_code() noexcept { return detail::runs_user_code<T>(); }
+};
+template <class T>
+inline constexpr MemberOperations operations_of{OperationsOf<T>::type, OperationsOf<T>::encode, OperationsOf<T>::decode, OperationsOf<T>::same,
+                                                OperationsOf<T>::runs_user_code};
+
+/// A field of the type M by a getter, and by a setter if it is writable. Derived classes have what depends on the record.
+template <class M, bool writable>
+class GetterField : public FieldAccess {
+ public:
+  Value encode(const void* record) const final { return traits<M>::encode(get(record)); }
+  Result<void> decode([[maybe_unused]] const Value& v, [[maybe_unused]] void* record) const final {
+    if constexpr (writable) {
+      Result<M> r = traits<M>::decode(v);
+      if (!r) return Unexpected{std::move(r).error()};
+      return set(record, *std::move(r));
+    } else {
+      return read_only();
+    }
+  }
+  bool same(const void* a, const void* b) const noexcept final {
+    try {
+      return traits<M>::same(get(a), get(b));
+    } catch (...) {  // of the getter: encode() throws it where it is reported
+      return false;
+    }
+  }
+
+ private:
+  virtual M get(const void* record) const = 0;
+  virtual Result<void> set(void* record, M&& value) const = 0;
+};
 }  // namespace detail
 
 /// Base of rdf::traits for a struct or class. The user lists its fields:
@@ -585,10 +669,10 @@ template <class S>
 class Record {
  public:
   /// Adds an rdf:type.
-  Record& is(Iri type) { return type_.classes.emplace_back(type.text), *this; }
+  Record& is(Iri type) { return fields_.add_class(type.text), *this; }
   /// Sets the name of the C++ type in the server's vocabulary: letters, digits, '-' and '_'. Use it if two namespaces
   /// have types of the same name, and to keep the terms when the C++ type is renamed.
-  Record& named(std::string_view name) { return type_.name = detail::term_name(name), *this; }
+  Record& named(std::string_view name) { return fields_.set_name(name), *this; }
   /// @{
   /// Adds a field: a data member, or a read-only field by a getter or a callable of const S&.
   template <class Get>
@@ -620,14 +704,8 @@ class Record {
   }
   /// @}
 
-  static const Type& type() { return instance().type_; }
-  static Value encode(const S& v) {
-    const Record& self = instance();
-    Value::Sequence out;
-    out.reserve(self.members_.size());
-    for (const auto& m : self.members_) out.push_back(m->encode(v));
-    return Value(std::move(out));
-  }
+  static const Type& type() { return instance().fields_.type(); }
+  static Value encode(const S& v) { return instance().fields_.encode(std::addressof(v)); }
   static Result<S> decode(const Value& v) {
     if constexpr (!std::is_default_constructible_v<S>) {
       static_assert(detail::always_false<S>,
@@ -635,175 +713,104 @@ class Record {
                     "decode() yourself in rdf::traits<S>");
       return detail::not_a_value_of("a record");
     } else {
-      const Record& self = instance();
-      const Value::Sequence* s = v.sequence();
-      if (!s || s->size() != self.members_.size()) return detail::not_a_value_of("a record");
       S out{};
-      for (std::size_t i = 0; i < self.members_.size(); ++i)
-        if (Result<void> r = self.members_[i]->decode((*s)[i], out); !r) return Unexpected{std::move(r).error()};
+      if (Result<void> r = decode_fields(v, out); !r) return Unexpected{std::move(r).error()};
       return out;
     }
   }
-  static bool runs_user_code() noexcept { return &traits<S>::encode != &Record::encode || instance().runs_user_code_; }
-  static bool same(const S& a, const S& b) noexcept {
-    for (const auto& m : instance().members_)
-      if (!m->same(a, b)) return false;
-    return true;
+  static bool runs_user_code() noexcept { return &traits<S>::encode != &Record::encode || instance().fields_.runs_user_code(); }
+  static bool same(const S& a, const S& b) noexcept { return instance().fields_.same(std::addressof(a), std::addressof(b)); }
+
+  /// @cond internal
+  /// What decode() does, with an object that exists. After an error some fields have changed.
+  static Result<void> decode_fields(const Value& v, S& out) { return instance().fields_.decode(v, std::addressof(out)); }
+  struct Described {};
+  explicit Record(Described) : fields_(detail::type_name<S>()) {
+    traits<S>::describe(*this);
+    fields_.finish();
   }
+  /// @endcond
 
  private:
-  struct Member {
-    virtual ~Member() = default;
-    virtual Value encode(const S&) const = 0;
-    virtual Result<void> decode(const Value&, S&) const = 0;
-    virtual bool same(const S&, const S&) const noexcept = 0;
-  };
-  /// A data member.
+  /// A data member that is not at a fixed place, because a virtual base has it, or that is volatile.
   template <class M, class Pointer>
-  struct MemberOf final : Member {
-    explicit MemberOf(Pointer p) : pointer(p) {}
-    Value encode(const S& s) const override { return traits<M>::encode(s.*pointer); }
-    Result<void> decode(const Value& v, S& s) const override {
-      if constexpr (std::is_assignable_v<decltype(s.*pointer), M>) {
+  struct MovingMember final : detail::FieldAccess {
+    explicit MovingMember(Pointer p) : pointer(p) {}
+    Value encode(const void* s) const override { return traits<M>::encode(static_cast<const S*>(s)->*pointer); }
+    Result<void> decode([[maybe_unused]] const Value& v, [[maybe_unused]] void* s) const override {
+      if constexpr (std::is_assignable_v<decltype(std::declval<S&>().*pointer), M>) {
         Result<M> r = traits<M>::decode(v);
         if (!r) return Unexpected{std::move(r).error()};
-        s.*pointer = *std::move(r);
+        static_cast<S*>(s)->*pointer = *std::move(r);
         return {};
       } else {
         return detail::read_only();
       }
     }
-    bool same(const S& a, const S& b) const noexcept override { return traits<M>::same(a.*pointer, b.*pointer); }
-    Pointer pointer;
-  };
-  /// A data member of type char[N]: a text of at most N - 1 bytes.
-  template <std::size_t N, class Pointer>
-  struct TextMember final : Member {
-    explicit TextMember(Pointer p) : pointer(p) {}
-    static std::string_view text(const char (&array)[N]) noexcept {
-      const void* end = std::memchr(array, 0, N);
-      return {array, end ? static_cast<std::size_t>(static_cast<const char*>(end) - array) : N};
-    }
-    Value encode(const S& s) const override { return Value(std::string(text(s.*pointer))); }
-    Result<void> decode(const Value& v, S& s) const override {
-      const std::string* found = v.text();
-      if (!found) return detail::not_a_value_of("a text");
-      if (found->size() >= N || found->find('\0') != std::string::npos)
-        return detail::not_a_value_of("a text that fits into its array, without U+0000");
-      std::memset(s.*pointer, 0, N);
-      std::memcpy(s.*pointer, found->data(), found->size());
-      return {};
-    }
-    bool same(const S& a, const S& b) const noexcept override { return text(a.*pointer) == text(b.*pointer); }
-    Pointer pointer;
-  };
-  /// A data member of type T[N]: a list of N members.
-  template <class T, std::size_t N, class Pointer>
-  struct ArrayMember final : Member {
-    explicit ArrayMember(Pointer p) : pointer(p) {}
-    static const Type& type() {
-      static const Immortal<Type> t(detail::list_type(traits<T>::type(), N, N));
-      return *t;
-    }
-    Value encode(const S& s) const override {
-      Value::Sequence out;
-      out.reserve(N);
-      for (const T& m : s.*pointer) out.push_back(traits<T>::encode(m));
-      return Value(std::move(out));
-    }
-    Result<void> decode(const Value& v, S& s) const override {
-      const Value::Sequence* members = v.sequence();
-      if (!members || members->size() != N) return detail::not_a_value_of("a list of the array's length");
-      for (std::size_t i = 0; i < N; ++i) {
-        Result<T> r = traits<T>::decode((*members)[i]);
-        if (!r) return Unexpected{std::move(r).error()};
-        (s.*pointer)[i] = *std::move(r);
-      }
-      return {};
-    }
-    bool same(const S& a, const S& b) const noexcept override {
-      for (std::size_t i = 0; i < N; ++i)
-        if (!traits<T>::same((a.*pointer)[i], (b.*pointer)[i])) return false;
-      return true;
+    bool same(const void* a, const void* b) const noexcept override {
+      return traits<M>::same(static_cast<const S*>(a)->*pointer, static_cast<const S*>(b)->*pointer);
     }
     Pointer pointer;
   };
   /// A field by a getter, and by a setter unless Set is std::nullptr_t.
   template <class M, class Get, class Set>
-  struct GetterOf final : Member {
-    GetterOf(Get g, Set s) : get(std::move(g)), set(std::move(s)) {}
-    M value(const S& s) const {
+  struct GetterOf final : detail::GetterField<M, !std::is_same_v<Set, std::nullptr_t>> {
+    GetterOf(Get g, Set s) : getter(std::move(g)), setter(std::move(s)) {}
+    M get(const void* record) const override {
+      const S& s = *static_cast<const S*>(record);
       if constexpr (std::is_invocable_v<const Get&, const S&>) {
-        return M(std::invoke(get, s));
+        return M(std::invoke(getter, s));
       } else {
         S copy(s);
-        return M(std::invoke(get, copy));
+        return M(std::invoke(getter, copy));
       }
     }
-    Value encode(const S& s) const override { return traits<M>::encode(value(s)); }
-    Result<void> decode([[maybe_unused]] const Value& v, [[maybe_unused]] S& s) const override {
+    Result<void> set([[maybe_unused]] void* record, [[maybe_unused]] M&& value) const override {
       if constexpr (std::is_same_v<Set, std::nullptr_t>) {
         return detail::read_only();
       } else {
         using R = std::invoke_result_t<const Set&, S&, M>;
-        Result<M> r = traits<M>::decode(v);
-        if (!r) return Unexpected{std::move(r).error()};
+        S& s = *static_cast<S*>(record);
         if constexpr (std::is_same_v<R, bool>) {
-          if (!std::invoke(set, s, *std::move(r))) return detail::not_a_value_of("a value that the setter accepts");
+          if (!std::invoke(setter, s, std::move(value))) return detail::not_a_value_of("a value that the setter accepts");
         } else if constexpr (detail::is_result<R>) {
-          if (R done = std::invoke(set, s, *std::move(r)); !done) return Unexpected{std::move(done).error()};
+          if (R done = std::invoke(setter, s, std::move(value)); !done) return Unexpected{std::move(done).error()};
         } else {
-          std::invoke(set, s, *std::move(r));
+          std::invoke(setter, s, std::move(value));
         }
         return {};
       }
     }
-    bool same(const S& a, const S& b) const noexcept override {
-      try {
-        return traits<M>::same(value(a), value(b));
-      } catch (...) {  // of the getter: encode() throws it where it is reported
-        return false;
-      }
-    }
-    Get get;
-    Set set;
+    Get getter;
+    Set setter;
   };
 
-  template <class Pointer>
-  Facets& add_member(FieldName name, Pointer pointer) {
-    if constexpr (!std::is_invocable_v<Pointer, const S&>) {
-      static_assert(detail::always_false<Pointer>,
+  template <class Declared, class C>
+  Facets& add_member(FieldName&& name, Declared C::*pointer) {
+    if constexpr (!std::is_base_of_v<C, S> || !std::is_invocable_v<Declared C::*, S&>) {
+      static_assert(detail::always_false<C>,
                     "lrt: the data member of a field must be one of the struct that is described; for one of its members write a lambda: "
                     "field(name, [](const S& s) { return s.part.x; })");
       return none();
     } else {
-      return add_own_member(std::move(name), pointer);
-    }
-  }
-  template <class Pointer>
-  Facets& add_own_member(FieldName name, Pointer pointer) {
-    using Declared = std::remove_reference_t<std::invoke_result_t<Pointer, S&>>;
-    using M = std::remove_cv_t<Declared>;
-    constexpr bool read_only = std::is_const_v<std::remove_all_extents_t<Declared>>;
-    if constexpr (std::is_array_v<M>) {
-      using T = std::remove_cv_t<std::remove_extent_t<M>>;
-      constexpr std::size_t length = std::extent_v<M>;
-      if constexpr (read_only || std::is_array_v<T>) {
+      using M = std::remove_cv_t<Declared>;
+      constexpr bool read_only = std::is_const_v<std::remove_all_extents_t<Declared>>;
+      if constexpr (std::is_array_v<M> && (read_only || std::is_array_v<std::remove_extent_t<M>>)) {
         static_assert(detail::always_false<S>,
                       "lrt: a const C array or an array of arrays cannot be a field; write a lambda: field(name, [](const S& s) { return ...; })");
         return none();
-      } else if constexpr (std::is_same_v<T, char>) {
-        return add(std::move(name), detail::text_type(), false, false, std::make_unique<TextMember<length, Pointer>>(pointer)).length(0, length - 1);
+      } else if constexpr (!std::is_convertible_v<Declared C::*, Declared S::*> || std::is_volatile_v<Declared>) {
+        return fields_.add(std::move(name), traits<M>::type(), detail::runs_user_code<M>(), read_only,
+                           std::make_unique<MovingMember<M, Declared C::*>>(pointer));
+      } else if constexpr (std::is_array_v<M> && std::is_same_v<std::remove_extent_t<M>, char>) {
+        return fields_.add(std::move(name), detail::operations_of<M>, detail::offset_of<Declared, S>(pointer), false).length(0, std::extent_v<M> - 1);
       } else {
-        return add(std::move(name), ArrayMember<T, length, Pointer>::type(), detail::runs_user_code<T>(), false,
-                   std::make_unique<ArrayMember<T, length, Pointer>>(pointer));
+        return fields_.add(std::move(name), detail::operations_of<M>, detail::offset_of<Declared, S>(pointer), read_only);
       }
-    } else {
-      return add(std::move(name), traits<M>::type(), detail::runs_user_code<M>(), read_only, std::make_unique<MemberOf<M, Pointer>>(pointer));
     }
   }
   template <class Get, class Set>
-  Facets& add_getter(FieldName name, Get get, Set set) {
+  Facets& add_getter(FieldName&& name, Get get, Set set) {
     constexpr bool is_const = std::is_invocable_v<const Get&, const S&>;
     constexpr bool read_only = std::is_same_v<Set, std::nullptr_t>;
     if constexpr (!is_const && !std::is_invocable_v<const Get&, S&>) {
@@ -821,34 +828,23 @@ class Record {
                         "lrt: the setter of a field expects a member function or a callable (S&, value) that takes what the getter returns; give a "
                         "callable: field(name, get, [](S& s, T value) { ... })");
         } else {
-          return add(std::move(name), traits<M>::type(), true, read_only, std::make_unique<GetterOf<M, Get, Set>>(std::move(get), std::move(set)));
+          return fields_.add(std::move(name), traits<M>::type(), true, read_only,
+                             std::make_unique<GetterOf<M, Get, Set>>(std::move(get), std::move(set)));
         }
       }
     }
     return none();
   }
-  Facets& add(FieldName name, const Type& type, bool runs_user_code, bool read_only, std::unique_ptr<Member> member) {
-    members_.push_back(std::move(member));
-    type_.fields.push_back({std::move(name.name), std::move(name.predicate), &type, {}, read_only});
-    runs_user_code_ = runs_user_code_ || runs_user_code;
-    return type_.fields.back().facets;
-  }
   /// Follows a static_assert.
-  Facets& none() { return type_.fields.back().facets; }
-  static const Record& instance() {
-    static const Immortal<Record> self([] {
-      Record r;
-      r.type_.kind = Type::Kind::record;
-      r.type_.name = detail::term_name(detail::type_name<S>());
-      traits<S>::describe(r);
-      detail::place_terms(r.type_);
-      return r;
-    }());
+  static Facets& none() {
+    static Facets nothing;
+    return nothing;
+  }
+  [[gnu::noinline]] static const Record& instance() {  // with the initialisation: once for each struct, not once for each use
+    static const Immortal<Record> self(Described{});
     return *self;
   }
-  Type type_;
-  std::vector<std::unique_ptr<Member>> members_;
-  bool runs_user_code_ = false;  ///< a field's traits or its getter do
+  detail::RecordFields fields_;
 };
 
 namespace detail {
@@ -856,6 +852,14 @@ template <class T, class = void>
 struct own_traits : std::false_type {};
 template <class T>
 struct own_traits<T, std::void_t<decltype(traits<T>::runs_user_code())>> : std::true_type {};
+
+/// Whether decode() of T's traits is that of Record. Then decode_fields() does the same without a Result<T>.
+template <class T, class = void>
+inline constexpr bool is_decoded_in_place = false;
+template <class T>
+inline constexpr bool
+    is_decoded_in_place<T, std::void_t<decltype(traits<T>::decode_fields), std::enable_if_t<&traits<T>::decode == &Record<T>::decode>>> =
+        std::is_default_constructible_v<T>;
 
 template <class T>
 bool runs_user_code() noexcept {

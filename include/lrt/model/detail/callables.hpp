@@ -3,7 +3,10 @@
 
 #include <memory>
 #include <string>
+#include <type_traits>
+#include <utility>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/base/unique_function.hpp>
 #include <lrt/model/representation.hpp>
@@ -19,6 +22,22 @@ struct Reading {
   rdf::Value value;
   std::shared_ptr<const void> whole;  ///< the T itself, for the user's encoders; null: it was not requested
 };
+
+template <class T>
+void delete_value(const void* value) noexcept {
+  delete static_cast<const T*>(value);
+}
+/// @{
+/// Owns a value without its type: its users differ in T, and the control block of std::make_shared would be compiled for each.
+LRT_API std::shared_ptr<const void> shared_value(const void* value, void (*destroy)(const void*) noexcept);
+template <class T>
+std::shared_ptr<const void> shared_value(T&& value) {
+  using Value = std::decay_t<T>;
+  return shared_value(new Value(std::forward<T>(value)), delete_value<Value>);
+}
+/// Sets Reading::whole.
+LRT_API void keep_whole(Reading& reading, const void* value, void (*destroy)(const void*) noexcept);
+/// @}
 
 /// The user's callables without their types: made by templates, called by the engine. Exceptions of user code pass through.
 /// @{

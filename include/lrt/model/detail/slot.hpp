@@ -1,18 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <type_traits>
-#include <utility>
-#include <vector>
 
 #include <lrt/base/abi.hpp>
 #include <lrt/base/clock.hpp>
+#include <lrt/model/detail/callables.hpp>
 #include <lrt/model/detail/wake_signal.hpp>
 #include <lrt/rdf/traits.hpp>
 #include <lrt/rdf/value.hpp>
@@ -87,225 +85,180 @@ class LRT_API SlotBase : public ChangeSource {
   std::atomic<const Clock*> clock_{&system_clock()};
 };
 
-/// A published value with its sequence number.
-template <class T>
-struct Sample {
-  T value{};
+/// A published value without its type.
+struct SampleHead {
   std::chrono::system_clock::time_point since{};
-  std::uint64_t number = 0;
+  std::uint64_t number = 0;  ///< in the order of publication, from 1
 };
-
-/// A ring of values in the order of publication. A value that does not fit is left out. Wait-free: one writer, one
-/// reader.
 template <class T>
-class SampleRing {
- public:
-  explicit SampleRing(std::size_t size) : cells_(size + 1), limit_(size) {}
-
-  void put(const Sample<T>& sample) {
-    const std::size_t begin = begin_.load(std::memory_order_acquire), at = end_.load(std::memory_order_relaxed);
-    if ((at >= begin ? at - begin : at + cells_.size() - begin) >= limit_.load(std::memory_order_relaxed)) return;
-    cells_[at] = sample;
-    end_.store(after(at), std::memory_order_release);
-  }
-  bool take(Sample<T>& sample) {
-    std::size_t at = begin_.load(std::memory_order_relaxed), end = end_.load(std::memory_order_acquire);
-    if (const std::size_t skipped_to = skip_to_.load(std::memory_order_relaxed); skipped_to != nowhere) {
-      at = skipped_to;
-      skip_to_.store(nowhere, std::memory_order_relaxed);
-      begin_.store(at, std::memory_order_release);
-      end = end_.load(std::memory_order_acquire);
-    }
-    if (at == end) return false;
-    sample = std::move(cells_[at]);
-    begin_.store(after(at), std::memory_order_release);
-    return true;
-  }
-  /// The reader is to skip what is in the ring now. While the writer does not use the ring; a value that it is just
-  /// putting may remain.
-  void skip() noexcept { skip_to_.store(end_.load(std::memory_order_acquire), std::memory_order_relaxed); }
-
-  std::size_t size() const noexcept { return cells_.size() - 1; }
-  void set_limit(std::size_t values) noexcept { limit_.store(std::min(values, size()), std::memory_order_relaxed); }
-
- private:
-  static constexpr std::size_t nowhere = static_cast<std::size_t>(-1);
-  std::size_t after(std::size_t at) const noexcept { return at + 1 == cells_.size() ? 0 : at + 1; }
-
-  std::vector<Sample<T>> cells_;
-  std::atomic<std::size_t> begin_{0}, end_{0}, limit_, skip_to_{nowhere};
+struct Sample : SampleHead {
+  T value{};
 };
+
+/// What the slots do with samples of one type, whose addresses are all that they know.
+struct SampleOperations {
+  std::size_t bytes;  ///< of a Sample<T>
+  bool owns_memory;
+  SampleHead* (*make)(std::size_t n);  ///< an array
+  void (*destroy)(SampleHead* array) noexcept;
+  void (*assign)(SampleHead& to, const SampleHead& from);
+  void (*move)(SampleHead& to, SampleHead& from);
+  void (*assign_value)(SampleHead& to, const void* value);
+  rdf::Value (*encode)(const SampleHead& sample);
+  std::shared_ptr<const void> (*share)(const SampleHead& sample);  ///< its value
+  bool (*same)(const SampleHead& sample, const void* value) noexcept;
+  bool (*runs_user_code)() noexcept;
+};
+template <class T>
+struct SampleOperationsOf {
+  static SampleHead* make(std::size_t n) { return new Sample<T>[n]; }
+  static void destroy(SampleHead* array) noexcept { delete[] static_cast<Sample<T>*>(array); }
+  static void assign(SampleHead& to, const SampleHead& from) { static_cast<Sample<T>&>(to) = static_cast<const Sample<T>&>(from); }
+  static void move(SampleHead& to, SampleHead& from) { static_cast<Sample<T>&>(to) = static_cast<Sample<T>&&>(from); }
+  static void assign_value(SampleHead& to, const void* value) { static_cast<Sample<T>&>(to).value = *static_cast<const T*>(value); }
+  static rdf::Value encode(const SampleHead& sample) { return rdf::traits<T>::encode(static_cast<const Sample<T>&>(sample).value); }
+  static std::shared_ptr<const void> share(const SampleHead& sample) { return shared_value(static_cast<const Sample<T>&>(sample).value); }
+  static bool same(const SampleHead& sample, const void* value) noexcept {
+    return rdf::traits<T>::same(static_cast<const Sample<T>&>(sample).value, *static_cast<const T*>(value));
+  }
+};
+template <class T>
+inline constexpr SampleOperations sample_operations{sizeof(Sample<T>),
+                                                    !std::is_trivially_destructible_v<T>,
+                                                    SampleOperationsOf<T>::make,
+                                                    SampleOperationsOf<T>::destroy,
+                                                    SampleOperationsOf<T>::assign,
+                                                    SampleOperationsOf<T>::move,
+                                                    SampleOperationsOf<T>::assign_value,
+                                                    SampleOperationsOf<T>::encode,
+                                                    SampleOperationsOf<T>::share,
+                                                    SampleOperationsOf<T>::same,
+                                                    rdf::detail::runs_user_code<T>};
+
+class SampleRing;
 
 /// The common part of both slots: sequence numbers and the ring of kept values.
-template <class T>
-class KeepingSlot : public SlotBase {
-  static constexpr bool owning = !std::is_trivially_destructible_v<T>;
-
+class LRT_API KeepingSlot : public SlotBase {
  public:
-  ~KeepingSlot() override { delete ring_.load(std::memory_order_relaxed); }
-  bool owns_memory() const noexcept final { return owning; }
-  std::size_t available() const noexcept final { return this->keeps() ? ring_.load(std::memory_order_acquire)->size() + 1 : 1; }
-  void skip_to_newest() noexcept final {
-    if (this->keeps()) ring_.load(std::memory_order_relaxed)->skip();
-  }
+  ~KeepingSlot() override;
+  bool owns_memory() const noexcept final { return operations_.owns_memory; }
+  std::size_t available() const noexcept final;
+  void skip_to_newest() noexcept final;
   void keep(std::size_t samples) final { wanted_ = samples; }
-  void start_keeping(std::size_t samples, std::size_t bytes) final {
-    Ring* ring = ring_.load(std::memory_order_relaxed);
-    if (!ring) {
-      ring = new Ring(wanted_ != any ? wanted_ : std::min(samples, bytes / sizeof(Sample<T>)), bytes);
-      if (owning && wanted_ == any) ring->set_limit(1);
-    }
-    ring->skip();
-    first_ = this->has_change();
-    ring_.store(ring, std::memory_order_release);
-    this->keeps_.store(true, std::memory_order_release);
-  }
+  void start_keeping(std::size_t samples, std::size_t bytes) final;
   void stop_keeping() noexcept final { this->keeps_.store(false, std::memory_order_release); }
-  void set_value_bytes(std::size_t bytes) noexcept final {
-    Ring* const ring = ring_.load(std::memory_order_relaxed);
-    if (owning && ring && wanted_ == any) ring->set_limit(ring->max_bytes / (sizeof(Sample<T>) + bytes));
-  }
-  void hold() final { held_ = std::make_unique<std::shared_ptr<const T>>(); }
+  void set_value_bytes(std::size_t bytes) noexcept final;
+  void hold() final;
   std::shared_ptr<const void> whole() const noexcept final { return held_ ? *held_ : nullptr; }
-  bool runs_user_code() const noexcept final { return rdf::detail::runs_user_code<T>(); }
+  bool runs_user_code() const noexcept final { return operations_.runs_user_code(); }
 
  protected:
-  /// For the writer.
-  void put(const Sample<T>& sample) {
-    if (this->keeps_.load(std::memory_order_acquire)) ring_.load(std::memory_order_relaxed)->put(sample);
-  }
-  bool take_kept(rdf::Value& value, Utc& since) {
-    if (!this->keeps()) return false;
-    Ring& ring = *ring_.load(std::memory_order_relaxed);
-    Sample<T> sample;
-    while (ring.take(sample)) {
-      if (sample.number <= taken_) continue;  // has been taken as the newest
-      give(sample, value, since);
-      return true;
-    }
-    return false;
-  }
-  bool is_untaken(const Sample<T>& sample) const noexcept { return sample.number > taken_; }
-  void give(const Sample<T>& sample, rdf::Value& value, Utc& since) {
-    value = rdf::traits<T>::encode(sample.value);
-    if (held_) *held_ = std::make_shared<const T>(sample.value);
-    since = sample.since;
-    // What was published before start_keeping() is not lost. If something was, the first value after it is in the ring.
-    if (const bool first = first_.exchange(false, std::memory_order_relaxed); this->keeps() && !first)
-      this->lost_.fetch_add(sample.number - taken_ - 1, std::memory_order_relaxed);
-    taken_ = sample.number;
-  }
+  explicit KeepingSlot(const SampleOperations& operations) noexcept : operations_(operations) {}
 
+  /// For the writer.
+  void put(const SampleHead& sample) {
+    if (keeps_.load(std::memory_order_acquire)) put_into_ring(sample);
+  }
+  bool take_kept(rdf::Value& value, Utc& since);
+  bool is_untaken(const SampleHead& sample) const noexcept { return sample.number > taken_; }
+  void give(const SampleHead& sample, rdf::Value& value, Utc& since);
+
+  const SampleOperations& operations_;
   std::uint64_t number_ = 0;  // used by the writer
 
  private:
-  struct Ring : SampleRing<T> {
-    Ring(std::size_t size, std::size_t bytes) : SampleRing<T>(size), max_bytes(bytes) {}
-    const std::size_t max_bytes;
-  };
   static constexpr std::size_t any = static_cast<std::size_t>(-1);
 
-  std::uint64_t taken_ = 0;                         // used by the reader
-  std::unique_ptr<std::shared_ptr<const T>> held_;  // used by the reader; null without hold()
-  std::size_t wanted_ = any;                        // by keep()
-  std::atomic<Ring*> ring_{nullptr};                // made by the engine, owned; used by writer and reader
-  std::atomic<bool> first_{false};                  // the next value is the first since start_keeping()
+  void put_into_ring(const SampleHead& sample);
+
+  std::uint64_t taken_ = 0;                            // used by the reader
+  std::unique_ptr<std::shared_ptr<const void>> held_;  // used by the reader; null without hold()
+  std::size_t wanted_ = any;                           // by keep()
+  std::atomic<SampleRing*> ring_{nullptr};             // made by the engine, owned; used by writer and reader
+  std::atomic<bool> first_{false};                     // the next value is the first since start_keeping()
+};
+
+/// The reader's side of a slot of three cells. The writer and the reader own one each and exchange the third. Both sides are
+/// wait-free.
+class LRT_API CellSlot : public KeepingSlot {
+ public:
+  bool take(rdf::Value& value, Utc& since) final;
+
+ protected:
+  using KeepingSlot::KeepingSlot;
+  SampleHead* cells_at_ = nullptr;  // an array of three samples
+
+ private:
+  SampleHead& front() const noexcept;
+
+  std::uint8_t front_ = 1;  // used by the reader
+};
+
+/// A slot for values that own memory: each value is passed in a node of its own. publish() allocates but never waits.
+class LRT_API NodeSlot : public KeepingSlot {
+ public:
+  explicit NodeSlot(const SampleOperations& operations) noexcept;
+  ~NodeSlot() override;
+  bool take(rdf::Value& value, Utc& since) final;
+  void publish_value(const void* value) noexcept;
+
+ private:
+  using Node = std::unique_ptr<SampleHead, void (*)(SampleHead*) noexcept>;
+  Node node_of(const void* value) const;
+
+  Node last_;   // used by the writer
+  Node front_;  // used by the reader
+  std::atomic<SampleHead*> newest_{nullptr};
 };
 
 /// For types that own no memory: numbers, structs and arrays of such types, fixed sizes of Eigen. The criterion is a
 /// trivial destructor, because Eigen's fixed sizes are not trivially copyable, although copying them does no more.
-///
-/// There are three cells. The writer and the reader own one each and exchange the third. Both sides are wait-free.
 /// publish() does not allocate or lock. It makes a system call only if the property is observed and the engine sleeps.
 template <class T, bool = std::is_trivially_destructible_v<T>>
-class Slot final : public KeepingSlot<T> {
+class Slot final : public CellSlot {
  public:
-  using typename SlotBase::Utc;
-  Slot() { rdf::traits<T>::type(); }  // made here, so that the first publish() does not allocate it
+  Slot() : CellSlot(sample_operations<T>) {
+    cells_at_ = cells_;
+    rdf::traits<T>::type();  // made here, so that the first publish() does not allocate it
+  }
 
   void publish(const T& value) noexcept {
-    if (number_ != 0 && rdf::traits<T>::same(last_, value) && !this->repeats_count()) return;
+    if (number_ != 0 && rdf::traits<T>::same(last_, value) && !repeats_count()) return;
     last_ = value;
     Sample<T>& cell = cells_[back_];
     cell.value = value;
-    cell.since = this->now();
+    cell.since = now();
     cell.number = ++number_;
-    this->put(cell);
+    put(cell);
     back_ = middle_.exchange(back_ | fresh, std::memory_order_seq_cst) & index;
-    this->signal();
-  }
-
-  bool take(rdf::Value& value, Utc& since) override {
-    if (this->take_kept(value, since)) return true;
-    if (!this->is_untaken(cells_[front_])) {
-      if (!this->has_change()) return false;
-      front_ = middle_.exchange(front_, std::memory_order_seq_cst) & index;
-      if (!this->is_untaken(cells_[front_])) return false;
-      // Kept values that were published before this one are in the ring by now. This one then follows them.
-      if (this->take_kept(value, since)) {
-        middle_.fetch_or(fresh, std::memory_order_seq_cst);
-        return true;
-      }
-      if (!this->is_untaken(cells_[front_])) return false;
-    }
-    this->give(cells_[front_], value, since);
-    return true;
+    signal();
   }
 
  private:
-  using SlotBase::fresh;
-  using SlotBase::index;
-  using SlotBase::middle_;
-  using KeepingSlot<T>::number_;
-  T last_{};                // used by the writer
-  std::uint8_t back_ = 0;   // used by the writer
-  std::uint8_t front_ = 1;  // used by the reader
+  T last_{};               // used by the writer
+  std::uint8_t back_ = 0;  // used by the writer
   Sample<T> cells_[3];
 };
 
-/// For types that own memory: each value is passed in a node of its own. publish() allocates but never waits.
 template <class T>
-class Slot<T, false> final : public KeepingSlot<T> {
+class Slot<T, false> final : public NodeSlot {
  public:
-  using typename SlotBase::Utc;
-  ~Slot() override { delete newest_.load(std::memory_order_relaxed); }
-
-  void publish(const T& value) noexcept {
-    try {
-      if (last_ && rdf::traits<T>::same(*last_, value) && !this->repeats_count()) return;
-      auto cell = std::make_unique<Sample<T>>(Sample<T>{value, this->now(), this->number_ + 1});
-      last_ = std::make_unique<T>(value);
-      ++this->number_;
-      this->put(*cell);
-      delete newest_.exchange(cell.release(), std::memory_order_acq_rel);
-      this->middle_.store(SlotBase::fresh, std::memory_order_seq_cst);
-      this->signal();
-    } catch (...) {  // out of memory: the last value is kept
-    }
-  }
-
-  bool take(rdf::Value& value, Utc& since) override {
-    if (this->take_kept(value, since)) return true;
-    if (!front_ || !this->is_untaken(*front_)) {
-      this->middle_.store(0, std::memory_order_seq_cst);
-      front_.reset(newest_.exchange(nullptr, std::memory_order_acq_rel));
-      if (!front_ || !this->is_untaken(*front_)) return false;
-      if (this->take_kept(value, since)) {  // as in the other slot
-        this->middle_.store(SlotBase::fresh, std::memory_order_seq_cst);
-        return true;
-      }
-      if (!this->is_untaken(*front_)) return false;
-    }
-    this->give(*front_, value, since);
-    front_.reset();
-    return true;
-  }
-
- private:
-  std::unique_ptr<T> last_;           // used by the writer
-  std::unique_ptr<Sample<T>> front_;  // used by the reader
-  std::atomic<Sample<T>*> newest_{nullptr};
+  Slot() noexcept : NodeSlot(sample_operations<T>) {}
+  void publish(const T& value) noexcept { publish_value(std::addressof(value)); }
 };
+
+/// The slot of a property.
+template <class T>
+std::unique_ptr<SlotBase> new_slot() {
+  if constexpr (std::is_trivially_destructible_v<T>) return std::make_unique<Slot<T>>();
+  else return std::make_unique<NodeSlot>(sample_operations<T>);
+}
+/// @param slot  by new_slot<T>()
+template <class T>
+void publish_to(SlotBase& slot, const T& value) noexcept {
+  if constexpr (std::is_trivially_destructible_v<T>) static_cast<Slot<T>&>(slot).publish(value);
+  else static_cast<NodeSlot&>(slot).publish_value(std::addressof(value));
+}
 
 }  // namespace v0
 }  // namespace lrt::model

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <lrt/base/abi.hpp>
+#include <lrt/base/result.hpp>
+#include <lrt/rdf/type.hpp>
+#include <lrt/rdf/value.hpp>
+
+namespace lrt::rdf {
+inline namespace v0 {
+
+class FieldName;
+
+namespace detail {
+
+/// What rdf::traits do with the objects of one C++ type, by their addresses. All records share the operations of a type, so a
+/// further field of a type that occurs already costs a call of add() and nothing else.
+struct MemberOperations {
+  const Type& (*type)();
+  Value (*encode)(const void* member);
+  Result<void> (*decode)(const Value& value, void* member);
+  bool (*same)(const void* a, const void* b) noexcept;
+  bool (*runs_user_code)() noexcept;
+};
+
+/// Reads and writes a field that is not at a fixed place of its record: it has a getter, for example.
+class LRT_API FieldAccess {
+ public:
+  virtual ~FieldAccess();
+  virtual Value encode(const void* record) const = 0;
+  virtual Result<void> decode(const Value& value, void* record) const = 0;
+  virtual bool same(const void* a, const void* b) const noexcept = 0;
+};
+
+/// The fields of a struct, without the struct: all of Record<S> that does not need S.
+/// @par Threads  One thread while fields are added, then any.
+class LRT_API RecordFields {
+ public:
+  /// @param type_name  of the C++ type, as type_name() returns it
+  explicit RecordFields(std::string_view type_name);
+  RecordFields(const RecordFields&) = delete;
+  RecordFields& operator=(const RecordFields&) = delete;
+  ~RecordFields();
+
+  void add_class(std::string_view iri);
+  void set_name(std::string_view name);
+  /// Adds a data member.
+  /// @param offset  of the member, in bytes from the beginning of the struct
+  Facets& add(FieldName&& name, const MemberOperations& operations, std::ptrdiff_t offset, bool read_only);
+  Facets& add(FieldName&& name, const Type& type, bool runs_user_code, bool read_only, std::unique_ptr<FieldAccess> access);
+  /// To be called when all fields are added.
+  void finish();
+
+  const Type& type() const noexcept { return type_; }
+  bool runs_user_code() const noexcept { return runs_user_code_; }
+  Value encode(const void* record) const;
+  Result<void> decode(const Value& value, void* record) const;
+  bool same(const void* a, const void* b) const noexcept;
+
+ private:
+  struct Member {
+    const MemberOperations* operations;  // null: access is set
+    std::ptrdiff_t offset;
+    std::unique_ptr<FieldAccess> access;
+  };
+
+  Facets& add(FieldName&& name, const Type& type, bool runs_user_code, bool read_only, Member member);
+
+  Type type_;
+  std::vector<Member> members_;
+  bool runs_user_code_ = false;  // a field's traits or its getter do
+};
+
+/// The names of an enum, without the enum: all of Enumeration<E> that does not need E.
+class LRT_API EnumeratorNames {
+ public:
+  EnumeratorNames();
+  EnumeratorNames(const EnumeratorNames&) = delete;
+  EnumeratorNames& operator=(const EnumeratorNames&) = delete;
+  ~EnumeratorNames();
+
+  void add(std::uint64_t value, std::string&& name);
+  const Type& type() const noexcept { return type_; }
+  Value encode(std::uint64_t value) const;
+  /// @return  nullptr: not one of the names
+  const std::uint64_t* find(const Value& name) const noexcept;
+
+ private:
+  Type type_;
+  std::vector<std::uint64_t> values_;
+};
+
+/// Where a data member begins in its struct. By the Itanium C++ ABI (2.3) a pointer to a data member is that offset.
+template <class M, class S>
+std::ptrdiff_t offset_of(M S::*member) noexcept {
+  static_assert(sizeof(member) == sizeof(std::ptrdiff_t), "a pointer to a data member is an offset in the Itanium C++ ABI");
+  std::ptrdiff_t offset;
+  std::memcpy(&offset, &member, sizeof offset);
+  return offset;
+}
+
+}  // namespace detail
+}  // namespace v0
+}  // namespace lrt::rdf

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <lrt/rdf/traits.hpp>
+
+#include <lrt/base/iri.hpp>
+
+namespace lrt::rdf {
+inline namespace v0 {
+
+FieldName::FieldName(Iri term) : name(term.text.substr(term.text.find_last_of("#/") + 1)), predicate(term.text) {}
+FieldName::FieldName(std::string_view own) : name(own), predicate("#" + name) {}
+FieldName::FieldName(const std::string& own) : FieldName(std::string_view(own)) {}
+FieldName::FieldName(const char* own) : FieldName(std::string_view(own)) {}
+FieldName::FieldName(const FieldName& other) = default;
+FieldName::FieldName(FieldName&& other) noexcept = default;
+FieldName& FieldName::operator=(const FieldName& other) = default;
+FieldName& FieldName::operator=(FieldName&& other) noexcept = default;
+FieldName::~FieldName() = default;
+
+namespace detail {
+namespace {
+
+const void* at(const void* record, std::ptrdiff_t offset) noexcept { return static_cast<const char*>(record) + offset; }
+void* at(void* record, std::ptrdiff_t offset) noexcept { return static_cast<char*>(record) + offset; }
+
+/// The name with '-' for each run of characters that a term does not have: "LimitsOf-true".
+std::string term_name(std::string_view name) {
+  std::string out;
+  for (const char c : name) {
+    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
+    if (plain) out += c;
+    else if (!out.empty() && out.back() != '-') out += '-';
+  }
+  if (!out.empty() && out.back() == '-') out.pop_back();
+  return out;
+}
+
+/// Puts "#name" predicates below the type's name, and gives a record without classes its own.
+void place_terms(Type& record) {
+  bool own = record.classes.empty();
+  for (FieldType& field : record.fields) {
+    if (field.predicate.empty() || field.predicate.front() != '#') continue;
+    own = true;
+    field.predicate = "#" + record.name + "/" + iri::encode_segment(field.name);
+  }
+  if (record.classes.empty()) record.classes.push_back("#" + record.name);
+  if (!own) record.name.clear();
+}
+
+}  // namespace
+
+std::string_view short_type_name(std::string_view text) noexcept {
+#ifdef _MSC_VER
+  text = text.substr(text.find("function_of<") + 12);
+  text = text.substr(0, text.rfind(">(void)"));
+#else
+  text = text.substr(text.find("T = ") + 4);
+  text = text.substr(0, text.find_first_of(";]"));
+#endif
+  const std::size_t arguments = text.find('<');
+  const std::size_t colons = text.substr(0, arguments).rfind("::");
+  if (colons != std::string_view::npos) text = text.substr(colons + 2);
+  for (const std::string_view word : {std::string_view("struct "), std::string_view("class ")})
+    if (text.substr(0, word.size()) == word) text = text.substr(word.size());
+  return text;
+}
+
+FieldAccess::~FieldAccess() = default;
+
+RecordFields::RecordFields(std::string_view type_name) {
+  type_.kind = Type::Kind::record;
+  type_.name = term_name(type_name);
+}
+RecordFields::~RecordFields() = default;
+
+void RecordFields::add_class(std::string_view iri) { type_.classes.emplace_back(iri); }
+void RecordFields::set_name(std::string_view name) { type_.name = term_name(name); }
+
+Facets& RecordFields::add(FieldName&& name, const MemberOperations& operations, std::ptrdiff_t offset, bool read_only) {
+  return add(std::move(name), operations.type(), operations.runs_user_code(), read_only, Member{&operations, offset, nullptr});
+}
+Facets& RecordFields::add(FieldName&& name, const Type& type, bool runs_user_code, bool read_only, std::unique_ptr<FieldAccess> access) {
+  return add(std::move(name), type, runs_user_code, read_only, Member{nullptr, 0, std::move(access)});
+}
+Facets& RecordFields::add(FieldName&& name, const Type& type, bool runs_user_code, bool read_only, Member member) {
+  members_.push_back(std::move(member));
+  type_.fields.push_back({std::move(name.name), std::move(name.predicate), &type, {}, read_only});
+  runs_user_code_ = runs_user_code_ || runs_user_code;
+  return type_.fields.back().facets;
+}
+void RecordFields::finish() { place_terms(type_); }
+
+Value RecordFields::encode(const void* record) const {
+  Value::Sequence out;
+  out.reserve(members_.size());
+  for (const Member& m : members_) out.push_back(m.access ? m.access->encode(record) : m.operations->encode(at(record, m.offset)));
+  return Value(std::move(out));
+}
+Result<void> RecordFields::decode(const Value& value, void* record) const {
+  const Value::Sequence* s = value.sequence();
+  if (!s || s->size() != members_.size()) return not_a_value_of("a record");
+  for (std::size_t i = 0; i < members_.size(); ++i) {
+    const Member& m = members_[i];
+    if (!m.access && type_.fields[i].read_only) return read_only();
+    Result<void> r = m.access ? m.access->decode((*s)[i], record) : m.operations->decode((*s)[i], at(record, m.offset));
+    if (!r) return r;
+  }
+  return {};
+}
+bool RecordFields::same(const void* a, const void* b) const noexcept {
+  for (const Member& m : members_)
+    if (!(m.access ? m.access->same(a, b) : m.operations->same(at(a, m.offset), at(b, m.offset)))) return false;
+  return true;
+}
+
+EnumeratorNames::EnumeratorNames() {
+  type_.kind = Type::Kind::enumeration;
+  type_.datatype = vocab::xsd::string;
+}
+EnumeratorNames::~EnumeratorNames() = default;
+
+void EnumeratorNames::add(std::uint64_t value, std::string&& name) {
+  type_.names.push_back(std::move(name));
+  values_.push_back(value);
+}
+Value EnumeratorNames::encode(std::uint64_t value) const {
+  for (std::size_t i = 0; i < values_.size(); ++i)
+    if (values_[i] == value) return Value(type_.names[i]);
+  return Value();
+}
+const std::uint64_t* EnumeratorNames::find(const Value& name) const noexcept {
+  if (const std::string* s = name.text())
+    for (std::size_t i = 0; i < values_.size(); ++i)
+      if (type_.names[i] == *s) return &values_[i];
+  return nullptr;
+}
+
+}  // namespace detail
+}  // namespace v0
+}  // namespace lrt::rdf
