@@ -124,5 +124,7 @@ function(lrt_compile_together target)
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")  # types of unnamed namespaces are in what g++ takes for a header
     target_compile_options(${target} PRIVATE -Wno-subobject-linkage)
+  elseif(CMAKE_CXX_COMPILER_ID MATCHES "Clang")  # what shadows a name of another source of the batch
+    target_compile_options(${target} PRIVATE -Wno-shadow)
   endif()
 endfunction()

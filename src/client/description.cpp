@@ -26,7 +26,7 @@ struct Refused {
   Error error;
 };
 
-std::string shown(std::string_view iri) {
+std::string shown_iri(std::string_view iri) {
   constexpr std::size_t longest = 100;
   const std::string text = rdf::abbreviate(iri);
   return text.size() > longest ? text.substr(0, longest) + "..." : text;
@@ -131,7 +131,7 @@ class Describer {
     if (kind != all.begin() + static_cast<std::ptrdiff_t>(own)) d.kind = iri_of(*kind);
     else if (own > 0 && graph_.term(all.front()).is_iri()) d.kind = iri_of(all.front());
     if (own > 0 && std::none_of(all.begin(), all.end(), [&](TermId b) { return is_described(b); }))
-      warn("the graph does not have the Blueprint " + shown(graph_.term(all.front()).text) + " of " + shown(d.iri));
+      warn("the graph does not have the Blueprint " + shown_iri(graph_.term(all.front()).text) + " of " + shown_iri(d.iri));
     return all;
   }
 
@@ -218,7 +218,7 @@ class Describer {
         return p;
       }
     p.schema = by_itself(member, p.iri);
-    if (!p.schema) warn(shown(p.iri) + ": no shape says what its value is");
+    if (!p.schema) warn(shown_iri(p.iri) + ": no shape says what its value is");
     return p;
   }
 
@@ -263,9 +263,9 @@ class Describer {
     Result<Schema> schema = Schema::read(graph_, graph_.term(shape), options_.schema);
     std::optional<Schema> usable;
     if (!schema) {
-      warn(shown(of) + ": " + schema.error().message);
+      warn(shown_iri(of) + ": " + schema.error().message);
     } else {
-      for (const std::string& warning : schema->warnings()) warn(shown(of) + ": " + warning);
+      for (const std::string& warning : schema->warnings()) warn(shown_iri(of) + ": " + warning);
       if (schema->usable()) usable = *std::move(schema);
     }
     return schemas_.emplace(shape, std::move(usable)).first->second;
@@ -309,7 +309,7 @@ class Describer {
     }
     const Result<Schema> schema = Schema::read(shapes, shapes.term(shape), options_.schema);
     if (!schema || !schema->usable()) return std::nullopt;
-    if (!is_iri(number) && !is_iri(element)) warn(shown(of) + ": no shape says what its value is; the type is that of its present value");
+    if (!is_iri(number) && !is_iri(element)) warn(shown_iri(of) + ": no shape says what its value is; the type is that of its present value");
     return *schema;
   }
 
@@ -335,8 +335,8 @@ class Describer {
     for (const rdf::Triple& t : graph_.match(member, std::nullopt, std::nullopt))
       if (graph_.term(t.predicate) != TermView(vocab::rdf_::type)) only_mentioned = false;
     a.has_input = a.has_input || only_mentioned;
-    if (only_mentioned) warn(shown(a.iri) + ": the graph does not have the document of this action, so its input is not known");
-    else if (a.has_input && !a.input) warn(shown(a.iri) + ": no shape says what its input is");
+    if (only_mentioned) warn(shown_iri(a.iri) + ": the graph does not have the document of this action, so its input is not known");
+    else if (a.has_input && !a.input) warn(shown_iri(a.iri) + ": no shape says what its input is");
     return a;
   }
 

@@ -32,9 +32,9 @@ const std::set<std::string_view>& predicates_to_skip() {
   return *all;
 }
 
-enum class Kind : unsigned char { unknown, thing, property, action, other };
+enum class ResourceKind : unsigned char { unknown, thing, property, action, other };
 
-Kind kind_of(const Graph& graph, TermId node) {
+ResourceKind kind_of(const Graph& graph, TermId node) {
   const auto type = graph.find(vocab::rdf_::type);
   const auto has_type = [&](Iri name) {
     const auto id = graph.find(name);
@@ -45,12 +45,12 @@ Kind kind_of(const Graph& graph, TermId node) {
     return id && graph.object(node, *id);
   };
   // A Thing that is used as a Property by another one is still a Thing: its own statements count.
-  if (has_type(vocab::hybrit::RoboticThing) || has(vocab::hybrit::property) || has(vocab::hybrit::action)) return Kind::thing;
-  if (has_type(vocab::hybrit::Action) || has_type(vocab::hybrit::AsynchronousAction) || has(vocab::hybrit::consumes)) return Kind::action;
-  if (has_type(vocab::hybrit::Property) || has(vocab::vom::numericalValue) || has(vocab::rdf_::value)) return Kind::property;
-  if (has_type(vocab::sh::NodeShape) || has_type(vocab::hybrit::Subscription) || has_type(vocab::lrt_::Invocation)) return Kind::other;
-  if (has(vocab::hybrit::subscriptions)) return Kind::thing;  // R1.8
-  return Kind::unknown;
+  if (has_type(vocab::hybrit::RoboticThing) || has(vocab::hybrit::property) || has(vocab::hybrit::action)) return ResourceKind::thing;
+  if (has_type(vocab::hybrit::Action) || has_type(vocab::hybrit::AsynchronousAction) || has(vocab::hybrit::consumes)) return ResourceKind::action;
+  if (has_type(vocab::hybrit::Property) || has(vocab::vom::numericalValue) || has(vocab::rdf_::value)) return ResourceKind::property;
+  if (has_type(vocab::sh::NodeShape) || has_type(vocab::hybrit::Subscription) || has_type(vocab::lrt_::Invocation)) return ResourceKind::other;
+  if (has(vocab::hybrit::subscriptions)) return ResourceKind::thing;  // R1.8
+  return ResourceKind::unknown;
 }
 
 void add_title(Names& names, const TermView& title) {
@@ -73,7 +73,7 @@ Names names_of(const Graph& graph, TermId node) {
 
 struct Discovery::Found {
   RepresentationPtr representation;
-  Kind kind = Kind::unknown;
+  ResourceKind kind = ResourceKind::unknown;
   std::vector<std::string> related;  ///< targets of Link fields
 };
 
@@ -100,8 +100,8 @@ std::vector<std::string> Discovery::candidates(const Found& found) const {
     const std::string_view url = document_of(iri);
     if (url.empty() || known.count(url) != 0 || !same_origin(url, start_)) return;
     if (const auto node = graph.find(rdf::iri(iri))) {
-      const Kind kind = kind_of(graph, *node);
-      if (kind == Kind::property || kind == Kind::action || kind == Kind::other) return;
+      const ResourceKind kind = kind_of(graph, *node);
+      if (kind == ResourceKind::property || kind == ResourceKind::action || kind == ResourceKind::other) return;
     }
     result.emplace_back(url);
   };
@@ -136,7 +136,7 @@ Result<Robot> Discovery::run() {
     if (representation.focus && document_of(representation.graph.term(*representation.focus).text) == representation.url)
       found.kind = kind_of(representation.graph, *representation.focus);
     if (found_.empty()) start_ = representation.url;  // after redirects
-    const bool leads_on = found.kind == Kind::thing || found.kind == Kind::unknown;
+    const bool leads_on = found.kind == ResourceKind::thing || found.kind == ResourceKind::unknown;
     std::vector<std::string> next = leads_on ? candidates(found) : std::vector<std::string>();
     seen.insert(representation.url);
     const std::string key = representation.url;
@@ -164,10 +164,10 @@ Thing Discovery::thing_of(const Found& found) const {
   thing.names_ = names_of(graph, self);
 
   const auto kind_at = [&](TermId node) {
-    const Kind here = kind_of(graph, node);
-    if (here != Kind::unknown) return here;
+    const ResourceKind here = kind_of(graph, node);
+    if (here != ResourceKind::unknown) return here;
     const auto read = found_.find(std::string(document_of(graph.term(node).text)));
-    return read == found_.end() ? Kind::unknown : read->second.kind;
+    return read == found_.end() ? ResourceKind::unknown : read->second.kind;
   };
   const auto part = [&](auto& parts, const std::string& url, const std::string& predicate) -> auto& {
     const auto same = [&](const auto& one) { return one.url_ == url && is_inline(one) == !predicate.empty() && inline_predicate(one) == predicate; };
@@ -196,12 +196,12 @@ Thing Discovery::thing_of(const Found& found) const {
       std::string url(document_of(object.text));
       if (!same_origin(url, start_) || object.text == found.representation->url) continue;
       if (url == found.representation->url) url = object.text;  // a node in this document
-      Kind kind = kind_at(t.object);
-      if (predicate == vocab::hybrit::property.text && kind != Kind::thing) kind = Kind::property;
-      if (predicate == vocab::hybrit::action.text) kind = Kind::action;
-      if (kind == Kind::property) name(part(thing.properties_, url, {}).names_, graph, t.object, predicate);
-      else if (kind == Kind::action) name(part(thing.actions_, url, {}).names_, graph, t.object, predicate);
-    } else if (object.is_blank() && (predicate == vocab::hybrit::property.text || kind_of(graph, t.object) == Kind::property)) {
+      ResourceKind kind = kind_at(t.object);
+      if (predicate == vocab::hybrit::property.text && kind != ResourceKind::thing) kind = ResourceKind::property;
+      if (predicate == vocab::hybrit::action.text) kind = ResourceKind::action;
+      if (kind == ResourceKind::property) name(part(thing.properties_, url, {}).names_, graph, t.object, predicate);
+      else if (kind == ResourceKind::action) name(part(thing.actions_, url, {}).names_, graph, t.object, predicate);
+    } else if (object.is_blank() && (predicate == vocab::hybrit::property.text || kind_of(graph, t.object) == ResourceKind::property)) {
       // A value in the graph of the Thing itself: it is found again by its predicate.
       if (graph.match(self, t.predicate, std::nullopt).begin()->object == t.object)
         name(part(thing.properties_, thing.url(), std::string(predicate)).names_, graph, t.object, predicate);
@@ -212,8 +212,8 @@ Thing Discovery::thing_of(const Found& found) const {
     const auto read = found_.find(std::string(document_of(target)));
     if (read == found_.end() || !read->second.representation->focus) continue;
     const RepresentationPtr& other = read->second.representation;
-    if (read->second.kind == Kind::property) name(part(thing.properties_, read->first, {}).names_, other->graph, *other->focus, {});
-    else if (read->second.kind == Kind::action) name(part(thing.actions_, read->first, {}).names_, other->graph, *other->focus, {});
+    if (read->second.kind == ResourceKind::property) name(part(thing.properties_, read->first, {}).names_, other->graph, *other->focus, {});
+    else if (read->second.kind == ResourceKind::action) name(part(thing.actions_, read->first, {}).names_, other->graph, *other->focus, {});
   }
   return thing;
 }
@@ -222,7 +222,7 @@ Result<Robot> Discovery::assemble() {
   auto things = std::make_shared<std::vector<Thing>>();
   for (const std::string& url : order_) {
     const Found& found = found_.at(url);
-    if (found.kind == Kind::thing) things->push_back(thing_of(found));
+    if (found.kind == ResourceKind::thing) things->push_back(thing_of(found));
   }
   Robot robot;
   robot.session_ = session_;

@@ -33,7 +33,7 @@ using exchange::WaitLimit;
 using exchange::Wire;
 using lrt::detail::iequals_ascii;
 
-constexpr std::chrono::seconds idle_time{15};
+constexpr std::chrono::seconds connection_idle_time{15};
 
 bool is_idempotent(std::string_view method) noexcept { return method != "POST" && method != "PATCH"; }
 
@@ -226,7 +226,7 @@ class HttpClientImpl final : public HttpClient {
     {
       const std::lock_guard lock(mutex_);
       idle_.put(peer, std::move(wire));
-      surplus = idle_.take_surplus(options_.limits.max_idle_connections, std::chrono::steady_clock::now() - idle_time);
+      surplus = idle_.take_surplus(options_.limits.max_idle_connections, std::chrono::steady_clock::now() - connection_idle_time);
     }
     for (const auto& old : surplus) old->end();
   }

@@ -15,7 +15,7 @@ namespace {
 
 using Instant = std::chrono::steady_clock::time_point;
 
-constexpr std::chrono::seconds idle_time{5};
+constexpr std::chrono::seconds worker_idle_time{5};
 constexpr std::chrono::hours max_wait{1};
 
 /// The Tasks::State whose worker the calling thread is; nullptr: it is none.
@@ -108,7 +108,7 @@ void Tasks::State::work() {
       idle_since = std::chrono::steady_clock::now();
       continue;
     }
-    const Instant end = idle_since + idle_time;
+    const Instant end = idle_since + worker_idle_time;
     const bool is_needed = !later.empty() && idle == 0;
     if (!is_needed && std::chrono::steady_clock::now() >= end) break;
     std::chrono::steady_clock::duration wait = max_wait;

@@ -132,7 +132,7 @@ std::string names_of(std::optional<Of> kind) {
   return text;
 }
 
-std::string quoted(std::string_view text) {
+std::string quoted_unit(std::string_view text) {
   constexpr std::size_t longest = 40;
   std::string out = "\"";
   for (const char c : text.substr(0, longest)) out += static_cast<unsigned char>(c) < 0x20 || c == 0x7F ? '?' : c;
@@ -141,7 +141,7 @@ std::string quoted(std::string_view text) {
 
 Unexpected unknown(std::string_view unit, std::optional<Of> fitting = {}) {
   return unexpected(Errc::expected_value,
-                    "unknown unit " + quoted(unit) + ", expected " + (fitting ? "one of " : "none or one of ") + names_of(fitting));
+                    "unknown unit " + quoted_unit(unit) + ", expected " + (fitting ? "one of " : "none or one of ") + names_of(fitting));
 }
 
 /// The difference between (a x + b) / c and y, times c.
@@ -226,8 +226,8 @@ Result<Split> split(std::string_view text) {
   const std::string_view body = lrt::detail::trim_space(text);
   const std::size_t length = number_length(body);
   const std::optional<double> number = length > 0 ? rdf::lexical::parse_double(body.substr(0, length)) : std::nullopt;
-  if (!number) return unexpected(Error{Errc::expected_value, "expected a number, with or without a unit, found " + quoted(body), 0});
-  if (!std::isfinite(*number)) return unexpected(Error{Errc::expected_value, "expected a finite number, found " + quoted(body), 0});
+  if (!number) return unexpected(Error{Errc::expected_value, "expected a number, with or without a unit, found " + quoted_unit(body), 0});
+  if (!std::isfinite(*number)) return unexpected(Error{Errc::expected_value, "expected a finite number, found " + quoted_unit(body), 0});
   return Split{*number, lrt::detail::trim_space(body.substr(length))};
 }
 
@@ -245,10 +245,12 @@ Result<Quantity> parse_quantity(std::string_view text) {
 Result<double> convert(double number, std::string_view from, std::string_view to) {
   if (from == to) return number;
   const Scale *source = find_scale(from), *target = find_scale(to);
-  if (!target) return unexpected(Errc::expected_value, "cannot convert " + quoted(from) + " to " + quoted(to) + ": the second unit is unknown");
+  if (!target)
+    return unexpected(Errc::expected_value, "cannot convert " + quoted_unit(from) + " to " + quoted_unit(to) + ": the second unit is unknown");
   if (!source) return unknown(from, target->of);
   if (source->of != target->of)
-    return unexpected(Errc::expected_value, "cannot convert " + quoted(from) + " to " + quoted(to) + ", expected one of " + names_of(target->of));
+    return unexpected(Errc::expected_value,
+                      "cannot convert " + quoted_unit(from) + " to " + quoted_unit(to) + ", expected one of " + names_of(target->of));
   return convert(number, *source, *target);
 }
 
@@ -256,11 +258,11 @@ Result<double> number_in(std::string_view text, const Unit& unit) {
   const Result<Split> parts = split(text);
   if (!parts) return Unexpected{parts.error()};
   if (parts->unit.empty() || (!unit.ucum.empty() && parts->unit == unit.ucum)) return parts->number;
-  if (unit.empty()) return unexpected(Errc::expected_value, "expected a number without a unit, found the unit " + quoted(parts->unit));
+  if (unit.empty()) return unexpected(Errc::expected_value, "expected a number without a unit, found the unit " + quoted_unit(parts->unit));
   const Scale* target = scale_of(unit);
   if (!target)
     return unexpected(Errc::expected_value,
-                      "cannot convert " + quoted(parts->unit) + " to " + quoted(unit_label(unit)) + ": write the number without a unit");
+                      "cannot convert " + quoted_unit(parts->unit) + " to " + quoted_unit(unit_label(unit)) + ": write the number without a unit");
   return convert(parts->number, parts->unit, target->code);
 }
 

@@ -146,7 +146,7 @@ Error response_error(const Response& response, const std::string& url) {
 }
 
 /// A text in a Turtle literal.
-std::string quoted(std::string_view text) {
+std::string turtle_literal(std::string_view text) {
   std::string result = "\"";
   for (const char c : text) {
     if (c == '"' || c == '\\') result += '\\';
@@ -885,11 +885,11 @@ void Watch::Impl::subscribe(Generation generation) {
     const auto iri_of = [](Iri iri) { return "<" + std::string(iri.text) + ">"; };
     std::string body = "<> a " + iri_of(vocab::hybrit::Subscription) + ", " + iri_of(vocab::hybrit::WebCallback) + " ;\n " +
                        iri_of(vocab::hybrit::onResource) + " <" + url_.substr(0, url_.find('#')) + "> ;\n " + iri_of(vocab::hybrit::callbackURL) +
-                       " " + quoted(*callback) + "^^" + iri_of(vocab::xsd::anyURI) + " ;\n " + iri_of(vocab::lrt_::secret) + " " + quoted(secret) +
-                       " ;\n " + iri_of(vocab::hybrit::mediaType) + " " + quoted(type);
+                       " " + turtle_literal(*callback) + "^^" + iri_of(vocab::xsd::anyURI) + " ;\n " + iri_of(vocab::lrt_::secret) + " " +
+                       turtle_literal(secret) + " ;\n " + iri_of(vocab::hybrit::mediaType) + " " + turtle_literal(type);
     if (options_.minimum_interval.count() > 0)
-      body +=
-          " ;\n " + iri_of(vocab::lrt_::minimumInterval) + " " + quoted(seconds_of(options_.minimum_interval)) + "^^" + iri_of(vocab::xsd::decimal);
+      body += " ;\n " + iri_of(vocab::lrt_::minimumInterval) + " " + turtle_literal(seconds_of(options_.minimum_interval)) + "^^" +
+              iri_of(vocab::xsd::decimal);
     if (options_.queue_length > 0) body += " ;\n " + iri_of(vocab::lrt_::queueLength) + " " + std::to_string(options_.queue_length);
     return context_->http->send({"POST", container, {{"Content-Type", "text/turtle"}, {"Accept", "text/turtle"}}, body + " .\n"});
   };

@@ -113,7 +113,8 @@ elseif(KIND STREQUAL "pkg_config")
 elseif(KIND STREQUAL "add_subdirectory")
   make_archive()
   file(ARCHIVE_EXTRACT INPUT ${WORK_DIR}/lrt.tar.gz DESTINATION ${WORK_DIR}/lrt)
-  run("configure" ${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR}/add_subdirectory -B ${WORK_DIR}/build ${options} -D LRT_SOURCE_DIR=${WORK_DIR}/lrt)
+  run("configure" ${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR}/add_subdirectory -B ${WORK_DIR}/build ${options} -D LRT_SOURCE_DIR=${WORK_DIR}/lrt
+      -D LRT_UNITY_BUILD=ON)
   run("build" ${CMAKE_COMMAND} --build ${WORK_DIR}/build -j2)
   run("run" ${WORK_DIR}/build/consumer ${LRT_VERSION})
 

@@ -34,9 +34,9 @@ done
 if command -v ninja >/dev/null; then export CMAKE_GENERATOR="${CMAKE_GENERATOR:-Ninja}"; fi
 if command -v ccache >/dev/null; then export CMAKE_CXX_COMPILER_LAUNCHER="${CMAKE_CXX_COMPILER_LAUNCHER:-ccache}"; fi
 
-# The objects are those of a build with the preset dev.
+# Each source is compiled alone: a program that is linked with an archive gets what it uses, and a missing #include shows.
 cmake -S "$source_root" -B "$folder" -DCMAKE_BUILD_TYPE=RelWithDebInfo -DCMAKE_INSTALL_PREFIX=/usr -DBUILD_SHARED_LIBS=ON -DLRT_BUILD_TESTS=OFF \
-  -DLRT_BUILD_EXAMPLES=OFF -DCMAKE_SHARED_LINKER_FLAGS=-Wl,-z,relro,-z,now -DCMAKE_EXE_LINKER_FLAGS=-Wl,-z,relro,-z,now >"$work/log" || {
+  -DLRT_BUILD_EXAMPLES=OFF -DLRT_UNITY_BUILD=OFF -DCMAKE_SHARED_LINKER_FLAGS=-Wl,-z,relro,-z,now -DCMAKE_EXE_LINKER_FLAGS=-Wl,-z,relro,-z,now >"$work/log" || {
   cat "$work/log"
   exit 1
 }
