@@ -267,7 +267,7 @@ void check_callback(Context& context) {
   const Result<http::Url> parts = url_of(context.url);
   std::string address = context.options.callback_address;
   if (address.empty() && parts) {
-    const auto literal = exchange::literal_address(parts->host);
+    const auto literal = literal_address(parts->host);
     const std::string text = literal ? literal->text : parts->host;
     if (text == "localhost" || text.compare(0, 4, "127.") == 0) address = "127.0.0.1";
     else if (text == "::1") address = "[::1]:0";

@@ -15,6 +15,7 @@
 #include <lrt/http/message.hpp>
 
 #include "src/exchange/exchange.hpp"
+#include "src/base/resolve.hpp"
 #include "src/exchange/resolve.hpp"
 #include "src/http/url.hpp"
 

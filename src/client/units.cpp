@@ -15,6 +15,7 @@
 #include <lrt/rdf/value_codec.hpp>
 
 #include "src/base/ascii.hpp"
+#include "src/base/quote.hpp"
 
 namespace lrt::client {
 inline namespace v0 {
@@ -106,7 +107,7 @@ constexpr Scale scales[] = {
 
 constexpr long double two_pi = 6.283185307179586476925286766559005768L;
 
-std::string_view shown(const Scale& s) noexcept { return s.also[0].empty() ? s.code : s.also[0]; }
+std::string_view symbol_of(const Scale& s) noexcept { return s.also[0].empty() ? s.code : s.also[0]; }
 
 const Scale* find_scale(std::string_view name) noexcept {
   if (name.empty()) return nullptr;
@@ -128,15 +129,8 @@ const Scale* scale_of(const Unit& unit) noexcept {
 std::string names_of(std::optional<Of> kind) {
   std::string text;
   for (const Scale& s : scales)
-    if (!kind || s.of == *kind) text.append(text.empty() ? "" : ", ").append(shown(s));
+    if (!kind || s.of == *kind) text.append(text.empty() ? "" : ", ").append(symbol_of(s));
   return text;
-}
-
-std::string quoted(std::string_view text) {
-  constexpr std::size_t longest = 40;
-  std::string out = "\"";
-  for (const char c : text.substr(0, longest)) out += static_cast<unsigned char>(c) < 0x20 || c == 0x7F ? '?' : c;
-  return out + (text.size() > longest ? "...\"" : "\"");
 }
 
 Unexpected unknown(std::string_view unit, std::optional<Of> fitting = {}) {

@@ -13,6 +13,7 @@
 
 #include "src/engine/parts.hpp"
 #include "src/engine/resources/thing.hpp"
+#include "src/http/form.hpp"
 #include "src/http/target.hpp"
 #include "src/http/websocket.hpp"
 
@@ -458,7 +459,7 @@ std::optional<http::Response> Engine::Impl::find_resource(Context& context, cons
   if (!context.resource) return no_resource(context);
   context.resource_id = context.resource->id;
   if (target.query.empty()) return std::nullopt;
-  if (const auto links = query_parameter(context.request().target, "links")) {
+  if (const auto links = http::query_parameter(context.request().target, "links")) {
     const auto first = rdf::lexical::parse_uint64(*links);
     if (!first) return parts.responses.problem(context, 400, "links: expected a number from 0");
     context.first_link = static_cast<std::size_t>(std::min<std::uint64_t>(*first, std::numeric_limits<std::size_t>::max()));

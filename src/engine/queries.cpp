@@ -374,7 +374,7 @@ Outcome Queries::subscribe(Context& context, Protocol protocol) {
   if (auto* response = std::get_if<http::Response>(&found)) return std::move(*response);
   StandingQuery& query = *std::get<StandingQuery*>(found);
   // As Subscriptions selects it. If there is none, it responds.
-  const auto parameter = query_parameter(context.request().target, "accept");
+  const auto parameter = http::query_parameter(context.request().target, "accept");
   const auto accept =
       protocol == Protocol::event_stream ? parameter.has_value() ? std::optional<std::string_view>(*parameter) : std::nullopt : context.accept();
   const auto type = http::negotiate(accept, query.query->types());
@@ -405,7 +405,7 @@ std::variant<StandingQuery*, http::Response> Queries::standing_for(Context& cont
   const auto prepared = std::get<std::shared_ptr<const PreparedQuery>>(std::move(parsed));
   if (asked.changes && !prepared->has_rows())
     return responses_.problem(context, 400, "changes: expected a SELECT query, whose added and removed rows are sent");
-  const auto wished = query_parameter(context.request().target, "minimumInterval");
+  const auto wished = http::query_parameter(context.request().target, "minimumInterval");
   const auto interval =
       std::max(service_.limits().min_interval, wished ? interval_of(*wished).value_or(std::chrono::milliseconds(0)) : std::chrono::milliseconds(0));
   std::shared_ptr<Snapshot> snapshot = snapshots_.of(context.base, context.audience);

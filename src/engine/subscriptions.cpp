@@ -14,6 +14,7 @@
 #include "src/base/ascii.hpp"
 #include "src/engine/resources/property.hpp"
 #include "src/engine/resources/thing.hpp"
+#include "src/http/form.hpp"
 #include "src/http/negotiate.hpp"
 #include "src/http/websocket.hpp"
 
@@ -185,12 +186,12 @@ std::optional<http::Response> Subscriptions::refused_receiver(const Context& con
 /// The policy in the query of a GET.
 std::optional<http::Response> Subscriptions::read_query(const Context& context, SubscriptionRequest& wanted) const {
   const std::string_view target = context.request().target;
-  if (const auto interval = query_parameter(target, "minimumInterval")) {
+  if (const auto interval = http::query_parameter(target, "minimumInterval")) {
     const auto parsed = interval_of(*interval);
     if (!parsed) return responses_.problem(context, 400, "minimumInterval: expected " + interval_range());
     wanted.policy.minimum_interval = *parsed;
   }
-  if (const auto length = query_parameter(target, "queueLength")) {
+  if (const auto length = http::query_parameter(target, "queueLength")) {
     const auto parsed = rdf::lexical::parse_uint64(*length);
     if (!parsed || *parsed > options_.subscriptions.max_queue_length)
       return responses_.problem(context, 400, "queueLength: expected a number from 0 to " + std::to_string(options_.subscriptions.max_queue_length));
@@ -237,7 +238,7 @@ Representations::Attempt Subscriptions::open(Context& context, SubscriptionReque
   std::optional<std::string> parameter;
   if (streams) {
     // Accept selects the stream itself. The query selects the media type in its events, among those that are text.
-    parameter = query_parameter(context.request().target, "accept");
+    parameter = http::query_parameter(context.request().target, "accept");
     accept = parameter ? std::optional<std::string_view>(*parameter) : std::nullopt;
     for (std::size_t i = offers.types.size(); i-- > 0;) {
       if (offers.variants[i].is_text()) continue;

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "src/base/quote.hpp"
 #include "src/rdf/json_parse.hpp"
 
 #include <algorithm>
@@ -281,7 +282,7 @@ class CborReader {
 };
 
 /// Bytes of a text in a message.
-constexpr std::size_t longest_shown = 100;
+constexpr std::size_t longest_key = 100;
 
 }  // namespace
 
@@ -326,18 +327,13 @@ std::string Document::pointer(Id id) const {
       out += std::to_string(index);
       continue;
     }
-    for (const char c : utf8::prefix(key(*at), longest_shown)) {
+    for (const char c : utf8::prefix(key(*at), longest_key)) {
       if (c == '~') out += "~0";
       else if (c == '/') out += "~1";
       else out += c;
     }
   }
   return out;
-}
-
-std::string shortened(std::string_view text) {
-  const std::string_view shown = utf8::prefix(text, longest_shown);
-  return std::string(shown) + (shown.size() < text.size() ? " (cut)" : "");
 }
 
 }  // namespace lrt::rdf::json

@@ -84,7 +84,4 @@ class Children {
   Document::Id first_;
 };
 
-/// A text for a message, shortened if it is long.
-std::string shortened(std::string_view text);
-
 }  // namespace lrt::rdf::json

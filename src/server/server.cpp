@@ -14,6 +14,7 @@
 #include <lrt/transport/http.hpp>
 
 #include "src/base/event_waker.hpp"
+#include "src/base/client_key.hpp"
 #include "src/base/mailbox.hpp"
 #include "src/base/process.hpp"
 #include "src/base/thread.hpp"
@@ -630,7 +631,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source, publ
     descriptor_is_used_ = can.on_host_loop;
     const Security& security = options_.security;
     if (security.tls && !can.tls) return unexpected(Errc::invalid_option, "the transport does not support TLS");
-    if (!can.network || is_loopback(address) || security.tls || callers_ || security.allow_unprotected_network) return {};
+    if (!can.network || is_this_machine(address) || security.tls || callers_ || security.allow_unprotected_network) return {};
     const std::string& given = options_.listen.address;
     return unexpected(Errc::insecure_address,
                       "listening on " + given + (address == given ? "" : " (" + address + ")") +
