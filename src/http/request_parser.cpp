@@ -17,10 +17,6 @@ using namespace detail;
 // ---- Words for refusals. Nothing a client sent is echoed raw: bytes outside visible ASCII appear as numbers.
 
 std::string shown(std::string_view found) { return quoted_ascii(found, 60); }
-  }
-  result += found.size() > limit ? "\"..." : "\"";
-  return result;
-}
 
 std::string byte_name(char c) {
   switch (c) {
