@@ -4,9 +4,8 @@
 #include <algorithm>
 #include <array>
 
-#include "src/base/utf8.hpp"
-
 #include "src/base/ascii.hpp"
+#include "src/base/utf8.hpp"
 
 namespace lrt {
 inline namespace v0 {

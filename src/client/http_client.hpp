@@ -16,7 +16,7 @@
 
 #include "src/exchange/exchange.hpp"
 #include "src/base/resolve.hpp"
-#include "src/exchange/resolve.hpp"
+#include "src/base/resolve.hpp"
 #include "src/http/url.hpp"
 
 namespace lrt::client {

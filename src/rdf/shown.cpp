@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "src/rdf/shown.hpp"
 
-#include "src/base/utf8.hpp"
 #include <lrt/rdf/lexical.hpp>
 #include <lrt/rdf/value_codec.hpp>
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/base/quote.hpp"
+#include "src/base/utf8.hpp"
 
 namespace lrt::rdf {
 inline namespace v0 {
