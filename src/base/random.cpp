@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "src/base/random.hpp"
 
+#include <cstdint>
 #include <cstring>
 #include <random>
 #include <vector>
@@ -34,6 +35,14 @@ std::string random_hex(std::size_t bytes) {
   std::string text;
   for (const unsigned char byte : random) text += {digits[byte >> 4], digits[byte & 0x0FU]};
   return text;
+}
+
+double random_fraction() {
+  unsigned char bytes[4];
+  fill_random(bytes, sizeof bytes);
+  std::uint32_t number = 0;
+  std::memcpy(&number, bytes, sizeof number);
+  return number / 4294967296.0;
 }
 
 }  // namespace v0

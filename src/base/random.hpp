@@ -16,5 +16,8 @@ LRT_INTERNAL_API void fill_random(unsigned char* bytes, std::size_t count);
 /// Random bytes in lower-case hex, two digits each.
 LRT_INTERNAL_API std::string random_hex(std::size_t bytes);
 
+/// A random number in [0, 1).
+LRT_INTERNAL_API double random_fraction();
+
 }  // namespace v0
 }  // namespace lrt

@@ -257,7 +257,7 @@ void Verdicts::pass(std::string_view id, const Exchange* exchange, const std::st
   if (f.outcome == Outcome::fail) return;
   if (f.outcome != Outcome::pass) {
     f.outcome = Outcome::pass;
-    f.detail = shortened(detail, max_detail);
+    f.detail = excerpt(detail, max_detail);
     f.evidence.clear();
     if (exchange != nullptr) f.evidence.push_back(exchange->evidence());
   }
@@ -270,11 +270,11 @@ void Verdicts::fail(std::string_view id, const std::string& detail, const Exchan
   if (f.outcome != Outcome::fail) {
     f.outcome = Outcome::fail;
     f.certainty = certainty;
-    f.detail = shortened(detail, max_detail);
+    f.detail = excerpt(detail, max_detail);
     f.evidence.clear();
   } else if (certainty == Certainty::certain && f.certainty != certainty) {
     f.certainty = certainty;
-    f.detail = shortened(detail, max_detail);
+    f.detail = excerpt(detail, max_detail);
   }
   if (exchange != nullptr && f.evidence.size() < max_evidence) f.evidence.push_back(exchange->evidence());
 }
@@ -283,20 +283,20 @@ void Verdicts::not_testable(std::string_view id, const std::string& reason, cons
   Finding& f = finding(id);
   if (f.outcome != Outcome::not_applicable) return;
   f.outcome = Outcome::not_testable;
-  f.detail = shortened(reason, max_detail);
+  f.detail = excerpt(reason, max_detail);
   if (exchange != nullptr) f.evidence.push_back(exchange->evidence());
 }
 
 void Verdicts::not_applicable(std::string_view id, const std::string& reason) {
   Finding& f = finding(id);
-  if (f.outcome == Outcome::not_applicable && f.detail.empty()) f.detail = shortened(reason, max_detail);
+  if (f.outcome == Outcome::not_applicable && f.detail.empty()) f.detail = excerpt(reason, max_detail);
 }
 
 void Verdicts::otherwise(std::string_view id, Outcome outcome, const std::string& reason) {
   if (findings_.find(id) != findings_.end()) return;
   Finding& f = finding(id);
   f.outcome = outcome;
-  f.detail = shortened(reason, max_detail);
+  f.detail = excerpt(reason, max_detail);
 }
 
 bool Verdicts::failed(std::string_view id) const {

@@ -60,7 +60,7 @@ Result<Report> run(const std::string& url, const CheckOptions& options) {
   const std::string limit = probe.limit_reached();
   if (!limit.empty()) context.notes.push_back(limit);
   report.url = context.url;
-  report.product = shortened(context.resources.front().get.reply.field("Server"), 100);
+  report.product = excerpt(context.resources.front().get.reply.field("Server"), 100);
   report.findings = verdicts.findings(!limit.empty() ? limit : options.subscribe ? "nothing shows it" : "subscriptions are switched off");
   report.requirements = summarise(report.findings);
   for (const Resource& resource : context.resources) report.resources.push_back(resource.url);

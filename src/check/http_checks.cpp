@@ -4,8 +4,8 @@
 #include <algorithm>
 
 #include "src/base/ascii.hpp"
+#include "src/base/resolve.hpp"
 #include "src/check/survey.hpp"
-#include "src/exchange/resolve.hpp"
 
 namespace lrt::check {
 namespace {

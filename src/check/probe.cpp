@@ -44,7 +44,7 @@ void parse_fields(std::string_view lines, Reply& reply) {
         colon != std::string_view::npos && colon > 0 &&
         std::all_of(line.begin(), line.begin() + static_cast<std::ptrdiff_t>(colon), [](char c) { return lrt::detail::is(c, lrt::detail::tchar); });
     if (!named) {
-      reply.framing_fault = "the header section has a line that is no field: \"" + shortened(line, 80) + "\" (RFC 9112 5)";
+      reply.framing_fault = "the header section has a line that is no field: \"" + excerpt(line, 80) + "\" (RFC 9112 5)";
       continue;
     }
     reply.fields.add(line.substr(0, colon), trim(line.substr(colon + 1)));
@@ -87,7 +87,7 @@ bool matters(std::string_view name) {
 
 }  // namespace
 
-std::string shortened(std::string_view text, std::size_t max) {
+std::string excerpt(std::string_view text, std::size_t max) {
   std::string result(utf8::prefix(text, max));
   if (text.size() > max) result += "...";
   for (char& c : result)
@@ -113,7 +113,7 @@ Evidence Exchange::evidence() const {
     std::string_view line = rest.substr(0, end);
     rest.remove_prefix(std::min(end + 1, rest.size()));
     if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
-    e.sent += shortened(line, 200) + "\n";
+    e.sent += excerpt(line, 200) + "\n";
     if (e.sent.size() > 1500) break;
   }
   while (!e.sent.empty() && e.sent.back() == '\n') e.sent.pop_back();
@@ -123,10 +123,10 @@ Evidence Exchange::evidence() const {
   }
   e.received = reply.version + " " + std::to_string(reply.status) + " " + std::string(http::reason_phrase(reply.status)) + "\n";
   for (const http::Field& f : reply.fields.list())
-    if (matters(f.name)) e.received += std::string(f.name) + ": " + shortened(f.value, 200) + "\n";
+    if (matters(f.name)) e.received += std::string(f.name) + ": " + excerpt(f.value, 200) + "\n";
   std::string_view body = reply.body.empty() ? reply.forbidden_body : reply.body;
   while (body.substr(0, 8) == "@prefix ") body.remove_prefix(std::min(body.find('\n'), body.size() - 1) + 1);  // skips Turtle prefixes
-  if (!body.empty()) e.received += "\n" + shortened(body, 300);
+  if (!body.empty()) e.received += "\n" + excerpt(body, 300);
   while (!e.received.empty() && e.received.back() == '\n') e.received.pop_back();
   return e;
 }
@@ -184,7 +184,7 @@ bool Connection::read_chunks(Reply& reply, Instant until) {
     if (!head) break;
     const std::optional<std::uint64_t> size = parse_number(trim(std::string_view(*head).substr(0, head->find(';'))), 16);
     if (!size) {
-      reply.framing_fault = "\"" + shortened(*head, 40) + "\" is no chunk size (RFC 9112 7.1)";
+      reply.framing_fault = "\"" + excerpt(*head, 40) + "\" is no chunk size (RFC 9112 7.1)";
       return false;
     }
     if (*size == 0) {  // the trailer section
@@ -230,7 +230,7 @@ void Connection::read_body(Reply& reply, std::string_view method, Instant until)
     read_chunks(reply, until);
   } else if (lengths.size() == 1) {
     if (const auto length = parse_number(*lengths.begin(), 10)) read_length(reply, *length, until);
-    else reply.framing_fault = "Content-Length is \"" + shortened(*lengths.begin(), 40) + "\"";
+    else reply.framing_fault = "Content-Length is \"" + excerpt(*lengths.begin(), 40) + "\"";
   } else if (lengths.empty()) {  // until the end of the connection (RFC 9112 6.3)
     const bool whole = ends(until);
     reply.truncated = received_.size() > options_.max_body_bytes;
@@ -250,7 +250,7 @@ Reply Connection::read(std::string_view method, Instant until, bool close, milli
         return reply;
       }
       if (!receive(until)) {
-        if (!received_.empty()) reply.error = Error{Errc::expected_http, "the bytes are no HTTP response: \"" + shortened(received_, 80) + "\""};
+        if (!received_.empty()) reply.error = Error{Errc::expected_http, "the bytes are no HTTP response: \"" + excerpt(received_, 80) + "\""};
         else if (ended_) reply.error = Error{Errc::closed, "the server closed the connection without a response"};
         else reply.error = error_.value_or(Error{Errc::timed_out, "timed out"});
         reply.closed = ended_;
@@ -260,7 +260,7 @@ Reply Connection::read(std::string_view method, Instant until, bool close, milli
     const std::size_t line = received_.find("\r\n");
     if (!parse_status_line(std::string_view(received_).substr(0, line), reply)) {
       reply.status = 0;
-      reply.error = Error{Errc::expected_http, "the bytes are no HTTP response: \"" + shortened(received_, 80) + "\""};
+      reply.error = Error{Errc::expected_http, "the bytes are no HTTP response: \"" + excerpt(received_, 80) + "\""};
       return reply;
     }
     reply.fields = http::Fields();

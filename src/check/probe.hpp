@@ -120,6 +120,6 @@ class Probe {
 Result<http::Url> url_of(const std::string& url);
 std::string without_fragment(const std::string& url);
 /// Printable, at most `max` bytes.
-std::string shortened(std::string_view text, std::size_t max);
+std::string excerpt(std::string_view text, std::size_t max);
 
 }  // namespace lrt::check

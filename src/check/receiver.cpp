@@ -17,7 +17,8 @@
 
 #include "src/base/ascii.hpp"
 #include "src/base/random.hpp"
-#include "src/exchange/resolve.hpp"
+#include "src/base/resolve.hpp"
+#include "src/http/form.hpp"
 
 namespace lrt::check {
 namespace {
@@ -29,20 +30,6 @@ constexpr milliseconds connection_time{5'000};  // of one connection of the serv
 constexpr std::size_t max_header_bytes = 64 * 1024;
 
 std::string system_message() { return std::system_category().message(errno); }
-
-/// The value of a query parameter, decoded.
-std::string parameter(std::string_view target, std::string_view name) {
-  std::string_view query = target.substr(std::min(target.find('?'), target.size()));
-  while (!query.empty()) {
-    query.remove_prefix(1);
-    const std::size_t end = std::min(query.find('&'), query.size());
-    const std::string_view pair = query.substr(0, end);
-    query.remove_prefix(end);
-    if (pair.substr(0, pair.find('=')) != name || pair.size() <= name.size()) continue;
-    return iri::decode(pair.substr(name.size() + 1)).value_or(std::string());
-  }
-  return {};
-}
 
 /// Bytes of a connection, until a time and until the descriptor `stop` is readable.
 class Input {
@@ -197,7 +184,7 @@ void Receiver::serve(int connection) {
     if (!notification_) notification_ = std::move(notification);
     arrived_.notify_all();
   } else if (mine && method == "GET") {
-    const std::string challenge = parameter(target, "hub.challenge");
+    const std::string challenge = http::query_parameter(target, "hub.challenge", http::Plus::space).value_or("");
     response = "HTTP/1.1 200 OK\r\nContent-Type: text/plain\r\nConnection: close\r\nContent-Length: " + std::to_string(challenge.size()) +
                "\r\n\r\n" + challenge;
   }

@@ -8,6 +8,8 @@
 #include <lrt/rdf/codec.hpp>
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/base/quote.hpp"
+
 namespace lrt::check {
 inline namespace v0 {
 namespace {
@@ -129,22 +131,9 @@ class Text {
 
 // ------------------------------------------------------------------------------------------------------------------------------ JSON
 
-std::string quoted(std::string_view text) {
-  static constexpr char digits[] = "0123456789abcdef";
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') out += '\\', out += c;
-    else if (c == '\n') out += "\\n";
-    else if (static_cast<unsigned char>(c) < 0x20)
-      out += std::string("\\u00") + digits[static_cast<unsigned char>(c) >> 4U] + digits[static_cast<unsigned char>(c) & 15U];
-    else out += c;
-  }
-  return out += '"';
-}
-
 std::string array(const std::vector<std::string>& texts) {
   std::string out = "[";
-  for (const std::string& text : texts) out += (out.size() > 1 ? ", " : "") + quoted(text);
+  for (const std::string& text : texts) out += (out.size() > 1 ? ", " : "") + json_string(text);
   return out + "]";
 }
 
@@ -159,29 +148,29 @@ std::string underscored(std::string_view text) {
 std::string to_text(const Report& report, const TextOptions& options) { return Text(report, options).make(); }
 
 std::string to_json(const Report& report) {
-  std::string out = "{\n\"url\": " + quoted(report.url) + ",\n\"started\": " + quoted(date_time(report.started)) +
-                    ",\n\"product\": " + quoted(report.product) + ",\n\"is_robotic_thing\": " + (report.is_robotic_thing ? "true" : "false") +
+  std::string out = "{\n\"url\": " + json_string(report.url) + ",\n\"started\": " + json_string(date_time(report.started)) +
+                    ",\n\"product\": " + json_string(report.product) + ",\n\"is_robotic_thing\": " + (report.is_robotic_thing ? "true" : "false") +
                     ",\n\"is_linked_robotic_thing\": " + (report.is_linked_robotic_thing ? "true" : "false") +
                     ",\n\"requests\": " + std::to_string(report.requests) + ",\n\"resources\": " + array(report.resources) +
                     ",\n\"notes\": " + array(report.notes) + ",\n\"requirements\": [";
   bool first = true;
   for (const Requirement& r : report.requirements) {
-    out += std::string(first ? "\n" : ",\n") + "{\"id\": " + quoted(r.id) + ", \"level\": " + quoted(to_string(r.level)) +
-           ", \"outcome\": " + quoted(underscored(to_string(r.outcome))) + ", \"title\": " + quoted(r.title) + ", \"reason\": " + quoted(r.reason) +
+    out += std::string(first ? "\n" : ",\n") + "{\"id\": " + json_string(r.id) + ", \"level\": " + json_string(to_string(r.level)) +
+           ", \"outcome\": " + json_string(underscored(to_string(r.outcome))) + ", \"title\": " + json_string(r.title) + ", \"reason\": " + json_string(r.reason) +
            "}";
     first = false;
   }
   out += "],\n\"findings\": [";
   first = true;
   for (const Finding& f : report.findings) {
-    out += std::string(first ? "\n" : ",\n") + "{\"id\": " + quoted(f.id) + ", \"requirements\": " + array(f.requirements) +
-           ", \"level\": " + quoted(to_string(f.level)) + ", \"outcome\": " + quoted(underscored(to_string(f.outcome))) +
-           ", \"certainty\": " + quoted(to_string(f.certainty)) + ", \"title\": " + quoted(f.title) +
-           ", \"specification\": " + quoted(f.specification) + ", \"references\": " + quoted(f.references) + ", \"detail\": " + quoted(f.detail) +
+    out += std::string(first ? "\n" : ",\n") + "{\"id\": " + json_string(f.id) + ", \"requirements\": " + array(f.requirements) +
+           ", \"level\": " + json_string(to_string(f.level)) + ", \"outcome\": " + json_string(underscored(to_string(f.outcome))) +
+           ", \"certainty\": " + json_string(to_string(f.certainty)) + ", \"title\": " + json_string(f.title) +
+           ", \"specification\": " + json_string(f.specification) + ", \"references\": " + json_string(f.references) + ", \"detail\": " + json_string(f.detail) +
            ", \"tried\": " + std::to_string(f.tried) + ", \"failed\": " + std::to_string(f.failed) + ", \"evidence\": [";
     for (std::size_t i = 0; i < f.evidence.size(); ++i)
-      out += std::string(i == 0 ? "" : ", ") + "{\"url\": " + quoted(f.evidence[i].url) + ", \"sent\": " + quoted(f.evidence[i].sent) +
-             ", \"received\": " + quoted(f.evidence[i].received) + "}";
+      out += std::string(i == 0 ? "" : ", ") + "{\"url\": " + json_string(f.evidence[i].url) + ", \"sent\": " + json_string(f.evidence[i].sent) +
+             ", \"received\": " + json_string(f.evidence[i].received) + "}";
     out += "]}";
     first = false;
   }

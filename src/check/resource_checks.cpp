@@ -70,7 +70,7 @@ void check_uris(Context& context) {
         if (object.is_iri()) context.verdicts.pass("uri.named", &r->get);
         else
           context.verdicts.fail(
-              "uri.named", "the object of <" + std::string(predicate.text) + "> is " + shortened(rdf::to_string(object), 100) + ", expected an IRI",
+              "uri.named", "the object of <" + std::string(predicate.text) + "> is " + excerpt(rdf::to_string(object), 100) + ", expected an IRI",
               &r->get);
       }
     }
@@ -206,7 +206,7 @@ void check_tags(Context& context, Resource& r) {
   r.etag = after;
   verdicts.pass("etag.get", &again);
   if (is_entity_tag(after)) verdicts.pass("etag.syntax", &again);
-  else verdicts.fail("etag.syntax", "\"" + shortened(after, 60) + "\" is no entity tag", &again);
+  else verdicts.fail("etag.syntax", "\"" + excerpt(after, 60) + "\" is no entity tag", &again);
 
   const bool same_bytes = r.get.reply.body == again.reply.body && r.get.reply.media_type() == again.reply.media_type();
   const bool unstable = same_bytes && before != after && is_weak(before) == is_weak(after);

@@ -94,7 +94,7 @@ void use_websocket(Context& context, WebSocket& socket, const std::string& url, 
   if (socket.accept_is_right()) v.pass("ws.accept", &opened);
   else
     v.fail("ws.accept",
-           "Sec-WebSocket-Accept is \"" + shortened(opened.reply.field("Sec-WebSocket-Accept"), 60) + "\", which does not belong to the key",
+           "Sec-WebSocket-Accept is \"" + excerpt(opened.reply.field("Sec-WebSocket-Accept"), 60) + "\", which does not belong to the key",
            &opened);
   if (const std::string fault = socket.field_fault(); fault.empty()) v.pass("ws.fields", &opened);
   else v.fail("ws.fields", fault, &opened);
@@ -267,7 +267,7 @@ void check_callback(Context& context) {
   const Result<http::Url> parts = url_of(context.url);
   std::string address = context.options.callback_address;
   if (address.empty() && parts) {
-    const auto literal = exchange::literal_address(parts->host);
+    const auto literal = literal_address(parts->host);
     const std::string text = literal ? literal->text : parts->host;
     if (text == "localhost" || text.compare(0, 4, "127.") == 0) address = "127.0.0.1";
     else if (text == "::1") address = "[::1]:0";

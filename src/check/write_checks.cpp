@@ -123,7 +123,7 @@ void judge_success(Context& context, const Exchange& posted) {
   }
   v.pass("post.location", &posted);
   const Result<std::string> created = iri::resolve(posted.url, location);
-  if (!created || !url_of(*created)) return v.fail("post.location-get", "Location is \"" + shortened(location, 100) + "\", which is no URL", &posted);
+  if (!created || !url_of(*created)) return v.fail("post.location-get", "Location is \"" + excerpt(location, 100) + "\", which is no URL", &posted);
   const Exchange exchange = get(context, *created);
   if (exchange.reply.ok()) v.pass("post.location-get", &exchange);
   else if (exchange.reply.status == 401 || exchange.reply.status == 403)

@@ -110,10 +110,7 @@ std::string number_as(const TermView& literal, std::string_view datatype) {
   };
   namespace xsd = vocab::xsd;
   const auto is_real = [&](std::string_view iri) { return is_one_of(iri, {xsd::double_, xsd::float_, xsd::decimal}); };
-  const auto is_integer = [&](std::string_view iri) {
-    return is_one_of(iri, {xsd::integer, xsd::byte_, xsd::short_, xsd::int_, xsd::long_, xsd::unsignedByte, xsd::unsignedShort, xsd::unsignedInt,
-                           xsd::unsignedLong});
-  };
+  const auto is_integer = [](std::string_view iri) { return rdf::lexical::is_integer_type(rdf::lexical::datatype_of(iri)); };
   if (!is_real(literal.datatype) && !is_integer(literal.datatype)) return {};
   const std::optional<double> number = rdf::lexical::parse_double(literal.text);
   if (!number) return {};

@@ -15,6 +15,7 @@
 #include "src/base/random.hpp"
 #include "src/base/thread.hpp"
 #include "src/exchange/tls.hpp"
+#include "src/http/form.hpp"
 #include "src/http/url.hpp"
 
 namespace lrt::client {
@@ -35,28 +36,6 @@ bool are_equal(std::string_view a, std::string_view b) noexcept {
   unsigned char difference = 0;
   for (std::size_t i = 0; i < a.size(); ++i) difference = static_cast<unsigned char>(difference | (a[i] ^ b[i]));
   return difference == 0;
-}
-
-/// A parameter of a query, decoded (application/x-www-form-urlencoded).
-std::optional<std::string> parameter(std::string_view query, std::string_view name) {
-  while (!query.empty()) {
-    const std::string_view pair = query.substr(0, query.find('&'));
-    query.remove_prefix(std::min(pair.size() + 1, query.size()));
-    if (pair.substr(0, pair.find('=')) != name) continue;
-    std::string value;
-    for (std::size_t i = std::min(name.size() + 1, pair.size()); i < pair.size(); ++i) {
-      const bool is_escape =
-          pair[i] == '%' && i + 2 < pair.size() && lrt::detail::is(pair[i + 1], lrt::detail::hex) && lrt::detail::is(pair[i + 2], lrt::detail::hex);
-      if (is_escape) {
-        value += static_cast<char>(lrt::detail::hex_value(pair[i + 1]) << 4 | lrt::detail::hex_value(pair[i + 2]));
-        i += 2;
-      } else {
-        value += pair[i] == '+' ? ' ' : pair[i];
-      }
-    }
-    return value;
-  }
-  return std::nullopt;
 }
 
 http::Response text_response(int status, std::string text) {
@@ -130,7 +109,7 @@ class State final : public engine::Handler, public std::enable_shared_from_this<
       ++unknown_;
       return text_response(410, "this callback has ended\n");
     }
-    if (request.method == "GET" || request.method == "HEAD") return confirm(query);
+    if (request.method == "GET" || request.method == "HEAD") return confirm(request.target);
     if (request.method != "POST") {
       http::Response response = text_response(405, "expected POST\n");
       response.fields.add("Allow", "GET, HEAD, POST");
@@ -189,8 +168,9 @@ class State final : public engine::Handler, public std::enable_shared_from_this<
     std::function<void(const Notification&)> take;
   };
 
-  static http::Response confirm(std::string_view query) {
-    const std::optional<std::string> mode = parameter(query, "hub.mode"), challenge = parameter(query, "hub.challenge");
+  static http::Response confirm(std::string_view target) {
+    const auto mode = http::query_parameter(target, "hub.mode", http::Plus::space);
+    const auto challenge = http::query_parameter(target, "hub.challenge", http::Plus::space);
     if (mode != "subscribe" || !challenge || challenge->empty() || challenge->size() > max_challenge_bytes)
       return text_response(404, "expected hub.mode=subscribe and hub.challenge\n");
     return text_response(200, *challenge);

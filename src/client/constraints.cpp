@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "src/base/quote.hpp"
 #include "src/client/constraints.hpp"
 
 #include <algorithm>
@@ -18,20 +19,6 @@ using rdf::TermView;
 static constexpr std::string_view sh_namespace = "http://www.w3.org/ns/shacl#";
 
 void refuse_shape(Errc code, std::string message) { throw RefusedShape{{code, std::move(message)}}; }
-
-/// A text for a message: of one line, and short.
-std::string shortened(std::string_view text) {
-  constexpr std::size_t longest = 80;
-  std::string out;
-  for (const char c : text.substr(0, longest)) out += static_cast<unsigned char>(c) < 0x20 || c == 0x7F ? '?' : c;
-  return text.size() > longest ? out + "..." : out;
-}
-
-std::string shown(const TermView& term) {
-  if (term.is_iri()) return shortened(rdf::abbreviate(term.text));
-  if (term.is_blank()) return "a blank node";
-  return "\"" + shortened(term.text) + "\"";
-}
 
 void ShapeReader::ill_formed(TermId shape, std::string_view predicate, TermId object, const std::string& expected) const {
   refuse_shape(Errc::expected_value, "expected " + expected + " as " + shortened(rdf::abbreviate(predicate)) + " of the shape " +

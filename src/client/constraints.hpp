@@ -14,6 +14,9 @@
 #include <lrt/rdf/graph.hpp>
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/base/quote.hpp"
+#include "src/rdf/shown.hpp"
+
 namespace lrt::client {
 
 /// Ends the reading of a shape. Thrown and caught within Schema::read().
@@ -22,9 +25,7 @@ struct RefusedShape {
 };
 [[noreturn]] void refuse_shape(Errc code, std::string message);
 
-/// A text for a message: of one line, and short.
-std::string shortened(std::string_view text);
-std::string shown(const rdf::TermView& term);
+using rdf::shown;
 
 /// The property shapes with one predicate as their path.
 struct Field {

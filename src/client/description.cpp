@@ -12,6 +12,8 @@
 #include <lrt/rdf/value_codec.hpp>
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/rdf/shown.hpp"
+
 namespace lrt::client {
 inline namespace v0 {
 namespace {
@@ -26,11 +28,7 @@ struct Refused {
   Error error;
 };
 
-std::string shown_iri(std::string_view iri) {
-  constexpr std::size_t longest = 100;
-  const std::string text = rdf::abbreviate(iri);
-  return text.size() > longest ? text.substr(0, longest) + "..." : text;
-}
+std::string shown_iri(std::string_view iri) { return rdf::shown(TermView(Iri(iri))); }
 
 class Describer {
  public:

@@ -148,11 +148,11 @@ class HttpClientImpl final : public HttpClient {
  private:
   Result<std::unique_ptr<Wire>> connect(const http::Url& url, WaitLimit limit, bool anonymous) {
     const Instant now = std::chrono::steady_clock::now();
-    const Result<std::vector<exchange::Address>> found =
+    const Result<std::vector<Address>> found =
         names_.find(url.host, {std::min(limit.until, now + options_.limits.resolve_time), stop_descriptor_});
     if (!found) return unexpected(found.error());
-    std::vector<const exchange::Address*> addresses;
-    for (const exchange::Address& address : *found) addresses.push_back(&address);
+    std::vector<const Address*> addresses;
+    for (const Address& address : *found) addresses.push_back(&address);
     const exchange::NoSigpipe guard(url.secure);
     return exchange::connect(url, addresses, [&] { return Result<Tls>(anonymous ? anonymous_tls_ : own_tls_); },
                              {std::min(limit.until, std::chrono::steady_clock::now() + options_.limits.connect_time), stop_descriptor_});

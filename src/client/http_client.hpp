@@ -15,7 +15,8 @@
 #include <lrt/http/message.hpp>
 
 #include "src/exchange/exchange.hpp"
-#include "src/exchange/resolve.hpp"
+#include "src/base/resolve.hpp"
+#include "src/base/resolve.hpp"
 #include "src/http/url.hpp"
 
 namespace lrt::client {

@@ -9,7 +9,6 @@
 
 namespace lrt::client {
 
-using exchange::Address;
 using exchange::Instant;
 
 namespace {
@@ -24,21 +23,21 @@ struct NameResolver::State {
     Instant until;
   };
 
-  State(ThreadOptions options, exchange::Resolve look_up) : threads(std::move(options)), resolve(std::move(look_up)) {}
+  State(ThreadOptions options, Resolve look_up) : threads(std::move(options)), resolve(std::move(look_up)) {}
 
   const ThreadOptions threads;
-  const exchange::Resolve resolve;
+  const Resolve resolve;
   std::mutex mutex;
   std::condition_variable changed;
   std::vector<std::string> running;
   std::map<std::string, Known> known;
 };
 
-NameResolver::NameResolver(ThreadOptions threads, exchange::Resolve resolve)
+NameResolver::NameResolver(ThreadOptions threads, Resolve resolve)
     : state_(std::make_shared<State>(std::move(threads), std::move(resolve))) {}
 
 Result<std::vector<Address>> NameResolver::find(const std::string& host, exchange::WaitLimit limit) {
-  if (std::optional<Address> literal = exchange::literal_address(host)) return std::vector<Address>{*std::move(literal)};
+  if (std::optional<Address> literal = literal_address(host)) return std::vector<Address>{*std::move(literal)};
   std::unique_lock lock(state_->mutex);
   while (true) {
     const Instant now = std::chrono::steady_clock::now();

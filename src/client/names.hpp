@@ -11,7 +11,8 @@
 
 #include <lrt/base/thread_options.hpp>
 
-#include "src/exchange/resolve.hpp"
+#include "src/base/resolve.hpp"
+#include "src/exchange/wire.hpp"
 
 namespace lrt::client {
 
@@ -20,11 +21,11 @@ namespace lrt::client {
 /// @par Threads  Any.
 class NameResolver {
  public:
-  explicit NameResolver(ThreadOptions threads, exchange::Resolve resolve = exchange::resolve);
+  explicit NameResolver(ThreadOptions threads, Resolve resolve = lrt::resolve);
 
   /// The addresses of a host of a URL. A name is resolved again after 30 s.
   /// @par Errors  io_error, timed_out; limit_exceeded: too many names are being resolved
-  Result<std::vector<exchange::Address>> find(const std::string& host, exchange::WaitLimit limit);
+  Result<std::vector<Address>> find(const std::string& host, exchange::WaitLimit limit);
 
  private:
   struct State;

@@ -11,6 +11,7 @@
 #include <lrt/rdf/lexical.hpp>
 #include <lrt/rdf/value_codec.hpp>
 
+#include "src/base/quote.hpp"
 #include "src/rdf/json_parse.hpp"
 #include "src/rdf/plain.hpp"
 
@@ -23,30 +24,13 @@ namespace {
 
 constexpr std::string_view line_feed = "\n";
 
-std::string quoted(std::string_view text) {
-  std::string result = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') {
-      result += '\\';
-      result += c;
-    } else if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) {
-      char escape[8];
-      std::snprintf(escape, sizeof escape, "\\u%04x", static_cast<unsigned>(static_cast<unsigned char>(c)));
-      result += escape;
-    } else {
-      result += c;
-    }
-  }
-  return result += '"';
-}
-
 std::string json_of(const Document& document, Document::Id id) {
   switch (document.kind(id)) {
     case Document::Kind::null: return "null";
     case Document::Kind::true_: return "true";
     case Document::Kind::false_: return "false";
     case Document::Kind::number: return std::string(document.text(id));
-    case Document::Kind::string: return quoted(document.text(id));
+    case Document::Kind::string: return json_string(document.text(id));
     case Document::Kind::array: {
       std::string text = "[";
       for (const Document::Id item : rdf::json::Children(document, id)) text += (text.size() > 1 ? "," : "") + json_of(document, item);
@@ -55,7 +39,7 @@ std::string json_of(const Document& document, Document::Id id) {
     case Document::Kind::object: {
       std::string text = "{";
       for (const Document::Id item : rdf::json::Children(document, id))
-        text += (text.size() > 1 ? "," : "") + quoted(document.key(item)) + ":" + json_of(document, item);
+        text += (text.size() > 1 ? "," : "") + json_string(document.key(item)) + ":" + json_of(document, item);
       return text + "}";
     }
   }
@@ -108,7 +92,7 @@ std::optional<RecordedChange> change_of(std::string_view line) {
 }  // namespace
 
 std::string to_line(const RecordingHeader& header) {
-  return R"({"lrt":"recording","version":1,"robot":)" + quoted(header.robot) + ",\"started\":" + quoted(header.started) + "}" +
+  return R"({"lrt":"recording","version":1,"robot":)" + json_string(header.robot) + ",\"started\":" + json_string(header.started) + "}" +
          std::string(line_feed);
 }
 
@@ -116,12 +100,12 @@ std::string to_line(const RecordedChange& change) {
   char at[40];
   std::snprintf(at, sizeof at, "%lld.%06lld", static_cast<long long>(change.at.count() / 1'000'000),
                 static_cast<long long>(change.at.count() % 1'000'000));
-  std::string line = "{\"at\":" + std::string(at) + ",\"name\":" + quoted(change.name);
+  std::string line = "{\"at\":" + std::string(at) + ",\"name\":" + json_string(change.name);
   if (change.is_gap()) {
-    line += ",\"gap\":" + quoted(change.gap);
+    line += ",\"gap\":" + json_string(change.gap);
   } else {
     line += ",\"value\":" + change.value;
-    if (!change.unit.empty()) line += ",\"unit\":" + quoted(change.unit);
+    if (!change.unit.empty()) line += ",\"unit\":" + json_string(change.unit);
   }
   return line + "}" + std::string(line_feed);
 }

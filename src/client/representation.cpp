@@ -122,14 +122,5 @@ Result<RepresentationPtr> read_representation(const Response& response, const Op
   return RepresentationPtr(std::move(result));
 }
 
-std::string escaped(std::string_view text) {
-  std::string result;
-  for (const char c : text) {
-    if (lrt::detail::is(c, lrt::detail::unreserved)) result += c;
-    else lrt::detail::append_percent(result, c);
-  }
-  return result;
-}
-
 }  // namespace v0
 }  // namespace lrt::client

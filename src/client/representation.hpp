@@ -24,8 +24,6 @@ LRT_INTERNAL_API bool same_origin(std::string_view a, std::string_view b);
 LRT_INTERNAL_API std::string_view document_of(std::string_view iri) noexcept;
 /// The text after the last '#' or '/'. A slash at the end of a path is ignored.
 std::string_view local_name(std::string_view iri) noexcept;
-/// Percent-encoded as a value in the query of a URL: all but the unreserved characters (RFC 3986 2.3).
-LRT_INTERNAL_API std::string escaped(std::string_view text);
 
 }  // namespace v0
 }  // namespace lrt::client

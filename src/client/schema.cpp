@@ -18,6 +18,7 @@
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/client/constraints.hpp"
+#include "src/rdf/integer_range.hpp"
 #include "src/rdf/plain.hpp"
 #include "src/shacl/derived_patterns.hpp"
 
@@ -442,26 +443,12 @@ class SchemaReader {
     return made;
   }
 
+  /// As far as a Type can state it: of negative integers, from -2^63.
   static void integer_range(Type& t, rdf::lexical::Datatype datatype) {
-    using D = rdf::lexical::Datatype;
-    t.lowest = std::numeric_limits<std::int64_t>::min();
-    t.highest = std::numeric_limits<std::uint64_t>::max();
-    const auto range = [&](std::int64_t low, std::uint64_t high) { t.lowest = low, t.highest = high; };
-    switch (datatype) {
-      case D::long_: return range(INT64_MIN, INT64_MAX);
-      case D::int_: return range(INT32_MIN, INT32_MAX);
-      case D::short_: return range(INT16_MIN, INT16_MAX);
-      case D::byte_: return range(INT8_MIN, INT8_MAX);
-      case D::unsigned_long:
-      case D::non_negative_integer: return range(0, UINT64_MAX);
-      case D::unsigned_int: return range(0, UINT32_MAX);
-      case D::unsigned_short: return range(0, UINT16_MAX);
-      case D::unsigned_byte: return range(0, UINT8_MAX);
-      case D::positive_integer: return range(1, UINT64_MAX);
-      case D::non_positive_integer:
-      case D::negative_integer: return range(INT64_MIN, 0);
-      default: return;
-    }
+    const rdf::lexical::IntegerRange range = rdf::lexical::range_of(datatype);
+    t.lowest = range.lowest.empty() ? std::numeric_limits<std::int64_t>::min() : rdf::lexical::parse_int64(range.lowest).value();
+    if (range.highest.empty()) t.highest = std::numeric_limits<std::uint64_t>::max();
+    else t.highest = rdf::lexical::parse_uint64(range.highest).value_or(0);  // -1
   }
 
   void number_facets(const Constraints& c, const Type& t, Facets& facets) {

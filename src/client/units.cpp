@@ -15,6 +15,7 @@
 #include <lrt/rdf/value_codec.hpp>
 
 #include "src/base/ascii.hpp"
+#include "src/base/quote.hpp"
 
 namespace lrt::client {
 inline namespace v0 {
@@ -106,7 +107,7 @@ constexpr Scale scales[] = {
 
 constexpr long double two_pi = 6.283185307179586476925286766559005768L;
 
-std::string_view shown(const Scale& s) noexcept { return s.also[0].empty() ? s.code : s.also[0]; }
+std::string_view symbol_of(const Scale& s) noexcept { return s.also[0].empty() ? s.code : s.also[0]; }
 
 const Scale* find_scale(std::string_view name) noexcept {
   if (name.empty()) return nullptr;
@@ -128,20 +129,13 @@ const Scale* scale_of(const Unit& unit) noexcept {
 std::string names_of(std::optional<Of> kind) {
   std::string text;
   for (const Scale& s : scales)
-    if (!kind || s.of == *kind) text.append(text.empty() ? "" : ", ").append(shown(s));
+    if (!kind || s.of == *kind) text.append(text.empty() ? "" : ", ").append(symbol_of(s));
   return text;
-}
-
-std::string quoted_unit(std::string_view text) {
-  constexpr std::size_t longest = 40;
-  std::string out = "\"";
-  for (const char c : text.substr(0, longest)) out += static_cast<unsigned char>(c) < 0x20 || c == 0x7F ? '?' : c;
-  return out + (text.size() > longest ? "...\"" : "\"");
 }
 
 Unexpected unknown(std::string_view unit, std::optional<Of> fitting = {}) {
   return unexpected(Errc::expected_value,
-                    "unknown unit " + quoted_unit(unit) + ", expected " + (fitting ? "one of " : "none or one of ") + names_of(fitting));
+                    "unknown unit " + quoted(unit) + ", expected " + (fitting ? "one of " : "none or one of ") + names_of(fitting));
 }
 
 /// The difference between (a x + b) / c and y, times c.
@@ -226,8 +220,8 @@ Result<Split> split(std::string_view text) {
   const std::string_view body = lrt::detail::trim_space(text);
   const std::size_t length = number_length(body);
   const std::optional<double> number = length > 0 ? rdf::lexical::parse_double(body.substr(0, length)) : std::nullopt;
-  if (!number) return unexpected(Error{Errc::expected_value, "expected a number, with or without a unit, found " + quoted_unit(body), 0});
-  if (!std::isfinite(*number)) return unexpected(Error{Errc::expected_value, "expected a finite number, found " + quoted_unit(body), 0});
+  if (!number) return unexpected(Error{Errc::expected_value, "expected a number, with or without a unit, found " + quoted(body), 0});
+  if (!std::isfinite(*number)) return unexpected(Error{Errc::expected_value, "expected a finite number, found " + quoted(body), 0});
   return Split{*number, lrt::detail::trim_space(body.substr(length))};
 }
 
@@ -246,11 +240,11 @@ Result<double> convert(double number, std::string_view from, std::string_view to
   if (from == to) return number;
   const Scale *source = find_scale(from), *target = find_scale(to);
   if (!target)
-    return unexpected(Errc::expected_value, "cannot convert " + quoted_unit(from) + " to " + quoted_unit(to) + ": the second unit is unknown");
+    return unexpected(Errc::expected_value, "cannot convert " + quoted(from) + " to " + quoted(to) + ": the second unit is unknown");
   if (!source) return unknown(from, target->of);
   if (source->of != target->of)
     return unexpected(Errc::expected_value,
-                      "cannot convert " + quoted_unit(from) + " to " + quoted_unit(to) + ", expected one of " + names_of(target->of));
+                      "cannot convert " + quoted(from) + " to " + quoted(to) + ", expected one of " + names_of(target->of));
   return convert(number, *source, *target);
 }
 
@@ -258,11 +252,11 @@ Result<double> number_in(std::string_view text, const Unit& unit) {
   const Result<Split> parts = split(text);
   if (!parts) return Unexpected{parts.error()};
   if (parts->unit.empty() || (!unit.ucum.empty() && parts->unit == unit.ucum)) return parts->number;
-  if (unit.empty()) return unexpected(Errc::expected_value, "expected a number without a unit, found the unit " + quoted_unit(parts->unit));
+  if (unit.empty()) return unexpected(Errc::expected_value, "expected a number without a unit, found the unit " + quoted(parts->unit));
   const Scale* target = scale_of(unit);
   if (!target)
     return unexpected(Errc::expected_value,
-                      "cannot convert " + quoted_unit(parts->unit) + " to " + quoted_unit(unit_label(unit)) + ": write the number without a unit");
+                      "cannot convert " + quoted(parts->unit) + " to " + quoted(unit_label(unit)) + ": write the number without a unit");
   return convert(parts->number, parts->unit, target->code);
 }
 

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "src/base/quote.hpp"
+#include "src/base/back_off.hpp"
 #include "src/client/watches.hpp"
 
 #include <algorithm>
@@ -43,14 +45,6 @@ constexpr std::size_t poll_threads = 8;
 constexpr milliseconds max_delete_time{2'000};
 /// The bytes that are read of a response that refuses an event stream.
 constexpr std::size_t max_reason_bytes = 64 * 1024;
-
-double system_random() {
-  std::array<unsigned char, 4> bytes{};
-  fill_random(bytes.data(), bytes.size());
-  const std::uint32_t number =
-      bytes[0] | static_cast<std::uint32_t>(bytes[1]) << 8 | static_cast<std::uint32_t>(bytes[2]) << 16 | static_cast<std::uint32_t>(bytes[3]) << 24;
-  return number / 4294967296.0;
-}
 
 /// The media types of an Accept field, the preferred first; ranges with '*' and what is refused (q=0) are left out.
 std::vector<std::string> accepted_types(std::string_view accept) {
@@ -145,16 +139,6 @@ Error response_error(const Response& response, const std::string& url) {
   return {Errc::refused, "\"" + url + "\": the server responded with " + std::to_string(response.status) + ": " + response.reason()};
 }
 
-/// A text in a Turtle literal.
-std::string turtle_literal(std::string_view text) {
-  std::string result = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') result += '\\';
-    if (static_cast<unsigned char>(c) >= 0x20) result += c;
-  }
-  return result + "\"";
-}
-
 /// Counts one event stream while it exists.
 class StreamPlace {
  public:
@@ -177,13 +161,13 @@ struct WatchContext : std::enable_shared_from_this<WatchContext> {
       : http(std::move(client)),
         hooks(std::move(given)),
         clock(hooks.clock != nullptr ? *hooks.clock : system_clock()),
-        names(http->options().threads, hooks.resolve ? hooks.resolve : exchange::Resolve(exchange::resolve)),
+        names(http->options().threads, hooks.resolve ? hooks.resolve : Resolve(resolve)),
         websockets(http->options()),
         tasks(http->options().threads, request_threads, clock),
         stream_tasks(http->options().threads, http->options().limits.max_streams + poll_threads, clock) {}
 
   const Options& options() const noexcept { return http->options(); }
-  double random() const { return hooks.random ? hooks.random() : system_random(); }
+  double random() const { return hooks.random ? hooks.random() : random_fraction(); }
   void announce(const std::shared_ptr<Watch::Impl>& watch);
   void drain_in_background();
   bool drain(std::chrono::microseconds budget) noexcept;
@@ -494,11 +478,7 @@ void Watch::Impl::lost(Generation generation, Error error, milliseconds min_paus
     next = ++generation_;
     subscription_.clear();
     last_error_ = std::move(error);
-    const auto first = std::max(options_.first_pause, milliseconds(1));
-    const unsigned doublings = std::min(failures_, 20U);
-    ++failures_;
-    const auto whole = std::min<std::int64_t>(first.count() << doublings, options_.max_pause.count());
-    const auto pause = std::chrono::microseconds(static_cast<std::int64_t>(static_cast<double>(whole) * 1000.0 * (0.5 + chance)));
+    const auto pause = back_off(++failures_, std::max(options_.first_pause, milliseconds(1)), options_.max_pause, chance);
     due = context_->clock.now().steady + std::max<std::chrono::microseconds>(pause, std::min(min_pause, options_.max_pause));
     release_activity(lock);
   }
@@ -673,7 +653,7 @@ void Watch::Impl::open_websocket(Generation generation) {
     return refused(generation, 0, {Errc::refused, "a WebSocket would show the client's certificate to \"" + url->origin() + "\""}, {});
   }
   const Limits& limits = context_->options().limits;
-  Result<std::vector<exchange::Address>> addresses =
+  Result<std::vector<Address>> addresses =
       context_->names.find(url->host, {std::chrono::steady_clock::now() + limits.resolve_time, context_->http->stop_descriptor()});
   if (!addresses) return lost(generation, std::move(addresses).error());
   const std::string type = accept();
@@ -757,7 +737,7 @@ void Watch::Impl::stream(Generation generation) {
     stream_end_ = stop;
   }
   std::string target = with_policy(url_);
-  if (type != "text/turtle") target += (target.find('?') == std::string::npos ? "?accept=" : "&accept=") + escaped(type);
+  if (type != "text/turtle") target += (target.find('?') == std::string::npos ? "?accept=" : "&accept=") + percent_encoded(type);
 
   EventParser parser(limits.max_message_bytes);
   bool is_stream = false;
@@ -885,10 +865,10 @@ void Watch::Impl::subscribe(Generation generation) {
     const auto iri_of = [](Iri iri) { return "<" + std::string(iri.text) + ">"; };
     std::string body = "<> a " + iri_of(vocab::hybrit::Subscription) + ", " + iri_of(vocab::hybrit::WebCallback) + " ;\n " +
                        iri_of(vocab::hybrit::onResource) + " <" + url_.substr(0, url_.find('#')) + "> ;\n " + iri_of(vocab::hybrit::callbackURL) +
-                       " " + turtle_literal(*callback) + "^^" + iri_of(vocab::xsd::anyURI) + " ;\n " + iri_of(vocab::lrt_::secret) + " " +
-                       turtle_literal(secret) + " ;\n " + iri_of(vocab::hybrit::mediaType) + " " + turtle_literal(type);
+                       " " + json_string(*callback) + "^^" + iri_of(vocab::xsd::anyURI) + " ;\n " + iri_of(vocab::lrt_::secret) + " " +
+                       json_string(secret) + " ;\n " + iri_of(vocab::hybrit::mediaType) + " " + json_string(type);
     if (options_.minimum_interval.count() > 0)
-      body += " ;\n " + iri_of(vocab::lrt_::minimumInterval) + " " + turtle_literal(seconds_of(options_.minimum_interval)) + "^^" +
+      body += " ;\n " + iri_of(vocab::lrt_::minimumInterval) + " " + json_string(seconds_of(options_.minimum_interval)) + "^^" +
               iri_of(vocab::xsd::decimal);
     if (options_.queue_length > 0) body += " ;\n " + iri_of(vocab::lrt_::queueLength) + " " + std::to_string(options_.queue_length);
     return context_->http->send({"POST", container, {{"Content-Type", "text/turtle"}, {"Accept", "text/turtle"}}, body + " .\n"});

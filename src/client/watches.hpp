@@ -11,7 +11,7 @@
 #include <lrt/client/watch.hpp>
 
 #include "src/client/http_client.hpp"
-#include "src/exchange/resolve.hpp"
+#include "src/base/resolve.hpp"
 
 namespace lrt::client {
 inline namespace v0 {
@@ -28,7 +28,7 @@ class LRT_INTERNAL_API Watches {
     const Clock* clock = nullptr;      ///< measures pauses; nullptr: the system's. If it is moved by hand, check_clock() must follow
     std::function<double()> random{};  ///< in [0, 1), for pauses; empty: the system's
     std::function<void()> wake{};      ///< called from any thread when poll() has something to do; must not block or call Watches
-    exchange::Resolve resolve{};       ///< of names for WebSockets; empty: the system's resolver
+    Resolve resolve{};       ///< of names for WebSockets; empty: the system's resolver
   };
   /// The thread that runs the callback of a watch.
   enum class Delivery : unsigned char {

@@ -12,7 +12,8 @@
 #include <lrt/base/result.hpp>
 #include <lrt/client/options.hpp>
 
-#include "src/exchange/resolve.hpp"
+#include "src/base/resolve.hpp"
+#include "src/base/resolve.hpp"
 #include "src/http/url.hpp"
 
 namespace lrt::client {
@@ -41,7 +42,7 @@ class WebSocketEvents {
 
 struct WebSocketRequest {
   http::Url url;                                              ///< secure: TLS
-  std::vector<exchange::Address> addresses;                   ///< of the host, tried in this order
+  std::vector<Address> addresses;                   ///< of the host, tried in this order
   std::vector<std::pair<std::string, std::string>> fields{};  ///< Accept, Authorization, ...
   std::chrono::milliseconds idle_time{60'000};  ///< a ping is sent after half of it without a frame; all of it: the connection has ended
 };

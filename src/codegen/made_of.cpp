@@ -16,7 +16,7 @@ namespace {
 constexpr std::string_view list_begin = "// Made of:\n", list_line = "//   ", digest_line = "// Digest: ";
 
 /// Text of a line of the list: printable ASCII.
-std::string escaped(std::string_view text) {
+std::string cell_of(std::string_view text) {
   constexpr char digits[] = "0123456789ABCDEF";
   std::string out;
   for (const char c : text) {
@@ -26,7 +26,7 @@ std::string escaped(std::string_view text) {
   }
   return out;
 }
-std::string unescaped(std::string_view text) { return iri::decode(text).value_or(std::string(text)); }
+std::string text_of_cell(std::string_view text) { return iri::decode(text).value_or(std::string(text)); }
 
 /// FNV-1a of 64 bits: it finds what was edited by mistake.
 std::string digest_of(std::string_view text) {
@@ -108,7 +108,7 @@ Parts parts_of(const std::vector<ThingKind>& kinds, const std::vector<std::strin
 std::string list_of(const Parts& parts) {
   std::string list;
   for (const auto& [key, what] : parts)
-    list.append(list_line) += escaped(key[0]) + " | " + escaped(key[1]) + " | " + escaped(key[2]) + " | " + escaped(what) + "\n";
+    list.append(list_line) += cell_of(key[0]) + " | " + cell_of(key[1]) + " | " + cell_of(key[2]) + " | " + cell_of(what) + "\n";
   return std::string(list_begin) + list + std::string(digest_line) + digest_of(list) + "\n";
 }
 
@@ -134,10 +134,10 @@ Result<Parts> read_list(std::string_view header) {
     for (std::size_t i = 0; i < 3; ++i) {
       const std::size_t bar = line.find(" | ");
       if (bar == std::string_view::npos) return unreadable("the list at its end is damaged");
-      cells.push_back(unescaped(line.substr(0, bar)));
+      cells.push_back(text_of_cell(line.substr(0, bar)));
       line.remove_prefix(bar + 3);
     }
-    parts[std::move(cells)] = unescaped(line);
+    parts[std::move(cells)] = text_of_cell(line);
   }
   return parts;
 }

@@ -26,11 +26,9 @@ namespace lrt::delivery {
 inline namespace v0 {
 namespace {
 
-using exchange::Address;
 using exchange::ClientTls;
 using exchange::IdleWires;
 using exchange::Instant;
-using exchange::literal_address;
 using exchange::WaitLimit;
 using exchange::Wire;
 using std::chrono::steady_clock;

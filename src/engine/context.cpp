@@ -5,6 +5,8 @@
 
 #include <lrt/base/iri.hpp>
 
+#include "src/http/form.hpp"
+
 namespace lrt::engine {
 inline namespace v0 {
 
@@ -40,7 +42,7 @@ std::optional<std::string_view> Context::accept() const {
   const http::Request& r = *request_;
   accept_ = r.find("Accept");
   std::optional<std::string> text;
-  if (r.method == "GET" || r.method == "HEAD") text = query_parameter(r.target, "accept");
+  if (r.method == "GET" || r.method == "HEAD") text = http::query_parameter(r.target, "accept");
   if (!text && r.count("Accept") > 1) text = r.joined("Accept");
   if (text) {
     accept_text_ = std::make_shared<const std::string>(*std::move(text));
@@ -69,19 +71,6 @@ std::string_view Context::vary() const noexcept {
 }
 
 std::string_view vary_of(const Resource& resource, const Audience& audience) noexcept { return vary_on(resource.container() != nullptr, audience); }
-
-std::optional<std::string> query_parameter(std::string_view target, std::string_view name) {
-  const std::size_t mark = target.find('?');
-  if (mark == std::string_view::npos) return std::nullopt;
-  for (std::string_view query = target.substr(mark + 1); !query.empty();) {
-    const std::string_view one = query.substr(0, query.find('&'));
-    query.remove_prefix(std::min(query.size(), one.size() + 1));
-    if (one.size() <= name.size() || one[name.size()] != '=' || one.substr(0, name.size()) != name) continue;
-    Result<std::string> value = iri::decode(one.substr(name.size() + 1));
-    if (value) return *std::move(value);
-  }
-  return std::nullopt;
-}
 
 }  // namespace v0
 }  // namespace lrt::engine

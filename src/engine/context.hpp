@@ -83,8 +83,5 @@ class Context {
 /// Value of Vary for a GET of a resource. If rights depend on the caller, also the fields that identify the caller.
 std::string_view vary_of(const Resource& resource, const Audience& audience) noexcept;
 
-/// A parameter of a target's query, decoded; the first of that name counts. nullopt: there is none, or it is not well-formed.
-std::optional<std::string> query_parameter(std::string_view target, std::string_view name);
-
 }  // namespace v0
 }  // namespace lrt::engine

@@ -414,7 +414,7 @@ std::variant<StandingQuery*, http::Response> Queries::standing_for(Context& cont
   const auto prepared = std::get<std::shared_ptr<const PreparedQuery>>(std::move(parsed));
   if (asked.changes && !prepared->has_rows())
     return responses_.problem(context, 400, "changes: expected a SELECT query, whose added and removed rows are sent");
-  const auto wished = query_parameter(context.request().target, "minimumInterval");
+  const auto wished = http::query_parameter(context.request().target, "minimumInterval");
   const auto interval =
       std::max(service_.limits().min_interval, wished ? interval_of(*wished).value_or(std::chrono::milliseconds(0)) : std::chrono::milliseconds(0));
   std::shared_ptr<Snapshot> snapshot = snapshots_.of(context.base, context.audience);

@@ -15,6 +15,7 @@
 #include "src/engine/receivers/event_stream.hpp"
 #include "src/engine/receivers/protocols.hpp"
 #include "src/engine/resources/thing.hpp"
+#include "src/http/form.hpp"
 #include "src/http/negotiate.hpp"
 #include "src/http/websocket.hpp"
 #include "src/subscription/callback_url.hpp"
@@ -116,12 +117,12 @@ SubscriptionRequests::Read SubscriptionRequests::read(const Context& context, Pr
 /// The policy in the query of a GET.
 std::optional<http::Response> SubscriptionRequests::read_query(const Context& context, SubscriptionRequest& wanted) const {
   const std::string_view target = context.request().target;
-  if (const auto interval = query_parameter(target, "minimumInterval")) {
+  if (const auto interval = http::query_parameter(target, "minimumInterval")) {
     const auto parsed = interval_of(*interval);
     if (!parsed) return parts_.responses.problem(context, 400, "minimumInterval: expected " + interval_range());
     wanted.policy.minimum_interval = *parsed;
   }
-  if (const auto length = query_parameter(target, "queueLength")) {
+  if (const auto length = http::query_parameter(target, "queueLength")) {
     const auto parsed = rdf::lexical::parse_uint64(*length);
     if (!parsed || *parsed > parts_.options.subscriptions.max_queue_length)
       return parts_.responses.problem(context, 400,

@@ -10,6 +10,7 @@
 #include <lrt/rdf/lexical.hpp>
 
 #include "src/engine/parts.hpp"
+#include "src/http/form.hpp"
 
 namespace lrt::engine {
 
@@ -59,7 +60,7 @@ std::optional<http::Response> Targets::find(Context& context, const http::Target
   if (!context.resource) return parts_.responses.no_resource(context);
   context.resource_id = context.resource->id;
   if (target.query.empty()) return std::nullopt;
-  if (const auto links = query_parameter(context.request().target, "links")) {
+  if (const auto links = http::query_parameter(context.request().target, "links")) {
     const auto first = rdf::lexical::parse_uint64(*links);
     if (!first) return parts_.responses.problem(context, 400, "links: expected a number from 0");
     context.first_link = static_cast<std::size_t>(std::min<std::uint64_t>(*first, std::numeric_limits<std::size_t>::max()));

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "src/base/quote.hpp"
 #include "src/engine/variants.hpp"
 
 #include <algorithm>
@@ -112,14 +113,7 @@ std::string content_type(Variant variant, std::string_view media_type) {
   return variant == Variant(rdf::Plain::text) ? std::string(media_type) + "; charset=utf-8" : std::string(media_type);
 }
 
-std::string escaped(std::string_view text) {
-  std::string out;
-  for (const char c : text) {
-    if (detail::is(c, detail::unreserved) || c == '/' || c == '+') out += c;
-    else detail::append_percent(out, c);
-  }
-  return out;
-}
+std::string escaped(std::string_view text) { return percent_encoded(text, "/+"); }
 
 std::string variant_iri(const std::string& resource, std::string_view media_type, std::size_t page) {
   const char* const first = resource.find('?') == std::string::npos ? "?" : "&";

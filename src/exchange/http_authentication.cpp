@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "src/base/quote.hpp"
 #include "src/exchange/http_authentication.hpp"
 
 #include <openssl/evp.h>
@@ -94,16 +95,6 @@ bool has_member(std::string_view list, std::string_view wanted) noexcept {
     list.remove_prefix(std::min(member.size() + 1, list.size()));
   }
   return false;
-}
-
-/// quoted-string (RFC 9110 5.6.4).
-std::string quoted_string(std::string_view text) {
-  std::string result = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') result += '\\';
-    result += c;
-  }
-  return result += '"';
 }
 
 }  // namespace

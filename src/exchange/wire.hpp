@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <sys/socket.h>
-
 #include <chrono>
 #include <memory>
 #include <string>
@@ -11,6 +9,7 @@
 #include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 
+#include "src/base/resolve.hpp"
 #include "src/exchange/tls.hpp"
 
 namespace lrt::exchange {
@@ -22,12 +21,6 @@ struct WaitLimit {
   Instant until;
   int stop_descriptor;                ///< readable once the waits are to end
   std::chrono::milliseconds idle{0};  ///< of the body of a stream, see exchange(); 0: the body is bounded by `until`, too
-};
-
-struct Address {
-  sockaddr_storage socket{};  ///< without a port
-  socklen_t size = 0;
-  std::string text;  ///< numeric
 };
 
 /// A connection to another host, plain or with TLS.

@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "src/base/ascii.hpp"
+#include "src/base/quote.hpp"
 #include "src/http/target.hpp"
 
 namespace lrt::http {
@@ -15,21 +16,7 @@ using namespace detail;
 
 // ---- Words for refusals. Nothing a client sent is echoed raw: bytes outside visible ASCII appear as numbers.
 
-std::string shown(std::string_view found) {
-  static constexpr char digits[] = "0123456789ABCDEF";
-  constexpr std::size_t limit = 60;
-  std::string result = "\"";
-  for (const char c : found.substr(0, limit)) {
-    if (c >= ' ' && c < 0x7F && c != '"' && c != '\\') {
-      result += c;
-    } else {
-      const auto byte = static_cast<unsigned char>(c);
-      result += {'\\', 'x', digits[byte >> 4], digits[byte & 0x0FU]};
-    }
-  }
-  result += found.size() > limit ? "\"..." : "\"";
-  return result;
-}
+std::string shown(std::string_view found) { return quoted_ascii(found, 60); }
 
 std::string byte_name(char c) {
   switch (c) {

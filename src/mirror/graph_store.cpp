@@ -6,6 +6,7 @@
 
 #include "src/base/ascii.hpp"
 #include "src/base/base64.hpp"
+#include "src/base/quote.hpp"
 #include "src/base/random.hpp"
 #include "src/client/representation.hpp"
 #include "src/http/host.hpp"
@@ -61,8 +62,8 @@ Result<std::unique_ptr<GraphStore>> GraphStore::create(const StoreOptions& optio
 
 std::string GraphStore::url_of(const std::string& graph) const {
   std::string url = options_.endpoint;
-  if (const std::size_t at = url.find(place_of_graph); at != std::string::npos) return url.replace(at, place_of_graph.size(), client::escaped(graph));
-  return url + (url.find('?') == std::string::npos ? "?graph=" : "&graph=") + client::escaped(graph);
+  if (const std::size_t at = url.find(place_of_graph); at != std::string::npos) return url.replace(at, place_of_graph.size(), percent_encoded(graph));
+  return url + (url.find('?') == std::string::npos ? "?graph=" : "&graph=") + percent_encoded(graph);
 }
 
 Result<GraphStore::Answer> GraphStore::put(const std::string& graph, const std::string& turtle, const std::string& if_match) {

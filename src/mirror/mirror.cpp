@@ -14,6 +14,7 @@
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/base/random.hpp"
+#include "src/base/back_off.hpp"
 #include "src/base/thread.hpp"
 #include "src/mirror/graph_store.hpp"
 #include "src/mirror/reading.hpp"
@@ -37,11 +38,7 @@ constexpr milliseconds state_pause{2'000};
 
 /// The pause after a number of failures in succession.
 milliseconds pause_after(unsigned failures, milliseconds first, milliseconds longest) {
-  milliseconds pause = first;
-  for (unsigned i = 1; i < failures && pause < longest; ++i) pause *= 2;
-  unsigned char byte = 0;
-  fill_random(&byte, 1);
-  return std::min(pause, longest) * (128 + byte) / 256;
+  return std::chrono::duration_cast<milliseconds>(back_off(failures, first, longest, random_fraction()));
 }
 
 std::string mark_of(const std::string& robot, std::chrono::system_clock::time_point since) {

@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "src/base/read_file.hpp"
+#include "src/base/replace_file.hpp"
 
 namespace lrt::mirror {
 namespace {
@@ -99,27 +100,6 @@ std::size_t max_file_bytes(std::size_t max_graphs) noexcept {
   return std::min(max_graphs, std::size_t{1} << 17) * 2 * std::size_t{20 * 1024} + 2 * MirrorState::min_excess;
 }
 
-/// A file that has replaced the one at a path, in one step. It is locked.
-struct NewFile {
-  int descriptor;
-  std::size_t bytes;
-};
-Result<NewFile> replace_file(const std::string& path, const std::string& store, const std::vector<StoredGraph>& graphs) {
-  const std::string new_path = path + ".new";
-  std::string text = std::string(begin_of_header) + field(store) + "\n";
-  for (const StoredGraph& graph : graphs) text += record_of(graph);
-  const int descriptor = ::open(new_path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, file_mode);
-  if (descriptor < 0) return unexpected(system_error("cannot write", new_path));
-  if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0 || !write_all(descriptor, text) || ::fsync(descriptor) != 0 ||
-      ::rename(new_path.c_str(), path.c_str()) != 0) {
-    Error error = system_error("cannot write", path);
-    ::close(descriptor);
-    ::unlink(new_path.c_str());
-    return unexpected(std::move(error));
-  }
-  return NewFile{descriptor, text.size()};
-}
-
 }  // namespace
 
 Result<std::unique_ptr<MirrorState>> MirrorState::open(const std::string& path, const std::string& store, std::size_t max_graphs) {
@@ -157,13 +137,16 @@ Result<std::vector<StoredGraph>> MirrorState::read() const {
   return parse(*text, path_, store_, max_graphs_);
 }
 
+/// A reader finds the old file or the new one. The new one is locked before it has its name.
 Result<void> MirrorState::replace(const std::vector<StoredGraph>& graphs) {
-  const Result<NewFile> file = replace_file(path_, store_, graphs);
-  if (!file) return unexpected(file.error());
-  ::close(std::exchange(descriptor_, file->descriptor));  // and the lock of the file that was replaced
-  bytes_ = file->bytes;
+  std::string text = std::string(begin_of_header) + field(store_) + "\n";
+  for (const StoredGraph& graph : graphs) text += record_of(graph);
+  Replaced replaced = replace_file(path_, {text}, {begin_of_header, file_mode, true});
+  if (!replaced.file) return file_error(*replaced.failure, path_);
+  ::close(std::exchange(descriptor_, replaced.file.release()));  // and the lock of the file that was replaced
+  bytes_ = text.size();
   shorten_at_ = 2 * bytes_ + min_excess;
-  return {};
+  return replaced.failure ? file_error(*replaced.failure, path_) : Result<void>();
 }
 
 /// If that fails, the longer file has the same content, and a later record tries again.

@@ -15,6 +15,7 @@
 #include <system_error>
 #include <utility>
 
+#include "src/base/descriptor.hpp"
 #include "src/base/process.hpp"
 #include "src/base/thread.hpp"
 
@@ -24,21 +25,6 @@ inline namespace v0 {
 namespace {
 
 constexpr std::chrono::milliseconds longest_wait{1'000};
-
-/// Owns a descriptor.
-class Descriptor {
- public:
-  explicit Descriptor(int number) : number_(number) {}
-  ~Descriptor() {
-    if (number_ >= 0) ::close(number_);
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  int get() const noexcept { return number_; }
-
- private:
-  int number_;
-};
 
 }  // namespace
 

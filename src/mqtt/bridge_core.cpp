@@ -13,6 +13,7 @@
 #include <lrt/http/problem.hpp>
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/base/back_off.hpp"
 #include "src/http/target.hpp"
 #include "src/mqtt/bridge.hpp"
 
@@ -121,7 +122,6 @@ BridgeCore::BridgeCore(Feed feed, Topics topics, Options options)
       options_(std::move(options)),
       broker_url_(url_of(options_.broker)),
       session_(RandomIds().next()),
-      pause_(options_.broker.first_pause),
       chance_(std::hash<std::string>()(session_) | 1) {}
 
 Result<std::unique_ptr<BridgeCore>> BridgeCore::create(Server& server, Options options, const MakeLink& make_link) {
@@ -347,11 +347,10 @@ void BridgeCore::disconnected(const std::string& reason) {
   unacknowledged_.clear();
   unacknowledged_bytes_ = 0;
   counters_.unacknowledged = repeats_.size();
-  if (was_online && now_ - connected_at_ >= std::min(options_.broker.max_pause, good_connection)) pause_ = options_.broker.first_pause;
+  if (was_online && now_ - connected_at_ >= std::min(options_.broker.max_pause, good_connection)) failures_ = 0;
   chance_ = chance_ * 6364136223846793005U + 1442695040888963407U;
-  const double factor = 0.5 + static_cast<double>(chance_ >> 11) / 9007199254740992.0;
-  retry_at_ = now_ + std::chrono::duration_cast<Instant::duration>(pause_ * factor);
-  pause_ = std::min(2 * pause_, options_.broker.max_pause);
+  const double chance = static_cast<double>(chance_ >> 11) / 9007199254740992.0;
+  retry_at_ = now_ + back_off(++failures_, options_.broker.first_pause, options_.broker.max_pause, chance);
 }
 
 void BridgeCore::acknowledged(int id, bool refused, const std::string& reason) {

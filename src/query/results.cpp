@@ -8,13 +8,13 @@
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/base/utf8.hpp"
+#include "src/base/quote.hpp"
 #include "src/rdf/n_triples.hpp"
 
 namespace lrt::query {
 inline namespace v0 {
 namespace {
 
-using rdf::append_quoted;
 using rdf::TermView;
 
 /// Whether a literal is written without a datatype: xsd:string, or it has a language.

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "src/base/quote.hpp"
 #include "src/rdf/json_parse.hpp"
 
 #include <algorithm>
@@ -281,7 +282,7 @@ class CborReader {
 };
 
 /// Bytes of a text in a message.
-constexpr std::size_t longest_shown = 100;
+constexpr std::size_t longest_key = 100;
 
 }  // namespace
 
@@ -324,7 +325,7 @@ std::string Document::pointer(Id id) const {
       for (Id other = first(container); other != *at; other = next(other)) ++index;
       append_step(out, std::to_string(index));
     } else {
-      append_step(out, utf8::prefix(key(*at), longest_shown));
+      append_step(out, utf8::prefix(key(*at), longest_key));
     }
   }
   return out;
@@ -337,11 +338,6 @@ void append_step(std::string& pointer, std::string_view name) {
     else if (c == '/') pointer += "~1";
     else pointer += c;
   }
-}
-
-std::string shortened(std::string_view text) {
-  const std::string_view shown = utf8::prefix(text, longest_shown);
-  return std::string(shown) + (shown.size() < text.size() ? " (cut)" : "");
 }
 
 }  // namespace lrt::rdf::json

@@ -87,7 +87,4 @@ class Children {
 /// Appends the name of a member, or the index of an item, to a JSON Pointer.
 void append_step(std::string& pointer, std::string_view name);
 
-/// A text for a message, shortened if it is long.
-std::string shortened(std::string_view text);
-
 }  // namespace lrt::rdf::json

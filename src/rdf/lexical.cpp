@@ -10,6 +10,7 @@
 
 #include "src/base/civil.hpp"
 #include "src/base/utf8.hpp"
+#include "src/rdf/integer_range.hpp"
 
 namespace lrt::rdf::lexical {
 inline namespace v0 {
@@ -348,10 +349,6 @@ Decimal split_decimal(std::string_view text) noexcept {
   return d;
 }
 
-bool in_integer_range(std::string_view text, std::string_view lowest, std::string_view highest) noexcept {
-  return is_integer(text) && (lowest.empty() || compare_decimal(text, lowest) >= 0) && (highest.empty() || compare_decimal(text, highest) <= 0);
-}
-
 /// The parts of a date or time. A datatype may have only some of them.
 struct Civil {
   bool negative_year = false;
@@ -571,6 +568,24 @@ Datatype datatype_of(std::string_view iri) noexcept {
   return Datatype::unknown;
 }
 
+IntegerRange range_of(Datatype datatype) noexcept {
+  switch (datatype) {
+    case Datatype::long_: return {"-9223372036854775808", "9223372036854775807"};
+    case Datatype::int_: return {"-2147483648", "2147483647"};
+    case Datatype::short_: return {"-32768", "32767"};
+    case Datatype::byte_: return {"-128", "127"};
+    case Datatype::unsigned_long: return {"0", "18446744073709551615"};
+    case Datatype::unsigned_int: return {"0", "4294967295"};
+    case Datatype::unsigned_short: return {"0", "65535"};
+    case Datatype::unsigned_byte: return {"0", "255"};
+    case Datatype::non_negative_integer: return {"0", {}};
+    case Datatype::positive_integer: return {"1", {}};
+    case Datatype::non_positive_integer: return {{}, "0"};
+    case Datatype::negative_integer: return {{}, "-1"};
+    default: return {};
+  }
+}
+
 bool is_well_formed(std::string_view text, Datatype datatype) noexcept {
   constexpr std::string_view not_normalized("\t\n\r\0", 4);
   switch (datatype) {
@@ -578,19 +593,23 @@ bool is_well_formed(std::string_view text, Datatype datatype) noexcept {
     case Datatype::decimal: return is_decimal(text);
     case Datatype::double_:
     case Datatype::float_: return is_double(text);
-    case Datatype::integer: return is_integer(text);
-    case Datatype::long_: return in_integer_range(text, "-9223372036854775808", "9223372036854775807");
-    case Datatype::int_: return in_integer_range(text, "-2147483648", "2147483647");
-    case Datatype::short_: return in_integer_range(text, "-32768", "32767");
-    case Datatype::byte_: return in_integer_range(text, "-128", "127");
-    case Datatype::unsigned_long: return in_integer_range(text, "0", "18446744073709551615");
-    case Datatype::unsigned_int: return in_integer_range(text, "0", "4294967295");
-    case Datatype::unsigned_short: return in_integer_range(text, "0", "65535");
-    case Datatype::unsigned_byte: return in_integer_range(text, "0", "255");
-    case Datatype::non_negative_integer: return in_integer_range(text, "0", {});
-    case Datatype::positive_integer: return in_integer_range(text, "1", {});
-    case Datatype::non_positive_integer: return in_integer_range(text, {}, "0");
-    case Datatype::negative_integer: return in_integer_range(text, {}, "-1");
+    case Datatype::integer:
+    case Datatype::long_:
+    case Datatype::int_:
+    case Datatype::short_:
+    case Datatype::byte_:
+    case Datatype::unsigned_long:
+    case Datatype::unsigned_int:
+    case Datatype::unsigned_short:
+    case Datatype::unsigned_byte:
+    case Datatype::non_negative_integer:
+    case Datatype::positive_integer:
+    case Datatype::non_positive_integer:
+    case Datatype::negative_integer: {
+      const IntegerRange range = range_of(datatype);
+      return is_integer(text) && (range.lowest.empty() || compare_decimal(text, range.lowest) >= 0) &&
+             (range.highest.empty() || compare_decimal(text, range.highest) <= 0);
+    }
     case Datatype::date_time:
     case Datatype::date_time_stamp:
     case Datatype::date:

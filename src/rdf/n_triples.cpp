@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "src/base/quote.hpp"
 #include "src/rdf/n_triples.hpp"
 
-#include <array>
 #include <optional>
 
 #include <lrt/rdf/vocab.hpp>
@@ -14,45 +14,10 @@ namespace lrt::rdf {
 inline namespace v0 {
 namespace {
 
-constexpr std::array<bool, 256> escaped_bytes() {
-  std::array<bool, 256> table{};
-  for (std::size_t i = 0; i < 0x20; ++i) table[i] = true;
-  table['"'] = table['\\'] = table[0x7F] = true;
-  return table;
-}
-constexpr std::array<bool, 256> escaped = escaped_bytes();
-
 using lrt::detail::is_alpha;
 using lrt::detail::is_digit;
 
 }  // namespace
-
-void append_quoted(std::string& out, std::string_view text) {
-  out.push_back('"');
-  std::size_t from = 0;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const auto c = static_cast<unsigned char>(text[i]);
-    if (!escaped[c]) continue;
-    out.append(text, from, i - from);
-    from = i + 1;
-    out.push_back('\\');
-    switch (c) {
-      case '"': out.push_back('"'); break;
-      case '\\': out.push_back('\\'); break;
-      case '\n': out.push_back('n'); break;
-      case '\r': out.push_back('r'); break;
-      case '\t': out.push_back('t'); break;
-      case '\b': out.push_back('b'); break;
-      case '\f': out.push_back('f'); break;
-      default:
-        out.append("u00");
-        out.push_back("0123456789ABCDEF"[c >> 4]);
-        out.push_back("0123456789ABCDEF"[c & 15]);
-    }
-  }
-  out.append(text, from);
-  out.push_back('"');
-}
 
 void append_n_triples(std::string& out, const TermView& term) {
   if (term.is_blank()) {

@@ -11,7 +11,7 @@ namespace lrt::rdf {
 inline namespace v0 {
 
 /// Appends `"text"`. Escapes the characters that Turtle, N-Triples and JSON require: quote, backslash, controls. Other bytes are copied.
-LRT_INTERNAL_API void append_quoted(std::string& out, std::string_view text);
+
 
 /// Appends the term in the syntax of N-Triples (RDF 1.1 N-Triples 2). Does not validate it: see fault_of().
 LRT_INTERNAL_API void append_n_triples(std::string& out, const TermView& term);

@@ -12,6 +12,7 @@
 #include <lrt/rdf/value_codec.hpp>
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/base/quote.hpp"
 #include "src/base/utf8.hpp"
 #include "src/rdf/json_parse.hpp"
 #include "src/rdf/n_triples.hpp"
@@ -361,8 +362,8 @@ class DocumentReader {
       case Json::null: return "null";
       case Json::false_: return "false";
       case Json::true_: return "true";
-      case Json::number: return json::shortened(document_.text(id));
-      case Json::string: return "\"" + json::shortened(document_.text(id)) + "\"";
+      case Json::number: return shortened(document_.text(id));
+      case Json::string: return quoted(document_.text(id));
       case Json::array: return "an array";
       case Json::object: return "an object";
     }
@@ -429,7 +430,7 @@ class DocumentReader {
     std::string text = names.empty() ? "no member" : "one of";
     for (std::size_t i = 0; i < names.size() && i < max_shown; ++i) text += (i == 0 ? " \"" : ", \"") + names[i] + "\"";
     if (names.size() > max_shown) text += ", ... (cut)";
-    throw Refused{{document_.pointer(member), "expected " + text + ", found \"" + json::shortened(document_.key(member)) + "\""}};
+    throw Refused{{document_.pointer(member), "expected " + text + ", found \"" + shortened(document_.key(member)) + "\""}};
   }
 
   /// The object of a field or a list; nullopt: absent.

@@ -7,6 +7,7 @@
 
 #include <lrt/rdf/lexical.hpp>
 
+#include "src/base/quote.hpp"
 #include "src/rdf/n_triples.hpp"
 #include "src/rdf/plain_names.hpp"
 

@@ -5,6 +5,7 @@
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/base/ascii.hpp"
+#include "src/base/quote.hpp"
 #include "src/rdf/codecs.hpp"
 #include "src/rdf/graph_writer.hpp"
 #include "src/rdf/n_triples.hpp"

@@ -16,6 +16,7 @@
 #include "src/base/utf8.hpp"
 #include "src/rdf/json_parse.hpp"
 #include "src/rdf/plain_names.hpp"
+#include "src/rdf/shown.hpp"
 #include "src/rdf/value_places.hpp"
 #include "src/rdf/value_writer.hpp"
 
@@ -261,42 +262,13 @@ std::string_view xsd_name(const TermView& term) noexcept {
                                                                                              : std::string_view();
 }
 
-struct DerivedInteger {
-  std::string_view name;
-  std::int64_t lowest;
-  std::uint64_t highest;
-};
-constexpr std::uint64_t no_highest = std::numeric_limits<std::uint64_t>::max();
-constexpr std::int64_t no_lowest = std::numeric_limits<std::int64_t>::min();
-constexpr DerivedInteger integer_types[] = {
-    {"integer", no_lowest, no_highest}, {"long", no_lowest, INT64_MAX},       {"int", INT32_MIN, INT32_MAX},
-    {"short", INT16_MIN, INT16_MAX},    {"byte", INT8_MIN, INT8_MAX},         {"nonNegativeInteger", 0, no_highest},
-    {"positiveInteger", 1, no_highest}, {"nonPositiveInteger", no_lowest, 0}, {"negativeInteger", no_lowest, static_cast<std::uint64_t>(-1)},
-    {"unsignedLong", 0, no_highest},    {"unsignedInt", 0, UINT32_MAX},       {"unsignedShort", 0, UINT16_MAX},
-    {"unsignedByte", 0, UINT8_MAX},
-};
-
 enum class IntegerForm : std::uint8_t { no, yes, ill_typed };
 
 /// Whether a literal is an xsd:integer or of a derived type, and within its range.
 IntegerForm integer_form(const TermView& term) noexcept {
-  const std::string_view name = xsd_name(term);
-  for (const DerivedInteger& t : integer_types) {
-    if (t.name != name) continue;
-    if (!lexical::is_integer(term.text)) return IntegerForm::ill_typed;
-    const bool negative = term.text.front() == '-' && term.text.find_first_not_of("-0") != std::string_view::npos;
-    if (negative) {
-      const auto value = lexical::parse_int64(term.text);
-      if (t.lowest == 0 || t.lowest == 1 || (!value && name != "integer" && name != "negativeInteger" && name != "nonPositiveInteger"))
-        return IntegerForm::ill_typed;
-      return value && *value < t.lowest ? IntegerForm::ill_typed : IntegerForm::yes;
-    }
-    if (t.name == "negativeInteger") return IntegerForm::ill_typed;
-    const auto value = lexical::parse_uint64(term.text);
-    if (!value) return t.highest == no_highest && name != "unsignedLong" ? IntegerForm::yes : IntegerForm::ill_typed;
-    return *value > t.highest || (t.lowest == 1 && *value == 0) ? IntegerForm::ill_typed : IntegerForm::yes;
-  }
-  return IntegerForm::no;
+  const lexical::Datatype datatype = term.is_literal() ? lexical::datatype_of(term.datatype) : lexical::Datatype::unknown;
+  if (!lexical::is_integer_type(datatype)) return IntegerForm::no;
+  return lexical::is_well_formed(term.text, datatype) ? IntegerForm::yes : IntegerForm::ill_typed;
 }
 
 bool Completion::holds(const Type& type, const TermView& term) {
@@ -324,18 +296,6 @@ bool Completion::holds(const Type& type, const TermView& term) {
   }
   const auto value = lexical::parse_double(term.text);
   return value && std::isfinite(*value);
-}
-
-std::string shown(const TermView& term) {
-  constexpr std::size_t longest = 80;
-  if (term.is_iri()) return term.text.size() > longest ? "<" + std::string(term.text.substr(0, longest)) + "> (cut)" : abbreviate(term.text);
-  std::string text = to_string(TermView(term.kind, term.text.substr(0, longest), {}, term.language));
-  if (term.is_literal() && term.datatype != vocab::xsd::string.text && term.language.empty()) {
-    text = to_string(literal(term.text.substr(0, longest)));
-    text += "^^" + abbreviate(term.datatype);
-  }
-  if (term.text.size() > longest) text += " (cut)";
-  return text;
 }
 
 std::string expected_range(const Facets& f) {

@@ -65,7 +65,7 @@ class AuthorizationReader {
  private:
   Result<void> read(rdf::TermId node) {
     const rdf::TermView name = graph_.term(node);
-    const std::string here = "the authorization " + (name.is_iri() ? "<" + shown(name.text) + ">" : std::string("without an IRI"));
+    const std::string here = "the authorization " + (name.is_iri() ? "<" + relative(name.text) + ">" : std::string("without an IRI"));
     std::vector<std::pair<std::string, Scope>> targets;
     std::vector<Who> agents;
     Rights rights;
@@ -90,7 +90,7 @@ class AuthorizationReader {
     const Iri iri{object.text};
     if (predicate == vocab::acl::accessTo.text || predicate == vocab::acl::default_.text) {
       if (iri.text.substr(0, file_iri.size()) != file_iri || iri.text.find_first_of("?#") != std::string_view::npos)
-        return unexpected(Errc::invalid_option, "acl:" + local + ": expected a path of this server such as </arm>, found <" + shown(iri.text) + ">");
+        return unexpected(Errc::invalid_option, "acl:" + local + ": expected a path of this server such as </arm>, found <" + relative(iri.text) + ">");
       const Result<std::string> path = path_of(iri.text.substr(file_iri.size() - 1));
       if (!path) return unexpected(Errc::invalid_option, "acl:" + local + ": " + path.error().message);
       targets.emplace_back(*path, predicate == vocab::acl::accessTo.text ? Scope::here : Scope::below);
@@ -101,12 +101,12 @@ class AuthorizationReader {
     } else if (predicate == vocab::acl::agentClass.text) {
       if (iri == vocab::foaf::Agent) agents.push_back({Who::Kind::anyone});
       else if (iri == vocab::acl::AuthenticatedAgent) agents.push_back({Who::Kind::authenticated});
-      else return unexpected(Errc::invalid_option, "acl:agentClass: expected foaf:Agent or acl:AuthenticatedAgent, found <" + shown(iri.text) + ">");
+      else return unexpected(Errc::invalid_option, "acl:agentClass: expected foaf:Agent or acl:AuthenticatedAgent, found <" + relative(iri.text) + ">");
     } else if (predicate == vocab::acl::mode.text) {
       const std::optional<Right> right = right_of(iri);
       if (!right)
         return unexpected(Errc::invalid_option,
-                          "acl:mode: expected acl:Read, acl:Write, acl:Control, lrt:Invoke or lrt:Subscribe, found <" + shown(iri.text) + ">");
+                          "acl:mode: expected acl:Read, acl:Write, acl:Control, lrt:Invoke or lrt:Subscribe, found <" + relative(iri.text) + ">");
       rights = rights | *right;
     } else {
       return unexpected(Errc::invalid_option, "acl:" + local + " is not supported");
@@ -127,12 +127,12 @@ class AuthorizationReader {
   static Result<std::string> name_of(std::string_view iri) {
     if (iri.substr(0, file_iri.size()) != file_iri) return std::string(iri);
     if (iri.size() <= file_iri.size() + 1 || iri[file_iri.size()] != '#')
-      return unexpected(Errc::invalid_option, "expected <#NAME> or an absolute IRI, found <" + shown(iri) + ">");
+      return unexpected(Errc::invalid_option, "expected <#NAME> or an absolute IRI, found <" + relative(iri) + ">");
     return iri::decode(iri.substr(file_iri.size() + 1));
   }
 
   /// An IRI as it may stand in the file.
-  static std::string shown(std::string_view iri) {
+  static std::string relative(std::string_view iri) {
     return std::string(iri.substr(0, file_iri.size()) == file_iri
                            ? iri.substr(file_iri.size() - (iri.size() > file_iri.size() && iri[file_iri.size()] == '#' ? 0 : 1))
                            : iri);

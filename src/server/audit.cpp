@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "src/base/quote.hpp"
 #include "src/server/audit.hpp"
 
 #include <algorithm>
@@ -15,35 +16,10 @@ namespace {
 constexpr std::size_t max_text_bytes = 1024;
 constexpr std::size_t max_lines = 1'000'000;
 
-void append_unit(std::string& out, unsigned unit) {
-  static constexpr char digits[] = "0123456789abcdef";
-  out += "\\u";
-  for (int shift = 12; shift >= 0; shift -= 4) out += digits[(unit >> shift) & 15U];
-}
-
-/// A JSON string in ASCII, so that no byte of a client ends a line or controls a terminal. A byte that is not UTF-8 is written as the character of
-/// its number.
+/// At most max_text_bytes of a text.
 void append_json(std::string& out, std::string_view text) {
-  const bool is_cut = text.size() > max_text_bytes;
-  text = text.substr(0, max_text_bytes);
-  const std::size_t valid = utf8::find_invalid(text).value_or(text.size());
-  out += '"';
-  for (std::size_t at = 0; at < text.size();) {
-    const char c = text[at];
-    if (c >= 0x20 && c < 0x7F) {
-      if (c == '"' || c == '\\') out += '\\';
-      out += c;
-      ++at;
-    } else if (at >= valid) {
-      append_unit(out, static_cast<unsigned char>(text[at++]));
-    } else if (const char32_t point = utf8::decode(text, at); point < 0x10000) {
-      append_unit(out, static_cast<unsigned>(point));
-    } else {
-      append_unit(out, 0xD800U + static_cast<unsigned>((point - 0x10000) >> 10));
-      append_unit(out, 0xDC00U + static_cast<unsigned>((point - 0x10000) & 0x3FFU));
-    }
-  }
-  out += is_cut ? "...\"" : "\"";
+  append_ascii_json_string(out, text.substr(0, max_text_bytes));
+  if (text.size() > max_text_bytes) out.insert(out.size() - 1, "...");
 }
 
 void append_member(std::string& out, std::string_view name, std::string_view text) {

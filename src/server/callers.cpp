@@ -7,6 +7,7 @@
 
 #include "src/engine/context.hpp"
 #include "src/engine/receivers/event_stream.hpp"
+#include "src/http/form.hpp"
 #include "src/http/websocket.hpp"
 
 namespace lrt {
@@ -106,7 +107,7 @@ Callers::Found Callers::find(const http::Request& request, TimePoint now) {
 /// By a ticket or a cookie; nullopt: the request has neither, or an expired cookie.
 std::optional<Callers::Found> Callers::find_by_session(const http::Request& request, TimePoint now) {
   if (!sessions_) return std::nullopt;
-  if (const auto ticket = engine::query_parameter(request.target, security::Sessions::ticket_parameter)) {
+  if (const auto ticket = http::query_parameter(request.target, security::Sessions::ticket_parameter)) {
     const bool watches =
         request.method == "GET" && ((request.can_upgrade && http::requests_upgrade(request, "websocket")) || engine::names_event_stream(request));
     const auto token = watches ? sessions_->take_ticket(*ticket, now) : std::nullopt;

@@ -14,8 +14,5 @@ inline namespace v0 {
 /// @par Errors  invalid_option: neither an address nor a name that resolves
 Result<std::vector<std::string>> listen_addresses(const std::string& address);
 
-/// @pre the address is numeric
-bool is_loopback(const std::string& address) noexcept;
-
 }  // namespace v0
 }  // namespace lrt

@@ -7,7 +7,6 @@
 
 #include <cerrno>
 #include <chrono>
-#include <climits>
 #include <condition_variable>
 #include <cstdio>
 #include <functional>
@@ -16,6 +15,7 @@
 #include <system_error>
 #include <utility>
 
+#include "src/base/replace_file.hpp"
 #include "src/base/thread.hpp"
 
 namespace lrt {
@@ -24,52 +24,6 @@ namespace {
 
 constexpr std::chrono::seconds retry_pause{10};
 constexpr std::chrono::seconds last_time{5};
-
-class Descriptor {
- public:
-  explicit Descriptor(int number) noexcept : number_(number) {}
-  ~Descriptor() { close(); }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-
-  explicit operator bool() const noexcept { return number_ >= 0; }
-  int get() const noexcept { return number_; }
-  bool close() noexcept { return number_ < 0 || ::close(std::exchange(number_, -1)) == 0; }
-  int release() noexcept { return std::exchange(number_, -1); }
-
- private:
-  int number_;
-};
-
-/// The step that failed, with its errno.
-struct Failure {
-  std::string step;
-  int error;
-};
-
-std::string message_of(int error) { return std::system_category().message(error); }
-
-Unexpected io_error(const std::string& step, const std::string& path, int error) {
-  return unexpected(Errc::io_error, step + " \"" + path + "\": " + message_of(error));
-}
-
-std::string directory_of(const std::string& path) {
-  const std::size_t slash = path.rfind('/');
-  if (slash == std::string::npos) return ".";
-  return slash == 0 ? "/" : path.substr(0, slash);
-}
-
-/// The target of symbolic links, also if that file does not exist yet.
-std::string followed(std::string path) {
-  for (int links = 0; links < 16; ++links) {
-    char target[PATH_MAX];
-    const auto size = ::readlink(path.c_str(), target, sizeof target);
-    if (size <= 0 || size == static_cast<ssize_t>(sizeof target)) break;
-    const std::string next(target, static_cast<std::size_t>(size));
-    path = next.front() == '/' ? next : directory_of(path) + "/" + next;
-  }
-  return path;
-}
 
 // --------------------------------------------------------------------------------------------------------- first line
 
@@ -94,24 +48,8 @@ bool begins_like_ours(std::string_view beginning) { return beginning.substr(0, m
 
 // ------------------------------------------------------------------------------------------------------------- places
 
-const char* kind_of(mode_t mode) noexcept {
-  if (S_ISDIR(mode)) return "a directory";
-  if (S_ISCHR(mode) || S_ISBLK(mode)) return "a device";
-  if (S_ISFIFO(mode)) return "a FIFO";
-  if (S_ISSOCK(mode)) return "a socket";
-  return "something else";
-}
-
 Unexpected not_ours(const std::string& path, const std::string& found) {
   return unexpected(Errc::invalid_option, "\"" + path + "\": expected a file that lrt wrote, or none; found " + found + ". Choose another path");
-}
-
-std::optional<Failure> write_directory(const std::string& directory) {
-  const Descriptor opened(::open(directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (!opened) return Failure{"opening the directory of", errno};
-  // Some file systems do not support this. The file is complete anyway.
-  if (::fsync(opened.get()) != 0 && errno != EINVAL && errno != EROFS) return Failure{"writing the directory of", errno};
-  return std::nullopt;
 }
 
 /// Makes a directory and those above it, for their owner only.
@@ -122,23 +60,9 @@ Result<void> make_directory(const std::string& directory) {
     if (Result<void> made_above = make_directory(above); !made_above) return made_above;
     made = ::mkdir(directory.c_str(), 0700) == 0;
   }
-  if (!made) return errno == EEXIST ? Result<void>() : io_error("making the directory", directory, errno);
+  if (!made) return errno == EEXIST ? Result<void>() : file_error({"making the directory", errno}, directory);
   const auto failure = write_directory(above);
-  return failure ? io_error(failure->step, directory, failure->error) : Result<void>();
-}
-
-/// The rest of an interrupted write may be removed if it is a regular file that is empty or begins as lrt's files do.
-Result<void> check_leftover(const std::string& fresh) {
-  struct stat about {};
-  if (::lstat(fresh.c_str(), &about) != 0) return errno == ENOENT ? Result<void>() : io_error("examining", fresh, errno);
-  if (S_ISLNK(about.st_mode)) return not_ours(fresh, "a symbolic link");
-  if (!S_ISREG(about.st_mode)) return not_ours(fresh, kind_of(about.st_mode));
-  const Descriptor file(::open(fresh.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
-  char beginning[mark.size()];
-  const auto got = file ? ::read(file.get(), beginning, sizeof beginning) : -1;
-  if (got < 0) return io_error("reading", fresh, errno);
-  if (!begins_like_ours({beginning, static_cast<std::size_t>(got)})) return not_ours(fresh, "a file of another program");
-  return {};
+  return failure ? file_error(*failure, directory) : Result<void>();
 }
 
 /// The lock files of this process, by device and number. System locks alone are not enough: some file systems have none.
@@ -193,43 +117,15 @@ Result<SavedFile::Claim> claim(const std::string& lock) {
   Descriptor file(::open(lock.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0600));
   if (!file) {
     if (errno == ENOSPC || errno == EDQUOT) return SavedFile::Claim();  // a full disk does not stop the start
-    return io_error("opening", lock, errno);
+    return file_error({"opening", errno}, lock);
   }
-  if (::fstat(file.get(), &about) != 0) return io_error("examining", lock, errno);
+  if (::fstat(file.get(), &about) != 0) return file_error({"examining", errno}, lock);
   const Claimed::Key key(about.st_dev, about.st_ino);
   if (!claimed_files().add(key)) return taken(Errc::invalid_option, here);
   const int error = lock_whole(file.get());
   if (error != EACCES && error != EAGAIN) return SavedFile::Claim(file.release());  // some file systems have no locks
   claimed_files().remove(key);
   return taken(Errc::io_error, "process");
-}
-
-std::optional<Failure> write_whole(const std::string& link, const std::string& text) {
-  const std::string path = followed(link);
-  const std::string fresh = path + ".new";
-  if (Result<void> checked = check_leftover(fresh); !checked) return Failure{"another file is in the place of \"" + fresh + "\", beside", EEXIST};
-  // Never opens an existing file, so that a symbolic link placed there is not followed.
-  if (::unlink(fresh.c_str()) != 0 && errno != ENOENT) return Failure{"removing what was left of", errno};
-  Descriptor file(::open(fresh.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600));
-  if (!file) return Failure{"opening a file beside", errno};
-  const auto fail = [&](const char* step, int error) {
-    file.close();
-    ::unlink(fresh.c_str());
-    return Failure{step, error};
-  };
-  const std::string line = first_line(text);
-  for (const std::string_view part : {std::string_view(line), std::string_view(text)})
-    for (std::size_t done = 0; done < part.size();) {
-      const auto put = ::write(file.get(), part.data() + done, part.size() - done);
-      if (put > 0) done += static_cast<std::size_t>(put);
-      else if (put == 0 || errno != EINTR) return fail("writing beside", errno);
-    }
-  if (::fsync(file.get()) != 0) return fail("writing beside", errno);
-  if (!file.close()) return fail("closing beside", errno);
-  struct stat about {};
-  if (::lstat(path.c_str(), &about) == 0 && !S_ISREG(about.st_mode)) return fail("something that is not a file is in the place of", EEXIST);
-  if (::rename(fresh.c_str(), path.c_str()) != 0) return fail("replacing", errno);
-  return write_directory(directory_of(path));  // the new name is on the disk only when the directory is
 }
 
 }  // namespace
@@ -313,12 +209,13 @@ class SavedFile::Writer {
 
   bool write(const Make& make) noexcept {
     try {
-      const std::optional<Failure> failure = write_whole(path_, make());
+      const std::string text = make();
+      const std::optional<FileFailure> failure = replace_file(path_, {first_line(text), text}, {mark}).failure;
       if (!failure) {
         logged_.clear();
         return true;
       }
-      if (logged_.emplace(failure->step, failure->error).second) say(failure->step + " \"" + path_ + "\": " + message_of(failure->error));
+      if (logged_.emplace(failure->step, failure->error).second) say(file_error(*failure, path_).error.message);
     } catch (const BadResult& e) { say_once(e); } catch (...) {
       say("saving \"" + path_ + "\": out of memory");
     }
@@ -382,14 +279,14 @@ Result<SavedFile::Claim> SavedFile::prepare(const std::string& given) {
   if (Result<void> made = make_directory(directory); !made) return Unexpected{made.error()};
   struct stat about {};
   if (::lstat(path.c_str(), &about) != 0) {
-    if (errno != ENOENT) return io_error("examining", path, errno);
+    if (errno != ENOENT) return file_error({"examining", errno}, path);
   } else if (S_ISLNK(about.st_mode)) {
-    return io_error("examining", path, ELOOP);
+    return file_error({"examining", ELOOP}, path);
   } else if (!S_ISREG(about.st_mode)) {
-    return not_ours(path, kind_of(about.st_mode));
+    return not_ours(path, kind_of_file(about.st_mode));
   }
-  if (Result<void> checked = check_leftover(path + ".new"); !checked) return Unexpected{checked.error()};
-  if (::faccessat(AT_FDCWD, directory.c_str(), W_OK | X_OK, AT_EACCESS) != 0) return io_error("writing to the directory", directory, errno);
+  if (Result<void> checked = check_leftover(path, mark); !checked) return Unexpected{checked.error()};
+  if (::faccessat(AT_FDCWD, directory.c_str(), W_OK | X_OK, AT_EACCESS) != 0) return file_error({"writing to the directory", errno}, directory);
   return claim(path + ".lock");
 }
 
@@ -398,17 +295,17 @@ Result<std::optional<SavedFile::Content>> SavedFile::load(const std::string& pat
   const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   if (!file) {
     if (errno == ENOENT) return std::optional<Content>();
-    return io_error("opening", path, errno);
+    return file_error({"opening", errno}, path);
   }
   struct stat about {};
-  if (::fstat(file.get(), &about) != 0) return io_error("reading", path, errno);
-  if (!S_ISREG(about.st_mode)) return not_ours(path, kind_of(about.st_mode));
+  if (::fstat(file.get(), &about) != 0) return file_error({"reading", errno}, path);
+  if (!S_ISREG(about.st_mode)) return not_ours(path, kind_of_file(about.st_mode));
   std::string text;
   while (true) {
     char buffer[16 * 1024];
     const auto got = ::read(file.get(), buffer, sizeof buffer);
     if (got < 0 && errno == EINTR) continue;
-    if (got < 0) return io_error("reading", path, errno);
+    if (got < 0) return file_error({"reading", errno}, path);
     if (got == 0) break;
     text.append(buffer, static_cast<std::size_t>(got));
     if (text.size() > max_bytes) {
@@ -428,14 +325,14 @@ Result<std::string> SavedFile::keep_copy(const std::string& given) {
     std::string copy = path + ".damaged-" + std::to_string(n);
     // A second name: the first one stays until a new text replaces it.
     if (::link(path.c_str(), copy.c_str()) == 0) {
-      if (const auto failure = write_directory(directory_of(path))) return io_error(failure->step, path, failure->error);
+      if (const auto failure = write_directory(directory_of(path))) return file_error(*failure, path);
       return copy;
     }
     if (errno == EEXIST) continue;
-    if (errno != EPERM && errno != ENOTSUP && errno != EMLINK) return io_error("linking", path, errno);  // these: the file system cannot
+    if (errno != EPERM && errno != ENOTSUP && errno != EMLINK) return file_error({"linking", errno}, path);  // these: the file system cannot
     struct stat about {};
     if (::lstat(copy.c_str(), &about) == 0) continue;
-    if (::rename(path.c_str(), copy.c_str()) != 0) return io_error("renaming", path, errno);
+    if (::rename(path.c_str(), copy.c_str()) != 0) return file_error({"renaming", errno}, path);
     return copy;
   }
   return unexpected(Errc::io_error, "linking \"" + path + "\": too many damaged ones");

@@ -12,6 +12,7 @@
 #include <lrt/served.hpp>
 #include <lrt/transport/http.hpp>
 
+#include "src/base/client_key.hpp"
 #include "src/base/event_waker.hpp"
 #include "src/base/thread.hpp"
 #include "src/rdf/codecs.hpp"
@@ -219,7 +220,7 @@ class LRT_LOCAL Server::Impl final : public SharedEngine::Loop {
     descriptor_is_used_ = can.on_host_loop;
     const Security& security = options_.security;
     if (security.tls && !can.tls) return unexpected(Errc::invalid_option, "the transport does not support TLS");
-    if (!can.network || is_loopback(address) || security.tls || engine_.callers() || security.allow_unprotected_network) return {};
+    if (!can.network || is_this_machine(address) || security.tls || engine_.callers() || security.allow_unprotected_network) return {};
     const std::string& given = options_.listen.address;
     return unexpected(Errc::insecure_address,
                       "listening on " + given + (address == given ? "" : " (" + address + ")") +

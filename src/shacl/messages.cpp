@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "src/rdf/shown.hpp"
+#include "src/rdf/integer_range.hpp"
 #include "src/shacl/messages.hpp"
 
 #include <algorithm>
@@ -36,22 +38,20 @@ std::vector<rdf::TermId> objects(const rdf::Graph& graph, rdf::TermId subject, I
 
 bool is(const rdf::Graph& graph, std::optional<rdf::TermId> id, Iri iri) { return id && graph.term(*id) == rdf::TermView(iri); }
 
-/// The datatypes of the integer types of C++.
-constexpr std::pair<Iri, std::string_view> integer_ranges[] = {{xsd::byte_, " from -128 to 127"},
-                                                               {xsd::short_, " from -32768 to 32767"},
-                                                               {xsd::int_, " from -2147483648 to 2147483647"},
-                                                               {xsd::long_, " of at most 64 bits"},
-                                                               {xsd::unsignedByte, " from 0 to 255"},
-                                                               {xsd::unsignedShort, " from 0 to 65535"},
-                                                               {xsd::unsignedInt, " from 0 to 4294967295"},
-                                                               {xsd::unsignedLong, " from 0 to 18446744073709551615"}};
+/// An integer type of C++ in words; empty: another datatype.
+std::string words_for_integer(rdf::lexical::Datatype datatype) {
+  using rdf::lexical::Datatype;
+  if (datatype < Datatype::long_ || datatype > Datatype::unsigned_byte) return {};
+  if (datatype == Datatype::long_) return "an integer of at most 64 bits";
+  const rdf::lexical::IntegerRange range = rdf::lexical::range_of(datatype);
+  return "an integer from " + std::string(range.lowest) + " to " + std::string(range.highest);
+}
 
 std::string words_for(std::string_view datatype) {
   if (datatype == xsd::boolean.text) return "true or false";
   if (datatype == xsd::string.text) return "a text";
   if (datatype == xsd::double_.text || datatype == xsd::float_.text) return "a number";
-  for (const auto& [iri, range] : integer_ranges)
-    if (datatype == iri.text) return "an integer" + std::string(range);
+  if (std::string integer = words_for_integer(rdf::lexical::datatype_of(datatype)); !integer.empty()) return integer;
   if (datatype == xsd::dateTime.text) return "a date and time with its zone like \"2026-11-21T10:38:39Z\"";
   if (datatype == xsd::dayTimeDuration.text || datatype == xsd::duration.text) return "a duration like \"PT1.5S\"";
   return {};
@@ -85,29 +85,7 @@ bool has_cells_as_path(const rdf::Graph& graph, rdf::TermId shape) {
   return path && is(graph, object(graph, *path, sh::zeroOrMorePath), vocab::rdf_::rest);
 }
 
-/// Turtle's short forms.
-bool is_bare(const rdf::TermView& term) noexcept {
-  if (!term.is_literal() || term.text.size() > 40) return false;
-  if (term.datatype == vocab::xsd::integer.text) return rdf::lexical::is_integer(term.text);
-  if (term.datatype == vocab::xsd::decimal.text)
-    return rdf::lexical::is_decimal(term.text) && term.text.find('.') != std::string_view::npos && term.text.back() != '.';
-  return term.datatype == vocab::xsd::boolean.text && (term.text == "true" || term.text == "false");
-}
-
 }  // namespace
-
-std::string shown(const rdf::TermView& term) {
-  constexpr std::size_t longest = 80;
-  if (term.is_iri()) return rdf::abbreviate(term.text);
-  if (is_bare(term)) return std::string(term.text);
-  const std::string_view begin = utf8::prefix(term.text, longest);
-  rdf::TermView cut(term.kind, begin, vocab::xsd::string.text, {});
-  std::string text = rdf::to_string(cut);
-  if (begin.size() < term.text.size()) text += " (cut)";
-  if (!term.is_literal()) return text;
-  if (!term.language.empty()) return text + "@" + std::string(term.language);
-  return term.datatype == vocab::xsd::string.text ? text : text + "^^" + rdf::abbreviate(term.datatype);
-}
 
 bool is_number(const rdf::TermView& term) noexcept {
   using rdf::lexical::Datatype;

@@ -7,6 +7,8 @@
 #include <lrt/rdf/graph.hpp>
 #include <lrt/rdf/term.hpp>
 
+#include "src/rdf/shown.hpp"
+
 namespace lrt::shacl {
 inline namespace v0 {
 
@@ -14,8 +16,7 @@ struct Plan;
 struct Scene;
 class Run;
 
-/// A term for a message: with a prefix if possible, long text shortened.
-std::string shown(const rdf::TermView& term);
+using rdf::shown;
 
 /// A literal of a numeric datatype whose text is a number.
 bool is_number(const rdf::TermView& term) noexcept;

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <algorithm>
 #include <chrono>
 #include <optional>
 
 #include <lrt/subscription/options.hpp>
+
+#include "src/base/back_off.hpp"
 
 namespace lrt::subscription {
 inline namespace v0 {
@@ -34,13 +35,9 @@ class RetryPolicy {
     } else if (suspended_ && failures_ > options_.suspended_attempts) {
       return std::nullopt;
     }
-    auto pause = options_.suspended_pause;
-    if (!suspended_) {
-      pause = options_.first_pause;
-      for (unsigned i = 1; i < failures_ && pause < options_.max_pause; ++i) pause *= 2;
-      pause = std::min(pause, options_.max_pause);
-    }
-    return std::chrono::milliseconds(static_cast<std::chrono::milliseconds::rep>(static_cast<double>(pause.count()) * (0.5 + chance)));
+    const auto first = suspended_ ? options_.suspended_pause : options_.first_pause;
+    const auto longest = suspended_ ? options_.suspended_pause : options_.max_pause;
+    return std::chrono::duration_cast<std::chrono::milliseconds>(back_off(failures_, first, longest, chance));
   }
 
  private:

@@ -713,8 +713,8 @@ TEST_CASE("names are resolved without delaying other watches", "[client]") {
   std::condition_variable changed;
   bool may_end = false;
   Watches::Hooks hooks;
-  hooks.resolve = [&](const std::string& name) -> Result<std::vector<exchange::Address>> {
-    if (name == "robot.example") return std::vector<exchange::Address>{exchange::address_of("127.0.0.1")};
+  hooks.resolve = [&](const std::string& name) -> Result<std::vector<Address>> {
+    if (name == "robot.example") return std::vector<Address>{numeric_address("127.0.0.1").value()};
     std::unique_lock lock(mutex);
     changed.wait(lock, [&] { return may_end; });
     return unexpected(Errc::io_error, "no such name");

@@ -83,7 +83,7 @@ class Record final : public client::WebSocketEvents {
 };
 
 WebSocketRequest request_to(const std::string& url, const std::string& address = "127.0.0.1") {
-  return {http::parse_url(url).value(), {exchange::address_of(address)}, {{"Accept", "text/turtle"}}};
+  return {http::parse_url(url).value(), {numeric_address(address).value()}, {{"Accept", "text/turtle"}}};
 }
 
 std::string opening_response(const std::string& request, const std::string& fields = {}) {
@@ -233,7 +233,7 @@ TEST_CASE("nobody listens, and a second address is tried", "[client]") {
   test::Receiver server(serve(frame("here")));
   const auto record = std::make_shared<Record>();
   WebSocketRequest request = request_to("http://127.0.0.1:" + std::to_string(server.port()) + "/", "127.0.0.2");
-  request.addresses.push_back(exchange::address_of("127.0.0.1"));
+  request.addresses.push_back(numeric_address("127.0.0.1").value());
   sockets.open(std::move(request), record);
   CHECK(record->wait_messages(1) == std::vector<std::string>{"here"});
 }

@@ -200,11 +200,11 @@ bool comes_true(Condition condition) {
 }
 
 /// A resolver that knows the names below "example".
-exchange::Resolve resolves_to(std::vector<std::string> addresses) {
-  return [addresses](const std::string& name) -> Result<std::vector<exchange::Address>> {
-    if (name.find(".example") == std::string::npos) return exchange::resolve(name);
-    std::vector<exchange::Address> result;
-    for (const std::string& a : addresses) result.push_back(exchange::address_of(a));
+Resolve resolves_to(std::vector<std::string> addresses) {
+  return [addresses](const std::string& name) -> Result<std::vector<Address>> {
+    if (name.find(".example") == std::string::npos) return resolve(name);
+    std::vector<Address> result;
+    for (const std::string& a : addresses) result.push_back(numeric_address(a).value());
     return result;
   };
 }
@@ -630,7 +630,7 @@ TEST_CASE("of a name's addresses only allowed ones are connected to", "[delivery
   }
   SECTION("no address at all") {
     options.allow = {"receiver.example"};
-    details.look_up = [](const std::string&) -> Result<std::vector<exchange::Address>> {
+    details.look_up = [](const std::string&) -> Result<std::vector<Address>> {
       return unexpected(Errc::io_error, "no address of \"receiver.example\": try again");
     };
     Rig rig(options, details);
@@ -641,8 +641,8 @@ TEST_CASE("of a name's addresses only allowed ones are connected to", "[delivery
   SECTION("a name is looked up for each connection") {
     options.allow = {"receiver.example", "127.0.0.1"};
     auto times = std::make_shared<std::atomic<int>>(0);
-    details.look_up = [times](const std::string&) -> Result<std::vector<exchange::Address>> {
-      return std::vector<exchange::Address>{exchange::address_of((*times)++ == 0 ? "127.0.0.1" : "127.0.0.9")};
+    details.look_up = [times](const std::string&) -> Result<std::vector<Address>> {
+      return std::vector<Address>{numeric_address((*times)++ == 0 ? "127.0.0.1" : "127.0.0.9").value()};
     };
     const Receiver closing([](Peer& peer) {
       peer.read_request();
@@ -942,7 +942,7 @@ TEST_CASE("signals are delivered to the host's threads only", "[delivery]") {
     sigset_t set;
     ::pthread_sigmask(SIG_SETMASK, nullptr, &set);
     blocked = sigismember(&set, SIGPIPE) == 1 && sigismember(&set, SIGTERM) == 1 && sigismember(&set, SIGINT) == 1 && sigismember(&set, SIGSEGV) == 0;
-    return exchange::resolve(name);
+    return resolve(name);
   };
   Recorder recorder;
   const Receiver receiver(std::ref(recorder));
@@ -981,15 +981,15 @@ class HangingResolver {
   void release() {
     if (!std::exchange(released_, true)) gate_.set_value();
   }
-  exchange::Resolve resolve() {
-    return [open = open_, calls = calls_](const std::string& name) -> Result<std::vector<exchange::Address>> {
+  Resolve resolve() {
+    return [open = open_, calls = calls_](const std::string& name) -> Result<std::vector<Address>> {
       {
         const std::lock_guard lock(calls->mutex);
         calls->names.push_back(name);
       }
       if (says(name, "hangs")) open.wait();
       if (says(name, "nowhere")) return unexpected(Errc::io_error, "no address of \"" + name + "\"");
-      return std::vector<exchange::Address>{exchange::address_of("127.0.0.1")};
+      return std::vector<Address>{numeric_address("127.0.0.1").value()};
     };
   }
   /// How often names with this part were resolved.
@@ -1107,9 +1107,9 @@ TEST_CASE("an address in the URL is not resolved", "[delivery]") {
   Rig rig(with_names(), details);
   CHECK(rig.deliver(notification(good.url())).status == 204);
   CHECK(resolver.calls("") == 0);
-  CHECK(exchange::literal_address("[::1]")->text == "::1");
-  CHECK(exchange::literal_address("127.0.0.1")->text == "127.0.0.1");
-  for (const char* name : {"localhost", "127.1", "::1", "[127.0.0.1]", "1.2.3.4.example", "[]", ""}) CHECK_FALSE(exchange::literal_address(name));
+  CHECK(literal_address("[::1]")->text == "::1");
+  CHECK(literal_address("127.0.0.1")->text == "127.0.0.1");
+  for (const char* name : {"localhost", "127.1", "::1", "[127.0.0.1]", "1.2.3.4.example", "[]", ""}) CHECK_FALSE(literal_address(name));
 }
 
 TEST_CASE("stop ends everything that hangs, and the source is not called afterwards", "[delivery]") {
@@ -1140,7 +1140,7 @@ TEST_CASE("stop ends everything that hangs, and the source is not called afterwa
         ++*inside;
         gate.wait();
         ++*back;
-        return Result<std::vector<exchange::Address>>(std::vector<exchange::Address>{exchange::address_of("127.0.0.1")});
+        return Result<std::vector<Address>>(std::vector<Address>{numeric_address("127.0.0.1").value()});
       };
       options.allow = {"127.0.0.1", ".example"};
       Rig rig(options, details);

@@ -67,13 +67,3 @@ TEST_CASE("Accept of a kept context is that of the copy", "[engine][R0.17]") {
   }
   CHECK(kept->accept() == "text/turtle;q=0.25");
 }
-
-TEST_CASE("a query parameter is decoded, and the first well-formed one counts", "[engine][SPEC 3.6]") {
-  CHECK(query_parameter("/arm?a=1&b=2", "b") == "2");
-  CHECK(query_parameter("/arm?b=%zz&b=2", "b") == "2");
-  CHECK(query_parameter("/arm?b=x%20y", "b") == "x y");
-  CHECK(query_parameter("/arm?b=", "b") == "");
-  CHECK_FALSE(query_parameter("/arm?bb=1&b", "b"));
-  CHECK_FALSE(query_parameter("/arm", "b"));
-  CHECK_FALSE(query_parameter("/arm?", "b"));
-}

@@ -150,8 +150,7 @@ class Reader {
             rdf::write_plain(rdf::traits<float>::type(), {}, rdf::Value(static_cast<double>(static_cast<float>(*number))), rdf::Plain::json);
         if (text) return *text;
       }
-    if (is_one_of({xsd::integer, xsd::byte_, xsd::short_, xsd::int_, xsd::long_, xsd::unsignedByte, xsd::unsignedShort, xsd::unsignedInt,
-                   xsd::unsignedLong})) {
+    if (rdf::lexical::is_integer_type(rdf::lexical::datatype_of(term.datatype))) {
       std::string_view digits = term.text;
       const bool negative = !digits.empty() && digits.front() == '-';
       if (!digits.empty() && (digits.front() == '-' || digits.front() == '+')) digits.remove_prefix(1);

@@ -3,6 +3,7 @@
 
 #include "src/engine/receivers/protocols.hpp"
 #include "src/engine/receivers/receiver.hpp"
+#include "src/http/form.hpp"
 
 namespace lrt::engine {
 
@@ -11,7 +12,7 @@ class EventStreamOpening final : public Opening {
  public:
   constexpr EventStreamOpening() noexcept = default;
   /// Accept selects the stream itself. The query selects the media type in its events.
-  std::optional<std::string> accept(const Context& context) const override { return query_parameter(context.request().target, "accept"); }
+  std::optional<std::string> accept(const Context& context) const override { return http::query_parameter(context.request().target, "accept"); }
   bool needs_text() const noexcept override { return true; }
   Outcome open(Context& context, SubscriptionRequest wanted, const ReceiverParts& parts, Subscriptions& subscriptions) const override;
 };

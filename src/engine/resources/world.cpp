@@ -13,6 +13,7 @@
 #include "src/engine/parts.hpp"
 #include "src/engine/resources/collection.hpp"
 #include "src/http/etag.hpp"
+#include "src/http/form.hpp"
 #include "src/http/target.hpp"
 
 namespace lrt::engine {
@@ -442,7 +443,7 @@ void WorldResource::describe_member(const Resource& member, About& about, const 
 
 std::string WorldResource::named_path(std::string_view target, const Parts& parts) const {
   std::optional<std::string> named;
-  if (const auto iri = query_parameter(target, "graph")) {
+  if (const auto iri = http::query_parameter(target, "graph")) {
     named = parts.bases.path_of(*iri);
   } else if (const auto split = http::split_target(target)) {
     named = std::string(split->path);
@@ -464,7 +465,7 @@ Result<Resource*> WorldResource::find_graph(std::string_view target, const Conte
   if (defaults + graphs == 0) return this;
   if (defaults + graphs > 1) return unexpected(Errc::expected_iri, "the query of the target: expected one graph=IRI or default, found several");
   if (defaults == 1) return &all_;
-  const auto iri = query_parameter(target, "graph");
+  const auto iri = http::query_parameter(target, "graph");
   if (!iri || !iri::is_absolute(*iri))
     return unexpected(Errc::expected_iri, "graph: expected an absolute IRI, percent-encoded, found \"" + iri.value_or(std::string()) + "\"");
   const std::string named = named_path(target, parts);

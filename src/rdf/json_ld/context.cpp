@@ -11,6 +11,7 @@
 #include <lrt/base/immortal.hpp>
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/base/quote.hpp"
 #include "src/rdf/n_triples.hpp"
 
 namespace lrt::rdf::json_ld {

@@ -16,6 +16,7 @@
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/base/ascii.hpp"
+#include "src/base/quote.hpp"
 #include "src/rdf/codecs.hpp"
 #include "src/rdf/json_ld/context.hpp"
 #include "src/rdf/json_parse.hpp"
@@ -31,7 +32,6 @@ namespace {
 
 using json::Children;
 using json::Document;
-using json::shortened;
 using Id = Document::Id;
 using Kind = Document::Kind;
 

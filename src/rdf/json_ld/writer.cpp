@@ -6,6 +6,7 @@
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/rdf/codecs.hpp"
+#include "src/base/quote.hpp"
 #include "src/rdf/graph_writer.hpp"
 #include "src/rdf/json_ld/context.hpp"
 #include "src/rdf/n_triples.hpp"

@@ -3,7 +3,6 @@
 
 #include <arpa/inet.h>
 #include <fcntl.h>
-#include <netdb.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <sys/socket.h>
@@ -12,9 +11,11 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <optional>
 #include <string>
 #include <utility>
 
+#include "src/base/resolve.hpp"
 #include "src/transport/http/connection.hpp"
 
 namespace lrt::transport {
@@ -30,26 +31,6 @@ constexpr std::chrono::milliseconds pause_time{100};
 constexpr std::string_view overloaded = "HTTP/1.1 503 Service Unavailable\r\nContent-Length: 0\r\nRetry-After: 1\r\nConnection: close\r\n\r\n";
 
 int open_reserve() noexcept { return ::open("/dev/null", O_RDONLY | O_CLOEXEC); }
-
-/// Returns the size of the address in `to`; 0: `text` is not an address.
-socklen_t parse_address(const std::string& text, std::uint16_t port, sockaddr_storage& to) {
-  auto& v4 = reinterpret_cast<sockaddr_in&>(to);
-  if (::inet_pton(AF_INET, text.c_str(), &v4.sin_addr) == 1) {
-    v4.sin_family = AF_INET;
-    v4.sin_port = htons(port);
-    return sizeof v4;
-  }
-  addrinfo hints{};
-  hints.ai_family = AF_INET6;
-  hints.ai_socktype = SOCK_STREAM;
-  hints.ai_flags = AI_NUMERICHOST;
-  addrinfo* found = nullptr;  // unlike inet_pton() this knows "fe80::1%eth0"
-  if (::getaddrinfo(text.c_str(), nullptr, &hints, &found) != 0) return 0;
-  std::memcpy(&to, found->ai_addr, found->ai_addrlen);
-  ::freeaddrinfo(found);
-  reinterpret_cast<sockaddr_in6&>(to).sin6_port = htons(port);
-  return sizeof(sockaddr_in6);
-}
 
 std::uint16_t port_of(const sockaddr_storage& address) noexcept {
   return ntohs(address.ss_family == AF_INET6 ? reinterpret_cast<const sockaddr_in6&>(address).sin6_port
@@ -84,9 +65,8 @@ Listener::~Listener() { close(); }
 
 Result<void> Listener::open() {
   const auto& options = loop_.options;
-  sockaddr_storage address{};
-  socklen_t size = parse_address(options.address, options.port, address);
-  if (size == 0) return unexpected(Errc::invalid_option, "address \"" + options.address + "\": expected a numeric IPv4 or IPv6 address");
+  std::optional<Address> wanted = lrt::numeric_address(options.address);
+  if (!wanted) return unexpected(Errc::invalid_option, "address \"" + options.address + "\": expected a numeric IPv4 or IPv6 address");
 
   const auto failed = [&](const char* step) -> Result<void> {
     const int error = errno;
@@ -94,14 +74,16 @@ Result<void> Listener::open() {
     return unexpected(error == EADDRINUSE ? Errc::address_in_use : Errc::io_error,
                       "address " + options.address + ", port " + std::to_string(options.port) + ": " + step + ": " + std::strerror(error));
   };
-  auto* const generic = reinterpret_cast<sockaddr*>(&address);
-  socket_ = Socket(::socket(address.ss_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, IPPROTO_TCP));
+  wanted->set_port(options.port);
+  socket_ = Socket(::socket(wanted->socket.ss_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, IPPROTO_TCP));
   if (!socket_.is_open()) return failed("socket");
   const int on = 1;
   if (::setsockopt(socket_.descriptor(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof on) != 0) return failed("SO_REUSEADDR");
-  if (::bind(socket_.descriptor(), generic, size) != 0) return failed("bind");
+  if (::bind(socket_.descriptor(), wanted->get(), wanted->size) != 0) return failed("bind");
   if (::listen(socket_.descriptor(), backlog) != 0) return failed("listen");
-  if (::getsockname(socket_.descriptor(), generic, &size) != 0) return failed("getsockname");
+  sockaddr_storage address{};
+  socklen_t size = sizeof address;
+  if (::getsockname(socket_.descriptor(), reinterpret_cast<sockaddr*>(&address), &size) != 0) return failed("getsockname");
   if (!loop_.readiness.watch(socket_, *this, EPOLLIN)) return failed("epoll_ctl");
   port_ = port_of(address);
   fill_reserve();

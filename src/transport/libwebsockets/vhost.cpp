@@ -2,7 +2,6 @@
 #include "src/transport/libwebsockets/vhost.hpp"
 
 #include <fcntl.h>
-#include <netdb.h>
 #include <netinet/in.h>
 #include <openssl/ssl.h>
 #include <poll.h>
@@ -11,11 +10,13 @@
 
 #include <cerrno>
 #include <cstring>
+#include <optional>
 #include <utility>
 
 #include <lrt/http/date.hpp>
 
 #include "src/base/client_key.hpp"
+#include "src/base/resolve.hpp"
 #include "src/transport/libwebsockets/connection.hpp"
 #include "src/transport/libwebsockets/tls.hpp"
 
@@ -28,22 +29,16 @@ constexpr int deliveries_per_round = 16;
 
 /// Binds a socket for a moment: libwebsockets does not say why it cannot listen.
 Result<void> check_address(const std::string& address, std::uint16_t port, bool& is_v6) {
-  addrinfo hints{};
-  hints.ai_socktype = SOCK_STREAM;
-  hints.ai_flags = AI_NUMERICHOST | AI_NUMERICSERV | AI_PASSIVE;
-  addrinfo* found = nullptr;
-  const int failure = ::getaddrinfo(address.c_str(), std::to_string(port).c_str(), &hints, &found);
-  if (failure == EAI_MEMORY || failure == EAI_AGAIN || failure == EAI_SYSTEM)
-    return unexpected(Errc::io_error, "address \"" + address + "\": " + (failure == EAI_SYSTEM ? std::strerror(errno) : ::gai_strerror(failure)));
-  if (failure != 0) return unexpected(Errc::invalid_option, "address \"" + address + "\": expected a numeric IPv4 or IPv6 address");
-  const std::unique_ptr<addrinfo, void (*)(addrinfo*)> owned(found, ::freeaddrinfo);
-  is_v6 = found->ai_family == AF_INET6;
-  const int socket = ::socket(found->ai_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  std::optional<Address> wanted = numeric_address(address);
+  if (!wanted) return unexpected(Errc::invalid_option, "address \"" + address + "\": expected a numeric IPv4 or IPv6 address");
+  wanted->set_port(port);
+  is_v6 = wanted->is_v6();
+  const int socket = ::socket(wanted->socket.ss_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
   int error = socket < 0 ? errno : 0;
   if (socket >= 0) {
     const int on = 1;
     ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
-    if (::bind(socket, found->ai_addr, found->ai_addrlen) != 0) error = errno;
+    if (::bind(socket, wanted->get(), wanted->size) != 0) error = errno;
     ::close(socket);
   }
   if (error == 0) return {};

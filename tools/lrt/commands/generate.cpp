@@ -1,13 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <fcntl.h>
-#include <unistd.h>
-
-#include <cerrno>
-#include <cstring>
-
 #include <lrt/codegen.hpp>
 #include <lrt/rdf/codec.hpp>
 
+#include "src/base/replace_file.hpp"
 #include "tools/lrt/command_line.hpp"
 
 namespace lrt::tool {
@@ -42,31 +37,6 @@ Result<rdf::Graph> documents(Session& session, GenerateOptions& options) {
   return graph;
 }
 
-/// Written to a temporary file first, so that a build never reads an incomplete header.
-Result<void> replace_file(const std::string& name, std::string_view text) {
-  const std::string beside = name + ".new";
-  const auto failed = [&](const std::string& what) {
-    const int error = errno;
-    ::unlink(beside.c_str());
-    return unexpected(Errc::invalid_option, "cannot write \"" + what + "\": " + std::strerror(error));
-  };
-  const int descriptor = ::open(beside.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-  if (descriptor < 0) return failed(beside);
-  while (!text.empty()) {
-    const ssize_t written = ::write(descriptor, text.data(), text.size());
-    if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) {
-      const Unexpected error = failed(beside);
-      ::close(descriptor);
-      return error;
-    }
-    text.remove_prefix(static_cast<std::size_t>(written));
-  }
-  if (::close(descriptor) != 0) return failed(beside);
-  if (::rename(beside.c_str(), name.c_str()) != 0) return failed(name);
-  return {};
-}
-
 Result<int> generate(Session& session, GenerateOptions& options) {
   if (options.words.size() > 1) return unexpected(Errc::invalid_option, "generate takes one URL or file");
   const Result<rdf::Graph> graph = documents(session, options);
@@ -89,7 +59,11 @@ Result<int> generate(Session& session, GenerateOptions& options) {
   if (!made) return unexpected(made.error());
   for (const std::string& warning : made->warnings) session.warn(warning);
   if (options.output.empty() || options.output == "-") return session.terminal().print(printable_lines(made->header)) ? Exit::success : Exit::failure;
-  if (Result<void> written = replace_file(options.output, made->header); !written) return unexpected(std::move(written).error());
+  // A build that reads the header meanwhile finds the old one or the new one.
+  constexpr std::string_view mark = "// Made by `lrt generate`";
+  constexpr mode_t mode = 0666;
+  if (const auto failure = replace_file(options.output, {made->header}, {mark, mode}).failure)
+    return unexpected(Errc::invalid_option, file_error(*failure, options.output).error.message);
   return Exit::success;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "src/exchange/resolve.hpp"
+#include "src/base/resolve.hpp"
 
 #include <arpa/inet.h>
 #include <netdb.h>
@@ -11,7 +11,8 @@
 #include <memory>
 #include <system_error>
 
-namespace lrt::exchange {
+namespace lrt {
+inline namespace v0 {
 namespace {
 
 /// The numeric text without the zone of a link-local address, as AllowedHosts expects it.
@@ -24,12 +25,11 @@ std::string numeric(const sockaddr& address) {
   return text.data();
 }
 
-}  // namespace
-
-Result<std::vector<Address>> resolve(const std::string& name) {
+Result<std::vector<Address>> look_up(const std::string& name, int flags) {
   addrinfo wanted{};
   wanted.ai_family = AF_UNSPEC;
   wanted.ai_socktype = SOCK_STREAM;
+  wanted.ai_flags = flags;
   addrinfo* found = nullptr;
   const int failure = ::getaddrinfo(name.c_str(), nullptr, &wanted, &found);
   if (failure != 0) {
@@ -51,30 +51,30 @@ Result<std::vector<Address>> resolve(const std::string& name) {
   return result;
 }
 
-std::optional<Address> literal_address(std::string_view host) {
+}  // namespace
+
+void Address::set_port(std::uint16_t port) noexcept {
+  if (is_v6()) reinterpret_cast<sockaddr_in6&>(socket).sin6_port = htons(port);
+  else reinterpret_cast<sockaddr_in&>(socket).sin_port = htons(port);
+}
+
+Result<std::vector<Address>> resolve(const std::string& name) { return look_up(name, 0); }
+
+std::optional<Address> numeric_address(const std::string& text) {
+  // The resolver knows zones, but also forms such as "127.1".
   in_addr four{};
-  in6_addr six{};
+  if (text.find(':') == std::string::npos && ::inet_pton(AF_INET, text.c_str(), &four) != 1) return std::nullopt;
+  Result<std::vector<Address>> found = look_up(text, AI_NUMERICHOST);
+  if (!found) return std::nullopt;
+  return std::move(found->front());
+}
+
+std::optional<Address> literal_address(std::string_view host) {
   const bool bracketed = host.size() >= 2 && host.front() == '[' && host.back() == ']';
-  std::string text(bracketed ? host.substr(1, host.size() - 2) : host);
-  if (::inet_pton(bracketed ? AF_INET6 : AF_INET, text.c_str(), bracketed ? static_cast<void*>(&six) : &four) != 1) return std::nullopt;
-  return address_of(text);
+  const std::string text(bracketed ? host.substr(1, host.size() - 2) : host);
+  if (bracketed != (text.find(':') != std::string::npos) || text.find('%') != std::string::npos) return std::nullopt;
+  return numeric_address(text);
 }
 
-Address address_of(const std::string& text) {
-  Address result;
-  result.text = text;
-  if (text.find(':') == std::string::npos) {
-    auto& four = reinterpret_cast<sockaddr_in&>(result.socket);
-    four.sin_family = AF_INET;
-    ::inet_pton(AF_INET, text.c_str(), &four.sin_addr);
-    result.size = sizeof four;
-  } else {
-    auto& six = reinterpret_cast<sockaddr_in6&>(result.socket);
-    six.sin6_family = AF_INET6;
-    ::inet_pton(AF_INET6, text.c_str(), &six.sin6_addr);
-    result.size = sizeof six;
-  }
-  return result;
-}
-
-}  // namespace lrt::exchange
+}  // namespace v0
+}  // namespace lrt
