@@ -10,6 +10,7 @@ namespace lrt::engine {
 inline namespace v0 {
 
 /// Present numbers of an engine, and messages since it was created.
+/// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
 struct EngineCounts {
   /// @{
   /// Present subscriptions.

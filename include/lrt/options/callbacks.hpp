@@ -21,6 +21,7 @@ namespace lrt {
 inline namespace v0 {
 
 /// Web callbacks: receivers, retries, and how they are posted and kept.
+/// @par Threads  Set-up only, as Options.
 struct Callbacks : subscription::CallbackOptions {
   /// The file that stores web callbacks across restarts. Empty: they are not stored. A thread of lrt replaces it
   /// atomically after each change (also with Io::in_poll). It contains the callbacks' secrets and has mode 0600.

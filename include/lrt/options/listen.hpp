@@ -18,6 +18,7 @@ namespace lrt {
 inline namespace v0 {
 
 /// Where the server listens, and the name by which clients know it.
+/// @par Threads  Set-up only, as Options.
 struct Listen {
   /// An address, or a host name ("localhost", "robot.local"), which is resolved when the server is created. Its IPv4
   /// addresses come first, and the first address that this machine has is used. Requests may name that host, and

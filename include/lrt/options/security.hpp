@@ -15,6 +15,7 @@ inline namespace v0 {
 
 /// Who may do what (R0.2). By default programs on this machine may do everything, and the server listens on no other
 /// address. Hosts, origins and limits of one client are in the base class.
+/// @par Threads  Set-up only, as Options.
 struct Security : engine::RequestRules {
   /// Certificate and key. If set, the port accepts HTTPS only.
   std::optional<transport::TlsOptions> tls;

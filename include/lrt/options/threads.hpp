@@ -17,6 +17,7 @@ enum class Io : std::uint8_t {
 };
 
 /// Which threads run what.
+/// @par Threads  Set-up only, as Options.
 struct Threads {
   Io io = Io::own_thread;                 ///< which thread does the I/O
   Dispatch dispatch = Dispatch::in_poll;  ///< of things that do not set their own

@@ -71,6 +71,7 @@ struct TlsOptions {
 };
 
 /// Options of a transport. Server makes them from lrt::Options.
+/// @par Threads  Set-up only.
 struct TransportOptions {
   std::string address = "127.0.0.1";  ///< numeric address to listen on
   std::uint16_t port = 8080;          ///< 0: any free one
