@@ -6,6 +6,7 @@
 #include <string>
 
 #include "src/engine/parts.hpp"
+#include "src/http/target.hpp"
 #include "src/security/sessions.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/fakes.hpp"
@@ -32,7 +33,7 @@ struct Control {
   explicit Control(EngineOptions options = with_sessions()) : parts(std::move(options)) {}
 
   std::optional<http::Response> denied(const std::string& text, const Result<Caller>& caller = Caller()) {
-    const RequestText request(text);
+    RequestText request(text);
     return parts.access.denied(context(request), caller);
   }
   int status(const std::string& text, const Result<Caller>& caller = Caller()) {
@@ -40,12 +41,12 @@ struct Control {
     return response ? response->status : 0;
   }
   std::optional<http::Response> login(const std::string& fields, const Caller& caller) {
-    const RequestText request("POST /ns/session" + fields);
+    RequestText request("POST /ns/session" + fields);
     return parts.access.refused_login(context(request), caller);
   }
   /// @param has_resource  false: the target names nothing
   std::optional<http::Response> refused(const std::string& text, security::Rights rights, bool has_principal, bool has_resource = true) {
-    const RequestText request(text);
+    RequestText request(text);
     Context c = context(request);
     if (has_resource) c.resource = &parts.root;
     Caller caller;
@@ -55,7 +56,11 @@ struct Control {
     found = c.resource != nullptr;
     return response;
   }
-  Context context(const RequestText& request) { return Context(const_cast<RequestText&>(request).get(), clock.now()); }
+  Context context(RequestText& request) {
+    Context c(request.get(), clock.now());
+    c.base = parts.bases.of(request.get(), http::split_target(request.get().target).value()).value();
+    return c;
+  }
 
   const std::shared_ptr<const security::Principal> anna = std::make_shared<const security::Principal>(security::Principal{"anna", {}});
   FakeClock clock;
