@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "src/base/quote.hpp"
 #include "src/client/constraints.hpp"
 
 #include <algorithm>
@@ -9,6 +8,8 @@
 #include <lrt/base/iri.hpp>
 #include <lrt/rdf/lexical.hpp>
 #include <lrt/rdf/value_codec.hpp>
+
+#include "src/base/quote.hpp"
 
 namespace lrt::client {
 

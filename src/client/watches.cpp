@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "src/base/quote.hpp"
-#include "src/base/back_off.hpp"
 #include "src/client/watches.hpp"
 
 #include <algorithm>
@@ -23,7 +21,9 @@
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/base/ascii.hpp"
+#include "src/base/back_off.hpp"
 #include "src/base/event_waker.hpp"
+#include "src/base/quote.hpp"
 #include "src/base/random.hpp"
 #include "src/client/event_parser.hpp"
 #include "src/client/names.hpp"

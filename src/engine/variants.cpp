@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "src/base/quote.hpp"
 #include "src/engine/variants.hpp"
 
 #include <algorithm>
@@ -7,6 +6,7 @@
 #include <lrt/base/immortal.hpp>
 
 #include "src/base/ascii.hpp"
+#include "src/base/quote.hpp"
 
 namespace lrt::engine {
 inline namespace v0 {

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "src/base/quote.hpp"
 #include "src/exchange/http_authentication.hpp"
 
 #include <openssl/evp.h>
@@ -9,6 +8,7 @@
 #include <cstdio>
 
 #include "src/base/ascii.hpp"
+#include "src/base/quote.hpp"
 #include "src/base/third_party_call.hpp"
 
 namespace lrt::exchange {

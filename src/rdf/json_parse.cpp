@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "src/base/quote.hpp"
 #include "src/rdf/json_parse.hpp"
 
 #include <algorithm>
@@ -7,11 +6,11 @@
 #include <cstring>
 #include <limits>
 #include <optional>
-
 #include <nlohmann/json.hpp>
 
 #include <lrt/rdf/lexical.hpp>
 
+#include "src/base/quote.hpp"
 #include "src/base/utf8.hpp"
 #include "src/rdf/limits.hpp"
 

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "src/base/quote.hpp"
 #include "src/rdf/n_triples.hpp"
 
 #include <optional>
@@ -7,6 +6,7 @@
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/base/ascii.hpp"
+#include "src/base/quote.hpp"
 #include "src/base/utf8.hpp"
 #include "src/rdf/limits.hpp"
 

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "src/base/quote.hpp"
 #include "src/server/audit.hpp"
 
 #include <algorithm>
 #include <utility>
 
+#include "src/base/quote.hpp"
 #include "src/base/utf8.hpp"
 #include "src/http/target.hpp"
-
 #include "src/server/shared_engine.hpp"
 
 namespace lrt {

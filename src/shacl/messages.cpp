@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "src/rdf/shown.hpp"
-#include "src/rdf/integer_range.hpp"
 #include "src/shacl/messages.hpp"
 
 #include <algorithm>
@@ -11,6 +9,8 @@
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/base/utf8.hpp"
+#include "src/rdf/integer_range.hpp"
+#include "src/rdf/shown.hpp"
 #include "src/shacl/plan.hpp"
 #include "src/shacl/run.hpp"
 

@@ -39,16 +39,15 @@ struct Nested {
 }  // namespace classes_test
 
 using classes_test::Axis;
-using classes_test::Limits;
 using classes_test::Nested;
 using classes_test::Reading;
 
 template <>
-struct lrt::rdf::traits<Limits> : Record<Limits> {
-  static void describe(Record<Limits>& r) {
+struct lrt::rdf::traits<classes_test::Limits> : Record<classes_test::Limits> {
+  static void describe(Record<classes_test::Limits>& r) {
     r.is(Iri{"http://example.org/Limits"});
-    r.field("speed", &Limits::speed);
-    r.field("force", &Limits::force);
+    r.field("speed", &classes_test::Limits::speed);
+    r.field("force", &classes_test::Limits::force);
   }
 };
 template <>
@@ -108,11 +107,11 @@ TEST_CASE("a map is read and written by clients, in JSON and in RDF", "[engine][
 
 TEST_CASE("an optional record without members is told from an absent one, in JSON and in RDF", "[engine][R1.2]") {
   Bench bench;
-  std::optional<Limits> limits;
-  std::optional<Limits> given;
+  std::optional<classes_test::Limits> limits;
+  std::optional<classes_test::Limits> given;
   Thing thing{"arm"};
-  thing.property("limits", [&] { return limits; }).on_write([&](const std::optional<Limits>& l) { limits = l; });
-  thing.action("move", [&](const std::optional<Limits>& l) { given = l; });
+  thing.property("limits", [&] { return limits; }).on_write([&](const std::optional<classes_test::Limits>& l) { limits = l; });
+  thing.action("move", [&](const std::optional<classes_test::Limits>& l) { given = l; });
   bench.add(std::move(thing));
   CHECK(get(bench, "/arm/limits").body == "null");
   const std::string absent = get(bench, "/arm/limits", "text/turtle").body;

@@ -203,7 +203,7 @@ TEST_CASE("texts, enumerations, durations and instants read back", "[model][R0.5
   CHECK(survives(seconds(0)));
   CHECK(survives(system_clock::time_point(nanoseconds(1))));
   CHECK(survives(system_clock::time_point(nanoseconds(-1))));
-  CHECK(survives(time_point<system_clock, seconds>(seconds(1795257519))));
+  CHECK(survives(time_point<std::chrono::system_clock, seconds>(seconds(1795257519))));
   // Ill-formed bytes are replaced by U+FFFD.
   CHECK(round_trip(std::string("a\xff")).value() == "a\xEF\xBF\xBD");
   CHECK(round_trip(std::string("a\0b\xff\0", 5)).value() ==
