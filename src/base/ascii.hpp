@@ -8,7 +8,6 @@
 
 /// ASCII character classes in one table: a scanner needs one load per byte. Private to the library.
 namespace lrt::detail {
-inline namespace v0 {
 
 enum : std::uint8_t {
   tchar = 1,       ///< RFC 9110 5.6.2
@@ -119,5 +118,4 @@ inline std::size_t token_end(std::string_view value, std::size_t at) noexcept {
   return at;
 }
 
-}  // namespace v0
 }  // namespace lrt::detail

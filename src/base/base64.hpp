@@ -6,7 +6,6 @@
 #include <string_view>
 
 namespace lrt::detail {
-inline namespace v0 {
 
 /// Base64 with padding (RFC 4648 4).
 inline std::string base64(std::string_view bytes) {
@@ -20,5 +19,4 @@ inline std::string base64(std::string_view bytes) {
   return text;
 }
 
-}  // namespace v0
 }  // namespace lrt::detail

@@ -5,7 +5,6 @@
 #include <signal.h>
 
 namespace lrt {
-inline namespace v0 {
 
 /// Blocks signals in the calling thread during its lifetime. Threads created meanwhile inherit the mask, so signal handlers of the host run
 /// on threads of the host only. In such a thread SIGPIPE and SIGXFSZ stay pending, and the system call that caused one returns an error.
@@ -26,5 +25,4 @@ class BlockedSignals {
   sigset_t before_;
 };
 
-}  // namespace v0
 }  // namespace lrt

@@ -9,7 +9,6 @@
 #include "src/base/utf8.hpp"
 
 namespace lrt {
-inline namespace v0 {
 
 namespace {
 
@@ -42,5 +41,4 @@ Result<std::string> canonical_path(std::string_view path) {
   }
 }
 
-}  // namespace v0
 }  // namespace lrt

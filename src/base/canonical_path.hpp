@@ -7,11 +7,9 @@
 #include <lrt/base/result.hpp>
 
 namespace lrt {
-inline namespace v0 {
 
 /// A path from the root with its segments percent-encoded in the one way that paths of resources are.
 /// @par Errors  expected_iri: no resource can have such a path
 Result<std::string> canonical_path(std::string_view path);
 
-}  // namespace v0
 }  // namespace lrt

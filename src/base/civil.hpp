@@ -5,7 +5,6 @@
 #include <cstdint>
 
 namespace lrt::detail {
-inline namespace v0 {
 
 /// A UTC instant in the proleptic Gregorian calendar.
 struct Civil {
@@ -64,5 +63,4 @@ inline char* put_digits(char* out, unsigned value, int width) noexcept {
   return out + width;
 }
 
-}  // namespace v0
 }  // namespace lrt::detail

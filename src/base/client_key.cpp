@@ -8,7 +8,6 @@
 #include <cstdint>
 
 namespace lrt {
-inline namespace v0 {
 
 std::string client_key(std::string_view address) {
   const std::string without_zone(address.substr(0, address.find('%')));
@@ -26,5 +25,4 @@ std::string client_key(std::string_view address) {
 
 bool is_this_machine(std::string_view address) noexcept { return address == "::1" || address.substr(0, 4) == "127."; }
 
-}  // namespace v0
 }  // namespace lrt

@@ -5,7 +5,6 @@
 #include <string_view>
 
 namespace lrt {
-inline namespace v0 {
 
 /// The key of a client for limits per client: an IPv4 address, or the /64 network of an IPv6 address, "2001:db8:1:2::/64".
 /// An IPv6 host can use all addresses of its /64. An IPv4-mapped address counts as IPv4. Other text is returned unchanged.
@@ -16,5 +15,4 @@ std::string client_key(std::string_view address);
 /// The address is one of this machine's loopback addresses.
 bool is_this_machine(std::string_view address) noexcept;
 
-}  // namespace v0
 }  // namespace lrt

@@ -14,7 +14,6 @@
 #include <lrt/base/waker.hpp>
 
 namespace lrt {
-inline namespace v0 {
 
 /// A Waker on an eventfd. It owns the descriptor, so it may outlive the object that waits on it.
 class EventWaker final : public Waker {
@@ -60,5 +59,4 @@ class EventWaker final : public Waker {
   std::atomic<bool> awake_{false};
 };
 
-}  // namespace v0
 }  // namespace lrt

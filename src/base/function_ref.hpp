@@ -6,7 +6,6 @@
 #include <utility>
 
 namespace lrt {
-inline namespace v0 {
 
 template <class Signature>
 class FunctionRef;
@@ -27,5 +26,4 @@ class FunctionRef<R(Args...)> {
   R (*call_)(void*, Args...);
 };
 
-}  // namespace v0
 }  // namespace lrt

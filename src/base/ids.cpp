@@ -4,7 +4,6 @@
 #include "src/base/random.hpp"
 
 namespace lrt {
-inline namespace v0 {
 
 std::string RandomIds::next() {
   unsigned char bytes[16];
@@ -22,5 +21,4 @@ std::string RandomIds::next() {
   return result;
 }
 
-}  // namespace v0
 }  // namespace lrt

@@ -6,7 +6,6 @@
 #include <utility>
 
 namespace lrt {
-inline namespace v0 {
 
 /// A lock-free queue with many writers and one reader.
 ///
@@ -65,5 +64,4 @@ class Mailbox {
   std::atomic<Node*> newest_{nullptr};
 };
 
-}  // namespace v0
 }  // namespace lrt

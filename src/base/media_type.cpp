@@ -6,7 +6,6 @@
 #include "src/base/ascii.hpp"
 
 namespace lrt {
-inline namespace v0 {
 namespace {
 
 std::string lowered(std::string_view text) {
@@ -96,5 +95,4 @@ std::string_view MediaType::parameter(std::string_view name) const noexcept {
   return {};
 }
 
-}  // namespace v0
 }  // namespace lrt

@@ -6,7 +6,6 @@
 #include <atomic>
 
 namespace lrt {
-inline namespace v0 {
 namespace {
 std::atomic<std::uint32_t> forks{0};
 }
@@ -16,5 +15,4 @@ std::uint32_t OwnProcess::generation() noexcept {
   return forks.load(std::memory_order_relaxed);
 }
 
-}  // namespace v0
 }  // namespace lrt

@@ -6,7 +6,6 @@
 #include <lrt/base/abi.hpp>
 
 namespace lrt {
-inline namespace v0 {
 
 /// Stores the process that created it. So an object in the child of fork() can detect that its threads do not exist.
 /// Process creation that skips pthread_atfork(3), as vfork and _Fork do, is not noticed: such a child must call exec or _exit.
@@ -22,5 +21,4 @@ class LRT_INTERNAL_API OwnProcess {
   const std::uint32_t generation_;
 };
 
-}  // namespace v0
 }  // namespace lrt

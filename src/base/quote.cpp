@@ -8,7 +8,6 @@
 #include "src/base/utf8.hpp"
 
 namespace lrt {
-inline namespace v0 {
 namespace {
 
 constexpr std::array<bool, 256> escaped_bytes() {
@@ -147,5 +146,4 @@ std::string percent_encoded(std::string_view text, std::string_view also) {
   return result;
 }
 
-}  // namespace v0
 }  // namespace lrt

@@ -8,7 +8,6 @@
 #include <lrt/base/abi.hpp>
 
 namespace lrt {
-inline namespace v0 {
 
 /// Appends a text in quotation marks, with the escapes that JSON and N-Triples have in common. @pre the text is well-formed UTF-8
 LRT_INTERNAL_API void append_quoted(std::string& out, std::string_view text);
@@ -36,5 +35,4 @@ LRT_INTERNAL_API std::string quoted_string(std::string_view text);
 /// A text as a part of a URI: percent-encoded except for unreserved characters (RFC 3986 2.3) and those of `also`.
 LRT_INTERNAL_API std::string percent_encoded(std::string_view text, std::string_view also = {});
 
-}  // namespace v0
 }  // namespace lrt

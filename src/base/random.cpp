@@ -13,7 +13,6 @@
 #endif
 
 namespace lrt {
-inline namespace v0 {
 
 void fill_random(unsigned char* bytes, std::size_t count) {
   std::size_t filled = 0;
@@ -45,5 +44,4 @@ double random_fraction() {
   return number / 4294967296.0;
 }
 
-}  // namespace v0
 }  // namespace lrt

@@ -7,7 +7,6 @@
 #include <lrt/base/abi.hpp>
 
 namespace lrt {
-inline namespace v0 {
 
 /// Fills memory with random bytes of the operating system. They are read at each call: a buffer of them would be copied by fork(), and the child would
 /// have the bytes of its parent.
@@ -19,5 +18,4 @@ LRT_INTERNAL_API std::string random_hex(std::size_t bytes);
 /// A random number in [0, 1).
 LRT_INTERNAL_API double random_fraction();
 
-}  // namespace v0
 }  // namespace lrt

@@ -10,7 +10,6 @@
 #include <lrt/base/result.hpp>
 
 namespace lrt {
-inline namespace v0 {
 
 /// Reads a file. If it has more than `max_bytes`, the result is longer than `max_bytes` and may be incomplete. Child processes do not inherit
 /// the descriptor (O_CLOEXEC), unlike that of a std::ifstream.
@@ -29,5 +28,4 @@ inline Result<std::string> read_file(const std::string& path, std::size_t max_by
   return bytes;
 }
 
-}  // namespace v0
 }  // namespace lrt

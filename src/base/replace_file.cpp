@@ -12,7 +12,6 @@
 #include <utility>
 
 namespace lrt {
-inline namespace v0 {
 
 Unexpected file_error(const FileFailure& failure, const std::string& path) {
   return unexpected(Errc::io_error, failure.step + " \"" + path + "\": " + std::system_category().message(failure.error));
@@ -96,5 +95,4 @@ Replaced replace_file(const std::string& link, std::initializer_list<std::string
   return {write_directory(directory_of(path)), std::move(file)};  // the new name is on the disk only when the directory is
 }
 
-}  // namespace v0
 }  // namespace lrt

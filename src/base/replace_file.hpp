@@ -14,7 +14,6 @@
 #include "src/base/descriptor.hpp"
 
 namespace lrt {
-inline namespace v0 {
 
 /// The step of working with a file that failed, such as "writing beside", and its errno.
 struct FileFailure {
@@ -63,5 +62,4 @@ LRT_INTERNAL_API std::optional<FileFailure> write_directory(const std::string& d
 /// "a directory", "a device" and so on, of what is no regular file.
 LRT_INTERNAL_API const char* kind_of_file(mode_t mode) noexcept;
 
-}  // namespace v0
 }  // namespace lrt

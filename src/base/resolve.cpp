@@ -12,7 +12,6 @@
 #include <system_error>
 
 namespace lrt {
-inline namespace v0 {
 namespace {
 
 /// The numeric text without the zone of a link-local address, as AllowedHosts expects it.
@@ -76,5 +75,4 @@ std::optional<Address> literal_address(std::string_view host) {
   return numeric_address(text);
 }
 
-}  // namespace v0
 }  // namespace lrt

@@ -14,7 +14,6 @@
 #include <lrt/base/result.hpp>
 
 namespace lrt {
-inline namespace v0 {
 
 /// An address of the Internet protocols.
 struct Address {
@@ -40,5 +39,4 @@ LRT_INTERNAL_API std::optional<Address> numeric_address(const std::string& text)
 /// The address that the host of a URL denotes, IPv6 in brackets; nullopt: it is a name, which must be resolved.
 LRT_INTERNAL_API std::optional<Address> literal_address(std::string_view host);
 
-}  // namespace v0
 }  // namespace lrt

@@ -6,7 +6,6 @@
 #include <vector>
 
 namespace lrt {
-inline namespace v0 {
 
 /// A queue in one block of memory, which grows with it and is freed when the queue is empty.
 /// @tparam T  unused places hold a default-constructed T
@@ -59,5 +58,4 @@ class RingQueue {
   std::size_t first_ = 0, size_ = 0;
 };
 
-}  // namespace v0
 }  // namespace lrt

@@ -10,7 +10,6 @@
 #include <lrt/base/immortal.hpp>
 
 namespace lrt {
-inline namespace v0 {
 
 /// A vector whose object is one pointer, and which owns no memory while it is empty. For members that are empty in most
 /// objects. The functions are those of std::vector.
@@ -66,5 +65,4 @@ class ThinVector {
   std::unique_ptr<std::vector<T>> items_;  // null: empty
 };
 
-}  // namespace v0
 }  // namespace lrt

@@ -15,7 +15,6 @@
 #include "src/base/process.hpp"
 
 namespace lrt {
-inline namespace v0 {
 namespace {
 
 constexpr std::chrono::seconds longest_wait{1};  // a call may run user code, as libwebsockets does
@@ -76,5 +75,4 @@ void ThirdPartyCall::wake_at_exit(std::weak_ptr<Waker> waker) {
   wakers.push_back(std::move(waker));
 }
 
-}  // namespace v0
 }  // namespace lrt

@@ -7,7 +7,6 @@
 #include <lrt/base/waker.hpp>
 
 namespace lrt {
-inline namespace v0 {
 
 /// A call of a third party that frees its global state at exit: OpenSSL in a handler of atexit(), libxml2 in a destructor.
 /// Threads of lrt run until the process has ended. Therefore exit() waits at most a second until no call is running, and no call begins after that.
@@ -33,5 +32,4 @@ class LRT_INTERNAL_API ThirdPartyCall {
   bool entered_;
 };
 
-}  // namespace v0
 }  // namespace lrt

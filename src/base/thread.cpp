@@ -17,7 +17,6 @@
 #include "src/base/blocked_signals.hpp"
 
 namespace lrt {
-inline namespace v0 {
 namespace {
 
 /// The scheduling settings of the process: read when lrt is loaded, because the host may change them for its own threads later.
@@ -157,5 +156,4 @@ Result<Thread> start_thread(const char* name, const ThreadOptions& options, Uniq
   return thread;
 }
 
-}  // namespace v0
 }  // namespace lrt

@@ -11,7 +11,6 @@
 #include <lrt/base/unique_function.hpp>
 
 namespace lrt {
-inline namespace v0 {
 
 /// A handle of a thread that start_thread() has started. It differs from std::thread in its destructor, which joins.
 class LRT_INTERNAL_API Thread {
@@ -51,5 +50,4 @@ class LRT_INTERNAL_API Thread {
 /// @par Errors  invalid_option: the system refuses the options; io_error: it has no further thread
 LRT_INTERNAL_API Result<Thread> start_thread(const char* name, const ThreadOptions& options, UniqueFunction<void()> run);
 
-}  // namespace v0
 }  // namespace lrt

@@ -5,7 +5,6 @@
 #include <cstring>
 
 namespace lrt::utf8 {
-inline namespace v0 {
 namespace {
 
 unsigned byte(std::string_view text, std::size_t at) noexcept { return static_cast<unsigned char>(text[at]); }
@@ -102,5 +101,4 @@ char32_t decode(std::string_view text, std::size_t& offset) noexcept {
   return result;
 }
 
-}  // namespace v0
 }  // namespace lrt::utf8

@@ -10,7 +10,6 @@
 #include <lrt/base/language.hpp>
 
 namespace lrt::utf8 {
-inline namespace v0 {
 
 /// Validates a text.
 /// @return  offset of the first byte that is not part of well-formed UTF-8 (RFC 3629: no surrogates, no overlong forms,
@@ -39,5 +38,4 @@ LRT_INTERNAL_API void append(std::string& out, char32_t code_point);
 /// @par Time     Constant. Does not allocate.
 LRT_INTERNAL_API char32_t decode(std::string_view text, std::size_t& offset) noexcept;
 
-}  // namespace v0
 }  // namespace lrt::utf8

@@ -7,7 +7,6 @@
 #include "src/exchange/tls.hpp"
 
 namespace lrt::delivery {
-inline namespace v0 {
 
 PostResult post(exchange::Wire& wire, const subscription::CallbackUrl& url, const subscription::Notification& notification,
                 std::size_t max_response_bytes, exchange::WaitLimit limit) {
@@ -40,5 +39,4 @@ PostResult post(exchange::Wire& wire, const subscription::CallbackUrl& url, cons
           confirms && status >= 200 && status < 300 && body <= max_begin && begin == notification.challenge};
 }
 
-}  // namespace v0
 }  // namespace lrt::delivery

@@ -10,7 +10,6 @@
 #include "src/subscription/callback_url.hpp"
 
 namespace lrt::delivery {
-inline namespace v0 {
 
 /// The outcome of one POST.
 struct PostResult {
@@ -26,5 +25,4 @@ struct PostResult {
 PostResult post(exchange::Wire& wire, const subscription::CallbackUrl& url, const subscription::Notification& notification,
                 std::size_t max_response_bytes, exchange::WaitLimit limit);
 
-}  // namespace v0
 }  // namespace lrt::delivery

@@ -7,7 +7,6 @@
 #include "src/base/ascii.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 namespace {
 
@@ -193,5 +192,4 @@ bool Bases::is_this_server(const subscription::CallbackUrl& url) const {
          accepts(url.host + ":" + std::to_string(url.port));
 }
 
-}  // namespace v0
 }  // namespace lrt::engine

@@ -14,7 +14,6 @@
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 namespace {
 
@@ -330,5 +329,4 @@ bool requests_other_model(std::string_view field) {
   }
 }
 
-}  // namespace v0
 }  // namespace lrt::engine

@@ -26,7 +26,6 @@
 #include "src/rdf/plain.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 /// Validates request bodies (BodyTask): small ones at once, larger ones in a BodyJob. Then the request is handled again.
 class Bodies {
@@ -107,5 +106,4 @@ std::optional<Outcome> outcome_of(Bodies::Read& read);
 /// Whether a Link field (RFC 8288 3) requests an LDP interaction model other than ldp:Resource and ldp:RDFSource (LDP 5.2.3.4).
 bool requests_other_model(std::string_view field);
 
-}  // namespace v0
 }  // namespace lrt::engine

@@ -11,7 +11,6 @@
 #include "src/engine/variants.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 namespace {
 
@@ -85,5 +84,4 @@ std::string json_of(const std::vector<BodyError>& errors) {
   return out + "]";
 }
 
-}  // namespace v0
 }  // namespace lrt::engine

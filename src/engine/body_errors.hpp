@@ -10,7 +10,6 @@
 #include "src/rdf/value_places.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 /// One thing that is wrong with a body, for clients without RDF.
 struct BodyError {
@@ -29,5 +28,4 @@ std::string sentence_of(const std::vector<BodyError>& errors);
 /// The member `errors` of problem details, in the style of the example in RFC 9457 3: [{"detail": ..., "pointer": "#/speed", ...}].
 std::string json_of(const std::vector<BodyError>& errors);
 
-}  // namespace v0
 }  // namespace lrt::engine

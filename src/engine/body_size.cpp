@@ -5,7 +5,6 @@
 #include <limits>
 
 namespace lrt::engine {
-inline namespace v0 {
 namespace {
 
 constexpr std::size_t unbounded = std::numeric_limits<std::size_t>::max();
@@ -50,5 +49,4 @@ std::optional<std::size_t> body_size(const rdf::Type& type, const rdf::Facets& f
   return size == unbounded ? std::nullopt : std::optional(size);
 }
 
-}  // namespace v0
 }  // namespace lrt::engine

@@ -12,7 +12,6 @@
 #include "src/rdf/plain_schema.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 namespace {
 
@@ -214,5 +213,4 @@ class Judge {
 
 JudgedBody BodyTask::judge() const { return Judge(*this).run(); }
 
-}  // namespace v0
 }  // namespace lrt::engine

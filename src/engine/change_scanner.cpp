@@ -10,7 +10,6 @@
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 namespace {
 
@@ -191,5 +190,4 @@ std::optional<ChangeScanner::Instant> ChangeScanner::next_deadline() const {
   return first;
 }
 
-}  // namespace v0
 }  // namespace lrt::engine

@@ -7,7 +7,6 @@
 #include <utility>
 
 namespace lrt::engine {
-inline namespace v0 {
 
 /// Counts the objects of one kind per client.
 class ClientCounts {
@@ -49,5 +48,4 @@ class ClientCounts {
   Counts counts_;
 };
 
-}  // namespace v0
 }  // namespace lrt::engine

@@ -6,7 +6,6 @@
 #include <vector>
 
 namespace lrt::engine {
-inline namespace v0 {
 
 namespace {
 
@@ -100,5 +99,4 @@ void Cors::protect(const http::Request& request, http::Response& response) const
     response.fields.add("Content-Security-Policy", document_policy);
 }
 
-}  // namespace v0
 }  // namespace lrt::engine

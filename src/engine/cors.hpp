@@ -9,7 +9,6 @@
 #include <lrt/http/message.hpp>
 
 namespace lrt::engine {
-inline namespace v0 {
 
 /// Header fields that limit what browsers do with responses. Pages of Security::read_origins may read. Pages of Security::allowed_origins may
 /// also send commands. The fields are those of the CORS protocol (WHATWG Fetch 3.3). Credentials of the browser (cookies, client
@@ -41,5 +40,4 @@ class Cors {
   const EngineOptions& options_;
 };
 
-}  // namespace v0
 }  // namespace lrt::engine

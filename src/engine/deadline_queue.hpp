@@ -7,7 +7,6 @@
 #include <utility>
 
 namespace lrt::engine {
-inline namespace v0 {
 
 /// Elements ordered by deadline.
 template <class T>
@@ -38,5 +37,4 @@ class DeadlineQueue {
   std::multimap<Instant, T> by_time_;
 };
 
-}  // namespace v0
 }  // namespace lrt::engine

@@ -16,7 +16,6 @@
 #include "src/http/target.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 namespace {
 
@@ -448,5 +447,4 @@ void Engine::stop() {
   impl_->parts.pending.end_all([&](Context& context) { return parts.responses.stopping(context); }, parts.clock.now());
 }
 
-}  // namespace v0
 }  // namespace lrt::engine

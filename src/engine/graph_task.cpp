@@ -9,7 +9,6 @@
 #include "src/engine/resource.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 static_assert(World::base == placeholder_base, "graphs of code and of the engine have the same base");
 
@@ -83,5 +82,4 @@ BodyFault GraphTask::fault_of(model::GraphRefusal refusal) const {
   return fault;
 }
 
-}  // namespace v0
 }  // namespace lrt::engine

@@ -9,7 +9,6 @@
 #include "src/model/graph_state.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 /// A request of a client that changes a graph of a World: bytes to triples, and then the write, judged by the graph's shapes. As with BodyTask any
 /// thread may carry it out.
@@ -36,5 +35,4 @@ struct GraphTask {
   bool is_parsed_ = false;
 };
 
-}  // namespace v0
 }  // namespace lrt::engine

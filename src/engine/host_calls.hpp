@@ -19,7 +19,6 @@
 #include "src/base/mailbox.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 /// The Error of an exception. If memory is exhausted, the message is short enough to need no allocation.
 inline Error thrown(const char* what) noexcept {
@@ -143,5 +142,4 @@ class HostCalls {
   std::vector<Job> jobs_;
 };
 
-}  // namespace v0
 }  // namespace lrt::engine

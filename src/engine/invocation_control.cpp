@@ -5,7 +5,6 @@
 #include <cmath>
 
 namespace lrt::engine {
-inline namespace v0 {
 
 void InvocationControl::finish(Result<rdf::Value> result) noexcept {
   if (!result && result.error().code == Errc::dropped) {
@@ -52,5 +51,4 @@ UniqueFunction<void()> InvocationControl::cancel() noexcept {
   return std::move(hook_);
 }
 
-}  // namespace v0
 }  // namespace lrt::engine

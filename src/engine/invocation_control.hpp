@@ -16,7 +16,6 @@
 #include "src/engine/host_calls.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 /// The part of an invocation that user threads touch.
 class InvocationControl final : public model::InvocationLink, public model::ChangeSource {
@@ -56,5 +55,4 @@ class InvocationControl final : public model::InvocationLink, public model::Chan
   UniqueFunction<void()> hook_;
 };
 
-}  // namespace v0
 }  // namespace lrt::engine

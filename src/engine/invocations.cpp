@@ -14,7 +14,6 @@
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 namespace {
 
@@ -383,5 +382,4 @@ void Invocations::removed(ActionResource& action, TimePoint now) {
   }
 }
 
-}  // namespace v0
 }  // namespace lrt::engine

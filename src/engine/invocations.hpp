@@ -19,7 +19,6 @@
 #include "src/engine/resources/action.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 /// The life cycle of invocations: created by POST according to the Action's policy, started on the host, finished, cancelled, removed.
 class Invocations {
@@ -85,5 +84,4 @@ class Invocations {
   ClientCounts clients_;                       ///< clients with unfinished invocations
 };
 
-}  // namespace v0
 }  // namespace lrt::engine

@@ -15,7 +15,6 @@
 #include "src/rdf/plain_schema.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 Overview::Overview(const EngineView& engine, std::size_t base, const Audience& audience, std::size_t page)
     : engine_(engine), base_(engine.bases[base]), audience_(audience), page_(page) {}
@@ -131,5 +130,4 @@ void Overview::begin(std::string_view key, char bracket) {
   out_ += bracket;
 }
 
-}  // namespace v0
 }  // namespace lrt::engine

@@ -17,7 +17,6 @@
 #include "src/http/etag.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 namespace {
 
@@ -208,5 +207,4 @@ PendingRequests::Timeout Parts::timed_out() {
   };
 }
 
-}  // namespace v0
 }  // namespace lrt::engine

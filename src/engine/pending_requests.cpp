@@ -4,7 +4,6 @@
 #include <exception>
 
 namespace lrt::engine {
-inline namespace v0 {
 
 std::optional<Ticket> PendingRequests::defer(const Context& context, std::chrono::milliseconds max_time, Timeout on_timeout, Dispatch where) {
   if (calls_.overloaded(where)) return std::nullopt;
@@ -138,5 +137,4 @@ void PendingRequests::end_all(const std::function<http::Response(Context&)>& res
   }
 }
 
-}  // namespace v0
 }  // namespace lrt::engine

@@ -23,7 +23,6 @@
 #include "src/engine/registry.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 /// Requests whose response comes later: each with its context, its deadline, and what happens if it passes.
 class PendingRequests {
@@ -98,5 +97,4 @@ class PendingRequests {
   std::deque<Reply> replies_;
 };
 
-}  // namespace v0
 }  // namespace lrt::engine

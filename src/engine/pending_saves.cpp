@@ -5,7 +5,6 @@
 #include <utility>
 
 namespace lrt::engine {
-inline namespace v0 {
 
 Outcome PendingSaves::respond_when_saved(Context& context, const std::function<Change()>& make) {
   if (!max_time_) {
@@ -61,5 +60,4 @@ http::Response PendingSaves::not_saved(const Context& context) const {
   return response;
 }
 
-}  // namespace v0
 }  // namespace lrt::engine

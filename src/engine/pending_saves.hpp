@@ -16,7 +16,6 @@
 #include "src/engine/responses.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 /// Changes of the web callbacks, and the requests whose responses wait until the file has them.
 class PendingSaves {
@@ -60,5 +59,4 @@ class PendingSaves {
   std::deque<Waiter> waiters_;  ///< by revision
 };
 
-}  // namespace v0
 }  // namespace lrt::engine

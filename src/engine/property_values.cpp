@@ -10,7 +10,6 @@
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 namespace {
 
@@ -375,5 +374,4 @@ void PropertyValues::cancel(PropertyResource& property, TimePoint now) {
     for (auto& w : std::exchange(*list, {})) w.done(unexpected(Errc::closed, "the thing was removed while the request waited"), now);
 }
 
-}  // namespace v0
 }  // namespace lrt::engine

@@ -7,7 +7,6 @@
 #include <optional>
 
 namespace lrt::engine {
-inline namespace v0 {
 
 /// Predicts from the times of publish() when the next one is due, so that one scan per publish() finds it soon. For one property.
 ///
@@ -80,5 +79,4 @@ class PublishRhythm {
   int missed_ = 0;   ///< scans for the value that is due
 };
 
-}  // namespace v0
 }  // namespace lrt::engine

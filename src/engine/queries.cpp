@@ -23,7 +23,6 @@
 #include "src/http/target.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 namespace {
 
@@ -640,5 +639,4 @@ std::optional<Queries::Instant> Queries::next_deadline() const {
   return first;
 }
 
-}  // namespace v0
 }  // namespace lrt::engine

@@ -31,7 +31,6 @@
 #include "src/engine/subscriptions.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 /// Queries of clients, evaluated once or standing. The engine reads the request, updates the values and the graphs, and queues a job that
 /// evaluates the query without the engine's lock.
@@ -137,7 +136,6 @@ class Queries {
   std::vector<std::weak_ptr<std::atomic<bool>>> cancels_;  ///< flag of running evaluations
 };
 
-}  // namespace v0
 
 /// What the engine does for a QueryService.
 class QueryExtension : public QueryService::Extension {

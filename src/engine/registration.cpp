@@ -20,7 +20,6 @@
 #include "src/rdf/plain.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 namespace {
 
@@ -237,5 +236,4 @@ Result<std::unique_ptr<ThingNode>> build_thing(std::unique_ptr<model::ThingSpec>
   return node;
 }
 
-}  // namespace v0
 }  // namespace lrt::engine

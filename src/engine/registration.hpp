@@ -9,7 +9,6 @@
 #include "src/model/spec.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 /// Validates the registration of a Thing and builds its resources. Errors that would otherwise appear when a document is written are found here.
 /// @param spec  is moved from, unless there is an error; nullptr: the Thing was already moved
@@ -25,5 +24,4 @@ Result<rdf::Graph> read_shapes(const model::ThingSpec& spec, const std::string& 
 /// @par Errors  expected_rdf, also if `<#effect>` is not described
 Result<rdf::Graph> read_effects(const model::ActionSpec& action, const std::string& path);
 
-}  // namespace v0
 }  // namespace lrt::engine

@@ -7,7 +7,6 @@
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 Registry::Registry(RepresentationCache& cache) : cache_(cache) {}
 Registry::~Registry() = default;
@@ -144,5 +143,4 @@ std::unique_ptr<ThingNode> Registry::remove_thing(ThingNode& thing) {
   return out;
 }
 
-}  // namespace v0
 }  // namespace lrt::engine

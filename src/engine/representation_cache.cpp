@@ -4,7 +4,6 @@
 #include <iterator>
 
 namespace lrt::engine {
-inline namespace v0 {
 
 Representation* RepresentationCache::find(const Resource& resource, std::size_t base, Variant variant, std::size_t page,
                                           const Audience& audience) noexcept {
@@ -56,5 +55,4 @@ void RepresentationCache::erase(Place place) noexcept {
   kept_.erase(place);
 }
 
-}  // namespace v0
 }  // namespace lrt::engine

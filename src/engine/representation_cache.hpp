@@ -8,7 +8,6 @@
 #include "src/engine/resource.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 /// The cached representations. The least recently used are removed when there are too many bytes.
 class RepresentationCache {
@@ -35,5 +34,4 @@ class RepresentationCache {
   std::size_t bytes_ = 0;
 };
 
-}  // namespace v0
 }  // namespace lrt::engine

@@ -17,7 +17,6 @@
 #include "src/http/range.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 namespace {
 
@@ -560,5 +559,4 @@ std::string_view Representations::upgrade_of(const Context& context) const {
   return callback ? "callback" : "";
 }
 
-}  // namespace v0
 }  // namespace lrt::engine

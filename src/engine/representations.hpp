@@ -20,7 +20,6 @@
 #include "src/engine/responses.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 /// Makes representations and responds with them: negotiation, conditions, ranges (R0.9-R0.11, R1.2).
 class Representations {
@@ -110,5 +109,4 @@ class Representations {
 /// How many pages a container has.
 std::size_t page_count(std::size_t members, std::size_t max_page_members) noexcept;
 
-}  // namespace v0
 }  // namespace lrt::engine

@@ -5,7 +5,6 @@
 #include <stdexcept>
 
 namespace lrt::engine {
-inline namespace v0 {
 
 namespace {
 
@@ -95,5 +94,4 @@ void IdIndex::clear() noexcept {
   free_.clear();
 }
 
-}  // namespace v0
 }  // namespace lrt::engine

@@ -9,7 +9,6 @@
 #include "src/engine/resource.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 /// Resources by path. 12 bytes for each place of a table with open addressing, of which at most 7 of 8 are taken.
 class PathIndex {
@@ -56,5 +55,4 @@ class IdIndex {
   std::uint64_t next_serial_ = 1;
 };
 
-}  // namespace v0
 }  // namespace lrt::engine

@@ -17,7 +17,6 @@
 #include "src/http/target.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 namespace {
 
@@ -203,5 +202,4 @@ void Responses::log(LogLevel level, const std::string& message) const {
   if (options_.log) options_.log(level, message);
 }
 
-}  // namespace v0
 }  // namespace lrt::engine

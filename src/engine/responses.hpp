@@ -15,7 +15,6 @@
 #include "src/engine/context.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 /// Builds the responses that are no representation of the requested resource, and the header fields that all responses share.
 class Responses {
@@ -72,5 +71,4 @@ class Responses {
   const std::string terms_, context_document_;
 };
 
-}  // namespace v0
 }  // namespace lrt::engine

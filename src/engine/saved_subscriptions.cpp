@@ -13,7 +13,6 @@
 #include "src/model/spec.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 namespace {
 
@@ -224,5 +223,4 @@ void SavedSubscriptions::resume() {
   }
 }
 
-}  // namespace v0
 }  // namespace lrt::engine

@@ -18,7 +18,6 @@
 #include "src/engine/subscriptions.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 /// Web callbacks as text for a restart: Turtle, one blank node each, with the terms of the requests that create them and the base of the
 /// creating request (SPEC 3.7). A restored callback waits until its resource exists.
@@ -73,5 +72,4 @@ class SavedSubscriptions {
   std::uint64_t taken_revision_ = 0;
 };
 
-}  // namespace v0
 }  // namespace lrt::engine

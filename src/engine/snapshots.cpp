@@ -15,7 +15,6 @@
 #include "src/rdf/hash.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 namespace {
 
@@ -256,5 +255,4 @@ std::vector<std::uint32_t> Snapshots::hashes_of(const std::vector<std::string>& 
 
 std::uint32_t Snapshots::hash_of(std::string_view predicate) noexcept { return rdf::to_32_bits(rdf::hash_bytes(predicate, rdf::hash_seeds().bytes)); }
 
-}  // namespace v0
 }  // namespace lrt::engine

@@ -26,7 +26,6 @@
 #include "src/engine/resource.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 /// The graphs of all resources for one base and one audience: the dataset of queries. Only changed resources are described again.
 struct Snapshot {
@@ -104,5 +103,4 @@ class Snapshots {
   std::list<std::shared_ptr<Snapshot>> kept_;  ///< the one that was used last comes first
 };
 
-}  // namespace v0
 }  // namespace lrt::engine

@@ -4,10 +4,8 @@
 #include <string_view>
 
 namespace lrt::engine {
-inline namespace v0 {
 
 /// The term list of lrt and of the part of hybrit that it uses, as Turtle: src/engine/terms.ttl, put into the library by CMake.
 std::string_view term_list() noexcept;
 
-}  // namespace v0
 }  // namespace lrt::engine

@@ -9,7 +9,6 @@
 #include "src/base/quote.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 namespace {
 
@@ -120,5 +119,4 @@ std::string variant_iri(const std::string& resource, std::string_view media_type
   return resource + first + (page > 1 ? "page=" + std::to_string(page) + "&" : "") + "accept=" + escaped(media_type);
 }
 
-}  // namespace v0
 }  // namespace lrt::engine

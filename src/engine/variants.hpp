@@ -14,7 +14,6 @@
 #include "src/rdf/plain.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 /// The media type of a PATCH.
 inline constexpr std::string_view update_type = "application/sparql-update";
@@ -101,5 +100,4 @@ std::string variant_iri(const std::string& resource, std::string_view media_type
 /// A media type as part of an IRI: characters with a meaning in a query are percent-encoded.
 std::string escaped(std::string_view text);
 
-}  // namespace v0
 }  // namespace lrt::engine

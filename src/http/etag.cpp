@@ -8,7 +8,6 @@
 #include "src/base/ascii.hpp"
 
 namespace lrt::http {
-inline namespace v0 {
 namespace {
 
 struct Hash {
@@ -113,5 +112,4 @@ Match matches(std::string_view field, std::string_view tag, bool weak) noexcept 
   return found ? Match::yes : Match::no;
 }
 
-}  // namespace v0
 }  // namespace lrt::http

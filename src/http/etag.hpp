@@ -7,7 +7,6 @@
 #include <lrt/base/language.hpp>
 
 namespace lrt::http {
-inline namespace v0 {
 
 /// Computes a strong entity tag with its quotes, from the media type and the bytes. The tag is a 128-bit hash
 /// (MurmurHash3, not cryptographic): equal input gives an equal tag, and different input a different one, but for
@@ -36,5 +35,4 @@ enum class Match : unsigned char {
 /// @par Implements  R0.11, RFC 9110 8.8.3.2
 Match matches(std::string_view field, std::string_view tag, bool weak) noexcept;
 
-}  // namespace v0
 }  // namespace lrt::http

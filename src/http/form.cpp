@@ -8,7 +8,6 @@
 #include "src/base/utf8.hpp"
 
 namespace lrt::http {
-inline namespace v0 {
 
 namespace {
 
@@ -53,5 +52,4 @@ std::optional<std::vector<std::pair<std::string, std::string>>> parse_form(std::
   return all;
 }
 
-}  // namespace v0
 }  // namespace lrt::http

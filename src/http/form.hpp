@@ -10,7 +10,6 @@
 #include <lrt/base/abi.hpp>
 
 namespace lrt::http {
-inline namespace v0 {
 
 /// What a `+` in a query means. In the parameters that lrt defines (`?accept=image/svg+xml`) it is itself, as in any URI (RFC 3986 2.2); in those
 /// that a standard encodes as a form (SPARQL 1.1 Protocol 2.1) it is a space.
@@ -23,5 +22,4 @@ LRT_INTERNAL_API std::optional<std::string> query_parameter(std::string_view tar
 /// UTF-8.
 std::optional<std::vector<std::pair<std::string, std::string>>> parse_form(std::string_view text);
 
-}  // namespace v0
 }  // namespace lrt::http

@@ -10,7 +10,6 @@
 #include "src/base/ascii.hpp"
 
 namespace lrt::http {
-inline namespace v0 {
 namespace {
 
 using lrt::detail::is_alpha;
@@ -76,5 +75,4 @@ std::optional<std::uint16_t> parse_port(std::string_view text) noexcept {
   return static_cast<std::uint16_t>(value);
 }
 
-}  // namespace v0
 }  // namespace lrt::http

@@ -10,7 +10,6 @@
 
 /// Hosts and ports of URLs.
 namespace lrt::http {
-inline namespace v0 {
 
 /// An IPv6 address, or an IPv4 address as IPv4-mapped.
 using AddressBytes = std::array<std::uint8_t, 16>;
@@ -28,5 +27,4 @@ bool is_host_name(std::string_view text) noexcept;
 /// 1 to 65535 without leading zeros.
 std::optional<std::uint16_t> parse_port(std::string_view text) noexcept;
 
-}  // namespace v0
 }  // namespace lrt::http

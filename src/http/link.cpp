@@ -6,7 +6,6 @@
 #include "src/base/ascii.hpp"
 
 namespace lrt::http {
-inline namespace v0 {
 namespace {
 
 constexpr std::size_t line_limit = 4096;  // with name and CRLF
@@ -107,5 +106,4 @@ void LinkWriter::flush(Fields& fields) {
   used_ = 0;
 }
 
-}  // namespace v0
 }  // namespace lrt::http

@@ -11,7 +11,6 @@
 #include <lrt/http/message.hpp>
 
 namespace lrt::http {
-inline namespace v0 {
 
 /// Builds Link field lines (RFC 8288). Several links share a line of at most 4 KiB, and all lines together stay within
 /// a budget, because clients limit the size and the number of fields. If a link does not fit, it and all that follow
@@ -59,5 +58,4 @@ class LinkWriter {
   std::size_t required_ = 0;  // of these, before skip()
 };
 
-}  // namespace v0
 }  // namespace lrt::http

@@ -6,7 +6,6 @@
 #include "src/base/ascii.hpp"
 
 namespace lrt::http {
-inline namespace v0 {
 namespace {
 
 using namespace detail;
@@ -186,5 +185,4 @@ std::optional<std::size_t> negotiate(std::optional<std::string_view> accept, con
   return winner;
 }
 
-}  // namespace v0
 }  // namespace lrt::http

@@ -9,7 +9,6 @@
 #include <lrt/base/language.hpp>
 
 namespace lrt::http {
-inline namespace v0 {
 
 /// Chooses one of the offered media types by an Accept field (RFC 9110 12.5.1).
 ///
@@ -30,5 +29,4 @@ inline namespace v0 {
 /// @par Implements  R1.2
 std::optional<std::size_t> negotiate(std::optional<std::string_view> accept, const std::vector<std::string_view>& offers);
 
-}  // namespace v0
 }  // namespace lrt::http

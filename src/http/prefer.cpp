@@ -9,7 +9,6 @@
 #include "src/base/ascii.hpp"
 
 namespace lrt::http {
-inline namespace v0 {
 namespace {
 
 using namespace detail;
@@ -128,5 +127,4 @@ Preferences parse_prefer(std::string_view prefer) {
   return result;
 }
 
-}  // namespace v0
 }  // namespace lrt::http

@@ -10,7 +10,6 @@
 #include <lrt/base/language.hpp>
 
 namespace lrt::http {
-inline namespace v0 {
 
 /// The preferences of a Prefer field that lrt supports (RFC 7240, LDP 7.2). Unknown and malformed ones are ignored. If
 /// one is repeated, the first counts.
@@ -35,5 +34,4 @@ struct Preferences {
 /// @par Time     Linear in the field. Allocates.
 Preferences parse_prefer(std::string_view prefer);
 
-}  // namespace v0
 }  // namespace lrt::http

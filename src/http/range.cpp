@@ -8,7 +8,6 @@
 #include <lrt/http/message.hpp>
 
 namespace lrt::http {
-inline namespace v0 {
 namespace {
 
 /// Digits as a number, the largest one when they are too many; nullopt if they are no digits.
@@ -46,5 +45,4 @@ ByteRange parse_range(std::string_view field, std::size_t size) noexcept {
   return {ByteRange::Kind::part, *first, std::min(*last, size - 1) - *first + 1};
 }
 
-}  // namespace v0
 }  // namespace lrt::http

@@ -7,7 +7,6 @@
 #include <lrt/base/language.hpp>
 
 namespace lrt::http {
-inline namespace v0 {
 
 /// The part of a representation that a Range field requests (RFC 9110 14.1.2, 14.2).
 struct ByteRange {
@@ -29,5 +28,4 @@ struct ByteRange {
 /// @par Implements  RFC 9110 14.1.1, 14.1.2, 14.2
 ByteRange parse_range(std::string_view field, std::size_t size) noexcept;
 
-}  // namespace v0
 }  // namespace lrt::http

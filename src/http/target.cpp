@@ -6,7 +6,6 @@
 #include "src/base/ascii.hpp"
 
 namespace lrt::http {
-inline namespace v0 {
 namespace {
 
 using namespace detail;
@@ -127,5 +126,4 @@ std::optional<HostPort> parse_host(std::string_view authority) noexcept {
   return result;
 }
 
-}  // namespace v0
 }  // namespace lrt::http

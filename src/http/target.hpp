@@ -9,7 +9,6 @@
 #include <lrt/base/language.hpp>
 
 namespace lrt::http {
-inline namespace v0 {
 
 /// The parts of a request target (RFC 9112 3.2), as views of the parsed text:
 ///
@@ -44,5 +43,4 @@ struct HostPort {
 /// @par Time     Linear in the text.
 std::optional<HostPort> parse_host(std::string_view authority) noexcept;
 
-}  // namespace v0
 }  // namespace lrt::http

@@ -9,7 +9,6 @@
 #include "src/http/target.hpp"
 
 namespace lrt::http {
-inline namespace v0 {
 
 using lrt::detail::is;
 
@@ -52,5 +51,4 @@ Result<Url> parse_url(std::string_view url, std::size_t longest) {
   return result;
 }
 
-}  // namespace v0
 }  // namespace lrt::http

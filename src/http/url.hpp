@@ -10,7 +10,6 @@
 #include <lrt/base/result.hpp>
 
 namespace lrt::http {
-inline namespace v0 {
 
 /// The parts of an http or https URL (RFC 9110 4.2).
 struct Url {
@@ -34,5 +33,4 @@ struct Url {
 /// @par Implements  RFC 3986 3, RFC 9110 4.2
 LRT_INTERNAL_API Result<Url> parse_url(std::string_view url, std::size_t longest = 8 * 1024);
 
-}  // namespace v0
 }  // namespace lrt::http

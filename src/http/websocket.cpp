@@ -10,7 +10,6 @@
 #include "src/base/utf8.hpp"
 
 namespace lrt::http {
-inline namespace v0 {
 namespace {
 
 /// Whether a member of a comma-separated list (RFC 9110 5.6.1) in any of the fields of that name has `name` before the first `end`.
@@ -107,5 +106,4 @@ bool is_close_payload(std::string_view payload) noexcept {
   return may_be_sent && !utf8::find_invalid(payload.substr(2));
 }
 
-}  // namespace v0
 }  // namespace lrt::http

@@ -10,7 +10,6 @@
 #include <lrt/http/message.hpp>
 
 namespace lrt::http {
-inline namespace v0 {
 
 /// Whether a member of the Upgrade fields names a protocol (RFC 9110 7.8): "websocket", "callback". The comparison
 /// ignores case and the version of the protocol.
@@ -39,5 +38,4 @@ bool is_close_payload(std::string_view payload) noexcept;
 /// @par Time     Linear in the key.
 LRT_INTERNAL_API std::string websocket_accept(std::string_view key);
 
-}  // namespace v0
 }  // namespace lrt::http

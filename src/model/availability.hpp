@@ -8,7 +8,6 @@
 #include <lrt/model/detail/wake_signal.hpp>
 
 namespace lrt::model {
-inline namespace v0 {
 
 /// Whether an action can be invoked now, and the reason if not. Many threads set it, the engine reads it. State and
 /// reason are one pointer, so a reader always sees the reason that belongs to the state.
@@ -36,5 +35,4 @@ class Availability {
   std::atomic<ChangeSignal*> changes_{nullptr};
 };
 
-}  // namespace v0
 }  // namespace lrt::model

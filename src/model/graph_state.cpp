@@ -14,7 +14,6 @@
 #include "src/rdf/n_triples.hpp"
 
 namespace lrt::model {
-inline namespace v0 {
 
 namespace {
 
@@ -485,5 +484,4 @@ void GraphState::notify() noexcept {
   }
 }
 
-}  // namespace v0
 }  // namespace lrt::model

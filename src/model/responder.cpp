@@ -6,7 +6,6 @@
 #include <mutex>
 
 namespace lrt::model {
-inline namespace v0 {
 
 SharedInvocation::~SharedInvocation() { finish(unexpected(Errc::dropped, "the responder was destroyed before succeed() or fail()")); }
 
@@ -106,11 +105,9 @@ class PartLink final : public InvocationLink {
 };
 
 }  // namespace
-}  // namespace v0
 }  // namespace lrt::model
 
 namespace lrt {
-inline namespace v0 {
 
 std::vector<Responder> Responder::split(std::size_t parts) const {
   if (parts == 0) {
@@ -126,5 +123,4 @@ std::vector<Responder> Responder::split(std::size_t parts) const {
   return responders;
 }
 
-}  // namespace v0
 }  // namespace lrt

@@ -13,7 +13,6 @@
 
 /// A query in the algebra of SPARQL 1.1 Query 18.2. The parser creates it, and the evaluator runs it. It is immutable.
 namespace lrt::query {
-inline namespace v0 {
 
 struct Query;
 
@@ -226,5 +225,4 @@ struct Query {
   std::string base;        ///< what IRI() resolves against: that of BASE or of the options; may be empty
 };
 
-}  // namespace v0
 }  // namespace lrt::query

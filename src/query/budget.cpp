@@ -2,7 +2,6 @@
 #include "src/query/budget.hpp"
 
 namespace lrt::query {
-inline namespace v0 {
 namespace {
 
 // Some microseconds.
@@ -43,5 +42,4 @@ void Budget::end(Errc code, const std::string& limit) const {
       {code, limit + " after " + grouped(steps_) + (steps_ == 1 ? " step and " : " steps and ") + grouped(rows_) + (rows_ == 1 ? " row" : " rows")}};
 }
 
-}  // namespace v0
 }  // namespace lrt::query

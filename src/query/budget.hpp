@@ -13,7 +13,6 @@
 #include "src/query/evaluate.hpp"
 
 namespace lrt::query {
-inline namespace v0 {
 
 /// Ends an evaluation, or the update of its graphs, from any depth. Thrown by Budget only.
 struct Ended {
@@ -73,5 +72,4 @@ class Budget {
   std::size_t bytes_ = 0, answer_bytes_ = 0, rows_ = 0;
 };
 
-}  // namespace v0
 }  // namespace lrt::query

@@ -8,7 +8,6 @@
 #include "src/rdf/hash.hpp"
 
 namespace lrt::query {
-inline namespace v0 {
 namespace {
 
 // Below these sizes the memory is not compacted.
@@ -506,5 +505,4 @@ const NumberedTriple* Dataset::Matches::next(bool& fit) noexcept {
   return &d.triples_[triple].triple;
 }
 
-}  // namespace v0
 }  // namespace lrt::query

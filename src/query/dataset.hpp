@@ -14,7 +14,6 @@
 #include "src/query/reading.hpp"
 
 namespace lrt::query {
-inline namespace v0 {
 
 /// The number of a term in one Dataset, and in one evaluation on it. A number of a term that is no longer used is given to another.
 using TermNumber = std::uint32_t;
@@ -218,5 +217,4 @@ class Dataset::Matches {
   std::uint32_t at_ = nothing, group_ = nothing, last_ = nothing;
 };
 
-}  // namespace v0
 }  // namespace lrt::query

@@ -4,7 +4,6 @@
 #include <algorithm>
 
 namespace lrt::query {
-inline namespace v0 {
 namespace {
 
 constexpr int places_of_quotient = 18;
@@ -192,5 +191,4 @@ std::optional<Decimal> Decimal::rounded(Rounding rounding) const {
   return add(whole, one);
 }
 
-}  // namespace v0
 }  // namespace lrt::query

@@ -8,7 +8,6 @@
 #include <string_view>
 
 namespace lrt::query {
-inline namespace v0 {
 
 /// An exact decimal of at most 100 digits: xsd:decimal, and integers beyond int64. A result that needs more digits is an error, which
 /// XPath allows (XPath and XQuery Functions 3.1, 4.2). A quotient has at least 18 digits after the point and is not rounded up.
@@ -53,5 +52,4 @@ class Decimal {
   std::array<std::uint8_t, max_digits> digits_;  // the lowest first
 };
 
-}  // namespace v0
 }  // namespace lrt::query

@@ -5,7 +5,6 @@
 #include <set>
 
 namespace lrt::query {
-inline namespace v0 {
 namespace {
 
 class Finder {
@@ -144,5 +143,4 @@ class Finder {
 
 Dependencies dependencies_of(const Query& query) { return Finder(query).find(); }
 
-}  // namespace v0
 }  // namespace lrt::query

@@ -7,7 +7,6 @@
 #include "src/query/algebra.hpp"
 
 namespace lrt::query {
-inline namespace v0 {
 
 /// The changes that can change the answer to a query. A changed triple does so only if `everything` is set or its predicate is listed, and if
 /// its graph is listed or no graph is.
@@ -20,5 +19,4 @@ struct Dependencies {
 
 Dependencies dependencies_of(const Query& query);
 
-}  // namespace v0
 }  // namespace lrt::query

@@ -6,7 +6,6 @@
 #include "src/base/third_party_call.hpp"
 
 namespace lrt::query {
-inline namespace v0 {
 namespace {
 
 const EVP_MD* function_of(Hash hash) noexcept {
@@ -40,5 +39,4 @@ std::string digest_of(std::string_view bytes, Hash hash) {
   return text;
 }
 
-}  // namespace v0
 }  // namespace lrt::query

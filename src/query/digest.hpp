@@ -6,7 +6,6 @@
 #include <string_view>
 
 namespace lrt::query {
-inline namespace v0 {
 
 /// The hash functions of SPARQL 17.4.6.
 enum class Hash : std::uint8_t { md5, sha1, sha256, sha384, sha512 };
@@ -14,5 +13,4 @@ enum class Hash : std::uint8_t { md5, sha1, sha256, sha384, sha512 };
 /// In lower-case hexadecimal digits; empty: this system's OpenSSL refuses the function (MD5 where only FIPS is allowed), or the process is exiting.
 std::string digest_of(std::string_view bytes, Hash hash);
 
-}  // namespace v0
 }  // namespace lrt::query

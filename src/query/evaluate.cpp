@@ -16,7 +16,6 @@
 #include "src/query/solver.hpp"
 
 namespace lrt::query {
-inline namespace v0 {
 namespace {
 
 // What stands around a term and around a row or triple in the longest format: XML. The names of variables and predicates are counted apart.
@@ -277,5 +276,4 @@ Result<Answer> evaluate(const Query& query, const Dataset& dataset, const Bounds
   return unexpected(Errc::failed, "the query has no form");
 }
 
-}  // namespace v0
 }  // namespace lrt::query

@@ -16,7 +16,6 @@
 #include "src/query/dataset.hpp"
 
 namespace lrt::query {
-inline namespace v0 {
 
 /// The limits of one evaluation. At a limit it ends with an error that names the limit and the work done.
 struct Bounds {
@@ -52,5 +51,4 @@ struct Selection {
 Result<Answer> evaluate(const Query& query, const Dataset& dataset, const Bounds& bounds, const std::atomic<bool>& cancelled,
                         std::chrono::system_clock::time_point now, const Selection* selection = nullptr);
 
-}  // namespace v0
 }  // namespace lrt::query

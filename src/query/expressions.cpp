@@ -13,7 +13,6 @@
 #include "src/query/run.hpp"
 
 namespace lrt::query {
-inline namespace v0 {
 namespace {
 
 namespace lexical = rdf::lexical;
@@ -567,5 +566,4 @@ Value Run::search(const Expr& e, const Frame& frame) {
   return replaced == shacl::Regex::Replaced::done ? like(text, result) : Value();
 }
 
-}  // namespace v0
 }  // namespace lrt::query

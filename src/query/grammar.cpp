@@ -7,7 +7,6 @@
 #include <lrt/rdf/vocab.hpp>
 
 namespace lrt::query {
-inline namespace v0 {
 namespace {
 
 bool is_variable(const Expression& expression) noexcept { return expression.op == Operator::variable; }
@@ -440,5 +439,4 @@ bool Grammar::data_row(Values& values, const char* from) {
   return true;
 }
 
-}  // namespace v0
 }  // namespace lrt::query

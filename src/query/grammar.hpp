@@ -19,7 +19,6 @@
 #include "src/rdf/names.hpp"
 
 namespace lrt::query {
-inline namespace v0 {
 
 /// Variables in order of first appearance, each once.
 class VisibleVariables {
@@ -218,5 +217,4 @@ class Grammar : Lexer {
   std::string iri_, string_;
 };
 
-}  // namespace v0
 }  // namespace lrt::query

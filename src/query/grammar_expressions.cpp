@@ -4,7 +4,6 @@
 #include "src/query/grammar.hpp"
 
 namespace lrt::query {
-inline namespace v0 {
 namespace {
 
 constexpr std::size_t any_number = 0xFFFF;
@@ -302,5 +301,4 @@ bool Grammar::aggregate(Tree& out, Operator op) {
   return require(")");
 }
 
-}  // namespace v0
 }  // namespace lrt::query

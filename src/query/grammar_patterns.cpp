@@ -7,7 +7,6 @@
 #include "src/query/grammar.hpp"
 
 namespace lrt::query {
-inline namespace v0 {
 namespace {
 
 std::unique_ptr<Pattern> make_pattern(Pattern::Kind kind) {
@@ -490,5 +489,4 @@ bool Grammar::negated_one(Path& out) {
   return type_or_iri(excluded.emplace_back());
 }
 
-}  // namespace v0
 }  // namespace lrt::query

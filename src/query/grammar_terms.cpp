@@ -5,7 +5,6 @@
 #include "src/query/grammar.hpp"
 
 namespace lrt::query {
-inline namespace v0 {
 
 bool Grammar::count_bytes(std::size_t bytes) {
   term_bytes_ += bytes;
@@ -133,5 +132,4 @@ Variable Grammar::hidden_variable() {
   return static_cast<Variable>(query_->variables.size() - 1);
 }
 
-}  // namespace v0
 }  // namespace lrt::query

@@ -4,7 +4,6 @@
 #include <algorithm>
 
 namespace lrt::query {
-inline namespace v0 {
 namespace terminal = rdf::terminal;
 namespace {
 
@@ -170,5 +169,4 @@ void Lexer::read_variable() {
   }
 }
 
-}  // namespace v0
 }  // namespace lrt::query

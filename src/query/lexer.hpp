@@ -12,7 +12,6 @@
 #include "src/rdf/terminals.hpp"
 
 namespace lrt::query {
-inline namespace v0 {
 
 /// The text of a query in which names, numbers and most punctuation have no codepoint escapes (SPARQL 1.1 Query 19.2), and where its characters
 /// were.
@@ -90,5 +89,4 @@ class Lexer : protected rdf::Terminals {
   std::string buffer_;
 };
 
-}  // namespace v0
 }  // namespace lrt::query

@@ -7,7 +7,6 @@
 #include "src/query/grammar.hpp"
 
 namespace lrt::query {
-inline namespace v0 {
 
 Result<std::shared_ptr<const Query>> parse(std::string_view text, const ParseOptions& options) {
   if (text.size() > options.max_bytes) {
@@ -22,5 +21,4 @@ Result<std::shared_ptr<const Query>> parse(std::string_view text, const ParseOpt
   return Grammar(source, options).run();
 }
 
-}  // namespace v0
 }  // namespace lrt::query

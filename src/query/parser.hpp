@@ -10,7 +10,6 @@
 #include "src/query/algebra.hpp"
 
 namespace lrt::query {
-inline namespace v0 {
 
 struct ParseOptions {
   std::string_view base;              ///< absolute IRI that relative ones are resolved against; BASE replaces it
@@ -31,5 +30,4 @@ struct ParseOptions {
 /// @par Implements  SPARQL 1.1 Query 18.2, 19
 Result<std::shared_ptr<const Query>> parse(std::string_view text, const ParseOptions& options);
 
-}  // namespace v0
 }  // namespace lrt::query

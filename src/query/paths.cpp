@@ -6,7 +6,6 @@
 
 /// Property paths (SPARQL 9 and 18.4). Sequences, alternatives and links outside of repetitions are triples and unions of the plan.
 namespace lrt::query {
-inline namespace v0 {
 
 bool PathStage::NodeSet::insert(TermNumber node) {
   if ((nodes.size() + 1) * 2 > slots.size()) {
@@ -210,5 +209,4 @@ bool PathStage::next() {
   }
 }
 
-}  // namespace v0
 }  // namespace lrt::query

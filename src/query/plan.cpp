@@ -7,7 +7,6 @@
 #include "src/query/solver.hpp"
 
 namespace lrt::query {
-inline namespace v0 {
 namespace {
 
 constexpr double many = 1e12;
@@ -610,5 +609,4 @@ Expr Planner::compile(const Expression& expression, Frame& frame, const PlanStat
   return e;
 }
 
-}  // namespace v0
 }  // namespace lrt::query

@@ -11,7 +11,6 @@
 #include "src/query/stages.hpp"
 
 namespace lrt::query {
-inline namespace v0 {
 
 /// A set of variables of a query.
 class VariableSet {
@@ -125,5 +124,4 @@ class Planner {
   std::unordered_map<const Pattern*, Facts> facts_;
 };
 
-}  // namespace v0
 }  // namespace lrt::query

@@ -4,7 +4,6 @@
 #include <lrt/rdf/lexical.hpp>
 
 namespace lrt::query {
-inline namespace v0 {
 
 Reading read_value(const rdf::TermView& term) noexcept {
   using rdf::lexical::Datatype;
@@ -51,5 +50,4 @@ Reading read_value(const rdf::TermView& term) noexcept {
   return reading;
 }
 
-}  // namespace v0
 }  // namespace lrt::query

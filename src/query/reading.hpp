@@ -6,7 +6,6 @@
 #include <lrt/rdf/term.hpp>
 
 namespace lrt::query {
-inline namespace v0 {
 
 /// The kind of a term for the operators of SPARQL 17.3.
 enum class Type : std::uint8_t {
@@ -37,5 +36,4 @@ struct Reading {
 };
 Reading read_value(const rdf::TermView& term) noexcept;
 
-}  // namespace v0
 }  // namespace lrt::query

@@ -20,7 +20,6 @@
 /// The parts of an evaluation. A query becomes pipelines of stages that work on one frame of variables, and backtrack: a stage binds
 /// variables, the following stages continue, and after their last solution it unbinds the variables and looks for the next binding.
 namespace lrt::query {
-inline namespace v0 {
 
 /// A place in a frame: below the number of the query's variables it is that variable, above it is something that the plan needs.
 using Slot = std::uint32_t;
@@ -123,5 +122,4 @@ class Run {
   shacl::Regex::Scratch scratch_;
 };
 
-}  // namespace v0
 }  // namespace lrt::query

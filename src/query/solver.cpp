@@ -6,7 +6,6 @@
 #include <cstdint>
 
 namespace lrt::query {
-inline namespace v0 {
 
 /// DISTINCT, ORDER BY, OFFSET and LIMIT.
 class Solver::Output {
@@ -327,5 +326,4 @@ void Solver::solve_groups(Output& output) {
   run_.budget.give(taken);
 }
 
-}  // namespace v0
 }  // namespace lrt::query

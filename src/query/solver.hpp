@@ -9,7 +9,6 @@
 #include "src/query/plan.hpp"
 
 namespace lrt::query {
-inline namespace v0 {
 
 /// The solutions of a query: its pattern, then groups, expressions, order, DISTINCT, OFFSET and LIMIT (SPARQL 18.5).
 class Solver {
@@ -60,5 +59,4 @@ class Solver {
   std::vector<Slot> named_;  // the variables of COUNT(DISTINCT *)
 };
 
-}  // namespace v0
 }  // namespace lrt::query

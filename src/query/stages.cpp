@@ -6,7 +6,6 @@
 #include "src/rdf/hash.hpp"
 
 namespace lrt::query {
-inline namespace v0 {
 namespace {
 
 /// Chains of rows with equal hashes of their keys.
@@ -269,5 +268,4 @@ bool UnionStage::next() {
   return false;
 }
 
-}  // namespace v0
 }  // namespace lrt::query

@@ -10,7 +10,6 @@
 #include "src/query/run.hpp"
 
 namespace lrt::query {
-inline namespace v0 {
 
 /// An end of a triple pattern or path.
 struct End {
@@ -394,5 +393,4 @@ class NoStage final : public Stage {
   void close() noexcept override {}
 };
 
-}  // namespace v0
 }  // namespace lrt::query

@@ -7,7 +7,6 @@
 #include "src/rdf/hash.hpp"
 
 namespace lrt::query {
-inline namespace v0 {
 namespace {
 
 constexpr std::size_t block_bytes = 16 * 1024;
@@ -68,5 +67,4 @@ TermNumber Terms::fresh_blank() {
 
 rdf::TermView Terms::term(TermNumber number) const noexcept { return number < first_ ? data_.term(number) : made_[number - first_].term; }
 
-}  // namespace v0
 }  // namespace lrt::query

@@ -14,7 +14,6 @@
 #include "src/query/reading.hpp"
 
 namespace lrt::query {
-inline namespace v0 {
 
 /// The terms of an evaluation: those of the dataset, and after them those that the query writes or makes. Equal terms have one number.
 class Terms {
@@ -46,5 +45,4 @@ class Terms {
   char* at_ = nullptr;
 };
 
-}  // namespace v0
 }  // namespace lrt::query

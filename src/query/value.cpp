@@ -9,7 +9,6 @@
 #include "src/shacl/order.hpp"
 
 namespace lrt::query {
-inline namespace v0 {
 namespace {
 
 namespace lexical = rdf::lexical;
@@ -288,5 +287,4 @@ int Operators::order(TermNumber a, TermNumber b) const {
   return compare_texts(s.language, t.language);
 }
 
-}  // namespace v0
 }  // namespace lrt::query

@@ -14,7 +14,6 @@
 #include "src/query/terms.hpp"
 
 namespace lrt::query {
-inline namespace v0 {
 
 /// The result of an expression: an error, a term, or a literal without a term number. Numbers are computed without their lexical forms.
 struct Value {
@@ -82,5 +81,4 @@ class Operators {
   Budget& budget_;
 };
 
-}  // namespace v0
 }  // namespace lrt::query

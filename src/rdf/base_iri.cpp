@@ -6,7 +6,6 @@
 #include "src/rdf/limits.hpp"
 
 namespace lrt::rdf {
-inline namespace v0 {
 namespace {
 
 constexpr std::size_t npos = std::string_view::npos;
@@ -72,5 +71,4 @@ bool BaseIri::resolve(std::string_view reference, std::string& out) const {
 
 std::size_t BaseIri::cost() const noexcept { return has_authority_ || whole_.size() <= long_base ? 0 : 16 * whole_.size(); }
 
-}  // namespace v0
 }  // namespace lrt::rdf

@@ -8,7 +8,6 @@
 #include <lrt/base/abi.hpp>
 
 namespace lrt::rdf {
-inline namespace v0 {
 
 /// A base IRI with its parts prepared, so that resolving a reference costs little more than the copy of the result.
 class LRT_INTERNAL_API BaseIri {
@@ -33,5 +32,4 @@ class LRT_INTERNAL_API BaseIri {
   bool has_authority_ = false;                     // then every path begins with '/'
 };
 
-}  // namespace v0
 }  // namespace lrt::rdf

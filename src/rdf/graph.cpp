@@ -11,7 +11,6 @@
 #include "src/rdf/hash.hpp"
 
 namespace lrt::rdf {
-inline namespace v0 {
 namespace {
 
 // Enough for the graph of a typical property.
@@ -337,5 +336,4 @@ std::optional<std::vector<TermId>> Graph::list(TermId head) const {
   return members;
 }
 
-}  // namespace v0
 }  // namespace lrt::rdf

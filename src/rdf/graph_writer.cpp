@@ -10,7 +10,6 @@
 #include "src/rdf/n_triples.hpp"
 
 namespace lrt::rdf {
-inline namespace v0 {
 namespace {
 
 using lrt::detail::is_digit;
@@ -175,5 +174,4 @@ void GraphWriter::label(TermId id, std::string_view text) {
   out_.append(std::to_string(n.label - 1));
 }
 
-}  // namespace v0
 }  // namespace lrt::rdf

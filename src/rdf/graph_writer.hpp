@@ -12,7 +12,6 @@
 #include <lrt/rdf/graph.hpp>
 
 namespace lrt::rdf {
-inline namespace v0 {
 
 /// Whether a local name is in the part of Turtle's PN_LOCAL that needs no escapes and that all readers accept.
 bool is_local_name(std::string_view name) noexcept;
@@ -97,5 +96,4 @@ class GraphWriter {
   std::uint32_t labels_ = 0;
 };
 
-}  // namespace v0
 }  // namespace lrt::rdf

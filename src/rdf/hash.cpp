@@ -10,7 +10,6 @@
 #endif
 
 namespace lrt::rdf {
-inline namespace v0 {
 namespace {
 
 /// Does not block: early in the boot of a machine there may be too little entropy.
@@ -40,5 +39,4 @@ const HashSeeds& hash_seeds() noexcept {
   return seeds;
 }
 
-}  // namespace v0
 }  // namespace lrt::rdf

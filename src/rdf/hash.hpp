@@ -8,7 +8,6 @@
 #include <lrt/base/abi.hpp>
 
 namespace lrt::rdf {
-inline namespace v0 {
 
 /// Multiplies to 128 bits and folds: every bit of the result depends on every bit of both factors.
 inline std::uint64_t fold_multiply(std::uint64_t a, std::uint64_t b) noexcept {
@@ -62,5 +61,4 @@ inline std::uint64_t hash_bytes(std::string_view text, std::uint64_t seed) noexc
 /// Reduces a hash to the 32 bits that HashIndex uses.
 constexpr std::uint32_t to_32_bits(std::uint64_t hash) noexcept { return static_cast<std::uint32_t>(hash ^ (hash >> 32)); }
 
-}  // namespace v0
 }  // namespace lrt::rdf

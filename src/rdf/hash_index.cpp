@@ -2,7 +2,6 @@
 #include <lrt/rdf/detail/hash_index.hpp>
 
 namespace lrt::detail {
-inline namespace v0 {
 
 void HashIndex::grow() {
   // In the order of the old slots, the new ones are written nearly in sequence.
@@ -16,5 +15,4 @@ void HashIndex::grow() {
   }
 }
 
-}  // namespace v0
 }  // namespace lrt::detail

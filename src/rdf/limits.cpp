@@ -2,7 +2,6 @@
 #include "src/rdf/limits.hpp"
 
 namespace lrt::rdf {
-inline namespace v0 {
 
 Unexpected misread(std::string_view text, std::size_t offset, const std::string& sentence, Errc code) {
   Error error{code, {}};
@@ -20,5 +19,4 @@ Unexpected misread(std::string_view text, std::size_t offset, const std::string&
   return unexpected(std::move(error));
 }
 
-}  // namespace v0
 }  // namespace lrt::rdf

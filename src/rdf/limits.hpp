@@ -10,7 +10,6 @@
 
 /// The fixed limits that the readers of several syntaxes share, and how a reader reports a place.
 namespace lrt::rdf {
-inline namespace v0 {
 
 /// Longer IRIs are refused, relative ones after they are resolved, prefixed ones after they are expanded; in RDF/XML also
 /// namespace names and bases. Otherwise time and memory of a document could grow with the square of its size.
@@ -26,5 +25,4 @@ inline constexpr std::size_t long_base = 256;
 /// The error of a place in a text: counts line and column and puts them before the sentence.
 LRT_INTERNAL_API Unexpected misread(std::string_view text, std::size_t offset, const std::string& sentence, Errc code = Errc::expected_rdf);
 
-}  // namespace v0
 }  // namespace lrt::rdf

@@ -11,7 +11,6 @@
 #include "src/rdf/limits.hpp"
 
 namespace lrt::rdf {
-inline namespace v0 {
 namespace {
 
 using lrt::detail::is_alpha;
@@ -70,5 +69,4 @@ std::string_view fault_of(const TermView& term) noexcept {
   return iri::is_absolute(term.datatype) ? std::string_view() : "expected a datatype that is an absolute IRI";
 }
 
-}  // namespace v0
 }  // namespace lrt::rdf

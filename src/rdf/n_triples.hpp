@@ -8,7 +8,6 @@
 #include <lrt/rdf/term.hpp>
 
 namespace lrt::rdf {
-inline namespace v0 {
 
 /// Appends `"text"`. Escapes the characters that Turtle, N-Triples and JSON require: quote, backslash, controls. Other bytes are copied.
 
@@ -25,5 +24,4 @@ bool is_plain_label(std::string_view label) noexcept;
 /// The reason why no RDF syntax can represent the term, as a sentence; empty: all can.
 std::string_view fault_of(const TermView& term) noexcept;
 
-}  // namespace v0
 }  // namespace lrt::rdf

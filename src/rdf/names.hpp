@@ -12,7 +12,6 @@
 #include "src/rdf/hash.hpp"
 
 namespace lrt::rdf {
-inline namespace v0 {
 
 /// Values by names that are views of the document. Keyed by the process, so that a document cannot choose names that collide.
 template <class T>
@@ -38,5 +37,4 @@ class Names {
   std::size_t last_ = 0;  // found
 };
 
-}  // namespace v0
 }  // namespace lrt::rdf

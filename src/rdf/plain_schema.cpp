@@ -12,7 +12,6 @@
 #include "src/rdf/plain_names.hpp"
 
 namespace lrt::rdf {
-inline namespace v0 {
 namespace {
 
 using Kind = Type::Kind;
@@ -132,5 +131,4 @@ std::string write_schema(const Type& type, const Facets& facets) {
   return writer.take();
 }
 
-}  // namespace v0
 }  // namespace lrt::rdf

@@ -9,7 +9,6 @@
 #include "src/base/utf8.hpp"
 
 namespace lrt::rdf {
-inline namespace v0 {
 
 bool is_bare(const TermView& term) noexcept {
   if (!term.is_literal() || term.text.size() > 40) return false;
@@ -33,5 +32,4 @@ std::string shown(const TermView& term) {
   return term.datatype == vocab::xsd::string.text ? text : text + "^^" + abbreviate(term.datatype);
 }
 
-}  // namespace v0
 }  // namespace lrt::rdf

@@ -7,7 +7,6 @@
 #include <lrt/rdf/term.hpp>
 
 namespace lrt::rdf {
-inline namespace v0 {
 
 /// What a message shows of a term: with a prefix if possible, numbers and booleans as in Turtle, long text cut.
 LRT_INTERNAL_API std::string shown(const TermView& term);
@@ -15,5 +14,4 @@ LRT_INTERNAL_API std::string shown(const TermView& term);
 /// Turtle writes the literal without quotation marks and datatype.
 bool is_bare(const TermView& term) noexcept;
 
-}  // namespace v0
 }  // namespace lrt::rdf

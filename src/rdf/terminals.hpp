@@ -18,7 +18,6 @@
 #include "src/rdf/limits.hpp"
 
 namespace lrt::rdf {
-inline namespace v0 {
 namespace terminal {
 
 using lrt::detail::is_alpha;
@@ -357,5 +356,4 @@ class Terminals {
   }
 };
 
-}  // namespace v0
 }  // namespace lrt::rdf

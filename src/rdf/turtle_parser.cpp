@@ -16,7 +16,6 @@
 #include "src/rdf/terminals.hpp"
 
 namespace lrt::rdf {
-inline namespace v0 {
 namespace {
 
 using lrt::detail::is_digit;
@@ -466,5 +465,4 @@ Result<Graph> read_turtle(std::string_view text, const ReadOptions& options) { r
 
 Result<Graph> read_n_triples(std::string_view text, const ReadOptions& options) { return Parser(text, options).n_triples(); }
 
-}  // namespace v0
 }  // namespace lrt::rdf

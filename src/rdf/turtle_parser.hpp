@@ -8,7 +8,6 @@
 #include <lrt/rdf/codec.hpp>
 
 namespace lrt::rdf {
-inline namespace v0 {
 
 /// Brackets and parentheses nested deeper than this are refused. This parser does not recurse, but many readers of the graph do.
 inline constexpr std::size_t max_brackets = 1000;
@@ -32,5 +31,4 @@ Result<Graph> read_turtle(std::string_view text, const ReadOptions& options);
 /// @par Implements  RDF 1.1 N-Triples 7
 Result<Graph> read_n_triples(std::string_view text, const ReadOptions& options);
 
-}  // namespace v0
 }  // namespace lrt::rdf

@@ -12,7 +12,6 @@
 #include "src/rdf/turtle_parser.hpp"
 
 namespace lrt::rdf {
-inline namespace v0 {
 namespace {
 
 bool is_space(char c) noexcept { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
@@ -233,5 +232,4 @@ class Reader {
 
 Result<std::vector<DataUpdate>> read_data_updates(std::string_view text, const ReadOptions& options) { return Reader(text, options).run(); }
 
-}  // namespace v0
 }  // namespace lrt::rdf

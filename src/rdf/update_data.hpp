@@ -10,7 +10,6 @@
 #include <lrt/rdf/graph.hpp>
 
 namespace lrt::rdf {
-inline namespace v0 {
 
 /// One operation of a request in SPARQL 1.1 Update: the triples that it adds or removes.
 struct DataUpdate {
@@ -31,5 +30,4 @@ inline constexpr std::size_t max_data_updates = 100;
 /// @par Implements  SPARQL 1.1 Update 3.1.1, 3.1.2 and its grammar, of one graph
 Result<std::vector<DataUpdate>> read_data_updates(std::string_view text, const ReadOptions& options);
 
-}  // namespace v0
 }  // namespace lrt::rdf

@@ -2,7 +2,6 @@
 #include <lrt/rdf/value.hpp>
 
 namespace lrt::rdf {
-inline namespace v0 {
 
 Value::Value() noexcept = default;
 Value::Value(bool v) noexcept : data_(v) {}
@@ -19,5 +18,4 @@ Value& Value::operator=(const Value& other) = default;
 Value& Value::operator=(Value&& other) noexcept = default;
 Value::~Value() = default;
 
-}  // namespace v0
 }  // namespace lrt::rdf

@@ -10,7 +10,6 @@
 #include "src/base/ascii.hpp"
 
 namespace lrt::security {
-inline namespace v0 {
 namespace {
 
 /// RFC 4648 4, with padding; nullopt: it is not.
@@ -92,5 +91,4 @@ Result<std::unique_ptr<PolicyFile>> open_policy(std::string path, std::vector<Ru
   return PolicyFile::open(std::move(path), "the rules", load, std::move(log));
 }
 
-}  // namespace v0
 }  // namespace lrt::security

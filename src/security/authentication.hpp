@@ -18,7 +18,6 @@
 #include "src/security/policy.hpp"
 
 namespace lrt::security {
-inline namespace v0 {
 
 /// How often the files of tokens and rules are checked for changes.
 inline constexpr std::chrono::seconds look_pause{1};
@@ -102,5 +101,4 @@ struct Credentials {
 };
 Credentials credentials_of(const http::Request& request);
 
-}  // namespace v0
 }  // namespace lrt::security

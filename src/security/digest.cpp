@@ -9,7 +9,6 @@
 #include "src/base/third_party_call.hpp"
 
 namespace lrt::security {
-inline namespace v0 {
 
 namespace {
 
@@ -38,5 +37,4 @@ Digest digest_of(std::string_view bytes) {
 
 bool are_equal(const Digest& a, const Digest& b) noexcept { return CRYPTO_memcmp(a.data(), b.data(), a.size()) == 0; }  // keeps no state
 
-}  // namespace v0
 }  // namespace lrt::security

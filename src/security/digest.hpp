@@ -6,7 +6,6 @@
 #include <string_view>
 
 namespace lrt::security {
-inline namespace v0 {
 
 using Digest = std::array<unsigned char, 32>;
 
@@ -16,5 +15,4 @@ Digest digest_of(std::string_view bytes);
 /// Compares in constant time.
 bool are_equal(const Digest& a, const Digest& b) noexcept;
 
-}  // namespace v0
 }  // namespace lrt::security

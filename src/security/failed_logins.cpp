@@ -6,7 +6,6 @@
 #include "src/base/client_key.hpp"
 
 namespace lrt::security {
-inline namespace v0 {
 
 /// The key of all addresses that do not fit into the table is empty.
 std::string FailedLogins::key_of(std::string_view address) const {
@@ -31,5 +30,4 @@ std::optional<std::chrono::seconds> FailedLogins::pause(std::string_view address
   return std::chrono::ceil<std::chrono::seconds>(found->second.ends - now);
 }
 
-}  // namespace v0
 }  // namespace lrt::security

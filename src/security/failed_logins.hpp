@@ -10,7 +10,6 @@
 #include <unordered_map>
 
 namespace lrt::security {
-inline namespace v0 {
 
 /// Counts failed logins per address, within a minute from the first.
 ///
@@ -39,5 +38,4 @@ class FailedLogins {
   std::unordered_map<std::string, Count> counts_;
 };
 
-}  // namespace v0
 }  // namespace lrt::security

@@ -6,7 +6,6 @@
 #include "src/security/sealing.hpp"
 
 namespace lrt::security {
-inline namespace v0 {
 
 Digest SealedTokens::key_of(std::string_view secret, std::string_view purpose) {
   return digest_of(std::string("find ").append(secret).append(" ").append(purpose));
@@ -72,5 +71,4 @@ void SealedTokens::remove(std::string_view secret, std::string_view purpose) {
   entries_.erase(key);
 }
 
-}  // namespace v0
 }  // namespace lrt::security

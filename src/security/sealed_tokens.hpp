@@ -12,7 +12,6 @@
 #include "src/security/digest.hpp"
 
 namespace lrt::security {
-inline namespace v0 {
 
 /// Secrets that stand for a token for some time. Of a secret only its digest is kept, and the token is sealed with the secret, so that memory shows
 /// neither.
@@ -51,5 +50,4 @@ class SealedTokens {
   std::map<Digest, Entry> entries_;  ///< by the digest of secret and purpose
 };
 
-}  // namespace v0
 }  // namespace lrt::security

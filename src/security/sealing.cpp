@@ -12,7 +12,6 @@
 #include "src/security/digest.hpp"
 
 namespace lrt::security {
-inline namespace v0 {
 namespace {
 
 constexpr std::size_t tag_bytes = 16;
@@ -82,5 +81,4 @@ std::optional<std::string> unseal(std::string_view secret, std::string_view seal
   return text;
 }
 
-}  // namespace v0
 }  // namespace lrt::security

@@ -6,7 +6,6 @@
 #include <string_view>
 
 namespace lrt::security {
-inline namespace v0 {
 
 /// 32 random bytes of the operating system, as 64 hexadecimal digits.
 std::string random_secret();
@@ -16,5 +15,4 @@ std::string seal(std::string_view secret, std::string_view text);
 /// The text given to seal(); nullopt: the secret is another one.
 std::optional<std::string> unseal(std::string_view secret, std::string_view sealed);
 
-}  // namespace v0
 }  // namespace lrt::security

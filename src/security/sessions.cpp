@@ -8,7 +8,6 @@
 #include "src/http/target.hpp"
 
 namespace lrt::security {
-inline namespace v0 {
 namespace {
 
 constexpr std::string_view attributes = "; Path=/; HttpOnly; SameSite=Strict";
@@ -105,5 +104,4 @@ std::optional<std::string> Sessions::make_ticket(std::string_view owner, std::st
 
 std::optional<std::string> Sessions::take_ticket(std::string_view ticket, TimePoint now) { return tickets_.take(ticket, any_purpose, now.steady); }
 
-}  // namespace v0
 }  // namespace lrt::security

@@ -8,7 +8,6 @@
 #include "src/server/shared_engine.hpp"
 
 namespace lrt {
-inline namespace v0 {
 
 void BodyQueue::put(engine::BodyJob job) {
   Client& client = clients_[job.client];
@@ -78,7 +77,6 @@ void BodyPool::stop() noexcept {
   for (Thread& thread : threads) thread.join();
 }
 
-}  // namespace v0
 
 namespace {
 

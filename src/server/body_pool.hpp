@@ -18,7 +18,6 @@
 #include "src/base/thread.hpp"
 
 namespace lrt {
-inline namespace v0 {
 
 /// The queue of bodies to be validated: each client gets the same share of the work, by BodyJob::bytes, and of one client the smallest
 /// comes first. A client that sends many large bodies delays only its own requests.
@@ -71,5 +70,4 @@ class BodyPool {
   bool stopping_ = false;
 };
 
-}  // namespace v0
 }  // namespace lrt

@@ -11,7 +11,6 @@
 #include "src/http/websocket.hpp"
 
 namespace lrt {
-inline namespace v0 {
 namespace {
 
 std::map<std::string, std::shared_ptr<const security::Principal>> shared(const std::map<std::string, security::Principal>& certificates) {
@@ -201,5 +200,4 @@ std::string Callers::challenge_for(const http::Request& request, bool refused) c
   return challenge;
 }
 
-}  // namespace v0
 }  // namespace lrt

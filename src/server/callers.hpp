@@ -20,7 +20,6 @@
 #include "src/security/sessions.hpp"
 
 namespace lrt {
-inline namespace v0 {
 
 /// Determines the caller of a request and its rights, by the options lrt::Security.
 ///
@@ -81,5 +80,4 @@ class Callers {
   std::chrono::steady_clock::time_point next_look_{};
 };
 
-}  // namespace v0
 }  // namespace lrt

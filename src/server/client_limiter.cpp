@@ -7,7 +7,6 @@
 #include "src/base/client_key.hpp"
 
 namespace lrt {
-inline namespace v0 {
 namespace {
 
 using std::chrono::seconds;
@@ -82,5 +81,4 @@ void ClientLimiter::count_body(const engine::Caller& caller, std::uint64_t bytes
 
 RateTable::Client& ClientLimiter::find(const engine::Caller& caller) { return (caller.principal ? principals_ : addresses_).find(caller.client); }
 
-}  // namespace v0
 }  // namespace lrt

@@ -17,7 +17,6 @@
 #include <lrt/security.hpp>
 
 namespace lrt {
-inline namespace v0 {
 
 /// The time at which each client may continue, for a bounded number of clients.
 ///
@@ -67,5 +66,4 @@ class ClientLimiter {
   RateTable addresses_, principals_;  ///< separate tables: addresses can be chosen freely and must not displace principals
 };
 
-}  // namespace v0
 }  // namespace lrt

@@ -12,7 +12,6 @@
 #include "src/server/shared_engine.hpp"
 
 namespace lrt {
-inline namespace v0 {
 namespace {
 
 constexpr std::size_t max_removed = 1'000;
@@ -249,7 +248,6 @@ std::shared_ptr<Waker> Feed::waker() const { return state_->waker; }
 std::string Feed::base() const { return state_->feeds.base(); }
 bool Feed::is_protected() const { return state_->feeds.is_protected(); }
 
-}  // namespace v0
 
 std::unique_ptr<Service> make_feeds(SharedEngine& server) { return std::make_unique<Feeds>(server); }
 

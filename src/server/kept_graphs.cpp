@@ -13,7 +13,6 @@
 #include "src/server/world_extension.hpp"
 
 namespace lrt {
-inline namespace v0 {
 
 namespace {
 
@@ -125,7 +124,6 @@ void KeptGraphs::stop() noexcept {
   for (const auto& kept : all_) kept->stop();
 }
 
-}  // namespace v0
 
 std::unique_ptr<Service> make_kept_graphs(SharedEngine& server) { return std::make_unique<KeptGraphs>(server); }
 

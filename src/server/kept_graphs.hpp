@@ -16,7 +16,6 @@
 #include "src/server/service.hpp"
 
 namespace lrt {
-inline namespace v0 {
 
 /// A graph of a World that code has made, with its file if it has one (GraphOptions::file), from opening it until the World is removed.
 class KeptGraph {
@@ -65,5 +64,4 @@ class KeptGraphs final : public Service, public ThingKeeper {
   bool stopped_ = false;
 };
 
-}  // namespace v0
 }  // namespace lrt

@@ -7,7 +7,6 @@
 #include "src/base/resolve.hpp"
 
 namespace lrt {
-inline namespace v0 {
 
 Result<std::vector<std::string>> listen_addresses(const std::string& address) {
   if (numeric_address(address)) return std::vector<std::string>{address};
@@ -21,5 +20,4 @@ Result<std::vector<std::string>> listen_addresses(const std::string& address) {
   return result;
 }
 
-}  // namespace v0
 }  // namespace lrt

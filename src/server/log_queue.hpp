@@ -10,7 +10,6 @@
 #include "src/base/mailbox.hpp"
 
 namespace lrt {
-inline namespace v0 {
 
 /// A queue of log lines for the user's callback. It is called without a lock, because it may call the server.
 ///
@@ -40,5 +39,4 @@ class LogQueue {
   Mailbox<std::pair<LogLevel, std::string>> lines_;
 };
 
-}  // namespace v0
 }  // namespace lrt

@@ -19,7 +19,6 @@
 #include "src/base/thread.hpp"
 
 namespace lrt {
-inline namespace v0 {
 namespace {
 
 constexpr std::chrono::seconds retry_pause{10};
@@ -338,5 +337,4 @@ Result<std::string> SavedFile::keep_copy(const std::string& given) {
   return unexpected(Errc::io_error, "linking \"" + path + "\": too many damaged ones");
 }
 
-}  // namespace v0
 }  // namespace lrt

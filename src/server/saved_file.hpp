@@ -14,7 +14,6 @@
 #include <lrt/base/thread_options.hpp>
 
 namespace lrt {
-inline namespace v0 {
 
 /// Writes the newest text for one path to disk, atomically: a reader finds this text or the previous one, also after a power failure.
 ///
@@ -88,5 +87,4 @@ class SavedFile {
   std::shared_ptr<Writer> writer_;
 };
 
-}  // namespace v0
 }  // namespace lrt

@@ -10,7 +10,6 @@
 #include "src/shacl/messages.hpp"
 
 namespace lrt::shacl {
-inline namespace v0 {
 
 namespace sh = vocab::sh;
 
@@ -381,5 +380,4 @@ bool Shapes::contains(const rdf::TermView& shape) const noexcept {
 std::size_t Shapes::size() const noexcept { return plan_->shapes.size(); }
 const rdf::Graph& Shapes::graph() const noexcept { return plan_->graph; }
 
-}  // namespace v0
 }  // namespace lrt::shacl

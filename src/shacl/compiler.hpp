@@ -16,7 +16,6 @@
 #include "src/shacl/plan.hpp"
 
 namespace lrt::shacl {
-inline namespace v0 {
 
 class Compiler;
 
@@ -95,5 +94,4 @@ class Compiler {
   std::optional<Error> fault_;
 };
 
-}  // namespace v0
 }  // namespace lrt::shacl

@@ -6,7 +6,6 @@
 #include "src/base/civil.hpp"
 
 namespace lrt::shacl {
-inline namespace v0 {
 namespace {
 
 using rdf::lexical::Datatype;
@@ -133,5 +132,4 @@ Order compare(const Comparable& a, const Comparable& b) noexcept {
   }
 }
 
-}  // namespace v0
 }  // namespace lrt::shacl

@@ -6,7 +6,6 @@
 #include <lrt/rdf/term.hpp>
 
 namespace lrt::shacl {
-inline namespace v0 {
 
 enum class Order : unsigned char { less, equal, greater, unordered };
 
@@ -32,5 +31,4 @@ class LRT_INTERNAL_API Comparable {
 
 LRT_INTERNAL_API Order compare(const Comparable& a, const Comparable& b) noexcept;
 
-}  // namespace v0
 }  // namespace lrt::shacl

@@ -12,7 +12,6 @@
 #include "src/base/ascii.hpp"
 
 namespace lrt::shacl {
-inline namespace v0 {
 namespace {
 
 // Limits of PCRE2, which counts anew at each start of a match, and only places where it may backtrack: not the characters that a repeated
@@ -369,5 +368,4 @@ std::string to_case(std::string_view text, bool upper) {
   }
 }
 
-}  // namespace v0
 }  // namespace lrt::shacl

@@ -11,7 +11,6 @@
 #include <lrt/base/result.hpp>
 
 namespace lrt::shacl {
-inline namespace v0 {
 
 /// A regular expression with the meaning of SPARQL's REGEX (XPath and XQuery Functions 3.1, 5.6): a match anywhere in the subject, flags i,
 /// m, s, x, q. Evaluated by PCRE2, with a bound on the work of a whole search. Immutable, any thread.
@@ -66,5 +65,4 @@ class LRT_INTERNAL_API Regex {
 /// The text in upper or lower case, one character for one (Unicode's simple mapping, as PCRE2 knows it). @pre well-formed UTF-8
 LRT_INTERNAL_API std::string to_case(std::string_view text, bool upper);
 
-}  // namespace v0
 }  // namespace lrt::shacl

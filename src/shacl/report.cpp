@@ -10,7 +10,6 @@
 #include "src/shacl/messages.hpp"
 
 namespace lrt::shacl {
-inline namespace v0 {
 namespace {
 
 namespace sh = vocab::sh;
@@ -155,5 +154,4 @@ std::string Report::to_text() const {
   return out;
 }
 
-}  // namespace v0
 }  // namespace lrt::shacl

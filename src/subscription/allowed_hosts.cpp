@@ -7,7 +7,6 @@
 #include "src/http/host.hpp"
 
 namespace lrt::subscription {
-inline namespace v0 {
 namespace {
 
 using http::is_host_name;
@@ -161,5 +160,4 @@ bool AllowedHosts::allows(std::string_view host, std::uint16_t port, std::string
   return !is_special(*to) || has_network(port, *to);
 }
 
-}  // namespace v0
 }  // namespace lrt::subscription

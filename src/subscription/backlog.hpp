@@ -11,7 +11,6 @@
 #include "src/base/ring_queue.hpp"
 
 namespace lrt::subscription {
-inline namespace v0 {
 
 /// One representation to be sent, shared by all subscribers that get it.
 struct Message {
@@ -124,5 +123,4 @@ class Backlog {
   Instant due_{};
 };
 
-}  // namespace v0
 }  // namespace lrt::subscription

@@ -9,7 +9,6 @@
 #include "src/base/back_off.hpp"
 
 namespace lrt::subscription {
-inline namespace v0 {
 
 /// Counts the failed deliveries of one web callback and gives the pause before the next attempt, by CallbackOptions.
 class RetryPolicy {
@@ -46,5 +45,4 @@ class RetryPolicy {
   bool suspended_ = false;
 };
 
-}  // namespace v0
 }  // namespace lrt::subscription

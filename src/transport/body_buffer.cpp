@@ -14,7 +14,6 @@
 #include "src/base/client_key.hpp"
 
 namespace lrt::transport {
-inline namespace v0 {
 namespace {
 
 /// The smallest capacity. Pages of it that were never written use no memory.
@@ -106,5 +105,4 @@ void BodyBuffer::clear() noexcept {
   size_ = capacity_ = 0;
 }
 
-}  // namespace v0
 }  // namespace lrt::transport

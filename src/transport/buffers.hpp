@@ -5,7 +5,6 @@
 #include <string>
 
 namespace lrt::transport {
-inline namespace v0 {
 
 /// Capacity that a buffer of a connection may keep for the next exchange.
 constexpr std::size_t kept_capacity = 8 * 1024;
@@ -16,5 +15,4 @@ inline void release(std::string& buffer) {
   else buffer.clear();
 }
 
-}  // namespace v0
 }  // namespace lrt::transport

@@ -6,7 +6,6 @@
 #include <lrt/http/message.hpp>
 
 namespace lrt::transport {
-inline namespace v0 {
 namespace {
 
 constexpr std::size_t max_size_digits = 15;
@@ -183,5 +182,4 @@ ChunkDecoder::Status ChunkDecoder::fail(std::string_view problem) noexcept {
   return Status::bad;
 }
 
-}  // namespace v0
 }  // namespace lrt::transport

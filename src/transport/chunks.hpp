@@ -11,7 +11,6 @@
 #include "src/transport/body_buffer.hpp"
 
 namespace lrt::transport {
-inline namespace v0 {
 /// Decodes a chunked body (RFC 9112 7.1) that arrives in pieces of any size. Stricter than the grammar where parsers
 /// are known to differ: white space only around ';' and '=' of extensions, at most 15 hexadecimal digits, CRLF only, no
 /// framing field in a trailer. Extensions and trailers are checked and dropped.
@@ -53,5 +52,4 @@ class ChunkDecoder {
   std::string_view problem_;
 };
 
-}  // namespace v0
 }  // namespace lrt::transport

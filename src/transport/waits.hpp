@@ -4,12 +4,10 @@
 #include <chrono>
 
 namespace lrt::transport {
-inline namespace v0 {
 
 /// The time until `due`, rounded up, so that a wait does not end just before it.
 inline std::chrono::milliseconds until(std::chrono::steady_clock::time_point due, std::chrono::steady_clock::time_point now) {
   return due <= now ? std::chrono::milliseconds(0) : std::chrono::ceil<std::chrono::milliseconds>(due - now);
 }
 
-}  // namespace v0
 }  // namespace lrt::transport

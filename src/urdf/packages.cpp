@@ -14,7 +14,6 @@
 #include "src/base/utf8.hpp"
 
 namespace lrt::urdf {
-inline namespace v0 {
 namespace {
 
 namespace fs = std::filesystem;
@@ -104,5 +103,4 @@ Result<Bytes> read_file(const FileState& file, std::size_t max_bytes) {
   return std::make_shared<const std::string>(*std::move(bytes));
 }
 
-}  // namespace v0
 }  // namespace lrt::urdf

@@ -12,7 +12,6 @@
 #include <lrt/urdf.hpp>
 
 namespace lrt::urdf {
-inline namespace v0 {
 
 /// A file of a package, below the package's folder.
 struct PackageFile {
@@ -42,5 +41,4 @@ Result<FileState> state_of(const PackageFile& file, std::size_t max_bytes);
 /// @par Errors  io_error, limit_exceeded
 Result<Bytes> read_file(const FileState& file, std::size_t max_bytes);
 
-}  // namespace v0
 }  // namespace lrt::urdf

@@ -19,7 +19,6 @@
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 namespace {
 
@@ -145,5 +144,4 @@ Result<shacl::Shapes> compiled_shapes(ThingNode& thing, std::size_t base, const 
   return compiled;
 }
 
-}  // namespace v0
 }  // namespace lrt::engine

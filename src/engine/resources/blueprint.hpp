@@ -13,7 +13,6 @@
 #include "src/engine/resource.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 /// A compiled Blueprint, with the index of the base IRI for which it was compiled.
 struct CompiledShapes {
@@ -54,5 +53,4 @@ bool has_user_shape(const ThingNode& thing, const std::string& name);
 /// @par Errors  expected_value, unsupported_syntax, limit_exceeded: of shacl::Shapes::compile
 Result<shacl::Shapes> compiled_shapes(ThingNode& thing, std::size_t base, const EngineView& engine);
 
-}  // namespace v0
 }  // namespace lrt::engine

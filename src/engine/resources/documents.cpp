@@ -16,7 +16,6 @@
 #include "src/engine/vocabulary.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 namespace {
 constexpr std::string_view title = "Robotic Things";
@@ -79,5 +78,4 @@ void TermsResource::describe(const Description& d) const {
   if (const Result<rdf::Graph> terms = rdf::read(term_list(), rdf::Syntax::turtle, options)) d.graph.merge(*terms);
 }
 
-}  // namespace v0
 }  // namespace lrt::engine

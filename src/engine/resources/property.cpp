@@ -12,7 +12,6 @@
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 PropertyResource::PropertyResource(std::string its_path, ThingNode* its_thing, std::shared_ptr<model::PropertySpec> s)
     : ValueResource(std::move(its_path), its_thing), spec(std::move(s)) {
@@ -290,5 +289,4 @@ void PropertyResource::removed(Parts& parts) {
   parts.values.cancel(*this, parts.clock.now());
 }
 
-}  // namespace v0
 }  // namespace lrt::engine

@@ -15,7 +15,6 @@
 #include "src/http/etag.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 namespace {
 
@@ -145,5 +144,4 @@ void StandingQuery::Watch::resource_changed() { owner_.mark_dirty(); }
 void StandingQuery::Watch::resource_removed() { owner_.unwatch(*this); }
 void StandingQuery::unwatch(Watch& watch) { owner_.unwatch(*this, watch); }
 
-}  // namespace v0
 }  // namespace lrt::engine

@@ -20,7 +20,6 @@
 #include "src/engine/snapshots.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 class Queries;
 class StandingQuery;
@@ -154,5 +153,4 @@ class StandingQuery final : public Resource, public OwnRepresentation {
   Variants variants_;
 };
 
-}  // namespace v0
 }  // namespace lrt::engine

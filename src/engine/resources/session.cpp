@@ -14,7 +14,6 @@
 #include "src/security/authentication.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 namespace {
 
 http::Response json(int status, std::string text) {
@@ -82,5 +81,4 @@ Outcome TicketResource::post(Context& context, Parts& parts) {
   return json(200, "{\"ticket\":" + http::json_string(*ticket) + "," + lifetime() + "}");
 }
 
-}  // namespace v0
 }  // namespace lrt::engine

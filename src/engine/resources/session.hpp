@@ -9,7 +9,6 @@
 #include "src/security/sessions.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 /// A resource about the caller instead of the robot. It needs a principal and no right, accepts no body, and must not be cached.
 class CallerResource : public Resource, public OwnProtocol {
@@ -59,5 +58,4 @@ class TicketResource final : public CallerResource {
   std::string lifetime() const;
 };
 
-}  // namespace v0
 }  // namespace lrt::engine

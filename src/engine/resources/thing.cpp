@@ -19,7 +19,6 @@
 #include "src/engine/world_extension.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 // ------------------------------------------------------------------------------------------------------------- the Thing
 
@@ -252,5 +251,4 @@ std::vector<Resource*> ThingNode::resources() {
   return all;
 }
 
-}  // namespace v0
 }  // namespace lrt::engine

@@ -12,7 +12,6 @@
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 namespace {
 
@@ -117,5 +116,4 @@ void TreeResource::for_each_property(FunctionRef<void(PropertyResource&)> visit)
   });
 }
 
-}  // namespace v0
 }  // namespace lrt::engine

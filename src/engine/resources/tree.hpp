@@ -12,7 +12,6 @@
 #include "src/engine/resource.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 /// The states of a Thing and of all Things below it as one document, or of all Things of the server (lrt:all): one request instead of
 /// hundreds. A property that cannot be read now has no value in it.
@@ -50,5 +49,4 @@ class TreeResource final : public ValueResource {
   mutable std::list<rdf::Type> types_;  ///< of the last plain_value()
 };
 
-}  // namespace v0
 }  // namespace lrt::engine

@@ -17,7 +17,6 @@
 #include "src/http/target.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 namespace {
 
@@ -522,5 +521,4 @@ void WorldResource::link_related(http::LinkWriter& links, const std::string& bas
   links.add(base + all_.path, "related");
 }
 
-}  // namespace v0
 }  // namespace lrt::engine

@@ -13,7 +13,6 @@
 #include "src/model/graph_state.hpp"
 
 namespace lrt::engine {
-inline namespace v0 {
 
 class WorldResource;
 
@@ -195,5 +194,4 @@ class WorldResource final : public ThingResource, public Container, public Graph
   std::size_t created_ = 0;
 };
 
-}  // namespace v0
 }  // namespace lrt::engine

@@ -8,7 +8,6 @@
 #include "src/rdf/limits.hpp"
 
 namespace lrt::rdf {
-inline namespace v0 {
 namespace {
 
 constexpr std::size_t npos = std::string_view::npos;
@@ -164,5 +163,4 @@ Result<void> scan_rdf_xml(std::string_view text, const ReadOptions& options) {
   return root == npos ? Result<void>() : TagScanner(text, options).scan(root);
 }
 
-}  // namespace v0
 }  // namespace lrt::rdf

@@ -7,7 +7,6 @@
 #include <lrt/rdf/codec.hpp>
 
 namespace lrt::rdf {
-inline namespace v0 {
 
 /// Elements nested deeper than this are refused: Raptor walks up all of them for each.
 inline constexpr std::size_t max_elements_deep = 256;
@@ -27,5 +26,4 @@ inline constexpr std::size_t max_base_dots = 32;
 /// @par Errors  expected_rdf and limit_exceeded, with offset, line and column.
 Result<void> scan_rdf_xml(std::string_view text, const ReadOptions& options);
 
-}  // namespace v0
 }  // namespace lrt::rdf

@@ -4,7 +4,6 @@
 #include <lrt/base/immortal.hpp>
 
 namespace lrt::shacl {
-inline namespace v0 {
 
 const std::vector<const Component*>& all_components() {
   using namespace components;
@@ -23,5 +22,4 @@ const std::vector<const Component*>& all_components() {
   return *all;
 }
 
-}  // namespace v0
 }  // namespace lrt::shacl

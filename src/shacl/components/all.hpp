@@ -6,7 +6,6 @@
 /// The constraint components of SHACL Core. Each is one class and one of these; a file has those of one subsection of section
 /// 4.
 namespace lrt::shacl {
-inline namespace v0 {
 namespace components {
 
 extern const Component class_, datatype, node_kind;                                 // value_type.cpp
@@ -19,5 +18,4 @@ extern const Component node, property, qualified_value_shape;                   
 extern const Component closed, has_value, in;                                       // other.cpp
 
 }  // namespace components
-}  // namespace v0
 }  // namespace lrt::shacl

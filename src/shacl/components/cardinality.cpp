@@ -8,7 +8,6 @@
 #include "src/shacl/messages.hpp"
 
 namespace lrt::shacl {
-inline namespace v0 {
 namespace sh = vocab::sh;
 namespace {
 
@@ -61,5 +60,4 @@ class MaxCount final : public Constraint {
 const Component components::min_count{{{sh::minCount, true}}, true, &MinCount::build};
 const Component components::max_count{{{sh::maxCount, true}}, true, &MaxCount::build};
 
-}  // namespace v0
 }  // namespace lrt::shacl

@@ -8,7 +8,6 @@
 #include "src/shacl/messages.hpp"
 
 namespace lrt::shacl {
-inline namespace v0 {
 namespace sh = vocab::sh;
 namespace {
 
@@ -158,5 +157,4 @@ const Component components::and_{{{sh::and_, false}}, false, &And::build};
 const Component components::or_{{{sh::or_, false}}, false, &Or::build};
 const Component components::xone{{{sh::xone, false}}, false, &Xone::build};
 
-}  // namespace v0
 }  // namespace lrt::shacl

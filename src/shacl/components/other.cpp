@@ -10,7 +10,6 @@
 #include "src/shacl/messages.hpp"
 
 namespace lrt::shacl {
-inline namespace v0 {
 namespace sh = vocab::sh;
 namespace {
 
@@ -106,5 +105,4 @@ const Component components::closed{{{sh::closed, true}, {sh::ignoredProperties, 
 const Component components::has_value{{{sh::hasValue, false}}, false, &HasValue::build};
 const Component components::in{{{sh::in_, true}}, false, &In::build};
 
-}  // namespace v0
 }  // namespace lrt::shacl

@@ -9,7 +9,6 @@
 #include "src/shacl/messages.hpp"
 
 namespace lrt::shacl {
-inline namespace v0 {
 namespace sh = vocab::sh;
 namespace {
 
@@ -117,5 +116,4 @@ const Component components::disjoint{{{sh::disjoint, false}}, false, &Disjoint::
 const Component components::less_than{{{sh::lessThan, false}}, true, &LessThan::build};
 const Component components::less_than_or_equals{{{sh::lessThanOrEquals, false}}, true, &LessThanOrEquals::build};
 
-}  // namespace v0
 }  // namespace lrt::shacl

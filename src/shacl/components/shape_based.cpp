@@ -10,7 +10,6 @@
 #include "src/shacl/messages.hpp"
 
 namespace lrt::shacl {
-inline namespace v0 {
 namespace sh = vocab::sh;
 namespace {
 
@@ -131,5 +130,4 @@ const Component components::qualified_value_shape{
     true,
     &Qualified::build};
 
-}  // namespace v0
 }  // namespace lrt::shacl

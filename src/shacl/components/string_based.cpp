@@ -12,7 +12,6 @@
 #include "src/shacl/messages.hpp"
 
 namespace lrt::shacl {
-inline namespace v0 {
 namespace sh = vocab::sh;
 namespace {
 
@@ -188,5 +187,4 @@ const Component components::pattern{{{sh::pattern, true}, {sh::flags, true}}, fa
 const Component components::language_in{{{sh::languageIn, true}}, false, &LanguageIn::build};
 const Component components::unique_lang{{{sh::uniqueLang, true}}, true, &UniqueLang::build};
 
-}  // namespace v0
 }  // namespace lrt::shacl

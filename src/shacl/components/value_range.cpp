@@ -13,7 +13,6 @@
 #include "src/shacl/messages.hpp"
 
 namespace lrt::shacl {
-inline namespace v0 {
 namespace sh = vocab::sh;
 namespace {
 
@@ -99,5 +98,4 @@ const Component components::min_inclusive{{{sh::minInclusive, true}}, false, &Mi
 const Component components::max_exclusive{{{sh::maxExclusive, true}}, false, &MaxExclusive::build};
 const Component components::max_inclusive{{{sh::maxInclusive, true}}, false, &MaxInclusive::build};
 
-}  // namespace v0
 }  // namespace lrt::shacl

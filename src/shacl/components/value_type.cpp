@@ -9,7 +9,6 @@
 #include "src/shacl/messages.hpp"
 
 namespace lrt::shacl {
-inline namespace v0 {
 namespace sh = vocab::sh;
 namespace {
 
@@ -124,5 +123,4 @@ const Component components::class_{{{sh::class_, false}}, false, &Class::build};
 const Component components::datatype{{{sh::datatype, true}}, false, &Datatype::build};
 const Component components::node_kind{{{sh::nodeKind, true}}, false, &NodeKind::build};
 
-}  // namespace v0
 }  // namespace lrt::shacl

@@ -15,7 +15,6 @@
 #include <lrt/transport/http.hpp>
 
 namespace lrt::transport {
-inline namespace v0 {
 namespace {
 
 /// Watches a descriptor on a host's io_context from start() to stop(): waits until it is readable, takes a turn, waits again. Shared with the
@@ -149,5 +148,4 @@ std::unique_ptr<Transport> detail::make_http_on_loop(TransportOptions options, b
 }
 template std::unique_ptr<Transport> detail::make_http_on_loop<BOOST_VERSION>(TransportOptions options, boost::asio::io_context& io);
 
-}  // namespace v0
 }  // namespace lrt::transport

@@ -11,7 +11,6 @@
 #include "src/base/client_key.hpp"
 
 namespace lrt::transport {
-inline namespace v0 {
 
 /// How many connections each client (client_key) has (Limits::max_connections_per_address). Those of this machine are not counted.
 class Addresses {
@@ -64,5 +63,4 @@ class Addresses {
   std::map<std::string, std::size_t> counts_;  ///< not a hash table: clients choose their IPv6 addresses
 };
 
-}  // namespace v0
 }  // namespace lrt::transport

@@ -11,7 +11,6 @@
 #include "src/transport/http/readiness.hpp"
 
 namespace lrt::transport {
-inline namespace v0 {
 
 /// Makes a Readiness ready at an instant, which waits of whole milliseconds would miss. One timerfd: setting it is one system call.
 class Alarm final : public Watched {
@@ -62,5 +61,4 @@ class Alarm final : public Watched {
   bool expired_ = false;
 };
 
-}  // namespace v0
 }  // namespace lrt::transport

@@ -9,7 +9,6 @@
 #include <utility>
 
 namespace lrt::transport {
-inline namespace v0 {
 namespace {
 
 /// The limit of buffered bytes for a client that does not read; at least one message.
@@ -88,5 +87,4 @@ void PushRound::add(Client& client) {
   clients.push_back(&client);
 }
 
-}  // namespace v0
 }  // namespace lrt::transport

@@ -13,7 +13,6 @@
 #include "src/transport/http/output_parts.hpp"
 
 namespace lrt::transport {
-inline namespace v0 {
 
 /// The number of reads in one turn: a fast sender must not delay the others.
 inline constexpr int reads_per_turn = 4;
@@ -82,5 +81,4 @@ class Client : public Watched, public Linked<TurnTag>, public std::enable_shared
   std::optional<engine::Channel> channel_;
 };
 
-}  // namespace v0
 }  // namespace lrt::transport

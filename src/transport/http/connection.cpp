@@ -12,7 +12,6 @@
 #include "src/transport/http/websocket.hpp"
 
 namespace lrt::transport {
-inline namespace v0 {
 namespace {
 
 /// Bytes per turn of a connection with much input.
@@ -339,5 +338,4 @@ void Connection::watch() {
   close();
 }
 
-}  // namespace v0
 }  // namespace lrt::transport

@@ -14,7 +14,6 @@
 #include "src/transport/http/tls.hpp"
 
 namespace lrt::transport {
-inline namespace v0 {
 
 /// A Session on a socket: waits for readiness, reads and writes without blocking, keeps the session's deadline, and pulls the messages of
 /// its event stream.
@@ -86,5 +85,4 @@ class Connection final : public Client, public Deadlines::Entry, public Linked<I
   bool closed_ = false;
 };
 
-}  // namespace v0
 }  // namespace lrt::transport

@@ -11,7 +11,6 @@
 #include "src/transport/http/list.hpp"
 
 namespace lrt::transport {
-inline namespace v0 {
 
 /// Deadlines of any number of connections, without a timer for each. Every kind of deadline has one length, so the entries of a kind are
 /// ordered by being appended: setting, clearing and finding the next are O(1) and never allocate.
@@ -73,5 +72,4 @@ class Deadlines {
   std::array<List<Entry, Tag>, kinds> kinds_;
 };
 
-}  // namespace v0
 }  // namespace lrt::transport

@@ -2,7 +2,6 @@
 #pragma once
 
 namespace lrt::transport {
-inline namespace v0 {
 
 /// Base of the elements of a List with this Tag. The destructor removes the element.
 template <class Tag>
@@ -65,5 +64,4 @@ class List {
   Root root_;
 };
 
-}  // namespace v0
 }  // namespace lrt::transport

@@ -19,7 +19,6 @@
 #include "src/transport/http/connection.hpp"
 
 namespace lrt::transport {
-inline namespace v0 {
 namespace {
 
 constexpr int backlog = 4096;  // the system has a limit of its own
@@ -228,5 +227,4 @@ bool Listener::accept_with_reserve() {
   return descriptor >= 0;
 }
 
-}  // namespace v0
 }  // namespace lrt::transport

@@ -11,7 +11,6 @@
 #include "src/transport/http/loop.hpp"
 
 namespace lrt::transport {
-inline namespace v0 {
 
 /// Accepts connections. At the limit it closes an idle one for each. When descriptors run out it accepts clients with reserve
 /// descriptors, as reserved connections, and without those it pauses; it never spins.
@@ -47,5 +46,4 @@ class Listener final : public Watched {
   std::optional<Deadlines::Instant> resumes_at_;
 };
 
-}  // namespace v0
 }  // namespace lrt::transport

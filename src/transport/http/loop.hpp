@@ -21,7 +21,6 @@
 #include "src/transport/http/tls.hpp"
 
 namespace lrt::transport {
-inline namespace v0 {
 
 class Client;
 class Connection;
@@ -89,5 +88,4 @@ struct Loop {
   std::vector<char> scratch = std::vector<char>(64 * 1024);  ///< for received bytes during a read
 };
 
-}  // namespace v0
 }  // namespace lrt::transport

@@ -7,7 +7,6 @@
 #include <string_view>
 
 namespace lrt::transport {
-inline namespace v0 {
 
 /// Bytes for one writing system call, in this order.
 class OutputParts {
@@ -28,5 +27,4 @@ class OutputParts {
   iovec parts_[max_parts];  // unused elements are not initialised, because this is created for each call
 };
 
-}  // namespace v0
 }  // namespace lrt::transport

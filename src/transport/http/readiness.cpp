@@ -6,7 +6,6 @@
 #include "src/transport/http/client.hpp"
 
 namespace lrt::transport {
-inline namespace v0 {
 
 bool Readiness::open() {
   if (!set_.is_open()) set_ = Socket(::epoll_create1(EPOLL_CLOEXEC));
@@ -119,5 +118,4 @@ bool Readiness::serve_turns() {
   return true;
 }
 
-}  // namespace v0
 }  // namespace lrt::transport

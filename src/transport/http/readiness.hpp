@@ -15,7 +15,6 @@
 #include "src/transport/http/socket.hpp"
 
 namespace lrt::transport {
-inline namespace v0 {
 
 class Client;
 struct LaterTag;
@@ -105,5 +104,4 @@ class Readiness {
   std::vector<std::shared_ptr<Client>> deferred_;
 };
 
-}  // namespace v0
 }  // namespace lrt::transport

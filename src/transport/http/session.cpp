@@ -18,7 +18,6 @@
 #include "src/transport/chunks.hpp"
 
 namespace lrt::transport {
-inline namespace v0 {
 namespace {
 
 /// RFC 9112 2.2 requires to ignore "at least one" empty line before a request line.
@@ -830,5 +829,4 @@ std::optional<engine::Channel> Session::channel() const noexcept { return state_
 bool Session::wants_message() const noexcept { return state_->wants_message(); }
 bool Session::input_ended() const noexcept { return state_->input_ended(); }
 
-}  // namespace v0
 }  // namespace lrt::transport

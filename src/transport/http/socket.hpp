@@ -7,7 +7,6 @@
 #include <utility>
 
 namespace lrt::transport {
-inline namespace v0 {
 
 class Watched;
 
@@ -39,5 +38,4 @@ class Socket {
   std::uint32_t events_ = 0;
 };
 
-}  // namespace v0
 }  // namespace lrt::transport

@@ -18,7 +18,6 @@
 #include "src/base/third_party_call.hpp"
 
 namespace lrt::transport {
-inline namespace v0 {
 namespace {
 
 /// The limit of unsent bytes for a client that does not read. Above it the connection is closed.
@@ -384,5 +383,4 @@ std::unique_ptr<TlsStream> TlsContext::make(int descriptor) {
   } catch (const std::bad_alloc&) { return nullptr; }
 }
 
-}  // namespace v0
 }  // namespace lrt::transport

@@ -18,7 +18,6 @@ struct ssl_st;
 struct ssl_ctx_st;
 
 namespace lrt::transport {
-inline namespace v0 {
 
 /// The server's side of TLS on one socket that does not block, to be used in place of recv() and sendmsg().
 ///
@@ -103,5 +102,4 @@ class TlsContext {
   std::string scratch_;
 };
 
-}  // namespace v0
 }  // namespace lrt::transport

@@ -12,7 +12,6 @@
 #include "src/http/websocket.hpp"
 
 namespace lrt::transport {
-inline namespace v0 {
 namespace {
 
 /// Taken from the client at once.
@@ -328,5 +327,4 @@ void WebSocket::update(TimePoint) {
   close();
 }
 
-}  // namespace v0
 }  // namespace lrt::transport

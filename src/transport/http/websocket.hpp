@@ -18,7 +18,6 @@
 #include "src/transport/http/websocket_frames.hpp"
 
 namespace lrt::transport {
-inline namespace v0 {
 
 /// A client after its opening handshake: WebSocketFrames on the socket that was a Connection's.
 ///
@@ -121,5 +120,4 @@ class WebSocket final : public Client {
   bool owes_ping_ = false;   ///< a ping waits behind a message
 };
 
-}  // namespace v0
 }  // namespace lrt::transport

@@ -9,7 +9,6 @@
 #include "src/http/websocket.hpp"
 
 namespace lrt::transport {
-inline namespace v0 {
 namespace {
 
 /// RFC 6455 5.2
@@ -255,5 +254,4 @@ void WebSocketFrames::end() noexcept {
   used_ = 0;
 }
 
-}  // namespace v0
 }  // namespace lrt::transport

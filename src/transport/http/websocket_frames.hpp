@@ -13,7 +13,6 @@
 #include "src/transport/http/output_parts.hpp"
 
 namespace lrt::transport {
-inline namespace v0 {
 
 /// The server's side of one WebSocket (RFC 6455) after its opening handshake, without I/O: the client's bytes in, its messages out; our
 /// messages in, bytes out. Frames and assembles messages, checks UTF-8, responds to pings, carries out the closing handshake. The owner has the
@@ -116,5 +115,4 @@ class WebSocketFrames {
   bool over_ = false;        ///< nothing more is read
 };
 
-}  // namespace v0
 }  // namespace lrt::transport

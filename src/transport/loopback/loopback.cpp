@@ -15,7 +15,6 @@
 #include "src/transport/waits.hpp"
 
 namespace lrt::transport {
-inline namespace v0 {
 namespace {
 
 using std::chrono::milliseconds;
@@ -288,5 +287,4 @@ void Loopback::cancel(StreamId stream) {
   }
 }
 
-}  // namespace v0
 }  // namespace lrt::transport
