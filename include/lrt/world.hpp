@@ -213,10 +213,9 @@ class LRT_API WorldGraph {
       static_assert(rdf::detail::always_false<T>, "lrt: values that are published need a default constructor and copies");
       return {};
     } else {
-      auto slot = std::make_shared<model::Slot<T>>();
-      std::function<void()> remove = add_published(slot, rdf::traits<T>::type(), path, predicate, options);
-      if (!remove) return {};
-      return PublishedObject<T>(std::move(slot), std::move(remove));
+      auto [slot, remove] = add_published(std::make_unique<model::Slot<T>>(), rdf::traits<T>::type(), path, predicate, options);
+      if (!slot) return {};
+      return PublishedObject<T>(std::static_pointer_cast<model::Slot<T>>(std::move(slot)), std::move(remove));
     }
   }
 
@@ -224,9 +223,10 @@ class LRT_API WorldGraph {
   friend class World;
   explicit WorldGraph(std::shared_ptr<model::GraphState> state) noexcept : state_(std::move(state)) {}
   Result<void> apply(const std::function<void(GraphUpdate&)>& change);
-  /// @return  removes it again; empty: it is not added
-  std::function<void()> add_published(std::shared_ptr<model::SlotBase> slot, const rdf::Type& type, std::string_view path, Iri predicate,
-                                      const PublishedOptions& options);
+  /// @return  the slot, and what removes it again; empty: it is not added
+  std::pair<std::shared_ptr<model::SlotBase>, std::function<void()>> add_published(std::unique_ptr<model::SlotBase> slot, const rdf::Type& type,
+                                                                                   std::string_view path, Iri predicate,
+                                                                                   const PublishedOptions& options);
   std::shared_ptr<model::GraphState> state_;
 };
 

@@ -85,7 +85,7 @@ struct PropertySpec : ResourceSpec {
   PropertySpec() noexcept : ResourceSpec(Kind::property) {}
   const rdf::Type* type = nullptr;
   rdf::Facets facets;
-  std::shared_ptr<SlotBase> slot;                          ///< of a pushed property; null: the property is pulled
+  std::unique_ptr<SlotBase> slot;                          ///< of a pushed property; null: the property is pulled
   ReadFunction read;                                       ///< of a pulled property
   std::shared_ptr<ChangeSignal> changes;                   ///< of a pulled property
   std::optional<std::chrono::milliseconds> sample_period;  ///< of a pulled property; nullopt: SubscriptionOptions::sample_period

@@ -188,7 +188,7 @@ model::PulledSetup Thing::new_pulled(std::string_view path, const rdf::Type& typ
 model::PushedSetup Thing::new_pushed(std::string_view path, const rdf::Type& type, const Unit& unit, std::unique_ptr<model::SlotBase> slot) {
   auto spec = new_property(path, type, unit);
   spec->slot = std::move(slot);
-  return model::PushedSetup(spec, spec->slot);
+  return model::PushedSetup(spec, {spec, spec->slot.get()});
 }
 
 std::shared_ptr<model::ResourceSpec> Thing::new_action(std::string_view path, const rdf::Type* input, const rdf::Type* output, bool asynchronous,

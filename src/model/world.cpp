@@ -87,12 +87,13 @@ std::shared_ptr<const rdf::Graph> WorldGraph::snapshot() const { return state_ ?
 
 std::uint64_t WorldGraph::revision() const { return state_ ? state_->version().revision : 0; }
 
-std::function<void()> WorldGraph::add_published(std::shared_ptr<model::SlotBase> slot, const rdf::Type& type, std::string_view path, Iri predicate,
-                                                const PublishedOptions& options) {
+std::pair<std::shared_ptr<model::SlotBase>, std::function<void()>> WorldGraph::add_published(std::unique_ptr<model::SlotBase> slot,
+                                                                                             const rdf::Type& type, std::string_view path,
+                                                                                             Iri predicate, const PublishedOptions& options) {
   if (!state_) return {};
   const auto fails = [&](const std::string& why) {
     state_->report("the value \"" + std::string(path) + "\" is not published in the graph \"" + state_->path().substr(1) + "\": " + why);
-    return std::function<void()>();
+    return std::pair<std::shared_ptr<model::SlotBase>, std::function<void()>>();
   };
   if (!iri::is_absolute(predicate.text)) return fails("expected an absolute IRI as predicate, found \"" + std::string(predicate.text) + "\"");
   const Result<std::string> below = model::encode_path(path);
@@ -109,7 +110,7 @@ std::function<void()> WorldGraph::add_published(std::shared_ptr<model::SlotBase>
   std::string object = "#" + below->substr(0, below->find('/'));
   if (!state_->add_published({spec, std::string(predicate.text), std::move(object), options.expires_after}))
     return fails("the path \"" + spec->location().substr(1) + "\" is used by another value");
-  return [state = state_, spec] { state->remove_published(*spec); };
+  return {{spec, spec->slot.get()}, [state = state_, spec] { state->remove_published(*spec); }};
 }
 
 // ----------------------------------------------------------------------------------------------------------------- world

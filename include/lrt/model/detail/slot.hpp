@@ -187,6 +187,7 @@ class LRT_API CellSlot : public KeepingSlot {
  protected:
   using KeepingSlot::KeepingSlot;
   SampleHead* cells_at_ = nullptr;  // an array of three samples
+  std::uint8_t back_ = 0;           // used by the writer
 
  private:
   SampleHead& front() const noexcept;
@@ -235,8 +236,7 @@ class Slot final : public CellSlot {
   }
 
  private:
-  T last_{};               // used by the writer
-  std::uint8_t back_ = 0;  // used by the writer
+  T last_{};  // used by the writer
   Sample<T> cells_[3];
 };
 
