@@ -23,12 +23,12 @@ int main() {
   lrt::Server server = lrt::Server::create(options).value();  // value() throws what a Result has instead of a value
   server.add(std::move(joint)).value();
 
-  lesson::Visitor visitor(server, [](lesson::Client& client) {                       // lesson
-    client.get("/baxter/right_s1/rotation");                                         // lesson
-    client.post("/baxter/right_s1/actions/rotate", "<> vom:numericalValue 0.75 .");  // lesson
-    client.get_until("/baxter/right_s1/rotation", "0.75");                           // lesson
-  });                                                                                // lesson
-  server.run();                                                                      // or, in a control loop: server.poll(), which never waits
+  lesson::Visitor visitor(server, [](lesson::Client& client) {                                               // lesson
+    client.get("/baxter/right_s1/rotation");                                                                 // lesson
+    client.post("/baxter/right_s1/actions/rotate", "<> vom:numericalValue 0.75 ; vom:unit maths:Radian .");  // lesson
+    client.get_until("/baxter/right_s1/rotation", "0.75");                                                   // lesson
+  });                                                                                                        // lesson
+  server.run();  // or, in a control loop: server.poll(), which never waits
 }
 
 // Output:
@@ -47,7 +47,7 @@ int main() {
 //     hybrit:websocketUrl "ws://127.0.0.1:8080/baxter/right_s1/rotation"^^xsd:anyURI .
 //
 // POST /baxter/right_s1/actions/rotate
-//   <> vom:numericalValue 0.75 .
+//   <> vom:numericalValue 0.75 ; vom:unit maths:Radian .
 // 204 No Content
 // Location: http://127.0.0.1:8080/baxter/right_s1/actions/rotate/id-1
 //

@@ -156,8 +156,8 @@ std::string to_json(const Report& report) {
   bool first = true;
   for (const Requirement& r : report.requirements) {
     out += std::string(first ? "\n" : ",\n") + "{\"id\": " + json_string(r.id) + ", \"level\": " + json_string(to_string(r.level)) +
-           ", \"outcome\": " + json_string(underscored(to_string(r.outcome))) + ", \"title\": " + json_string(r.title) + ", \"reason\": " + json_string(r.reason) +
-           "}";
+           ", \"outcome\": " + json_string(underscored(to_string(r.outcome))) + ", \"title\": " + json_string(r.title) +
+           ", \"reason\": " + json_string(r.reason) + "}";
     first = false;
   }
   out += "],\n\"findings\": [";
@@ -166,8 +166,9 @@ std::string to_json(const Report& report) {
     out += std::string(first ? "\n" : ",\n") + "{\"id\": " + json_string(f.id) + ", \"requirements\": " + array(f.requirements) +
            ", \"level\": " + json_string(to_string(f.level)) + ", \"outcome\": " + json_string(underscored(to_string(f.outcome))) +
            ", \"certainty\": " + json_string(to_string(f.certainty)) + ", \"title\": " + json_string(f.title) +
-           ", \"specification\": " + json_string(f.specification) + ", \"references\": " + json_string(f.references) + ", \"detail\": " + json_string(f.detail) +
-           ", \"tried\": " + std::to_string(f.tried) + ", \"failed\": " + std::to_string(f.failed) + ", \"evidence\": [";
+           ", \"specification\": " + json_string(f.specification) + ", \"references\": " + json_string(f.references) +
+           ", \"detail\": " + json_string(f.detail) + ", \"tried\": " + std::to_string(f.tried) + ", \"failed\": " + std::to_string(f.failed) +
+           ", \"evidence\": [";
     for (std::size_t i = 0; i < f.evidence.size(); ++i)
       out += std::string(i == 0 ? "" : ", ") + "{\"url\": " + json_string(f.evidence[i].url) + ", \"sent\": " + json_string(f.evidence[i].sent) +
              ", \"received\": " + json_string(f.evidence[i].received) + "}";

@@ -94,8 +94,7 @@ void use_websocket(Context& context, WebSocket& socket, const std::string& url, 
   if (socket.accept_is_right()) v.pass("ws.accept", &opened);
   else
     v.fail("ws.accept",
-           "Sec-WebSocket-Accept is \"" + excerpt(opened.reply.field("Sec-WebSocket-Accept"), 60) + "\", which does not belong to the key",
-           &opened);
+           "Sec-WebSocket-Accept is \"" + excerpt(opened.reply.field("Sec-WebSocket-Accept"), 60) + "\", which does not belong to the key", &opened);
   if (const std::string fault = socket.field_fault(); fault.empty()) v.pass("ws.fields", &opened);
   else v.fail("ws.fields", fault, &opened);
 

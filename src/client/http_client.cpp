@@ -148,8 +148,7 @@ class HttpClientImpl final : public HttpClient {
  private:
   Result<std::unique_ptr<Wire>> connect(const http::Url& url, WaitLimit limit, bool anonymous) {
     const Instant now = std::chrono::steady_clock::now();
-    const Result<std::vector<Address>> found =
-        names_.find(url.host, {std::min(limit.until, now + options_.limits.resolve_time), stop_descriptor_});
+    const Result<std::vector<Address>> found = names_.find(url.host, {std::min(limit.until, now + options_.limits.resolve_time), stop_descriptor_});
     if (!found) return unexpected(found.error());
     std::vector<const Address*> addresses;
     for (const Address& address : *found) addresses.push_back(&address);

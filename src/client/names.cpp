@@ -33,8 +33,7 @@ struct NameResolver::State {
   std::map<std::string, Known> known;
 };
 
-NameResolver::NameResolver(ThreadOptions threads, Resolve resolve)
-    : state_(std::make_shared<State>(std::move(threads), std::move(resolve))) {}
+NameResolver::NameResolver(ThreadOptions threads, Resolve resolve) : state_(std::make_shared<State>(std::move(threads), std::move(resolve))) {}
 
 Result<std::vector<Address>> NameResolver::find(const std::string& host, exchange::WaitLimit limit) {
   if (std::optional<Address> literal = literal_address(host)) return std::vector<Address>{*std::move(literal)};

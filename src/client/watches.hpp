@@ -28,7 +28,7 @@ class LRT_INTERNAL_API Watches {
     const Clock* clock = nullptr;      ///< measures pauses; nullptr: the system's. If it is moved by hand, check_clock() must follow
     std::function<double()> random{};  ///< in [0, 1), for pauses; empty: the system's
     std::function<void()> wake{};      ///< called from any thread when poll() has something to do; must not block or call Watches
-    Resolve resolve{};       ///< of names for WebSockets; empty: the system's resolver
+    Resolve resolve{};                 ///< of names for WebSockets; empty: the system's resolver
   };
   /// The thread that runs the callback of a watch.
   enum class Delivery : unsigned char {

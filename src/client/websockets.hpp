@@ -42,7 +42,7 @@ class WebSocketEvents {
 
 struct WebSocketRequest {
   http::Url url;                                              ///< secure: TLS
-  std::vector<Address> addresses;                   ///< of the host, tried in this order
+  std::vector<Address> addresses;                             ///< of the host, tried in this order
   std::vector<std::pair<std::string, std::string>> fields{};  ///< Accept, Authorization, ...
   std::chrono::milliseconds idle_time{60'000};  ///< a ping is sent after half of it without a frame; all of it: the connection has ended
 };

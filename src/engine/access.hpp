@@ -28,8 +28,8 @@ std::shared_ptr<const Caller> judged_caller(const Caller& caller);
 /// function returns the response that refuses the request; nullopt: it may be sent.
 class AccessControl {
  public:
-  AccessControl(const EngineOptions& options, const Bases& bases, const Cors& cors, const Responses& responses,
-                const CallbackRules& callback_rules, const SubscriptionRequests& subscription_requests)
+  AccessControl(const EngineOptions& options, const Bases& bases, const Cors& cors, const Responses& responses, const CallbackRules& callback_rules,
+                const SubscriptionRequests& subscription_requests)
       : options_(options),
         bases_(bases),
         cors_(cors),

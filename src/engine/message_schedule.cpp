@@ -119,7 +119,8 @@ void MessageSchedule::took(const Resource& observed, Instant before) {
 
 /// Until when no representation is made for a subscriber; nullopt: it may be made, or there is one already.
 std::optional<MessageSchedule::Instant> MessageSchedule::rest_of(const SubscriptionResource& s, TimePoint now) const {
-  if (rest_end_ <= now.steady || slow_.count(static_cast<std::uint64_t>(s.observed.id)) == 0 || s.observed.observable()->is_urgent()) return std::nullopt;
+  if (rest_end_ <= now.steady || slow_.count(static_cast<std::uint64_t>(s.observed.id)) == 0 || s.observed.observable()->is_urgent())
+    return std::nullopt;
   return representations_.is_made(s.observed, s.base, s.its_variant, s.audience) ? std::nullopt : std::optional(rest_end_);
 }
 

@@ -136,7 +136,6 @@ class Queries {
   std::vector<std::weak_ptr<std::atomic<bool>>> cancels_;  ///< flag of running evaluations
 };
 
-
 /// What the engine does for a QueryService.
 class QueryExtension : public QueryService::Extension {
  public:

@@ -8,9 +8,7 @@
 
 namespace lrt::http {
 inline namespace v0 {
-namespace {
-
-}  // namespace
+namespace {}  // namespace
 
 std::string json_string(std::string_view text) { return lrt::json_string(text); }
 

@@ -119,7 +119,7 @@ class BridgeCore final : private Link::Events {
   Phase phase_ = Phase::waiting;
   Instant now_{}, retry_at_{}, connected_at_{};
   unsigned failures_ = 0;  ///< to connect, in succession
-  std::uint64_t chance_;  ///< for jitter
+  std::uint64_t chance_;   ///< for jitter
   std::uint16_t max_aliases_ = 0, used_aliases_ = 0;
   bool newest_first_ = false;  ///< set after connecting: the newest values are sent before queued changes
   std::string last_reason_;    ///< of a connection that failed, logged once

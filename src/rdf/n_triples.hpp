@@ -11,7 +11,6 @@ namespace lrt::rdf {
 
 /// Appends `"text"`. Escapes the characters that Turtle, N-Triples and JSON require: quote, backslash, controls. Other bytes are copied.
 
-
 /// Appends the term in the syntax of N-Triples (RDF 1.1 N-Triples 2). Does not validate it: see fault_of().
 LRT_INTERNAL_API void append_n_triples(std::string& out, const TermView& term);
 

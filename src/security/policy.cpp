@@ -90,7 +90,8 @@ class AuthorizationReader {
     const Iri iri{object.text};
     if (predicate == vocab::acl::accessTo.text || predicate == vocab::acl::default_.text) {
       if (iri.text.substr(0, file_iri.size()) != file_iri || iri.text.find_first_of("?#") != std::string_view::npos)
-        return unexpected(Errc::invalid_option, "acl:" + local + ": expected a path of this server such as </arm>, found <" + relative(iri.text) + ">");
+        return unexpected(Errc::invalid_option,
+                          "acl:" + local + ": expected a path of this server such as </arm>, found <" + relative(iri.text) + ">");
       const Result<std::string> path = path_of(iri.text.substr(file_iri.size() - 1));
       if (!path) return unexpected(Errc::invalid_option, "acl:" + local + ": " + path.error().message);
       targets.emplace_back(*path, predicate == vocab::acl::accessTo.text ? Scope::here : Scope::below);
@@ -101,7 +102,8 @@ class AuthorizationReader {
     } else if (predicate == vocab::acl::agentClass.text) {
       if (iri == vocab::foaf::Agent) agents.push_back({Who::Kind::anyone});
       else if (iri == vocab::acl::AuthenticatedAgent) agents.push_back({Who::Kind::authenticated});
-      else return unexpected(Errc::invalid_option, "acl:agentClass: expected foaf:Agent or acl:AuthenticatedAgent, found <" + relative(iri.text) + ">");
+      else
+        return unexpected(Errc::invalid_option, "acl:agentClass: expected foaf:Agent or acl:AuthenticatedAgent, found <" + relative(iri.text) + ">");
     } else if (predicate == vocab::acl::mode.text) {
       const std::optional<Right> right = right_of(iri);
       if (!right)

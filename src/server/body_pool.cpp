@@ -77,7 +77,6 @@ void BodyPool::stop() noexcept {
   for (Thread& thread : threads) thread.join();
 }
 
-
 namespace {
 
 /// Threads for one list of jobs of the engine.

@@ -248,7 +248,6 @@ std::shared_ptr<Waker> Feed::waker() const { return state_->waker; }
 std::string Feed::base() const { return state_->feeds.base(); }
 bool Feed::is_protected() const { return state_->feeds.is_protected(); }
 
-
 std::unique_ptr<Service> make_feeds(SharedEngine& server) { return std::make_unique<Feeds>(server); }
 
 }  // namespace lrt

@@ -124,7 +124,6 @@ void KeptGraphs::stop() noexcept {
   for (const auto& kept : all_) kept->stop();
 }
 
-
 std::unique_ptr<Service> make_kept_graphs(SharedEngine& server) { return std::make_unique<KeptGraphs>(server); }
 
 }  // namespace lrt

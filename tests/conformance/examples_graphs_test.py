@@ -36,7 +36,7 @@ PREFIXES = """@prefix vom: <http://vocab.arvida.de/2015/06/vom/vocab#> . @prefix
 """
 METRE = "<> vom:numericalValue 1 ; qudt:hasUnit unit:M ."
 ASKED = {  # invocations and members: what exists only after somebody has asked for it
-    "t01_first_thing": [("baxter/right_s1/actions/rotate", "<> vom:numericalValue 0.75 .")],
+    "t01_first_thing": [("baxter/right_s1/actions/rotate", "<> vom:numericalValue 0.75 ; qudt:hasUnit unit:RAD .")],
     "t05_actions": [("lift/actions/home", ""), ("lift/actions/moveTo", METRE), ("lift/actions/timeTo", METRE)],
     "t07_collections": [("rover/waypoints", "<> maths:x 1.5 ; maths:y 2 ; qudt:hasUnit unit:M .")],
     "t13_watching": [("arm/joint/actions/turn", "<> vom:numericalValue 1 .")],

@@ -22,7 +22,7 @@ from pathlib import Path
 ROOT = Path(sys.argv[1]).resolve()
 # Page: how many commands it has at least. Those of docs/command.md and docs/check.md have tests of their own.
 PAGES = {"README.md": 4, "docs/actions.md": 3, "docs/queries.md": 1, "docs/subscriptions.md": 2, "docs/things.md": 8, "docs/tour.md": 20, "docs/types.md": 4}
-ELSEWHERE = {"docs/command.md": "tests/tools/command_test.py", "docs/check.md": "tests/client/check_test.cpp"}
+ELSEWHERE = {"docs/command.md": "tests/tools/command_test.py", "docs/check.md": "tests/check/check_test.cpp"}
 
 
 def blocks_of(page):

@@ -51,7 +51,7 @@ struct Reading {
 
 }  // namespace
 
-TEST_CASE("Upgrade or Accept says by which protocol a GET subscribes", "[engine][R0.12][R0.13]") {
+TEST_CASE("Upgrade or Accept says by which protocol a GET subscribes", "[engine][R0.12][R0.13][R0.14]") {
   CHECK_FALSE(protocol_of("GET /arm/angle"));
   CHECK_FALSE(protocol_of("GET /arm/angle\nUpgrade: h2c"));
   CHECK(protocol_of("GET /arm/angle\nUpgrade: websocket\nConnection: Upgrade") == Protocol::websocket);

@@ -500,6 +500,8 @@ inline constexpr bool is_result<Result<T>> = true;
 /// Name and predicate of a field of a Record: a vocabulary term, or a name of your own. For an own name the predicate
 /// is `<vocabulary>Type/name`, a term of the server's vocabulary (Options::vocabulary): one IRI for all values of the
 /// C++ type.
+///
+/// @par Threads  Distinct objects: any. One object: one thread at a time.
 class LRT_API FieldName {
  public:
   // Compiled once: each field has a name.

@@ -52,9 +52,7 @@ class Receiver {
     return representations.message_of(representation);
   }
   /// Reports the channel to its sender.
-  virtual void announce(ReadyChannels& ready) const {
-    (s_.observed.observable()->is_urgent() ? ready.urgent : ready.others).push_back(s_.channel);
-  }
+  virtual void announce(ReadyChannels& ready) const { (s_.observed.observable()->is_urgent() ? ready.urgent : ready.others).push_back(s_.channel); }
   /// A client has chosen the media type, and expects that the value has it.
   virtual bool chose_media_type() const noexcept { return true; }
   /// If the first value cannot be read, the subscription waits for one that can. Otherwise it ends.
