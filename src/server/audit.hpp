@@ -66,6 +66,8 @@ class AuditWriter {
 /// @par Threads  As Service and RequestObserver say.
 class Audit final : public Service, public RequestObserver {
  public:
+  RequestObserver* observer() noexcept override { return this; }
+
   Audit(const security::Audit& options, const ThreadOptions& threads, const Clock& clock, LogCallback log)
       : options_(options), threads_(threads), clock_(clock), writer_(options, std::move(log)) {}
 

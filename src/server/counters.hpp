@@ -49,6 +49,10 @@ class AtomicTimeCounts {
 /// @par Threads  any; Poll: one at a time
 class Counters final : public Service, public RequestObserver {
  public:
+  static constexpr char key = 0;
+  const char* identity() const noexcept override { return &key; }
+  RequestObserver* observer() noexcept override { return this; }
+
   void handled(const http::Request& request, const Result<engine::Caller>& caller, const engine::Outcome& outcome, TimePoint now) override;
   void refused(const http::Request& request, const Result<engine::Caller>& caller, const http::Response& refusal, TimePoint now) override;
   void replied(const engine::Reply& reply) override { response(reply.response.status, reply.response.denial); }

@@ -48,6 +48,10 @@ class LRT_LOCAL Feed::State {
 /// @par Threads  Any; the functions for a feed are called by the thread of the feed.
 class Feeds final : public Service, public Receiver {
  public:
+  static constexpr char key = 0;
+  const char* identity() const noexcept override { return &key; }
+  Receiver* receiver() noexcept override { return this; }
+
   explicit Feeds(SharedEngine& server) : server_(server) {}
 
   // As those of Feed.

@@ -21,6 +21,10 @@ inline namespace v0 {
 /// @par Threads  Any.
 class GuestRequests final : public Service, public Receiver {
  public:
+  static constexpr char key = 0;
+  const char* identity() const noexcept override { return &key; }
+  Receiver* receiver() noexcept override { return this; }
+
   explicit GuestRequests(SharedEngine& server) : server_(server) {}
 
   /// Handles a request and waits for its response.

@@ -44,6 +44,8 @@ class KeptGraph {
 /// @par Threads  Any.
 class KeptGraphs final : public Service, public ThingKeeper {
  public:
+  ThingKeeper* keeper() noexcept override { return this; }
+
   using Opened = std::vector<std::unique_ptr<KeptGraph>>;
 
   explicit KeptGraphs(SharedEngine& server) : server_(server) {}

@@ -11,6 +11,8 @@ namespace {
 /// Ends subscriptions whose right has ended, also without a request.
 class RightsRenewal final : public Service, public TurnWork {
  public:
+  TurnWork* turn_work() noexcept override { return this; }
+
   explicit RightsRenewal(SharedEngine& server) : server_(server) {}
   void turn(TimePoint now) override {
     const auto due = next_deadline();

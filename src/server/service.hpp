@@ -18,11 +18,15 @@
 namespace lrt {
 
 class SharedEngine;
+class TurnWork;
+class Receiver;
+class RequestObserver;
+class ThingKeeper;
 
 /// A capability of a server beside requests and responses. It has its own state and threads, and gets what the engine hands out. A function in the list
 /// of services.cpp makes it, and nothing else names it, unless a public class is its face: see SharedEngine::service().
 ///
-/// A service with a further role also derives from one of the classes below.
+/// A service with a further role also derives from one of the classes below, and returns itself as that. Programs may be compiled without RTTI.
 class Service {
  public:
   virtual ~Service() = default;
@@ -46,6 +50,16 @@ class Service {
   /// Adds its counters.
   /// @par Threads  any
   virtual void count(ServerCounters& all) const { (void)all; }
+
+  /// @{
+  /// Its further roles; nullptr: it does not have this one.
+  virtual TurnWork* turn_work() noexcept { return nullptr; }
+  virtual Receiver* receiver() noexcept { return nullptr; }
+  virtual RequestObserver* observer() noexcept { return nullptr; }
+  virtual ThingKeeper* keeper() noexcept { return nullptr; }
+  /// @}
+  /// The address of `key` of a class that SharedEngine::service() finds; nullptr: it is not found.
+  virtual const char* identity() const noexcept { return nullptr; }
 };
 
 /// Works on the thread that serves the network, without the engine's lock.

@@ -20,8 +20,8 @@ std::shared_ptr<security::Sessions> make_sessions(const Options& options) {
 }
 
 template <class Role>
-void add_role(Service& service, std::vector<Role*>& all) {
-  if (auto* const role = dynamic_cast<Role*>(&service)) all.push_back(role);
+void add_role(Role* role, std::vector<Role*>& all) {
+  if (role) all.push_back(role);
 }
 
 }  // namespace
@@ -35,10 +35,10 @@ SharedEngine::SharedEngine(const Options& options, Loop& loop)
       engine_(engine_options()) {
   services_ = make_services(*this);
   for (const auto& service : services_) {
-    add_role(*service, turn_works_);
-    add_role(*service, receivers_);
-    add_role(*service, observers_);
-    add_role(*service, keepers_);
+    add_role(service->turn_work(), turn_works_);
+    add_role(service->receiver(), receivers_);
+    add_role(service->observer(), observers_);
+    add_role(service->keeper(), keepers_);
   }
 }
 

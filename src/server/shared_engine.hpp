@@ -12,7 +12,6 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
-#include <typeinfo>
 #include <vector>
 
 #include <lrt/engine/engine.hpp>
@@ -83,7 +82,7 @@ class SharedEngine final : public engine::Handler {
   template <class S>
   S& service() const {
     std::size_t at = 0;
-    for (const Service* one = services_[0].get(); typeid(*one) != typeid(S);) one = services_[++at].get();
+    while (services_[at]->identity() != &S::key) ++at;
     return static_cast<S&>(*services_[at]);
   }
 

@@ -15,6 +15,10 @@ namespace lrt {
 /// Passes user code to the thread or the executor that its Dispatch names.
 class UserJobs final : public Service, public TurnWork {
  public:
+  static constexpr char key = 0;
+  const char* identity() const noexcept override { return &key; }
+  TurnWork* turn_work() noexcept override { return this; }
+
   explicit UserJobs(SharedEngine& server) : server_(server) {}
 
   /// Without a lock, because user code may call the server.
