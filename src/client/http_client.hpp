@@ -14,9 +14,8 @@
 #include <lrt/client/options.hpp>
 #include <lrt/http/message.hpp>
 
+#include "src/base/resolve.hpp"
 #include "src/exchange/exchange.hpp"
-#include "src/base/resolve.hpp"
-#include "src/base/resolve.hpp"
 #include "src/http/url.hpp"
 
 namespace lrt::client {

@@ -13,7 +13,6 @@
 #include <lrt/client/options.hpp>
 
 #include "src/base/resolve.hpp"
-#include "src/base/resolve.hpp"
 #include "src/http/url.hpp"
 
 namespace lrt::client {

@@ -62,7 +62,8 @@ Outcome Subscriptions::create(Context& context) {
   SubscriptionRequests::Described described = requests_.read_description(context);
   if (auto* outcome = std::get_if<Outcome>(&described)) return std::move(*outcome);
   SubscriptionRequest& wanted = std::get<SubscriptionRequest>(described);
-  return opening_of(wanted.protocol).open(context, std::move(wanted), parts_, *this);
+  const Opening& opening = opening_of(wanted.protocol);
+  return opening.open(context, std::move(wanted), parts_, *this);
 }
 
 Result<Subscribed> Subscriptions::make_feed(FeedSubscription wanted, TimePoint now) {
