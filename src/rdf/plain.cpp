@@ -334,8 +334,8 @@ class DocumentReader {
   using Document = json::Document;
   using Id = Document::Id;
 
-  DocumentReader(const Document& document, bool is_binary, Graph& graph, std::string_view vocabulary)
-      : document_(document), is_binary_(is_binary), graph_(graph), triples_(graph, vocabulary) {}
+  DocumentReader(const Document& document, bool is_binary, Graph& graph, std::string_view vocabulary, TermId focus)
+      : document_(document), is_binary_(is_binary), graph_(graph), triples_(graph, vocabulary, focus) {}
 
   void at(TermId focus, const Type& outer, const Facets& facets) {
     const Type& type = without_optional(outer);
@@ -348,7 +348,10 @@ class DocumentReader {
         return;
       case Kind::integer:
       case Kind::real: return triples_.number(focus, scalar(type, id), facets.unit());
-      default: triples_.value(focus, bare(type, facets, id));
+      default: {
+        const ValueWriter::Step step(triples_, value_step);
+        triples_.value(focus, bare(type, facets, id));
+      }
     }
   }
 
@@ -408,6 +411,8 @@ class DocumentReader {
   bool record(TermId node, const Type& type, const Facets& facets, Id id) {
     bool has_field = false;
     triples_.classes(node, type);
+    std::optional<ValueWriter::Step> inside;
+    if (!type.value_predicate.empty()) inside.emplace(triples_, value_step);
     const TermId fields = triples_.value_node(node, type);
     const std::vector<std::string> names = member_names(type);
     for (const Id member : json::Children(document_, id))
@@ -416,6 +421,7 @@ class DocumentReader {
       const FieldType& field = type.fields[i];
       const Id member = document_.member(id, names[i]);
       if (member == Document::none) continue;
+      const ValueWriter::Step step(triples_, field.name);
       if (const std::optional<TermId> o = object(*field.type, field_facets(field, facets), member)) {
         triples_.field(fields, field, *o);
         has_field = true;
@@ -443,27 +449,32 @@ class DocumentReader {
 
   TermId bare(const Type& type, const Facets& facets, Id id) {
     if (type.kind == Kind::record && kind(id) == Json::object) {
-      const TermId node = graph_.fresh_blank();
+      const TermId node = triples_.node();
       record(node, type, facets, id);
       return node;
     }
     if (type.kind == Kind::list && kind(id) == Json::array) {
       std::vector<TermId> members;
       for (const Id member : json::Children(document_, id)) {
+        const ValueWriter::Step step(triples_, members.size());
         const std::optional<TermId> o = object(*type.element, facets, member);
         if (!o) refuse(member, expected(*type.element));
         members.push_back(*o);
       }
-      return graph_.add_list(members);
+      return triples_.list(members);
     }
     if (type.kind == Kind::map && kind(id) == Json::object) {
       std::vector<TermId> members;
       for (const Id member : json::Children(document_, id)) {
-        const std::optional<TermId> o = object(*type.element, facets, member);
+        const ValueWriter::Step step(triples_, members.size());
+        const std::optional<TermId> o = [&] {
+          const ValueWriter::Step inside(triples_, value_step);
+          return object(*type.element, facets, member);
+        }();
         if (!o) refuse(member, expected(*type.element));
         members.push_back(triples_.map_member(document_.key(member), *o));
       }
-      return graph_.add_list(members);
+      return triples_.list(members);
     }
     const TermId term = scalar(type, id);
     return type.is_number() ? triples_.number(term, facets.unit()) : term;
@@ -696,7 +707,7 @@ Result<void> read_plain(std::string_view body, Plain format, const Type& type, c
   const Result<json::Document> document = is_binary ? json::Document::parse_cbor(body, limits) : json::Document::parse(body, limits);
   if (!document) return unexpected(document.error());
   try {
-    DocumentReader(*document, is_binary, graph, vocabulary).at(focus, type, facets);
+    DocumentReader(*document, is_binary, graph, vocabulary, focus).at(focus, type, facets);
     return {};
   } catch (const Refused& refused) {
     const auto& [pointer, message] = refused.mismatch;

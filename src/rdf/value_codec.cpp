@@ -13,6 +13,7 @@
 #include <lrt/rdf/lexical.hpp>
 #include <lrt/rdf/traits.hpp>
 
+#include "src/base/ascii.hpp"
 #include "src/base/utf8.hpp"
 #include "src/rdf/json_parse.hpp"
 #include "src/rdf/plain_names.hpp"
@@ -48,7 +49,7 @@ std::string well_formed(const std::string& text) {
 /// Writes a Value as triples.
 class Writer {
  public:
-  Writer(Graph& graph, std::string_view vocabulary) : graph_(graph), triples_(graph, vocabulary) {}
+  Writer(Graph& graph, std::string_view vocabulary, TermId focus) : graph_(graph), triples_(graph, vocabulary, focus) {}
 
   void at(TermId focus, const Type& type, const Facets& facets, const Value& value) {
     if (value.is_null()) return;
@@ -60,7 +61,10 @@ class Writer {
       case Kind::record: return record(focus, type, facets, value);
       case Kind::integer:
       case Kind::real: return triples_.number(focus, literal_of(type, value), facets.unit());
-      default: triples_.value(focus, object(type, facets, value));
+      default: {
+        const ValueWriter::Step step(triples_, value_step);
+        triples_.value(focus, object(type, facets, value));
+      }
     }
   }
 
@@ -78,10 +82,13 @@ class Writer {
     triples_.classes(node, type);
     const Value::Sequence* members = value.sequence();
     if (!members) return;
+    std::optional<ValueWriter::Step> inside;
+    if (!type.value_predicate.empty()) inside.emplace(triples_, value_step);
     const TermId fields = triples_.value_node(node, type);
     for (std::size_t i = 0; i < type.fields.size() && i < members->size(); ++i) {
       if ((*members)[i].is_null()) continue;
       const FieldType& field = type.fields[i];
+      const ValueWriter::Step step(triples_, field.name);
       triples_.field(fields, field, object(*field.type, field_facets(field, facets), (*members)[i]));
     }
     triples_.unit(node, node_unit(type, facets));
@@ -91,25 +98,32 @@ class Writer {
     switch (type.kind) {
       case Kind::optional: return object(*type.element, facets, value);
       case Kind::record: {
-        const TermId node = graph_.fresh_blank();
+        const TermId node = triples_.node();
         record(node, type, facets, value);
         return node;
       }
       case Kind::list: {
         std::vector<TermId> objects;
         if (const Value::Sequence* members = value.sequence())
-          for (const Value& m : *members)
-            if (!m.is_null()) objects.push_back(object(*type.element, facets, m));
-        return graph_.add_list(objects);
+          for (const Value& m : *members) {
+            if (m.is_null()) continue;
+            const ValueWriter::Step step(triples_, objects.size());
+            objects.push_back(object(*type.element, facets, m));
+          }
+        return triples_.list(objects);
       }
       case Kind::map: {
         std::vector<TermId> members;
         if (value.sequence())
           for (const Value& m : *value.sequence()) {
             const Value::Sequence& pair = *m.sequence();
-            members.push_back(triples_.map_member(well_formed(*pair[0].text()), object(*type.element, facets, pair[1])));
+            const ValueWriter::Step step(triples_, members.size());
+            members.push_back(triples_.map_member(well_formed(*pair[0].text()), [&] {
+              const ValueWriter::Step inside(triples_, value_step);
+              return object(*type.element, facets, pair[1]);
+            }()));
           }
-        return graph_.add_list(members);
+        return triples_.list(members);
       }
       case Kind::integer:
       case Kind::real: return triples_.number(literal_of(type, value), facets.unit());
@@ -642,6 +656,39 @@ class ValueReader {
 
 }  // namespace
 
+ValueWriter::ValueWriter(Graph& graph, std::string_view vocabulary, TermId focus) : ValueWriter(graph, vocabulary) {
+  const TermView name = graph.term(focus);
+  if (!name.is_iri()) return;
+  name_ = name.text;
+  if (name_.find('#') == std::string::npos) name_ += '#';
+}
+
+/// A field is written with letters, digits and "_", so that "." and "-" separate.
+ValueWriter::Step::Step(ValueWriter& writer, std::string_view field) : writer_(writer), before_(writer.name_.size()) {
+  std::string& name = writer.name_;
+  if (name.empty()) return;
+  if (name.back() != '#') name += '.';
+  for (const char c : field) {
+    if (lrt::detail::is_alpha(c) || lrt::detail::is_digit(c) || c == '_') name += c;
+    else lrt::detail::append_percent(name, c);
+  }
+}
+
+TermId ValueWriter::list(const std::vector<TermId>& members) {
+  std::vector<TermId> cells;
+  if (!name_.empty()) {
+    const std::size_t before = name_.size();
+    name_ += '-';
+    for (std::size_t i = 0; i < members.size(); ++i) {
+      name_.resize(before + 1);
+      name_ += std::to_string(i);
+      cells.push_back(graph_.intern(iri(name_)));
+    }
+    name_.resize(before);
+  }
+  return graph_.add_list(members, std::move(cells));
+}
+
 void ValueWriter::number(TermId node, TermId literal, const Unit& u) {
   add(node, vocab::rdf_::type, graph_.intern(vocab::maths::Scalar));
   add(node, vocab::vom::numericalValue, literal);
@@ -650,9 +697,9 @@ void ValueWriter::number(TermId node, TermId literal, const Unit& u) {
 
 TermId ValueWriter::number(TermId literal, const Unit& u) {
   if (u.empty()) return literal;
-  const TermId node = graph_.fresh_blank();
-  number(node, literal, u);
-  return node;
+  const TermId at = node();
+  number(at, literal, u);
+  return at;
 }
 
 void ValueWriter::value(TermId focus, TermId object) { add(focus, vocab::rdf_::value, object); }
@@ -664,7 +711,7 @@ void ValueWriter::classes(TermId node, const Type& record) {
 
 TermId ValueWriter::value_node(TermId node, const Type& record) {
   if (record.value_predicate.empty()) return node;
-  const TermId value = graph_.fresh_blank();
+  const TermId value = this->node();
   graph_.add(node, graph_.intern(iri(record.value_predicate)), value);
   for (const std::string& c : record.value_classes) add(value, vocab::rdf_::type, graph_.intern(iri(term_iri(c, vocabulary_))));
   return value;
@@ -680,11 +727,11 @@ void ValueWriter::unit(TermId node, const Unit& u) {
 }
 
 TermId ValueWriter::map_member(std::string_view name, TermId object) {
-  const TermId node = graph_.fresh_blank();
-  add(node, vocab::rdf_::type, graph_.intern(vocab::schema::PropertyValue));
-  add(node, vocab::schema::name, graph_.intern(literal(name)));
-  add(node, vocab::schema::value, object);
-  return node;
+  const TermId member = node();
+  add(member, vocab::rdf_::type, graph_.intern(vocab::schema::PropertyValue));
+  add(member, vocab::schema::name, graph_.intern(literal(name)));
+  add(member, vocab::schema::value, object);
+  return member;
 }
 
 void ValueWriter::present(TermId focus) { add(focus, vocab::rdf_::type, graph_.intern(vocab::rdfs::Resource)); }
@@ -723,7 +770,7 @@ std::string term_iri(std::string_view term, std::string_view vocabulary) {
 }
 
 void write_value(Graph& graph, TermId focus, const Type& type, const Facets& facets, const Value& value, std::string_view vocabulary) {
-  Writer(graph, vocabulary).at(focus, type, facets, value);
+  Writer(graph, vocabulary, focus).at(focus, type, facets, value);
 }
 
 Result<Value> read_value(const Graph& graph, TermId focus, const Type& type, const Facets& facets, std::string_view vocabulary,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,11 +13,37 @@
 namespace lrt::rdf {
 inline namespace v0 {
 
+/// The step to the value of a focus node or of a member of a map.
+inline constexpr std::string_view value_step = "value";
+
 /// Writes the triples of values for all formats (lrt/rdf/value_codec.hpp).
+///
+/// The nodes inside a value of a resource have names, because one value stands in several documents (SPEC 3.19): fragments of the focus node, such
+/// as `limits#lower`, `path#points-2` for a cell of a list, and `path#points.2.x` in a member of it. In a value without a resource they are blank.
 class ValueWriter {
  public:
   ValueWriter(Graph& graph, std::string_view vocabulary) : graph_(graph), vocabulary_(vocabulary) {}
+  /// Names the nodes of a value at the focus node, if that has an IRI.
+  ValueWriter(Graph& graph, std::string_view vocabulary, TermId focus);
 
+  /// The writer is at a field, member or cell of the value while this exists.
+  class Step {
+   public:
+    Step(ValueWriter& writer, std::string_view field);
+    Step(ValueWriter& writer, std::size_t member) : Step(writer, std::string_view(std::to_string(member))) {}
+    ~Step() { writer_.name_.resize(before_); }
+    Step(const Step&) = delete;
+    Step& operator=(const Step&) = delete;
+
+   private:
+    ValueWriter& writer_;
+    std::size_t before_;
+  };
+
+  /// The node at the present step.
+  TermId node() { return name_.empty() ? graph_.fresh_blank() : graph_.intern(iri(name_)); }
+  /// The list at the present step.
+  TermId list(const std::vector<TermId>& members);
   void number(TermId node, TermId literal, const Unit& unit);
   /// The object of a number in a field or list: the literal, or a node if there is a unit.
   TermId number(TermId literal, const Unit& unit);
@@ -38,6 +65,7 @@ class ValueWriter {
 
   Graph& graph_;
   std::string_view vocabulary_;
+  std::string name_;  ///< of the present node; empty: nodes are blank
 };
 
 /// The lexical form of a scalar. In a text, invalid UTF-8 and U+0000 are replaced by U+FFFD.

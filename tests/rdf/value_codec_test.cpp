@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -143,4 +144,28 @@ TEST_CASE("a value of another kind is not within the facets", "[rdf]") {
   using Map = std::map<std::string, int>;
   CHECK_FALSE(fits<Map>(Facets(), list({list({text("a")})})));
   CHECK_FALSE(fits<Map>(Facets(), list({list({text("a"), integer(1), integer(2)})})));
+}
+
+TEST_CASE("nodes inside a value at a node with an IRI have names, fragments of it", "[rdf][SPEC 3.19]") {
+  Type step;
+  step.kind = Type::Kind::record;
+  step.fields = {{"way x", "http://e/x", &traits<double>::type(), Facets{unit::metre}},
+                 {"tags", "http://e/tags", &traits<std::vector<int>>::type(), {}}};
+  const Value value = list({Value(1.5), list({integer(7), integer(8)})});
+  const auto written = [&](const TermView& focus) {
+    Graph graph;
+    write_value(graph, graph.intern(focus), step, {}, value, vocabulary);
+    return graph;
+  };
+  const auto names = [](const Graph& graph) {
+    std::set<std::string> all;
+    for (const Triple& t : graph.triples()) all.emplace(graph.term(t.subject).text);
+    return all;
+  };
+  CHECK(names(written(iri("http://r/s"))) == std::set<std::string>{"http://r/s", "http://r/s#way%20x", "http://r/s#tags-0", "http://r/s#tags-1"});
+  CHECK(names(written(iri("http://r/s#in"))) ==
+        std::set<std::string>{"http://r/s#in", "http://r/s#in.way%20x", "http://r/s#in.tags-0", "http://r/s#in.tags-1"});
+  const Graph blank_focus = written(blank("f"));
+  for (const Triple& t : blank_focus.triples()) CHECK(blank_focus.term(t.subject).is_blank());
+  CHECK(isomorphic(blank_focus, written(blank("g"))));
 }
