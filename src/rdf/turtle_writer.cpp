@@ -1,5 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include <lrt/rdf/vocab.hpp>
@@ -47,38 +52,77 @@ bool is_bare(std::string_view text, std::string_view datatype) noexcept {
   return digits() != 0 && i == text.size();
 }
 
+/// The IRI up to what a prefix of its document's fragments would leave, "http://robot/arm/limits#"; empty: it has no fragment, or none of a simple name.
+std::string_view fragment_space(std::string_view iri) noexcept {
+  const std::size_t last = iri.find_last_of("#/");
+  if (last == std::string_view::npos || last + 1 == iri.size() || iri.substr(0, last + 1).find('#') == std::string_view::npos) return {};
+  return is_local_name(iri.substr(last + 1)) ? iri.substr(0, last + 1) : std::string_view();
+}
+
+/// Prefixes for the fragments of the documents that a graph describes: the nodes inside of values and shapes. They are named in the order of use.
+class FragmentPrefixes {
+ public:
+  /// @param taken  the names of others
+  explicit FragmentPrefixes(PrefixTable& taken) : taken_(taken) {}
+
+  void add(std::string_view space) {
+    if (names_.size() < most && names_.find(space) == names_.end()) names_.emplace(space, std::string());
+  }
+  bool empty() const noexcept { return names_.empty(); }
+  /// The name of the prefix of a namespace, or nullptr.
+  const std::string* find(std::string_view space) {
+    const auto at = names_.find(space);
+    if (at == names_.end()) return nullptr;
+    if (used_.empty() || at->second.empty()) use(*at);
+    return &at->second;
+  }
+  template <class Visit>
+  void for_each_used(Visit visit) const {
+    for (const auto* one : used_) visit(one->second, one->first);
+  }
+
+ private:
+  static constexpr std::size_t most = 900;  // a reader may have a limit: ours is max_directives
+  using Names = std::map<std::string, std::string, std::less<>>;
+
+  void use(Names::value_type& one) {
+    if (std::find(used_.begin(), used_.end(), &one) != used_.end()) return;  // the empty name
+    do {
+      one.second = tried_ == 0 ? std::string() : "p" + std::to_string(tried_);
+      ++tried_;
+    } while (taken_.find(one.second) != nullptr);
+    used_.push_back(&one);
+  }
+
+  PrefixTable& taken_;
+  Names names_;                                 ///< by namespace; without a name before the first use
+  std::vector<const Names::value_type*> used_;  ///< in order
+  std::size_t tried_ = 0;
+};
+
 class TurtleWriter : GraphWriter {
  public:
-  TurtleWriter(const Graph& graph, const Prefixes& prefixes) : GraphWriter(graph), prefixes_(prefixes) {}
+  TurtleWriter(const Graph& graph, PrefixTable& prefixes, FragmentPrefixes& fragments)
+      : GraphWriter(graph), prefixes_(prefixes), fragments_(fragments) {}
 
+  /// The triples alone. Marks the prefixes that they use.
   Result<std::string> write() {
     if (Result<void> written = write_blocks(); !written) return Unexpected{std::move(written).error()};
-    return document(prefixes_, out_);
-  }
-  /// The triples alone. Marks the prefixes that they use in a table of the same prefixes.
-  Result<std::string> write_part(PrefixTable& prefixes) {
-    if (Result<void> written = write_blocks(); !written) return Unexpected{std::move(written).error()};
-    for (const PrefixTable::Prefix& prefix : prefixes_.all())
-      if (prefix.used) prefixes.find(prefix.name)->used = true;
     return std::move(out_);
   }
 
   /// A document of this text, which begins with the prefixes that are used.
-  static std::string document(const PrefixTable& prefixes, std::string_view body) {
-    std::size_t size = body.size() + 1;
-    for (const PrefixTable::Prefix& prefix : prefixes.all()) {
-      if (prefix.used) size += prefix.name.size() + prefix.iri.size() + 16;
-    }
+  static std::string document(const PrefixTable& prefixes, const FragmentPrefixes& fragments, std::string_view body) {
     std::string text;
+    std::size_t size = body.size() + 1;
+    const auto each = [&](auto visit) {
+      for (const PrefixTable::Prefix& prefix : prefixes.all())
+        if (prefix.used) visit(prefix.name, prefix.iri);
+      fragments.for_each_used(visit);
+    };
+    each([&](std::string_view name, std::string_view iri) { size += name.size() + iri.size() + 16; });
     text.reserve(size);
-    for (const PrefixTable::Prefix& prefix : prefixes.all()) {
-      if (!prefix.used) continue;
-      text.append("@prefix ");
-      text.append(prefix.name);
-      text.append(": <");
-      text.append(prefix.iri);
-      text.append("> .\n");
-    }
+    each([&](std::string_view name, std::string_view iri) { text.append("@prefix ").append(name).append(": <").append(iri).append("> .\n"); });
     if (!text.empty()) text.push_back('\n');
     text.append(body);
     return text;
@@ -88,6 +132,7 @@ class TurtleWriter : GraphWriter {
   Result<void> write_blocks() {
     out_.reserve(128 + 96 * graph_.size());
     find_nested();
+    find_fragments();
     for (const Triple& t : graph_.triples()) {
       if (!node(t.subject).nested) block(t.subject);
       while (!postponed_.empty()) {  // nodes that were too deep; each block may postpone more
@@ -98,6 +143,15 @@ class TurtleWriter : GraphWriter {
     }
     if (fault_) return unwritable(graph_.term(*fault_), fault_of(graph_.term(*fault_)));
     return {};
+  }
+
+  /// Fragments that are described here occur at least twice: as object and as subject.
+  void find_fragments() {
+    for (std::uint32_t i = 0; i < nodes_.size(); ++i) {
+      if (!nodes_[i].subject || nodes_[i].uses == 0) continue;
+      const TermView view = graph_.term(TermId{i});
+      if (const std::string_view space = fragment_space(view.text); view.is_iri() && !space.empty()) fragments_.add(space);
+    }
   }
 
   void indent(int depth) {
@@ -211,12 +265,22 @@ class TurtleWriter : GraphWriter {
       out_.append(prefix->name);
       out_.push_back(':');
       out_.append(text.substr(prefix->iri.size()));
+    } else if (const std::string* name = fragment_prefix(text)) {
+      out_.append(*name);
+      out_.push_back(':');
+      out_.append(text.substr(fragment_space(text).size()));
     } else {
       out_.push_back('<');
       out_.append(text);
       out_.push_back('>');
     }
     node(id).iri = since(at);
+  }
+
+  const std::string* fragment_prefix(std::string_view iri) {
+    if (fragments_.empty()) return nullptr;
+    const std::string_view space = fragment_space(iri);
+    return space.empty() ? nullptr : fragments_.find(space);
   }
 
   void literal_of(TermId id, const TermView& view) {
@@ -236,7 +300,8 @@ class TurtleWriter : GraphWriter {
     }
   }
 
-  PrefixTable prefixes_;
+  PrefixTable& prefixes_;
+  FragmentPrefixes& fragments_;
 };
 
 /// The graph with other labels of its blank nodes, which no graph of another number has.
@@ -260,14 +325,21 @@ Unexpected unwritable(const TermView& term, std::string_view why) {
   return unexpected(Errc::unsupported_syntax, "cannot write " + to_string(term) + ": " + std::string(why));
 }
 
-Result<std::string> write_turtle(const Graph& graph, const Prefixes& prefixes) { return TurtleWriter(graph, prefixes).write(); }
+Result<std::string> write_turtle(const Graph& graph, const Prefixes& prefixes) {
+  PrefixTable used(prefixes);
+  FragmentPrefixes fragments(used);
+  Result<std::string> body = TurtleWriter(graph, used, fragments).write();
+  if (!body) return body;
+  return TurtleWriter::document(used, fragments, *body);
+}
 
 Result<std::string> write_trig(const Dataset& dataset, const Prefixes& prefixes) {
   PrefixTable used(prefixes);
+  FragmentPrefixes fragments(used);
   std::string body;
   const auto append = [&](const Graph& graph, std::size_t number) -> Result<void> {
     const Graph own = relabelled(graph, number);
-    Result<std::string> part = TurtleWriter(own, prefixes).write_part(used);
+    Result<std::string> part = TurtleWriter(own, used, fragments).write();
     if (!part) return Unexpected{std::move(part).error()};
     body += *part;
     return {};
@@ -280,7 +352,7 @@ Result<std::string> write_trig(const Dataset& dataset, const Prefixes& prefixes)
     if (Result<void> written = append(graph, i + 1); !written) return Unexpected{std::move(written).error()};
     body += "}\n";
   }
-  return TurtleWriter::document(used, body);
+  return TurtleWriter::document(used, fragments, body);
 }
 
 namespace {

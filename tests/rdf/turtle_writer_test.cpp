@@ -232,3 +232,32 @@ TEST_CASE("a term that no syntax can express is refused and named", "[rdf]") {
     }
   }
 }
+
+TEST_CASE("fragments that a document describes have prefixes, in the order of use", "[rdf][turtle]") {
+  Graph g;
+  const TermView a = lrt::rdf::iri("http://r/arm#a"), b = lrt::rdf::iri("http://r/arm#b.1"), c = lrt::rdf::iri("http://r/leg#c");
+  g.add(s, p, a);
+  g.add(a, p, literal("1"));
+  g.add(s, q, b);
+  g.add(b, p, c);
+  g.add(c, p, lrt::rdf::iri("http://r/other#only-named"));
+  CHECK(turtle(g) ==
+        "@prefix e: <http://e/> .\n@prefix : <http://r/arm#> .\n@prefix p1: <http://r/leg#> .\n\n"
+        "e:s e:p :a ;\n    e:q :b.1 .\n\n:a e:p \"1\" .\n\n:b.1 e:p p1:c .\n\np1:c e:p <http://r/other#only-named> .\n");
+  // A name of the caller is not given twice.
+  const Prefixes taken = {{"e", "http://e/"}, {"", "http://x/"}, {"p1", "http://y/"}};
+  CHECK(turtle(g, taken).find("@prefix p2: <http://r/arm#> .\n@prefix p3: <http://r/leg#> .") != std::string::npos);
+}
+
+TEST_CASE("a document has at most 900 prefixes of fragments", "[rdf][turtle]") {
+  Graph g;
+  for (int i = 0; i < 1000; ++i) {
+    const std::string part = "http://r/part" + std::to_string(i) + "#x";
+    g.add(s, p, lrt::rdf::iri(part));
+    g.add(lrt::rdf::iri(part), p, literal("1"));
+  }
+  const std::string text = turtle(g);  // lrt reads at most 1000 directives
+  std::size_t prefixes = 0;
+  for (std::size_t at = text.find("@prefix"); at != std::string::npos; at = text.find("@prefix", at + 1)) ++prefixes;
+  CHECK(prefixes == 901);
+}
