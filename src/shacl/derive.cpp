@@ -8,6 +8,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <lrt/rdf/lexical.hpp>
@@ -29,7 +30,19 @@ using Kind = Type::Kind;
 
 class Deriver {
  public:
-  Deriver(rdf::Graph& graph, std::string_view vocabulary, bool input) : graph_(graph), vocabulary_(vocabulary), input_(input) {}
+  /// @param name  of the shape, if the nodes inside get names too
+  Deriver(rdf::Graph& graph, std::string_view vocabulary, bool input, std::string name = {})
+      : graph_(graph), vocabulary_(vocabulary), input_(input), name_(std::move(name)) {}
+
+  /// No value at a focus node.
+  void absence(TermId shape, const Type& type) {
+    const auto none = [&](Iri predicate) { count(property(shape, predicate), sh::maxCount, 0); };
+    if (type.kind == Kind::optional) return absence(shape, *type.element);
+    if (type.is_number()) return none(vocab::vom::numericalValue);
+    if (type.kind != Kind::record) return none(vocab::rdf_::value);
+    if (!type.value_predicate.empty()) return none(Iri(std::string_view(type.value_predicate)));
+    for (const rdf::FieldType& field : type.fields) none(Iri(std::string_view(rdf::term_iri(field.predicate, vocabulary_))));
+  }
 
   /// A value at a focus node, which has a scalar by vom:numericalValue or rdf:value.
   void focus(TermId shape, const Type& type, const Facets& facets, bool required) {
@@ -51,16 +64,25 @@ class Deriver {
   void add(TermId subject, Iri predicate, const rdf::TermView& object) { add(subject, predicate, graph_.intern(object)); }
   void count(TermId shape, Iri which, std::size_t n) { add(shape, which, rdf::literal(std::to_string(n), xsd::integer)); }
   TermId property_at(TermId shape, TermId path) {
-    const TermId p = graph_.fresh_blank();
+    const TermId p = node();
     add(shape, sh::property, p);
     add(p, sh::path, path);
     return p;
   }
+  TermId node() { return name_.empty() ? graph_.fresh_blank() : graph_.intern(rdf::iri(name_ + "." + std::to_string(++nodes_))); }
+  TermId list(const std::vector<TermId>& members) {
+    std::vector<TermId> cells;
+    if (!name_.empty() && !members.empty()) {
+      const std::string cell = name_ + "." + std::to_string(++nodes_) + "-";
+      for (std::size_t i = 0; i < members.size(); ++i) cells.push_back(graph_.intern(rdf::iri(cell + std::to_string(i))));
+    }
+    return graph_.add_list(members, std::move(cells));
+  }
   TermId property(TermId shape, Iri path) { return property_at(shape, graph_.intern(path)); }
   TermId blank_with(Iri predicate, TermId object) {
-    const TermId node = graph_.fresh_blank();
-    add(node, predicate, object);
-    return node;
+    const TermId with = node();
+    add(with, predicate, object);
+    return with;
   }
 
   // ---- nodes
@@ -76,10 +98,10 @@ class Deriver {
 
   /// If the number is missing, the other triples of the node are ignored.
   void absent_or_number(TermId shape, const Type& type, const Facets& facets) {
-    const TermId absent = graph_.fresh_blank(), present = graph_.fresh_blank();
-    count(property(absent, vocab::vom::numericalValue), sh::maxCount, 0);
+    const TermId absent = node(), present = node();
+    absence(absent, type);
     number_node(present, type, facets, true);
-    add(shape, sh::or_, graph_.add_list({absent, present}));
+    add(shape, sh::or_, list({absent, present}));
   }
 
   /// If no field is present, the record is absent, or present without fields if all are optional.
@@ -87,15 +109,10 @@ class Deriver {
     bool all_optional = facets.unit().empty();
     for (const rdf::FieldType& field : type.fields) all_optional = all_optional && field.type->kind == Kind::optional;
     if (all_optional) return record(shape, type, facets, false);
-    const TermId absent = graph_.fresh_blank(), present = graph_.fresh_blank();
-    const auto absent_at = [&](const std::string& predicate) { count(property(absent, Iri(std::string_view(predicate))), sh::maxCount, 0); };
-    if (!type.value_predicate.empty()) {
-      absent_at(type.value_predicate);
-    } else {
-      for (const rdf::FieldType& field : type.fields) absent_at(rdf::term_iri(field.predicate, vocabulary_));
-    }
+    const TermId absent = node(), present = node();
+    absence(absent, type);
     record(present, type, facets);
-    add(shape, sh::or_, graph_.add_list({absent, present}));
+    add(shape, sh::or_, list({absent, present}));
   }
 
   /// The unit in the first vocabulary that has it, and no other one in the second (SPEC 3.3). rdf::completed() has added it to a body that
@@ -108,7 +125,7 @@ class Deriver {
     add(p, sh::hasValue, TermId(graph_.intern(first ? unit.vom : unit.qudt)));
     if (!input_) return;
     if (!first) return count(property(shape, vocab::vom::unit), sh::maxCount, 0);
-    if (!unit.qudt.empty()) add(property(shape, vocab::qudt::hasUnit), sh::in_, graph_.add_list({graph_.intern(unit.qudt)}));
+    if (!unit.qudt.empty()) add(property(shape, vocab::qudt::hasUnit), sh::in_, list({graph_.intern(unit.qudt)}));
   }
 
   /// @param typed  false: the node may be that of an absent record
@@ -170,7 +187,7 @@ class Deriver {
       case Kind::enumeration: {
         std::vector<TermId> names;
         for (const std::string& name : type.names) names.push_back(graph_.intern(rdf::literal(name)));
-        return add(shape, sh::in_, graph_.add_list(names));
+        return add(shape, sh::in_, list(names));
       }
       case Kind::text:
         if (facets.min_length() > 0) count(shape, sh::minLength, facets.min_length());
@@ -180,11 +197,11 @@ class Deriver {
     }
   }
 
-  void members(TermId shape, const Type& type, const Facets& facets) { object(list(shape, type), *type.element, facets); }
+  void members(TermId shape, const Type& type, const Facets& facets) { object(cells(shape, type), *type.element, facets); }
 
   /// A list of nodes with a name and a value. That each name occurs once is checked when the value is read.
   void map(TermId shape, const Type& type, const Facets& facets) {
-    const TermId member = list(shape, type);
+    const TermId member = cells(shape, type);
     add(member, sh::nodeKind, TermId(graph_.intern(sh::BlankNodeOrIRI)));
     const TermId name = property(member, vocab::schema::name);
     count(name, sh::minCount, 1);
@@ -195,21 +212,21 @@ class Deriver {
 
   /// An RDF list: every cell has one rdf:first and one rdf:rest, the last rest is rdf:nil, and the number of cells is in range.
   /// @return  the shape of its members
-  TermId list(TermId shape, const Type& type) {
+  TermId cells(TermId shape, const Type& type) {
     const auto rests = [&] { return blank_with(sh::zeroOrMorePath, graph_.intern(vocab::rdf_::rest)); };
-    const TermId cells = property_at(shape, rests());
-    add(cells, sh::hasValue, TermId(graph_.intern(vocab::rdf_::nil)));
-    const TermId end = blank_with(sh::hasValue, graph_.intern(vocab::rdf_::nil)), cell = graph_.fresh_blank();
+    const TermId rest = property_at(shape, rests());
+    add(rest, sh::hasValue, TermId(graph_.intern(vocab::rdf_::nil)));
+    const TermId end = blank_with(sh::hasValue, graph_.intern(vocab::rdf_::nil)), cell = node();
     for (const Iri predicate : {vocab::rdf_::first, vocab::rdf_::rest}) {
       const TermId p = property(cell, predicate);
       count(p, sh::minCount, 1);
       count(p, sh::maxCount, 1);
     }
-    add(cells, sh::or_, graph_.add_list({end, cell}));
+    add(rest, sh::or_, list({end, cell}));
     // rdf:nil is one of the nodes that rdf:rest* reaches.
-    if (type.shortest > 0) count(cells, sh::minCount, type.shortest + 1);
-    if (type.longest != std::numeric_limits<std::size_t>::max()) count(cells, sh::maxCount, type.longest + 1);
-    return property_at(shape, graph_.add_list({rests(), graph_.intern(vocab::rdf_::first)}));
+    if (type.shortest > 0) count(rest, sh::minCount, type.shortest + 1);
+    if (type.longest != std::numeric_limits<std::size_t>::max()) count(rest, sh::maxCount, type.longest + 1);
+    return property_at(shape, list({rests(), graph_.intern(vocab::rdf_::first)}));
   }
 
   // ---- numbers
@@ -217,7 +234,7 @@ class Deriver {
   void alternatives(TermId shape, std::initializer_list<Iri> types) {
     std::vector<TermId> shapes;
     for (const Iri t : types) shapes.push_back(blank_with(sh::datatype, graph_.intern(t)));
-    add(shape, sh::or_, graph_.add_list(shapes));
+    add(shape, sh::or_, list(shapes));
   }
 
   /// A bound in its shortest common form: an integer or a decimal if that is short, else a double.
@@ -248,24 +265,31 @@ class Deriver {
       // NaN satisfies no bound, an infinity all on its side.
       if (input_ && (!low || !high)) add(shape, sh::pattern, rdf::literal(finite_pattern));
     } else if (low || high) {
-      const TermId number = graph_.fresh_blank();
+      const TermId number = node();
       bounds(number, facets);
       std::vector<TermId> others;
       for (const std::string_view text : {"NaN", "INF", "+INF", "-INF"}) others.push_back(graph_.intern(rdf::literal(text, type.datatype)));
-      add(shape, sh::or_, graph_.add_list({number, blank_with(sh::in_, graph_.add_list(others))}));
+      add(shape, sh::or_, list({number, blank_with(sh::in_, list(others))}));
     }
   }
 
   rdf::Graph& graph_;
   std::string vocabulary_;
   bool input_;
+  std::string name_;
+  std::size_t nodes_ = 0;  ///< that have names
 };
 
 }  // namespace
 
 void derive(rdf::Graph& graph, rdf::TermId shape, const rdf::Type& type, const rdf::Facets& facets, std::string_view vocabulary,
             const DeriveOptions& options) {
-  Deriver(graph, vocabulary, options.input).focus(shape, type, facets, options.required);
+  Deriver(graph, vocabulary, options.input, options.named ? std::string(graph.term(shape).text) : std::string())
+      .focus(shape, type, facets, options.required);
+}
+
+void derive_absence(rdf::Graph& graph, rdf::TermId shape, const rdf::Type& type, std::string_view vocabulary) {
+  Deriver(graph, vocabulary, false).absence(shape, type);
 }
 
 }  // namespace v0

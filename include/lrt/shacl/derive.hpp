@@ -14,6 +14,9 @@ inline namespace v0 {
 struct DeriveOptions {
   bool required = true;  ///< false: the value may be missing, as for std::optional
   bool input = true;     ///< false: only the robot gives such values; the shape has no constraints that only clients could violate
+  /// The shape is an IRI and stands in several documents: nodes inside have IRIs too, `<shape>.1`, so that the documents can be merged. Else they are
+  /// blank.
+  bool named = false;
 };
 
 /// Adds constraints for a value of a type to a shape in `graph`. A focus node written by rdf::write_value() conforms to
@@ -39,6 +42,12 @@ struct DeriveOptions {
 /// @par Implements  R1.11
 LRT_API void derive(rdf::Graph& graph, rdf::TermId shape, const rdf::Type& type, const rdf::Facets& facets, std::string_view vocabulary,
                     const DeriveOptions& options = {});
+
+/// Adds constraints to a shape: the focus node has no value of the type. What else is said of it does not matter.
+///
+/// @par Threads  Any, one at a time for each graph.
+/// @par Time     Allocates.
+LRT_API void derive_absence(rdf::Graph& graph, rdf::TermId shape, const rdf::Type& type, std::string_view vocabulary);
 
 }  // namespace v0
 }  // namespace lrt::shacl
