@@ -74,18 +74,9 @@ int main() {
 // <http://127.0.0.1:8080/gripper/grip> a hybrit:Property, <http://127.0.0.1:8080/ns/vocabulary#Grip> ;
 //     rdfs:seeAlso <http://127.0.0.1:8080/gripper> ;
 //     <http://127.0.0.1:8080/ns/vocabulary#Grip/mode> "holding" ;
-//     <http://127.0.0.1:8080/ns/vocabulary#Grip/width> [
-//         a maths:Scalar ;
-//         vom:numericalValue "42"^^xsd:double ;
-//         qudt:hasUnit unit:MilliM
-//     ] ;
+//     <http://127.0.0.1:8080/ns/vocabulary#Grip/width> :width ;
 //     <http://127.0.0.1:8080/ns/vocabulary#Grip/item> "cup" ;
-//     <http://127.0.0.1:8080/ns/vocabulary#Grip/where> [
-//         a maths:Vector3D ;
-//         maths:x "0.5"^^xsd:double ;
-//         maths:y "0"^^xsd:double ;
-//         maths:z "0.25"^^xsd:double
-//     ] ;
+//     <http://127.0.0.1:8080/ns/vocabulary#Grip/where> :where ;
 //     dcterms:modified "<time>"^^xsd:dateTime ;
 //     hybrit:subscriptions <http://127.0.0.1:8080/gripper/subscriptions> ;
 //     hybrit:websocketUrl "ws://127.0.0.1:8080/gripper/grip"^^xsd:anyURI ;
@@ -95,9 +86,18 @@ int main() {
 //         http-core:requestURI <http://127.0.0.1:8080/gripper/grip> ;
 //         http-core:body [
 //             a <http://127.0.0.1:8080/ns/vocabulary#Grip> ;
-//             dcterms:conformsTo <http://127.0.0.1:8080/blueprints/gripper#grip>
+//             dcterms:conformsTo <http://127.0.0.1:8080/blueprints/gripper-599a9b8b#grip>
 //         ]
 //     ] .
+//
+// :width a maths:Scalar ;
+//     vom:numericalValue "42"^^xsd:double ;
+//     qudt:hasUnit unit:MilliM .
+//
+// :where a maths:Vector3D ;
+//     maths:x "0.5"^^xsd:double ;
+//     maths:y "0"^^xsd:double ;
+//     maths:z "0.25"^^xsd:double .
 //
 // PUT /gripper/grip
 //   <> </ns/vocabulary#Grip/mode> "idle" ; </ns/vocabulary#Grip/width> [ vom:numericalValue 80 ; qudt:hasUnit unit:MilliM ] ; </ns/vocabulary#Grip/where> [ maths:x 0.5 ; maths:y 0 ; maths:z 0.25 ] .
@@ -142,17 +142,8 @@ int main() {
 // <http://127.0.0.1:8080/gripper/grip> a hybrit:Property, <http://127.0.0.1:8080/ns/vocabulary#Grip> ;
 //     rdfs:seeAlso <http://127.0.0.1:8080/gripper> ;
 //     <http://127.0.0.1:8080/ns/vocabulary#Grip/mode> "idle" ;
-//     <http://127.0.0.1:8080/ns/vocabulary#Grip/width> [
-//         a maths:Scalar ;
-//         vom:numericalValue "80"^^xsd:double ;
-//         qudt:hasUnit unit:MilliM
-//     ] ;
-//     <http://127.0.0.1:8080/ns/vocabulary#Grip/where> [
-//         a maths:Vector3D ;
-//         maths:x "0.5"^^xsd:double ;
-//         maths:y "0"^^xsd:double ;
-//         maths:z "0.25"^^xsd:double
-//     ] ;
+//     <http://127.0.0.1:8080/ns/vocabulary#Grip/width> :width ;
+//     <http://127.0.0.1:8080/ns/vocabulary#Grip/where> :where ;
 //     dcterms:modified "<time>"^^xsd:dateTime ;
 //     hybrit:subscriptions <http://127.0.0.1:8080/gripper/subscriptions> ;
 //     hybrit:websocketUrl "ws://127.0.0.1:8080/gripper/grip"^^xsd:anyURI ;
@@ -162,6 +153,15 @@ int main() {
 //         http-core:requestURI <http://127.0.0.1:8080/gripper/grip> ;
 //         http-core:body [
 //             a <http://127.0.0.1:8080/ns/vocabulary#Grip> ;
-//             dcterms:conformsTo <http://127.0.0.1:8080/blueprints/gripper#grip>
+//             dcterms:conformsTo <http://127.0.0.1:8080/blueprints/gripper-599a9b8b#grip>
 //         ]
 //     ] .
+//
+// :width a maths:Scalar ;
+//     vom:numericalValue "80"^^xsd:double ;
+//     qudt:hasUnit unit:MilliM .
+//
+// :where a maths:Vector3D ;
+//     maths:x "0.5"^^xsd:double ;
+//     maths:y "0"^^xsd:double ;
+//     maths:z "0.25"^^xsd:double .

@@ -67,7 +67,7 @@ int main() {
 //         sh:resultPath vom:numericalValue ;
 //         sh:value "5"^^xsd:double ;
 //         sh:sourceConstraintComponent sh:MaxInclusiveConstraintComponent ;
-//         sh:sourceShape [] ;
+//         sh:sourceShape <http://127.0.0.1:8080/blueprints/lift-0b775c91-eb4eaf17#actions/moveTo/input.1> ;
 //         sh:resultSeverity sh:Violation ;
 //         sh:resultMessage "expected at most 1.25, found 5"
 //     ] .
@@ -86,7 +86,7 @@ int main() {
 //     lrt:progress "1"^^xsd:double ;
 //     prov:startedAtTime "<time>"^^xsd:dateTime ;
 //     prov:endedAtTime "<time>"^^xsd:dateTime ;
-//     lrt:input <http://127.0.0.1:8080/lift/actions/moveTo/id-2#input> ;
+//     lrt:input :input ;
 //     vom:numericalValue "1"^^xsd:double ;
 //
 // POST /lift/actions/timeTo

@@ -47,9 +47,9 @@ int main() {
 //     <http://www.w3.org/ns/ldp#Resource>; rel="type"
 //     <http://www.w3.org/ns/ldp#RDFSource>; rel="type"
 //     <http://127.0.0.1:8080/>; rel="up"
-//     <http://127.0.0.1:8080/blueprints/PhysicalAgent>; rel="describedby"
+//     <http://127.0.0.1:8080/blueprints/PhysicalAgent-857d20fd>; rel="describedby"
 //     <http://127.0.0.1:8080/rover/state>; rel="related"
-//     <http://127.0.0.1:8080/blueprints/PhysicalAgent>; rel="related"
+//     <http://127.0.0.1:8080/blueprints/PhysicalAgent-857d20fd>; rel="related"
 //     <http://127.0.0.1:8080/rover/subscriptions>; rel="related"
 //     <http://127.0.0.1:8080/rover/all>; rel="related"
 //     <http://127.0.0.1:8080/rover/all>; rel="https://w3id.org/lrt/ns#all"
@@ -61,9 +61,9 @@ int main() {
 //     <http://127.0.0.1:8080/rover?accept=application/trig>; rel="alternate"; type="application/trig"
 //     <http://127.0.0.1:8080/rover?accept=application/n-quads>; rel="alternate"; type="application/n-quads"
 //     <http://127.0.0.1:8080/rover?accept=application/json>; rel="alternate"; type="application/json"
-// <http://127.0.0.1:8080/rover> a hybrit:RoboticThing, <http://www.ontologydesignpatterns.org/ont/dul/DUL.owl#PhysicalAgent> ;
+// <http://127.0.0.1:8080/rover> a hybrit:RoboticThing, <http://www.ontologydesignpatterns.org/ont/dul/DUL.owl#PhysicalAgent>, <http://127.0.0.1:8080/blueprints/PhysicalAgent-857d20fd> ;
 //     dcterms:title "The rover in the lab" ;
-//     hybrit:blueprint <http://127.0.0.1:8080/blueprints/PhysicalAgent> ;
+//     hybrit:blueprint <http://127.0.0.1:8080/blueprints/PhysicalAgent-857d20fd> ;
 //     hybrit:subscriptions <http://127.0.0.1:8080/rover/subscriptions> ;
 //     lrt:state <http://127.0.0.1:8080/rover/state> ;
 //     lrt:all <http://127.0.0.1:8080/rover/all> ;
@@ -72,11 +72,11 @@ int main() {
 //     rdfs:label "Rover"@en,
 //         "Roboter"@de ;
 //     rdfs:seeAlso <http://127.0.0.1:8080/rover/battery> ;
-//     <http://schema.org/weight> [
-//         <http://schema.org/value> 12.5 ;
-//         <http://schema.org/unitCode> "KGM"
-//     ] ;
+//     <http://schema.org/weight> :_b0 ;
 //     hybrit:websocketUrl "ws://127.0.0.1:8080/rover"^^xsd:anyURI .
+//
+// :_b0 <http://schema.org/value> 12.5 ;
+//     <http://schema.org/unitCode> "KGM" .
 //
 // <http://127.0.0.1:8080/rover/battery> a hybrit:RoboticThing .
 //
@@ -87,7 +87,7 @@ int main() {
 //     <http://www.w3.org/ns/ldp#Resource>; rel="type"
 //     <http://www.w3.org/ns/ldp#RDFSource>; rel="type"
 //     <http://127.0.0.1:8080/rover/battery>; rel="up"
-//     <http://127.0.0.1:8080/blueprints/battery>; rel="describedby"
+//     <http://127.0.0.1:8080/blueprints/battery-5c769265>; rel="describedby"
 //     <http://127.0.0.1:8080/rover/battery/charge>; rel="related"
 //     <http://127.0.0.1:8080/rover/battery/state?accept=text/turtle>; rel="alternate"; type="text/turtle"
 //     <http://127.0.0.1:8080/rover/battery/state?accept=application/n-triples>; rel="alternate"; type="application/n-triples"
@@ -98,9 +98,13 @@ int main() {
 //     <http://127.0.0.1:8080/rover/battery/state?accept=application/json>; rel="alternate"; type="application/json"
 //     <http://127.0.0.1:8080/rover/battery/state?accept=text/plain>; rel="alternate"; type="text/plain"
 //     <http://127.0.0.1:8080/rover/battery/state?accept=application/cbor>; rel="alternate"; type="application/cbor"
-// <http://127.0.0.1:8080/rover/battery> a hybrit:RoboticThing ;
+// <http://127.0.0.1:8080/rover/battery/state> a ldp:RDFSource ;
+//     hybrit:subscriptions <http://127.0.0.1:8080/rover/battery/subscriptions> ;
+//     hybrit:websocketUrl "ws://127.0.0.1:8080/rover/battery/state"^^xsd:anyURI .
+//
+// <http://127.0.0.1:8080/rover/battery> a hybrit:RoboticThing, <http://127.0.0.1:8080/blueprints/battery-5c769265> ;
 //     dcterms:title "battery" ;
-//     hybrit:blueprint <http://127.0.0.1:8080/blueprints/battery> ;
+//     hybrit:blueprint <http://127.0.0.1:8080/blueprints/battery-5c769265> ;
 //     hybrit:subscriptions <http://127.0.0.1:8080/rover/battery/subscriptions> ;
 //     lrt:state <http://127.0.0.1:8080/rover/battery/state> ;
 //     dcterms:isPartOf <http://127.0.0.1:8080/rover> ;
@@ -116,6 +120,3 @@ int main() {
 //     rdfs:comment "Measured at rest; drops by a tenth under load." .
 //
 // <http://127.0.0.1:8080/rover> a hybrit:RoboticThing, <http://www.ontologydesignpatterns.org/ont/dul/DUL.owl#PhysicalAgent> .
-//
-// <http://127.0.0.1:8080/rover/battery/state> hybrit:subscriptions <http://127.0.0.1:8080/rover/battery/subscriptions> ;
-//     hybrit:websocketUrl "ws://127.0.0.1:8080/rover/battery/state"^^xsd:anyURI .

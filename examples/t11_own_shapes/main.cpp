@@ -55,15 +55,13 @@ int main() {
 // GET /gripper/blueprint
 // 200 OK
 // Content-Type: text/turtle
-// <http://127.0.0.1:8080/gripper/blueprint> a sh:NodeShape ;
-//     sh:targetNode <http://127.0.0.1:8080/gripper> ;
-//     sh:node <http://127.0.0.1:8080/blueprints/gripper> .
+// <http://127.0.0.1:8080/gripper/blueprint> a ldp:RDFSource .
 //
-// <http://127.0.0.1:8080/gripper/blueprint#name> a sh:NodeShape ;
+// :name a sh:NodeShape ;
 //     sh:targetNode <http://127.0.0.1:8080/gripper/name> ;
-//     sh:property <http://127.0.0.1:8080/gripper/blueprint#nameText> .
+//     sh:property :nameText .
 //
-// <http://127.0.0.1:8080/gripper/blueprint#nameText> sh:path rdf:value ;
+// :nameText sh:path rdf:value ;
 //     sh:datatype xsd:string ;
 //     sh:minCount 1 ;
 //     sh:maxCount 1 ;

@@ -49,11 +49,29 @@ int main() {
 // Content-Type: text/turtle
 // <http://127.0.0.1:8080/arm/joints> a hybrit:Property ;
 //     rdfs:seeAlso <http://127.0.0.1:8080/arm> ;
-//     rdf:value ( "0"^^xsd:double "0.5"^^xsd:double "-0.5"^^xsd:double "0"^^xsd:double "0.25"^^xsd:double "0"^^xsd:double ) ;
+//     rdf:value :value-0 ;
 //     lrt:elementType xsd:double ;
 //     dcterms:modified "<time>"^^xsd:dateTime ;
 //     hybrit:subscriptions <http://127.0.0.1:8080/arm/subscriptions> ;
 //     hybrit:websocketUrl "ws://127.0.0.1:8080/arm/joints"^^xsd:anyURI .
+//
+// :value-0 rdf:first "0"^^xsd:double ;
+//     rdf:rest :value-1 .
+//
+// :value-1 rdf:first "0.5"^^xsd:double ;
+//     rdf:rest :value-2 .
+//
+// :value-2 rdf:first "-0.5"^^xsd:double ;
+//     rdf:rest :value-3 .
+//
+// :value-3 rdf:first "0"^^xsd:double ;
+//     rdf:rest :value-4 .
+//
+// :value-4 rdf:first "0.25"^^xsd:double ;
+//     rdf:rest :value-5 .
+//
+// :value-5 rdf:first "0"^^xsd:double ;
+//     rdf:rest () .
 //
 // PUT /arm/orientation
 //   <> vom:quantityValue [ maths:x 0 ; maths:y 0 ; maths:z 0.6 ; maths:w 0.9 ] .
@@ -75,29 +93,65 @@ int main() {
 // Content-Type: text/turtle
 // <http://127.0.0.1:8080/arm/tool> a hybrit:Property, spatial:SpatialRelationship ;
 //     rdfs:seeAlso <http://127.0.0.1:8080/arm> ;
-//     spatial:translation [
-//         a spatial:Translation3D ;
-//         vom:quantityKind vom:Length ;
-//         vom:quantityValue [
-//             a maths:Vector3D ;
-//             maths:x "0.5"^^xsd:double ;
-//             maths:y "0"^^xsd:double ;
-//             maths:z "0.25"^^xsd:double
-//         ] ;
-//         qudt:hasUnit unit:M
-//     ] ;
-//     spatial:rotation [
-//         a spatial:Rotation3D ;
-//         vom:quantityKind vom:Angle ;
-//         vom:quantityValue [
-//             a maths:Quaternion, maths:Vector4D ;
-//             maths:x "0"^^xsd:double ;
-//             maths:y "0"^^xsd:double ;
-//             maths:z "0.6"^^xsd:double ;
-//             maths:w "0.8"^^xsd:double
-//         ]
-//     ] ;
-//     lrt:matrix ( ( "0.28"^^xsd:double "-0.96"^^xsd:double "0"^^xsd:double ) ( "0.96"^^xsd:double "0.28"^^xsd:double "0"^^xsd:double ) ( "0"^^xsd:double "0"^^xsd:double "1"^^xsd:double ) ) ;
+//     spatial:translation :translation ;
+//     spatial:rotation :rotation ;
+//     lrt:matrix :matrix-0 ;
 //     dcterms:modified "<time>"^^xsd:dateTime ;
 //     hybrit:subscriptions <http://127.0.0.1:8080/arm/subscriptions> ;
 //     hybrit:websocketUrl "ws://127.0.0.1:8080/arm/tool"^^xsd:anyURI .
+//
+// :translation a spatial:Translation3D ;
+//     vom:quantityKind vom:Length ;
+//     vom:quantityValue :translation.value ;
+//     qudt:hasUnit unit:M .
+//
+// :translation.value a maths:Vector3D ;
+//     maths:x "0.5"^^xsd:double ;
+//     maths:y "0"^^xsd:double ;
+//     maths:z "0.25"^^xsd:double .
+//
+// :rotation a spatial:Rotation3D ;
+//     vom:quantityKind vom:Angle ;
+//     vom:quantityValue :rotation.value .
+//
+// :rotation.value a maths:Quaternion, maths:Vector4D ;
+//     maths:x "0"^^xsd:double ;
+//     maths:y "0"^^xsd:double ;
+//     maths:z "0.6"^^xsd:double ;
+//     maths:w "0.8"^^xsd:double .
+//
+// :matrix.0-0 rdf:first "0.28"^^xsd:double ;
+//     rdf:rest :matrix.0-1 .
+//
+// :matrix.0-1 rdf:first "-0.96"^^xsd:double ;
+//     rdf:rest :matrix.0-2 .
+//
+// :matrix.0-2 rdf:first "0"^^xsd:double ;
+//     rdf:rest () .
+//
+// :matrix.1-0 rdf:first "0.96"^^xsd:double ;
+//     rdf:rest :matrix.1-1 .
+//
+// :matrix.1-1 rdf:first "0.28"^^xsd:double ;
+//     rdf:rest :matrix.1-2 .
+//
+// :matrix.1-2 rdf:first "0"^^xsd:double ;
+//     rdf:rest () .
+//
+// :matrix.2-0 rdf:first "0"^^xsd:double ;
+//     rdf:rest :matrix.2-1 .
+//
+// :matrix.2-1 rdf:first "0"^^xsd:double ;
+//     rdf:rest :matrix.2-2 .
+//
+// :matrix.2-2 rdf:first "1"^^xsd:double ;
+//     rdf:rest () .
+//
+// :matrix-0 rdf:first :matrix.0-0 ;
+//     rdf:rest :matrix-1 .
+//
+// :matrix-1 rdf:first :matrix.1-0 ;
+//     rdf:rest :matrix-2 .
+//
+// :matrix-2 rdf:first :matrix.2-0 ;
+//     rdf:rest () .

@@ -48,7 +48,7 @@ int main() {
 // GET /gripper/actions/grip
 // 200 OK
 // Content-Type: text/turtle
-//     hybrit:produces <http://127.0.0.1:8080/gripper/actions/grip#effect-1> ;
+//     hybrit:produces :effect-1 ;
 //     ssn:forProperty <http://127.0.0.1:8080/gripper/state> ;
 //         sh:hasValue "closed"
 //
@@ -61,7 +61,7 @@ int main() {
 // 200 OK
 // Content-Type: text/turtle
 //     lrt:unavailable "the gripper is empty" ;
-//     hybrit:produces <http://127.0.0.1:8080/gripper/actions/release#effect-1> ;
+//     hybrit:produces :effect-1 ;
 //     ssn:forProperty <http://127.0.0.1:8080/gripper/state> ;
 //         sh:hasValue "open"
 //

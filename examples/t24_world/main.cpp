@@ -72,7 +72,7 @@ int main() {
 // GET /world
 // 200 OK
 // Content-Type: text/turtle
-// <http://127.0.0.1:8080/world> a hybrit:RoboticThing, lrt:World, ldp:BasicContainer, ldp:Container, ldp:RDFSource ;
+// <http://127.0.0.1:8080/world> a hybrit:RoboticThing, lrt:World, ldp:BasicContainer, ldp:Container, ldp:RDFSource, <http://127.0.0.1:8080/blueprints/world-74e0b2bf> ;
 //     lrt:allGraphs <http://127.0.0.1:8080/world?default> ;
 //     ldp:contains <http://127.0.0.1:8080/world/objects>,
 //         <http://127.0.0.1:8080/world/tasks> ;
@@ -133,7 +133,7 @@ int main() {
 // GET /world?default
 // 200 OK
 // Content-Type: text/turtle
-// <http://127.0.0.1:8080/world/objects#cup> a <http://schema.org/Product> ;
+// :cup a <http://schema.org/Product> ;
 //     rdfs:label "the red cup" ;
 //     <http://example.org/position> <http://127.0.0.1:8080/world/objects/cup> .
 //
@@ -146,5 +146,5 @@ int main() {
 //     dcterms:modified "<time>"^^xsd:dateTime .
 //
 // <http://127.0.0.1:8080/world/tasks#1> a <http://schema.org/Action> ;
-//     <http://schema.org/object> <http://127.0.0.1:8080/world/objects#cup> ;
+//     <http://schema.org/object> :cup ;
 //     rdfs:label "bring it" .

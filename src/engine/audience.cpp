@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "src/engine/named_blank.hpp"
 #include "src/engine/registry.hpp"
 #include "src/engine/resource.hpp"
 
@@ -46,7 +47,10 @@ rdf::Graph visible_part(const rdf::Graph& all, FunctionRef<bool(std::string_view
     }
     return state == State::shown;
   };
-  const auto is_blank = [&](rdf::TermId id) { return all.term(id).is_blank(); };
+  const auto is_blank = [&](rdf::TermId id) {
+    const rdf::TermView term = all.term(id);
+    return term.is_blank() || (term.is_iri() && is_named_blank(term.text));
+  };
   const auto is_kept = [&](const rdf::Triple& t) { return shown(t.subject) && shown(t.predicate) && shown(t.object); };
 
   std::vector<bool> led_to(all.term_count()), reached(all.term_count());

@@ -43,7 +43,7 @@ struct Audience {
   std::string_view name_in(const Resource& resource) const noexcept;
 };
 
-/// Keeps the triples whose IRIs are all visible. Blank nodes to which only hidden triples lead are removed, and what follows from them.
+/// Keeps the triples whose IRIs are all visible. Blank nodes, also those with names (named_blank.hpp), to which only hidden triples lead are removed, and what follows from them.
 rdf::Graph visible_part(const rdf::Graph& all, FunctionRef<bool(std::string_view iri)> is_shown);
 /// Whether visible_part() leaves something out.
 bool has_hidden_part(const rdf::Graph& all, FunctionRef<bool(std::string_view iri)> is_shown);

@@ -128,7 +128,7 @@ Result<void> Parts::add(Thing thing) {
     discard(*std::move(built));
     return taken;
   }
-  kinds.join(node);
+  kinds.join(node, view);
   if (!node.user_shapes().empty()) {
     if (const Result<shacl::Shapes> compiled = compiled_shapes(node, 0, view); !compiled) {
       kinds.leave(node);

@@ -353,7 +353,6 @@ void PropertyValues::end(PropertyResource& property, const Result<void>& result,
 
 void PropertyValues::set(PropertyResource& property, Sample sample) {
   property.mark_changing();
-  const bool promised = property.promises_triples();
   property.value = std::move(sample.value);
   property.whole = std::move(sample.whole);
   property.modified = sample.since;
@@ -362,7 +361,6 @@ void PropertyValues::set(PropertyResource& property, Sample sample) {
   const model::PropertySpec& spec = *property.spec;
   std::size_t left = options_.max_value_members;
   property.only_octets = spec.octets && !fits(property.value, left) && rdf::octets_of(*spec.type, property.value);
-  if (property.promises_triples() != promised) registry_.structure_changed();  // the Blueprint says it
   property.mark_value_changed();
 }
 

@@ -12,9 +12,11 @@
 #include <lrt/http/message.hpp>
 #include <lrt/rdf/codec.hpp>
 #include <lrt/rdf/lexical.hpp>
+#include <lrt/rdf/vocab.hpp>
 
 #include "src/base/ascii.hpp"
 #include "src/base/utf8.hpp"
+#include "src/engine/named_blank.hpp"
 #include "src/engine/resources/action.hpp"
 #include "src/engine/variants.hpp"
 #include "src/rdf/plain.hpp"
@@ -23,13 +25,34 @@ namespace lrt::engine {
 
 namespace {
 
-/// Reads documents about a resource into one graph, with the placeholder as base. Blank nodes of two documents are two nodes even if
-/// both are called b0.
-Result<rdf::Graph> read_documents(const std::vector<std::string>& documents, const std::string& path, const std::string& name) {
+/// The blank nodes that belong to a SHACL property path, and those around them. A path with a name would be a predicate (SHACL 2.3.1).
+std::vector<bool> blanks_of_paths(const rdf::Graph& graph) {
+  std::vector<bool> found(graph.term_count());
+  const auto is_blank = [&](rdf::TermId id) { return graph.term(id).is_blank(); };
+  const auto path = graph.find(vocab::sh::path);
+  for (bool grows = path.has_value(); grows;) {
+    grows = false;
+    for (const rdf::Triple& t : graph.triples()) {
+      if (!is_blank(t.object)) continue;
+      const auto subject = static_cast<std::size_t>(t.subject), object = static_cast<std::size_t>(t.object);
+      if (t.predicate != *path && !(is_blank(t.subject) && (found[subject] || found[object]))) continue;
+      grows = grows || !found[subject] || !found[object];
+      found[subject] = found[object] = true;
+    }
+  }
+  return found;
+}
+
+/// Reads documents about a resource into one graph, with the placeholder as base. Blank nodes of two documents are two nodes even if both are
+/// called b0.
+/// @param names_blanks  blank nodes get names, because what is said of the resource stands in several documents
+Result<rdf::Graph> read_documents(const std::vector<std::string>& documents, const std::string& path, const std::string& name,
+                                  bool names_blanks = false) {
   const std::string base = std::string(placeholder_base) + path;
   rdf::ReadOptions options;
   options.base = base;
   rdf::Graph all;
+  std::size_t number = 0;
   for (const std::string& text : documents) {
     Result<rdf::Graph> graph = rdf::read(text, rdf::Syntax::turtle, options);
     if (!graph) {
@@ -38,11 +61,16 @@ Result<rdf::Graph> read_documents(const std::vector<std::string>& documents, con
       return Unexpected{std::move(error)};
     }
     std::map<rdf::TermId, rdf::TermId> renamed;
+    const std::vector<bool> of_paths = blanks_of_paths(*graph);
     const auto import = [&](rdf::TermId id) {
       const rdf::TermView term = graph->term(id);
       if (!term.is_blank()) return all.intern(term);
-      const auto known = renamed.find(id);
-      return known != renamed.end() ? known->second : renamed.emplace(id, all.fresh_blank()).first->second;
+      const auto [known, is_new] = renamed.emplace(id, rdf::TermId());
+      if (!is_new) return known->second;
+      if (!names_blanks || of_paths[static_cast<std::size_t>(id)]) return known->second = all.fresh_blank();
+      std::string iri = named_blank(base, number++);
+      while (graph->find(rdf::iri(iri)) || all.find(rdf::iri(iri))) iri = named_blank(base, number++);
+      return known->second = all.intern(rdf::iri(iri));
     };
     for (const rdf::Triple& triple : graph->triples()) {
       const rdf::TermId s = import(triple.subject), p = import(triple.predicate), o = import(triple.object);
@@ -220,7 +248,7 @@ Result<std::unique_ptr<ThingNode>> build_thing(std::unique_ptr<model::ThingSpec>
   if (spec->first_error) return Unexpected{*spec->first_error};
   if (Result<void> checked = check(*spec); !checked) return Unexpected{std::move(checked).error()};
   const std::string path = "/" + spec->path;
-  Result<rdf::Graph> statements = read_documents(spec->turtle, path, "thing \"" + spec->path + "\", its Turtle");
+  Result<rdf::Graph> statements = read_documents(spec->turtle, path, "thing \"" + spec->path + "\", its Turtle", true);
   if (!statements) return Unexpected{std::move(statements).error()};
   Result<rdf::Graph> shapes = read_shapes(*spec, path + "/blueprint");
   if (!shapes) return Unexpected{std::move(shapes).error()};

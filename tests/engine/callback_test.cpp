@@ -2,6 +2,7 @@
 #include <lrt/engine/engine.hpp>
 
 #include "tests/support/bench.hpp"
+#include "tests/support/blueprint.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/sample_robot.hpp"
 
@@ -495,7 +496,7 @@ TEST_CASE("a description that the shape refuses gets 422 with the report and con
     INFO(bad << answer.body);
     CHECK(answer.status == 422);
     CHECK(answer.says("sh:ValidationReport"));
-    CHECK(answer.links_to("http://localhost/blueprints/RevoluteJoint", vocab::ldp::constrainedBy.text));
+    CHECK(answer.links_to("http://localhost" + kind_of(arm.bench, "/arm"), vocab::ldp::constrainedBy.text));
   }
   CHECK(post(description("a hybrit:WebSocket")).status == 422);
   CHECK(post(description("a hybrit:WebSocket")).says("Upgrade: websocket"));

@@ -2,6 +2,7 @@
 #include <lrt/engine/engine.hpp>
 
 #include "tests/support/bench.hpp"
+#include "tests/support/blueprint.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/sample_robot.hpp"
 
@@ -89,23 +90,25 @@ TEST_CASE("a host's own HTTP server offers no WebSocket", "[engine][R0.12]") {
 TEST_CASE("what takes new members says how", "[engine][R1.7][R1.10]") {
   Arm arm(true, true, {}), calls(true, true, {"127.0.0.1"});
   CHECK(missing(arm.bench.get("/arm/waypoints"),
-                "<arm/waypoints> hybrit:binding [ a http-core:Request ; http-core:mthd http-methods:POST ;"
-                " http-core:requestURI <arm/waypoints> ; http-core:body [ a maths:Vector3D ; dcterms:conformsTo <blueprints/RevoluteJoint#waypoints> "
-                "] ] .") == "");
-  const std::string container =
+                with_kind("<arm/waypoints> hybrit:binding [ a http-core:Request ; http-core:mthd http-methods:POST ;"
+                          " http-core:requestURI <arm/waypoints> ; http-core:body [ a maths:Vector3D ; dcterms:conformsTo <KIND#waypoints> ] ] .",
+                          kind_of(arm.bench, "/arm"))) == "");
+  const std::string container = with_kind(
       "<arm/subscriptions> hybrit:binding [ a http-core:Request ; http-core:mthd http-methods:POST ;"
-      " http-core:body [ a hybrit:WebCallback ; dcterms:conformsTo <blueprints/RevoluteJoint#subscriptions> ] ] .";
+      " http-core:body [ a hybrit:WebCallback ; dcterms:conformsTo <KIND#subscriptions> ] ] .",
+      kind_of(calls.bench, "/arm"));
   CHECK(missing(arm.bench.get("/arm/subscriptions"), container) != "");  // it makes no callbacks
   CHECK(missing(calls.bench.get("/arm/subscriptions"), container) == "");
 }
 
 TEST_CASE("what can be written says how: a binding with the shape of its body", "[engine][R1.10]") {
   Arm arm(false, true, {});
+  const std::string kind = bounds_of(arm.bench, "/arm");
   CHECK(missing(arm.bench.get("/arm/angle"),
-                "<arm/angle> hybrit:binding [ a http-core:Request ; http-core:mthd http-methods:PUT ;"
-                " http-core:requestURI <arm/angle> ; http-core:body [ a maths:Scalar ; dcterms:conformsTo <blueprints/RevoluteJoint#angle> ] ] .") ==
-        "");
-  CHECK(missing(arm.bench.get("/blueprints/RevoluteJoint"), "<blueprints/RevoluteJoint#angle> a sh:NodeShape .") == "");
+                with_kind("<arm/angle> hybrit:binding [ a http-core:Request ; http-core:mthd http-methods:PUT ;"
+                          " http-core:requestURI <arm/angle> ; http-core:body [ a maths:Scalar ; dcterms:conformsTo <KIND#angle> ] ] .",
+                          kind)) == "");
+  CHECK(missing(arm.bench.get(kind), with_kind("<KIND#angle> a sh:NodeShape .", kind)) == "");
   CHECK_FALSE(arm.bench.get("/arm/speed").says("hybrit:binding"));
   // What GET gives can still be sent back.
   const Answer read = arm.bench.get("/arm/angle");

@@ -2,6 +2,7 @@
 #include <lrt/engine/engine.hpp>
 
 #include "tests/support/bench.hpp"
+#include "tests/support/blueprint.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/sample_robot.hpp"
 
@@ -93,21 +94,21 @@ TEST_CASE("the root lists the outermost things as a container, with a link to ea
 TEST_CASE("a thing names its subscriptions, state, blueprint, properties, actions, collections and parts", "[engine][R1.8][R1.9][R1.10][R1.11]") {
   Robot r;
   const Answer a = r.bench.get("/arm");
-  CHECK(missing(a,
-                "<arm> dcterms:title \"arm\" ; hybrit:subscriptions <arm/subscriptions> ; lrt:state <arm/state> ; hybrit:blueprint "
-                "<blueprints/RevoluteJoint> ;"
-                " hybrit:property <arm/angle> , <arm/speed> , <arm/silent> ; ros:rotation <arm/angle> ;"
-                " hybrit:action <arm/actions/turn> , <arm/actions/grip> ; lrt:collection <arm/waypoints> ;"
-                " dcterms:hasPart <arm/tool> ; rdfs:label \"Arm\"@en ."
-                " <arm/angle> a hybrit:Property , maths:Scalar . <arm/pose> a hybrit:Property , maths:Vector3D ."
-                " <arm/actions/grip> a hybrit:Action , hybrit:AsynchronousAction . <arm/actions/turn> a hybrit:Action ."
-                " <arm/waypoints> a ldp:BasicContainer . <arm/tool> a hybrit:RoboticThing .") == "");
+  CHECK(missing(a, with_kind("<arm> dcterms:title \"arm\" ; hybrit:subscriptions <arm/subscriptions> ; lrt:state <arm/state> ; hybrit:blueprint "
+                             "<KIND> ;"
+                             " hybrit:property <arm/angle> , <arm/speed> , <arm/silent> ; ros:rotation <arm/angle> ;"
+                             " hybrit:action <arm/actions/turn> , <arm/actions/grip> ; lrt:collection <arm/waypoints> ;"
+                             " dcterms:hasPart <arm/tool> ; rdfs:label \"Arm\"@en ."
+                             " <arm/angle> a hybrit:Property , maths:Scalar . <arm/pose> a hybrit:Property , maths:Vector3D ."
+                             " <arm/actions/grip> a hybrit:Action , hybrit:AsynchronousAction . <arm/actions/turn> a hybrit:Action ."
+                             " <arm/waypoints> a ldp:BasicContainer . <arm/tool> a hybrit:RoboticThing .",
+                             kind_of(r.bench, "/arm"))) == "");
   const std::vector<std::string> related = a.linked("related");
   const std::set<std::string> links(related.begin(), related.end());
   for (const char* path : {"state", "subscriptions", "angle", "speed", "actions/turn", "actions/grip", "waypoints", "tool"})
     CHECK(links.count(std::string("http://localhost/arm/") + path) == 1);
   CHECK(a.links_to("http://localhost/", "up"));
-  CHECK(a.links_to("http://localhost/blueprints/RevoluteJoint", "describedby"));
+  CHECK(a.links_to("http://localhost" + kind_of(r.bench, "/arm"), "describedby"));
 
   const Answer tool = r.bench.get("/arm/tool");
   CHECK(missing(tool, "<arm/tool> a hybrit:RoboticThing ; dcterms:title \"The tool\" ; dcterms:isPartOf <arm> .") == "");
@@ -240,24 +241,35 @@ TEST_CASE("a thing may refer to a blueprint elsewhere", "[engine][R1.11]") {
   CHECK(missing(a, "<arm> hybrit:blueprint <http://example.org/shapes#Joint> .") == "");
   CHECK(a.links_to("http://example.org/shapes#Joint", "describedby"));
   // What bodies are judged by is our own.
-  CHECK(bench.turtle("PUT", "/arm/p", "").links_to("http://localhost/blueprints/arm", "http://www.w3.org/ns/ldp#constrainedBy"));
+  CHECK(bench.turtle("PUT", "/arm/p", "").links_to("http://localhost" + kind_of(bench, "/arm"), "http://www.w3.org/ns/ldp#constrainedBy"));
 }
 
 TEST_CASE("the generated blueprint lists types, units and bounds", "[engine][R1.11]") {
   Robot r;
-  const Answer a = r.bench.get("/blueprints/RevoluteJoint");
-  CHECK(missing(a,
-                "<blueprints/RevoluteJoint> a sh:NodeShape ; sh:targetClass ros:RevoluteJoint ; sh:property"
-                " [ sh:path ros:rotation ; sh:minCount 1 ; sh:maxCount 1 ; sh:class hybrit:Property ; sh:node <blueprints/RevoluteJoint#angle> ] ."
-                "<blueprints/RevoluteJoint#angle> a sh:NodeShape ; sh:class maths:Scalar ; sh:property"
-                " [ sh:path vom:numericalValue ; sh:minCount 1 ; sh:maxCount 1 ; sh:minInclusive -90 ;"
-                "   sh:maxInclusive 90 ] , [ sh:path vom:unit ; sh:minCount 1 ; sh:maxCount 1 ; sh:hasValue maths:Degree ] .") == "");
+  const std::string kind = kind_of(r.bench, "/arm");
+  const Answer a = r.bench.get(kind);
   CHECK(
-      missing(
-          a,
-          "<blueprints/RevoluteJoint#actions/turn/input> a sh:NodeShape ; sh:property [ sh:path vom:numericalValue ; sh:minCount 1 ; sh:maxCount 1 ;"
-          " sh:minInclusive 0 ; sh:maxExclusive 360 ] .") == "");
-  CHECK(missing(a, "<blueprints/RevoluteJoint#mode> sh:property [ sh:path rdf:value ; sh:in ( \"idle\" \"active\" ) ] .") == "");
+      missing(a,
+              with_kind(
+                  "<KIND> a sh:NodeShape , rdfs:Class ; rdfs:label \"RevoluteJoint\" ; sh:property"
+                  " [ sh:path ros:rotation ; sh:minCount 1 ; sh:maxCount 1 ; sh:class hybrit:Property ; sh:or ( [] <KIND#angle> ) ] ."
+                  "<KIND#angle> a sh:NodeShape ; sh:class maths:Scalar ; sh:property [ sh:path vom:numericalValue ; sh:minCount 1 ; sh:maxCount 1 ] ,"
+                  " [ sh:path vom:unit ; sh:minCount 1 ; sh:maxCount 1 ; sh:hasValue maths:Degree ] ."
+                  "<KIND#mode> sh:property [ sh:path rdf:value ; sh:in ( \"idle\" \"active\" ) ] .",
+                  kind)) == "");
+  CHECK_FALSE(a.says("sh:minInclusive -90"));
+  CHECK_FALSE(a.says("sh:targetClass"));
+  // Things with the same bounds share these.
+  const std::string bounds = bounds_of(r.bench, "/arm");
+  CHECK(bounds.substr(0, kind.size() + 1) == kind + "-");
+  CHECK(missing(r.bench.get(bounds),
+                with_kind("<KIND> a sh:NodeShape , rdfs:Class ; sh:node <" + kind.substr(1) +
+                              "> ; sh:property [ sh:path ros:rotation ; sh:or ( [] <KIND#angle> ) ] ."
+                              "<KIND#angle> a sh:NodeShape ; sh:property [ sh:path vom:numericalValue ; sh:minInclusive -90 ; sh:maxInclusive 90 ] ,"
+                              " [ sh:path vom:unit ; sh:minCount 1 ; sh:maxCount 1 ; sh:hasValue maths:Degree ] ."
+                              "<KIND#actions/turn/input> a sh:NodeShape ; sh:property [ sh:path vom:numericalValue ; sh:minCount 1 ;"
+                              " sh:maxCount 1 ; sh:minInclusive 0 ; sh:maxExclusive 360 ] .",
+                          bounds)) == "");
 }
 
 TEST_CASE("an action publishes the method and URI that really work", "[engine][R1.10][R0.5]") {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <map>
 #include <string>
+#include <type_traits>
 
 #include <lrt/rdf/vocab.hpp>
 #include <lrt/shacl/validator.hpp>
@@ -11,31 +11,57 @@
 
 namespace lrt::test {
 
-/// The Blueprints of a Thing as one graph that judges this Thing alone, as a client does that knows which Thing it has read: the shape of its
-/// kind gets the Thing as target, and no class.
+/// The path of the Blueprint of a Thing's kind, "/blueprints/RevoluteJoint-1a2b3c4d", which the Thing names as its class.
+/// @param get      gives the Answer to GET of a path, or has a function get() that does
+/// @param ordinal  0: of the kind, 1: of its bounds
+template <class Get>
+std::string shared_blueprint(Get&& get, const std::string& path, const std::string& base, int ordinal) {
+  const rdf::Graph thing = [&] {
+    if constexpr (std::is_invocable_v<Get, const std::string&>) return get(path).graph();
+    else return get.get(path).graph();
+  }();
+  for (const rdf::TermView& type : thing.objects(rdf::iri(base + path), rdf::TermView(vocab::rdf_::type)))
+    if (type.text.substr(0, base.size() + 12) == base + "/blueprints/" && ordinal-- == 0) return std::string(type.text.substr(base.size()));
+  return {};
+}
+
+template <class Get>
+std::string kind_of(Get&& get, const std::string& path, const std::string& base = "http://localhost") {
+  return shared_blueprint(get, path, base, 0);
+}
+/// The path of the Blueprint of its bounds, "/blueprints/RevoluteJoint-1a2b3c4d-5e6f7a8b".
+template <class Get>
+std::string bounds_of(Get&& get, const std::string& path, const std::string& base = "http://localhost") {
+  return shared_blueprint(get, path, base, 1);
+}
+
+/// The text with the name of a kind, "blueprints/RevoluteJoint-1a2b3c4d", for each "KIND".
+inline std::string with_kind(std::string text, std::string kind) {
+  if (kind.front() == '/') kind.erase(0, 1);
+  for (std::size_t at = text.find("KIND"); at != std::string::npos; at = text.find("KIND", at + kind.size())) text.replace(at, 4, kind);
+  return text;
+}
+
+/// The Blueprints of a Thing as one graph. They judge by their own targets.
 /// @param get   gives the Answer to GET of a path
 /// @param path  of the Thing, "/arm"
 template <class Get>
 rdf::Graph blueprint_of(Get get, const std::string& path, const std::string& base = "http://localhost") {
-  const std::string self = base + path;
   const rdf::Graph thing = get(path).graph();
   rdf::Graph all;
   int document = 0;
-  for (const rdf::TermView& iri : thing.objects(rdf::iri(self), rdf::TermView(vocab::hybrit::blueprint))) {
+  for (const rdf::TermView& iri : thing.objects(rdf::iri(base + path), rdf::TermView(vocab::hybrit::blueprint))) {
     if (iri.text.substr(0, base.size()) != base) continue;  // elsewhere
     const rdf::Graph one = get(std::string(iri.text.substr(base.size()))).graph();
     const std::string prefix = "d" + std::to_string(document++) + "-";  // two documents may have equal labels of blank nodes
+    const auto node = [&](rdf::TermId id) {
+      const rdf::TermView term = one.term(id);
+      return all.intern(term.is_blank() ? rdf::blank(prefix + std::string(term.text)) : term);
+    };
     for (const rdf::Triple& t : one.triples()) {
-      const auto is = [&](Iri term) { return one.term(t.predicate) == rdf::TermView(term); };
-      if (is(vocab::sh::targetClass) || (is(vocab::sh::targetNode) && one.term(t.subject) == iri)) continue;
-      const auto node = [&](rdf::TermId id) {
-        const rdf::TermView term = one.term(id);
-        return all.intern(term.is_blank() ? rdf::blank(prefix + std::string(term.text)) : term);
-      };
       const rdf::TermId s = node(t.subject), p = node(t.predicate), o = node(t.object);
       all.add(s, p, o);
     }
-    all.add(iri, rdf::TermView(vocab::sh::targetNode), rdf::iri(self));
   }
   return all;
 }

@@ -212,7 +212,9 @@ void ActionResource::describe_binding(const Description& d, rdf::TermId node) co
   if (!spec->input) return;
   const rdf::TermId body = d.graph.fresh_blank();
   request.add(vocab::http_core::body, body);
-  About(d.graph, body).link(vocab::dcterms::conformsTo, thing->shape_iri(d.base, input_shape()));
+  About about(d.graph, body);
+  if (const std::string of = rdf::target_class(*spec->input, d.engine.vocabulary(d.base)); !of.empty()) about.a(Iri(std::string_view(of)));
+  about.link(vocab::dcterms::conformsTo, thing->shape_iri(d.base, input_shape()));
 }
 
 /// The actions that it is composed of.

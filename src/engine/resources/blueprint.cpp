@@ -34,53 +34,30 @@ std::optional<TermId> user_shape(const ThingNode& thing, const std::string& name
   return id && !shapes.match(*id, std::nullopt, std::nullopt).empty() ? id : std::nullopt;
 }
 
-/// The triples about a node and about the blank nodes that it leads to.
-void copy_described(Graph& to, const Graph& from, TermId node) {
-  std::vector<TermId> open = {node};
-  std::vector<bool> seen(from.term_count());
-  while (!open.empty()) {
-    const TermId next = open.back();
-    open.pop_back();
-    if (seen[static_cast<std::size_t>(next)]) continue;
-    seen[static_cast<std::size_t>(next)] = true;
-    for (const rdf::Triple& t : from.match(next, std::nullopt, std::nullopt)) {
-      to.add(from.term(t.subject), from.term(t.predicate), from.term(t.object));
-      if (from.term(t.object).is_blank()) open.push_back(t.object);
-    }
-  }
-}
-
-/// The generated shape of values.
-void describe_generated(const Description& d, const std::string& iri, const ValueShape& values) {
-  const TermId shape = d.graph.intern(rdf::iri(iri));
-  About(d.graph, shape).a(vocab::sh::NodeShape).add(vocab::sh::name, rdf::literal(values.name));
-  shacl::derive(d.graph, shape, *values.type, *values.facets, d.engine.vocabulary(d.base), {true, values.input});
-}
-
 }  // namespace
+
+void describe_generated(const Description& d, const std::string& iri, const ValueShape& values, const rdf::Facets& facets) {
+  const TermId shape = d.graph.intern(rdf::iri(iri));
+  About(d.graph, shape).a(vocab::sh::NodeShape).add(vocab::rdfs::label, rdf::literal(values.name));
+  shacl::DeriveOptions options;
+  options.input = values.input;
+  options.named = values.repeated;
+  shacl::derive(d.graph, shape, *values.type, facets, d.engine.vocabulary(d.base), options);
+}
 
 bool has_user_shape(const ThingNode& thing, const std::string& name) { return user_shape(thing, name).has_value(); }
 
-bool has_own_shape(const ThingNode& thing, const std::string& name) {
-  if (!thing.kind || has_user_shape(thing, name)) return true;
+bool has_bounds(const ThingNode& thing, const std::string& name) {
   const std::vector<ValueShape> shapes = value_shapes(thing);
   const auto it = std::find_if(shapes.begin(), shapes.end(), [&](const ValueShape& s) { return s.name == name; });
-  return it != shapes.end() && !thing.kind->shares_bounds(static_cast<std::size_t>(it - shapes.begin()));
+  return it != shapes.end() && it->has_bounds();
 }
 
 void describe_value_shape(const Description& d, const ThingNode& thing, const std::string& name) {
+  if (has_user_shape(thing, name)) return;
   const std::vector<ValueShape> shapes = value_shapes(thing);
   const ValueShape& values = *std::find_if(shapes.begin(), shapes.end(), [&](const ValueShape& s) { return s.name == name; });
-  const std::string iri = thing.shape_iri(d.base, name);
-  if (const auto users = user_shape(thing, name)) {
-    Graph described;
-    copy_described(described, thing.user_shapes(), *users);
-    add_placed(d.graph, described, d.base);
-  } else {
-    describe_generated(d, iri, values);
-  }
-  const std::string of = rdf::target_class(*values.type, d.engine.vocabulary(d.base));
-  if (!of.empty()) About(d.graph, iri).link(vocab::sh::targetClass, of);
+  if (values.repeated) describe_generated(d, thing.shape_iri(d.base, name), values, *values.facets);
 }
 
 namespace {
@@ -90,9 +67,8 @@ Graph seen_shapes(const ThingNode& thing, const Audience& audience) {
   const Graph& all = thing.user_shapes();
   if (!audience.is_restricted()) return all;
   std::vector<std::string> hidden;
-  const std::vector<ValueShape> shapes = value_shapes(thing);
-  for (std::size_t i = 0; i < shapes.size(); ++i)
-    if (!audience.sees(*shaped_resource(thing, i))) hidden.push_back(std::string(placeholder_base) + thing.blueprint.path + "#" + shapes[i].name);
+  for (const ValueShape& values : value_shapes(thing))
+    if (!audience.sees(*values.resource)) hidden.push_back(std::string(placeholder_base) + thing.blueprint.path + "#" + values.name);
   return visible_part(all, [&](std::string_view iri) { return std::find(hidden.begin(), hidden.end(), iri) == hidden.end(); });
 }
 
@@ -100,17 +76,13 @@ Graph seen_shapes(const ThingNode& thing, const Audience& audience) {
 
 void BlueprintResource::describe(const Description& d) const {
   const ThingNode& node = *thing;
-  const std::string self = node.names_base(d.base);
-  if (!user_shape(node, {}))
-    About(d.graph, self).a(vocab::sh::NodeShape).link(vocab::sh::targetNode, d.base + node.self.path).link(vocab::sh::node, d.base + node.kind->path);
-  const std::vector<ValueShape> shapes = value_shapes(node);
-  for (std::size_t i = 0; i < shapes.size(); ++i) {
-    if (!has_own_shape(node, shapes[i].name) || !d.audience.sees(*shaped_resource(node, i))) continue;
-    const std::string iri = self + "#" + shapes[i].name;
-    if (!user_shape(node, shapes[i].name)) describe_generated(d, iri, shapes[i]);
-    // The first shapes are those of the properties.
-    if (i < node.properties.size() && node.properties[i]->promises_triples())
-      About(d.graph, iri).link(vocab::sh::targetNode, d.base + node.properties[i]->path);
+  About(d.graph, d.base + path).a(vocab::ldp::RDFSource);
+  for (const auto& p : node.properties) {
+    if (p->spec->file || !d.audience.sees(*p) || !has_user_shape(node, p->spec->path)) continue;
+    const std::string shape = node.shape_iri(d.base, p->spec->path);
+    About judge(d.graph, p->promises_value() ? d.graph.intern(rdf::iri(shape)) : d.graph.fresh_blank());
+    judge.a(vocab::sh::NodeShape).link(vocab::sh::targetNode, d.base + p->path);
+    if (!p->promises_value()) constrain_value(judge, *p, shape, d.engine.vocabulary(d.base));
   }
   add_placed(d.graph, seen_shapes(node, d.audience), d.base);
 }
@@ -118,6 +90,7 @@ void BlueprintResource::describe(const Description& d) const {
 void BlueprintResource::overview(Overview& o) const {
   o.link("thing", thing->self);
   o.link("kind", *thing->kind);
+  if (thing->bounds) o.link("bounds", *thing->bounds);
 }
 
 void BlueprintResource::for_each_property(FunctionRef<void(PropertyResource&)> visit) const { thing->state.for_each_property(visit); }
@@ -131,13 +104,14 @@ void BlueprintResource::path_changed() {
 
 Result<shacl::Shapes> compiled_shapes(ThingNode& thing, std::size_t base, const EngineView& engine) {
   const bool is_own = thing.adds_shapes();
-  ThinVector<CompiledShapes>& known = is_own ? thing.compiled_shapes : thing.kind->compiled_shapes;
+  ThinVector<CompiledShapes>& known = is_own ? thing.compiled_shapes : thing.bounds ? thing.bounds->compiled_shapes : thing.kind->compiled_shapes;
   for (const CompiledShapes& compiled : known)
     if (compiled.base == base) return compiled.shapes;
   Graph graph;
   const Audience everybody;  // bodies are validated by the complete shapes
   const Description d{graph, engine.bases[base], 1, engine, everybody};
-  thing.kind->describe_shapes(d);
+  thing.kind->describe(d);
+  if (thing.bounds) thing.bounds->describe(d);
   if (is_own) thing.blueprint.describe(d);
   Result<shacl::Shapes> compiled = shacl::Shapes::compile(std::move(graph));
   if (compiled) known.push_back({base, *compiled});

@@ -3,13 +3,13 @@
 
 #include <cstddef>
 #include <string>
-#include <vector>
 
 #include <lrt/base/result.hpp>
 #include <lrt/rdf/graph.hpp>
 #include <lrt/rdf/type.hpp>
 #include <lrt/shacl/shapes.hpp>
 
+#include "src/engine/contract.hpp"
 #include "src/engine/resource.hpp"
 
 namespace lrt::engine {
@@ -20,8 +20,7 @@ struct CompiledShapes {
   shacl::Shapes shapes;
 };
 
-/// The additions of a Thing to the Blueprint of its kind (R1.11): bounds that other Things of the kind do not have, and the user's shapes.
-/// The state of the Thing conforms to both (SPEC 2).
+/// The shapes that the user gave for a Thing, in addition to the Blueprint of its kind (R1.11). The state of the Thing conforms to both (SPEC 2).
 class BlueprintResource final : public ValueResource {
  public:
   using ValueResource::ValueResource;
@@ -38,18 +37,23 @@ class BlueprintResource final : public ValueResource {
   void path_changed() override;
 };
 
-/// The shape of values under a name, with the class of nodes that it judges in bodies: the user's, or the one that the type implies with the
-/// bounds of the Thing.
+/// A generated shape of values.
+/// @param iri     its name
+/// @param facets  those of the values, perhaps without bounds
+void describe_generated(const Description& d, const std::string& iri, const ValueShape& values, const rdf::Facets& facets);
+
+/// Repeats the generated shape of values under a name, with the bounds of the Thing, if it can stand in two documents: that of the user, and one of
+/// lists, have blank nodes, and stand in the Blueprint only.
 void describe_value_shape(const Description& d, const ThingNode& thing, const std::string& name);
 
-/// Whether the shape of that name is in the Thing's own Blueprint: the user has given it, or the bounds are not those of the kind.
-bool has_own_shape(const ThingNode& thing, const std::string& name);
+/// Whether the generated shape of that name has bounds of numbers.
+bool has_bounds(const ThingNode& thing, const std::string& name);
 
 /// Whether the user has given the shape of that name.
 bool has_user_shape(const ThingNode& thing, const std::string& name);
 
 /// The Blueprints of a Thing and its kind, compiled for one base. They are compiled once, for the first body, or at registration when the user gave
-/// shapes, which may be ill-formed. Things without a Blueprint of their own share those of their kind.
+/// shapes, which may be ill-formed. Things without a Blueprint of their own share those of their kind and bounds.
 /// @par Errors  expected_value, unsupported_syntax, limit_exceeded: of shacl::Shapes::compile
 Result<shacl::Shapes> compiled_shapes(ThingNode& thing, std::size_t base, const EngineView& engine);
 

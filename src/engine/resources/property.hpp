@@ -70,7 +70,7 @@ class PropertyResource final : public ValueResource {
   void report_lost();
 
   /// Its value is in the state, or is read for it. A pushed property promises none before the first publish.
-  bool promises_triples() const noexcept { return (spec->read || !value.is_null()) && !only_octets && !spec->file; }
+  bool promises_value() const noexcept { return spec->read && !spec->octets && !spec->file; }
   /// Called when the resource is removed. Requests that wait for a write get 404.
   void removed(Parts& parts);
 

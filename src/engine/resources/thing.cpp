@@ -8,6 +8,7 @@
 #include <lrt/rdf/value_codec.hpp>
 
 #include "src/engine/change_scanner.hpp"
+#include "src/engine/contract.hpp"
 #include "src/engine/description.hpp"
 #include "src/engine/overview.hpp"
 #include "src/engine/registry.hpp"
@@ -36,6 +37,9 @@ void ThingResource::describe(const Description& d) const {
   About about(d.graph, d.base + path);
   describe_types(about, d);
   about.add(vocab::dcterms::title, rdf::literal(spec.title));
+  // It is an instance of what judges it.
+  about.link(vocab::rdf_::type, d.base + node.kind->path);
+  if (node.bounds) about.link(vocab::rdf_::type, d.base + node.bounds->path);
   for (const std::string& iri : node.blueprint_iris(d.base)) about.link(vocab::hybrit::blueprint, iri);
   about.link(vocab::hybrit::subscriptions, d.base + node.subscriptions.path);  // R1.8
   about.link(vocab::lrt_::state, d.base + node.state.path);
@@ -86,6 +90,7 @@ void ThingResource::overview(Overview& o) const {
   if (!node.children.empty()) o.link("all", node.tree);
   if (node.spec->blueprint.empty()) o.link("blueprint", *node.kind);
   else o.link("blueprint", node.spec->blueprint, node.blueprint.kind().name);
+  if (node.bounds) o.link("boundsBlueprint", *node.bounds);
   if (node.adds_shapes()) o.link("ownBlueprint", node.blueprint);
   o.link("subscriptions", node.subscriptions);
   o.links("properties", node.properties);
@@ -100,6 +105,7 @@ void ThingResource::link_related(http::LinkWriter& links, const std::string& bas
   const ThingNode& node = *thing;
   links.add(base + node.state.path, "related");
   links.add(base + node.kind->path, "related");
+  if (node.bounds) links.add(base + node.bounds->path, "related");
   if (node.adds_shapes()) links.add(base + node.blueprint.path, "related");
   links.add(base + node.subscriptions.path, "related");
   if (!node.children.empty()) {
@@ -122,6 +128,7 @@ void ThingResource::set_observed(bool observed, ChangeScanner& scanner) {
 // ------------------------------------------------------------------------------------------------------------- its state
 
 void StateResource::describe(const Description& d) const {
+  About(d.graph, d.base + path).a(vocab::ldp::RDFSource);
   thing->self.describe(d);
   for (PropertyResource* p : thing->in_state()) p->describe(d);
 }
@@ -207,19 +214,21 @@ void StateProperties::iterator::skip_files() {
   while (at_ != end_ && (*at_)->spec->file) ++at_;
 }
 
-bool ThingNode::adds_shapes() const { return !user_shapes().empty() || (kind && !kind->shares_all_bounds()); }
+bool ThingNode::adds_shapes() const { return !user_shapes().empty(); }
 
 const rdf::Graph& ThingNode::statements() const noexcept { return (texts ? *texts : no_texts()).statements; }
 const rdf::Graph& ThingNode::user_shapes() const noexcept { return (texts ? *texts : no_texts()).shapes; }
 
 std::vector<std::string> ThingNode::blueprint_iris(const std::string& base) const {
   std::vector<std::string> iris = {!spec->blueprint.empty() ? spec->blueprint : base + (kind ? kind->path : blueprint.path)};
+  if (bounds) iris.push_back(base + bounds->path);
   if (kind && adds_shapes()) iris.push_back(names_base(base));
   return iris;
 }
 
 std::string ThingNode::shapes_of(const std::string& base, const std::string& name) const {
-  return kind && (name.empty() || !has_own_shape(*this, name)) ? base + kind->path : names_base(base);
+  if (!kind || (!name.empty() && has_user_shape(*this, name))) return names_base(base);
+  return base + (bounds && !name.empty() && has_bounds(*this, name) ? bounds->path : kind->path);
 }
 
 void ThingNode::shapes_moved() {

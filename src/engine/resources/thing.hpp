@@ -22,6 +22,7 @@ namespace lrt::engine {
 inline namespace v0 {
 
 class ActionResource;
+class BoundsResource;
 class CollectionResource;
 class KindResource;
 class PropertyResource;
@@ -119,13 +120,13 @@ struct ThingNode {
   explicit ThingNode(std::unique_ptr<model::ThingSpec> s);
   ~ThingNode();
 
-  /// Its own Blueprint: what it adds to that of its kind, and the shapes that the user gave.
+  /// Its own Blueprint: the shapes that the user gave.
   std::string names_base(const std::string& base) const { return base + blueprint.path; }
   /// Its own Blueprint is not empty.
   bool adds_shapes() const;
-  /// The Blueprints that it refers to: that of its kind or the external one, and its own if that adds something.
+  /// The Blueprints that it refers to: that of its kind or the external one, that of its bounds, and its own.
   std::vector<std::string> blueprint_iris(const std::string& base) const;
-  /// The Blueprint that has the shape of values under a name: its own, or that of its kind.
+  /// The Blueprint that has the shape of values under a name: its own, that of its bounds, or that of its kind.
   std::string shapes_of(const std::string& base, const std::string& name) const;
   std::string shape_iri(const std::string& base, const std::string& name) const { return shapes_of(base, name) + "#" + name; }
   /// The path of a Blueprint has changed.
@@ -156,9 +157,10 @@ struct ThingNode {
   std::vector<std::unique_ptr<PropertyResource>> properties;
   ThinVector<std::unique_ptr<ActionResource>> actions;
   ThinVector<std::unique_ptr<CollectionResource>> collections;
-  KindResource* kind = nullptr;     ///< set while it is registered
-  ThingNode* parent = nullptr;      ///< nullptr: below the root
-  ThinVector<ThingNode*> children;  ///< in the order of registration
+  KindResource* kind = nullptr;      ///< set while it is registered
+  BoundsResource* bounds = nullptr;  ///< set with the kind; null: no number has bounds
+  ThingNode* parent = nullptr;       ///< nullptr: below the root
+  ThinVector<ThingNode*> children;   ///< in the order of registration
 };
 
 }  // namespace v0

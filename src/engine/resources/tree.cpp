@@ -37,6 +37,7 @@ void TreeResource::for_each_thing(FunctionRef<void(const ThingNode&)> visit) con
 }
 
 void TreeResource::describe(const Description& d) const {
+  About(d.graph, d.base + path).a(vocab::ldp::RDFSource);
   for (const Resource* part : described_resources()) part->describe(d);
 }
 
