@@ -75,15 +75,24 @@ bool mean_the_same(const rdf::Type& a, const rdf::Type& b) {
 
 bool is_own(std::string_view term) { return !term.empty() && term.front() == '#'; }
 
-/// rdfs:range of the field, and its unit.
+/// The class of the nodes that have the fields of a record; empty if they have none.
+std::string domain_of(const rdf::Type& record, const std::string& vocabulary) {
+  const std::vector<std::string>& classes = record.value_predicate.empty() ? record.classes : record.value_classes;
+  return classes.empty() ? std::string() : rdf::term_iri(classes.front(), vocabulary);
+}
+
+/// rdfs:range of the field, and its unit. A number that takes the unit of the record has no range: it is a node where there is a unit, else a literal.
 void describe_range(About& term, const rdf::FieldType& field, const std::string& vocabulary) {
   const rdf::Type* type = field.type;
   while (type->kind == Kind::optional) type = type->element;
+  if (type->is_number() && field.takes_unit) return describe_unit(term, field.facets.unit());
   const auto range = [&](Iri iri) { term.add(vocab::rdfs::range, rdf::TermView(iri)); };
   switch (type->kind) {
     case Kind::list:
     case Kind::map: range(vocab::rdf_::List); break;
-    case Kind::record: term.link(vocab::rdfs::range, rdf::target_class(*type, vocabulary)); break;
+    case Kind::record:
+      if (const std::string its_class = rdf::target_class(*type, vocabulary); !its_class.empty()) term.link(vocab::rdfs::range, its_class);
+      break;
     default: range(type->is_number() && !field.facets.unit().empty() ? vocab::maths::Scalar : type->datatype);
   }
   describe_unit(term, field.facets.unit());
@@ -143,11 +152,11 @@ void Vocabulary::describe(const Description& d) const {
   for (const auto& [name, use] : types_) {
     if (seen && seen->types.count(name) == 0) continue;
     const rdf::Type& type = *use.type;
-    if (is_own(type.classes.front())) described_term(d, vocabulary, type.classes.front(), vocab::rdfs::Class, name);
+    if (!type.classes.empty() && is_own(type.classes.front())) described_term(d, vocabulary, type.classes.front(), vocab::rdfs::Class, name);
     for (const rdf::FieldType& field : type.fields) {
       if (!is_own(field.predicate)) continue;
       About term = described_term(d, vocabulary, field.predicate, vocab::rdf_::Property, field.name);
-      term.link(vocab::rdfs::domain, rdf::term_iri(type.classes.front(), vocabulary));
+      if (const std::string domain = domain_of(type, vocabulary); !domain.empty()) term.link(vocab::rdfs::domain, domain);
       describe_range(term, field, vocabulary);
     }
   }

@@ -20,9 +20,9 @@ import shutil
 import subprocess
 import sys
 import urllib.parse
-import zipfile
 
 sys.dont_write_bytecode = True  # nothing is left in the source tree
+import jena
 from examples_graphs_test import linked, start
 from robot_process import HYBRIT, Program, http_request, triples
 
@@ -32,8 +32,6 @@ LEAST_JUDGED, LEAST_OF_EACH = 700, 150
 
 PACKAGES = {"rdf-validate-shacl": "0.6.5", "shacl-engine": "0.1.5", "n3": "2.13.12"}
 NODE_ENGINES = ("rdf-validate-shacl", "shacl-engine")
-JARS = ("jena-shacl jena-arq jena-core jena-base jena-iri slf4j-api slf4j-nop commons-lang3 commons-io commons-csv commons-codec commons-compress "
-        "dexx.collection thrift protobuf gson guava").split()
 HERE = os.path.dirname(os.path.abspath(__file__))
 
 # Whose shape is the user's own: it judges bodies as they are.
@@ -732,19 +730,8 @@ def engines(folder):
                               cwd=folder, capture_output=True, text=True, timeout=200, check=False)
         if done.returncode != 0:
             skip(f"npm cannot install {' '.join(wanted)}: {done.stderr.strip()[-300:]}")
-    jars = [f"/usr/share/java/{jar}.jar" for jar in JARS]
-    if not shutil.which("javac") or not all(map(os.path.exists, jars)):
-        skip("Apache Jena or a Java compiler is not installed (Debian: libapache-jena-java, default-jdk-headless)")
     found = {name: ["node", os.path.join(HERE, "random_bodies_node.mjs"), str(folder)] for name in NODE_ENGINES}
-    # Debian's Jena 4.5.0 does not find its own messages, without which it has no datatypes: its classes have another package than their resources.
-    renamed = "org/apache/jena/ext/"
-    with zipfile.ZipFile(jars[JARS.index("jena-core")]) as jar:
-        for name in jar.namelist():
-            if name.startswith(renamed) and name.endswith(".properties"):
-                path = folder / "jena" / name[len(renamed):]
-                path.parent.mkdir(parents=True, exist_ok=True)
-                path.write_bytes(jar.read(name))
-    found["Apache Jena"] = ["java", "-XX:+UseSerialGC", "-cp", ":".join([str(folder / "jena"), *jars]), os.path.join(HERE, "RandomBodies.java")]
+    found["Apache Jena"] = jena.command("RandomBodies.java", folder)
     return found
 
 

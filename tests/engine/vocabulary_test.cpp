@@ -37,6 +37,12 @@ struct Gains {
 struct Rest {
   double seconds = 0;
 };
+struct Spot {
+  double x = 0;
+};
+struct Area {
+  Spot spot;
+};
 }  // namespace other
 
 template <>
@@ -68,6 +74,34 @@ struct lrt::rdf::traits<other::Rest> : lrt::rdf::Record<other::Rest> {
   static void describe(Record& r) {
     r.named("Break, long");
     r.field("idle time", &other::Rest::seconds);
+  }
+};
+/// Its fields are at a node of another class, and take the unit of the record.
+template <>
+struct lrt::rdf::traits<other::Spot> : lrt::rdf::Record<other::Spot> {
+  static void describe(Record& r) { r.field("x", &other::Spot::x); }
+  static const Type& type() {
+    static const Immortal<Type> changed([] {
+      Type t = Record::type();
+      t.value_predicate = vocab::vom::quantityValue.text;
+      t.value_classes = {std::string(vocab::maths::Vector2D.text)};
+      t.fields[0].takes_unit = true;
+      return t;
+    }());
+    return *changed;
+  }
+};
+/// Without a class.
+template <>
+struct lrt::rdf::traits<other::Area> : lrt::rdf::Record<other::Area> {
+  static void describe(Record& r) { r.field("spot", &other::Area::spot); }
+  static const Type& type() {
+    static const Immortal<Type> changed([] {
+      Type t = Record::type();
+      t.classes.clear();
+      return t;
+    }());
+    return *changed;
   }
 };
 
@@ -107,6 +141,23 @@ TEST_CASE("/ns/vocabulary defines each term with label, domain, range and unit",
                 "<ns/vocabulary#Thing/value> a rdf:Property ; rdfs:domain hybrit:RoboticThing ; rdfs:range hybrit:Property .") == "");
   CHECK_FALSE(a.graph().find(rdf::iri("http://localhost/ns/vocabulary#Reach")));  // it has a class of its own
   CHECK(missing(bench.get("/"), "<> rdfs:seeAlso <ns/vocabulary> .") == "");
+}
+
+TEST_CASE("a term has no domain and no range that some of its triples do not have", "[engine][vocabulary]") {
+  Bench bench;
+  bench.add(thing_with<other::Area>("garden"));
+  const rdf::Graph terms = bench.get("/ns/vocabulary").graph();
+  const auto objects = [&](const char* term, Iri predicate) {
+    std::vector<std::string> found;
+    for (const rdf::TermView& o : terms.objects(rdf::iri(std::string("http://localhost/ns/vocabulary#") + term), rdf::TermView(predicate)))
+      found.emplace_back(o.text);
+    return found;
+  };
+  const std::vector<std::string> none;
+  CHECK(objects("Spot/x", vocab::rdfs::domain) == std::vector<std::string>{std::string(vocab::maths::Vector2D.text)});
+  CHECK(objects("Spot/x", vocab::rdfs::range) == none);  // a literal, or a node with the unit of the record
+  CHECK(objects("Area/spot", vocab::rdfs::domain) == none);
+  CHECK(objects("Area/spot", vocab::rdfs::range) == std::vector<std::string>{"http://localhost/ns/vocabulary#Spot"});
 }
 
 TEST_CASE("a term is defined while a Thing uses it, and the entity tag says so", "[engine][vocabulary]") {
