@@ -723,7 +723,8 @@ def literals(body):
     return [parts(o) for _, _, o in body.triples]
 
 
-def engines(folder):
+def node_packages(folder):
+    """The Node packages, in a folder of the build."""
     if not shutil.which("node") or not shutil.which("npm"):
         skip("there is no node, or no npm")
     if not all((folder / "node_modules" / name / "package.json").exists() for name in PACKAGES):
@@ -732,6 +733,10 @@ def engines(folder):
                               cwd=folder, capture_output=True, text=True, timeout=200, check=False)
         if done.returncode != 0:
             skip(f"npm cannot install {' '.join(wanted)}: {done.stderr.strip()[-300:]}")
+
+
+def engines(folder):
+    node_packages(folder)
     jars = [f"/usr/share/java/{jar}.jar" for jar in JARS]
     if not shutil.which("javac") or not all(map(os.path.exists, jars)):
         skip("Apache Jena or a Java compiler is not installed (Debian: libapache-jena-java, default-jdk-headless)")
