@@ -17,6 +17,10 @@
 #include <thread>
 #include <utility>
 
+#ifdef EX_URDF_ROBOT_HAS_QUERY
+#include <lrt/query.hpp>
+#endif
+
 #include "examples/ex_urdf_robot/moving_robot.hpp"
 
 namespace {
@@ -29,6 +33,9 @@ int failed(const lrt::Error& error) { return std::fprintf(stderr, "ex_urdf_robot
 
 int main(int argc, char** argv) {
   lrt::Options options;
+#ifdef EX_URDF_ROBOT_HAS_QUERY
+  options.query = lrt::query::endpoint();  // SPARQL at /sparql
+#endif
   lrt::urdf::ParseOptions urdf_options;
   lrt::urdf::PackageOptions packages;
   std::string files[2] = {EX_URDF_ROBOT_DEFAULT, ""};

@@ -721,7 +721,8 @@ def literals(body):
     return [parts(o) for _, _, o in body.triples]
 
 
-def engines(folder):
+def node_packages(folder):
+    """The Node packages, in a folder of the build."""
     if not shutil.which("node") or not shutil.which("npm"):
         skip("there is no node, or no npm")
     if not all((folder / "node_modules" / name / "package.json").exists() for name in PACKAGES):
@@ -730,6 +731,10 @@ def engines(folder):
                               cwd=folder, capture_output=True, text=True, timeout=200, check=False)
         if done.returncode != 0:
             skip(f"npm cannot install {' '.join(wanted)}: {done.stderr.strip()[-300:]}")
+
+
+def engines(folder):
+    node_packages(folder)
     found = {name: ["node", os.path.join(HERE, "random_bodies_node.mjs"), str(folder)] for name in NODE_ENGINES}
     found["Apache Jena"] = jena.command("RandomBodies.java", folder)
     return found
