@@ -582,8 +582,9 @@ class Reader {
         warn(*e, "lower and upper are both " + rdf::lexical::format(*limits.lower) + ": the joint cannot move");
       if (limits.lower && limits.upper && *limits.lower > *limits.upper) {
         warn(*e, "the lower limit " + rdf::lexical::format(*limits.lower) + " is above the upper one " + rdf::lexical::format(*limits.upper) +
-                     "; both are left out");
+                     "; the joint takes no commands");
         limits.lower = limits.upper = std::nullopt;
+        to.takes_commands = false;
       }
     }
     for (const auto& [name, value] : {std::pair<const char*, std::optional<double>*>{"effort", &limits.effort}, {"velocity", &limits.velocity}}) {
