@@ -9,7 +9,8 @@
 #
 # --tls: HTTPS with a development certificate in build/tls; curl --cacert build/tls/ca.pem https://localhost:8080/
 #
-# build/example gets only what the arm needs: the transport libwebsockets and MQTT if an argument asks for them.
+# build/example gets only what the program needs: the transport libwebsockets and MQTT if an argument asks for them, Boost.Asio's loop and the client
+# if the lesson uses them.
 set -eu
 
 root=$(CDPATH='' cd -- "$(dirname -- "$0")/.." && pwd)
@@ -26,6 +27,10 @@ case ${1:-} in
 esac
 tls=
 parts=
+case $target in
+  t16_asio_loop) parts=-DLRT_ASIO_LOOP=ON ;;
+  t23_client) parts=-DLRT_CLIENT=ON ;;
+esac
 packages=urdf
 for argument; do
   shift
@@ -54,7 +59,7 @@ if command -v ccache >/dev/null; then export CMAKE_CXX_COMPILER_LAUNCHER="${CMAK
   step "2 of 3: configures build/example"
   # shellcheck disable=SC2086  # one argument per option
   cmake --preset example --log-level=WARNING $parts
-  step "3 of 3: compiles and links in build/example; two minutes on two cores, seconds if nothing has changed"
+  step "3 of 3: compiles and links in build/example; a minute on two cores, seconds if nothing has changed"
   NINJA_STATUS='[%f of %t, %e s] ' cmake --build --preset example --target "$target"
 )
 if [ -n "$tls" ]; then

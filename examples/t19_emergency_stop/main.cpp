@@ -14,7 +14,8 @@
 void sleep_one_period() { std::this_thread::sleep_for(std::chrono::milliseconds(1)); }
 
 int main() {
-  std::atomic<bool> on{true}, stopped{false}, planning{true};
+  std::atomic<bool> stopped{false};
+  std::atomic<bool> on{true}, planning{true};
   std::atomic<double> target{0}, speed{0};  // [m/s]
   std::thread motors([&] {
     for (; on; sleep_one_period()) speed = stopped ? 0.0 : target.load();

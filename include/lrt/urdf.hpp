@@ -98,7 +98,7 @@ struct Joint {
   std::optional<Safety> safety;         ///< nullopt: none in the document
   std::optional<Mimic> mimic;           ///< nullopt: it does not follow another joint
   std::uint32_t line = 0;               ///< in the document, from 1
-  bool takes_commands = true;           ///< false: its lower or upper limit is not a number in the document
+  bool takes_commands = true;           ///< false: its limits in the document are not numbers, or the lower is above the upper
 
   /// Whether its position is one number: true for revolute, continuous and prismatic joints.
   bool has_position() const noexcept { return type <= JointType::prismatic; }
@@ -171,8 +171,8 @@ struct ParseOptions {
 /// Joints, links and masses must be valid: names, references, numbers; the mass, ixx, iyy and izz must not be negative.
 /// Irregular limits, dynamics, safety controllers, mimics of unknown joints, products of inertia, shapes and materials
 /// are common in real files: they are left out with a warning in Model::warnings. A joint whose lower or upper limit is
-/// not a number takes no commands (Joint::takes_commands): a joint without limits must not come from a typo. Rounding errors are corrected with a warning: a mass above -1e-9 kg,
-/// a moment of inertia above -1e-9 of the link's largest moment or above -1e-12 m2 times its mass, and limits, a
+/// not a number, or whose lower limit is above the upper one, takes no commands (Joint::takes_commands): a joint without
+/// limits must not come from a typo. Rounding errors are corrected with a warning: a mass above -1e-9 kg, a moment of inertia above -1e-9 of the link's largest moment or above -1e-12 m2 times its mass, and limits, a
 /// velocity or an effort that are wrong by at most 1e-9 of their size (or of 1). If an element is repeated where one is
 /// allowed, the first one is used, with a warning.
 ///

@@ -19,6 +19,7 @@
 
 #include <lrt/rdf/lexical.hpp>
 
+#include "src/base/quote.hpp"
 #include "src/base/utf8.hpp"
 
 namespace lrt::urdf {
@@ -41,14 +42,6 @@ constexpr double noise_of_moments_m2 = 1e-12;  // of the mass: a radius of gyrat
 struct Refusal {
   Error error;
 };
-
-/// A text of the document, quoted for a message.
-std::string shortened(std::string_view text) {
-  constexpr std::size_t max_bytes = 80;
-  const std::string_view begin = utf8::prefix(text, max_bytes);
-  return std::string(begin) + (begin.size() < text.size() ? "..." : "");
-}
-std::string in_quotes(std::string_view text) { return '"' + shortened(text) + '"'; }
 
 std::uint32_t line_of(std::string_view text, std::size_t offset) {
   return 1 + static_cast<std::uint32_t>(std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(offset), '\n'));
@@ -105,7 +98,7 @@ void check_text(std::string& text, const ParseOptions& options) {
       const std::string_view name = part.substr(at + 1, close - at - 1);
       if (close == part.size() || part[close] != ';' || !is_reference(name))
         refuse(Errc::expected_value, begin + at,
-               "expected an entity of XML (lt, gt, amp, apos, quot) or a character by number, found " + in_quotes('&' + std::string(name)));
+               "expected an entity of XML (lt, gt, amp, apos, quot) or a character by number, found " + lrt::quoted('&' + std::string(name)));
       at = close;
     }
   };
@@ -136,7 +129,8 @@ void check_text(std::string& text, const ParseOptions& options) {
     last = at;
     if (is_element) check_references(tag, at);
     if (text.compare(tag, 2, "</") == 0) {
-      if (depth == 0) refuse(Errc::expected_value, tag, "expected no end tag without an element, found " + in_quotes(text.substr(tag, at + 1 - tag)));
+      if (depth == 0)
+        refuse(Errc::expected_value, tag, "expected no end tag without an element, found " + lrt::quoted(text.substr(tag, at + 1 - tag)));
       --depth;
     } else if (++elements > options.max_elements) {
       refuse(Errc::limit_exceeded, tag, "expected at most " + std::to_string(options.max_elements) + " elements");
@@ -170,7 +164,7 @@ class Reader {
     if (std::string_view(robot.Name()) != "robot") refuse(robot, "expected <robot> as the outermost element");
     model_.name = name_of(robot, true);
     if (const auto version = attribute(robot, "version"); version && *version != "1.0" && *version != "1") {
-      if (*version != "1.1" && *version != "1.2") refuse(robot, "expected version 1.0, 1.1 or 1.2, found " + in_quotes(*version));
+      if (*version != "1.1" && *version != "1.2") refuse(robot, "expected version 1.0, 1.1 or 1.2, found " + lrt::quoted(*version));
       has_quaternions_ = true;
     }
     collect_materials(robot);
@@ -202,7 +196,7 @@ class Reader {
     while (whole->Parent() && whole->Parent()->ToElement() && whole->Parent()->Parent() && whole->Parent()->Parent()->ToElement())
       whole = whole->Parent()->ToElement();
     std::string text = shortened(whole->Name());
-    if (const char* name = whole->Attribute("name")) text += ' ' + in_quotes(name);
+    if (const char* name = whole->Attribute("name")) text += ' ' + lrt::quoted(name);
     return whole == &e ? text : shortened(e.Name()) + " of " + text;
   }
   std::string with_line(const XMLElement& e) const { return described(e) + " (line " + std::to_string(e.GetLineNum()) + ')'; }
@@ -240,8 +234,8 @@ class Reader {
       if (value == options_.arguments.end() || close == text.size()) {
         const bool plain =
             !name.empty() && name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_") == std::string::npos;
-        refuse(e, "expected a document that xacro has expanded, found " + in_quotes(text.substr(open, close - open + 1)) + ": run xacro first" +
-                      (plain ? ", or give ParseOptions::arguments a value for " + in_quotes(name) : std::string()));
+        refuse(e, "expected a document that xacro has expanded, found " + lrt::quoted(text.substr(open, close - open + 1)) + ": run xacro first" +
+                      (plain ? ", or give ParseOptions::arguments a value for " + lrt::quoted(name) : std::string()));
       }
       out += value->second;
       text.remove_prefix(close + 1);
@@ -291,7 +285,7 @@ class Reader {
   }
   double parsed(const XMLElement& e, const char* name, std::string_view text) const {
     const auto value = rdf::lexical::is_double(text) ? rdf::lexical::parse_double(text) : std::nullopt;
-    if (!value || !std::isfinite(*value)) refuse(e, "expected a number as " + std::string(name) + ", found " + in_quotes(text));
+    if (!value || !std::isfinite(*value)) refuse(e, "expected a number as " + std::string(name) + ", found " + lrt::quoted(text));
     return *value;
   }
   template <std::size_t min, std::size_t max>
@@ -304,7 +298,7 @@ class Reader {
       ++count;
       at = end;
     }
-    if (count < min || count > max) refuse(e, "expected " + std::to_string(max) + " numbers as " + name + ", found " + in_quotes(text));
+    if (count < min || count > max) refuse(e, "expected " + std::to_string(max) + " numbers as " + name + ", found " + lrt::quoted(text));
   }
   static std::string trimmed(const std::string& text) {
     const std::size_t first = text.find_first_not_of(' ');
@@ -356,7 +350,7 @@ class Reader {
     } else if (text) {
       vector<4>(*e, "quat_xyzw", *text, pose.orientation);
       if (rpy || !(length(pose.orientation) > relative_noise) || !std::isfinite(length(pose.orientation)))
-        refuse(*e, "expected either rpy or quat_xyzw with a length above 0, found " + in_quotes(*text));
+        refuse(*e, "expected either rpy or quat_xyzw with a length above 0, found " + lrt::quoted(*text));
     }
     const double norm = length(pose.orientation);
     for (double& q : pose.orientation) q /= norm;
@@ -419,7 +413,7 @@ class Reader {
     const std::string name = attribute(e, "name").value_or("");
     if (const auto known = materials_.find(name); known != materials_.end()) return known->second.material;
     if (name.empty()) return has_look(e) ? std::optional(define(e, name)) : std::nullopt;
-    warn(e, in_quotes(name) + " has neither <color> nor <texture> anywhere in the document");
+    warn(e, lrt::quoted(name) + " has neither <color> nor <texture> anywhere in the document");
     return materials_.emplace(name, Defined{e.GetLineNum(), define(e, name)}).first->second.material;
   }
 
@@ -446,7 +440,7 @@ class Reader {
       if (to.mesh.empty()) refuse(*shape, "expected a filename, found an empty one");
       to.scale = vector3(*shape, "scale").value_or(to.scale);
     } else {
-      refuse(e, "expected one of the elements box, cylinder, sphere, capsule, mesh; found " + in_quotes(kind));
+      refuse(e, "expected one of the elements box, cylinder, sphere, capsule, mesh; found " + lrt::quoted(kind));
     }
   }
   Shape shape(const XMLElement& e) {
@@ -509,7 +503,7 @@ class Reader {
       const XMLElement& at = child(e, end);
       const std::string name = required(at, "link");
       const auto found = links_.find(name);
-      if (found == links_.end()) refuse(at, "expected a link of the document, found " + in_quotes(name));
+      if (found == links_.end()) refuse(at, "expected a link of the document, found " + lrt::quoted(name));
       *link = found->second;
     }
     axis(e, to);
@@ -532,7 +526,7 @@ class Reader {
     const std::string name = required(joint, "type");
     for (const JointType type : all_types)
       if (to_string(type) == name) return type;
-    refuse(joint, "expected one of the types revolute, continuous, prismatic, fixed, floating, planar; found " + in_quotes(name));
+    refuse(joint, "expected one of the types revolute, continuous, prismatic, fixed, floating, planar; found " + lrt::quoted(name));
   }
   void axis(const XMLElement& joint, Joint& to) const {
     const XMLElement* e = joint.FirstChildElement("axis");
@@ -540,7 +534,7 @@ class Reader {
     to.axis = *vector3(*e, "xyz");
     const double length = std::hypot(to.axis[0], to.axis[1], to.axis[2]);
     if (!(length > relative_noise) || !std::isfinite(length))
-      refuse(*e, "expected an axis with a direction, found " + in_quotes(e->Attribute("xyz")));
+      refuse(*e, "expected an axis with a direction, found " + lrt::quoted(e->Attribute("xyz")));
     for (double& part : to.axis) part /= length;
   }
   /// A limit; nullopt: the attribute is missing or infinite.
@@ -588,8 +582,9 @@ class Reader {
         warn(*e, "lower and upper are both " + rdf::lexical::format(*limits.lower) + ": the joint cannot move");
       if (limits.lower && limits.upper && *limits.lower > *limits.upper) {
         warn(*e, "the lower limit " + rdf::lexical::format(*limits.lower) + " is above the upper one " + rdf::lexical::format(*limits.upper) +
-                     "; both are left out");
+                     "; the joint takes no commands");
         limits.lower = limits.upper = std::nullopt;
+        to.takes_commands = false;
       }
     }
     for (const auto& [name, value] : {std::pair<const char*, std::optional<double>*>{"effort", &limits.effort}, {"velocity", &limits.velocity}}) {
@@ -622,8 +617,8 @@ class Reader {
     if (!of.has_position()) return left_out("a " + std::string(to_string(of.type)) + " joint cannot mimic another joint");
     const std::string name = required(e, "joint");
     const auto found = types_.find(name);
-    if (found == types_.end()) return left_out("there is no joint " + in_quotes(name) + " in the document");
-    if (!has_position(found->second)) return left_out("joint " + in_quotes(name) + " is " + found->second + " and has no position");
+    if (found == types_.end()) return left_out("there is no joint " + lrt::quoted(name) + " in the document");
+    if (!has_position(found->second)) return left_out("joint " + lrt::quoted(name) + " is " + found->second + " and has no position");
     mimics_.emplace_back(&e, model_.joints.size());
     return Mimic{0, number(e, "multiplier").value_or(1), number(e, "offset").value_or(0)};
   }
@@ -637,7 +632,7 @@ class Reader {
     for (std::size_t j = 0; j < model_.joints.size(); ++j) {
       std::size_t& joint = before[model_.joints[j].child];
       if (joint != none)
-        refuse(*joint_elements_[j], "expected a link that is the child of one joint; " + in_quotes(model_.links[model_.joints[j].child].name) +
+        refuse(*joint_elements_[j], "expected a link that is the child of one joint; " + lrt::quoted(model_.links[model_.joints[j].child].name) +
                                         " is also the child of " + with_line(*joint_elements_[joint]));
       joint = j;
       model_.links[model_.joints[j].child].joint = j;
@@ -655,7 +650,7 @@ class Reader {
         if (before[at] == none) break;
         at = model_.joints[before[at]].parent;
         if (seen[at] == on_the_way)
-          refuse(*joint_elements_[before[at]], "expected a tree; the joints form a cycle through its child " + in_quotes(model_.links[at].name));
+          refuse(*joint_elements_[before[at]], "expected a tree; the joints form a cycle through its child " + lrt::quoted(model_.links[at].name));
       }
       for (const std::size_t l : way) seen[l] = good;
     }

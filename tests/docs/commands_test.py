@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The commands of the pages give the outputs that the pages show.
 
-  commands_test.py ROOT EXAMPLES PAGE...     PAGE is relative to ROOT
-  commands_test.py ROOT                      only looks that no page has commands that no test runs
+  commands_test.py ROOT EXAMPLES[:FOLDER...] PAGE...     PAGE is relative to ROOT
+  commands_test.py ROOT                                  only looks that no page has commands that no test runs
 
-EXAMPLES is the folder of the built examples. All blocks of a page with lines that begin with "$ " run one after the other in one shell, on the robot that
+EXAMPLES is the folder of the built examples; its programs and those of each FOLDER are found by their names. All blocks of a page with lines that begin with "$ " run one after the other in one shell, on the robot that
 the page names: `examples/run.sh PROGRAM ARGUMENTS` is EXAMPLES/PROGRAM, and `examples/run.sh` alone is Baxter's arm. A page without it starts its robots
 itself. Servers get a free port in place of 8080. A line that begins with "> " continues a command. "…" in an output stands for any text of a line, or for
 any lines.
@@ -20,9 +20,11 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(sys.argv[1]).resolve()
-# Page: how many commands it has at least. Those of docs/command.md and docs/check.md have tests of their own.
-PAGES = {"README.md": 4, "docs/actions.md": 3, "docs/queries.md": 1, "docs/subscriptions.md": 2, "docs/things.md": 8, "docs/tour.md": 20, "docs/types.md": 4}
-ELSEWHERE = {"docs/command.md": "tests/tools/command_test.py", "docs/check.md": "tests/check/check_test.cpp"}
+# Page: how many commands it has at least. Those of docs/command.md have a test of their own.
+PAGES = {"README.md": 4, "docs/actions.md": 3, "docs/check.md": 7, "docs/porting/webthing-cpp.md": 3, "docs/queries.md": 1, "docs/subscriptions.md": 2, "docs/things.md": 8, "docs/tour.md": 20, "docs/types.md": 4}
+ELSEWHERE = {"docs/command.md": "tests/tools/command_test.py"}
+# Programs that serve the code of a page.
+ROBOTS = {"docs/porting/webthing-cpp.md": "docs_snippets_porting --serve 8080"}
 
 
 def blocks_of(page):
@@ -47,6 +49,8 @@ def steps_of(page, port):
 
 def robot_of(page, examples):
     """The command that starts the robot of the page; empty: its commands do."""
+    if page in ROBOTS:
+        return ROBOTS[page]
     found = re.search(r"examples/run\.sh(?: (t\d\d_\w+)((?: [\w.-]+)*))?", (ROOT / page).read_text(encoding="utf-8"))
     if not found or page == "docs/tour.md":
         return ""
@@ -85,7 +89,7 @@ def run(page, examples):
     script.append("echo; echo '=== step %d ==='" % len(steps))
     with tempfile.TemporaryDirectory() as folder:
         process = subprocess.Popen(["bash", "-c", "\n".join(script)], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, cwd=folder,
-                                   start_new_session=True)
+                                   env={**os.environ, "PATH": ":".join([*FOLDERS, os.environ["PATH"]])}, start_new_session=True)
         try:
             output = process.communicate(timeout=150)[0]
         except subprocess.TimeoutExpired:
@@ -111,7 +115,7 @@ def run(page, examples):
 def check_pages():
     """Pages of the guide with commands that no test runs."""
     failed = 0
-    for path in sorted([ROOT / "README.md", *(ROOT / "docs").glob("*.md")]):
+    for path in sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]):
         page = path.relative_to(ROOT).as_posix()
         for language, block in blocks_of(page):
             if re.search(r"^\$ ", block, re.M) and ((page not in PAGES and page not in ELSEWHERE) or language != "console"):
@@ -130,4 +134,5 @@ for tool in ("bash", "curl", "jq"):
     if shutil.which(tool) is None:
         print("skipped: %s is not installed" % tool)
         sys.exit(77)
-sys.exit(1 if sum(run(page, sys.argv[2]) for page in sys.argv[3:]) else 0)
+FOLDERS = sys.argv[2].split(":")
+sys.exit(1 if sum(run(page, FOLDERS[0]) for page in sys.argv[3:]) else 0)

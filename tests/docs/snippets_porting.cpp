@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The worked examples of docs/porting. Each function makes the Thing that its page describes; main() sends the requests that the page shows, without a
-// port, and exits with 1 if a response is not the one of the page.
+// port, and exits with 1 if a response is not the one of the page. With --serve PORT it serves the lamp.
 #include <atomic>
 #include <cstddef>
+#include <cstdint>
 #include <cstdio>
+#include <cstdlib>
 #include <map>
 #include <optional>
 #include <string>
@@ -156,7 +158,17 @@ void expect(lrt::Server& server, int status, std::string_view content, std::stri
 
 }  // namespace
 
-int main() {
+int main(int argc, char** argv) {
+  if (argc == 3 && std::string_view(argv[1]) == "--serve") {  // the lamp, for the commands of webthing-cpp.md
+    lrt::Options options;
+    options.listen.port = static_cast<std::uint16_t>(std::atoi(argv[2]));
+    auto server = lrt::Server::create(options).value();
+    Lamp lamp;
+    auto overheated = make_lamp(server, lamp);
+    overheated.publish(false);
+    server.run();
+    return 0;
+  }
   lrt::Options options;
   options.listen.transport = lrt::transport::no_network;
   options.listen.public_base = "http://robot.example";

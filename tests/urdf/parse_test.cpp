@@ -358,7 +358,7 @@ TEST_CASE("missing limits have no value", "[urdf]") {
   CHECK_FALSE(limits("fixed", ""));
 }
 
-TEST_CASE("a joint whose lower or upper limit is not a number takes no commands", "[urdf]") {
+TEST_CASE("a joint whose lower or upper limit is not a number, or whose lower is above the upper, takes no commands", "[urdf]") {
   const auto joint = [](const std::string& type, const std::string& attributes) {
     return urdf::parse(two_links(type, "<limit " + attributes + "/>")).value().joints[0];
   };
@@ -370,6 +370,13 @@ TEST_CASE("a joint whose lower or upper limit is not a number takes no commands"
   CHECK(joint("revolute", "lower='nan' upper='1' effort='1' velocity='1'").limits->upper == 1.0);
   CHECK_FALSE(joint("prismatic", "lower='-1' upper='1,5' effort='1' velocity='1'").takes_commands);
   CHECK(joint("continuous", "lower='x' effort='1' velocity='1'").takes_commands);  // it has none
+  CHECK(warned("revolute", "lower='1' upper='-1' effort='1' velocity='1'") ==
+        at + "the lower limit 1 is above the upper one -1; the joint takes no commands");
+  CHECK_FALSE(joint("revolute", "lower='1' upper='-1' effort='1' velocity='1'").takes_commands);
+  CHECK_FALSE(joint("revolute", "lower='1' upper='-1' effort='1' velocity='1'").limits->upper);
+  CHECK_FALSE(joint("prismatic", "lower='1' effort='1' velocity='1'").takes_commands);                // the upper limit is 0 by default
+  CHECK(joint("revolute", "lower='1.0000000001' upper='1' effort='1' velocity='1'").takes_commands);  // by rounding
+  CHECK(joint("continuous", "lower='1' upper='-1' effort='1' velocity='1'").takes_commands);
   CHECK(joint("revolute", "lower='-1' upper='1' effort='1' velocity='1'").takes_commands);
   CHECK(warned("revolute", "lower='-1' upper='1' effort='many' velocity='1 m'") ==
         at + "expected a number as effort, found \"many\"; taken as unlimited\n" + at +
@@ -536,8 +543,9 @@ TEST_CASE("entities of the document's own are not expanded but refused", "[urdf]
 TEST_CASE("irregular elements are accepted with a warning", "[urdf]") {
   const auto model = urdf::parse(two_links("revolute", "<limit lower='1' upper='-1' velocity='1' effort='1'/>\n<dynamics/>"));
   REQUIRE(model);
-  CHECK(model->warnings == std::vector<std::string>{"limit of joint \"j\" (line 5): the lower limit 1 is above the upper one -1; both are left out",
-                                                    "dynamics of joint \"j\" (line 6): has neither damping nor friction and is left out"});
+  CHECK(model->warnings ==
+        std::vector<std::string>{"limit of joint \"j\" (line 5): the lower limit 1 is above the upper one -1; the joint takes no commands",
+                                 "dynamics of joint \"j\" (line 6): has neither damping nor friction and is left out"});
   CHECK_FALSE(model->joints[0].limits->lower);
   CHECK_FALSE(model->joints[0].dynamics);
   const auto inertial = [](const std::string& mass, const std::string& moments) {

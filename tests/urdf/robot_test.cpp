@@ -405,8 +405,9 @@ TEST_CASE("a limit on one side bounds that side", "[urdf][R1.11]") {
   CHECK(bench.turtle("PUT", "/r/j/position", number_body("1e9", "maths:Radian")).status == 204);
 }
 
-TEST_CASE("a joint with an unreadable limit is shown, and takes no commands", "[urdf][R0.5]") {
-  urdf::Robot robot(urdf::parse(two_links("revolute", "<limit lower='-1,5' upper='1' velocity='1' effort='1'/>")).value());
+TEST_CASE("a joint with an unreadable limit, or with its limits exchanged, is shown, and takes no commands", "[urdf][R0.5]") {
+  const std::string limits = GENERATE("lower='-1,5' upper='1'", "lower='1' upper='-1'");
+  urdf::Robot robot(urdf::parse(two_links("revolute", "<limit " + limits + " velocity='1' effort='1'/>")).value());
   robot.position(0).on_write([](double) {});
   Bench bench;
   robot.add_to(bench.engine).value();
