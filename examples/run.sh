@@ -59,7 +59,7 @@ if command -v ccache >/dev/null; then export CMAKE_CXX_COMPILER_LAUNCHER="${CMAK
   step "2 of 3: configures build/example"
   # shellcheck disable=SC2086  # one argument per option
   cmake --preset example --log-level=WARNING $parts
-  step "3 of 3: compiles and links in build/example; two minutes on two cores, seconds if nothing has changed"
+  step "3 of 3: compiles and links in build/example; a minute on two cores, seconds if nothing has changed"
   NINJA_STATUS='[%f of %t, %e s] ' cmake --build --preset example --target "$target"
 )
 if [ -n "$tls" ]; then

@@ -3,7 +3,7 @@
 # Installs what is missing, builds in build/dev, and runs tests. The last lines list the parts that were skipped, with their reasons
 # (tests/README.md).
 #
-#   tests/run.sh              the tests of the modules, the lessons, the checks of sources and pages: less than 20 minutes on two cores
+#   tests/run.sh              the tests of the modules, the lessons, the checks of sources and pages: 10 minutes on two cores
 #   tests/run.sh --all        builds everything and runs all tests of CI
 #   tests/run.sh --evidence   builds everything and runs the long proofs, which CI has in a short form
 #   tests/run.sh ... -R NAME  only tests of these whose name matches; other arguments of ctest too
