@@ -12,6 +12,7 @@
 #include "src/engine/resources/action.hpp"
 #include "src/engine/resources/blueprint.hpp"
 #include "src/engine/resources/thing.hpp"
+#include "src/http/link.hpp"
 
 namespace lrt::engine {
 
@@ -291,42 +292,15 @@ http::Response Bodies::too_many(const Context& context) const {
 /// Finds a link of relation type to an LDP model other than ldp:Resource and ldp:RDFSource.
 bool requests_other_model(std::string_view field) {
   constexpr std::string_view ldp = "http://www.w3.org/ns/ldp#";
-  while (true) {
-    const std::size_t open = field.find('<');
-    const std::size_t close = field.find('>', open);
-    if (open == std::string_view::npos || close == std::string_view::npos) return false;
-    const std::string_view target = field.substr(open + 1, close - open - 1);
-    field.remove_prefix(close + 1);
-    // Parameters up to the comma that ends this link; quoted strings may hold anything.
-    bool is_type = false, quoted = false;
-    std::string name, value;
-    std::string* part = nullptr;
-    const auto end_parameter = [&] {
-      if (http::iequals(name, "rel")) {
-        std::size_t start = 0;
-        while (start < value.size()) {  // a list of relation types
-          const std::size_t end = std::min(value.find(' ', start), value.size());
-          is_type |= http::iequals(std::string_view(value).substr(start, end - start), "type");
-          start = end + 1;
-        }
-      }
-      name.clear();
-      value.clear();
-    };
-    std::size_t at = 0;
-    for (; at < field.size() && (quoted || field[at] != ','); ++at) {
-      const char c = field[at];
-      if (c == '"') quoted = !quoted;
-      else if (quoted && part) *part += c;
-      else if (c == ';') end_parameter(), part = &name;
-      else if (c == '=' && part == &name) part = &value;
-      else if (c != ' ' && c != '\t' && part) *part += c;
-    }
-    end_parameter();
-    field.remove_prefix(at);
-    if (!is_type || target.substr(0, ldp.size()) != ldp) continue;
-    if (target != vocab::ldp::Resource.text && target != vocab::ldp::RDFSource.text) return true;
+  while (!field.empty()) {
+    const std::optional<http::WrittenLink> link = http::take_link(field);
+    if (!link || link->has_anchor || link->target.substr(0, ldp.size()) != ldp) continue;
+    if (link->target == vocab::ldp::Resource.text || link->target == vocab::ldp::RDFSource.text) continue;
+    std::string_view relations = link->relations;
+    for (std::string_view name = http::take_relation(relations); !name.empty(); name = http::take_relation(relations))
+      if (http::iequals(name, "type")) return true;
   }
+  return false;
 }
 
 }  // namespace lrt::engine

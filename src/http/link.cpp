@@ -45,7 +45,79 @@ std::string format_link(std::string_view target, std::string_view rel, std::stri
   return link;
 }
 
+void skip_space(std::string_view& text) noexcept {
+  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
+}
+
+/// Removes a quoted-string or a token (RFC 9110 5.6), which may be empty. nullopt: a quoted-string that is not complete.
+std::optional<std::string> take_word(std::string_view& text) {
+  const bool quoted = !text.empty() && text.front() == '"';
+  const std::size_t end = quoted ? detail::quoted_end(text, 0) : detail::token_end(text, 0);
+  if (end == std::string_view::npos) return std::nullopt;
+  std::string word = quoted ? detail::unquote(text.substr(0, end)) : std::string(text.substr(0, end));
+  text.remove_prefix(end);
+  return word;
+}
+
+/// Removes the text up to and including the next comma outside of quotes.
+void skip_element(std::string_view& text) noexcept {
+  bool quoted = false;
+  while (!text.empty()) {
+    const char c = text.front();
+    text.remove_prefix(1);
+    if (quoted && c == '\\' && !text.empty()) text.remove_prefix(1);
+    else if (c == '"') quoted = !quoted;
+    else if (c == ',' && !quoted) return;
+  }
+}
+
+/// Removes a link up to its comma, or what could be read of it.
+std::optional<WrittenLink> take_well_formed_link(std::string_view& text) {
+  if (text.empty() || text.front() != '<') return std::nullopt;
+  const std::size_t end = text.find('>');
+  if (end == std::string_view::npos) return std::nullopt;
+  WrittenLink link;
+  link.target = text.substr(1, end - 1);
+  text.remove_prefix(end + 1);
+  bool has_rel = false, has_type = false;
+  while (true) {
+    skip_space(text);
+    if (text.empty() || text.front() != ';') return link;
+    text.remove_prefix(1);
+    skip_space(text);
+    const std::optional<std::string> name = take_word(text);
+    skip_space(text);
+    std::string value;
+    if (!text.empty() && text.front() == '=') {
+      if (!name || name->empty()) return std::nullopt;
+      text.remove_prefix(1);
+      skip_space(text);
+      std::optional<std::string> found = take_word(text);
+      if (!found) return std::nullopt;
+      value = *std::move(found);
+    }
+    if (!name) return std::nullopt;
+    if (detail::iequals_ascii(*name, "rel") && !has_rel) link.relations = std::move(value), has_rel = true;
+    else if (detail::iequals_ascii(*name, "type") && !has_type) link.type = std::move(value), has_type = true;
+    else if (detail::iequals_ascii(*name, "anchor")) link.has_anchor = true;
+  }
+}
+
 }  // namespace
+
+std::optional<WrittenLink> take_link(std::string_view& value) {
+  skip_space(value);
+  std::optional<WrittenLink> link = take_well_formed_link(value);
+  skip_element(value);
+  return link;
+}
+
+std::string_view take_relation(std::string_view& relations) {
+  relations.remove_prefix(std::min(relations.find_first_not_of(' '), relations.size()));
+  const std::string_view relation = relations.substr(0, relations.find(' '));
+  relations.remove_prefix(relation.size());
+  return relation;
+}
 
 bool LinkWriter::put(const std::string& link) {
   const bool joins = !lines_.empty() && lines_.back().size() + 2 + link.size() + line_overhead <= line_limit;

@@ -3,14 +3,30 @@
 
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/http/message.hpp>
 
 namespace lrt::http {
+
+/// A link of a Link field (RFC 8288 3), as it is written.
+struct WrittenLink {
+  std::string_view target;  ///< IRI reference
+  std::string relations;    ///< the value of the first rel: relation types, several apart by spaces
+  std::string type;         ///< the value of the first type
+  bool has_anchor = false;  ///< it is a link of another resource (RFC 8288 3.2)
+};
+
+/// Removes the first link from the value of a Link field.
+/// @return  nullopt: it is ill-formed. It is removed, too
+LRT_INTERNAL_API std::optional<WrittenLink> take_link(std::string_view& value);
+/// Removes the first relation type from a list (RFC 8288 3.3). Empty: there is no other.
+LRT_INTERNAL_API std::string_view take_relation(std::string_view& relations);
 
 /// Builds Link field lines (RFC 8288). Several links share a line of at most 4 KiB, and all lines together stay within
 /// a budget, because clients limit the size and the number of fields. If a link does not fit, it and all that follow

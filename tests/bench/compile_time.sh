@@ -4,6 +4,7 @@
 # the standard headers that the header brings along. Medians of 5.
 #
 #   tests/bench/compile_time.sh [header, default lrt/lrt.hpp] [flags of the compiler, default -std=c++17]
+#   tests/bench/compile_time.sh FILE.cpp [flags of the compiler, default -std=c++17 -O2]   a lesson, for example
 #   tests/bench/compile_time.sh records [flags of the compiler, default -std=c++17 -O2]    40 writable records of 6 fields, 20 numbers
 #   tests/bench/compile_time.sh library [arguments of cmake, default the preset release]    CPU time of the library from nothing
 set -euo pipefail
@@ -54,6 +55,15 @@ if [[ ${1:-} == records ]]; then
     seconds=$(median "$work/$program.cpp")
     echo "$program (${flags[*]}): $seconds s, $(size "$work/object.o" | awk 'NR == 2 { print $1 }') bytes of text"
   done
+  exit
+fi
+if [[ ${1:-} == *.cpp ]]; then
+  source=$1
+  shift
+  flags=("$@")
+  if ((${#flags[@]} == 0)); then flags=(-std=c++17 -O2); fi
+  flags+=(-I"$root")
+  echo "$source (${flags[*]::${#flags[@]}-1}): $(median "$source") s"
   exit
 fi
 header=${1:-lrt/lrt.hpp}

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -180,4 +181,25 @@ TEST_CASE("the number of links that are left out shows nowhere", "[http][R0.9]")
       CHECK(all.find(skipped == 0 ? "</a>" : "</c>") == 0);
       CHECK(all.find("secret") == std::string::npos);
     }
+}
+
+TEST_CASE("a link is read as it is written, and an ill-formed one is left out", "[http][R0.9]") {
+  const auto all = [](std::string_view field) {
+    std::string result;
+    while (!field.empty()) {
+      const std::optional<http::WrittenLink> link = http::take_link(field);
+      result += link ? '<' + std::string(link->target) + ">(" + link->relations + ")(" + link->type + (link->has_anchor ? ")@" : ")") : "-";
+    }
+    return result;
+  };
+  CHECK(all("<a>; rel=up") == "<a>(up)()");
+  CHECK(all(" <a,;b> ; REL = \"up  index\";type=\"text/a;b,\\\"c\\\"\",\t<>;rel=\"\"") == "<a,;b>(up  index)(text/a;b,\"c\")<>()()");
+  CHECK(all("<a>;rel=first;rel=second;type=x;type=y;flag;anchor=\"#b\"") == "<a>(first)(x)@");
+  CHECK(all("<a>;rel=\"\";rel=second") == "<a>()()");  // the first counts
+  CHECK(all("a, <b, <c>;rel=\"d, <e>;=f, <g>;rel=h") == "--");
+  CHECK(all("<e>;=f, <g>;rel=h,,<i>") == "-<g>(h)()-<i>()()");
+  std::string_view relations = "  next http://a.example/b ";
+  CHECK(http::take_relation(relations) == "next");
+  CHECK(http::take_relation(relations) == "http://a.example/b");
+  CHECK(http::take_relation(relations).empty());
 }
