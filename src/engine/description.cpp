@@ -56,7 +56,7 @@ void describe_unit(About& about, const Unit& unit) {
   if (!unit.qudt.empty()) about.add(vocab::qudt::hasUnit, rdf::TermView(unit.qudt));
 }
 
-void describe_binding(About& about, const Description& d, const Resource& resource, Iri method, const std::string& body_class) {
+void describe_binding(About& about, const Description& d, const Resource& resource, Iri method, const std::vector<std::string>& body_classes) {
   const rdf::TermId binding = d.graph.fresh_blank(), body = d.graph.fresh_blank();
   about.add(vocab::hybrit::binding, binding);
   About(d.graph, binding)
@@ -64,7 +64,8 @@ void describe_binding(About& about, const Description& d, const Resource& resour
       .add(vocab::http_core::mthd, rdf::TermView(method))
       .link(vocab::http_core::requestURI, d.base + resource.path)
       .add(vocab::http_core::body, body);
-  if (!body_class.empty()) About(d.graph, body).a(Iri(std::string_view(body_class)));
+  for (const std::string& of : body_classes)
+    if (!of.empty()) About(d.graph, body).a(Iri(std::string_view(of)));
   About(d.graph, body).link(vocab::dcterms::conformsTo, resource.thing->shape_iri(d.base, resource.input_shape()));
 }
 

@@ -84,8 +84,8 @@ void describe_unit(About& about, const Unit& unit);
 Iri frame_predicate(const rdf::Type& type) noexcept;
 
 /// The request that writes to a resource or adds a member to it, with the shape of its body (HTTP Vocabulary in RDF 1.0; R1.7).
-/// @param body_class  empty: none
-void describe_binding(About& about, const Description& d, const Resource& resource, Iri method, const std::string& body_class);
+/// @param body_classes  of the focus node of a body; the empty class is none
+void describe_binding(About& about, const Description& d, const Resource& resource, Iri method, const std::vector<std::string>& body_classes);
 
 /// Unit and datatype of the values of a type, known without a value. A record has only a unit, because the datatypes of its fields may differ.
 struct Quantity {

@@ -15,6 +15,7 @@
 #include <lrt/engine/engine.hpp>
 
 #include "tests/support/bench.hpp"
+#include "tests/support/blueprint.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/sample_robot.hpp"
 
@@ -94,7 +95,7 @@ std::vector<std::string> requests() {
       "GET /arm/angle\nAccept: application/json",
       "GET /arm/speed",
       "GET /arm\nAccept: text/html",
-      "GET /blueprints/RevoluteJoint",
+      "GET " + kind_of(Robot(false).bench, "/arm"),
       "GET /nowhere",
       "OPTIONS /arm/angle",
       "PUT /arm/angle\nContent-Type: application/json\nPrefer: return=representation\n\n43.5",

@@ -95,7 +95,7 @@ TEST_CASE("what takes new members says how", "[engine][R1.7][R1.10]") {
                           kind_of(arm.bench, "/arm"))) == "");
   const std::string container = with_kind(
       "<arm/subscriptions> hybrit:binding [ a http-core:Request ; http-core:mthd http-methods:POST ;"
-      " http-core:body [ a hybrit:WebCallback ; dcterms:conformsTo <KIND#subscriptions> ] ] .",
+      " http-core:body [ a hybrit:Subscription , hybrit:WebCallback ; dcterms:conformsTo <KIND#subscriptions> ] ] .",
       kind_of(calls.bench, "/arm"));
   CHECK(missing(arm.bench.get("/arm/subscriptions"), container) != "");  // it makes no callbacks
   CHECK(missing(calls.bench.get("/arm/subscriptions"), container) == "");

@@ -186,7 +186,7 @@ void CollectionResource::describe(const Description& d) const {
 void CollectionResource::describe_controls(About& about, const Description& d) const {
   Resource::describe_controls(about, d);
   if (d.audience.methods(*this).post)
-    describe_binding(about, d, *this, vocab::http_methods::POST, rdf::target_class(*spec->type, d.engine.vocabulary(d.base)));
+    describe_binding(about, d, *this, vocab::http_methods::POST, {rdf::target_class(*spec->type, d.engine.vocabulary(d.base))});
 }
 
 void CollectionResource::describe_types(About& about, const Description&) const { describe_container_types(about); }

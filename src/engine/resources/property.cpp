@@ -43,7 +43,7 @@ void PropertyResource::describe(const Description& d) const {
 void PropertyResource::describe_controls(About& about, const Description& d) const {
   Resource::describe_controls(about, d);
   if (d.audience.methods(*this).put)
-    describe_binding(about, d, *this, vocab::http_methods::PUT, rdf::target_class(*spec->type, d.engine.vocabulary(d.base)));
+    describe_binding(about, d, *this, vocab::http_methods::PUT, {rdf::target_class(*spec->type, d.engine.vocabulary(d.base))});
 }
 
 void PropertyResource::describe_types(About& about, const Description& d) const {

@@ -140,7 +140,8 @@ void SubscriptionsResource::describe(const Description& d) const {
 void SubscriptionsResource::describe_controls(About& about, const Description& d) const {
   Resource::describe_controls(about, d);
   if (d.engine.makes_callbacks && d.audience.methods(*this).post)
-    describe_binding(about, d, *this, vocab::http_methods::POST, std::string(vocab::hybrit::WebCallback.text));
+    describe_binding(about, d, *this, vocab::http_methods::POST,
+                     {std::string(vocab::hybrit::Subscription.text), std::string(vocab::hybrit::WebCallback.text)});
 }
 
 void SubscriptionsResource::describe_types(About& about, const Description&) const { describe_container_types(about); }
