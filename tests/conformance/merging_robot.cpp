@@ -102,9 +102,9 @@ lrt::Thing make_rig() {
 
   lrt::Thing rig{"rig"};
   rig.title("a rig").add_turtle(R"(
-    @prefix schema: <http://schema.org/> .
-    <> schema:weight [ schema:value 12.5 ; schema:unitCode "KGM" ] ;
-       schema:knows ( <left> "right" [ schema:name "nobody" ; schema:weight [ schema:value 0 ] ] ) .)");
+    @prefix schema: <http://schema.org/> . @prefix robots: <http://example.org/robots#> .
+    <> robots:weight [ schema:value 12.5 ; schema:unitCode "KGM" ] ;
+       schema:knows ( <left> "right" [ schema:name "nobody" ; robots:weight [ schema:value 0 ] ] ) .)");
   shown<bool>(rig, "on", true);
   shown<Gear>(rig, "gear", Gear::reverse);
   shown<std::string>(rig, "name", "rig 1");
@@ -133,9 +133,10 @@ lrt::Thing make_rig() {
   rig.collection<Leg>("legs").on_create([](Leg) {}).on_remove([](const std::string&) {});
   rig.shapes(R"(
     @prefix sh: <http://www.w3.org/ns/shacl#> . @prefix rdf: <http://www.w3.org/1999/02/22-rdf-syntax-ns#> .
-    @prefix schema: <http://schema.org/> . @prefix xsd: <http://www.w3.org/2001/XMLSchema#> .
+    @prefix schema: <http://schema.org/> . @prefix robots: <http://example.org/robots#> .
+    @prefix xsd: <http://www.w3.org/2001/XMLSchema#> .
     <#name> a sh:NodeShape ; sh:property [ sh:path rdf:value ; sh:datatype xsd:string ; sh:minCount 1 ; sh:maxCount 1 ; sh:pattern "^rig [0-9]+$" ] .
-    <#weight> a sh:NodeShape ; sh:targetObjectsOf schema:weight ; sh:property [ sh:path schema:value ; sh:minCount 1 ; sh:maxCount 1 ] .)");
+    <#weight> a sh:NodeShape ; sh:targetObjectsOf robots:weight ; sh:property [ sh:path schema:value ; sh:minCount 1 ; sh:maxCount 1 ] .)");
   return rig;
 }
 
@@ -172,6 +173,10 @@ int main() {
     lrt::Thing guest{"rig/guest"};
     shown<Point>(guest, "place", {1, 2});
     greet = guest.action("greet", [](const std::string&) {});
+    guest.shapes(R"(
+      @prefix sh: <http://www.w3.org/ns/shacl#> . @prefix xsd: <http://www.w3.org/2001/XMLSchema#> .
+      @prefix rdf: <http://www.w3.org/1999/02/22-rdf-syntax-ns#> .
+      <#actions/greet/input> a sh:NodeShape ; sh:property [ sh:path rdf:value ; sh:datatype xsd:string ; sh:minCount 1 ; sh:pattern "^[A-Z]" ] .)");
     return guest;
   };
 
