@@ -167,6 +167,10 @@ def report_doubles(name, documents):
     merged, found = documents.merged(), doubles(documents, STATED)
     print(f"{name}: {len(documents.of)} documents, {sum(map(len, documents.of.values()))} triples, merged {len(merged)}; {len(documents.blanks())} blank nodes; "
           f"{len({(d.subject, d.predicate) for d in found})} places with doubles: {sum(d.too_many for d in found)} nodes, {sum(d.triples for d in found)} triples too many")
+    for end, reason in STATED.items():
+        stated = len(doubles(documents)) - len(found)
+        if stated:
+            print(f"    and {stated} nodes in {end}, {reason}")
     if found:
         show("  doubles by predicate", [d.predicate for d in found])
     return not found
