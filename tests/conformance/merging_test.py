@@ -7,7 +7,7 @@ Reads all documents of each robot by links and merges them into one graph, in wh
 - Conformance: three SHACL engines judge the graph by all shapes that are in it, and find nothing, also with what RDFS entails. What is changed in the
   graph, they find.
 - Doubles: no two documents give one place (a subject and a predicate with IRIs) a blank node of the same content.
-- Moments: Blueprints from before an action was withdrawn, a Thing was removed, added again, and a value was published, judge the robot of afterwards.
+- Moments: Blueprints from before an action was withdrawn, Things were removed, added again, and values were published, judge the robot of afterwards.
 FOLDER is for what the engines read, and for the Node packages, which npm fetches there once. --long adds the large robots of SHARED_DIR.
 """
 
@@ -39,6 +39,7 @@ QUDT = "http://qudt.org/schema/qudt/"
 STATED = {"?default": "the union of the graphs of a World, for the Graph Store Protocol: what clients have put there has their blank nodes"}
 
 
+FLEET_VOCABULARY = "http://example.org/fleet#"
 EVERYWHERE = "no Thing has its state, and each Property that is a number is a text"
 
 
@@ -205,6 +206,14 @@ def main():
         robots["baxter"].post_subscription("baxter/right_s1/rotation", receiver.url).expect(201)
         for name, robot in robots.items():
             read[name] = Documents().crawl(robot)
+        fleet = []  # robots of one kind and one vocabulary, at different moments
+        for switches in ({}, {"present": False, "published": True, "available": False}):
+            member = running.enter_context(MergingRobot(merging_robot, FLEET_VOCABULARY))
+            fill_merging_robot(member)
+            for name, wanted in switches.items():
+                member.switch(name, wanted)
+            fleet.append(Documents().crawl(member))
+        read["a fleet with one vocabulary"] = Documents.union(*fleet)
         moving = running.enter_context(MergingRobot(merging_robot))
         fill_merging_robot(moving)
         read["merging_robot"] = Documents().crawl(moving)
@@ -229,15 +238,24 @@ def main():
     return 0 if verdict(judge, changes, to_be_found) and good else 1
 
 
+def blueprints_of(documents):
+    found = {url: triples for url, triples in documents.of.items() if f"<{url}>" in documents.objects(HYBRIT + "blueprint")}
+    assert len(found) >= 3, found.keys()
+    return found
+
+
 def moments_of(robot, before):
-    """Blueprints of `before`, and all documents of a later moment."""
-    blueprints = {url: triples for url, triples in before.of.items() if f"<{url}>" in before.objects(HYBRIT + "blueprint")}
-    assert len(blueprints) >= 3, blueprints.keys()
-    for what, name, wanted in (("an action is withdrawn", "available", False), ("a Thing is removed", "present", False), ("it is added again", "present", True),
-                               ("the action is available again", "available", True), ("values are published", "published", True)):
+    """All documents of a moment, with the Blueprints of all moments before it."""
+    earlier = [blueprints_of(before)]
+    for what, name, wanted in (("an action is withdrawn", "available", False), ("Things are removed", "present", False),
+                               ("they are added again", "present", True), ("the action is available again", "available", True),
+                               ("values are published", "published", True)):
         robot.switch(name, wanted)
         documents = Documents().crawl(robot)
-        documents.take(blueprints, "before")
+        now = blueprints_of(documents)
+        for number, blueprints in enumerate(earlier):
+            documents.take(blueprints, f"m{number}")
+        earlier.append(now)
         yield f"Blueprints from before {what}", documents
 
 
