@@ -9,23 +9,28 @@ namespace baxter {
 
 namespace {
 
+/// Nodes have names, because a graph is also part of the union of all graphs.
 constexpr const char* things = R"(
   @prefix schema: <http://schema.org/> . @prefix rdfs: <http://www.w3.org/2000/01/rdf-schema#> . @prefix unit: <http://qudt.org/vocab/unit/> .
   @prefix qudt: <http://qudt.org/schema/qudt/> . @prefix vom: <http://vocab.arvida.de/2015/06/vom/vocab#> .
-  </baxter> schema:additionalProperty [ a schema:PropertyValue ; schema:name "payload" ; schema:value 2.2 ; schema:unitCode "KGM" ] .
+  </baxter> schema:additionalProperty <#payload> .
+  <#payload> a schema:PropertyValue ; schema:name "payload" ; schema:value 2.2 ; schema:unitCode "KGM" .
   <#table> a schema:Product ; rdfs:label "table" .
-  <#box1> a schema:Product ; rdfs:label "red box" ; schema:weight [ vom:numericalValue 0.4 ; qudt:hasUnit unit:KiloGM ] .
-  <#box2> a schema:Product ; rdfs:label "blue box" ; schema:weight [ vom:numericalValue 3.5 ; qudt:hasUnit unit:KiloGM ] .)";
+  <#box1> a schema:Product ; rdfs:label "red box" ; schema:weight <#box1.weight> .
+  <#box1.weight> vom:numericalValue 0.4 ; qudt:hasUnit unit:KiloGM .
+  <#box2> a schema:Product ; rdfs:label "blue box" ; schema:weight <#box2.weight> .
+  <#box2.weight> vom:numericalValue 3.5 ; qudt:hasUnit unit:KiloGM .)";
 
 constexpr const char* first_tasks = R"(
   @prefix schema: <http://schema.org/> . @prefix rdfs: <http://www.w3.org/2000/01/rdf-schema#> .
-  <#1> a schema:MoveAction ; rdfs:label "put the red box to the left" ; schema:object <objects#box1> ;
+  <#1> a schema:MoveAction, <blueprint#task> ; rdfs:label "put the red box to the left" ; schema:object <objects#box1> ;
     schema:actionStatus schema:PotentialActionStatus .)";
 
-/// A task has an object and a status.
+/// A task has an object and a status. The shape is a class of its own, so that it does not judge the actions of other robots.
 constexpr const char* task_shape = R"(
   @prefix schema: <http://schema.org/> . @prefix sh: <http://www.w3.org/ns/shacl#> .
-  <#task> a sh:NodeShape ; sh:targetClass schema:MoveAction ;
+  @prefix rdfs: <http://www.w3.org/2000/01/rdf-schema#> .
+  <#task> a sh:NodeShape, rdfs:Class ;
     sh:property [ sh:path schema:object ; sh:minCount 1 ; sh:nodeKind sh:IRI ] ;
     sh:property [ sh:path schema:actionStatus ; sh:minCount 1 ; sh:maxCount 1 ;
                   sh:in ( schema:PotentialActionStatus schema:ActiveActionStatus schema:CompletedActionStatus schema:FailedActionStatus ) ] .)";

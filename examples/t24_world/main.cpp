@@ -29,8 +29,8 @@ int main() {
   options.clients_may_write = true;
   options.max_triples = 1000;
   options.shapes = R"(
-    @prefix sh: <http://www.w3.org/ns/shacl#> . @prefix schema: <http://schema.org/> .
-    <#task> a sh:NodeShape ; sh:targetClass schema:Action ; sh:property [ sh:path schema:object ; sh:minCount 1 ] .)";
+    @prefix sh: <http://www.w3.org/ns/shacl#> . @prefix schema: <http://schema.org/> . @prefix rdfs: <http://www.w3.org/2000/01/rdf-schema#> .
+    <#Task> a sh:NodeShape, rdfs:Class ; sh:property [ sh:path schema:object ; sh:minCount 1 ] .)";
   lrt::WorldGraph tasks = world.graph("tasks", options);
 
   lrt::Server server = lrt::Server::create(lesson::options()).value();
@@ -58,7 +58,7 @@ int main() {
     client.only({});  // everything
     client.get("/world/objects");
     client.put("/world/objects", "<#cup> rdfs:label \"mine\" .");
-    client.patch("/world/tasks", schema + "INSERT DATA { <#1> a schema:Action ; schema:object </world/objects#cup> ; rdfs:label \"bring it\" }");
+    client.patch("/world/tasks", schema + "INSERT DATA { <#1> a <blueprint#Task> ; schema:object </world/objects#cup> ; rdfs:label \"bring it\" }");
     client.patch("/world/tasks", schema + "DELETE DATA { <#1> schema:object </world/objects#cup> }");
     client.patch("/world/tasks", "DELETE WHERE { ?task ?has ?anything }");
     client.get("/world?default");
@@ -103,7 +103,7 @@ int main() {
 //
 // PATCH /world/tasks
 // Content-Type: application/sparql-update
-//   PREFIX schema: <http://schema.org/> INSERT DATA { <#1> a schema:Action ; schema:object </world/objects#cup> ; rdfs:label "bring it" }
+//   PREFIX schema: <http://schema.org/> INSERT DATA { <#1> a <blueprint#Task> ; schema:object </world/objects#cup> ; rdfs:label "bring it" }
 // 204 No Content
 //
 // PATCH /world/tasks

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Things with values and resources of all kinds, whose documents merging_test.py merges. The Thing `switch` has properties that change the robot:
-// `present` (the Thing `guest` is there), `available` (the action of `guest` and the one of `rig` can be invoked), `published` (the pushed values).
+// Things with values and resources of all kinds, whose documents merging_test.py merges.
+//
+//   merging_robot [VOCABULARY]      the namespace of its terms
+//
+// The Thing `switch` has properties that change the robot: `present` (the Things `guest` and `spare` are there), `available` (an action of `guest` and one of
+// `rig` can be invoked), `published` (the pushed values are there).
 #include <array>
 #include <chrono>
 #include <cstdint>
@@ -102,9 +106,9 @@ lrt::Thing make_rig() {
 
   lrt::Thing rig{"rig"};
   rig.title("a rig").add_turtle(R"(
-    @prefix schema: <http://schema.org/> .
-    <> schema:weight [ schema:value 12.5 ; schema:unitCode "KGM" ] ;
-       schema:knows ( <left> "right" [ schema:name "nobody" ; schema:weight [ schema:value 0 ] ] ) .)");
+    @prefix schema: <http://schema.org/> . @prefix robots: <http://example.org/robots#> .
+    <> robots:weight [ schema:value 12.5 ; schema:unitCode "KGM" ] ;
+       schema:knows ( <left> "right" [ schema:name "nobody" ; robots:weight [ schema:value 0 ] ] ) .)");
   shown<bool>(rig, "on", true);
   shown<Gear>(rig, "gear", Gear::reverse);
   shown<std::string>(rig, "name", "rig 1");
@@ -133,9 +137,10 @@ lrt::Thing make_rig() {
   rig.collection<Leg>("legs").on_create([](Leg) {}).on_remove([](const std::string&) {});
   rig.shapes(R"(
     @prefix sh: <http://www.w3.org/ns/shacl#> . @prefix rdf: <http://www.w3.org/1999/02/22-rdf-syntax-ns#> .
-    @prefix schema: <http://schema.org/> . @prefix xsd: <http://www.w3.org/2001/XMLSchema#> .
+    @prefix schema: <http://schema.org/> . @prefix robots: <http://example.org/robots#> .
+    @prefix xsd: <http://www.w3.org/2001/XMLSchema#> .
     <#name> a sh:NodeShape ; sh:property [ sh:path rdf:value ; sh:datatype xsd:string ; sh:minCount 1 ; sh:maxCount 1 ; sh:pattern "^rig [0-9]+$" ] .
-    <#weight> a sh:NodeShape ; sh:targetObjectsOf schema:weight ; sh:property [ sh:path schema:value ; sh:minCount 1 ; sh:maxCount 1 ] .)");
+    <#weight> a sh:NodeShape ; sh:targetObjectsOf robots:weight ; sh:property [ sh:path schema:value ; sh:minCount 1 ; sh:maxCount 1 ] .)");
   return rig;
 }
 
@@ -152,10 +157,11 @@ lrt::Thing make_axis(const char* path, double lower, double upper) {
 
 }  // namespace
 
-int main() {
+int main(int argc, char** argv) {
   lrt::Options options;
   options.listen.port = 0;
   options.limits.max_value_members = 1'000;
+  if (argc > 1) options.vocabulary = argv[1];
 #ifdef MERGING_ROBOT_HAS_QUERY
   options.query = lrt::query::endpoint();
 #endif
@@ -168,10 +174,15 @@ int main() {
   auto points = rig.property<std::vector<Point>>("pushedPoints");
   lrt::Action calibrate = rig.action("calibrate", [] {});
   lrt::Action greet;
-  const auto make_guest = [&greet] {
-    lrt::Thing guest{"rig/guest"};
+  const auto make_other = [&greet](const std::string& path) {
+    if (path == "rig/spare") return make_axis("rig/spare", -3, 0);  // of the kind of `left` and `right`
+    lrt::Thing guest{path};
     shown<Point>(guest, "place", {1, 2});
     greet = guest.action("greet", [](const std::string&) {});
+    guest.shapes(R"(
+      @prefix sh: <http://www.w3.org/ns/shacl#> . @prefix xsd: <http://www.w3.org/2001/XMLSchema#> .
+      @prefix rdf: <http://www.w3.org/1999/02/22-rdf-syntax-ns#> .
+      <#actions/greet/input> a sh:NodeShape ; sh:property [ sh:path rdf:value ; sh:datatype xsd:string ; sh:minCount 1 ; sh:pattern "^[A-Z]" ] .)");
     return guest;
   };
 
@@ -179,9 +190,10 @@ int main() {
   lrt::Thing control{"switch"};
   control.property("present", [&] { return present; }).on_write([&](bool wanted) -> lrt::Result<void> {
     if (wanted == present) return {};
-    auto done = wanted ? server.add(make_guest()) : server.remove("rig/guest");
-    if (done) present = wanted;
-    return done;
+    present = wanted;
+    for (const char* path : {"rig/guest", "rig/spare"})
+      if (auto done = wanted ? server.add(make_other(path)) : server.remove(path); !done) return done;
+    return {};
   });
   control.property("available", [&] { return available; }).on_write([&](bool wanted) {
     available = wanted;
@@ -200,7 +212,7 @@ int main() {
   things.push_back(std::move(rig));
   things.push_back(make_axis("rig/left", -1, 1));
   things.push_back(make_axis("rig/right", -2, 2.5));
-  things.push_back(make_guest());
+  for (const char* path : {"rig/guest", "rig/spare"}) things.push_back(make_other(path));
   things.push_back(std::move(control));
   if (auto added = server.add(std::move(things)); !added) return std::fprintf(stderr, "%s\n", added.error().message.c_str()), 1;
   std::printf("%s\n", server.url().c_str());

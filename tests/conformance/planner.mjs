@@ -3,8 +3,9 @@
 //   node planner.mjs MODULES ROOT MOST < QUERIES
 // QUERIES is JSON: {NAME: QUERY}. The engine that follows links begins at the root with the pattern ?s ?p ?o, which everything matches, so it reads all
 // documents that the triples of documents name. It gives a triple once for each document that has it, so the triples go to a store, and the engine for
-// stores evaluates the queries there. Bounds: documents of other servers are not fetched, and of the robot at most MOST. Prints lines of JSON: first
-// {documents, seconds}, then for each query {name, rows, seconds}; rows are arrays of texts in the order of the variables.
+// stores evaluates the queries there. Bounds: documents of other servers are not fetched, and of the robot at most MOST; Comunica's queue takes 1,000
+// links, and what it leaves out of a large robot is in the document of the whole robot, too. Prints lines of JSON: first {documents, triples, seconds},
+// then for each query {name, rows, seconds}; rows are arrays of texts in the order of the variables.
 import {readFileSync} from 'node:fs';
 import {createRequire} from 'node:module';
 import {join} from 'node:path';

@@ -150,7 +150,7 @@ def main():
                 fill_merging_robot(robot)
             answers = {"the robot": robot_answers(robot)}
             if not answers["the robot"]:
-                print(f"skipped: {name} has no endpoint of its own")
+                print(f"{name} has no endpoint: two ways")
                 del answers["the robot"]
             documents = Documents().crawl(robot)
             answers["rdflib"] = rdflib_answers(documents)

@@ -118,15 +118,35 @@ class Double:
         self.triples = self.too_many * (size + 1)  # about the nodes too many, and those that lead to them
 
 
-def doubles(documents):
-    """Nodes that nothing leads to are compared, too: their place is the empty one."""
+def doubles(documents, without=()):
+    """Without documents whose URLs end so."""
     places = collections.defaultdict(dict)  # (subject, predicate, content): {document: node}
     contents = {}
     for url, triples in documents.of.items():
+        if url.endswith(tuple(without)):
+            continue
         content = contents[url] = Content(triples)
         for s, p, o in triples:
             if not is_blank(s) and is_blank(o):
                 places[s, p, content.text(o)][url] = o
-        for node in {s for s, _, _ in triples if is_blank(s)} - {o for _, _, o in triples}:
-            places["", "", content.text(node)][url] = node
     return [Double(s, p, nodes, contents[min(nodes)].size(nodes[min(nodes)])) for (s, p, _), nodes in places.items() if len(nodes) > 1]
+
+
+def entailed(triples):
+    """The triples, and what follows by the rules rdfs2, 3, 5, 7, 9 and 11 of RDFS from what they say of properties and classes."""
+    rdfs, rdf_type = "http://www.w3.org/2000/01/rdf-schema#", f"<{RDF}type>"
+    kinds = {f"<{rdfs}{name}>": name for name in ("domain", "range", "subClassOf", "subPropertyOf")}
+    said = {name: collections.defaultdict(set) for name in kinds.values()}
+    for s, p, o in triples:
+        if p in kinds:
+            said[kinds[p]][s].add(o)
+    found, todo = set(triples), list(triples)
+    for s, p, o in todo:  # grows
+        new = {(s, rdf_type, c) for c in said["domain"][p]} | {(s, above, o) for above in said["subPropertyOf"][p]}
+        if not o.startswith('"'):
+            new |= {(o, rdf_type, c) for c in said["range"][p]}
+        if p == rdf_type:
+            new |= {(s, rdf_type, c) for c in said["subClassOf"][o]}
+        todo += new - found
+        found |= new
+    return found
