@@ -67,6 +67,9 @@ struct Finding {
   std::size_t tried = 0;                     ///< resources or requests to which it was applied
   std::size_t failed = 0;                    ///< of these, how many violate the requirement
   std::vector<Evidence> evidence;            ///< of a failure: the first ones; otherwise one that passed
+  /// Each single result of a failure, of checks of merged documents: the node, the shape or term, and the documents; at
+  /// most CheckOptions::max_results.
+  std::vector<std::string> results;
 };
 
 /// One requirement of the paper: the worst of its findings.
@@ -127,6 +130,13 @@ struct CheckOptions {
   std::size_t max_objects = 6;                    ///< links followed from one resource by one predicate or relation
   std::size_t max_body_bytes = 4 * 1024 * 1024;   ///< of a response; the rest is not read
   std::size_t max_header_bytes = 64 * 1024;       ///< of a response
+
+  std::chrono::milliseconds merge_time{60'000};  ///< for reading and judging the merged documents
+  std::size_t max_merged_documents = 1'000;      ///< of the server that are merged, beyond `max_resources`
+  std::size_t max_merged_triples = 200'000;      ///< of these documents together
+  std::size_t max_merged_steps = 20'000'000;     ///< of the validation of the merged documents
+  std::size_t max_described_actions = 50;        ///< whose bindings are tried with OPTIONS
+  std::size_t max_results = 100;                 ///< named of one check of the merged documents
 };
 
 /// Checks a server. Without `write` and `invoke` it sends GET, HEAD and OPTIONS, requests that a correct server

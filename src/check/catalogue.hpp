@@ -31,8 +31,9 @@ struct PaperRequirement {
   std::string_view id;
   Level level;
   std::string_view title;
-  Outcome without;          ///< outcome if no finding has one
-  std::string_view reason;  ///< of `without`
+  Outcome without;           ///< outcome if no finding has one
+  std::string_view reason;   ///< of `without`
+  std::string_view needs{};  ///< checks, separated by spaces, without whose pass the requirement does not pass
 };
 Table<PaperRequirement> paper_requirements() noexcept;
 
@@ -41,6 +42,8 @@ class Verdicts {
  public:
   void pass(std::string_view id, const Exchange* exchange = nullptr, const std::string& detail = {});
   void fail(std::string_view id, const std::string& detail, const Exchange* exchange = nullptr, Certainty certainty = Certainty::certain);
+  /// Fails with several results, of which these are the first. @pre 0 < count <= tried
+  void fail_all(std::string_view id, const std::vector<std::string>& results, std::size_t count, std::size_t tried, const Exchange* exchange);
   /// `exchange` is evidence of the reason.
   void not_testable(std::string_view id, const std::string& reason, const Exchange* exchange = nullptr);
   void not_applicable(std::string_view id, const std::string& reason);

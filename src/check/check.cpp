@@ -55,6 +55,7 @@ Result<Report> run(const std::string& url, const CheckOptions& options) {
   check_linked_data(context);
   check_subscriptions(context);
   check_writes(context);
+  check_merging(context);
   check_http(context);  // last: it checks properties of all responses
 
   const std::string limit = probe.limit_reached();

@@ -235,24 +235,56 @@ void check_blueprints(Context& context) {
   v.otherwise("blueprint.conforms", Outcome::not_applicable, "no Blueprint of this server was found");
 }
 
+/// Terms of RDFS, Dublin Core, LDP and QUDT that servers are tempted to define again.
+constexpr std::string_view often_repeated[] = {"label",       "comment",    "seeAlso",  "isDefinedBy", "title",
+                                               "description", "created",    "modified", "creator",     "hasPart",
+                                               "isPartOf",    "conformsTo", "contains", "hasUnit",     "numericalValue"};
+
+std::string vocabulary_of(std::string_view term) { return std::string(term.substr(0, term.find_last_of("#/") + 1)); }
+
+/// What is possible cannot be seen from outside. Seen are vocabularies that are used, and own terms for what they have.
 void check_vocabularies(Context& context) {
   Verdicts& v = context.verdicts;
+  constexpr std::size_t fewest_terms = 3, fewest_vocabularies = 2;
   bool any = false, described = false;
-  for (const Resource* r : context.things()) {
-    if (!r->graph || r->graph->empty()) continue;
-    any = true;
+  std::set<std::string> terms, own, vocabularies, repeated;
+  for (const Resource* r : context.linked_data()) {
+    if (!r->graph) continue;
     bool reused = false;
     for (const rdf::Triple& t : r->graph->triples()) {
       const rdf::TermView predicate = r->graph->term(t.predicate), object = r->graph->term(t.object);
       const bool type = predicate == vocab::rdf_::type;
-      reused = reused || (type ? object.is_iri() && is_standard(object.text) : is_standard(predicate.text));
-      described = described || (!type && object.is_literal() && is_standard(predicate.text));
+      const std::string term(type ? object.text : predicate.text);
+      described = described || (r->thing && !type && object.is_literal() && is_standard(predicate.text));
+      if (type && !object.is_iri()) continue;
+      if (is_standard(term)) {
+        reused = true;
+        terms.insert(term);
+        if (vocabulary_of(term) != "http://www.w3.org/1999/02/22-rdf-syntax-ns#") vocabularies.insert(vocabulary_of(term));
+      } else if (client::same_origin(term, context.url)) {
+        own.insert(term);
+        const std::string_view name = std::string_view(term).substr(vocabulary_of(term).size());
+        if (std::find(std::begin(often_repeated), std::end(often_repeated), name) != std::end(often_repeated)) repeated.insert(term);
+      }
     }
+    if (!r->thing || r->graph->empty()) continue;
+    any = true;
     if (reused) v.pass("rdf.vocabularies", &r->get);
     else v.fail("rdf.vocabularies", "<" + r->url + "> uses no term of a standard vocabulary besides rdf:type", &r->get, Certainty::likely);
   }
+  const Exchange* example = &context.things().front()->get;
+  std::string names;
+  for (const std::string& one : vocabularies) names += (names.empty() ? "" : ", ") + ("<" + one + ">");
+  const std::string found = std::to_string(terms.size()) + " terms of standard vocabularies" + (names.empty() ? "" : " (" + names + ")") + ", " +
+                            std::to_string(own.size()) + " own ones";
   if (!any) v.not_testable("rdf.vocabularies", "there is no RDF of a Thing");
-  if (described) v.pass("metadata", &context.things().front()->get);
+  else if (!repeated.empty())
+    v.fail("rdf.vocabularies", "<" + *repeated.begin() + "> is an own term with the name of one of a standard vocabulary; " + found, example,
+           Certainty::likely);
+  else if (terms.size() < fewest_terms || vocabularies.size() < fewest_vocabularies)
+    v.fail("rdf.vocabularies", "one or two terms do not show that existing vocabularies are used where possible: " + found, example,
+           Certainty::likely);
+  if (described) v.pass("metadata", example);
   else v.not_applicable("metadata", "no label, description or other literal of a standard vocabulary was found; R1.12 permits that");
 }
 

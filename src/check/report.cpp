@@ -107,6 +107,7 @@ class Text {
     if (f.outcome == Outcome::fail || options_.all)
       out_ += "  " + std::string(to_string(f.level)) + ": " + f.specification + " [" + f.references + "]\n";
     if (!f.detail.empty()) out_ += "  found" + std::string(f.certainty == Certainty::likely ? " (likely)" : "") + ": " + f.detail + "\n";
+    for (std::size_t i = 1; i < f.results.size(); ++i) out_ += "  and: " + f.results[i] + "\n";
     if (f.failed > 1) out_ += "  " + std::to_string(f.failed) + " of " + std::to_string(f.tried) + " failed\n";
     if (f.evidence.empty()) return;
     out_ += "  " + f.evidence.front().url + "\n";
@@ -168,7 +169,7 @@ std::string to_json(const Report& report) {
            ", \"certainty\": " + json_string(to_string(f.certainty)) + ", \"title\": " + json_string(f.title) +
            ", \"specification\": " + json_string(f.specification) + ", \"references\": " + json_string(f.references) +
            ", \"detail\": " + json_string(f.detail) + ", \"tried\": " + std::to_string(f.tried) + ", \"failed\": " + std::to_string(f.failed) +
-           ", \"evidence\": [";
+           ", \"results\": " + array(f.results) + ", \"evidence\": [";
     for (std::size_t i = 0; i < f.evidence.size(); ++i)
       out += std::string(i == 0 ? "" : ", ") + "{\"url\": " + json_string(f.evidence[i].url) + ", \"sent\": " + json_string(f.evidence[i].sent) +
              ", \"received\": " + json_string(f.evidence[i].received) + "}";
@@ -217,7 +218,9 @@ std::string to_earl(const Report& report) {
                                                                  : "cantTell";
     graph.add(result, earl("outcome"), earl(outcome));
     graph.add(result, date, rdf::literal(time, Iri("http://www.w3.org/2001/XMLSchema#dateTime")));
-    if (!f.detail.empty()) graph.add(result, description, rdf::literal(f.detail));
+    std::string found = f.detail;
+    for (std::size_t i = 1; i < f.results.size(); ++i) found += "\n" + f.results[i];
+    if (!found.empty()) graph.add(result, description, rdf::literal(found));
     std::string info = std::string(to_string(f.level)) + ", " + std::string(to_string(f.certainty));
     for (const Evidence& e : f.evidence) info += "\n\n" + e.url + "\n" + e.sent + "\n\n" + e.received;
     graph.add(result, earl("info"), rdf::literal(info));

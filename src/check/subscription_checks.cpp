@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include <lrt/base/iri.hpp>
+#include <lrt/base/media_type.hpp>
 #include <lrt/rdf/codec.hpp>
 #include <lrt/rdf/vocab.hpp>
 
@@ -179,7 +180,7 @@ void check_websocket(Context& context) {
 
 // ------------------------------------------------------------------------------------------------------------------------- callbacks
 
-constexpr const char* callback_ids[] = {"callback.delivered", "callback.media-type", "callback.cancel"};
+constexpr const char* callback_ids[] = {"callback.delivered", "callback.media-type", "callback.cancel", "subscription.described"};
 
 /// The URL of the subscription by the response: Location, Content-Location, or the subject of its description. Empty: there is none.
 std::string subscription_of(const Context& context, const Exchange& exchange) {
@@ -220,13 +221,46 @@ std::string find_subscription(Context& context, const std::string& receiver) {
   return {};
 }
 
-void cancel(Context& context, std::string url, const std::string& receiver) {
+/// Type, media type, target and protocol data of a callback (paper 5.3). Others may have terms of their own for all but the type.
+void judge_description(Context& context, const std::string& url, const std::string& target, const std::string& receiver) {
+  Verdicts& v = context.verdicts;
+  if (context.probe.exhausted()) return;
+  const Exchange exchange = context.probe.ask("GET", url, {{"Accept", "text/turtle, application/n-triples;q=0.9"}});
+  if (exchange.reply.status == 401 || exchange.reply.status == 403 || exchange.reply.error)
+    return v.not_testable("subscription.described", outcome_of(exchange), &exchange);
+  const std::optional<rdf::Graph> graph = graph_of(context, exchange);
+  if (!graph) return v.fail("subscription.described", url + ": there is no RDF: " + outcome_of(exchange), &exchange);
+  bool type = false, media_type = false, resource = false, protocol = false;
+  const rdf::TermView subject = rdf::iri(url);
+  for (const rdf::Triple& t : graph->match(&subject, nullptr, nullptr)) {
+    const rdf::TermView predicate = graph->term(t.predicate), object = graph->term(t.object);
+    constexpr std::string_view hybrit = "https://hybr-it-projekt.de/ns/hybr-it#";
+    if (predicate == vocab::rdf_::type) type = type || object.text.substr(0, hybrit.size()) == hybrit;
+    else if (object.text == receiver) protocol = true;
+    else if (object.is_iri() && without_fragment(std::string(object.text)) == target) resource = true;
+    else if (object.is_literal() && object.text.find('/') != std::string_view::npos && MediaType::parse(object.text)) media_type = true;
+  }
+  std::string missing;
+  const auto need = [&](bool is, const char* what) {
+    if (!is) missing += (missing.empty() ? "" : ", ") + std::string(what);
+  };
+  need(type, "its type");
+  need(media_type, "its media type");
+  need(resource, "its target");
+  need(protocol, "the URL that is called");
+  if (missing.empty()) v.pass("subscription.described", &exchange);
+  else v.fail("subscription.described", "<" + url + "> does not state " + missing, &exchange);
+}
+
+void cancel(Context& context, std::string url, const std::string& receiver, const std::string& target) {
   Verdicts& v = context.verdicts;
   if (url.empty()) url = find_subscription(context, receiver);
   if (url.empty()) {
     context.notes.push_back("a callback to " + receiver + " was created, and the server does not say where it can be cancelled");
+    v.not_testable("subscription.described", "the server does not say where the subscription is");
     return v.not_testable("callback.cancel", "the server does not say where the subscription is");
   }
+  judge_description(context, url, target, receiver);
   const Exchange removed = context.probe.ask("DELETE", url);
   if (!removed.reply.ok()) {
     context.notes.push_back("the subscription " + url + " could not be cancelled");
@@ -308,7 +342,7 @@ void check_callback(Context& context) {
                        &asked);
       v.not_testable("callback.media-type", "there was no notification");
     }
-    cancel(context, subscription_of(context, asked), (*receiver)->url());
+    cancel(context, subscription_of(context, asked), (*receiver)->url(), r->url);
     const Exchange without = context.probe.ask("GET", r->url, {{"Connection", "close, Upgrade"}, {"Upgrade", "callback"}});
     context.bad_requests.push_back(without);
     if (without.reply.error) v.not_testable("callback.requires-uri", "there is no response", &without);

@@ -66,5 +66,6 @@ void check_linked_data(Context& context);    ///< R1
 void check_http(Context& context);           ///< R0.1, R0.2
 void check_subscriptions(Context& context);  ///< R0.12 to R0.17
 void check_writes(Context& context);         ///< R0.5 to R0.8, for resources that the user named
+void check_merging(Context& context);        ///< R1.7 to R1.11, of all documents together
 
 }  // namespace lrt::check

@@ -30,6 +30,8 @@ namespace {
 /// The HTTP vocabularies of the authors' older clients and of current ones (SPEC 4).
 constexpr Iri http_namespaces[] = {Iri{"http://www.w3.org/2011/http#"}, Iri{"http://www.w3.org/2008/http#"}, Iri{"http://www.w3.org/2006/http#"}};
 
+constexpr std::string_view content_namespace = "http://www.w3.org/2011/content#";
+
 std::optional<TermId> http_object(const Graph& graph, TermId subject, std::string_view name) {
   for (const Iri space : http_namespaces) {
     const std::string term = std::string(space.text) + std::string(name);
@@ -80,8 +82,16 @@ std::optional<Binding> binding_at(const Graph& graph, TermId node) {
       if (is_name && !is_set_by_connection(text)) binding.fields.emplace_back(text, graph.term(*value).text);
     }
   }
-  if (const std::optional<TermId> body = http_object(graph, node, "body"))
+  if (const std::optional<TermId> body = http_object(graph, node, "body")) {
     if (const std::optional<TermId> shape = object_of(graph, *body, vocab::dcterms::conformsTo)) binding.shape = rdf::Term(graph.term(*shape));
+    for (const TermId of : objects_of(graph, *body, vocab::rdf_::type)) {
+      const TermView term = graph.term(of);
+      // Classes of HTTP say how the body is written, not what it is.
+      bool is_of_http = term.text.substr(0, content_namespace.size()) == content_namespace;
+      for (const Iri space : http_namespaces) is_of_http = is_of_http || term.text.substr(0, space.text.size()) == space.text;
+      if (term.is_iri() && !is_of_http && binding.classes.size() < 100) binding.classes.emplace_back(term.text);
+    }
+  }
   return binding;
 }
 
@@ -125,16 +135,23 @@ std::string number_as(const TermView& literal, std::string_view datatype) {
   return std::to_string(static_cast<long long>(*number));
 }
 
-/// Collects the property shapes of a shape and of the shapes in its sh:node; with `nested` also those for the values of its properties.
-void collect_property_shapes(const Graph& graph, TermId shape, bool nested, std::vector<TermId>& found, std::vector<TermId>& seen) {
+/// Collects the property shapes of a shape, of the shapes in its sh:node and of its parts and alternatives; with `nested` also those for the values
+/// of its properties.
+void collect_property_shapes(const Graph& graph, TermId shape, bool nested, std::vector<TermId>& found, std::vector<TermId>& seen,
+                             bool alternatives = true) {
   constexpr std::size_t max_shapes = 1'000;
   if (seen.size() >= max_shapes || std::find(seen.begin(), seen.end(), shape) != seen.end()) return;
   seen.push_back(shape);
+  const auto collect = [&](TermId other) { collect_property_shapes(graph, other, nested, found, seen, alternatives); };
   for (const TermId property : objects_of(graph, shape, vocab::sh::property)) {
     if (found.size() < max_shapes) found.push_back(property);
-    if (nested) collect_property_shapes(graph, property, nested, found, seen);
+    if (nested) collect(property);
   }
-  for (const TermId other : objects_of(graph, shape, vocab::sh::node)) collect_property_shapes(graph, other, nested, found, seen);
+  for (const TermId other : objects_of(graph, shape, vocab::sh::node)) collect(other);
+  for (const Iri parts : {vocab::sh::and_, vocab::sh::or_})  // sh:or: a value may be absent
+    if (alternatives || parts == vocab::sh::and_)
+      for (const TermId list : objects_of(graph, shape, parts))
+        for (const TermId part : graph.list(list).value_or(std::vector<TermId>{})) collect(part);
 }
 
 void collect_terms(const rdf::Type& type, std::vector<std::string_view>& terms, unsigned depth = 0) {
@@ -173,14 +190,15 @@ std::vector<rdf::Term> shapes_of(const Representation& representation, Iri predi
   return result;
 }
 
-std::vector<std::string> classes_of(const Shape& shape) {
+namespace {
+std::vector<std::string> classes_by(const Shape& shape, std::initializer_list<Iri> predicates, bool alternatives) {
   std::vector<std::string> result;
   const std::optional<TermId> id = shape.graph.find(shape.node);
   if (!id) return result;
   std::vector<TermId> ignored, shapes;
-  collect_property_shapes(shape.graph, *id, false, ignored, shapes);
+  collect_property_shapes(shape.graph, *id, false, ignored, shapes, alternatives);
   for (const TermId one : shapes) {
-    for (const Iri predicate : {vocab::sh::class_, vocab::sh::targetClass}) {
+    for (const Iri predicate : predicates) {
       for (const TermId found : objects_of(shape.graph, one, predicate)) {
         std::string text(shape.graph.term(found).text);
         if (std::find(result.begin(), result.end(), text) == result.end()) result.push_back(std::move(text));
@@ -188,6 +206,29 @@ std::vector<std::string> classes_of(const Shape& shape) {
     }
   }
   return result;
+}
+}  // namespace
+
+std::vector<std::string> classes_of(const Shape& shape) { return classes_by(shape, {vocab::sh::class_, vocab::sh::targetClass}, true); }
+
+std::vector<std::string> required_classes(const Shape& shape) { return classes_by(shape, {vocab::sh::class_}, false); }
+
+bool is_about_resources(const Graph& graph, TermId shape) {
+  const std::vector<TermId> properties = objects_of(graph, shape, vocab::sh::property);
+  if (properties.empty()) return graph.term(shape).is_blank();  // a named shape may be described elsewhere, or by sh:or
+  return std::all_of(properties.begin(), properties.end(), [&](TermId p) {
+    const std::optional<TermId> path = object_of(graph, p, vocab::sh::path);
+    const std::string_view iri = path ? graph.term(*path).text : std::string_view();
+    return iri == vocab::rdfs::seeAlso.text || iri == vocab::dcterms::modified.text;
+  });
+}
+
+bool is_absence(const Graph& graph, TermId shape) {
+  const std::vector<TermId> properties = objects_of(graph, shape, vocab::sh::property);
+  return !properties.empty() && std::all_of(properties.begin(), properties.end(), [&](TermId p) {
+    const std::optional<TermId> count = object_of(graph, p, vocab::sh::maxCount);
+    return count && rdf::lexical::parse_uint64(graph.term(*count).text) == 0U;
+  });
 }
 
 std::optional<lrt::Unit> required_unit(const Shape& shape) {

@@ -16,6 +16,7 @@ struct Binding {
   std::string url{};
   std::vector<std::pair<std::string, std::string>> fields{};  ///< without those that the connection sets
   std::optional<rdf::Term> shape{};                           ///< of the body
+  std::vector<std::string> classes{};                         ///< of the body, at most 100
 };
 
 /// The bindings of the focus node, at most 100. What is ill-formed is left out.
@@ -23,8 +24,14 @@ std::vector<Binding> bindings_of(const Representation& representation);
 
 /// Objects of a node that stand for a shape: IRIs, and blank nodes with triples.
 std::vector<rdf::Term> shapes_of(const Representation& representation, Iri predicate);
-/// sh:class and sh:targetClass of a shape.
+/// The classes of the values that a shape describes: sh:class, and sh:targetClass.
 std::vector<std::string> classes_of(const Shape& shape);
+/// The classes that a value must have: sh:class of a shape and of its parts.
+std::vector<std::string> required_classes(const Shape& shape);
+/// Whether a shape is about links and times, which every Property has, and not about a value.
+bool is_about_resources(const rdf::Graph& graph, rdf::TermId shape);
+/// Whether a shape only says that a value is absent: its properties have sh:maxCount 0.
+bool is_absence(const rdf::Graph& graph, rdf::TermId shape);
 /// The unit that a shape requires; nullopt: none, or several.
 std::optional<lrt::Unit> required_unit(const Shape& shape);
 /// The unit that a node states; nullopt: none.

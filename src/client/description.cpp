@@ -12,6 +12,7 @@
 #include <lrt/rdf/value_codec.hpp>
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/client/binding.hpp"
 #include "src/rdf/shown.hpp"
 
 namespace lrt::client {
@@ -70,6 +71,17 @@ class Describer {
     return {};
   }
 
+  /// The name of a shape or kind for people: rdfs:label, else sh:name, else the last part of its target class; empty: none.
+  std::string shape_name(TermId shape) const {
+    for (const Iri predicate : {vocab::rdfs::label, sh::name})
+      if (const auto name = one(shape, predicate); name && graph_.term(*name).is_literal() && !graph_.term(*name).text.empty())
+        return iri_of(*name).substr(0, options_.schema.max_text);
+    const auto target = one(shape, sh::targetClass);
+    if (!target || !graph_.term(*target).is_iri()) return {};
+    const std::string last = name_of({}, iri_of(*target), false);
+    return iri::decode(last).value_or(last);
+  }
+
   /// Things that are described, not only mentioned.
   std::vector<TermId> things() const {
     std::set<TermId> found;
@@ -97,12 +109,14 @@ class Describer {
     ThingDescription d;
     d.iri = iri_of(thing);
     d.title = title_of(thing);
+    const std::vector<TermId> blueprints = blueprints_of(thing, d);
     each(thing, vocab::rdf_::type, [&](TermId c) {
       const TermView of = graph_.term(c);
-      if (of.is_iri() && of != TermView(vocab::hybrit::RoboticThing) && d.classes.size() < options_.max_members) d.classes.emplace_back(of.text);
+      if (of.is_iri() && of != TermView(vocab::hybrit::RoboticThing) && !is_blueprint_class(thing, of.text) &&
+          d.classes.size() < options_.max_members)
+        d.classes.emplace_back(of.text);
     });
     std::sort(d.classes.begin(), d.classes.end());
-    const std::vector<TermId> blueprints = blueprints_of(thing, d);
     const auto [properties, actions] = members_of(thing);
     if (properties.size() + actions.size() > options_.max_members) limit(options_.max_members, "properties and actions of one Thing");
     for (const auto& [iri, member] : properties) d.properties.push_back(property(d, thing, member, blueprints));
@@ -110,26 +124,58 @@ class Describer {
     return d;
   }
 
-  /// Its own Blueprints and those that they refer to. The one that another one refers to is that of the kind.
+  /// A class that is a Blueprint of the Thing, or stands in the document of one, is no class of a domain.
+  bool is_blueprint_class(TermId thing, std::string_view of) const {
+    bool is = false;
+    each(thing, vocab::hybrit::blueprint, [&](TermId b) {
+      const std::string_view blueprint = graph_.term(b).text;
+      is = is || of == blueprint || of.substr(0, of.find('#')) == blueprint;
+    });
+    return is;
+  }
+
+  /// Blueprints of one Thing only have IRIs below its own.
+  static bool is_below(std::string_view iri, std::string_view thing) {
+    while (!thing.empty() && thing.back() == '/') thing.remove_suffix(1);
+    return iri.size() > thing.size() && iri.substr(0, thing.size()) == thing && (iri[thing.size()] == '/' || iri[thing.size()] == '#');
+  }
+
+  /// Its Blueprints, those that they refer to, and the classes of the Thing that are shapes. Those of the Thing alone are first, then those that
+  /// refer to another one: what they say of a predicate replaces what the Blueprint of the kind says. That of the kind is the one that another one
+  /// refers to, else the first that is not the Thing's own.
   std::vector<TermId> blueprints_of(TermId thing, ThingDescription& d) {
     std::vector<TermId> all;
+    const auto add = [&](TermId b) {
+      if (all.size() < options_.max_members && std::find(all.begin(), all.end(), b) == all.end()) all.push_back(b);
+    };
     each(thing, vocab::hybrit::blueprint, [&](TermId b) {
-      if (!graph_.term(b).is_literal() && all.size() < options_.max_members) all.push_back(b);
+      if (!graph_.term(b).is_literal()) add(b);
     });
-    const std::size_t own = all.size();
-    std::vector<TermId> shared;
+    const std::size_t linked = all.size();
+    each(thing, vocab::rdf_::type, [&](TermId c) {
+      if (graph_.term(c).is_iri() && has(c, vocab::rdf_::type, sh::NodeShape)) add(c);
+    });
+    std::vector<TermId> shared, refer;
     for (std::size_t i = 0; i < all.size() && all.size() < options_.max_members; ++i)
       each(all[i], sh::node, [&](TermId b) {
         if (!graph_.term(b).is_iri()) return;
+        refer.push_back(all[i]);
         if (std::find(shared.begin(), shared.end(), b) == shared.end()) shared.push_back(b);
-        if (std::find(all.begin(), all.end(), b) == all.end()) all.push_back(b);
+        add(b);
       });
-    const auto is_shared = [&](TermId b) { return std::find(shared.begin(), shared.end(), b) != shared.end(); };
-    const auto kind = std::find_if(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(own), is_shared);
-    if (kind != all.begin() + static_cast<std::ptrdiff_t>(own)) d.kind = iri_of(*kind);
-    else if (own > 0 && graph_.term(all.front()).is_iri()) d.kind = iri_of(all.front());
-    if (own > 0 && std::none_of(all.begin(), all.end(), [&](TermId b) { return is_described(b); }))
+    const auto last = all.begin() + static_cast<std::ptrdiff_t>(linked);
+    const auto is_own = [&](TermId b) { return graph_.term(b).is_iri() && is_below(graph_.term(b).text, d.iri); };
+    auto kind = std::find_if(all.begin(), last, [&](TermId b) { return std::find(shared.begin(), shared.end(), b) != shared.end(); });
+    if (kind == last) kind = std::find_if(all.begin(), last, [&](TermId b) { return graph_.term(b).is_iri() && !is_own(b); });
+    if (kind == last && linked > 0 && graph_.term(all.front()).is_iri()) kind = all.begin();
+    if (kind != last) {
+      d.kind = iri_of(*kind);
+      d.kind_name = shape_name(*kind);
+    }
+    if (linked > 0 && std::none_of(all.begin(), all.end(), [&](TermId b) { return is_described(b); }))
       warn("the graph does not have the Blueprint " + shown_iri(graph_.term(all.front()).text) + " of " + shown_iri(d.iri));
+    const auto rank = [&](TermId b) { return is_own(b) ? 0 : std::find(refer.begin(), refer.end(), b) != refer.end() ? 1 : 2; };
+    std::stable_sort(all.begin(), all.end(), [&](TermId a, TermId b) { return rank(a) < rank(b); });
     return all;
   }
 
@@ -187,9 +233,9 @@ class Describer {
       const TermId shape = *graph_.find(rdf::iri(iri));
       std::optional<Schema> schema = schema_of(shape, iri);
       if (!schema) continue;
-      const auto target = one(shape, sh::targetClass);
-      const std::string name = iri::decode(name_of({}, target && graph_.term(*target).is_iri() ? iri_of(*target) : iri, false)).value_or(iri);
-      out_.shapes.push_back({iri, name, *std::move(schema)});
+      std::string name = shape_name(shape);
+      if (name.empty()) name = iri::decode(name_of({}, iri, false)).value_or(iri);
+      out_.shapes.push_back({iri, std::move(name), *std::move(schema)});
     }
   }
 
@@ -225,9 +271,16 @@ class Describer {
     for (const std::string& predicate : predicates)
       for (const TermId p : property_shapes(blueprint, predicate)) {
         std::vector<TermId> blank;
-        each(p, sh::node, [&](TermId s) {
+        const auto add = [&](TermId s) {
+          if (is_about_resources(graph_, s)) return;
           if (graph_.term(s).is_iri()) shapes.push_back(s);
-          else if (!is_about_resources(s)) blank.push_back(s);
+          else blank.push_back(s);
+        };
+        each(p, sh::node, add);
+        // A value may be absent: the other alternative describes the present one.
+        each(p, sh::or_, [&](TermId list) {
+          for (const TermId s : graph_.list(list).value_or(std::vector<TermId>{}))
+            if (!graph_.term(s).is_literal() && !is_absence(graph_, s)) add(s);
         });
         shapes.insert(shapes.end(), blank.begin(), blank.end());
       }
@@ -242,17 +295,6 @@ class Describer {
     }
     return by_path[predicate];
   }
-  /// A shape of what every Property has: links and times.
-  bool is_about_resources(TermId shape) const {
-    bool about = true;
-    each(shape, sh::property, [&](TermId p) {
-      const auto path = one(p, sh::path);
-      const std::string_view iri = path ? graph_.term(*path).text : std::string_view();
-      about = about && (iri == vocab::rdfs::seeAlso.text || iri == vocab::dcterms::modified.text);
-    });
-    return about;
-  }
-
   std::optional<Schema> schema_of(TermId shape, std::string_view of) {
     if (graph_.term(shape).is_literal() || !is_described(shape)) return std::nullopt;
     const auto known = schemas_.find(shape);

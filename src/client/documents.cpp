@@ -65,7 +65,7 @@ class Documents {
     for (std::size_t i = first_triple; i < graph_.size(); ++i) {
       const rdf::Triple& t = graph_.triples()[i];
       const std::string_view predicate = graph_.term(t.predicate).text;
-      const bool refers = predicate == vocab::sh::node.text || predicate == vocab::hybrit::consumes.text ||
+      const bool refers = predicate == vocab::sh::node.text || predicate == vocab::sh::property.text || predicate == vocab::hybrit::consumes.text ||
                           predicate == vocab::hybrit::produces.text || predicate == vocab::dcterms::conformsTo.text;
       if (refers && graph_.term(t.object).is_iri()) want(graph_.term(t.object).text);
     }

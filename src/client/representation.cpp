@@ -54,17 +54,22 @@ void add_apart(Graph& graph, const Graph& other, const std::function<bool(const 
 std::optional<TermId> find_focus(const Graph& graph, std::string_view url) {
   const auto is_subject = [&](TermId id) { return !graph.match(id, std::nullopt, std::nullopt).empty(); };
   if (const std::optional<TermId> id = graph.find(rdf::iri(url)); id && is_subject(*id)) return id;
-  std::optional<TermId> with_fragment, root;
-  std::size_t with_fragments = 0, roots = 0;
+  // Nodes inside a value may be named by fragments of the document, too: they are objects of others.
+  std::optional<TermId> with_fragment, fragment_root, root;
+  std::size_t with_fragments = 0, fragment_roots = 0, roots = 0;
   std::vector<bool> seen(graph.term_count());
   for (const Triple& t : graph.triples()) {
     if (seen[static_cast<std::size_t>(t.subject)]) continue;
     seen[static_cast<std::size_t>(t.subject)] = true;
     const TermView term = graph.term(t.subject);
-    if (term.is_iri() && document_of(term.text) == document_of(url)) with_fragment = t.subject, ++with_fragments;
-    if (graph.match(std::nullopt, std::nullopt, t.subject).empty()) root = t.subject, ++roots;
+    const bool is_fragment = term.is_iri() && document_of(term.text) == document_of(url);
+    if (is_fragment) with_fragment = t.subject, ++with_fragments;
+    if (!graph.match(std::nullopt, std::nullopt, t.subject).empty()) continue;
+    root = t.subject, ++roots;
+    if (is_fragment) fragment_root = t.subject, ++fragment_roots;
   }
   if (with_fragments == 1) return with_fragment;
+  if (fragment_roots == 1) return fragment_root;
   if (roots == 1) return root;
   return std::nullopt;
 }

@@ -93,7 +93,13 @@ class SchemaReader {
     data_->shape = graph_.term(shape);
     Constraints c;
     shapes_.gather(shape, c);
-    if (!c.names.empty()) data_->name = c.names.front();
+    if (const auto label = graph_.object(graph_.term(shape), TermView(vocab::rdfs::label)); label && label->is_literal()) {
+      if (label->text.size() > options_.max_text)
+        refuse_shape(Errc::limit_exceeded, "a label of more than " + std::to_string(options_.max_text) + " bytes at " + shown(graph_.term(shape)));
+      data_->name = label->text;
+    } else if (!c.names.empty()) {
+      data_->name = c.names.front();
+    }
     if (const std::optional<Made> made = focus(std::move(c))) {
       data_->type = made->type;
       data_->facets = made->facets;

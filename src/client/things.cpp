@@ -166,6 +166,9 @@ Body body_of_value(const std::string& url, const rdf::Type& type, const rdf::Val
   if (shape) {
     body.graph = with_datatypes_of(*shape, body.graph);
     body.focus = body.graph.intern(rdf::iri(url));
+    if (!body.graph.empty())
+      for (const std::string& of : required_classes(*shape))
+        body.graph.add(body.focus, body.graph.intern(vocab::rdf_::type), body.graph.intern(rdf::iri(of)));
   }
   return body;
 }
@@ -278,18 +281,38 @@ Result<std::optional<Shape>> Property::value_shape() const {
   if (!own || *own) return own;
   const Result<RepresentationPtr> found = session_->described(url_);
   if (!found) return unexpected(found.error());
+  // The Blueprint of this Thing alone, and one that refers to that of its kind, say more than that. The first is nearer to the Property.
+  std::vector<RepresentationPtr> documents;
   for (const Link& link : (*found)->links) {
     if (link.relation != "describedby" || !same_origin(link.target, url_)) continue;
-    const Result<RepresentationPtr> document = session_->described(link.target);
-    if (!document) continue;
-    const Graph& graph = (*document)->graph;
+    if (const Result<RepresentationPtr> document = session_->described(link.target)) documents.push_back(*document);
+  }
+  const auto refers = [&](const RepresentationPtr& document) {
+    return std::any_of(documents.begin(), documents.end(), [&](const RepresentationPtr& other) {
+      return other != document && !document->graph.subjects(vocab::sh::node, rdf::iri(other->url)).empty();
+    });
+  };
+  std::vector<std::pair<int, RepresentationPtr>> ranked;
+  for (const RepresentationPtr& document : documents) {
+    const std::string& target = document->url;
+    const std::size_t folder = target.rfind('/') + 1;
+    ranked.emplace_back(url_.compare(0, folder, target, 0, folder) == 0 ? 0 : refers(document) ? 1 : 2, document);
+  }
+  std::stable_sort(ranked.begin(), ranked.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  for (const auto& [rank, document] : ranked) {
+    const Graph& graph = document->graph;
     for (const std::string& predicate : names_.predicates) {
       for (const TermView& node : graph.subjects(vocab::sh::path, rdf::iri(predicate))) {
         // Besides the named shape of the value there are the shapes of all resources of a server.
-        const std::vector<TermView> parts = graph.objects(node, vocab::sh::node);
-        const auto named = std::find_if(parts.begin(), parts.end(), [](const TermView& part) { return part.is_iri(); });
+        std::vector<TermView> parts = graph.objects(node, vocab::sh::node);
+        // A value may be absent: the other alternative describes the present one.
+        for (const TermView& list : graph.objects(node, vocab::sh::or_))
+          for (const TermId part : graph.list(*graph.find(list)).value_or(std::vector<TermId>{}))
+            if (!is_absence(graph, part)) parts.push_back(graph.term(part));
+        const auto named = std::find_if(parts.begin(), parts.end(),
+                                        [&](const TermView& part) { return part.is_iri() && !is_about_resources(graph, *graph.find(part)); });
         if (named == parts.end() && !parts.empty()) continue;
-        Result<Shape> shape = session_->shape(named == parts.end() ? node : *named, **document);
+        Result<Shape> shape = session_->shape(named == parts.end() ? node : *named, *document);
         if (shape) return std::optional<Shape>(*std::move(shape));
       }
     }
@@ -416,6 +439,10 @@ Result<std::vector<std::string>> Action::classes_of(Iri predicate) const {
     for (std::string& name : client::classes_of(*shape))
       if (std::find(result.begin(), result.end(), name) == result.end()) result.push_back(std::move(name));
   }
+  if (predicate == vocab::hybrit::consumes)
+    for (Binding& binding : bindings_of(**found))
+      for (std::string& name : binding.classes)
+        if (std::find(result.begin(), result.end(), name) == result.end()) result.push_back(std::move(name));
   return result;
 }
 

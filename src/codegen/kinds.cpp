@@ -101,6 +101,7 @@ class Kinds {
   }
   static std::string wanted_name(const ThingKind& kind) {
     const client::ThingDescription& first = *kind.things.front();
+    if (!first.kind_name.empty()) return first.kind_name;
     std::string own = decoded_last_part(first.kind);
     if (!own.empty() && own != "blueprint" && own != "Blueprint") return own;
     if (!first.classes.empty()) return decoded_last_part(first.classes.front());

@@ -78,6 +78,8 @@ function parse(text) {
 }
 
 const isBlank = (id) => id.startsWith("_:");
+/// Whether an object is a node inside the description of another one: a blank node, or a described fragment of the same document.
+const isInside = (g, node, o) => g.about.has(o.id) && (isBlank(o.id) || (o.id !== withoutHash(node) && withoutHash(o.id) === withoutHash(node)));
 const quoted = (text) => `"${text.replace(/["\\]/g, "\\$&").replace(/\n/g, "\\n").replace(/\r/g, "\\r")}"`;
 const nTriplesOf = (o) => o.id ? (isBlank(o.id) ? o.id : `<${o.id}>`)
   : quoted(o.value) + (o.lang ? "@" + o.lang : o.type && o.type !== xsd("string") ? `^^<${o.type}>` : "");
@@ -146,7 +148,8 @@ function linkTo(iri, text) {
   if (isOurs(iri)) return h("a", { href: local(iri), title: iri }, text ?? pathText(iri));
   return isWeb(iri) ? h("a", { href: iri, title: iri, rel: "noreferrer" }, text ?? localName(iri)) : h("span", { title: iri }, text ?? iri);
 }
-const chips = (g, node) => g.ids(node, rdf("type")).map((t) => h("span.chip", { title: t }, localName(t)));
+/// The types of a node, without classes that are its Blueprints.
+const chips = (g, node) => g.ids(node, rdf("type")).filter((t) => !g.ids(node, hybrit("blueprint")).includes(withoutHash(t))).map((t) => h("span.chip", { title: t }, localName(t)));
 
 function copyable(text) {
   const code = h("code", text), copy = button("Copy", async () => {
@@ -374,16 +377,15 @@ function leaves(g, node, path = [], seen = new Set(), outer) {
   if (seen.has(node)) return [];
   seen.add(node);
   const unit = unitText(UNIT_PREDICATES.map((p) => g.id(node, p)).find(Boolean)) || outer;
-  const inside = (o) => o.id && g.about.has(o.id) && (isBlank(o.id) || withoutHash(o.id) === withoutHash(node));
   return g.of(node).filter(([p]) => !NOT_VALUES.has(p) && !p.startsWith(hybrit(""))).flatMap(([p, o]) => {
     const here = UNNAMED.has(p) ? path : [...path, humanised(localName(p))];
     if (o.id && g.isList(o.id)) {
       const items = g.list(o.id).map((item) => g.isList(item.id) ? [{ path: [], objects: g.list(item.id), isList: true }]
-        : inside(item) ? leaves(g, item.id, [], seen) : [{ path: [], objects: [item], unit }]);
+        : isInside(g, node, item) ? leaves(g, item.id, [], seen) : [{ path: [], objects: [item], unit }]);
       if (items.every((i) => i.length === 1 && i[0].objects.length === 1)) return [{ path: here, objects: items.map((i) => i[0].objects[0]), isList: true, unit: unit || items[0]?.[0].unit }];
       return items.flatMap((inner, i) => inner.map((leaf) => ({ ...leaf, path: [...here, String(i + 1), ...leaf.path] })));
     }
-    if (!inside(o)) return [{ path: here, objects: [o], unit }];
+    if (!isInside(g, node, o)) return [{ path: here, objects: [o], unit }];
     const inner = leaves(g, o.id, here, seen, unit), names = inner.map((l) => l.path.at(-1));
     const isVector = inner.length > 1 && inner.length < 5 && inner.every((l) => l.path.length === here.length + 1 && l.path.at(-1).length < 3 && l.unit === inner[0].unit && l.objects.length === 1 && !l.isList);
     return isVector ? [{ path: here, objects: inner.map((l) => l.objects[0]), names, unit: inner[0].unit }] : inner;
@@ -530,7 +532,7 @@ function nodeModel(g, shape, depth = 0) {
     model.classes.push(...g.ids(s, sh("targetClass")), ...g.ids(s, sh("class")));
     for (const p of g.ids(s, sh("property"))) {
       const path = g.id(p, sh("path"));
-      if (path && !isBlank(path)) byPath.set(path, [...(byPath.get(path) ?? []), p]);
+      if (path && !g.about.has(path)) byPath.set(path, [...(byPath.get(path) ?? []), p]);
     }
   }
   for (const [path, parts] of byPath) {
@@ -728,7 +730,7 @@ class Form {
       if (report.subjects(sh("detail"), result).length) continue;
       const path = report.id(result, sh("resultPath")), focus = report.id(result, sh("focusNode")), candidates = controls.filter((c) => c.subject() === focus);
       const words = report.all(result, sh("resultMessage")).map((m) => m.value).join("; ");
-      const found = candidates.find((c) => c.path === path) ?? candidates.find((c) => !c.path) ?? controls.find((c) => path && (c.outer === path || c.path === path)) ?? controls.find((c) => c.isList && path && isBlank(path))
+      const found = candidates.find((c) => c.path === path) ?? candidates.find((c) => !c.path) ?? controls.find((c) => path && (c.outer === path || c.path === path)) ?? controls.find((c) => c.isList && report.about.has(path))
         ?? (controls.length === 1 ? controls[0] : undefined);
       if (!found) { unplaced.push(words); continue; }
       if (!found.error.textContent.includes(words)) found.error.append(`${words}. `);
@@ -813,7 +815,7 @@ setInterval(() => view.ticks.forEach((tick) => tick()), 1000);
 
 const problemText = (e) => e instanceof Problem && e.message !== e.title ? `${e.title}: ${e.message}` : e.message;
 const notice = (e) => h("p.bad", { role: "alert" }, problemText(e));
-const titleOf = (g, node) => g.text(node, dcterms("title")) ?? g.text(node, rdfs("label")) ?? localName(node);
+const titleOf = (g, node) => g.text(node, dcterms("title")) ?? g.text(node, rdfs("label")) ?? g.text(node, sh("name")) ?? localName(g.id(node, sh("targetClass")) ?? node);
 const quiet = (...words) => h("p.quiet", ...words);
 /// A button for a request. An error is shown in `failed`.
 function command(words, act, failed, more) {
@@ -835,7 +837,7 @@ function valueOf(g, node) {
 function facts(g, node, hidden) {
   const rows = new Map();
   for (const [p, o] of g.of(node)) {
-    if (!hidden.includes(p) && !(o.id && isBlank(o.id))) rows.set(p, [...(rows.get(p) ?? []), o.id ? linkTo(o.id) : h("span", { lang: o.lang }, o.value)]);
+    if (!hidden.includes(p)) rows.set(p, [...(rows.get(p) ?? []), isInside(g, node, o) ? valueOf(g, o.id) : o.id ? linkTo(o.id) : h("span", { lang: o.lang }, o.value)]);
   }
   return rows.size ? h("dl.facts", [...rows].map(([p, os]) => [h("dt", { title: p }, humanised(localName(p))), h("dd", os.flatMap((o, i) => i ? [", ", o] : o))])) : null;
 }
@@ -1120,7 +1122,7 @@ function showThing(iri, g) {
   const stopped = h("p.bad", { hidden: true }, "This page's subscription was cancelled. ", button("Watch again", () => { watch.finished = false; watch.start(); }));
   const grid = h("div.cards", shown.map((p) => p.element));
   const watch = shown.length && watchState(grid, g.id(iri, lrt("state")), shown, (is) => { stopped.hidden = !is; });
-  const list = subscriptionsOf(g.id(iri, hybrit("subscriptions")), g.id(iri, hybrit("blueprint")));
+  const list = subscriptionsOf(g.id(iri, hybrit("subscriptions")), g.ids(iri, hybrit("blueprint")));
   // Predicates whose objects are all shown elsewhere: ros:rotation in addition to hybrit:property.
   const all = [...ids(hybrit("property")), ...actions, ...collections], domain = g.of(iri).map(([p]) => p).filter((p) => g.all(iri, p).every((o) => all.includes(o.id)));
   const about = facts(g, iri, [...THING_PARTS, ...domain]);
@@ -1130,9 +1132,9 @@ function showThing(iri, g) {
 }
 const THING_PARTS = [rdf("type"), lrt("state"), lrt("collection"), ...["title", "hasPart", "isPartOf"].map(dcterms), ...["property", "action", "subscriptions", "blueprint", "websocketUrl"].map(hybrit)];
 
-function subscriptionsOf(container, blueprint) {
+function subscriptionsOf(container, blueprints) {
   const details = h("details", { ontoggle: () => { if (!details.children[1]) details.append(subscriptions(container)); } }, h("summary", "Subscribers"));
-  return section("Subscriptions and shapes", details, h("p", linkTo(container, "All subscriptions"), " · ", linkTo(blueprint, "Blueprint")));
+  return section("Subscriptions and shapes", details, h("p", linkTo(container, "All subscriptions"), blueprints.map((b, i) => [" · ", linkTo(b, "Blueprint" + (i ? ` ${i + 1}` : ""))])));
 }
 
 function showRoot(iri, g) {
@@ -1153,7 +1155,7 @@ function showBlueprint(g) {
   });
   return g.subjects(rdf("type"), sh("NodeShape")).filter((s) => !isBlank(s)).map((s) => {
     const target = g.id(s, sh("targetNode")), lines = rows(nodeModel(g, s), "");
-    return section(g.text(s, sh("name")) ?? localName(s), target && h("p", h("span.quiet", "of "), linkTo(target)),
+    return section(titleOf(g, s), target && h("p", h("span.quiet", "of "), linkTo(target)),
       lines.length ? table(["Property", "Kind", "Limits", "Unit"], lines.map((l) => h("tr", l.map((c) => h("td", c))))) : quiet("links and types"));
   });
 }
@@ -1191,7 +1193,7 @@ async function show(focus) {
       content = !up ? showRoot(subject, g) : isSubscriptions ? [subscriptions(subject)] : [collectionCard(subject, true)];
       content.push(h("nav.line", { "aria-label": "Pages" }, ["first", "prev", "next", "last"].flatMap((rel) => links(response, rel).map((l) => linkTo(l, rel)))));
     } else if (g.subjects(rdf("type"), sh("NodeShape")).length) {
-      title = `Blueprint of ${localName(plain.includes("/blueprints") ? plain : up)}`;
+      title = `Blueprint of ${plain.includes("/blueprints") ? titleOf(g, self) : localName(up)}`;
       content = showBlueprint(g);
     } else {  // a member of a collection, the vocabulary, or a resource of an unknown type
       content = [g.about.has(subject) && h("div.card", self === subject ? valueOf(g, subject) : facts(g, subject, [])), ...[...g.about.keys()].filter((s) => !isBlank(s) && s !== subject && withoutHash(s) !== self).slice(0, 300).map((s) => section(localName(s), facts(g, s, [])))];

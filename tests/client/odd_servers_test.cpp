@@ -328,3 +328,58 @@ TEST_CASE("a name that does not resolve, and a resolver that hangs, are errors",
   REQUIRE_FALSE(found);
   CHECK((found.error().code == Errc::io_error || found.error().code == Errc::timed_out));
 }
+
+TEST_CASE("nodes inside a value may have IRIs, and a Blueprint of the Thing alone comes first", "[client][R1.6][R1.11]") {
+  const auto number = [](const std::string& shape, const std::string& more) {
+    return shape + " a sh:NodeShape ; sh:class maths:Scalar ; sh:property " + shape.substr(0, shape.size() - 1) + ".1> . " +
+           shape.substr(0, shape.size() - 1) + ".1> sh:path vom:numericalValue ; sh:datatype <http://www.w3.org/2001/XMLSchema#double> " + more +
+           " .\n";
+  };
+  const std::string links = "Link: </kinds/Joint-1a2b3c4d>; rel=\"describedby\"\r\nLink: </arm/blueprint>; rel=\"describedby\"\r\n";
+  Site site(
+      {{"/arm",
+        turtle("<> a hybrit:RoboticThing, ros:Joint, </kinds/Joint-1a2b3c4d>, <arm/blueprint#3f2a9c1e> ; hybrit:blueprint </kinds/Joint-1a2b3c4d>, "
+               "<arm/blueprint> ; hybrit:property <arm/angle>, <arm/path>, <#mass> ; ros:angle <arm/angle> ; hybrit:action <arm/turn> . "
+               "<arm/angle> a hybrit:Property . <#mass> vom:numericalValue 7 .")},
+       {"/arm/angle", turtle("<> a hybrit:Property ; vom:numericalValue 1 .", links)},
+       // The document has no triple of its own; the value is the only node that is no object of another one.
+       {"/arm/path", turtle("<#it> a hybrit:Property ; ros:points <#it.0> . <#it.0> rdf:first <#it.0.x> ; rdf:rest <#it.1> . <#it.1> rdf:first 2 ; "
+                            "rdf:rest rdf:nil . <#it.0.x> vom:numericalValue 1 .")},
+       {"/arm/turn", turtle("<> a hybrit:Action ; hybrit:consumes <#in> ; hybrit:binding <#post> . <#post> http:mthd m:POST ; http:body <#body> . "
+                            "<#body> a ros:Command ; dcterms:conformsTo <#in> . " +
+                            number("<#in>", "; sh:maxInclusive 5e0"))},
+       {"POST /arm/turn", answer(204)},
+       {"/kinds/Joint-1a2b3c4d", turtle("<> a sh:NodeShape ; sh:property <#_1> . <#_1> sh:path ros:angle ; sh:node <#about>, <#angle> . <#about> "
+                                        "sh:property <#about.1> . <#about.1> sh:path dcterms:modified . " +
+                                        number("<#angle>", ""))},
+       {"/arm/blueprint", turtle("<#3f2a9c1e> a sh:NodeShape ; sh:property <#_1> . <#_1> sh:path ros:angle ; sh:node <#3f2a9c1e/angle> . " +
+                                 number("<#3f2a9c1e/angle>", "; sh:maxInclusive 90e0"))}});
+  Client client = Client::create(quick()).value();
+  const client::Robot robot = client.open(site.url("/arm")).value();
+  const client::Thing arm = robot.thing("arm").value();
+  CHECK(arm.properties().size() == 3);
+  CHECK(arm.property("mass").value().read<double>().value() == 7);
+  const client::RepresentationPtr path = arm.property("path").value().get().value();
+  REQUIRE(path->focus);
+  CHECK(path->graph.term(*path->focus).text == site.url("/arm/path#it"));
+  const std::optional<client::Shape> shape = arm.property("angle").value().value_shape().value();
+  REQUIRE(shape);
+  CHECK(shape->node.view().text == site.url("/arm/blueprint#3f2a9c1e/angle"));
+  // Things with equal bounds may share a Blueprint, which refers to that of the kind. A value may be absent.
+  const std::string bounds = "Link: </kinds/Joint-1a2b3c4d>; rel=\"describedby\"\r\nLink: </kinds/Joint-1a2b3c4d-5e6f7a8b>; rel=\"describedby\"\r\n";
+  site.set("/arm/angle", turtle("<> a hybrit:Property ; vom:numericalValue 2 .", bounds));
+  site.set("/kinds/Joint-1a2b3c4d-5e6f7a8b",
+           turtle("<> a sh:NodeShape ; sh:node </kinds/Joint-1a2b3c4d> ; sh:property <#_1> . <#_1> sh:path ros:angle ; sh:or ( <#_2> <#angle> ) . "
+                  "<#_2> sh:property [ sh:path vom:numericalValue ; sh:maxCount 0 ] . " +
+                  number("<#angle>", "; sh:maxInclusive 80e0")));
+  REQUIRE(arm.property("angle").value().get());  // reads the new links
+  const std::optional<client::Shape> shared = arm.property("angle").value().value_shape().value();
+  REQUIRE(shared);
+  CHECK(shared->node.view().text == site.url("/kinds/Joint-1a2b3c4d-5e6f7a8b#angle"));
+  // The class of a body is that of its shape, and that of the binding's body. A body has the classes that the shape requires.
+  const client::Action turn = arm.action("turn").value();
+  CHECK(turn.consumed_classes().value() == std::vector<std::string>{std::string(vocab::maths::Scalar.text), "http://ros.org/#Command"});
+  CHECK(robot.actions({vocab::maths::Scalar, {}, {}, {}}).value().size() == 1);
+  CHECK(turn.invoke(2.5).has_value());
+  CHECK(site.requests("/arm/turn").back().find("Scalar") != std::string::npos);
+}

@@ -243,8 +243,8 @@ class RevoluteJoint {
   lrt::client::Readable<Vector3D> axis;
   /// dynamics.
   lrt::client::Readable<JointDynamics> dynamics;
-  /// effort: [N.m], may be absent.
-  lrt::client::Readable<std::optional<double>> effort;
+  /// effort: [N.m].
+  lrt::client::Readable<double> effort;
   /// friction: [N-M-SEC-PER-RAD]. Each Thing has its own bounds.
   lrt::client::Writable<double> friction;
   /// jointReferenceFrame.
@@ -265,7 +265,7 @@ class RevoluteJoint {
       : thing(members.thing()),
         axis(members.property("https://w3id.org/lrt/ns#axis", "axis", true), lrt::rdf::traits<Vector3D>::type(), lrt::unit::none),
         dynamics(members.property("https://w3id.org/lrt/ns#dynamics", "dynamics", true), lrt::rdf::traits<JointDynamics>::type(), lrt::unit::none),
-        effort(members.property("http://ros.org/#effort", "effort", true), lrt::rdf::traits<std::optional<double>>::type(), lrt::unit::newton_metre),
+        effort(members.property("http://ros.org/#effort", "effort", true), lrt::rdf::traits<double>::type(), lrt::unit::newton_metre),
         friction(members.property("http://ros.org/#friction", "friction", true), lrt::rdf::traits<double>::type(), lrt::Unit{lrt::Iri{"http://qudt.org/vocab/unit/N-M-SEC-PER-RAD"}, lrt::Iri{""}, "", {}}),
         jointReferenceFrame(members.property("http://ros.org/#jointReferenceFrame", "jointReferenceFrame", true), lrt::rdf::traits<SpatialRelationship>::type(), lrt::unit::none),
         limits(members.property("https://w3id.org/lrt/ns#limits", "limits", true), lrt::rdf::traits<JointLimits>::type(), lrt::unit::none),
@@ -351,7 +351,7 @@ class World {
 //   RevoluteJoint | property dynamics | by | read-only lrt:dynamics
 //   RevoluteJoint | property dynamics | lrt:damping | xsd:double [N-M-SEC-PER-RAD unit:N-M-SEC-PER-RAD]
 //   RevoluteJoint | property dynamics | lrt:staticFriction | xsd:double [N.m unit:N-M]
-//   RevoluteJoint | property effort |  | optional xsd:double [N.m unit:N-M]
+//   RevoluteJoint | property effort |  | xsd:double [N.m unit:N-M]
 //   RevoluteJoint | property effort | by | read-only ros:effort
 //   RevoluteJoint | property friction |  | xsd:double [N-M-SEC-PER-RAD unit:N-M-SEC-PER-RAD]
 //   RevoluteJoint | property friction | by | writable ros:friction
@@ -397,4 +397,4 @@ class World {
 //   Robot | property positions |  | list[0..512] of xsd:double
 //   Robot | property positions | by | read-only lrt:positions
 //   World |  |  | ldp:BasicContainer ldp:Container ldp:RDFSource lrt:World
-// Digest: 9995fc742a79acee
+// Digest: 40b4bfc45efb9f2a

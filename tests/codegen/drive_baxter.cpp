@@ -37,7 +37,7 @@ int main(int argc, char** argv) {
   expect(joint.limits.read().value().lowerLimit == -2.147, "the lower limit of the joint");
   expect(joint.axis.read().value().z == 1, "an axis");
   expect(joint.effort.unit() == lrt::unit::newton_metre, "the unit of an effort");
-  expect(!joint.effort.read().value(), "no effort, because the arm does not measure it");
+  expect(!joint.effort.read(), "no effort, because the arm does not measure it");
   joint.friction.write(12.5).value();
   expect(joint.friction.read().value() == 12.5, "the friction that was written");
   expect(!joint.friction.write(1e6), "a friction beyond its bounds to be refused");

@@ -142,14 +142,74 @@ TEST_CASE("the header is the same at each run, on each port and from a file", "[
 
 TEST_CASE("a shape that several documents repeat is understood as one", "[codegen][R1.6]") {
   lrt::test::SampleRobot sample;
-  const Graph graph = documents_of(lrt::test::one_thing(sample.arm()));
-  Graph twice;
-  lrt::client::merge_document(twice, graph);
-  lrt::client::merge_document(twice, graph);
-  CHECK(twice.size() > graph.size());
-  const Description one = describe(graph).value(), two = describe(twice).value();
-  CHECK(all(two.warnings) == all(one.warnings));
-  CHECK(generate(two).value().header == generate(one).value().header);
+  const Graph own = documents_of(lrt::test::one_thing(sample.arm())), with_blank_nodes = parse(thing(plain_number));
+  for (const Graph* graph : {&own, &with_blank_nodes}) {
+    Graph twice;
+    lrt::client::merge_document(twice, *graph);
+    lrt::client::merge_document(twice, *graph);
+    if (graph == &with_blank_nodes) CHECK(twice.size() > graph->size());
+    const Description one = describe(*graph).value(), two = describe(twice).value();
+    CHECK(all(two.warnings) == all(one.warnings));
+    CHECK(generate(two).value().header == generate(one).value().header);
+  }
+}
+
+TEST_CASE("a kind has the name of its label, and the shape of a Thing alone replaces that of the kind", "[codegen][R1.6][R1.11]") {
+  // Named nodes everywhere, lists too. The Blueprint of the kind is a class; each Thing has bounds of its own in a Blueprint of its own.
+  const auto joint = [](const std::string& name, const std::string& hash, const std::string& low) {
+    return "<" + name + "> a hybrit:RoboticThing , ex:Joint , <kinds/Joint-1a2b3c4d> , <" + name + "/blueprint#" + hash + "> ; dcterms:title \"" +
+           name + "\" ; hybrit:blueprint <kinds/Joint-1a2b3c4d> , <" + name + "/blueprint> ; hybrit:property <" + name + "/angle> , <" + name +
+           "/mode> ; ex:angle <" + name + "/angle> ; ex:mode <" + name + "/mode> . <" + name + "/angle> a hybrit:Property . <" + name +
+           "/mode> a hybrit:Property . <" + name + "/blueprint#" + hash + "> a sh:NodeShape , rdfs:Class ; sh:property <" + name + "/blueprint#" +
+           hash + ".1> . <" + name + "/blueprint#" + hash + ".1> sh:path ex:angle ; sh:node <" + name + "/blueprint#" + hash + "/angle> . <" + name +
+           "/blueprint#" + hash + "/angle> a sh:NodeShape ; sh:property <" + name + "/blueprint#" + hash + "/angle.1> . <" + name + "/blueprint#" +
+           hash + "/angle.1> sh:path vom:numericalValue ; sh:minCount 1 ; sh:maxCount 1 ; sh:datatype xsd:double ; sh:minInclusive " + low + " .\n";
+  };
+  const Graph graph =
+      parse("@prefix rdfs: <http://www.w3.org/2000/01/rdf-schema#> .\n" + joint("a", "3f2a9c1e", "-1e0") + joint("b", "77770000", "-2e0") + R"(
+    <kinds/Joint-1a2b3c4d> a sh:NodeShape , rdfs:Class ; rdfs:label "Shoulder" ; sh:property <kinds/Joint-1a2b3c4d#_1> , <kinds/Joint-1a2b3c4d#_2> .
+    <kinds/Joint-1a2b3c4d#_1> sh:path ex:angle ; sh:minCount 1 ; sh:node <kinds/Joint-1a2b3c4d#about> , <kinds/Joint-1a2b3c4d#angle> .
+    <kinds/Joint-1a2b3c4d#about> sh:property <kinds/Joint-1a2b3c4d#about.1> . <kinds/Joint-1a2b3c4d#about.1> sh:path dcterms:modified .
+    <kinds/Joint-1a2b3c4d#angle> a sh:NodeShape ; sh:property <kinds/Joint-1a2b3c4d#angle.1> .
+    <kinds/Joint-1a2b3c4d#angle.1> sh:path vom:numericalValue ; sh:minCount 1 ; sh:maxCount 1 ; sh:datatype xsd:double .
+    <kinds/Joint-1a2b3c4d#_2> sh:path ex:mode ; sh:node <kinds/Joint-1a2b3c4d#about> , <kinds/Joint-1a2b3c4d#mode> .
+    <kinds/Joint-1a2b3c4d#mode> a sh:NodeShape ; sh:property <kinds/Joint-1a2b3c4d#mode.1> .
+    <kinds/Joint-1a2b3c4d#mode.1> sh:path rdf:value ; sh:minCount 1 ; sh:maxCount 1 ; sh:in <kinds/Joint-1a2b3c4d#mode.1-0> .
+    <kinds/Joint-1a2b3c4d#mode.1-0> rdf:first "slow" ; rdf:rest <kinds/Joint-1a2b3c4d#mode.1-1> .
+    <kinds/Joint-1a2b3c4d#mode.1-1> rdf:first "fast" ; rdf:rest rdf:nil .)");
+  const Description robot = describe(graph).value();
+  CHECK(all(robot.warnings) == "");
+  REQUIRE(robot.things.size() == 2);
+  CHECK(robot.things[0].kind == "http://robot.example/kinds/Joint-1a2b3c4d");
+  CHECK(robot.things[0].kind_name == "Shoulder");
+  CHECK(robot.things[0].classes == std::vector<std::string>{"http://example.org/ns#Joint"});
+  CHECK(property(robot.things[0], "angle").schema->facets().min() == -1.0);
+  CHECK(property(robot.things[1], "angle").schema->facets().min() == -2.0);
+  CHECK(property(robot.things[1], "mode").schema->type().names == std::vector<std::string>{"slow", "fast"});
+  const std::string header = generate(robot).value().header;
+  CHECK(contains(header, "/// a, b.\nclass Shoulder {"));
+  CHECK(contains(header, "Each Thing has its own bounds."));
+  // Things with equal bounds may share a Blueprint, which refers to that of the kind. A value may be absent.
+  const Graph shared = parse(R"(<c> a hybrit:RoboticThing , <kinds/C-1a2b3c4d> , <kinds/C-1a2b3c4d-5e6f7a8b> ; hybrit:blueprint <kinds/C-1a2b3c4d> ,
+      <kinds/C-1a2b3c4d-5e6f7a8b> ; hybrit:property <c/angle> ; ex:angle <c/angle> . <c/angle> a hybrit:Property .
+    <kinds/C-1a2b3c4d> a sh:NodeShape ; <http://www.w3.org/2000/01/rdf-schema#label> "C" ; sh:property [ sh:path ex:angle ; sh:or ( [ sh:property [ sh:path
+      vom:numericalValue ; sh:maxCount 0 ] ] <kinds/C-1a2b3c4d#angle> ) ] .
+    <kinds/C-1a2b3c4d#angle> a sh:NodeShape ; sh:property [ sh:path vom:numericalValue ; sh:minCount 1 ; sh:maxCount 1 ; sh:datatype xsd:double ] .
+    <kinds/C-1a2b3c4d-5e6f7a8b> a sh:NodeShape ; sh:node <kinds/C-1a2b3c4d> ; sh:property [ sh:path ex:angle ; sh:or ( [ sh:property [ sh:path
+      vom:numericalValue ; sh:maxCount 0 ] ] <kinds/C-1a2b3c4d-5e6f7a8b#angle> ) ] .
+    <kinds/C-1a2b3c4d-5e6f7a8b#angle> a sh:NodeShape ; sh:property [ sh:path vom:numericalValue ; sh:minCount 1 ; sh:maxCount 1 ; sh:datatype
+      xsd:double ; sh:maxInclusive 5e0 ] .)");
+  const Description third = describe(shared).value();
+  CHECK(all(third.warnings) == "");
+  CHECK(third.things[0].kind == "http://robot.example/kinds/C-1a2b3c4d");
+  CHECK(third.things[0].classes.empty());
+  CHECK(property(third.things[0], "angle").schema->facets().max() == 5.0);
+  for (const char* hash : {"1a2b3c4d", "3f2a9c1e", "77770000"}) CHECK(!contains(header, hash));
+  // Without a label: sh:name, then the target class, then the IRI.
+  const auto named = [](const std::string& more) { return describe(parse(thing(plain_number) + more)).value().things[0].kind_name; };
+  CHECK(named("") == "Joint");
+  CHECK(named("<blueprint> sh:name \"Elbow\" .") == "Elbow");
+  CHECK(named("<blueprint> sh:name \"Elbow\" ; <http://www.w3.org/2000/01/rdf-schema#label> \"Wrist\" .") == "Wrist");
 }
 
 TEST_CASE("Things of one kind give one class, and bounds that differ are left out", "[codegen][R1.6]") {

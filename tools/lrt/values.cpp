@@ -70,6 +70,7 @@ class Reader {
   std::string node(TermId id, unsigned depth) {
     const TermView term = graph_.term(id);
     if (term.is_literal()) return literal(term);
+    if (depth == 0) document_ = term.text.substr(0, term.text.find('#'));
     if (++members_ > max_members || depth > max_depth || !open_.insert(id).second) return "\"...\"";
     std::string result = resource(id, depth);
     open_.erase(id);
@@ -98,8 +99,16 @@ class Reader {
     return id ? graph_.object(subject, *id) : std::nullopt;
   }
 
+  /// A node of a value, not a link: a blank node, or a fragment of the value's document that the graph describes.
+  bool is_inside(TermId id) const {
+    const TermView term = graph_.term(id);
+    const std::size_t hash = term.text.find('#');
+    return term.is_blank() ||
+           (hash != std::string_view::npos && term.text.substr(0, hash) == document_ && !graph_.match(id, std::nullopt, std::nullopt).empty());
+  }
+
   std::string resource(TermId id, unsigned depth) {
-    if (const auto list = graph_.list(id); list && (graph_.term(id).is_blank() || graph_.term(id).text == vocab::rdf_::nil.text)) {
+    if (const auto list = graph_.list(id)) {
       std::string text = "[";
       for (const TermId member : *list) text += (text.size() > 1 ? "," : "") + node(member, depth + 1);
       return text + "]";
@@ -119,7 +128,7 @@ class Reader {
       else members.emplace_back(predicate, std::vector{t.object});
     }
     if (members.empty() && depth == 0) return "null";  // it has no value at present
-    if (members.empty() && graph_.term(id).is_iri()) return json_string(graph_.term(id).text);
+    if (members.empty() && !is_inside(id)) return json_string(graph_.term(id).text);
     std::string text = "{";
     for (const auto& [predicate, objects] : members) {
       const std::string_view name = local_name(predicate);
@@ -162,6 +171,7 @@ class Reader {
   }
 
   const Graph& graph_;
+  std::string_view document_;  // of the value
   std::size_t members_ = 0;
   std::set<TermId> open_;  // nodes that are being read: a graph may have cycles
 };

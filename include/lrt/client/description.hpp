@@ -62,16 +62,19 @@ struct ActionDescription {
 struct ThingDescription {
   std::string iri;                              ///< its IRI
   std::string title;                            ///< dcterms:title, or empty
-  std::vector<std::string> classes;             ///< without hybrit:RoboticThing; sorted
+  std::vector<std::string> classes;             ///< without hybrit:RoboticThing and classes that are Blueprints; sorted
   std::string kind;                             ///< IRI of the Blueprint that it shares with Things of its kind; empty: none
   std::vector<PropertyDescription> properties;  ///< in the order of their IRIs
   std::vector<ActionDescription> actions;       ///< in the order of their IRIs
+  /// Name of the kind for people: rdfs:label of its Blueprint, else sh:name, else the last part of its target class; empty:
+  /// none.
+  std::string kind_name;
 };
 
 /// A shape of a file that describes no Thing.
 struct ShapeDescription {
   std::string iri;   ///< its IRI
-  std::string name;  ///< the last part of its class, else of its IRI
+  std::string name;  ///< rdfs:label, else sh:name, else the last part of its target class, else of its IRI
   Schema schema;     ///< usable
 };
 
@@ -87,8 +90,11 @@ struct Description {
 /// warning.
 ///
 /// The shape of a Property's value is, in this order: one that targets it, the one to which its binding says that its
-/// body conforms, and the one that a Blueprint of its Thing has for its predicate. If there is none, the Property's own
-/// description is used: qudt:dataType, lrt:elementType and unit, or the datatype of its rdf:value.
+/// body conforms, and the one that a Blueprint of its Thing has for its predicate. A Blueprint that belongs to one Thing
+/// (its IRI is below that of the Thing), then one that refers to another by sh:node, comes before that of the kind. If there is none, the Property's own description is
+/// used: qudt:dataType, lrt:elementType and unit, or the datatype of its rdf:value.
+///
+/// If a Blueprint says that a value may be absent (sh:or), the type is that of the present one.
 ///
 /// In a graph without Things, the node shapes with IRIs are described.
 ///

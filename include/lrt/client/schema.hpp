@@ -80,7 +80,7 @@ class LRT_API Schema {
   const std::vector<std::string>& warnings() const noexcept;  ///< constraints that the type cannot express
   /// The shape. A blank node has its label of the shapes graph.
   rdf::TermView shape() const noexcept;
-  /// Its sh:name, or an empty text.
+  /// Its rdfs:label, else its sh:name; empty: it has neither.
   const std::string& name() const noexcept;
 
   /// Reads the value of a focus node, as rdf::read_value(). qudt:unit is read as qudt:hasUnit.

@@ -247,9 +247,9 @@ class LRT_API Action {
   Result<lrt::Unit> unit() const;
   /// URLs of the Properties that it changes: `ssn:forProperty` of its effects.
   Result<std::vector<std::string>> effects() const;
-  /// Classes of its input: sh:class and sh:targetClass of the shape.
+  /// Classes of its input: sh:class of the shape, the class of the binding's body, and sh:targetClass of the shape.
   Result<std::vector<std::string>> consumed_classes() const;
-  /// Classes of its output and effects: sh:class and sh:targetClass of the shapes.
+  /// Classes of its output and effects: sh:class of the shapes, and sh:targetClass.
   Result<std::vector<std::string>> produced_classes() const;
   /// Whether the robot offers it now (lrt:unavailable).
   Result<bool> is_available() const;

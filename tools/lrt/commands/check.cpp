@@ -11,8 +11,9 @@ struct CheckOptions {
   std::vector<std::pair<std::string, std::string>> invoke;  // URL and file
   std::string format = "text", root, callback_address;
   bool strict = false, all = false, no_subscriptions = false;
-  double seconds = 120;
-  std::size_t resources = lrt::check::CheckOptions{}.max_resources;
+  double seconds = 120, merge_seconds = 60;
+  std::size_t resources = lrt::check::CheckOptions{}.max_resources, documents = lrt::check::CheckOptions{}.max_merged_documents,
+              triples = lrt::check::CheckOptions{}.max_merged_triples;
 };
 
 Result<int> check(Session& session, CheckOptions& options) {
@@ -28,6 +29,9 @@ Result<int> check(Session& session, CheckOptions& options) {
   how.subscribe = !options.no_subscriptions;
   how.write = options.write;
   how.max_resources = options.resources;
+  how.max_merged_documents = options.documents;
+  how.max_merged_triples = options.triples;
+  how.merge_time = std::chrono::milliseconds(static_cast<std::int64_t>(options.merge_seconds * 1000));
   how.total_time = std::chrono::milliseconds(static_cast<std::int64_t>(options.seconds * 1000));
   for (const auto& [action, file] : options.invoke) {
     lrt::check::Invocation invocation;
@@ -90,6 +94,15 @@ void add_check(CommandLine& line) {
   command->add_option("--resources", options->resources, "The maximum number of resources to visit, 40 by default")
       ->type_name("N")
       ->check(CLI::Range(1, 100'000));
+  command->add_option("--documents", options->documents, "The maximum number of documents to merge, 1000 by default")
+      ->type_name("N")
+      ->check(CLI::Range(1, 100'000));
+  command->add_option("--triples", options->triples, "The maximum number of triples to merge, 200000 by default")
+      ->type_name("N")
+      ->check(CLI::Range(1, 10'000'000));
+  command->add_option("--merge-for", options->merge_seconds, "The time to read and judge the merged documents, 60 s by default")
+      ->type_name("SECONDS")
+      ->check(CLI::Range(0.0, 86400.0));
   command->add_option("--for", options->seconds, "The time of the whole check, 120 s by default")
       ->type_name("SECONDS")
       ->check(CLI::Range(1.0, 86400.0));

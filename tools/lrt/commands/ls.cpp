@@ -23,11 +23,15 @@ std::string_view local_name(std::string_view iri) noexcept {
 /// Whether a class matches the name on the command line: by its IRI, with a prefix, or by its local name.
 bool is_meant(std::string_view iri, const std::string& name) { return iri == name || rdf::abbreviate(iri) == name || local_name(iri) == name; }
 
-/// The types of a Thing without hybrit:RoboticThing, which all have.
+/// The types of a Thing without hybrit:RoboticThing, which all have, and without its Blueprints, which may be classes, too.
 std::vector<std::string> kinds_of(const client::Thing& thing) {
+  const std::vector<std::string> blueprints = thing.blueprints();
+  const auto is_blueprint = [&](std::string_view type) {
+    return std::any_of(blueprints.begin(), blueprints.end(), [&](const std::string& b) { return type == b || type.substr(0, type.find('#')) == b; });
+  };
   std::vector<std::string> kinds;
   for (const std::string& type : thing.types())
-    if (type != vocab::hybrit::RoboticThing.text) kinds.push_back(type);
+    if (type != vocab::hybrit::RoboticThing.text && !is_blueprint(type)) kinds.push_back(type);
   return kinds;
 }
 
