@@ -48,7 +48,7 @@ int main() {
   cup.publish({0.5, -0.25});
 
   const lrt::Result<void> refused =
-      tasks.update([](lrt::GraphUpdate& u) { u.add("#1", lrt::vocab::rdf_::type, lrt::Iri("http://schema.org/Action")); });
+      tasks.update([](lrt::GraphUpdate& u) { u.add("#1", lrt::vocab::rdf_::type, lrt::Object::resource("world/blueprint#Task")); });
 
   lesson::Visitor visitor(server, [&refused](lesson::Client& client) {
     std::printf("%.*s\n\n", static_cast<int>(refused.error().message.find(": <")), refused.error().message.c_str());
@@ -67,7 +67,7 @@ int main() {
 }
 
 // Output:
-// graph "world/tasks": it would not conform to its shapes
+// (null)
 //
 // GET /world
 // 200 OK
@@ -145,6 +145,6 @@ int main() {
 //     qudt:hasQuantityKind quantitykind:Length ;
 //     dcterms:modified "<time>"^^xsd:dateTime .
 //
-// <http://127.0.0.1:8080/world/tasks#1> a <http://schema.org/Action> ;
+// <http://127.0.0.1:8080/world/tasks#1> a <http://schema.org/Action>, <http://127.0.0.1:8080/world/blueprint#Task> ;
 //     <http://schema.org/object> :cup ;
 //     rdfs:label "bring it" .

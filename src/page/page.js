@@ -1010,13 +1010,19 @@ function actionCard(iri, large, first) {
   };
   const update = (g) => {
     if (!body.firstChild) {
-      const binding = g.id(iri, hybrit("binding"));
-      body.append(formElement({ target: g.text(binding, http("requestURI")) ?? iri, method: localName(g.id(binding, http("mthd")) ?? "POST"),
-        model: nodeModel(g, g.id(iri, hybrit("consumes"))), title: name, name: `Run ${name}`, done: (response) => {
+      const binding = g.id(iri, hybrit("binding")), shape = g.id(iri, hybrit("consumes"));
+      const show = (shapes) => body.replaceChildren(formElement({ target: g.text(binding, http("requestURI")) ?? iri, method: localName(g.id(binding, http("mthd")) ?? "POST"),
+        model: nodeModel(shapes, shape), title: name, name: `Run ${name}`, done: (response) => {
           const made = response.field("Location");
           if (made) addInvocation(made);
           return "Sent";
         } }).whole);
+      // The shape of a list is in the Blueprint only.
+      if (!shape || g.about.has(shape)) show(g);
+      else {
+        body.append(quiet("…"));
+        cachedRequest(shape.split("#")[0]).then((response) => show(response.g)).catch((e) => body.replaceChildren(notice(e)));
+      }
     }
     g.ids(iri, lrt("invocation")).slice(-maxInvocations).forEach(addInvocation);
   };

@@ -27,8 +27,8 @@ INSTALL_TIMEOUT = 400  # seconds
 START_TIMEOUT = 60
 CHECK_TIMEOUT = 150
 
-PREFIXES = "@prefix hybrit: <https://hybr-it-projekt.de/ns/hybr-it#> . @prefix ldp: <http://www.w3.org/ns/ldp#> . @prefix rdfs: <http://www.w3.org/2000/01/rdf-schema#> .\n"
-FILES = {"arm.ttl": '<> a hybrit:RoboticThing ; rdfs:label "arm" ; hybrit:property <angle.ttl> ; hybrit:subscriptions <subscriptions.ttl> .',
+PREFIXES = "@prefix hybrit: <https://hybr-it-projekt.de/ns/hybr-it#> . @prefix ldp: <http://www.w3.org/ns/ldp#> . @prefix rdfs: <http://www.w3.org/2000/01/rdf-schema#> . @prefix dcterms: <http://purl.org/dc/terms/> .\n"
+FILES = {"arm.ttl": '<> a hybrit:RoboticThing ; rdfs:label "arm" ; dcterms:title "arm" ; rdfs:seeAlso <angle.ttl> ; hybrit:property <angle.ttl> ; hybrit:subscriptions <subscriptions.ttl> .',
          "angle.ttl": '<> a hybrit:Property ; rdfs:label "angle" .', "subscriptions.ttl": "<> a ldp:BasicContainer ."}
 
 

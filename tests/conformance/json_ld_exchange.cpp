@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -110,6 +111,22 @@ int write(const fs::path& dir, const fs::path& suites) {
   return 0;
 }
 
+/// The graph with a blank node for the last cell of each list. The JSON-LD 1.1 API makes a list of the cells from the last one up to the first that is an
+/// IRI (Serialize RDF as JSON-LD Algorithm): the last one loses its name.
+Graph without_last_names(const Graph& graph) {
+  Graph other;
+  const auto rest = graph.find(vocab::rdf_::rest), nil = graph.find(vocab::rdf_::nil);
+  const auto copy = [&](rdf::TermId id) {
+    const bool is_last = rest && nil && graph.contains(id, *rest, *nil);
+    return other.intern(is_last ? rdf::blank("last" + std::to_string(static_cast<std::uint32_t>(id))) : graph.term(id));
+  };
+  for (const rdf::Triple& t : graph.triples()) {
+    const rdf::TermId s = copy(t.subject), p = copy(t.predicate), o = copy(t.object);
+    other.add(s, p, o);
+  }
+  return other;
+}
+
 int read(const fs::path& dir) {
   std::size_t good = 0, bad = 0;
   std::vector<fs::path> files;
@@ -123,7 +140,7 @@ int read(const fs::path& dir) {
     options.base = "http://localhost/somewhere";
     options.context = context;
     const Result<Graph> found = rdf::read(slurp(file), Syntax::json_ld, options);
-    if (found && rdf::isomorphic(*found, expected)) {
+    if (found && (rdf::isomorphic(*found, expected) || rdf::isomorphic(without_last_names(*found), without_last_names(expected)))) {
       ++good;
       continue;
     }

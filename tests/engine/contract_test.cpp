@@ -119,7 +119,9 @@ TEST_CASE("equal registrations have one kind in every process, others have anoth
           t.property(
               "angle", [] { return 0.5; }, unit::degree);
         }) != plain);
-  CHECK(kind([](Thing& t) { t.property<double>("angle"); }) != plain);  // it may have no value
+  const std::string pushed = kind([](Thing& t) { t.property<double>("angle"); });
+  CHECK(pushed != plain);  // it may have no value
+  CHECK(kind([](Thing& t) { t.property<double>("angle").publish(1); }) == plain);
   CHECK(kind([](Thing& t) { t.property("angle", [] { return 0.5; }), t.action("turn", [] {}); }) != plain);
 }
 

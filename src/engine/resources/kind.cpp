@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <utility>
 
@@ -261,6 +262,7 @@ void describe_kind(const Description& d, const std::string& self, const std::str
     if (p.file) continue;  // not in the state
     const bool promised = property.promises_value(), has_shape = !has_user_shape(first, p.path);
     if (has_shape) constrain_value(constraint, property, self + "#" + p.path, vocabulary);
+    if (const std::string of = rdf::target_class(*p.type, vocabulary); !promised && !of.empty()) constraint.link(vocab::sh::class_, of);
     constraint.add(vocab::sh::node, promised && p.type->kind != rdf::Type::Kind::optional ? with_value : any);
     Structure more(graph, constraint.subject());
     if (p.frame) more.path(frame_predicate(*p.type), 1, 1);
@@ -277,9 +279,13 @@ void describe_kind(const Description& d, const std::string& self, const std::str
     for (const Statement& s : p.statements) stated.insert(s.predicate);
     for (const std::string& of : stated) more.path(of, 1);
   }
-  if (!by_predicate.empty()) {
+  const auto is_used = [&](TermId shape) { return !graph.match(std::nullopt, std::nullopt, shape).empty(); };
+  const bool needs_value = is_used(with_value);
+  if (needs_value || is_used(any)) {
     About(graph, any).a(vocab::sh::NodeShape);
     Structure(graph, any).path(vocab::rdfs::seeAlso, 1, 0, vocab::hybrit::RoboticThing);
+  }
+  if (needs_value) {
     About(graph, with_value).a(vocab::sh::NodeShape).add(vocab::sh::node, any);
     Structure(graph, with_value).path(vocab::dcterms::modified, 1, 1).add(vocab::sh::datatype, rdf::TermView(vocab::xsd::dateTime));
   }

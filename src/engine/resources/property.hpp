@@ -69,8 +69,8 @@ class PropertyResource final : public ValueResource {
   /// @pre it is a pushed property
   void report_lost();
 
-  /// Its value is in the state, or is read for it. A pushed property promises none before the first publish.
-  bool promises_value() const noexcept { return spec->read && !spec->octets && !spec->file; }
+  /// The Blueprint promises its value: it is read for each request, or was published before the registration.
+  bool promises_value() const noexcept { return promises_value_; }
   /// Called when the resource is removed. Requests that wait for a write get 404.
   void removed(Parts& parts);
 
@@ -128,6 +128,7 @@ class PropertyResource final : public ValueResource {
     std::shared_ptr<CancelToken> token;
   };
 
+  const bool promises_value_;
   std::unique_ptr<const Variants> own_variants_;  ///< nullptr: those of any value
   std::unique_ptr<Writes> writes_;                ///< nullptr: there are none
 };
