@@ -163,10 +163,12 @@ class Parser : Terminals {
     const char* const from = at_;
     std::string_view text, iri, tag;
     if (!string(false, text, string_) || !count_bytes(text.size(), from)) return false;
+    skip_blanks();
     if (peek() == '@') {
       if (!language_tag(tag)) return false;
     } else if (peek() == '^' && peek(1) == '^') {
       at_ += 2;
+      skip_blanks();
       if (peek() != '<') return expected("an IRI in '<' and '>'", at_);
       if (!absolute_iri(iri)) return false;
     }

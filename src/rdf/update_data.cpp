@@ -154,7 +154,8 @@ class Reader {
 
   /// Leaves at_ at the closing brace.
   bool find_end(std::size_t open) {
-    bool begins = true;  // a statement may begin here
+    bool begins = true;         // a statement may begin here
+    bool after_string = false;  // a language tag may
     ends_with_dot_ = true;
     while (at_ < text_.size()) {
       const char c = text_[at_];
@@ -175,13 +176,14 @@ class Reader {
       }
       if (c == '{') return fail(at_, "expected triples, found '{'");
       if (c == '?' || c == '$') return fail(at_, "expected triples, found a variable");
-      if (c == '@' && at_ > 0 && text_[at_ - 1] != '"' && text_[at_ - 1] != '\'') return fail(at_, "a directive is not allowed in the braces");
+      if (c == '@' && !after_string) return fail(at_, "a directive is not allowed in the braces");
       const bool separates = c == '.' && (at_ + 1 == text_.size() || is_space(text_[at_ + 1]) || text_[at_ + 1] == '}' || text_[at_ + 1] == '#' ||
                                           text_[at_ + 1] == '<' || text_[at_ + 1] == '[' || text_[at_ + 1] == '(');
       begins = ends_with_dot_ = separates;
+      after_string = c == '"' || c == '\'';
       if (c == '<') {
         if (!skip_iri()) return false;
-      } else if (c == '"' || c == '\'') {
+      } else if (after_string) {
         if (!skip_string()) return false;
       } else {
         at_ += c == '\\' && at_ + 1 < text_.size() ? 2 : 1;

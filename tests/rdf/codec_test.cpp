@@ -212,6 +212,39 @@ TEST_CASE("a literal may have its tag or type after white space", "[rdf]") {
   refusal("<a:> <b:> \"x\"^^\"y\" .");
 }
 
+TEST_CASE("tokens of N-Triples and N-Quads may have spaces and tabs between them, or nothing", "[rdf]") {
+  const std::string type = "<http://www.w3.org/2001/XMLSchema#token>";
+  const std::string tagged = "<a:> <b:> \"x\"@en .\n", typed = "<a:> <b:> \"x\"^^" + type + " .\n", plain = "<a:> <b:> \"x\" .\n";
+  const std::pair<std::string, std::string> lines[] = {
+      {"<a:> <b:> \"x\" @en .", tagged},
+      {"<a:> <b:> \"x\"\t@en.", tagged},
+      {"<a:> <b:> \"x\" \t @en\t.", tagged},
+      {"<a:> <b:> \"x\" @en . # why not", tagged},
+      {"<a:>\t<b:>\t\"x\"@en\t.\t", tagged},
+      {"<a:><b:>\"x\"@en.", tagged},
+      {" \t<a:> <b:> \"x\"@en .", tagged},
+      {"<a:> <b:> \"x\" ^^" + type + " .", typed},
+      {"<a:> <b:> \"x\"^^ " + type + " .", typed},
+      {"<a:> <b:> \"x\" ^^ " + type + ".", typed},
+      {"<a:> <b:> \"x\"\t^^\t" + type + "\t.", typed},
+      {"<a:><b:>\"x\"^^" + type + ".", typed},
+      {"<a:> <b:> \"x\" .", plain},
+      {"<a:> <b:> \"x\".#", plain},
+      {"\r\n\n# first\r\n<a:> <b:> \"x\" .\r\n \t\r", plain},
+  };
+  for (const Syntax syntax : {Syntax::n_triples, Syntax::n_quads})
+    for (const auto& [line, wanted] : lines) {
+      INFO(line);
+      CHECK(n_triples(accepted(line, syntax)) == wanted);
+    }
+  // A token is in one piece, and a triple on one line.
+  for (const char* line : {"<a:> <b:> \"x\" @ en .", "<a:> <b:> \"x\"@en -gb .", "<a:> <b:> \"x\" ^ ^<c:> .", "<a:> <b:> \"x\"\n@en .",
+                           "<a:> <b:> \"x\"^^\n<c:> .", "<a:> <b:> \"x\" ^^<c: > .", "<a:>\n<b:> \"x\" .", "<a:> <b:> _ :x ."}) {
+    refusal(line, Syntax::n_triples);
+    refusal(line, Syntax::n_quads);
+  }
+}
+
 TEST_CASE("a document's labels do not meet the names that are given to blank nodes", "[rdf]") {
   const Graph g = accepted("_:genid1 <p:> [] . [] <p:> _:genid2 . _:b0 <p:> _:g0 .");
   CHECK(g.size() == 3);

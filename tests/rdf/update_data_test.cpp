@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "src/rdf/update_data.hpp"
+
+#include <string>
+
+#include "tests/support/catch.hpp"
+
+using namespace lrt::rdf;
+using lrt::Errc;
+
+namespace {
+
+/// The triples of an update of one operation, as N-Triples.
+std::string triples(const std::string& text) {
+  const auto updates = read_data_updates(text, {});
+  INFO(text);
+  if (!updates) FAIL(updates.error().message);
+  REQUIRE(updates->size() == 1);
+  return *write(updates->front().graph, Syntax::n_triples);
+}
+
+lrt::Error refusal(const std::string& text) {
+  const auto updates = read_data_updates(text, {});
+  INFO(text);
+  if (updates) FAIL("accepted");
+  CHECK(updates.error().code == Errc::expected_rdf);
+  return updates.error();
+}
+
+}  // namespace
+
+TEST_CASE("a literal of an update may have its tag or type after white space or a comment", "[rdf]") {
+  for (const char* literal : {"\"x\"@en", "\"x\" @en", "'x'\t@en", "\"\"\"x\"\"\"\n@en", "'x' # the language:\n @en"})
+    CHECK(triples(std::string("INSERT DATA { <a:> <b:> ") + literal + " }") == "<a:> <b:> \"x\"@en .\n");
+  for (const char* literal : {"\"x\"^^<c:>", "\"x\" ^^<c:>", "\"x\"^^ <c:>", "'x'\n^^\t<c:>"})
+    CHECK(triples(std::string("DELETE DATA { <a:> <b:> ") + literal + " . }") == "<a:> <b:> \"x\"^^<c:> .\n");
+  CHECK(refusal("INSERT DATA { @prefix a: <a:> . a:a a:b a:c }").column == 15);
+  refusal("INSERT DATA { <a:> <b:> <c:> @en }");
+  refusal("INSERT DATA { <a:> <b:> 'x' . @en }");
+}
