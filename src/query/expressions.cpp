@@ -11,6 +11,7 @@
 #include "src/base/utf8.hpp"
 #include "src/query/digest.hpp"
 #include "src/query/run.hpp"
+#include "src/rdf/n_triples.hpp"
 
 namespace lrt::query {
 namespace {
@@ -343,10 +344,10 @@ Value Run::text_function(const Expr& e, const Frame& frame) {
   budget.work(a.text().size());
   switch (e.op) {
     case Operator::strdt:
-      if (a.type != Type::string || b.type != Type::iri) return {};
+      if (a.type != Type::string || b.type != Type::iri || b.text() == vocab::rdf_::langString.text) return {};
       return made(rdf::literal(a.text(), Iri(b.text())));
     case Operator::strlang: {
-      if (a.type != Type::string || b.type != Type::string || b.text().empty()) return {};
+      if (a.type != Type::string || b.type != Type::string || !rdf::is_language_tag(b.text())) return {};
       const std::string language = lrt::detail::lower(b.text());
       return made(rdf::tagged_literal(a.text(), language));
     }

@@ -3,6 +3,7 @@
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/query/grammar.hpp"
+#include "src/rdf/n_triples.hpp"
 
 namespace lrt::query {
 
@@ -106,6 +107,7 @@ bool Grammar::string_literal(Constant& out) {
   if (accept("^^")) {
     if (!starts_iri()) return expected("a datatype IRI");
     if (!iri_text(datatype)) return false;
+    if (datatype == vocab::rdf_::langString.text) return fail(token_.at, std::string(rdf::no_language));
     out = constant({rdf::TermKind::literal, string_, datatype});
     advance();
   } else {

@@ -66,6 +66,7 @@ std::string_view fault_of(const TermView& term) noexcept {
   }
   if (utf8::find_invalid(term.text)) return "expected a literal of well-formed UTF-8";
   if (!term.language.empty()) return is_language_tag(term.language) ? std::string_view() : "expected a language tag";
+  if (term.datatype == vocab::rdf_::langString.text) return no_language;
   return iri::is_absolute(term.datatype) ? std::string_view() : "expected a datatype that is an absolute IRI";
 }
 

@@ -15,10 +15,13 @@ namespace lrt::rdf {
 LRT_INTERNAL_API void append_n_triples(std::string& out, const TermView& term);
 
 /// True for a tag of Turtle's LANGTAG, at most max_language_tag bytes: letters, then groups of letters and digits after '-'.
-bool is_language_tag(std::string_view tag) noexcept;
+LRT_INTERNAL_API bool is_language_tag(std::string_view tag) noexcept;
 
 /// True for an ASCII label of Turtle's BLANK_NODE_LABEL.
 bool is_plain_label(std::string_view label) noexcept;
+
+/// The fault of a literal of rdf:langString without a language (RDF 1.1 Concepts 3.3), which readers refuse.
+inline constexpr std::string_view no_language = "expected a language tag with a literal of rdf:langString";
 
 /// The reason why no RDF syntax can represent the term, as a sentence; empty: all can.
 std::string_view fault_of(const TermView& term) noexcept;

@@ -12,6 +12,7 @@
 #include "src/base/ascii.hpp"
 #include "src/rdf/base_iri.hpp"
 #include "src/rdf/limits.hpp"
+#include "src/rdf/n_triples.hpp"
 #include "src/rdf/names.hpp"
 #include "src/rdf/terminals.hpp"
 
@@ -38,8 +39,9 @@ class Parser : Terminals {
     return result();
   }
 
-  Result<Graph> n_triples() {
+  Result<Graph> n_triples(bool is_of_earlier_release = false) {
     is_n_triples_ = true;
+    is_of_earlier_release_ = is_of_earlier_release;
     if (well_formed()) {
       while (!end() && line()) {}
     }
@@ -116,6 +118,15 @@ class Parser : Terminals {
     return count_bytes(iri.size() + cost, from);
   }
 
+  /// Whether a literal without a language may have the datatype (RDF 1.1 Concepts 3.3). In a document of an earlier release, which could
+  /// have such a literal, the datatype is removed.
+  bool is_possible_datatype(std::string_view& iri, const char* from) {
+    if (iri != vocab::rdf_::langString.text) return true;
+    if (!is_of_earlier_release_) return fail(from, std::string(no_language));
+    iri = {};
+    return true;
+  }
+
   // --- N-Triples
 
   void skip_blanks() noexcept {
@@ -170,7 +181,8 @@ class Parser : Terminals {
       at_ += 2;
       skip_blanks();
       if (peek() != '<') return expected("an IRI in '<' and '>'", at_);
-      if (!absolute_iri(iri)) return false;
+      const char* const type_at = at_;
+      if (!absolute_iri(iri) || !is_possible_datatype(iri, type_at)) return false;
     }
     id = graph_.intern({TermKind::literal, text, iri, tag});
     skip_blanks();
@@ -345,7 +357,8 @@ class Parser : Terminals {
     } else if (peek() == '^' && peek(1) == '^') {
       at_ += 2;
       skip_space();
-      if (!datatype(iri)) return false;
+      const char* const type_at = at_;
+      if (!datatype(iri) || !is_possible_datatype(iri, type_at)) return false;
     }
     return place(graph_.intern({TermKind::literal, text, iri, tag}));
   }
@@ -453,7 +466,7 @@ class Parser : Terminals {
   Names<TermId> labels_;  // of blank nodes
   std::vector<Open> open_;
   State state_ = State::subject;
-  bool is_n_triples_ = false;
+  bool is_n_triples_ = false, is_of_earlier_release_ = false;
   TermId subject_ = no_term, predicate_ = no_term;
   TermId type_ = no_term, first_ = no_term, rest_ = no_term, nil_ = no_term;
   std::string iri_, escaped_iri_, string_;  // terms that are not in the text as they are
@@ -466,5 +479,7 @@ class Parser : Terminals {
 Result<Graph> read_turtle(std::string_view text, const ReadOptions& options) { return Parser(text, options).turtle(); }
 
 Result<Graph> read_n_triples(std::string_view text, const ReadOptions& options) { return Parser(text, options).n_triples(); }
+
+Result<Graph> read_kept_n_triples(std::string_view text, const ReadOptions& options) { return Parser(text, options).n_triples(true); }
 
 }  // namespace lrt::rdf

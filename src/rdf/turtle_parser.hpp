@@ -31,4 +31,8 @@ Result<Graph> read_turtle(std::string_view text, const ReadOptions& options);
 /// @par Implements  RDF 1.1 N-Triples 7
 Result<Graph> read_n_triples(std::string_view text, const ReadOptions& options);
 
+/// The same for a document that lrt wrote, maybe in an earlier release. These could have literals of rdf:langString without a language, which
+/// are no literals of RDF: they are read as strings.
+Result<Graph> read_kept_n_triples(std::string_view text, const ReadOptions& options);
+
 }  // namespace lrt::rdf

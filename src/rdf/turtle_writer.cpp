@@ -289,14 +289,15 @@ class TurtleWriter : GraphWriter {
       return;
     }
     append_quoted(out_, view.text);
-    if (!fault_of({TermKind::literal, view.text, "x:", view.language}).empty()) fault_ = id;
+    const std::string_view datatype = view.datatype == vocab::rdf_::langString.text ? view.datatype : "x:";  // others are checked as IRIs
+    if (!fault_of({TermKind::literal, view.text, datatype, view.language}).empty()) fault_ = id;
     if (!view.language.empty()) {
       out_.push_back('@');
       out_.append(view.language);
     } else if (view.datatype != vocab::xsd::string.text) {
       out_.append("^^");
-      const auto datatype = graph_.find(iri(view.datatype));
-      iri_of(*datatype, view.datatype);
+      const auto datatype_id = graph_.find(iri(view.datatype));
+      iri_of(*datatype_id, view.datatype);
     }
   }
 

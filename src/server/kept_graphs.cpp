@@ -9,6 +9,7 @@
 
 #include <lrt/rdf/codec.hpp>
 
+#include "src/rdf/turtle_parser.hpp"
 #include "src/server/shared_engine.hpp"
 #include "src/server/world_extension.hpp"
 
@@ -67,7 +68,7 @@ Result<std::vector<std::unique_ptr<KeptGraph>>> KeptGraph::open(const model::Wor
       options.max_triples = state->options().max_triples;
       options.max_bytes = max_file_bytes(state->options());
       const bool is_whole = (*content)->state == SavedFile::State::whole;
-      Result<rdf::Graph> graph = is_whole ? rdf::read((*content)->text, rdf::Syntax::n_triples, options) : unexpected(Errc::expected_rdf, "damaged");
+      Result<rdf::Graph> graph = is_whole ? rdf::read_kept_n_triples((*content)->text, options) : unexpected(Errc::expected_rdf, "damaged");
       if (graph) {
         if (Result<void> restored = state->restore(*std::move(graph)); !restored) return named(*state, restored.error());
       } else if (is_whole && graph.error().code == Errc::limit_exceeded) {

@@ -352,6 +352,9 @@ TEST_CASE("functions on texts, times and hashes", "[query]") {
   CHECK(value("YEAR(NOW())") == "2001");
   CHECK(value("STRDT('1', xsd:integer)") == "1");
   CHECK(value("DATATYPE('a'@en)") == "<http://www.w3.org/1999/02/22-rdf-syntax-ns#langString>");
+  CHECK(value("STRDT('a', <http://www.w3.org/1999/02/22-rdf-syntax-ns#langString>)") == "-");
+  CHECK(value("STRLANG('a', 'de-AT')") == "'a'@de-at");
+  for (const char* tag : {"", "d e", "1", "de-", "-de", "de_AT", "ä"}) CHECK(value("STRLANG('a', '" + std::string(tag) + "')") == "-");
   CHECK(value("ISIRI(UUID())") == "true");
   CHECK(value("RAND() < 1") == "true");
   CHECK(value("BNODE('a') = BNODE('a')") == "true");

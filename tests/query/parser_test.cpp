@@ -116,6 +116,11 @@ TEST_CASE("every form of literal is read", "[query]") {
   CHECK(refused("SELECT * { ?x :p - 1 }"));
   CHECK(refused("SELECT * { ?x :p 'a\n' }"));
   CHECK(refused("SELECT * { ?x :p 'a'^^'b' }"));
+  const std::string lang_string = "<http://www.w3.org/1999/02/22-rdf-syntax-ns#langString>";
+  CHECK(refusal("SELECT * {\n ?x <p:> 'a'^^" + lang_string + " }").message ==
+        "line 2, column 15: expected a language tag with a literal of rdf:langString");
+  CHECK(refused("CONSTRUCT { <a:> <b:> 'a'^^" + lang_string + " } WHERE {}"));
+  CHECK(refused("PREFIX rdf: <http://www.w3.org/1999/02/22-rdf-syntax-ns#> ASK { FILTER(?x = 'a'^^rdf:langString) }"));
 }
 
 TEST_CASE("property lists, collections and blank nodes become triples with hidden variables", "[query]") {

@@ -8,6 +8,7 @@
 
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/rdf/turtle_parser.hpp"
 #include "tests/support/catch.hpp"
 
 using namespace lrt::rdf;
@@ -33,6 +34,8 @@ Graph accepted(std::string_view text, Syntax syntax = Syntax::turtle) {
   if (!graph) FAIL(graph.error().message);
   return *graph;
 }
+
+const TermView literal_of_lang_string{TermKind::literal, "x", vocab::rdf_::langString.text};
 
 std::string n_triples(const Graph& g) { return *write(g, Syntax::n_triples); }
 
@@ -243,6 +246,53 @@ TEST_CASE("tokens of N-Triples and N-Quads may have spaces and tabs between them
     refusal(line, Syntax::n_triples);
     refusal(line, Syntax::n_quads);
   }
+}
+
+TEST_CASE("a literal of rdf:langString has a language, or is refused with its place", "[rdf][json_ld]") {
+  const std::string rdf = "http://www.w3.org/1999/02/22-rdf-syntax-ns#", literal = "\"x\"^^<" + rdf + "langString>";
+  struct Case {
+    std::string text;
+    std::uint32_t line, column;
+  };
+  for (const Case& c : {Case{"<a:> <b:> " + literal + " .", 1, 16}, Case{"<a:> <b:>\n\"x\" ^^ <" + rdf + "langString> .", 2, 8},
+                        Case{"@prefix r: <" + rdf + "> .\n<a:> <b:> 1, 'x'^^r:langString .", 2, 19},
+                        Case{"PREFIX : <" + rdf + ">\n<a:> <b:> ( ''^^:langString ) .", 2, 17},
+                        Case{"<a:> <b:> [ <c:> \"\"\"x\"\"\"^^<" + rdf + "lang\\u0053tring> ] .", 1, 27}}) {
+    for (const Syntax syntax : {Syntax::turtle, Syntax::trig}) {
+      const auto error = read(c.text, syntax, {base}).error();
+      INFO(c.text << ": " << error.message);
+      CHECK(error.line == c.line);
+      CHECK(error.column == c.column);
+      CHECK(error.message.find("rdf:langString") != std::string::npos);
+      refusal(c.text, syntax);
+    }
+  }
+  for (const Syntax syntax : {Syntax::n_triples, Syntax::n_quads}) {
+    const lrt::Error error = refusal("<a:> <b:> <c:> .\n<a:> <b:> " + literal + " .", syntax);
+    CHECK(error.line == 2);
+    CHECK(error.column == 16);
+  }
+  // Neighbours that RDF 1.1 has.
+  for (const std::string& text : {std::string("\"x\"@en"), "\"x\"^^<" + rdf + "langstring>", "\"x\"^^<" + rdf + "dirLangString>",
+                                  "\"x\"^^<" + rdf + "HTML>", "<" + rdf + "langString>"})
+    CHECK(n_triples(accepted("<a:> <b:> " + text + " .")) == "<a:> <b:> " + text + " .\n");
+
+  // What a host adds to a graph by itself is not written.
+  Graph g;
+  g.add(iri("a:"), iri("b:"), literal_of_lang_string);
+  for (const Syntax syntax : {Syntax::turtle, Syntax::trig, Syntax::n_triples, Syntax::n_quads, Syntax::json_ld}) {
+    if (!syntax_of(media_type(syntax))) continue;
+    const auto text = write(g, syntax);
+    REQUIRE_FALSE(text);
+    CHECK(text.error().message.find("expected a language tag") != std::string::npos);
+  }
+}
+
+TEST_CASE("a file of an earlier release with rdf:langString without a language is read, as strings", "[rdf]") {
+  const auto graph = read_kept_n_triples(
+      "<a:> <b:> \"x\"^^<http://www.w3.org/1999/02/22-rdf-syntax-ns#langString> .\n<a:> <b:> \"y\"@en .\n<a:> <b:> \"1\"^^<c:> .\n", {});
+  REQUIRE(graph);
+  CHECK(n_triples(*graph) == "<a:> <b:> \"x\" .\n<a:> <b:> \"y\"@en .\n<a:> <b:> \"1\"^^<c:> .\n");
 }
 
 TEST_CASE("a document's labels do not meet the names that are given to blank nodes", "[rdf]") {

@@ -454,6 +454,18 @@ TEST_CASE("invalid JSON-LD is refused with the member's name", "[rdf][json_ld]")
   CHECK(says(without_base.error().message, "relative IRI <x> and no base"));
 }
 
+TEST_CASE("a literal of rdf:langString in JSON-LD has a language, or is refused with its place", "[rdf][json_ld]") {
+  const std::string prefix = R"("rdf": "http://www.w3.org/1999/02/22-rdf-syntax-ns#")";
+  const std::string document = "{\"@context\": {" + prefix + R"(, "p": {"@id": "http://e/p", "@type": "rdf:langString"}}, "@id": "", "p": )";
+  CHECK(differs(document + R"({"@value": "x", "@language": "de"}})", "<> <http://e/p> \"x\"@de .") == "");
+  CHECK(differs(document + R"({"@value": "x"}})", "<> <http://e/p> \"x\" .") == "");
+  CHECK(differs(document + R"({"@value": "x", "@type": "rdf:HTML"}})", "<> <http://e/p> \"x\"^^rdf:HTML .") == "");
+  for (const auto& [value, place] : {std::pair{R"("x")", "/p"}, std::pair{R"(["x"])", "/p/0"}, std::pair{"true", "/p"}, std::pair{"1", "/p"},
+                                     std::pair{R"({"@value": "x", "@type": "rdf:langString"})", "/p/@value"},
+                                     std::pair{R"({"@value": 5, "@type": "rdf:langString"})", "/p/@value"}})
+    CHECK(refusal(document + value + "}") == "at \"" + std::string(place) + "\": expected a language tag with a literal of rdf:langString");
+}
+
 TEST_CASE("unsupported features of JSON-LD are refused by name", "[rdf][json_ld]") {
   struct Case {
     const char *document, *name;

@@ -150,6 +150,20 @@ TEST_CASE("RDF/XML is read with its place of error, without entities from elsewh
   CHECK(error.line == 4);
 }
 
+TEST_CASE("a literal of rdf:langString in RDF/XML has a language, or is refused with its line", "[rdf][rdf_xml]") {
+  const std::string type = " rdf:datatype='http://www.w3.org/1999/02/22-rdf-syntax-ns#langString'";
+  const lrt::Error error = refusal(rdf_xml("<rdf:Description rdf:about='a:'>\n<e:p" + type + ">x</e:p>\n</rdf:Description>"));
+  CHECK(error.line == 3);
+  CHECK(says(error, "rdf:langString"));
+  refusal(rdf_xml("<rdf:Description rdf:about='a:'><e:p" + type + "/></rdf:Description>"));
+  refusal(rdf_xml("<rdf:Description rdf:about='a:'><e:p xml:lang='en'" + type + ">x</e:p></rdf:Description>"));
+  CHECK(n_triples(accepted(rdf_xml("<rdf:Description rdf:about='a:'><e:p xml:lang='en'>x</e:p></rdf:Description>"))) ==
+        "<a:> <http://e/p> \"x\"@en .\n");
+  Graph g;
+  g.add(iri("a:"), iri("http://e/p"), TermView{TermKind::literal, "x", vocab::rdf_::langString.text});
+  CHECK_FALSE(write(g, Syntax::rdf_xml));
+}
+
 TEST_CASE("RDF/XML with a document type is refused: no entities, of its own or from elsewhere", "[rdf][rdf_xml]") {
   const std::string content = rdf_xml("<rdf:Description rdf:about='a'><e:p>&x;</e:p></rdf:Description>");
   for (const char* prolog : {"", "<?xml version='1.0'?>", "\xEF\xBB\xBF <!-- c --> <?pi?>"}) {

@@ -38,3 +38,13 @@ TEST_CASE("a literal of an update may have its tag or type after white space or 
   refusal("INSERT DATA { <a:> <b:> <c:> @en }");
   refusal("INSERT DATA { <a:> <b:> 'x' . @en }");
 }
+
+TEST_CASE("a literal of rdf:langString without a language is refused in an update, with its place", "[rdf]") {
+  for (const char* operation : {"INSERT", "DELETE"}) {
+    const std::string prefix = "PREFIX rdf: <http://www.w3.org/1999/02/22-rdf-syntax-ns#>\n", text = std::string(operation) + " DATA {\n <a:> <b:> ";
+    CHECK(triples(prefix + text + "'x'@en }") == "<a:> <b:> \"x\"@en .\n");
+    const lrt::Error error = refusal(prefix + text + "'x'^^rdf:langString }");
+    CHECK(error.line == 3);
+    CHECK(error.column == 17);
+  }
+}

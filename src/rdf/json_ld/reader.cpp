@@ -746,30 +746,33 @@ class Reader {
       const std::optional<std::string> name = expand_iri(*context, text, type == Definition::Type::vocab, true, value);
       return name ? std::optional(node_of(value, *name)) : std::nullopt;
     }
-    if (type == Definition::Type::datatype) return graph_.intern(literal(text, Iri(std::string_view(term->datatype))));
+    if (type == Definition::Type::datatype) return typed(value, text, term->datatype);
     const std::string& language = term != nullptr && term->language ? *term->language : context->language;
     if (type == Definition::Type::absent && !language.empty()) return graph_.intern(tagged_literal(text, language));
     return graph_.intern(literal(text));
   }
 
+  TermId typed(Id at, std::string_view text, std::string_view datatype) {
+    if (datatype == vocab::rdf_::langString.text) refuse(at, std::string(no_language));
+    return graph_.intern(literal(text, Iri(datatype)));
+  }
+
   /// true, false or a number (JSON-LD-API 1.1, 8.2.2).
   TermId native(Id value, std::string_view datatype) {
     const Kind kind = document_.kind(value);
-    const auto typed = [&](std::string_view text, Iri otherwise) {
-      return graph_.intern(literal(text, datatype.empty() ? otherwise : Iri(datatype)));
-    };
-    if (kind != Kind::number) return typed(kind == Kind::true_ ? "true" : "false", vocab::xsd::boolean);
+    const auto made = [&](std::string_view text, Iri otherwise) { return typed(value, text, datatype.empty() ? otherwise.text : datatype); };
+    if (kind != Kind::number) return made(kind == Kind::true_ ? "true" : "false", vocab::xsd::boolean);
     const std::string_view digits = document_.text(value) == "-0" ? "0" : document_.text(value);  // JSON-LD has no negative zero
     const bool wants_double = datatype == vocab::xsd::double_.text;
     const bool is_integer = digits.find_first_not_of("-0123456789") == std::string_view::npos;
     const std::size_t length = digits.size() - (digits.front() == '-' ? 1 : 0);
-    if (is_integer && !wants_double && length <= 21) return typed(digits, vocab::xsd::integer);  // below 10^21
+    if (is_integer && !wants_double && length <= 21) return made(digits, vocab::xsd::integer);  // below 10^21
     const double number = lexical::parse_double(digits).value_or(0);
     if (!std::isfinite(number)) refuse(value, "a number beyond xsd:double");
-    if (wants_double || std::fabs(number) >= 1e21 || number != std::trunc(number)) return typed(exact_double(number), vocab::xsd::double_);
+    if (wants_double || std::fabs(number) >= 1e21 || number != std::trunc(number)) return made(exact_double(number), vocab::xsd::double_);
     char buffer[32];
     const auto end = std::to_chars(buffer, buffer + sizeof buffer, number == 0 ? 0.0 : number, std::chars_format::fixed, 0).ptr;
-    return typed(std::string_view(buffer, static_cast<std::size_t>(end - buffer)), vocab::xsd::integer);
+    return made(std::string_view(buffer, static_cast<std::size_t>(end - buffer)), vocab::xsd::integer);
   }
 
   std::optional<TermId> value_object(const Context& context, const std::vector<Entry>& members) {
@@ -800,7 +803,7 @@ class Reader {
       case Kind::string: {
         const std::string_view text = document_.text(value->value);
         if (!tag.empty()) return graph_.intern(tagged_literal(text, tag));
-        return graph_.intern(datatype.empty() ? literal(text) : literal(text, Iri(std::string_view(datatype))));
+        return datatype.empty() ? graph_.intern(literal(text)) : typed(value->value, text, datatype);
       }
       default:
         if (!tag.empty()) refuse(value->value, "expected a string beside @language");

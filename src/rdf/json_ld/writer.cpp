@@ -238,7 +238,8 @@ class JsonLdWriter : GraphWriter {
   }
 
   void literal_of(TermId id, const TermView& view, const Term* term) {
-    if (const std::string_view why = fault_of({TermKind::literal, view.text, "x:", view.language}); !why.empty()) fault(id, why);
+    const std::string_view datatype = view.datatype == vocab::rdf_::langString.text ? view.datatype : "x:";  // others are checked as IRIs
+    if (const std::string_view why = fault_of({TermKind::literal, view.text, datatype, view.language}); !why.empty()) fault(id, why);
     if (!view.language.empty()) {
       out_.append("{\"@language\": ");
       append_quoted(out_, view.language);

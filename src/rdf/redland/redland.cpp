@@ -15,6 +15,7 @@
 #include "src/base/third_party_call.hpp"
 #include "src/base/thread.hpp"
 #include "src/rdf/limits.hpp"
+#include "src/rdf/n_triples.hpp"
 #include "src/rdf/redland/raptor.hpp"
 
 namespace lrt::rdf::redland {
@@ -216,7 +217,8 @@ struct Sink {
   raptor_parser* parser;
   std::size_t statements = 0, bytes = 0;
   std::string exceeded;  // the limit, if one was
-  int line = 0;          // and where
+  bool refused = false;  // a literal of rdf:langString without a language
+  int line = 0;          // where
   std::exception_ptr exception;
 
   TermView blank_of(const raptor_term_blank_value& value, char (&name)[16]) {
@@ -261,15 +263,30 @@ struct Sink {
       exceeded = "IRIs and literals of more than " + std::to_string(options.max_bytes) + " bytes when written out";
     }
     if (exceeded.empty()) return true;
-    if (raptor_locator* const place = raptor().parser_get_locator(parser)) line = raptor().locator_line(place);
+    locate();
     return false;
+  }
+
+  void locate() {
+    if (raptor_locator* const place = raptor().parser_get_locator(parser)) line = raptor().locator_line(place);
+  }
+
+  static bool is_possible(const raptor_term& object) noexcept {
+    if (object.type != RAPTOR_TERM_TYPE_LITERAL) return true;
+    const raptor_term_literal_value& value = object.value.literal;
+    return value.datatype == nullptr || value.language_len != 0 || view(value.datatype) != vocab::rdf_::langString.text;
   }
 
   static void on_statement(void* self, raptor_statement* statement) noexcept {
     auto& sink = *static_cast<Sink*>(self);
-    if (!sink.exceeded.empty() || sink.exception) return;
+    if (!sink.exceeded.empty() || sink.refused || sink.exception) return;
     try {
       if (!sink.within_limits(*statement)) return raptor().parser_parse_abort(sink.parser);
+      if (!is_possible(*statement->object)) {
+        sink.refused = true;
+        sink.locate();
+        return raptor().parser_parse_abort(sink.parser);
+      }
       char subject[16], object[16];
       sink.graph.add(sink.term(statement->subject, subject), iri(view(statement->predicate->value.uri)), sink.term(statement->object, object));
     } catch (...) {
@@ -325,8 +342,9 @@ Result<Graph> parse_rdf_xml(std::string_view text, const ReadOptions& options) {
   if (status == 0) status = raptor().parser_parse_chunk(parser.get(), bytes(text), text.size(), 1);
   world->end();
   if (sink.exception) std::rethrow_exception(sink.exception);
-  if (!sink.exceeded.empty()) {
+  if (!sink.exceeded.empty() || sink.refused) {
     Error error{Errc::limit_exceeded, std::move(sink.exceeded)};
+    if (sink.refused) error = {Errc::expected_rdf, std::string(no_language)};
     if (sink.line > 0) {
       error.line = static_cast<std::uint32_t>(sink.line);
       error.message = "line " + std::to_string(sink.line) + ": " + error.message;
