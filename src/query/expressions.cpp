@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include <lrt/base/iri.hpp>
 #include <lrt/rdf/lexical.hpp>
@@ -81,6 +82,80 @@ double round_half_up(double value) noexcept {
   const double floor = std::floor(value);
   if (value - floor < 0.5) return std::copysign(floor, value);
   return std::copysign(floor + 1, value);
+}
+
+unsigned two_digits(std::string_view text, std::size_t at) noexcept {
+  return static_cast<unsigned>(text[at] - '0') * 10 + static_cast<unsigned>(text[at + 1] - '0');
+}
+
+/// The parts of an xsd:dateTime. Views are of its text.
+struct Moment {
+  std::string year;  ///< "-0044", "12026"
+  unsigned month, day, hours, minutes;
+  std::string_view seconds;  ///< "05", "05.250"
+  std::string_view zone;     ///< "Z", "+05:30"; empty: none
+};
+
+bool is_utc(std::string_view zone) noexcept { return zone == "Z" || (!zone.empty() && zone.substr(1) == "00:00"); }
+
+unsigned days_in(unsigned month, std::string_view year) noexcept {
+  constexpr unsigned lengths[] = {31, 28, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31};
+  unsigned rest = 0;  // of the division by 400; for February the sign does not matter
+  for (const char c : year)
+    if (c != '-') rest = (rest * 10 + static_cast<unsigned>(c - '0')) % 400;
+  return month == 2 && rest % 4 == 0 && (rest == 0 || rest % 100 != 0) ? 29 : lengths[month - 1];
+}
+
+/// A year as xsd:dateTime writes it: at least four digits.
+std::string padded(std::string year) {
+  const std::size_t sign = !year.empty() && year[0] == '-' ? 1 : 0;
+  if (year.size() - sign < 4) year.insert(sign, 4 - (year.size() - sign), '0');
+  return year;
+}
+
+/// The parts of a well-formed xsd:dateTime, -?Y+-MM-DDThh:mm:ss(.s+)?(zone)?. 24:00:00 is 00:00:00 of the next day (XSD 1.1 part 2, 3.3.7.2).
+/// nullopt: the next year has too many digits.
+std::optional<Moment> moment_of(std::string_view text) {
+  const std::size_t month = text.find('-', 1) + 1, zone = std::min(text.find_first_of("Z+-", month + 14), text.size());
+  Moment m{std::string(text.substr(0, month - 1)),
+           two_digits(text, month),
+           two_digits(text, month + 3),
+           two_digits(text, month + 6),
+           two_digits(text, month + 9),
+           text.substr(month + 12, zone - month - 12),
+           text.substr(zone)};
+  if (m.hours != 24) return m;
+  m.hours = 0;
+  if (++m.day <= days_in(m.month, m.year)) return m;
+  m.day = 1;
+  if (++m.month <= 12) return m;
+  m.month = 1;
+  const auto year = Decimal::parse(m.year), one = Decimal::parse("1");
+  const auto next = year && one ? add(*year, *one) : std::nullopt;
+  if (!next) return std::nullopt;
+  m.year = padded(next->text());
+  return m;
+}
+
+/// The canonical form of XPath and XQuery Functions 3.1, 19.1.2: no 24:00:00, no zeros at the end of a fraction, Z for +00:00.
+std::optional<std::string> canonical_moment(std::string_view text) {
+  const std::optional<Moment> m = moment_of(text);
+  if (!m) return std::nullopt;
+  std::string out = m->year.find_first_not_of("-0") == std::string::npos ? "0000" : m->year;
+  const auto put = [&out](char before, unsigned n) {
+    out += before;
+    out += static_cast<char>('0' + n / 10);
+    out += static_cast<char>('0' + n % 10);
+  };
+  put('-', m->month);
+  put('-', m->day);
+  put('T', m->hours);
+  put(':', m->minutes);
+  std::string_view seconds = m->seconds;
+  if (seconds.size() > 2) seconds = seconds.substr(0, seconds.find_last_not_of('0') + 1);
+  if (seconds.back() == '.') seconds.remove_suffix(1);
+  out.append(":").append(seconds);
+  return out.append(is_utc(m->zone) ? "Z" : m->zone);
 }
 
 /// UUIDs of version 4 (RFC 9562).
@@ -434,31 +509,31 @@ Value Run::number_function(const Expr& e, const Value& a) {
   return whole ? operators.of(*whole, a.type) : Value();
 }
 
-/// The parts of an xsd:dateTime, which is well-formed: -?Y+-MM-DDThh:mm:ss(.s+)?(zone)?
 Value Run::time_function(Operator op, const Value& a) {
   if (a.type != Type::date_time) return {};
-  const std::string_view text = a.text();
-  const std::size_t month = text.find('-', 1) + 1, zone = text.find_first_of("Z+-", month + 14);
-  const auto number = [&](std::size_t at) { return Value(std::int64_t{(text[at] - '0') * 10 + (text[at + 1] - '0')}); };
+  const std::optional<Moment> moment = moment_of(a.text());
+  if (!moment) return {};
+  const auto number = [](unsigned n) { return Value(std::int64_t{n}); };
   const auto exact = [&](std::string_view digits, Type type) {
     const auto value = Decimal::parse(digits);
     return value ? operators.of(*value, type) : Value();
   };
+  const std::string_view zone = moment->zone;
   switch (op) {
-    case Operator::year: return exact(text.substr(0, month - 1), Type::integer);
-    case Operator::month: return number(month);
-    case Operator::day: return number(month + 3);
-    case Operator::hours: return number(month + 6);
-    case Operator::minutes: return number(month + 9);
-    case Operator::seconds: return exact(text.substr(month + 12, (zone == std::string_view::npos ? text.size() : zone) - month - 12), Type::decimal);
-    case Operator::tz: return Value(std::string(zone == std::string_view::npos ? std::string_view() : text.substr(zone)));
+    case Operator::year: return exact(moment->year, Type::integer);
+    case Operator::month: return number(moment->month);
+    case Operator::day: return number(moment->day);
+    case Operator::hours: return number(moment->hours);
+    case Operator::minutes: return number(moment->minutes);
+    case Operator::seconds: return exact(moment->seconds, Type::decimal);
+    case Operator::tz: return Value(std::string(zone));
     default: break;
   }
-  if (zone == std::string_view::npos) return {};
+  if (zone.empty()) return {};
   std::string duration = "PT0S";
-  if (text[zone] != 'Z' && text.substr(zone + 1) != "00:00") {
-    const int hours = (text[zone + 1] - '0') * 10 + (text[zone + 2] - '0'), minutes = (text[zone + 4] - '0') * 10 + (text[zone + 5] - '0');
-    duration = text[zone] == '-' ? "-PT" : "PT";
+  if (!is_utc(zone)) {
+    const unsigned hours = two_digits(zone, 1), minutes = two_digits(zone, 4);
+    duration = zone[0] == '-' ? "-PT" : "PT";
     if (hours != 0) duration += std::to_string(hours) + "H";
     if (minutes != 0) duration += std::to_string(minutes) + "M";
   }
@@ -475,6 +550,10 @@ Value Run::cast(std::string_view type, const Value& a) {
     if (a.type == Type::boolean) return Value(std::string(a.truth ? "true" : "false"));
     if (a.is_floating()) return Value(canonical(a.real, a.type == Type::float_));
     std::string text = operators.text_of(a).value_or("");
+    if (a.type == Type::date_time) {
+      std::optional<std::string> canonical_text = canonical_moment(text);
+      return canonical_text ? Value(*std::move(canonical_text)) : Value();
+    }
     if (a.is_number()) {
       if (const auto number = Decimal::parse(text)) text = number->text();
     }

@@ -668,8 +668,9 @@ std::optional<Moment> parse_moment(std::string_view text, Datatype datatype) noe
   const auto c = parse_civil(text, datatype);
   if (!c || c->year.size() > 9) return std::nullopt;
   const std::int64_t year = c->year.empty() ? 1972 : *parse_int64(c->year) * (c->negative_year ? -1 : 1);
+  const unsigned hour = datatype == Datatype::time ? c->hour % 24 : c->hour;  // 24:00:00 is 00:00:00 of the next day, and a time has no day
   Moment m;
-  m.seconds = lrt::detail::days_from_civil(year, c->month, c->day) * 86'400 + static_cast<std::int64_t>(c->hour) * 3600 +
+  m.seconds = lrt::detail::days_from_civil(year, c->month, c->day) * 86'400 + static_cast<std::int64_t>(hour) * 3600 +
               static_cast<std::int64_t>(c->minute) * 60 + static_cast<std::int64_t>(c->second) - c->zone_minutes * 60;
   m.fraction = c->fraction;
   m.zoned = c->zoned;

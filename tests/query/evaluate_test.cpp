@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <atomic>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -358,6 +359,68 @@ TEST_CASE("functions on texts, times and hashes", "[query]") {
   CHECK(value("ISIRI(UUID())") == "true");
   CHECK(value("RAND() < 1") == "true");
   CHECK(value("BNODE('a') = BNODE('a')") == "true");
+}
+
+TEST_CASE("the parts of a time are those of its value, of any year", "[query]") {
+  const auto parts = [](const std::string& text) {
+    const std::string d = "'" + text + "'^^xsd:dateTime";
+    std::string all;
+    for (const char* part : {"YEAR", "MONTH", "DAY", "HOURS", "MINUTES", "SECONDS", "TIMEZONE", "TZ"}) {
+      const std::string v = value(std::string(part) + "(" + d + ")");
+      all += (all.empty() ? "" : " ") + v.substr(0, v.find('^'));
+    }
+    return all;
+  };
+  const std::pair<const char*, const char*> cases[] = {
+      {"1999-12-31T24:00:00", "2000 1 1 0 0 0 - ''"},
+      {"1999-12-31T24:00:00.000Z", "2000 1 1 0 0 0 PT0S 'Z'"},
+      {"2026-04-30T24:00:00+14:00", "2026 5 1 0 0 0 PT14H '+14:00'"},
+      {"2026-05-30T24:00:00-14:00", "2026 5 31 0 0 0 -PT14H '-14:00'"},
+      {"2023-02-28T24:00:00Z", "2023 3 1 0 0 0 PT0S 'Z'"},
+      {"2024-02-28T24:00:00Z", "2024 2 29 0 0 0 PT0S 'Z'"},
+      {"2024-02-29T24:00:00Z", "2024 3 1 0 0 0 PT0S 'Z'"},
+      {"1900-02-28T24:00:00Z", "1900 3 1 0 0 0 PT0S 'Z'"},
+      {"2000-02-28T24:00:00Z", "2000 2 29 0 0 0 PT0S 'Z'"},
+      {"0000-02-29T12:30:05.250", "0 2 29 12 30 5.25 - ''"},
+      {"0000-02-28T24:00:00", "0 2 29 0 0 0 - ''"},
+      {"-0001-12-31T24:00:00", "0 1 1 0 0 0 - ''"},
+      {"-0002-12-31T24:00:00", "-1 1 1 0 0 0 - ''"},
+      {"-0004-02-28T24:00:00", "-4 2 29 0 0 0 - ''"},
+      {"-0044-03-15T12:00:00", "-44 3 15 12 0 0 - ''"},
+      {"-12026-01-02T03:04:05+05:30", "-12026 1 2 3 4 5 PT5H30M '+05:30'"},
+      {"9999-12-31T24:00:00Z", "10000 1 1 0 0 0 PT0S 'Z'"},
+      {"12026-12-31T23:59:59.999-00:30", "12026 12 31 23 59 59.999 -PT30M '-00:30'"},
+      {"2026-01-01T00:00:00-00:00", "2026 1 1 0 0 0 PT0S '-00:00'"},
+      {"2026-02-29T24:00:00Z", "- - - - - - - -"},
+      {"2026-02-28T24:00:01Z", "- - - - - - - -"},
+      {"-0001-02-29T00:00:00", "- - - - - - - -"},
+      {"2026-01-01T00:00:00+14:01", "- - - - - - - -"},
+  };
+  for (const auto& [text, wanted] : cases) {
+    INFO(text);
+    CHECK(parts(text) == wanted);
+  }
+  CHECK(value("DAY(STRDT('2026-12-31T24:00:00Z', xsd:dateTimeStamp))") == "1");
+}
+
+TEST_CASE("times are compared, ordered and written as strings by their values", "[query]") {
+  CHECK(value("'1999-12-31T24:00:00'^^xsd:dateTime = '2000-01-01T00:00:00'^^xsd:dateTime") == "true");
+  CHECK(value("'1999-12-31T24:00:00Z'^^xsd:dateTime > '1999-12-31T23:59:59.999Z'^^xsd:dateTime") == "true");
+  CHECK(value("'2024-02-28T24:00:00+14:00'^^xsd:dateTime = '2024-02-28T10:00:00Z'^^xsd:dateTime") == "true");
+  CHECK(value("'-0001-12-31T24:00:00Z'^^xsd:dateTime = '0000-01-01T00:00:00Z'^^xsd:dateTime") == "true");
+  CHECK(value("'24:00:00'^^xsd:time = '00:00:00'^^xsd:time") == "true");
+  CHECK(value("'24:00:00'^^xsd:time < '00:00:01'^^xsd:time") == "true");
+  const Dataset data = dataset(R"(:a :p "2000-01-01T00:00:01Z"^^xsd:dateTime . :b :p "1999-12-31T24:00:00Z"^^xsd:dateTime .
+    :c :p "1999-12-31T23:00:00Z"^^xsd:dateTime . :d :p "-0044-03-15T12:00:00Z"^^xsd:dateTime . :e :p "0000-02-29T24:00:00Z"^^xsd:dateTime .)");
+  CHECK(rows(run(data, "SELECT ?s { ?s :p ?d } ORDER BY ?d")) == Rows{":d", ":e", ":c", ":b", ":a"});
+  CHECK(select(data, "SELECT ?s { ?s :p ?d FILTER(HOURS(?d) = 0 && DAY(?d) = 1) }") == Rows{":a", ":b", ":e"});
+  // STR() has the text, a cast the canonical form.
+  CHECK(value("STR('1999-12-31T24:00:00+00:00'^^xsd:dateTime)") == "'1999-12-31T24:00:00+00:00'");
+  CHECK(value("xsd:string('1999-12-31T24:00:00+00:00'^^xsd:dateTime)") == "'2000-01-01T00:00:00Z'");
+  CHECK(value("xsd:string('-0001-12-31T24:00:00.00'^^xsd:dateTime)") == "'0000-01-01T00:00:00'");
+  CHECK(value("xsd:string('-0101-12-31T24:00:00-05:30'^^xsd:dateTime)") == "'-0100-01-01T00:00:00-05:30'");
+  CHECK(value("xsd:string('2026-01-02T03:04:05.250'^^xsd:dateTime)") == "'2026-01-02T03:04:05.25'");
+  CHECK(value("xsd:string('2026-01-02T03:04:50'^^xsd:dateTime)") == "'2026-01-02T03:04:50'");
 }
 
 TEST_CASE("CONSTRUCT has new blank nodes for each solution, and leaves out what is no triple", "[query]") {

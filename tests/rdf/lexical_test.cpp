@@ -122,6 +122,24 @@ TEST_CASE("moments of the calendar are seconds and a fraction, with or without a
   CHECK_FALSE(parse_moment("1234567890-01-01", Datatype::date));
 }
 
+TEST_CASE("24:00:00 is the beginning of the next day, and of any day for a time", "[rdf]") {
+  const auto same = [](const char* a, const char* b, Datatype datatype) {
+    const auto x = parse_moment(a, datatype), y = parse_moment(b, datatype);
+    INFO(a << " " << b);
+    return x && y && x->seconds == y->seconds && x->fraction == y->fraction && x->zoned == y->zoned;
+  };
+  CHECK(same("1999-12-31T24:00:00", "2000-01-01T00:00:00", Datatype::date_time));
+  CHECK(same("2024-02-28T24:00:00Z", "2024-02-29T00:00:00Z", Datatype::date_time));
+  CHECK(same("2023-02-28T24:00:00.000Z", "2023-03-01T00:00:00Z", Datatype::date_time));
+  CHECK(same("-0001-12-31T24:00:00+14:00", "0000-01-01T00:00:00+14:00", Datatype::date_time_stamp));
+  CHECK(same("0000-02-29T24:00:00", "0000-03-01T00:00:00", Datatype::date_time));
+  CHECK(same("24:00:00", "00:00:00", Datatype::time));
+  CHECK(same("24:00:00.0-14:00", "00:00:00-14:00", Datatype::time));
+  CHECK(parse_instant("1999-12-31T24:00:00Z") == parse_instant("2000-01-01T00:00:00Z"));
+  CHECK(parse_instant("2000-02-28T24:00:00+14:00") == parse_instant("2000-02-28T10:00:00Z"));
+  for (const char* text : {"24:00:01", "24:01:00", "24:00:00.1", "25:00:00"}) CHECK_FALSE(parse_moment(text, Datatype::time));
+}
+
 TEST_CASE("a full duration has months and seconds of the same sign", "[rdf]") {
   const auto d = parse_full_duration("-P1Y2M3DT4.50S", Datatype::duration);
   REQUIRE(d);
