@@ -28,6 +28,16 @@ LRT_INTERNAL_API bool ends_within_character(std::string_view text) noexcept;
 /// @par Time     Constant if the text is well-formed. Does not allocate.
 LRT_INTERNAL_API std::string_view prefix(std::string_view text, std::size_t limit) noexcept;
 
+/// The encoded U+FEFF. At the beginning of a text it says that the text is UTF-8 (RFC 3629 6), as some editors and shells write it.
+inline constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
+
+/// The text without one byte order mark at its beginning.
+/// @par Threads  Any.
+/// @par Time     Constant. Does not allocate.
+constexpr std::string_view without_mark(std::string_view text) noexcept {
+  return text.substr(0, byte_order_mark.size()) == byte_order_mark ? text.substr(byte_order_mark.size()) : text;
+}
+
 /// Appends one code point. @pre it is a scalar value
 /// @par Threads  Any.
 /// @par Time     Constant, but for an allocation of `out`.

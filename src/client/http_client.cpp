@@ -18,6 +18,7 @@
 #include "src/base/ascii.hpp"
 #include "src/base/base64.hpp"
 #include "src/base/read_file.hpp"
+#include "src/base/utf8.hpp"
 #include "src/client/names.hpp"
 #include "src/exchange/connect.hpp"
 #include "src/exchange/idle_wires.hpp"
@@ -41,7 +42,8 @@ Result<std::string> read_token(const std::string& file) {
   constexpr std::size_t longest = 64 * 1024;
   const Result<std::string> text = read_file(file, longest);
   if (!text) return unexpected(Errc::invalid_option, "token file " + text.error().message);
-  const std::string token(lrt::detail::trim(std::string_view(*text).substr(0, text->find_first_of("\r\n"))));
+  const std::string_view line = utf8::without_mark(*text);
+  const std::string token(lrt::detail::trim(line.substr(0, line.find_first_of("\r\n"))));
   if (token.empty()) return unexpected(Errc::invalid_option, "token file \"" + file + "\": expected a token in the first line");
   return token;
 }

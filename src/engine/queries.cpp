@@ -211,7 +211,7 @@ Outcome Queries::post(Context& context) {
   if (const auto at = utf8::find_invalid(request.body)) return problem(400, "the body: byte " + std::to_string(*at) + " is not UTF-8");
   const auto target = http::split_target(request.target);
   const std::string_view in_target = target ? target->query : std::string_view();
-  auto read = asked_in(context, is_form ? request.body : in_target, is_form);
+  auto read = asked_in(context, is_form ? utf8::without_mark(request.body) : in_target, is_form);
   if (auto* response = std::get_if<http::Response>(&read)) return std::move(*response);
   Asked& asked = std::get<Asked>(read);
   if (!is_form) {  // the parameters of the target have the dataset, the body has the query

@@ -542,6 +542,7 @@ TermId text_literal(std::string_view text, const Type& type, Graph& graph) {
 Result<void> read_text(std::string_view body, const Type& outer, const Facets& facets, std::string_view vocabulary, Graph& graph, TermId focus) {
   if (const auto at = utf8::find_invalid(body)) return misread(body, *at, "invalid UTF-8");
   if (const std::size_t at = body.find('\0'); at != std::string_view::npos) return misread(body, at, "U+0000 is not accepted");
+  body = utf8::without_mark(body);
   const Type& type = without_optional(outer);
   if (type.kind != Kind::text) {
     constexpr std::string_view blanks = " \t\r\n";
@@ -673,7 +674,10 @@ Result<std::string> write_plain(const Type& type, const Facets& facets, const Va
       if (value.is_null()) return std::string();
       const Type& inner = without_optional(type);
       if (inner.kind == Kind::list || inner.kind == Kind::record || inner.kind == Kind::map) return json_of(inner, facets, value, false);
-      return lexical_form(inner, value);
+      std::string text = lexical_form(inner, value);
+      // A reader takes U+FEFF at the beginning for a byte order mark.
+      if (utf8::without_mark(text).size() != text.size()) text.insert(0, utf8::byte_order_mark);
+      return text;
     }
     case Plain::cbor: {
       CborWriter writer;

@@ -73,11 +73,11 @@ inline bool has_scheme(std::string_view iri) noexcept {
 }
 }  // namespace terminal
 
-/// The terminals that Turtle, N-Triples and SPARQL share, over a text of well-formed UTF-8. A function that returns bool returns false
+/// The terminals that Turtle, N-Triples and SPARQL share, over a text of well-formed UTF-8, which may begin with a byte order mark. A function that returns bool returns false
 /// after it has set the error. The first error stays.
 class Terminals {
  protected:
-  explicit Terminals(std::string_view text) : text_(text), at_(text.data()), end_(text.data() + text.size()) {}
+  explicit Terminals(std::string_view text) : text_(text), at_(utf8::without_mark(text).data()), end_(text.data() + text.size()) {}
 
   bool fail(const char* at, std::string sentence, Errc code = Errc::expected_rdf) {
     if (failed()) return false;

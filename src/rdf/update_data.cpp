@@ -32,6 +32,8 @@ class Reader {
   Result<std::vector<DataUpdate>> run() {
     if (const auto bad = utf8::find_invalid(text_)) return misread(text_, *bad, "invalid UTF-8");
     turtle_.assign(text_.size(), ' ');
+    at_ = text_.size() - utf8::without_mark(text_).size();
+    turtle_.replace(0, at_, text_.substr(0, at_));
     for (std::size_t i = 0; i < text_.size(); ++i)
       if (text_[i] == '\n' || text_[i] == '\r') turtle_[i] = text_[i];  // so that positions are those in the request
     while (true) {

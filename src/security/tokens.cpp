@@ -9,6 +9,7 @@
 
 #include "src/base/ascii.hpp"
 #include "src/base/read_file.hpp"
+#include "src/base/utf8.hpp"
 #include "src/rdf/hash.hpp"
 #include "src/security/digest.hpp"
 
@@ -78,6 +79,7 @@ Roles default_roles() {
 
 Result<Tokens> Tokens::parse(std::string_view text) {
   Tokens tokens;
+  text = utf8::without_mark(text);
   for (std::size_t number = 1; !text.empty(); ++number) {
     std::string_view line = text.substr(0, text.find('\n'));
     text.remove_prefix(std::min(text.size(), line.size() + 1));

@@ -17,6 +17,7 @@
 
 #include "src/base/replace_file.hpp"
 #include "src/base/thread.hpp"
+#include "src/base/utf8.hpp"
 
 namespace lrt {
 namespace {
@@ -311,6 +312,8 @@ Result<std::optional<SavedFile::Content>> SavedFile::load(const std::string& pat
       return unexpected(Errc::limit_exceeded, "reading \"" + path + "\": more than " + std::to_string(max_bytes) + " bytes");
     }
   }
+  if (text.size() > utf8::byte_order_mark.size() && begins_like_ours(utf8::without_mark(text)))
+    text.erase(0, text.size() - utf8::without_mark(text).size());  // of an editor
   if (text.empty() || !begins_like_ours(text)) return std::optional(Content{std::move(text), State::unmarked});
   const std::string line = text.substr(0, text.find('\n') + 1);
   text.erase(0, line.empty() ? text.size() : line.size());

@@ -26,6 +26,16 @@ TEST_CASE("the first byte of an ill-formed sequence is found", "[base]") {
   }
 }
 
+TEST_CASE("one byte order mark at the beginning is no part of a text", "[base]") {
+  const std::string mark = "\xEF\xBB\xBF";
+  for (const std::string text : {"", "a", "\xEF\xBB", "\xC3\xB6", "\xEF\xBF\xBD"}) {
+    CHECK(utf8::without_mark(text) == text);
+    CHECK(utf8::without_mark(mark + text) == text);
+    CHECK(utf8::without_mark(mark + mark + text) == mark + text);
+    CHECK(utf8::without_mark("a" + mark + text) == "a" + mark + text);
+  }
+}
+
 TEST_CASE("every scalar value survives append and decode", "[base]") {
   for (char32_t c = 0; c < 0x110000; ++c) {
     if (c >= 0xD800 && c < 0xE000) continue;

@@ -230,6 +230,20 @@ TEST_CASE("each form of a query is answered in each of its formats", "[query][en
   }
 }
 
+TEST_CASE("a query may begin with a byte order mark, wherever it is", "[query][endpoint]") {
+  Robot robot;
+  const std::string mark = "\xEF\xBB\xBF", ask = "ASK {}", json = "\nAccept: application/sparql-results+json";
+  for (const std::string& request : {"POST /sparql\nContent-Type: application/sparql-query" + json + "\n\n" + mark + ask,
+                                     "POST /sparql\nContent-Type: application/x-www-form-urlencoded" + json + "\n\nquery=" + encoded(mark + ask),
+                                     "POST /sparql\nContent-Type: application/x-www-form-urlencoded" + json + "\n\n" + mark + "query=" + encoded(ask),
+                                     "GET /sparql?query=" + encoded(mark + ask) + json}) {
+    CAPTURE(request);
+    const Answer answer = robot.ask(request);
+    CHECK(answer.status == 200);
+    CHECK(answer.says("\"boolean\":true"));
+  }
+}
+
 TEST_CASE("a query is answered of the values of the moment", "[query][endpoint]") {
   Robot robot;
   const std::string of_angle = "SELECT ?v { GRAPH </arm/angle> { ?x vom:numericalValue ?v } }";

@@ -422,6 +422,12 @@ TEST_CASE("an error says what was found and expected, and where", "[query]") {
   CHECK(refusal("ASK {} more").message == "line 1, column 8: expected the end of the query, found \"more\"");
   CHECK(refusal("ASK { ?x ~ ?y }").message == "line 1, column 10: expected a token of SPARQL, found \"~\"");
   CHECK(refusal("ASK { ?x <p> 'a }").message == "line 1, column 15: unterminated string");
+  for (const char* text : {"ASK {}", " ASK {}", "\r\nASK {}", "# a comment\nASK {}", "BASE <a:> ASK {}"})
+    CHECK(lrt::query::parse(std::string("\xEF\xBB\xBF") + text, {}));
+  CHECK(refusal("\xEF\xBB\xBF\xEF\xBB\xBF ASK {}").column == 1);
+  CHECK(refusal("\xEF\xBB\xBF"
+                "ASK { ?x ~ ?y }")
+            .message == "line 1, column 10: expected a token of SPARQL, found \"~\"");
   CHECK(refusal("ASK { \xFF }").message == "line 1, column 7: invalid UTF-8");
   CHECK(refusal("ASK { ?x <p> 1 . # \xC3\xA9 comment\n ?y }").message == "line 2, column 5: expected a predicate, found \"}\"");
 }

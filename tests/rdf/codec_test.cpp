@@ -295,6 +295,39 @@ TEST_CASE("a file of an earlier release with rdf:langString without a language i
   CHECK(n_triples(*graph) == "<a:> <b:> \"x\" .\n<a:> <b:> \"y\"@en .\n<a:> <b:> \"1\"^^<c:> .\n");
 }
 
+TEST_CASE("a document may begin with a byte order mark", "[rdf][json_ld]") {
+  const std::string mark = "\xEF\xBB\xBF", triple = "<a:> <b:> \"c\" .\n";
+  const std::pair<Syntax, std::string> documents[] = {
+      {Syntax::turtle, triple},
+      {Syntax::turtle, "@prefix : <a:> . : <b:> 'c' ."},
+      {Syntax::turtle, "# a comment\n" + triple},
+      {Syntax::turtle, "\r\n" + triple},
+      {Syntax::trig, triple},
+      {Syntax::n_triples, triple},
+      {Syntax::n_triples, "\n# a comment\r\n" + triple},
+      {Syntax::n_quads, triple},
+      {Syntax::json_ld, R"({"@id": "a:", "b:": "c"})"},
+  };
+  for (const auto& [syntax, text] : documents) {
+    if (!syntax_of(media_type(syntax))) continue;
+    CHECK(n_triples(accepted(text, syntax)) == triple);
+    CHECK(n_triples(accepted(mark + text, syntax)) == triple);
+  }
+  for (const Syntax syntax : {Syntax::turtle, Syntax::n_triples}) {
+    CHECK(accepted(mark, syntax).empty());
+    refusal("\n" + mark + triple, syntax);
+    refusal(triple + mark + triple, syntax);
+    refusal(mark + mark + triple, syntax);
+    // The column is that which an editor shows, the offset that in the bytes.
+    const lrt::Error error = refusal(mark + "<a:> ! <c:> .", syntax);
+    CHECK(error.line == 1);
+    CHECK(error.column == 6);
+    CHECK(error.offset == 8u);
+    CHECK(refusal(mark + "\n<a:> ! <c:> .", syntax).column == 6);
+  }
+  CHECK(n_triples(accepted("<a:> <b:> \"" + mark + "\" .")) == "<a:> <b:> \"" + mark + "\" .\n");
+}
+
 TEST_CASE("a document's labels do not meet the names that are given to blank nodes", "[rdf]") {
   const Graph g = accepted("_:genid1 <p:> [] . [] <p:> _:genid2 . _:b0 <p:> _:g0 .");
   CHECK(g.size() == 3);

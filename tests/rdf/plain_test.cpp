@@ -467,6 +467,24 @@ TEST_CASE("text is read by lexical form, without the white space around it", "[r
   CHECK(literal_in<std::optional<std::string>>(" ", Plain::text) == " ^^xsd:string");
 }
 
+TEST_CASE("a plain value may begin with a byte order mark, and a text with U+FEFF stays what it is", "[rdf]") {
+  const std::string mark = "\xEF\xBB\xBF";
+  CHECK(literal_in<double>(mark + "43.6\r\n", Plain::text) == "43.6^^xsd:double");
+  CHECK(literal_in<int>(mark + " 5", Plain::text) == "5^^xsd:int");
+  CHECK(literal_in<bool>(mark + "true", Plain::text) == "true^^xsd:boolean");
+  CHECK(literal_in<Mode>(mark + "fast\n", Plain::text) == "fast^^xsd:string");
+  CHECK(literal_in<std::string>(mark + "fast\n", Plain::text) == "fast\n^^xsd:string");
+  CHECK(literal_in<std::string>("a" + mark, Plain::text) == "a" + mark + "^^xsd:string");
+  CHECK(literal_in<std::vector<double>>(mark + "[1, 2.5]", Plain::text) == "1^^xsd:double 2.5^^xsd:double");
+  CHECK(literal_in<double>(mark + "43.6", Plain::json) == "43.6^^xsd:double");
+  CHECK(said<std::optional<double>>(mark, Plain::text).value().empty());
+  for (const std::string& text : {std::string(), std::string("a"), mark, mark + "a", mark + mark, "a" + mark})
+    for (const Plain format : {Plain::text, Plain::json, Plain::cbor}) {
+      const std::string body = write_plain(traits<std::string>::type(), {}, traits<std::string>::encode(text), format).value();
+      CHECK(literal_in<std::string>(body, format) == text + "^^xsd:string");
+    }
+}
+
 TEST_CASE("null adds no triple", "[rdf]") {
   for (const Plain format : {Plain::json, Plain::cbor}) {
     const std::string_view body = format == Plain::json ? "null" : "\xF6";

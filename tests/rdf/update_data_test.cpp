@@ -48,3 +48,14 @@ TEST_CASE("a literal of rdf:langString without a language is refused in an updat
     CHECK(error.column == 17);
   }
 }
+
+TEST_CASE("an update may begin with a byte order mark", "[rdf]") {
+  const std::string mark = "\xEF\xBB\xBF";
+  CHECK(triples(mark + "INSERT DATA { <a:> <b:> 'c' }") == "<a:> <b:> \"c\" .\n");
+  CHECK(triples(mark + "PREFIX : <a:> INSERT DATA { : <b:> 'c' }") == "<a:> <b:> \"c\" .\n");
+  CHECK(triples(mark + "# a comment\nDELETE DATA { <a:> <b:> 'c' }") == "<a:> <b:> \"c\" .\n");
+  const lrt::Error error = refusal(mark + "INSERT DATA { <a:> ! }");
+  CHECK(error.column == 20);
+  CHECK(error.offset == 22u);
+  refusal(" " + mark + "INSERT DATA { <a:> <b:> 'c' }");
+}

@@ -142,6 +142,8 @@ TEST_CASE("rules are read from a file, and an error has its name", "[security][R
   CHECK(rules->front().who.name == "anna");
   CHECK(rules->front().rights == Right::read);
 
+  REQUIRE(load("\xEF\xBB\xBF" + rule));
+  CHECK(load("\xEF\xBB\xBF" + rule)->size() == 1);
   const Error none = load_rules(folder / "none.ttl").error();
   CHECK(none.code == Errc::io_error);
   CHECK(none.message.find(folder / "none.ttl: ") == 0);

@@ -57,6 +57,13 @@ TEST_CASE("tokens are read line by line, with roles, comments and times of expir
   for (const std::string& unknown : {std::string(), anna + "x", anna.substr(1), std::string("TOK-ANNA-0123456789")})
     CHECK_FALSE(tokens.find(unknown, at(0).utc));
   CHECK(Tokens::parse("").value().size() == 0);
+  const Tokens marked = Tokens::parse(
+                            "\xEF\xBB\xBF"
+                            "anna reader " +
+                            anna + "\r\n")
+                            .value();
+  REQUIRE(marked.find(anna, at(0).utc));
+  CHECK(marked.find(anna, at(0).utc)->name == "anna");
 }
 
 TEST_CASE("a bad line of tokens is named by its number, and its token is not shown", "[security][R0.2]") {

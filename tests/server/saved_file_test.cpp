@@ -264,6 +264,11 @@ TEST_CASE("loading distinguishes a missing file, one that is whole, one that is 
   };
   CHECK(loaded(whole).state == SavedFile::State::whole);
   CHECK(loaded(whole).text == "line 1\nline 2\n");
+  CHECK(loaded("\xEF\xBB\xBF" + whole).state == SavedFile::State::whole);
+  CHECK(loaded("\xEF\xBB\xBF" + whole).text == "line 1\nline 2\n");
+  CHECK(loaded("\xEF\xBB\xBF" + whole + "x").state == SavedFile::State::damaged);
+  CHECK(loaded("\xEF\xBB\xBF").state == SavedFile::State::unmarked);
+  CHECK(loaded("\xEF\xBB\xBFline 1").state == SavedFile::State::unmarked);
   CHECK(whole.compare(0, 6, "# lrt ") == 0);  // a comment in Turtle
   for (std::size_t size = 10; size < whole.size(); ++size) CHECK(loaded(whole.substr(0, size)).state == SavedFile::State::damaged);
   CHECK(loaded(whole + "x").state == SavedFile::State::damaged);

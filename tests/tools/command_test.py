@@ -140,6 +140,16 @@ def errors():
         expect_error(lrt(url, "generate", "--namespace", "std", "-o", "/dev/null"), 2, "namespace")
         expect_error(lrt("http://127.0.0.1:1/", "ls"), 3, "refused")
         assert robot.n_triples("baxter/right_s1/friction").count('"0.7"') == 1, "something was written"
+        # A file of an editor that begins a text with a byte order mark.
+        with tempfile.TemporaryDirectory() as folder:
+            def saved(name, text):
+                with open(os.path.join(folder, name), "w", encoding="utf-8-sig", newline="\r\n") as file:
+                    file.write(text)
+                return "@" + file.name
+            expect(lrt(url, "query", saved("question.rq", "ASK {}\n")), 0, "true\n", "")
+            expect(lrt(url, "set", "right_s1/friction", saved("value", "0.9\n")), 0, "", "")
+            expect(lrt(url, "set", "right_s1/friction", saved("value.json", "0.7\n")), 0, "", "")
+            expect(lrt(url, "get", "right_s1/friction"), 0, "0.7\n", "")
         # A robot in place of LRT_ROBOT: before the names, or by an option; and a property by its URL alone.
         expect(lrt("http://127.0.0.1:1/", "get", url, "right_s1/friction"), 0, "0.7\n", "")
         expect(lrt(None, "get", "right_s1/friction", "--robot", url), 0, "0.7\n", "")

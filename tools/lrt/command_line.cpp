@@ -9,6 +9,8 @@
 #include <fstream>
 #include <iostream>
 
+#include "src/base/utf8.hpp"
+
 namespace lrt::tool {
 namespace {
 
@@ -40,7 +42,7 @@ Result<std::string> first_line(const std::string& name) {
   std::string line;
   if (!file || (!std::getline(file, line) && !file.eof())) return unexpected(Errc::invalid_option, "cannot read \"" + name + "\"");
   if (!line.empty() && line.back() == '\r') line.pop_back();
-  return line;
+  return std::string(utf8::without_mark(line));
 }
 
 std::string Help::make_usage(const CLI::App* app, std::string name) const {

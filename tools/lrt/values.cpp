@@ -19,6 +19,7 @@
 #include <lrt/rdf/traits.hpp>
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/base/utf8.hpp"
 #include "src/rdf/plain.hpp"
 #include "tools/lrt/terminal.hpp"
 
@@ -192,6 +193,13 @@ std::string media_type_of_name(std::string_view name) {
   return {};
 }
 
+/// Whether the bytes of a file of that media type are a text, which an editor may have begun with a byte order mark.
+bool is_text(std::string_view media_type) {
+  if (media_type.empty() || media_type.substr(0, 5) == "text/") return true;
+  const std::string_view type = media_type.substr(0, media_type.find(';'));
+  return type.find("json") != std::string_view::npos || rdf::syntax_of(type).has_value();
+}
+
 std::string trimmed(std::string_view text) {
   const std::size_t first = text.find_first_not_of(" \t\r\n");
   if (first == std::string_view::npos) return {};
@@ -327,6 +335,7 @@ Result<Body> body_of(const std::string& argument, const std::string& media_type)
     if (body.bytes.size() > max_bytes) return unexpected(Errc::invalid_option, "\"" + name + "\" has more than 64 MiB");
   }
   if (in.bad()) return unexpected(Errc::invalid_option, "cannot read \"" + name + "\"");
+  if (is_text(body.media_type)) body.bytes.erase(0, body.bytes.size() - utf8::without_mark(body.bytes).size());
   if (body.media_type.empty() && !body.bytes.empty() && body.bytes.back() == '\n') body.bytes.pop_back();  // of echo
   return body;
 }
