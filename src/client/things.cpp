@@ -12,6 +12,7 @@
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/base/ascii.hpp"
+#include "src/base/charset.hpp"
 #include "src/client/binding.hpp"
 #include "src/client/session.hpp"
 
@@ -106,7 +107,7 @@ Result<Response> send_graph(Session& session, Request request, const Graph& grap
     if (!body) return unexpected(std::move(body).error());
     request.body = *std::move(body);
     request.fields.erase(std::remove_if(request.fields.begin(), request.fields.end(), is_type), request.fields.end());
-    request.fields.emplace_back("Content-Type", rdf::media_type(syntax));
+    request.fields.emplace_back("Content-Type", charset::content_type(rdf::media_type(syntax), request.body));
     Result<Response> response = session.http().send(request);
     if (!response) return response;
     if (response->status == 415 && attempt == 0) {

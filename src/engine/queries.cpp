@@ -321,7 +321,8 @@ http::Response Queries::response_to(Context& context, const PreparedQuery& query
     response.status = 304;
     return response;
   }
-  response.fields.add("Content-Type", query.types()[type] == "text/csv" ? "text/csv; charset=utf-8" : query.types()[type]);
+  response.fields.add("Content-Type",
+                      query.types()[type] == "text/csv" ? "text/csv; charset=utf-8" : charset::content_type(query.types()[type], *text));
   response.set_body(*std::move(text));
   return response;
 }

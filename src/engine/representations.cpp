@@ -234,7 +234,7 @@ http::Fields Representations::fields_of(Representation& representation, const Co
   if (representation.is_page) {
     options_.page->add_fields(fields);
   } else {
-    fields.add("Content-Type", content_type(representation.variant, resource.variants().type_of(representation.variant)));
+    fields.add("Content-Type", content_type(representation.variant, resource.variants().type_of(representation.variant), *representation.body));
   }
   fields.add("ETag", representation.tag);
   fields.append(representation.links);

@@ -54,7 +54,7 @@ http::Response Responses::problem(const Context& context, int status, std::strin
   if (request.find("Accept")) choice = http::negotiate(std::string_view(request.joined("Accept")), *offers).value_or(0);
   if (choice == 1) {
     if (Result<std::string> text = rdf::write(problem_graph(status, detail), rdf::Syntax::turtle, options_.prefixes)) {
-      response.fields.add("Content-Type", "text/turtle");
+      response.fields.add("Content-Type", content_type(Variant(), rdf::media_type(rdf::Syntax::turtle), *text));
       response.set_body(*std::move(text));
     }
   }
@@ -151,7 +151,7 @@ http::Response Responses::graph(const Context& context, int status, const rdf::G
     const Result<std::string> text =
         variant.is_rdf() ? write(graph, variant, context.base) : rdf::write_plain(*value->type, *value->facets, value->value(), variant.plain());
     if (text) {
-      response.fields.add("Content-Type", content_type(variant, type));
+      response.fields.add("Content-Type", content_type(variant, type, *text));
       if (status < 300) response.fields.add("ETag", http::entity_tag(type, *text));
       response.fields.add("Vary", context.vary());
       if (context.resource) add_types(response.fields, context.resource);

@@ -6,6 +6,7 @@
 #include <lrt/base/immortal.hpp>
 
 #include "src/base/ascii.hpp"
+#include "src/base/charset.hpp"
 #include "src/base/quote.hpp"
 
 namespace lrt::engine {
@@ -107,9 +108,8 @@ std::string readable_types(bool plain) {
   return list;
 }
 
-std::string content_type(Variant variant, std::string_view media_type) {
-  // The other media types fix their charset.
-  return variant == Variant(rdf::Plain::text) ? std::string(media_type) + "; charset=utf-8" : std::string(media_type);
+std::string content_type(Variant variant, std::string_view media_type, std::string_view body) {
+  return variant == Variant(rdf::Plain::text) ? std::string(media_type) + "; charset=utf-8" : charset::content_type(media_type, body);
 }
 
 std::string escaped(std::string_view text) { return percent_encoded(text, "/+"); }

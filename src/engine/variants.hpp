@@ -93,8 +93,8 @@ Variants variants_of(const model::PropertySpec& spec);
 
 /// "text/turtle, application/n-triples, ...": the media types of request bodies, with or without those of plain values.
 std::string readable_types(bool plain);
-/// The Content-Type of a media type.
-std::string content_type(Variant variant, std::string_view media_type);
+/// The Content-Type of a body in a media type.
+std::string content_type(Variant variant, std::string_view media_type, std::string_view body);
 /// The target of a resource, or of a page of a container, in one media type.
 std::string variant_iri(const std::string& resource, std::string_view media_type, std::size_t page = 1);
 /// A media type as part of an IRI: characters with a meaning in a query are percent-encoded.

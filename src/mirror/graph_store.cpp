@@ -6,6 +6,7 @@
 
 #include "src/base/ascii.hpp"
 #include "src/base/base64.hpp"
+#include "src/base/charset.hpp"
 #include "src/base/quote.hpp"
 #include "src/base/random.hpp"
 #include "src/client/representation.hpp"
@@ -67,7 +68,7 @@ std::string GraphStore::url_of(const std::string& graph) const {
 }
 
 Result<GraphStore::Answer> GraphStore::put(const std::string& graph, const std::string& turtle, const std::string& if_match) {
-  client::Request request{"PUT", url_of(graph), {{"Content-Type", "text/turtle"}}, turtle};
+  client::Request request{"PUT", url_of(graph), {{"Content-Type", charset::content_type("text/turtle", turtle)}}, turtle};
   if (!if_match.empty()) request.fields.emplace_back("If-Match", if_match);
   return send(std::move(request));
 }

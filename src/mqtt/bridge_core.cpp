@@ -14,6 +14,7 @@
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/base/back_off.hpp"
+#include "src/base/charset.hpp"
 #include "src/http/target.hpp"
 #include "src/mqtt/bridge.hpp"
 
@@ -469,7 +470,8 @@ bool BridgeCore::send(engine::FeedMessage message) {
   out.payload = std::move(message.body);
   out.qos = published.how->qos;
   out.retain = published.how->retain;
-  out.content_type = published.how->media_type.empty() ? "text/turtle" : published.how->media_type;
+  const std::string_view type = published.how->media_type.empty() ? std::string_view("text/turtle") : published.how->media_type;
+  out.content_type = out.payload ? charset::content_type(type, *out.payload) : std::string(type);
   out.expiry = published.how->expiry;
   published.sequence += 1 + (message.queued ? message.missed : 0);
   out.user.emplace_back("seq", std::to_string(published.sequence));

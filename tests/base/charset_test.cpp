@@ -22,6 +22,25 @@ TEST_CASE("texts in ASCII, Latin-1 and UTF-8 become UTF-8", "[base][R0.6]") {
   CHECK(to_utf8(text, "iso-8859-1", storage)->data() == text.data());
 }
 
+TEST_CASE("a text beyond ASCII says its charset, and no other body does", "[base][R1.2]") {
+  using lrt::charset::content_type;
+  for (const std::string& wide : {std::string("\xC3\xB6"), "12345678" + std::string("\xC2\xB0"), "\xE2\x82\xAC" + std::string(1000, 'x'),
+                                  std::string("1234567\xF0\x9F\xA4\x96")}) {
+    CAPTURE(wide);
+    CHECK(content_type("text/turtle", wide) == "text/turtle; charset=utf-8");
+    CHECK(content_type("Text/CSV", wide) == "Text/CSV; charset=utf-8");
+    CHECK(content_type("text/x;version=1", wide) == "text/x;version=1; charset=utf-8");
+    CHECK(content_type("text/x; charset=iso-8859-1", wide) == "text/x; charset=iso-8859-1");
+    CHECK(content_type("text/x;Charset=\"UTF-8\"", wide) == "text/x;Charset=\"UTF-8\"");
+    for (const char* other : {"application/n-triples", "application/trig", "application/ld+json", "application/rdf+xml", "image/jpeg", "textual/x"})
+      CHECK(content_type(other, wide) == other);
+  }
+  CHECK(content_type("text/turtle", "") == "text/turtle");
+  CHECK(content_type("text/turtle", std::string(1000, '\x7F')) == "text/turtle");
+  CHECK(content_type("text/x", "gr\xFC\xDF") == "text/x");  // another encoding, which only its owner knows
+  CHECK(content_type("text/x", "1234567\xFF") == "text/x");
+}
+
 TEST_CASE("a byte that us-ascii does not have is an error with its offset", "[base][R0.6]") {
   std::string storage;
   const auto result = to_utf8("gr\xC3\xBC", "us-ascii", storage);

@@ -152,6 +152,29 @@ TEST_CASE("a notification is the representation with its ETag, the resource and 
   CHECK(missing(arm.bench.get("/arm/subscriptions/i1"), "<http://localhost/arm/subscriptions/i1> lrt:delivered 2 .") == "");
 }
 
+TEST_CASE("a notification beyond ASCII says its charset as GET does", "[engine][R0.16][R1.2]") {
+  Bench bench(allowing());
+  Thing thing{"arm"};
+  auto text = thing.property<std::string>("angle");
+  text.publish("43.6 deg");
+  bench.add(std::move(thing));
+  REQUIRE(bench.ask("GET /arm/angle" + callback).status == 201);
+  std::string types;
+  for (const char* value : {"43.6 \u00b0", "43.6 deg"}) {
+    (void)bench.pushes();
+    for (const subscription::ReadyCallback& due : bench.take_callbacks()) {
+      const auto notification = bench.engine.next_notification(due.channel, bench.clock.now());
+      REQUIRE(notification);
+      CHECK(notification->fields.find("Content-Type") == bench.get("/arm/angle").field("Content-Type"));
+      types += std::string(notification->fields.find("Content-Type").value_or("")) + "\n";
+      bench.engine.delivered(due.channel, {204}, bench.clock.now());
+    }
+    text.publish(value);
+    bench.look();
+  }
+  CHECK(types == "text/turtle\ntext/turtle; charset=utf-8\n");
+}
+
 TEST_CASE("a server does not take a notification for a command, unless its sender is allowed", "[engine][R0.16][security]") {
   const auto status = [](Arm& arm, const std::string& field) {
     return arm.bench.ask("POST /arm/actions/home\nLrt-Notification-Of: " + field).status;

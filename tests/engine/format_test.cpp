@@ -7,6 +7,7 @@
 #include <lrt/engine/engine.hpp>
 #include <lrt/shacl/validator.hpp>
 
+#include "src/http/etag.hpp"
 #include "tests/support/bench.hpp"
 #include "tests/support/blueprint.hpp"
 #include "tests/support/catch.hpp"
@@ -458,6 +459,62 @@ TEST_CASE("text says its charset wherever it goes, and the pages of a container 
   CHECK(said.body == "\u00e4");
   CHECK(bench.get("/?page=2").links_to("http://localhost/?page=2&accept=application/ld+json", "alternate"));
   CHECK(bench.get("/?page=2&accept=application/ld+json").says("/c"));
+}
+
+TEST_CASE("a text beyond ASCII says its charset in every response, and its entity tag stays", "[engine][json_ld][R1.2][R0.11]") {
+  Bench bench;
+  Thing thing{"a"};
+  auto text = thing.property<std::string>("v").on_write([](const std::string&) {});
+  auto number = thing.property<int>("n");
+  number.representation("text/csv", [](int n) { return std::string(n == 0   ? "0"
+                                                                   : n == 1 ? "\u00b0"
+                                                                            : "\xB0"); })
+      .representation("text/x; charset=iso-8859-1", [](int) { return std::string("\u00b0"); });
+  number.publish(0);
+  thing.action("say", [](std::string s) { return s; });
+  text.publish("plain");
+  bench.add(std::move(thing));
+  const std::string turtle = "text/turtle", wide = "text/turtle; charset=utf-8";
+  const auto type = [&](const std::string& request) { return std::string(bench.ask(request).field("Content-Type")); };
+  CHECK(type("GET /a/v") == turtle);
+  CHECK(type("HEAD /a/v") == turtle);
+  CHECK(type("GET /a") == turtle);
+  CHECK(type("GET /a/state") == turtle);
+  text.publish("Gr\u00fc\u00dfe");
+  bench.look();
+  for (const char* request : {"GET /a/v", "HEAD /a/v", "GET /a/v\nOrigin: http://elsewhere", "GET /a/v?accept=text/turtle", "GET /a/state",
+                              "GET /all", "GET /a/v\nAccept: text/turtle;charset=utf-8", "GET /a/v\nRange: bytes=0-3", "GET /a/v\nAccept: text/*"}) {
+    INFO(request);
+    CHECK(type(request) == wide);
+  }
+  // The other media types fix their encoding.
+  for (const char* other : {"application/n-triples", "application/trig", "application/n-quads", "application/json"})
+    CHECK(type(std::string("GET /a/v\nAccept: ") + other) == other);
+  CHECK(type("GET /a/v\nAccept: text/plain") == "text/plain; charset=utf-8");
+  const Answer whole = bench.get("/a/v");
+  const Answer part = bench.send("GET /a/v\nRange: bytes=0-3\nIf-Range: " + std::string(whole.field("ETag"))).answer;
+  CHECK(part.status == 206);
+  CHECK(part.field("Content-Type") == wide);
+  CHECK(part.field("ETag") == whole.field("ETag"));
+  const Answer same = bench.send("GET /a/v\nIf-None-Match: " + std::string(whole.field("ETag"))).answer;
+  CHECK(same.status == 304);
+  CHECK(same.field("Content-Type").empty());
+  CHECK(whole.field("ETag") == http::entity_tag("text/turtle", whole.body));
+  // A result and an error.
+  CHECK(type("POST /a/actions/say\nContent-Type: application/json\nAccept: text/turtle\n\n\"\u00fc\"") == wide);
+  CHECK(type("POST /a/actions/say\nContent-Type: application/json\nAccept: text/turtle\n\n\"u\"") == turtle);
+  CHECK(type("PUT /a/v\nContent-Type: application/ld+json\nAccept: text/turtle\n\n{\"@id\": \"a: \u00fc\"}") == wide);
+  CHECK(type("PUT /a/v\nContent-Type: application/ld+json\nAccept: text/turtle\n\n{\"@id\": \"a: u\"}") == turtle);
+  // A format of the host: only what is UTF-8 beyond doubt, and what the host has not stated.
+  const auto csv = [&](int n) {
+    number.publish(n);
+    bench.look();
+    return type("GET /a/n\nAccept: text/csv");
+  };
+  CHECK(csv(0) == "text/csv");
+  CHECK(csv(1) == "text/csv; charset=utf-8");
+  CHECK(csv(2) == "text/csv");
+  CHECK(type("GET /a/n\nAccept: text/x") == "text/x;charset=iso-8859-1");
 }
 
 TEST_CASE("a property as a file gives its bytes to a client that accepts anything, and is not in the state", "[engine][R0.17][R1.2]") {

@@ -63,8 +63,9 @@ TEST_CASE("the IRI of a variant names its media type and page", "[engine][R0.9]"
   CHECK(variant_iri("http://a/b", "text/turtle") == "http://a/b?accept=text/turtle");
   CHECK(variant_iri("http://a/b", "application/ld+json", 3) == "http://a/b?page=3&accept=application/ld+json");
   CHECK(variant_iri("http://a/b", "a/b;c=\"d e\"") == "http://a/b?accept=a/b%3Bc%3D%22d%20e%22");
-  CHECK(content_type(Variant(rdf::Plain::text), "text/plain") == "text/plain; charset=utf-8");
-  CHECK(content_type(Variant(), "text/turtle") == "text/turtle");
+  CHECK(content_type(Variant(rdf::Plain::text), "text/plain", "1") == "text/plain; charset=utf-8");
+  CHECK(content_type(Variant(), "text/turtle", "<> <a:b> 1 .") == "text/turtle");
+  CHECK(content_type(Variant(), "text/turtle", "<> <a:b> '\u00b0C' .") == "text/turtle; charset=utf-8");
 }
 
 TEST_CASE("JSON-LD with its context inside is offered by a build with JSON-LD", "[engine][R1.2]") {

@@ -138,7 +138,7 @@ std::optional<subscription::Notification> CallbackReceiver::next(TimePoint now) 
   notification.body = item->body;
   notification.secret = secret_.empty() ? parts_.options.callbacks.secret : secret_;
   notification.failed_before = retry_.tried();
-  notification.fields.add("Content-Type", content_type(s_.its_variant, s_.observed.variants().type_of(s_.its_variant)));
+  notification.fields.add("Content-Type", content_type(s_.its_variant, s_.observed.variants().type_of(s_.its_variant), *item->body));
   notification.fields.add(notification_field, parts_.rules.sender(s_.base));
   notification.fields.add("ETag", item->tag);
   http::LinkWriter links;
