@@ -11,6 +11,7 @@
 #include "src/base/random.hpp"
 #include "src/base/utf8.hpp"
 #include "src/query/digest.hpp"
+#include "src/query/letter_case.hpp"
 #include "src/query/run.hpp"
 #include "src/rdf/n_triples.hpp"
 
@@ -368,8 +369,8 @@ Value Run::function(const Expr& e, const Frame& frame) {
     case Operator::lcase:
       if (!a.is_text()) return {};
       budget.work(4 * a.text().size());
-      budget.expect(2 * a.text().size());
-      return like(a, a.text().empty() ? std::string() : shacl::to_case(a.text(), e.op == Operator::ucase));
+      budget.expect(max_case_growth * a.text().size());
+      return like(a, to_case(a.text(), e.op == Operator::ucase));
     case Operator::encode_for_uri: {
       if (!a.is_text()) return {};
       budget.work(4 * a.text().size());

@@ -341,31 +341,4 @@ Regex::Replaced Regex::replace(std::string_view subject, std::string_view replac
   return append(subject.substr(at)) ? Replaced::done : Replaced::too_long;
 }
 
-std::string to_case(std::string_view text, bool upper) {
-  // One expression for the process: it has no state, and is not freed. The capital of U+00DF is two letters, so it stays.
-  static const pcre2_code* const letters = [] {
-    constexpr std::string_view pattern = R"([^\x{DF}]+)";
-    int error = 0;
-    PCRE2_SIZE offset = 0;
-    return pcre2_compile(reinterpret_cast<PCRE2_SPTR>(pattern.data()), pattern.size(), PCRE2_UTF | PCRE2_UCP, &error, &offset, nullptr);
-  }();
-  if (!letters) throw std::bad_alloc();
-  const char* const replacement = upper ? "\\U$0" : "\\L$0";
-  std::string out(text.size() + text.size() / 2 + 16, '\0');  // some letters of the other case are longer by a byte
-  for (;;) {
-    PCRE2_SIZE size = out.size();
-    const int result =
-        pcre2_substitute(letters, reinterpret_cast<PCRE2_SPTR>(text.data()), text.size(), 0,
-                         PCRE2_SUBSTITUTE_EXTENDED | PCRE2_SUBSTITUTE_GLOBAL | PCRE2_SUBSTITUTE_OVERFLOW_LENGTH, nullptr, nullptr,
-                         reinterpret_cast<PCRE2_SPTR>(replacement), PCRE2_ZERO_TERMINATED, reinterpret_cast<PCRE2_UCHAR*>(out.data()), &size);
-    if (result == PCRE2_ERROR_NOMEMORY && size > out.size()) {
-      out.resize(size);
-      continue;
-    }
-    if (result < 0) return std::string(text);
-    out.resize(size);
-    return out;
-  }
-}
-
 }  // namespace lrt::shacl

@@ -62,7 +62,4 @@ class LRT_INTERNAL_API Regex {
   bool back_references_ = false;  // an item may read the text of a group without moving
 };
 
-/// The text in upper or lower case, one character for one (Unicode's simple mapping, as PCRE2 knows it). @pre well-formed UTF-8
-LRT_INTERNAL_API std::string to_case(std::string_view text, bool upper);
-
 }  // namespace lrt::shacl

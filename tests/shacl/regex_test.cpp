@@ -123,11 +123,3 @@ TEST_CASE("a regular expression replaces what it matches, as XPath says", "[shac
   CHECK(replace("aaa", "a", std::string(500, 'b')) == Replaced::too_long);
   CHECK(replace(repeated("a", 40'000) + "cb", "(?:a+)+b", "b") == Replaced::undecided);
 }
-
-TEST_CASE("the case of a text is that of Unicode, letter by letter", "[shacl][query]") {
-  using lrt::shacl::to_case;
-  CHECK(to_case("straße Ω ä ж 1", true) == "STRAßE Ω Ä Ж 1");
-  CHECK(to_case("ÄΩЖ A", false) == "äωж a");
-  CHECK(to_case("", true).empty());
-  CHECK(to_case("ß\nb", true) == "ß\nB");
-}
