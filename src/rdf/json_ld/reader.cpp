@@ -18,6 +18,7 @@
 #include "src/base/ascii.hpp"
 #include "src/base/quote.hpp"
 #include "src/rdf/codecs.hpp"
+#include "src/rdf/json_canonical.hpp"
 #include "src/rdf/json_ld/context.hpp"
 #include "src/rdf/json_parse.hpp"
 #include "src/rdf/n_triples.hpp"
@@ -40,6 +41,8 @@ constexpr std::size_t max_terms = 4000;     // defined by the contexts of a docu
 constexpr std::size_t max_contexts = 32;    // in one array, or nested
 constexpr std::size_t max_dependency = 64;  // of a term on the prefix of its prefix ...
 
+constexpr Iri json_datatype{"http://www.w3.org/1999/02/22-rdf-syntax-ns#JSON"};
+
 /// Thrown to end the reading early, inside this file only.
 struct Refused {
   Error error;
@@ -60,7 +63,7 @@ bool is_blank_node(std::string_view text) noexcept { return text.substr(0, 2) ==
 
 struct Definition {
   std::optional<std::string> iri;  // or a keyword; nullopt: the term is ignored
-  enum class Type : std::uint8_t { absent, none, id, vocab, datatype } type = Type::absent;
+  enum class Type : std::uint8_t { absent, none, id, vocab, json, datatype } type = Type::absent;
   std::string datatype;
   std::optional<std::string> language;  // "": none, also if there is a default
   bool list = false, language_map = false, index_map = false, reverse = false, prefix = false;
@@ -335,8 +338,8 @@ class Reader {
     if (const Id p = part("@type"); p != Document::none) {
       const std::optional<std::string> type = expand(p, string_at(p, "an IRI"));
       if (!type) refuse(p, "expected an IRI as @type");
-      if (*type == "@json") unsupported(p, "@json");
-      if (*type == "@id") made.type = Definition::Type::id;
+      if (*type == "@json") made.type = Definition::Type::json;
+      else if (*type == "@id") made.type = Definition::Type::id;
       else if (*type == "@vocab") made.type = Definition::Type::vocab;
       else if (*type == "@none") made.type = Definition::Type::none;
       else if (iri::is_absolute(*type)) made.type = Definition::Type::datatype, made.datatype = *type;
@@ -628,7 +631,8 @@ class Reader {
 
   /// Adds a property of a node; for a reverse property, of its values.
   void relate(const Context& context, TermId self, const Entry& e, bool reversed) {
-    if (document_.kind(e.value) == Kind::null) return;
+    const bool is_json = e.term != nullptr && e.term->type == Definition::Type::json;
+    if (document_.kind(e.value) == Kind::null && !is_json) return;
     if (is_blank_node(e.name)) unsupported(e.value, "a blank node as predicate");
     const TermId predicate = node_of(e.value, e.name);
     const std::string_view key = document_.key(e.value);
@@ -637,6 +641,10 @@ class Reader {
       if (graph_.term(object).is_literal()) refuse(at, "expected nodes as values of a reversed property");
       emit(object, predicate, self);
     };
+    if (is_json) {  // before any container (JSON-LD-API 1.1, 5.1.2, 13.6)
+      const TermId value = json_literal(e.value);
+      return one(e.value, e.term->list && !reversed ? list_of({value}) : value);
+    }
     if (e.term != nullptr && document_.kind(e.value) == Kind::object) {
       if (e.term->language_map) return language_map(context, e.value, one);
       if (e.term->index_map) {
@@ -724,6 +732,10 @@ class Reader {
     } else {
       item_of(value);
     }
+    return list_of(members);
+  }
+
+  TermId list_of(const std::vector<TermId>& members) {
     const TermId nil = graph_.intern(vocab::rdf_::nil);
     TermId head = nil;
     for (std::size_t i = members.size(); i-- > 0;) {
@@ -733,6 +745,12 @@ class Reader {
       head = cell;
     }
     return head;
+  }
+
+  /// Any JSON as a literal, in its canonical form (JSON-LD-API 1.1, 8.2.2).
+  TermId json_literal(Id value) {
+    const std::string text = json::canonical(document_, value);
+    return graph_.intern(literal(text, json_datatype));
   }
 
   /// JSON-LD-API 1.1, 5.3.
@@ -790,7 +808,7 @@ class Reader {
     std::string datatype;
     if (type != nullptr) {
       const std::optional<std::string> name = expand_iri(*context, string_at(type->value, "a datatype"), true, true, type->value);
-      if (name && *name == "@json") unsupported(type->value, "@json");
+      if (name && *name == "@json") return json_literal(value->value);
       if (!name || !iri::is_absolute(*name)) refuse(type->value, "expected an IRI as datatype");
       if (name->size() > max_iri) refuse(type->value, "IRI of more than " + std::to_string(max_iri) + " bytes", Errc::limit_exceeded);
       datatype = *name;
