@@ -48,7 +48,7 @@ int main() {
   cup.publish({0.5, -0.25});
 
   const lrt::Result<void> refused =
-      tasks.update([](lrt::GraphUpdate& u) { u.add("#1", lrt::vocab::rdf_::type, lrt::Object::resource("world/blueprint#Task")); });
+      tasks.update([](lrt::GraphUpdate& u) { u.add("#1", lrt::vocab::rdf_::type, lrt::Iri("blueprint#Task")); });
 
   lesson::Visitor visitor(server, [&refused](lesson::Client& client) {
     std::printf("%.*s\n\n", static_cast<int>(refused.error().message.find(": <")), refused.error().message.c_str());
