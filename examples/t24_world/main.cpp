@@ -67,7 +67,7 @@ int main() {
 }
 
 // Output:
-// (null)
+// graph "world/tasks": it would not conform to its shapes
 //
 // GET /world
 // 200 OK
@@ -145,6 +145,6 @@ int main() {
 //     qudt:hasQuantityKind quantitykind:Length ;
 //     dcterms:modified "<time>"^^xsd:dateTime .
 //
-// <http://127.0.0.1:8080/world/tasks#1> a <http://schema.org/Action>, <http://127.0.0.1:8080/world/blueprint#Task> ;
+// <http://127.0.0.1:8080/world/tasks#1> a <http://127.0.0.1:8080/world/blueprint#Task> ;
 //     <http://schema.org/object> :cup ;
 //     rdfs:label "bring it" .
