@@ -30,7 +30,7 @@ constexpr const char* first_tasks = R"(
 constexpr const char* task_shape = R"(
   @prefix schema: <http://schema.org/> . @prefix sh: <http://www.w3.org/ns/shacl#> .
   @prefix rdfs: <http://www.w3.org/2000/01/rdf-schema#> .
-  <#task> a sh:NodeShape, rdfs:Class ;
+  <#task> a sh:NodeShape, rdfs:Class ; rdfs:label "task" ;
     sh:property [ sh:path schema:object ; sh:minCount 1 ; sh:nodeKind sh:IRI ] ;
     sh:property [ sh:path schema:actionStatus ; sh:minCount 1 ; sh:maxCount 1 ;
                   sh:in ( schema:PotentialActionStatus schema:ActiveActionStatus schema:CompletedActionStatus schema:FailedActionStatus ) ] .)";

@@ -30,7 +30,7 @@ int main() {
   options.max_triples = 1000;
   options.shapes = R"(
     @prefix sh: <http://www.w3.org/ns/shacl#> . @prefix schema: <http://schema.org/> . @prefix rdfs: <http://www.w3.org/2000/01/rdf-schema#> .
-    <#Task> a sh:NodeShape, rdfs:Class ; sh:property [ sh:path schema:object ; sh:minCount 1 ] .)";
+    <#Task> a sh:NodeShape, rdfs:Class ; rdfs:label "task" ; sh:property [ sh:path schema:object ; sh:minCount 1 ] .)";
   lrt::WorldGraph tasks = world.graph("tasks", options);
 
   lrt::Server server = lrt::Server::create(lesson::options()).value();
@@ -47,8 +47,7 @@ int main() {
   auto cup = objects.published<Position>("cup", position, lrt::unit::metre);
   cup.publish({0.5, -0.25});
 
-  const lrt::Result<void> refused =
-      tasks.update([](lrt::GraphUpdate& u) { u.add("#1", lrt::vocab::rdf_::type, lrt::Iri("blueprint#Task")); });
+  const lrt::Result<void> refused = tasks.update([](lrt::GraphUpdate& u) { u.add("#1", lrt::vocab::rdf_::type, lrt::Iri("blueprint#Task")); });
 
   lesson::Visitor visitor(server, [&refused](lesson::Client& client) {
     std::printf("%.*s\n\n", static_cast<int>(refused.error().message.find(": <")), refused.error().message.c_str());

@@ -120,7 +120,7 @@ std::string signature_of(const ThingNode& thing, const Registry& registry) {
   const model::ThingSpec& spec = *thing.spec;
   s.texts(spec.classes).texts(spec.shapes).text(spec.blueprint).number(spec.path.find('/') != std::string::npos);
   s.number(spec.properties.size());
-  for (const auto& p : thing.properties) s.number(p->promises_value());
+  for (const auto& p : thing.properties) s.number(p->promises_value);
   for (const auto& p : spec.properties) {
     s.text(p->path).texts(p->predicates).texts(p->classes).number(p->file).number(p->octets).number(p->frame != nullptr);
     s.number(static_cast<bool>(p->write)).value(p->type, p->facets);

@@ -64,7 +64,7 @@ def main():
             fill(program, name, receiver)
             terms = terms_of(program)
             known = described(program, "ns/lrt") | described(program, "ns/vocabulary")
-            known |= {t for t in terms if t.startswith(program.url + "blueprints/") and t in described(program, t)}
+            known |= {t for t in terms if t.startswith(program.url) and t in described(program, t.split("#")[0])}  # Blueprints are classes
             missing = {t: url for t, url in terms.items() if t not in known and not t.startswith((*STANDARD, EXAMPLE))}
         print(f"{name}: {len(terms)} predicates and classes")
         for term, url in sorted(missing.items()):

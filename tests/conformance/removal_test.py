@@ -59,6 +59,7 @@ STATED = {
     "http://purl.org/dc/terms/isPartOf": CAN_GO_AWAY,
     HYBRIT + "action": CAN_GO_AWAY,
     LRT + "all": CAN_GO_AWAY,
+    LRT + "stop": CAN_GO_AWAY,
     "http://purl.org/dc/terms/modified": MAY_BE_ABSENT,
     "numericalValue of a Property": MAY_BE_ABSENT,
     "value of a Property": MAY_BE_ABSENT,

@@ -252,7 +252,7 @@ TEST_CASE("the generated blueprint lists types, units and bounds", "[engine][R1.
       missing(a,
               with_kind(
                   "<KIND> a sh:NodeShape , rdfs:Class ; rdfs:label \"RevoluteJoint\" ; sh:property"
-                  " [ sh:path ros:rotation ; sh:minCount 1 ; sh:maxCount 1 ; sh:class hybrit:Property ; sh:or ( [] <KIND#angle> ) ] ."
+                  " [ sh:path ros:rotation ; sh:minCount 1 ; sh:maxCount 1 ; sh:class hybrit:Property ; sh:node <KIND#angle> ] ."
                   "<KIND#angle> a sh:NodeShape ; sh:class maths:Scalar ; sh:property [ sh:path vom:numericalValue ; sh:minCount 1 ; sh:maxCount 1 ] ,"
                   " [ sh:path vom:unit ; sh:minCount 1 ; sh:maxCount 1 ; sh:hasValue maths:Degree ] ."
                   "<KIND#mode> sh:property [ sh:path rdf:value ; sh:in ( \"idle\" \"active\" ) ] .",
@@ -264,7 +264,7 @@ TEST_CASE("the generated blueprint lists types, units and bounds", "[engine][R1.
   CHECK(bounds.substr(0, kind.size() + 1) == kind + "-");
   CHECK(missing(r.bench.get(bounds),
                 with_kind("<KIND> a sh:NodeShape , rdfs:Class ; sh:node <" + kind.substr(1) +
-                              "> ; sh:property [ sh:path ros:rotation ; sh:or ( [] <KIND#angle> ) ] ."
+                              "> ; sh:property [ sh:path ros:rotation ; sh:node <KIND#angle> ] ."
                               "<KIND#angle> a sh:NodeShape ; sh:property [ sh:path vom:numericalValue ; sh:minInclusive -90 ; sh:maxInclusive 90 ] ,"
                               " [ sh:path vom:unit ; sh:minCount 1 ; sh:maxCount 1 ; sh:hasValue maths:Degree ] ."
                               "<KIND#actions/turn/input> a sh:NodeShape ; sh:property [ sh:path vom:numericalValue ; sh:minCount 1 ;"

@@ -80,9 +80,9 @@ void BlueprintResource::describe(const Description& d) const {
   for (const auto& p : node.properties) {
     if (p->spec->file || !d.audience.sees(*p) || !has_user_shape(node, p->spec->path)) continue;
     const std::string shape = node.shape_iri(d.base, p->spec->path);
-    About judge(d.graph, p->promises_value() ? d.graph.intern(rdf::iri(shape)) : d.graph.fresh_blank());
+    About judge(d.graph, p->promises_value ? d.graph.intern(rdf::iri(shape)) : d.graph.fresh_blank());
     judge.a(vocab::sh::NodeShape).link(vocab::sh::targetNode, d.base + p->path);
-    if (!p->promises_value()) constrain_value(judge, *p, shape, d.engine.vocabulary(d.base));
+    if (!p->promises_value) constrain_value(judge, *p, shape, d.engine.vocabulary(d.base));
   }
   add_placed(d.graph, seen_shapes(node, d.audience), d.base);
 }

@@ -93,7 +93,7 @@ std::vector<std::string> own_predicates(const PropertyResource& property, const 
 void constrain_value(const About& constraint, const PropertyResource& property, const std::string& shape, const std::string& vocabulary) {
   rdf::Graph& graph = constraint.graph();
   const TermId present = graph.intern(rdf::iri(shape));
-  if (property.promises_value()) {
+  if (property.promises_value) {
     graph.add(constraint.subject(), graph.intern(vocab::sh::node), present);
     return;
   }
@@ -260,7 +260,7 @@ void describe_kind(const Description& d, const std::string& self, const std::str
     const model::PropertySpec& p = *property.spec;
     for (const std::string& c : p.classes) constraint.link(vocab::sh::class_, c);
     if (p.file) continue;  // not in the state
-    const bool promised = property.promises_value(), has_shape = !has_user_shape(first, p.path);
+    const bool promised = property.promises_value, has_shape = !has_user_shape(first, p.path);
     if (has_shape) constrain_value(constraint, property, self + "#" + p.path, vocabulary);
     if (const std::string of = rdf::target_class(*p.type, vocabulary); !promised && !of.empty()) constraint.link(vocab::sh::class_, of);
     constraint.add(vocab::sh::node, promised && p.type->kind != rdf::Type::Kind::optional ? with_value : any);

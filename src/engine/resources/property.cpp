@@ -16,7 +16,7 @@ namespace lrt::engine {
 PropertyResource::PropertyResource(std::string its_path, ThingNode* its_thing, std::shared_ptr<model::PropertySpec> s)
     : ValueResource(std::move(its_path), its_thing),
       spec(std::move(s)),
-      promises_value_((spec->read || (spec->slot && spec->slot->has_change())) && !spec->octets && !spec->file) {
+      promises_value((spec->read || (spec->slot && spec->slot->has_change())) && !spec->octets && !spec->file) {
   if (spec->octets || !spec->representations.empty()) own_variants_ = std::make_unique<const Variants>(variants_of(*spec));
 }
 

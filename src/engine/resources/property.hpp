@@ -69,8 +69,6 @@ class PropertyResource final : public ValueResource {
   /// @pre it is a pushed property
   void report_lost();
 
-  /// The Blueprint promises its value: it is read for each request, or was published before the registration.
-  bool promises_value() const noexcept { return promises_value_; }
   /// Called when the resource is removed. Requests that wait for a write get 404.
   void removed(Parts& parts);
 
@@ -78,7 +76,8 @@ class PropertyResource final : public ValueResource {
   rdf::Value value;                   ///< null: none yet
   std::shared_ptr<const void> whole;  ///< the T of the value, for the user's encoders
   Utc modified{};
-  bool only_octets = false;  ///< the value has too many members for RDF, which describes its octets instead
+  const bool promises_value;  ///< in its Blueprint: it is read for each request, or was published before the registration
+  bool only_octets = false;   ///< the value has too many members for RDF, which describes its octets instead
 
   std::vector<Encoding> encodings;                 ///< of the present value, by the user's encoders; of the same index
   std::unique_ptr<PropertyRefresh> refresh_state;  ///< PropertyValues'; null: none was needed yet
@@ -128,7 +127,6 @@ class PropertyResource final : public ValueResource {
     std::shared_ptr<CancelToken> token;
   };
 
-  const bool promises_value_;
   std::unique_ptr<const Variants> own_variants_;  ///< nullptr: those of any value
   std::unique_ptr<Writes> writes_;                ///< nullptr: there are none
 };
