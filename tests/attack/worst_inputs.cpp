@@ -201,6 +201,16 @@ void json_ld(Table& t, std::size_t n) {
       joined("{\"@context\":{\"a\":{\"@id\":\"http://x/a\",\"@container\":\"@language\"}},\"a\":{", numbered("\"x-a#\":\"b\",", n), "}}"));
 }
 
+/// Each is twice the one before it, as often as 2^20.
+std::string numbered_entities() {
+  std::string text;
+  for (int i = 1; i <= 20; ++i) {
+    const std::string before = "&b" + std::to_string(i - 1) + ";";
+    text += "<!ENTITY b" + std::to_string(i) + " \"" + before + before + "\">";
+  }
+  return text;
+}
+
 void rdf_xml(Table& t, std::size_t n) {
   const auto add = [&](const char* name, const std::string& text) { t.add("RDF/XML", name, text, reader(rdf::Syntax::rdf_xml)); };
   const std::string head = "<r:RDF xmlns:r=\"http://www.w3.org/1999/02/22-rdf-syntax-ns#\" xmlns:x=\"http://x/\">", end = "</r:RDF>";
@@ -213,7 +223,9 @@ void rdf_xml(Table& t, std::size_t n) {
   add("a collection", around(head + "<x:A><x:b r:parseType=\"Collection\">", repeated("<x:C/>", n), "</x:b></x:A>" + end));
   add("comments", around(head, repeated("<!---->", n), end));
   add("character references", around(head + "<x:A><x:b>", repeated("&#233;", n), "</x:b></x:A>" + end));
-  add("an entity", "<!DOCTYPE a [<!ENTITY b \"c\">]>" + head + end);
+  add("a long entity",
+      "<!DOCTYPE a [<!ENTITY b \"" + repeated("c", n / 2) + "\">]>" + around(head + "<x:A><x:b>", repeated("&b;", n / 2), "</x:b></x:A>" + end));
+  add("entities of entities", "<!DOCTYPE a [<!ENTITY b0 \"c\">" + numbered_entities() + "]>" + head + "<x:A><x:b>&b20;</x:b></x:A>" + end);
 }
 
 struct Point {

@@ -164,21 +164,164 @@ TEST_CASE("a literal of rdf:langString in RDF/XML has a language, or is refused 
   CHECK_FALSE(write(g, Syntax::rdf_xml));
 }
 
-TEST_CASE("RDF/XML with a document type is refused: no entities, of its own or from elsewhere", "[rdf][rdf_xml]") {
-  const std::string content = rdf_xml("<rdf:Description rdf:about='a'><e:p>&x;</e:p></rdf:Description>");
-  for (const char* prolog : {"", "<?xml version='1.0'?>", "\xEF\xBB\xBF <!-- c --> <?pi?>"}) {
-    refusal(prolog + ("<!DOCTYPE r [<!ENTITY x SYSTEM 'file:///etc/hostname'>]>" + content));
+TEST_CASE("entities that a document of RDF/XML declares itself are written out", "[rdf][rdf_xml]") {
+  const std::string triple = "<http://v/a> <http://e/p> \"1\" .\n";
+  const auto with = [](const std::string& declarations, const std::string& content) {
+    return "<?xml version='1.0'?>\n<!-- c --><!DOCTYPE rdf:RDF [" + declarations + "]>\n" + rdf_xml(content);
+  };
+  const auto about = [](const std::string& iri) { return "<rdf:Description rdf:about=\"" + iri + "\"><e:p>1</e:p></rdf:Description>"; };
+  const std::string v = "<!ENTITY v \"http://v/\">";
+  for (const std::string& document : {
+           with(v, about("&v;a")),
+           with("\n  " + v + "\n", about("&v;a")),
+           with("<!ENTITY v 'http://v/'>", about("&v;a")),
+           with("<!ENTITY\tv\n\"http://v/\" >", about("&v;a")),
+           with("<!ENTITY h 'http:'><!ENTITY v '&h;//v/'>", about("&v;a")),
+           with("<!ENTITY v '&h;//v/'><!ENTITY h 'http:'>", about("&v;a")),
+           with(v + "<!ENTITY v 'http://other/'>", about("&v;a")),
+           with("<!ENTITY v 'http:&#47;&#x2F;v&#x2f;'>", about("&v;a")),
+           with("<!ENTITY lt '&#38;#60;'><!ENTITY amp '&#38;#38;'>" + v, about("&v;a")),
+           with("<!-- <!ENTITY v 'x'> ]> --><?pi ]> ?>" + v, about("&v;a")),
+           with("<!ELEMENT rdf:RDF ANY><!ATTLIST rdf:RDF a CDATA #IMPLIED><!NOTATION n SYSTEM 'n>'>" + v, about("&v;a")),
+           with("<!ENTITY d \"<rdf:Description rdf:about='http://v/a'><e:p>1</e:p></rdf:Description>\">", "&d;"),
+           with("<!ENTITY o \"<e:p>&n;</e:p>\"><!ENTITY n '1'>", "<rdf:Description rdf:about='http://v/a'>&o;</rdf:Description>"),
+           with("", about("http://v/a")),
+           "<!DOCTYPE rdf:RDF>" + rdf_xml(about("http://v/a")),
+           "<!DOCTYPE rdf:RDF SYSTEM \"http://elsewhere/rdf.dtd\">" + rdf_xml(about("http://v/a")),
+           "<!DOCTYPE rdf:RDF PUBLIC '-//X//Y' 'http://elsewhere/rdf.dtd' [" + v + "] >" + rdf_xml(about("&v;a")),
+           "\xEF\xBB\xBF<!DOCTYPE rdf:RDF[" + v + "]>" + rdf_xml(about("&v;a")),
+           "<!DOCTYPE rdf:RDF [" + v + "]><rdf:RDF xmlns:rdf='http://www.w3.org/1999/02/22-rdf-syntax-ns#' xmlns:e='http://e/' xml:base='&v;'>" +
+               about("a") + "</rdf:RDF>",
+           "<!DOCTYPE rdf:RDF [<!ENTITY e 'http://e/'>]><rdf:RDF xmlns:rdf='http://www.w3.org/1999/02/22-rdf-syntax-ns#' xmlns:e='&e;'>" +
+               about("http://v/a") + "</rdf:RDF>",
+       }) {
+    INFO(document);
+    CHECK(n_triples(accepted(document)) == triple);
   }
-  std::string bomb = "<!DOCTYPE r [<!ENTITY a0 'lollollollol'>";
-  for (int i = 1; i < 12; ++i) {
-    bomb += "<!ENTITY a" + std::to_string(i) + " '";
-    for (int k = 0; k < 10; ++k) bomb += "&a" + std::to_string(i - 1) + ";";
-    bomb += "'>";
+  // Only where XML has references, and quotes of an entity end no attribute.
+  const std::string x = "<!ENTITY x 'y'>";
+  const auto value = [&](const std::string& declarations, const std::string& content) {
+    const Graph g = accepted(with(declarations, "<rdf:Description rdf:about='a:'><e:p>" + content + "</e:p></rdf:Description>"));
+    REQUIRE(g.size() == 1);
+    return std::string(g.term(g.triples()[0].object).text);
+  };
+  CHECK(value(x, "a&x;b") == "ayb");
+  CHECK(value(x, "<![CDATA[&x;]]>") == "&x;");
+  CHECK(value(x, "<!-- &x; -->&#x26;x;&amp;x;") == "&x;&x;");
+  CHECK(value("<!ENTITY x '&#38;lt;&#38;#38;'>", "&x;") == "<&");
+  CHECK(value("<!ENTITY x '\xC3\xB6&#x1F916;'>", "&x;") == "\xC3\xB6\xF0\x9F\xA4\x96");
+  for (const char* attribute : {"e:p=\"&x;\"", "e:p='&x;'"}) {
+    const Graph g = accepted(with("<!ENTITY x \"'&#34;\">", "<rdf:Description rdf:about='a:' " + std::string(attribute) + "/>"));
+    CHECK(g.term(g.triples()[0].object).text == "'\"");
   }
-  refusal(bomb + "]>" + rdf_xml("<rdf:Description><e:p>&a11;</e:p></rdf:Description>"));
+  // Lines stay.
+  CHECK(refusal(with("\n" + v + "\n", "\n" + about("&v;a") + "\n<e:T><f:p/></e:T>")).line == 8);
+}
+
+TEST_CASE("entities from elsewhere, and what else a document type can do, are refused with the place", "[rdf][rdf_xml]") {
+  const std::string content = rdf_xml("<rdf:Description rdf:about='a:'><e:p>&x;</e:p></rdf:Description>");
+  const std::pair<const char*, const char*> declarations[] = {
+      {"<!ENTITY x SYSTEM 'file:///etc/hostname'>", "from elsewhere"},
+      {"<!ENTITY x PUBLIC '-//X' 'http://127.0.0.1/'>", "from elsewhere"},
+      {"<!ENTITY x SYSTEM 'x' NDATA n>", "from elsewhere"},
+      {"<!ENTITY % x 'y'>", "parameter entity"},
+      {"<!ENTITY % x SYSTEM 'http://127.0.0.1/'> %x;", "parameter entity"},
+      {"%x;", "parameter entity"},
+      {"<!ENTITY x '%y;'>", "parameter entity"},
+      {"<!ATTLIST rdf:RDF a CDATA 'b'>", "default value"},
+      {"<!ATTLIST rdf:RDF a CDATA #FIXED \"b\">", "default value"},
+      {"<!ENTITY x '&x;'>", "contains itself"},
+      {"<!ENTITY x '&y;'><!ENTITY y 'a&x;'>", "contains itself"},
+      {"<!ENTITY x '<e:q>'>", ""},
+      {"<!ENTITY x '<e:q '>", "part of an element"},
+      {"<!ENTITY x '<!-- '>", "part of an element"},
+      {"<!ENTITY x '&#0;'>", "character"},
+      {"<!ENTITY x '&#xD800;'>", "character"},
+      {"<!ENTITY x '&#x110000;'>", "character"},
+      {"<!ENTITY x '&#;'>", "character reference"},
+      {"<!ENTITY x>", "expected a text in quotes"},
+      {"<!ENTITY x 'y' z>", "expected '>'"},
+      {"<!ENTITY x 'y", ""},
+      {"<!NONSENSE>", "expected a declaration"},
+      {"", ""},
+  };
+  for (const char* prolog : {"", "<?xml version='1.0'?>", "\xEF\xBB\xBF <!-- c --> <?pi?>"})
+    for (const auto& [declaration, words] : declarations) {
+      const lrt::Error error = refusal(prolog + ("<!DOCTYPE r [" + std::string(declaration) + "]>" + content));
+      CHECK(says(error, words));
+      CHECK(error.line > 0);
+    }
+  refusal("<!DOCTYPE r [<!ENTITY x '<y'>]>" + rdf_xml("<rdf:Description rdf:about='&x;'/>"));
+  refusal("<!DOCTYPE r []><!DOCTYPE r []>" + rdf_xml(""));
+  refusal("<!DOCTYPE r [" + rdf_xml(""));
+  refusal("<!DOCTYPE [ ]>" + rdf_xml(""));
   accepted(rdf_xml("<rdf:Description><e:p>&lt;!DOCTYPE</e:p></rdf:Description>"));
-  refusal("<?xml version='1.0' encoding='UTF-7'?>" + rdf_xml(""));
-  accepted("<?xml version='1.0' encoding='utf-8'?>" + rdf_xml(""));
+}
+
+TEST_CASE("entities that grow without end are refused at a limit", "[rdf][rdf_xml][limits]") {
+  const auto bomb = [](const std::string& first, int levels) {
+    std::string text = "<!DOCTYPE r [<!ENTITY a0 '" + first + "'>";
+    for (int i = 1; i < levels; ++i) {
+      text += "<!ENTITY a" + std::to_string(i) + " '";
+      for (int k = 0; k < 10; ++k) text += "&a" + std::to_string(i - 1) + ";";
+      text += "'>";
+    }
+    return text + "]>" + rdf_xml("<rdf:Description rdf:about='a:'><e:p>&a" + std::to_string(levels - 1) + ";</e:p></rdf:Description>");
+  };
+  CHECK(says(beyond(bomb("lollollollol", 12)), "entities"));
+  CHECK(says(beyond(bomb("", 12)), "entities"));  // of nothing, but many
+  CHECK(says(beyond(bomb("<e:q/>", 12)), "entities"));
+  CHECK(accepted(bomb("x", 4)).term(accepted(bomb("x", 4)).triples()[0].object).text.size() == 1000);
+  // A long one, many times.
+  std::string wide = "<!DOCTYPE r [<!ENTITY x '" + std::string(100'000, 'x') + "'>]>";
+  beyond(wide + rdf_xml("<rdf:Description rdf:about='a:'><e:p>" + repeated(1000, "&x;") + "</e:p></rdf:Description>"));
+  beyond("<!DOCTYPE r [" + repeated(1001, "<!ENTITY x 'y'>") + "]>" + rdf_xml(""), limits(10'000, 100'000'000));
+  std::string deep = "<!DOCTYPE r [<!ENTITY a0 'x'>";
+  for (int i = 1; i < 40; ++i) deep += "<!ENTITY a" + std::to_string(i) + " '&a" + std::to_string(i - 1) + ";'>";
+  CHECK(says(beyond(deep + "]>" + rdf_xml("<rdf:Description rdf:about='a:'><e:p>&a39;</e:p></rdf:Description>")), "deep"));
+  // The limits of the document count what the entities say.
+  std::string nested = "<!DOCTYPE r [<!ENTITY t '" + repeated(100, "<e:T><e:p>1</e:p></e:T>") + "'>]>";
+  beyond(nested + rdf_xml(repeated(10, "&t;")), limits(1000));
+  CHECK(accepted(nested + rdf_xml("&t;"), limits(1000)).size() == 200);
+}
+
+TEST_CASE("RDF/XML is read in the encodings that XML processors read, and in those that it declares", "[rdf][rdf_xml]") {
+  const auto utf16 = [](const std::u16string& text, bool big) {
+    std::string bytes;
+    for (const char16_t unit : text) {
+      const char high = static_cast<char>(unit >> 8), low = static_cast<char>(unit & 0xFF);
+      bytes += big ? high : low;
+      bytes += big ? low : high;
+    }
+    return bytes;
+  };
+  const auto wide = [](const std::string& ascii) { return std::u16string(ascii.begin(), ascii.end()); };
+  const std::string head = rdf_xml("").substr(0, rdf_xml("").size() - 10) + "<rdf:Description rdf:about='a:'><e:p>",
+                    tail = "</e:p></rdf:Description></rdf:RDF>";
+  const std::string wanted = "<a:> <http://e/p> \"\xC3\xB6\xF0\x9F\xA4\x96\" .\n", latin = "<a:> <http://e/p> \"\xC3\xB6\" .\n";
+  const std::u16string o16 = u"\u00f6\U0001F916", mark = u"\uFEFF";
+  for (const bool big : {false, true}) {
+    const std::u16string body = wide(head) + o16 + wide(tail);
+    CHECK(n_triples(accepted(utf16(mark + body, big))) == wanted);
+    CHECK(n_triples(accepted(utf16(mark + wide("<?xml version='1.0' encoding='UTF-16'?>\n") + body, big))) == wanted);
+    CHECK(n_triples(accepted(utf16(wide("<?xml version='1.0' encoding=\"utf-16\" standalone='yes'?>") + body, big))) == wanted);
+    CHECK(n_triples(accepted(utf16(mark + wide("<!DOCTYPE r [<!ENTITY x 'a:'>]>") + body, big))) == wanted);
+    refusal(utf16(mark + wide(head) + u"\xD83E" + wide(tail), big));
+    refusal(utf16(mark + wide(head) + u"\xDD16\xD83E" + wide(tail), big));
+    refusal(utf16(mark + body, big) + "x");
+    refusal(utf16(mark + wide(head) + std::u16string(1, u'\0') + wide(tail), big));
+  }
+  for (const char* name : {"ISO-8859-1", "iso-8859-1", "latin1"})
+    CHECK(n_triples(accepted("<?xml version='1.0' encoding='" + std::string(name) + "'?>" + head + "\xF6" + tail)) == latin);
+  CHECK(n_triples(accepted("<?xml version=\"1.0\" encoding=\"ISO-8859-1\"?><!DOCTYPE r [<!ENTITY x '\xF6'>]>" + head + "&x;" + tail)) == latin);
+  CHECK(n_triples(accepted("<?xml version='1.0' encoding='utf-8'?>" + head + "\xC3\xB6" + tail)) == latin);
+  CHECK(n_triples(accepted("\xEF\xBB\xBF<?xml version='1.0' encoding='UTF-8'?>" + head + "\xC3\xB6" + tail)) == latin);
+  CHECK(n_triples(accepted("<?xml version='1.0' encoding='US-ASCII'?>" + head + "&#xF6;" + tail)) == latin);
+  refusal("<?xml version='1.0' encoding='US-ASCII'?>" + head + "\xC3\xB6" + tail);
+  refusal(head + "\xF6" + tail);
+  for (const char* name : {"UTF-7", "windows-1252", "UTF-16", "UTF-32", "EBCDIC-CP-US", ""}) {
+    if (*name) CHECK(says(refusal("<?xml version='1.0' encoding='" + std::string(name) + "'?>" + head + tail), "expected one of the encodings"));
+  }
 }
 
 TEST_CASE("RDF/XML that XML cannot carry is refused when writing", "[rdf][rdf_xml]") {

@@ -4,6 +4,7 @@
 #include "src/rdf/codecs.hpp"
 #include "src/rdf/n_triples.hpp"
 #include "src/rdf/redland/rdf_xml_scan.hpp"
+#include "src/rdf/redland/rdf_xml_text.hpp"
 #include "src/rdf/redland/redland.hpp"
 
 namespace lrt::rdf {
@@ -33,8 +34,11 @@ bool has_rdf_xml() noexcept { return true; }
 void prepare_rdf_xml() noexcept { redland::prepare(); }
 
 Result<Graph> read_rdf_xml(std::string_view text, const ReadOptions& options) {
-  if (Result<void> scanned = scan_rdf_xml(text, options); !scanned) return unexpected(scanned.error());
-  return checked(redland::parse_rdf_xml(text, options));
+  std::string storage;
+  const Result<std::string_view> plain = plain_rdf_xml(text, options, storage);
+  if (!plain) return unexpected(plain.error());
+  if (Result<void> scanned = scan_rdf_xml(*plain, options); !scanned) return unexpected(scanned.error());
+  return checked(redland::parse_rdf_xml(*plain, options));
 }
 
 }  // namespace v0

@@ -19,7 +19,7 @@ inline constexpr std::size_t elements_per_triple = 3;
 /// A base (xml:base) with more "." and ".." segments is refused: Raptor resolves them anew for each IRI.
 inline constexpr std::size_t max_base_dots = 32;
 
-/// Checks an RDF/XML document before libxml2 and Raptor read it: UTF-8 only, no document type declaration (so no entities, of
+/// Checks what plain_rdf_xml() has made of an RDF/XML document before libxml2 and Raptor read it: UTF-8 only, no document type declaration (so no entities, of
 /// its own or from elsewhere), no language tag that Raptor reads beyond its end, tags well-formed, and the limits above. Those
 /// of IRIs and of bytes hold here for namespace names, for the attributes base, about, resource and datatype, and for names:
 /// what a namespace of more than 256 bytes adds to a name counts to ReadOptions::max_bytes.
