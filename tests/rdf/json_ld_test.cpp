@@ -523,6 +523,80 @@ TEST_CASE("@json is a literal with the value in its canonical form", "[rdf][json
   json(g);
 }
 
+TEST_CASE("maps of names, types and values of another property are read", "[rdf][json_ld]") {
+  const auto with = [](const std::string& definition, const std::string& value, const std::string& more = {}) {
+    return R"({"@context": {"@vocab": "http://e/", "p": {"@id": "http://e/p", )" + definition + "}" + more + R"(}, "@id": "", "p": )" + value + "}";
+  };
+  const auto reads = [&](const std::string& document, const std::string& turtle) {
+    INFO(document);
+    CHECK(differs(document, "@prefix e: <http://e/> . " + turtle) == "");
+  };
+  const std::string id = R"("@container": "@id")", type = R"("@container": "@type")", index = R"("@container": "@index", "@index": "i")";
+  reads(with(id, R"({"http://e/a": {"q": 1}})"), "<> e:p e:a . e:a e:q 1 .");
+  reads(with(id, R"({"a": {"q": 1}, "b": [{"q": 2}, {"q": 3}]})"), "<> e:p <a>, <b> . <a> e:q 1 . <b> e:q 2, 3 .");
+  reads(with(id, R"({"_:x": {"q": 1}, "@none": {"q": 2}})"), "<> e:p [ e:q 1 ], [ e:q 2 ] .");
+  reads(with(id, R"({"a": {"@id": "b", "q": 1}})"), "<> e:p <b> . <b> e:q 1 .");
+  reads(with(R"("@container": ["@id", "@set"])", R"({"a": {}, "b": null})"), "<> e:p <a> .");
+  reads(with(id, R"([{"@id": "a"}])"), "<> e:p <a> .");
+  reads(with(type, R"({"T": {"q": 1}, "http://e/U": [{"@id": "a"}, {"@type": "V"}]})"),
+        "<> e:p [ a e:T ; e:q 1 ], <a>, [ a e:U, e:V ] . <a> a e:U .");
+  reads(with(type, R"({"@none": {"q": 1}})"), "<> e:p [ e:q 1 ] .");
+  reads(with(type, R"({"T": "a"})"), "<> e:p <a> . <a> a e:T .");
+  reads(with(type + R"(, "@type": "@vocab")", R"({"T": "a"})"), "<> e:p e:a . e:a a e:T .");
+  reads(with(index, R"({"x": {"q": 1}, "y": [{"@id": "a"}, {"@id": "b"}]})"),
+        "<> e:p [ e:i \"x\" ; e:q 1 ], <a>, <b> . <a> e:i \"y\" . <b> e:i \"y\" .");
+  reads(with(index, R"({"@none": {"q": 1}})"), "<> e:p [ e:q 1 ] .");
+  reads(with(index, R"({"x": {}})", R"(, "i": {"@type": "@id"})"), "<> e:p [ e:i <x> ] .");
+  reads(with(index, R"({"x": {}})", R"(, "i": {"@type": "@vocab"})"), "<> e:p [ e:i e:x ] .");
+  reads(with(R"("@container": "@index")", R"({"x": {"q": 1}, "y": 2})"), "<> e:p [ e:q 1 ], 2 .");
+  for (const auto& [document, words] : {
+           std::pair{with(id, R"({"a": "b"})"), "expected nodes"},
+           std::pair{with(id, R"({"a": {"@value": 1}})"), "expected nodes"},
+           std::pair{with(type, R"({"T": 1})"), "expected nodes"},
+           std::pair{with(type + R"(, "@type": "http://e/d")", "{}"), "excludes another @type"},
+           std::pair{with(index, R"({"x": 1})"), "expected nodes"},
+           std::pair{with(R"("@index": "i")", "{}"), "expected @index as @container"},
+           std::pair{with(R"("@container": "@index", "@index": "@id")", "{}"), "expected an IRI as @index"},
+           std::pair{with(R"("@container": ["@id", "@type"])", "{}"), "exclude each other"},
+           std::pair{std::string(R"({"@context": {"p": {"@reverse": "http://e/p", "@container": "@id"}}})"), "exclude each other"},
+       }) {
+    INFO(document);
+    CHECK(says(refusal(document), words));
+  }
+}
+
+TEST_CASE("a term may have a context for its values", "[rdf][json_ld]") {
+  const auto reads = [&](const std::string& context, const std::string& members, const std::string& turtle) {
+    const std::string document = "{\"@context\": {" + context + "}, \"@id\": \"\", " + members + "}";
+    INFO(document);
+    CHECK(differs(document, "@prefix e: <http://e/> . @prefix f: <http://f/> . " + turtle) == "");
+  };
+  const std::string p = R"("@vocab": "http://e/", "p": {"@id": "http://e/p", "@context": {"@vocab": "http://f/"}})";
+  reads(p, R"("p": {"q": 1}, "q": 2)", "<> e:p [ f:q 1 ] ; e:q 2 .");
+  reads(p, R"("p": [{"q": 1}, {"q": {"r": 3}}])", "<> e:p [ f:q 1 ], [ f:q [ f:r 3 ] ] .");
+  reads(p, R"("p": {"@context": {"q": "http://e/own"}, "q": 1})", "<> e:p [ e:own 1 ] .");
+  reads(p, R"("p": {"p": {"q": 1}})", "<> e:p [ e:p [ f:q 1 ] ] .");
+  reads(R"("p": {"@id": "http://e/p", "@context": {"@language": "de"}})", R"("p": "x")", "<> e:p \"x\"@de .");
+  reads(R"("p": {"@id": "http://e/p", "@context": {"p": {"@id": "http://e/p", "@type": "@id"}}})", R"("p": "x")", "<> e:p <x> .");
+  reads(R"("p": {"@id": "http://e/p", "@context": {"@base": "http://f/"}, "@type": "@id"})", R"("p": "x")", "<> e:p f:x .");
+  reads(R"("p": {"@id": "http://e/p", "@context": null}, "q": "http://e/q")", R"("p": {"q": 1, "http://e/r": 2})", "<> e:p [ e:r 2 ] .");
+  reads(R"("p": {"@id": "http://e/p", "@context": [{"a": "http://f/a"}, {"b": "http://f/b"}]})", R"("p": {"a": 1, "b": 2})",
+        "<> e:p [ f:a 1 ; f:b 2 ] .");
+  reads(R"("p": {"@id": "http://e/p", "@container": "@list", "@context": {"a": "http://f/a"}})", R"("p": [{"a": 1}, {"a": 2}])",
+        "<> e:p ( [ f:a 1 ] [ f:a 2 ] ) .");
+  reads(R"("p": {"@id": "http://e/p", "@container": "@id", "@context": {"a": "http://f/a"}})", R"("p": {"x": {"a": 1}})", "<> e:p <x> . <x> f:a 1 .");
+  reads(R"("p": {"@reverse": "http://e/p", "@context": {"a": "http://f/a"}})", R"("p": {"a": 1})", "[] e:p <> ; f:a 1 .");
+  reads(R"("p": {"@id": "http://e/p", "@type": "@json", "@context": {"a": "http://f/a"}})", R"("p": {"a": 1})",
+        "<> e:p \"{\\\"a\\\":1}\"^^rdf:JSON .");
+  // One is processed once, however many values have it.
+  std::string many = "{}";
+  for (int i = 0; i < 1000; ++i) many += R"(, {"a": 1})";
+  std::string terms = R"("a": "http://f/a")";
+  for (int i = 0; i < 100; ++i) terms += ", \"t" + std::to_string(i) + "\": \"http://f/t\"";
+  CHECK(parse(R"({"@context": {"p": {"@id": "http://e/p", "@context": {)" + terms + R"(}}}, "p": [)" + many + "]}"));
+  CHECK(says(refusal(R"({"@context": {"p": {"@id": "http://e/p", "@context": 5}}, "p": 1})"), "at \"/@context/p/@context\": expected a context"));
+}
+
 TEST_CASE("unsupported features of JSON-LD are refused by name", "[rdf][json_ld]") {
   struct Case {
     const char *document, *name;
@@ -533,10 +607,10 @@ TEST_CASE("unsupported features of JSON-LD are refused by name", "[rdf][json_ld]
            Case{R"({"http://e/p": {"@graph": []}})", "a named graph"},
            Case{R"({"http://e/p": {"@value": "x", "@direction": "rtl"}})", "@direction"},
            Case{R"({"@context": {"@direction": "rtl"}})", "@direction"},
-           Case{R"({"@context": {"p": {"@id": "http://e/p", "@context": {}}}})", "a scoped context"},
-           Case{R"({"@context": {"p": {"@id": "http://e/p", "@container": "@id"}}})", "@id as a container"},
+           Case{R"({"@context": {"T": {"@id": "http://e/T", "@context": {}}}, "@type": "T"})", "a context of a type"},
+           Case{R"({"@context": {"T": {"@id": "http://e/T", "@context": {}}, "p": {"@id": "http://e/p", "@container": "@type"}}, "p": {"T": {}}})",
+                "a context of a type"},
            Case{R"({"@context": {"p": {"@id": "http://e/p", "@container": ["@graph", "@index"]}}})", "@graph as a container"},
-           Case{R"({"@context": {"p": {"@id": "http://e/p", "@index": "http://e/i", "@container": "@index"}}})", "@index in a term's definition"},
            Case{R"({"@context": {"@import": "http://e/"}})", "@import"},
            Case{R"({"@context": {"@propagate": false}})", "@propagate"},
            Case{R"({"@context": {"@protected": true}})", "@protected"},

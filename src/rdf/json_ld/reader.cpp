@@ -66,7 +66,9 @@ struct Definition {
   enum class Type : std::uint8_t { absent, none, id, vocab, json, datatype } type = Type::absent;
   std::string datatype;
   std::optional<std::string> language;  // "": none, also if there is a default
-  bool list = false, language_map = false, index_map = false, reverse = false, prefix = false;
+  bool list = false, language_map = false, index_map = false, id_map = false, type_map = false, reverse = false, prefix = false;
+  std::string index;           // the property of the names in an index_map; "": they are no data
+  Id scoped = Document::none;  // the context of the values, in the document
 };
 
 /// An active context: the changes of a local context and the context that it is based on. What contexts have in common is shared.
@@ -180,7 +182,21 @@ class Reader {
 
   Context with_context(const Context& active, Id object) {
     const Id local = document_.member(object, "@context");
-    if (local == Document::none) return active;
+    return local == Document::none ? active : with_local(active, local);
+  }
+
+  /// The context of a term's values. One is processed once for each active context.
+  const Context& with_scope(const Context& active, const Definition* term) {
+    if (term == nullptr || term->scoped == Document::none) return active;
+    auto& [kept, made] = scopes_[{active.get(), term->scoped}];
+    if (!made) {
+      kept = active;
+      made = with_local(active, term->scoped);
+    }
+    return made;
+  }
+
+  Context with_local(const Context& active, Id local) {
     auto layer = std::make_shared<Layer>();
     layer->below = active;
     layer->base = active->base;
@@ -324,12 +340,10 @@ class Reader {
     if (!simple) {
       for (const Id p : Children(document_, member)) {
         const std::string_view name = document_.key(p);
-        if (name == "@context") unsupported(p, "a scoped context");
-        if (name == "@index") unsupported(p, "@index in a term's definition");
         if (name == "@protected" && document_.kind(p) != Kind::false_) unsupported(p, "@protected");
         if (name == "@direction" && document_.kind(p) != Kind::null) unsupported(p, "@direction");
-        static constexpr std::string_view known[] = {"@id",     "@reverse", "@container", "@language", "@nest",
-                                                     "@prefix", "@type",    "@protected", "@direction"};
+        static constexpr std::string_view known[] = {"@id",   "@reverse",   "@container", "@language", "@nest", "@prefix",
+                                                     "@type", "@protected", "@direction", "@context",  "@index"};
         if (std::find(std::begin(known), std::end(known), name) == std::end(known))
           refuse(p, "\"" + shortened(name) + "\" is not part of a term definition");
       }
@@ -381,6 +395,16 @@ class Reader {
     }
 
     if (const Id p = part("@container"); p != Document::none && document_.kind(p) != Kind::null) container(made, p);
+    if (made.type_map && made.type == Definition::Type::absent) made.type = Definition::Type::id;
+    if (made.type_map && made.type != Definition::Type::id && made.type != Definition::Type::vocab)
+      refuse(member, "@type as a container excludes another @type than @id and @vocab");
+    if (const Id p = part("@index"); p != Document::none) {
+      if (!made.index_map) refuse(p, "expected @index as @container, too");
+      const std::optional<std::string> index = expand(p, string_at(p, "an IRI"));
+      if (!index || !iri::is_absolute(*index)) refuse(p, "expected an IRI as @index");
+      made.index = std::string(document_.text(p));
+    }
+    if (const Id p = part("@context"); p != Document::none) made.scoped = p;
     if (const Id p = part("@language"); p != Document::none && made.type == Definition::Type::absent)
       made.language = document_.kind(p) == Kind::null ? std::string() : language_at(p);
     if (const Id p = part("@nest"); p != Document::none) {
@@ -405,15 +429,18 @@ class Reader {
       else if (name == "@set") set = true;
       else if (name == "@language") made.language_map = true;
       else if (name == "@index") made.index_map = true;
-      else if (name == "@id" || name == "@type" || name == "@graph") unsupported(item, std::string(name) + " as a container");
-      else refuse(item, "expected @list, @set, @language or @index as @container, found \"" + shortened(name) + "\"");
+      else if (name == "@id") made.id_map = true;
+      else if (name == "@type") made.type_map = true;
+      else if (name == "@graph") unsupported(item, std::string(name) + " as a container");
+      else refuse(item, "expected @list, @set, @language, @index, @id or @type as @container, found \"" + shortened(name) + "\"");
     };
     if (document_.kind(at) == Kind::array) {
       for (const Id item : Children(document_, at)) one(item);
     } else {
       one(at);
     }
-    if (made.list + made.language_map + made.index_map > 1 || (made.list && (set || made.reverse)) || (made.reverse && made.language_map))
+    if (made.list + made.language_map + made.index_map + made.id_map + made.type_map > 1 || (made.list && (set || made.reverse)) ||
+        (made.reverse && (made.language_map || made.id_map || made.type_map)))
       refuse(at, "these containers exclude each other");
   }
 
@@ -555,11 +582,12 @@ class Reader {
     (void)node(context, members);
   }
 
-  TermId node(const Context& context, const std::vector<Entry>& members) {
-    std::optional<TermId> subject;
+  /// @param known  the node's name if it has no @id
+  TermId node(const Context& context, const std::vector<Entry>& members, std::optional<TermId> known = std::nullopt) {
+    std::optional<TermId> subject = known;
     if (const Entry* id = find(members, "@id")) {
       const std::optional<std::string> name = expand_iri(*context, string_at(id->value, "an IRI"), false, true, id->value);
-      if (name) subject = node_of(id->value, *name);
+      subject = name ? std::optional(node_of(id->value, *name)) : std::nullopt;
     }
     const TermId self = subject ? *subject : fresh_blank();
     properties(context, self, members);
@@ -590,8 +618,15 @@ class Reader {
       for (const Id item : Children(document_, value)) types(context, self, item);
       return;
     }
-    const std::optional<std::string> type = expand_iri(*context, string_at(value, "a type"), true, true, value);
+    const std::string_view text = string_at(value, "a type");
+    refuse_scope_of_type(context, text, value);
+    const std::optional<std::string> type = expand_iri(*context, text, true, true, value);
     if (type) emit(self, graph_.intern(vocab::rdf_::type), node_of(value, *type));
+  }
+
+  void refuse_scope_of_type(const Context& context, std::string_view type, Id at) const {
+    const Definition* term = context->find(type);
+    if (term != nullptr && term->scoped != Document::none) unsupported(at, "a context of a type");
   }
 
   void included(const Context& context, Id value) {
@@ -630,7 +665,8 @@ class Reader {
   void property(const Context& context, TermId self, const Entry& e) { relate(context, self, e, e.term != nullptr && e.term->reverse); }
 
   /// Adds a property of a node; for a reverse property, of its values.
-  void relate(const Context& context, TermId self, const Entry& e, bool reversed) {
+  void relate(const Context& outer, TermId self, const Entry& e, bool reversed) {
+    const Context context = with_scope(outer, e.term);
     const bool is_json = e.term != nullptr && e.term->type == Definition::Type::json;
     if (document_.kind(e.value) == Kind::null && !is_json) return;
     if (is_blank_node(e.name)) unsupported(e.value, "a blank node as predicate");
@@ -647,6 +683,8 @@ class Reader {
     }
     if (e.term != nullptr && document_.kind(e.value) == Kind::object) {
       if (e.term->language_map) return language_map(context, e.value, one);
+      if (e.term->id_map) return id_map(context, e.value, one);
+      if (e.term->type_map || !e.term->index.empty()) return described_map(context, key, *e.term, e.value, one);
       if (e.term->index_map) {
         for (const Id item : Children(document_, e.value)) values(context, key, item, one);
         return;
@@ -684,6 +722,55 @@ class Reader {
       } else {
         text(member);
       }
+    }
+  }
+
+  /// A map from the names of nodes to what is said of them.
+  template <class F>
+  void id_map(const Context& context, Id map, F& one) {
+    for (const Id member : Children(document_, map)) {
+      const std::string_view text = document_.key(member);
+      const std::optional<std::string> none = expand_iri(*context, text, true, false, member);
+      const std::optional<std::string> name = none && *none == "@none" ? std::nullopt : expand_iri(*context, text, false, true, member);
+      const std::optional<TermId> known = name ? std::optional(node_of(member, *name)) : std::nullopt;
+      const auto item = [&](Id at) {
+        if (document_.kind(at) == Kind::null) return;
+        if (document_.kind(at) != Kind::object) refuse(at, "expected nodes in a map of @id");
+        const Context inner = with_context(context, at);
+        const std::vector<Entry> members = entries(inner, at);
+        if (find(members, "@value") != nullptr || find(members, "@list") != nullptr || find(members, "@set") != nullptr)
+          refuse(at, "expected nodes in a map of @id");
+        one(at, node(inner, members, known));
+      };
+      if (document_.kind(member) == Kind::array) {
+        for (const Id at : Children(document_, member)) item(at);
+      } else {
+        item(member);
+      }
+    }
+  }
+
+  /// A map from types, or values of another property, to nodes that have them.
+  template <class F>
+  void described_map(const Context& context, std::string_view key, const Definition& term, Id map, F& one) {
+    for (const Id member : Children(document_, map)) {
+      const std::string_view text = document_.key(member);
+      const std::optional<std::string> name = expand_iri(*context, text, true, term.type_map, member);
+      std::optional<TermId> predicate, value;
+      if (name && *name != "@none" && term.type_map) {
+        refuse_scope_of_type(context, text, member);
+        predicate = graph_.intern(vocab::rdf_::type);
+        value = node_of(member, *name);
+      } else if (!term.type_map && !(name && *name == "@none")) {
+        predicate = node_of(member, expand_iri(*context, term.index, true, false, member).value_or(std::string()));
+        value = text_value(context, term.index, member, text);
+      }
+      const auto described = [&](Id at, TermId object) {
+        if (graph_.term(object).is_literal()) refuse(at, "expected nodes in a map of " + std::string(term.type_map ? "@type" : term.index));
+        if (value) emit(object, *predicate, *value);
+        one(at, object);
+      };
+      values(context, key, member, described);
     }
   }
 
@@ -759,7 +846,13 @@ class Reader {
     const auto type = term != nullptr ? term->type : Definition::Type::absent;
     if (document_.kind(value) != Kind::string)
       return native(value, type == Definition::Type::datatype ? std::string_view(term->datatype) : std::string_view());
-    const std::string_view text = document_.text(value);
+    return text_value(context, key, value, document_.text(value));
+  }
+
+  /// A string, at its place or as the name of a member there.
+  std::optional<TermId> text_value(const Context& context, std::string_view key, Id value, std::string_view text) {
+    const Definition* term = context->find(key);
+    const auto type = term != nullptr ? term->type : Definition::Type::absent;
     if (type == Definition::Type::id || type == Definition::Type::vocab) {
       const std::optional<std::string> name = expand_iri(*context, text, type == Definition::Type::vocab, true, value);
       return name ? std::optional(node_of(value, *name)) : std::nullopt;
@@ -835,6 +928,7 @@ class Reader {
   Graph graph_;
   Context own_;
   std::map<std::string, TermId, std::less<>> labels_;
+  std::map<std::pair<const Layer*, Id>, std::pair<Context, Context>> scopes_;  // with the active context, which stays for its address
   std::size_t blanks_ = 0, terms_ = 0, triples_ = 0, bytes_ = 0, expanded_ = 0;
 };
 
