@@ -53,30 +53,32 @@ struct ReadOptions {
   const Prefixes* context_prefixes = nullptr;  ///< nullptr: default_prefixes()
 };
 
-/// Reads a document. Every syntax refuses invalid UTF-8, surrogate escapes, illegal and relative IRIs, language tags of
-/// more than 255 bytes, Turtle brackets nested more than 1000 deep, and in RDF/XML a document type declaration. A
-/// literal may contain U+0000 (RDF 1.1), but not in RDF/XML; it is then not a valid xsd:string. Blank nodes are called
-/// b0, b1, ... in order of appearance.
+/// Reads a document. A byte order mark of UTF-8 may stand before it. Every syntax refuses invalid UTF-8, surrogate
+/// escapes, illegal and relative IRIs, language tags of more than 255 bytes, literals of rdf:langString without a
+/// language, and Turtle brackets nested more than 1000 deep. A literal may contain U+0000 (RDF 1.1), but not in
+/// RDF/XML; it is then not a valid xsd:string. Blank nodes are called b0, b1, ... in order of appearance.
 ///
 /// Turtle and N-Triples are read in one pass, without recursion. Redland reads RDF/XML. In TriG and N-Quads only a
 /// default graph without braces is supported: they are read as Turtle and N-Triples, so a document with a named graph
-/// is refused as invalid.
+/// is refused as invalid. RDF/XML may be in UTF-16, and in US-ASCII or ISO-8859-1 if it says so, and may have entities
+/// that it declares itself; entities from elsewhere, parameter entities and default values of attributes are refused.
 ///
 /// Fixed limits keep the time close to proportional to the size of the document. Beyond them: Errc::limit_exceeded.
 ///
 ///  - one IRI, resolved: 8 KiB, also a prefix, a namespace name or a base;
 ///  - Turtle: 1000 prefix and base directives;
 ///  - RDF/XML: elements 256 deep, 256 attributes on one, 1000 namespace declarations, 32 dot segments in one xml:base,
-///    and elements three times max_triples (those in XML literals make no triples);
+///    elements three times max_triples (those in XML literals make no triples), 1000 declarations of entities, 32
+///    entities in each other, and a document of 128 KiB and ten times its size when they are written out;
 ///  - JSON-LD: objects and arrays 256 deep, JSON values 16 times max_triples and 1000, 4000 terms in all its contexts,
 ///    32 contexts in one array or in each other.
 ///
 /// JSON-LD 1.1 is read directly. The context is an object in the document, or lrt's own by its IRI; lrt fetches none.
-/// There is one default graph. Refused with unsupported_syntax: other contexts by IRI, named graphs, `@json`,
-/// `@direction`, scoped, imported and protected contexts, `@id`, `@type` and `@graph` as containers, blank nodes as
-/// predicates. Refused with expected_rdf: an object that has a member twice, and IRIs that stay relative. Numbers
-/// become xsd:integer and xsd:double in canonical form, as JSON-LD says, but exactly: integers below 10^21 keep all
-/// digits, doubles the 17th if the value needs it.
+/// There is one default graph. Refused with unsupported_syntax: other contexts by IRI, named graphs, `@direction`,
+/// contexts of types, imported and protected contexts, `@propagate`, `@graph` as a container, blank nodes as
+/// predicates. Refused with expected_rdf: an object that has a member twice, and IRIs that stay relative. `@json`
+/// becomes rdf:JSON in the canonical form of RFC 8785. Numbers become xsd:integer and xsd:double in canonical form, as
+/// JSON-LD says, but exactly: integers below 10^21 keep all digits, doubles the 17th if the value needs it.
 ///
 /// @par Errors   expected_rdf and limit_exceeded with line, column and offset (RDF/XML: the line, where known; JSON-LD:
 ///               the position of invalid JSON, else the member's JSON Pointer); unsupported_syntax for unsupported
