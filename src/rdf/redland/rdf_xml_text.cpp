@@ -381,7 +381,7 @@ std::size_t document_type_in(std::string_view text) noexcept {
 }  // namespace xml_text
 
 Result<std::string_view> plain_rdf_xml(std::string_view text, const ReadOptions& options, std::string& storage) {
-  const Result<std::string_view> decoded = xml_text::in_utf8(text, storage);
+  Result<std::string_view> decoded = xml_text::in_utf8(text, storage);
   if (!decoded) return decoded;
   if (const auto at = utf8::find_invalid(*decoded)) return misread(*decoded, *at, "invalid UTF-8");
   const std::size_t at = xml_text::document_type_in(*decoded);
