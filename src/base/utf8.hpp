@@ -38,6 +38,12 @@ constexpr std::string_view without_mark(std::string_view text) noexcept {
   return text.substr(0, byte_order_mark.size()) == byte_order_mark ? text.substr(byte_order_mark.size()) : text;
 }
 
+/// What is wrong with a text that is not well-formed, for a message: that which Windows PowerShell writes with `>` is UTF-16.
+constexpr const char* fault_of(std::string_view text) noexcept {
+  const std::string_view begin = text.substr(0, 2);
+  return begin == "\xFF\xFE" || begin == "\xFE\xFF" ? "expected UTF-8, found UTF-16" : "invalid UTF-8";
+}
+
 /// Appends one code point. @pre it is a scalar value
 /// @par Threads  Any.
 /// @par Time     Constant, but for an allocation of `out`.

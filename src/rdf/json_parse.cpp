@@ -286,7 +286,7 @@ constexpr std::size_t longest_key = 100;
 }  // namespace
 
 Result<Document> Document::parse(std::string_view text, const Limits& limits) {
-  if (const auto at = utf8::find_invalid(text)) return misread(text, *at, "invalid UTF-8");
+  if (const auto at = utf8::find_invalid(text)) return misread(text, *at, utf8::fault_of(text));
   // nlohmann-json reads U+0000 as the end.
   if (const auto at = text.find('\0'); at != std::string_view::npos) return misread(text, at, "invalid JSON: U+0000");
   if (text.size() > std::numeric_limits<std::uint32_t>::max() / 2) return unexpected(Errc::limit_exceeded, "more than 2 GiB of JSON");

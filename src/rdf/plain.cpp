@@ -540,7 +540,7 @@ TermId text_literal(std::string_view text, const Type& type, Graph& graph) {
 }
 
 Result<void> read_text(std::string_view body, const Type& outer, const Facets& facets, std::string_view vocabulary, Graph& graph, TermId focus) {
-  if (const auto at = utf8::find_invalid(body)) return misread(body, *at, "invalid UTF-8");
+  if (const auto at = utf8::find_invalid(body)) return misread(body, *at, utf8::fault_of(body));
   if (const std::size_t at = body.find('\0'); at != std::string_view::npos) return misread(body, at, "U+0000 is not accepted");
   body = utf8::without_mark(body);
   const Type& type = without_optional(outer);

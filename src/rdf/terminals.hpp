@@ -93,7 +93,7 @@ class Terminals {
 
   bool well_formed() {
     const auto at = utf8::find_invalid(text_);
-    return !at || fail(text_.data() + *at, "invalid UTF-8");
+    return !at || fail(text_.data() + *at, utf8::fault_of(text_));
   }
 
   bool end() const noexcept { return at_ == end_; }

@@ -30,7 +30,7 @@ class Reader {
   Reader(std::string_view text, const ReadOptions& options) : text_(text), options_(options) {}
 
   Result<std::vector<DataUpdate>> run() {
-    if (const auto bad = utf8::find_invalid(text_)) return misread(text_, *bad, "invalid UTF-8");
+    if (const auto bad = utf8::find_invalid(text_)) return misread(text_, *bad, utf8::fault_of(text_));
     turtle_.assign(text_.size(), ' ');
     at_ = text_.size() - utf8::without_mark(text_).size();
     turtle_.replace(0, at_, text_.substr(0, at_));

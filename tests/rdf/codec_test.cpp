@@ -188,6 +188,14 @@ TEST_CASE("invalid UTF-8 is refused with its place", "[rdf]") {
   refusal("<http://e/a> <http://e/b> \"\xED\xA0\x80\" .", Syntax::n_triples);
 }
 
+TEST_CASE("a text in UTF-16 is refused as such", "[rdf][json_ld]") {
+  for (const Syntax syntax : {Syntax::turtle, Syntax::n_triples, Syntax::trig, Syntax::n_quads, Syntax::json_ld})
+    for (const std::string mark : {"\xFF\xFE", "\xFE\xFF"}) {
+      if (!syntax_of(media_type(syntax))) continue;
+      CHECK(refusal(mark + std::string("<\0a\0", 4), syntax).message == "line 1, column 1: expected UTF-8, found UTF-16");
+    }
+}
+
 TEST_CASE("characters that no IRI has are refused, escaped or not", "[rdf]") {
   for (const char* iri : {"http://e/a b", "http://e/\\u0020", "http://e/\\u003C", "http://e/\\u0001", "http://e/{x}", "http://e/%zz", "http://e/\\n",
                           "http://e/\"", "http://e/\xEF\xA3\xBF"}) {
