@@ -436,3 +436,40 @@ TEST_CASE("a node of another class is refused", "[shacl][R1.11]") {
   CHECK(with("a maths:Scalar , ex:Angle ;") == "");
   CHECK(with("a maths:Vector3D ;") != "");
 }
+
+TEST_CASE("the shape of absence conforms if there is no value, whatever else is said of the node", "[shacl][SPEC 3.12]") {
+  const auto absent = [](const Type& type, const std::string& data) {
+    Graph graph;
+    const lrt::rdf::TermId shape = graph.intern(lrt::rdf::iri(shape_iri));
+    graph.add(shape, graph.intern(lrt::vocab::rdf_::type), graph.intern(lrt::vocab::sh::NodeShape));
+    lrt::shacl::derive_absence(graph, shape, type, names);
+    return findings(lrt::shacl::Shapes::compile(std::move(graph)).value(), shacl_test::parse(data)) == "";
+  };
+  CHECK(absent(traits<double>::type(), "<focus> a maths:Scalar ; qudt:hasUnit unit:M ."));
+  CHECK_FALSE(absent(traits<double>::type(), "<focus> vom:numericalValue 1 ."));
+  CHECK_FALSE(absent(traits<std::optional<double>>::type(), "<focus> vom:numericalValue 1 ."));
+  CHECK(absent(traits<std::string>::type(), "<focus> ex:p 1 ."));
+  CHECK_FALSE(absent(traits<std::string>::type(), "<focus> rdf:value \"a\" ."));
+  CHECK_FALSE(absent(traits<std::vector<int>>::type(), "<focus> rdf:value () ."));
+  CHECK(absent(traits<test::Pose>::type(), "<focus> a ex:Pose ."));
+  CHECK_FALSE(absent(traits<test::Pose>::type(), "<focus> ex:x 1 ."));
+}
+
+TEST_CASE("a shape that stands in several documents has names for its nodes, and judges as the one without", "[shacl][SPEC 3.19]") {
+  const auto derived = [](bool named) {
+    Graph graph;
+    lrt::shacl::DeriveOptions options;
+    options.named = named;
+    lrt::shacl::derive(graph, graph.intern(lrt::rdf::iri(shape_iri)), traits<test::Mode>::type(), {}, names, options);
+    return graph;
+  };
+  const Graph named = derived(true), blank = derived(false);
+  CHECK(named.size() == blank.size());
+  for (const lrt::rdf::Triple& t : named.triples()) {
+    CHECK_FALSE(named.term(t.subject).is_blank());
+    CHECK_FALSE(named.term(t.object).is_blank());
+  }
+  Graph twice = named;
+  twice.merge(derived(true));
+  CHECK(twice.size() == named.size());
+}
