@@ -302,8 +302,7 @@ TEST_CASE("seven joints and the links around them are reached from the root by l
   });
   for (const lrt::urdf::Joint& j : robot.model.joints) {
     const std::string joint = base + j.name;
-    for (const char* part :
-         {"", "/state", "/rotation", "/position", "/friction", "/jointReferenceFrame", "/actions/rotate", "/subscriptions"}) {
+    for (const char* part : {"", "/state", "/rotation", "/position", "/friction", "/jointReferenceFrame", "/actions/rotate", "/subscriptions"}) {
       CAPTURE(joint, part);
       CHECK(by_links.count(joint + part) == 1);
       CHECK(by_triples.count(joint + part) == 1);
