@@ -60,7 +60,7 @@ class BareClient {
     char status[12];
     for (int i = 0; i < 100'000; ++i) {
       meanwhile();
-      if (::recv(descriptor_, status, sizeof status, MSG_PEEK | MSG_DONTWAIT) == sizeof status) return std::atoi(status + 9);
+      if (::recv(descriptor_, status, sizeof status, MSG_PEEK | MSG_DONTWAIT) == sizeof status) return std::stoi(std::string(status + 9, 3));
     }
     return 0;
   }
