@@ -24,6 +24,15 @@ std::string numeric(const sockaddr& address) {
   return text.data();
 }
 
+template <class Socket>
+Address address_of(const Socket& socket) {
+  Address address;
+  std::memcpy(&address.socket, &socket, sizeof socket);
+  address.size = sizeof socket;
+  address.text = numeric(reinterpret_cast<const sockaddr&>(socket));
+  return address;
+}
+
 Result<std::vector<Address>> look_up(const std::string& name, int flags) {
   addrinfo wanted{};
   wanted.ai_family = AF_UNSPEC;
@@ -60,10 +69,19 @@ void Address::set_port(std::uint16_t port) noexcept {
 Result<std::vector<Address>> resolve(const std::string& name) { return look_up(name, 0); }
 
 std::optional<Address> numeric_address(const std::string& text) {
-  // The resolver knows zones, but also forms such as "127.1".
-  in_addr four{};
-  if (text.find(':') == std::string::npos && ::inet_pton(AF_INET, text.c_str(), &four) != 1) return std::nullopt;
-  Result<std::vector<Address>> found = look_up(text, AI_NUMERICHOST);
+  if (text.find(':') == std::string::npos) {  // the resolver knows forms such as "127.1", too
+    sockaddr_in four{};
+    four.sin_family = AF_INET;
+    if (::inet_pton(AF_INET, text.c_str(), &four.sin_addr) != 1) return std::nullopt;
+    return address_of(four);
+  }
+  if (text.find('%') == std::string::npos) {
+    sockaddr_in6 six{};
+    six.sin6_family = AF_INET6;
+    if (::inet_pton(AF_INET6, text.c_str(), &six.sin6_addr) != 1) return std::nullopt;
+    return address_of(six);
+  }
+  Result<std::vector<Address>> found = look_up(text, AI_NUMERICHOST);  // it knows zones
   if (!found) return std::nullopt;
   return std::move(found->front());
 }
