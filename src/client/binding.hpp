@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/client/things.hpp>
 
 namespace lrt::client {
@@ -20,7 +21,7 @@ struct Binding {
 };
 
 /// The bindings of the focus node, at most 100. What is ill-formed is left out.
-std::vector<Binding> bindings_of(const Representation& representation);
+LRT_INTERNAL_API std::vector<Binding> bindings_of(const Representation& representation);
 
 /// Objects of a node that stand for a shape: IRIs, and blank nodes with triples.
 std::vector<rdf::Term> shapes_of(const Representation& representation, Iri predicate);
