@@ -19,12 +19,6 @@ About& About::statements(const std::vector<Statement>& statements, const std::st
   return *this;
 }
 
-std::vector<rdf::TermId> named_cells(rdf::Graph& graph, const std::string& name, std::size_t count) {
-  std::vector<rdf::TermId> cells;
-  for (std::size_t i = 0; i < count; ++i) cells.push_back(graph.intern(rdf::iri(name + "-" + std::to_string(i))));
-  return cells;
-}
-
 rdf::TermId object_term(rdf::Graph& graph, const Object& o, const std::string& base) {
   switch (o.kind()) {
     case Object::Kind::iri: return graph.intern(rdf::iri(o.text()));

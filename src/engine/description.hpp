@@ -2,7 +2,6 @@
 #pragma once
 
 #include <chrono>
-#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -65,9 +64,6 @@ class About {
   rdf::Graph& graph_;
   rdf::TermId subject_;
 };
-
-/// The cells of a list that stands in several documents: `name-0`, `name-1` ... (SPEC 3.19).
-std::vector<rdf::TermId> named_cells(rdf::Graph& graph, const std::string& name, std::size_t count);
 
 rdf::TermId object_term(rdf::Graph& graph, const Object& object, const std::string& base);
 

@@ -16,6 +16,7 @@
 #include "src/base/ascii.hpp"
 #include "src/base/utf8.hpp"
 #include "src/rdf/json_parse.hpp"
+#include "src/rdf/named_cells.hpp"
 #include "src/rdf/plain_names.hpp"
 #include "src/rdf/shown.hpp"
 #include "src/rdf/value_places.hpp"
@@ -675,18 +676,7 @@ ValueWriter::Step::Step(ValueWriter& writer, std::string_view field) : writer_(w
 }
 
 TermId ValueWriter::list(const std::vector<TermId>& members) {
-  std::vector<TermId> cells;
-  if (!name_.empty()) {
-    const std::size_t before = name_.size();
-    name_ += '-';
-    for (std::size_t i = 0; i < members.size(); ++i) {
-      name_.resize(before + 1);
-      name_ += std::to_string(i);
-      cells.push_back(graph_.intern(iri(name_)));
-    }
-    name_.resize(before);
-  }
-  return graph_.add_list(members, std::move(cells));
+  return name_.empty() ? graph_.add_list(members) : graph_.add_list(members, named_cells(graph_, name_, members.size()));
 }
 
 void ValueWriter::number(TermId node, TermId literal, const Unit& u) {

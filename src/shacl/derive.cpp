@@ -15,6 +15,7 @@
 #include <lrt/rdf/value_codec.hpp>
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/rdf/named_cells.hpp"
 #include "src/shacl/derived_patterns.hpp"
 
 namespace lrt::shacl {
@@ -71,12 +72,8 @@ class Deriver {
   }
   TermId node() { return name_.empty() ? graph_.fresh_blank() : graph_.intern(rdf::iri(name_ + "." + std::to_string(++nodes_))); }
   TermId list(const std::vector<TermId>& members) {
-    std::vector<TermId> cells;
-    if (!name_.empty() && !members.empty()) {
-      const std::string cell = name_ + "." + std::to_string(++nodes_) + "-";
-      for (std::size_t i = 0; i < members.size(); ++i) cells.push_back(graph_.intern(rdf::iri(cell + std::to_string(i))));
-    }
-    return graph_.add_list(members, std::move(cells));
+    if (name_.empty()) return graph_.add_list(members);
+    return graph_.add_list(members, rdf::named_cells(graph_, name_ + "." + std::to_string(++nodes_), members.size()));
   }
   TermId property(TermId shape, Iri path) { return property_at(shape, graph_.intern(path)); }
   TermId blank_with(Iri predicate, TermId object) {

@@ -10,6 +10,7 @@
 #include "src/engine/overview.hpp"
 #include "src/engine/parts.hpp"
 #include "src/engine/resources/thing.hpp"
+#include "src/rdf/named_cells.hpp"
 
 namespace lrt::engine {
 
@@ -80,7 +81,7 @@ void PropertyResource::describe_formats(About& about, const Description& d) cons
     std::vector<rdf::TermId> shape;
     for (const std::size_t n : layout.shape) shape.push_back(count(n));
     format.add(vocab::lrt_::elementType, rdf::TermView(element_type))
-        .add(vocab::lrt_::shape, graph.add_list(shape, named_cells(graph, iri + "#shape", shape.size())));
+        .add(vocab::lrt_::shape, graph.add_list(shape, rdf::named_cells(graph, iri + "#shape", shape.size())));
     format.add(vocab::lrt_::byteOrder,
                rdf::TermView(layout.byte_order == Layout::ByteOrder::little_endian ? vocab::lrt_::littleEndian : vocab::lrt_::bigEndian));
     describe_unit(format, layout.unit.empty() ? spec->facets.unit() : layout.unit);
