@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -66,31 +66,30 @@ class FragmentPrefixes {
   explicit FragmentPrefixes(PrefixTable& taken) : taken_(taken) {}
 
   void add(std::string_view space) {
-    if (names_.size() < most && names_.find(space) == names_.end()) names_.emplace(space, std::string());
+    if (names_.size() < most && names_.find(space) == names_.end()) names_.emplace(space, std::nullopt);
   }
   bool empty() const noexcept { return names_.empty(); }
   /// The name of the prefix of a namespace, or nullptr.
   const std::string* find(std::string_view space) {
     const auto at = names_.find(space);
     if (at == names_.end()) return nullptr;
-    if (used_.empty() || at->second.empty()) use(*at);
-    return &at->second;
+    if (!at->second) use(*at);
+    return &*at->second;
   }
   template <class Visit>
   void for_each_used(Visit visit) const {
-    for (const auto* one : used_) visit(one->second, one->first);
+    for (const auto* one : used_) visit(*one->second, one->first);
   }
 
  private:
   static constexpr std::size_t most = 900;  // a reader may have a limit: ours is max_directives
-  using Names = std::map<std::string, std::string, std::less<>>;
+  using Names = std::map<std::string, std::optional<std::string>, std::less<>>;
 
   void use(Names::value_type& one) {
-    if (std::find(used_.begin(), used_.end(), &one) != used_.end()) return;  // the empty name
     do {
       one.second = tried_ == 0 ? std::string() : "p" + std::to_string(tried_);
       ++tried_;
-    } while (taken_.find(one.second) != nullptr);
+    } while (taken_.find(*one.second) != nullptr);
     used_.push_back(&one);
   }
 
