@@ -61,7 +61,7 @@ Result<rdf::Graph> read_documents(const std::vector<std::string>& documents, con
       return Unexpected{std::move(error)};
     }
     std::map<rdf::TermId, rdf::TermId> renamed;
-    const std::vector<bool> of_paths = blanks_of_paths(*graph);
+    const std::vector<bool> of_paths = names_blanks ? blanks_of_paths(*graph) : std::vector<bool>();
     const auto import = [&](rdf::TermId id) {
       const rdf::TermView term = graph->term(id);
       if (!term.is_blank()) return all.intern(term);

@@ -2,7 +2,6 @@
 #include "src/engine/resources/kind.hpp"
 
 #include <algorithm>
-#include <cstdint>
 #include <iterator>
 #include <limits>
 #include <map>
@@ -224,19 +223,13 @@ void describe_kind(const Description& d, const std::string& self, const std::str
   if (properties > 0) structure.path(vocab::hybrit::property, properties, 0, vocab::hybrit::Property);
 
   // The links that the user has given. What they lead to may have been removed: it has no class here.
-  const std::map<std::string, Links> links = links_of(first, d.engine.registry);
-  std::map<std::string, std::size_t> seen_links;
-  for (const auto& [predicate, l] : links) seen_links[predicate] = l.count;
+  std::map<std::string, Links> links = links_of(first, d.engine.registry);
   if (d.audience.is_restricted())
     for (const ThingNode* t : members) {
-      const std::map<std::string, Links> theirs = links_of(*t, d.engine.registry, d.audience);
-      for (auto& [predicate, n] : seen_links) {
-        const auto at = theirs.find(predicate);
-        n = std::min(n, at == theirs.end() ? 0 : at->second.count);
-      }
+      const std::map<std::string, Links> seen_links = links_of(*t, d.engine.registry, d.audience);
+      for (auto it = links.begin(); it != links.end();) it = seen_links.count(it->first) == 0 ? links.erase(it) : std::next(it);
     }
   for (const auto& [predicate, l] : links) {
-    if (d.audience.is_restricted() && seen_links[predicate] == 0) continue;
     About constraint = structure.path(predicate, 1, l.count == 1 ? 1 : 0);
     if (l.iris || l.literals) constraint.add(vocab::sh::nodeKind, rdf::TermView(l.iris ? vocab::sh::IRI : vocab::sh::Literal));
   }
