@@ -17,6 +17,7 @@ namespace {
 using Id = Document::Id;
 using Kind = Document::Kind;
 
+/// Lower-case digits, and U+007F as it is (RFC 8785 3.2.2.2), unlike append_json_string().
 void append_string(std::string& out, std::string_view text) {
   out += '"';
   for (const char c : text) {
