@@ -13,6 +13,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <thread>
@@ -183,6 +184,7 @@ int main(int argc, char** argv) {
   whole.property("pose", [&] { return robot.pose; }).on_write([&](lrt::test::Pose v) { robot.pose = std::move(v); });
   whole.property("mode", [&] { return robot.mode; }).on_write([&](lrt::test::Mode v) { robot.mode = v; });
   whole.property("gains", [&] { return robot.gains; }).on_write([&](std::vector<double> v) { robot.gains = std::move(v); });
+  whole.action("sum", [](const std::vector<double>& numbers) { return std::accumulate(numbers.begin(), numbers.end(), 0.0); });
   whole.action("measure", [] { return 2.5; }).produces(lrt::rdf::Facets{}.unit(lrt::unit::metre));
   std::atomic<int> stops{0};
   whole.property("stops", [&] { return stops.load(); }).dispatch(lrt::Dispatch::io_thread);

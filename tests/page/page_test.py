@@ -317,6 +317,11 @@ def structs_lists_enums_and_booleans_are_written(browser):
         fill(browser, "gains", "much", 1)
         press(browser, "gains", "Set")
         card(browser, "gains", "return card.querySelector('form').innerText.includes('expected')", "what is wrong with the list")
+        # The shape of a list is in the Blueprint only, which the card reads.
+        press(browser, "sum", "Add a row")
+        fill(browser, "sum", "2.25")
+        press(browser, "sum", "sum")
+        card(browser, "sum", "return /result\\s*2.25/.test(card.innerText)", "the result of the list")
         press(browser, "measure", "measure")
         card(browser, "measure", "return /result\\s*2.5 m/.test(card.innerText)", "a result")
         check_clean(browser, robot, provoked=["422"])
