@@ -6,6 +6,7 @@
 
 #include "src/base/ascii.hpp"
 #include "src/base/quote.hpp"
+#include "src/http/framing.hpp"
 #include "src/http/target.hpp"
 
 namespace lrt::http {
@@ -13,6 +14,9 @@ inline namespace v0 {
 namespace {
 
 using namespace detail;
+using framing::for_each_element;
+using framing::is_token;
+using framing::parse_length;
 
 // ---- Words for refusals. Nothing a client sent is echoed raw: bytes outside visible ASCII appear as numbers.
 
@@ -81,31 +85,6 @@ std::size_t value_end(std::string_view text, std::size_t at) noexcept {
   }
   while (at < text.size() && is(text[at], detail::text)) ++at;
   return at;
-}
-
-/// Calls `visit(element)` for each element of a comma-separated list without quoted strings, until it returns false.
-template <class Visit>
-bool for_each_element(std::string_view list, Visit visit) {
-  while (!list.empty()) {
-    const std::size_t comma = list.find(',');
-    const std::string_view element = trim(list.substr(0, comma));
-    if (!element.empty() && !visit(element)) return false;
-    list.remove_prefix(comma == std::string_view::npos ? list.size() : comma + 1);
-  }
-  return true;
-}
-
-bool is_token(std::string_view text) noexcept { return !text.empty() && token_end(text, 0) == text.size(); }
-
-/// 1*19DIGIT, which always fits 64 bits; nullopt for anything else.
-std::optional<std::uint64_t> parse_length(std::string_view text) noexcept {
-  if (text.empty() || text.size() > 19) return std::nullopt;
-  std::uint64_t result = 0;
-  for (const char c : text) {
-    if (!is_digit(c)) return std::nullopt;
-    result = result * 10 + static_cast<unsigned>(c - '0');
-  }
-  return result;
 }
 
 /// The fields for routing and for the framing of the body.
