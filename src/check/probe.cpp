@@ -310,7 +310,7 @@ Result<Connection> Probe::connect(const std::string& url) {
   if (exhausted()) return unexpected(Errc::limit_exceeded, limit_reached());
   ++requests_;
   Result<std::unique_ptr<exchange::Wire>> wire =
-      http_.connect(*parts, {within(options_.client.limits.resolve_time + options_.client.limits.connect_time), http_.stop_descriptor()});
+      http_.connect(*parts, {within(options_.client.limits.resolve_time + options_.client.limits.connect_time), http_.stop_descriptor()}, false);
   if (!wire) return unexpected(std::move(wire).error());
   return Connection(*std::move(wire), http_.stop_descriptor(), options_);
 }

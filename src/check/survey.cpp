@@ -4,12 +4,14 @@
 #include <algorithm>
 #include <deque>
 #include <map>
+#include <optional>
+#include <utility>
 
-#include <lrt/base/iri.hpp>
 #include <lrt/rdf/codec.hpp>
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/base/ascii.hpp"
+#include "src/exchange/redirect.hpp"
 
 namespace lrt::check {
 namespace {
@@ -133,13 +135,10 @@ Exchange get(Context& context, const std::string& url, const FieldList& fields) 
   std::string at = without_fragment(url);
   for (unsigned redirects = 0;; ++redirects) {
     Exchange exchange = context.probe.ask("GET", at, fields);
-    const int status = exchange.reply.status;
-    if (exchange.reply.error || redirects >= context.options.client.limits.max_redirects ||
-        (status != 301 && status != 302 && status != 303 && status != 307 && status != 308))
-      return exchange;
-    const Result<std::string> target = iri::resolve(at, exchange.reply.field("Location"));
-    if (!target || !url_of(*target)) return exchange;
-    at = without_fragment(*target);
+    if (exchange.reply.error || redirects >= context.options.client.limits.max_redirects) return exchange;
+    Result<std::optional<exchange::Redirect>> next = exchange::redirect_of(exchange.reply.status, exchange.reply.fields, "GET", at);
+    if (!next || !*next) return exchange;
+    at = std::move((*next)->url);
   }
 }
 

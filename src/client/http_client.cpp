@@ -13,8 +13,6 @@
 #include <system_error>
 #include <utility>
 
-#include <lrt/base/iri.hpp>
-
 #include "src/base/ascii.hpp"
 #include "src/base/base64.hpp"
 #include "src/base/read_file.hpp"
@@ -23,6 +21,7 @@
 #include "src/exchange/connect.hpp"
 #include "src/exchange/idle_wires.hpp"
 #include "src/exchange/no_sigpipe.hpp"
+#include "src/exchange/redirect.hpp"
 #include "src/http/host.hpp"
 
 namespace lrt::client {
@@ -46,19 +45,6 @@ Result<std::string> read_token(const std::string& file) {
   const std::string token(lrt::detail::trim(line.substr(0, line.find_first_of("\r\n"))));
   if (token.empty()) return unexpected(Errc::invalid_option, "token file \"" + file + "\": expected a token in the first line");
   return token;
-}
-
-/// The method with which a redirect is followed (RFC 9110 15.4); empty: it is not.
-std::string redirected_method(int status, const std::string& method) {
-  const bool reads = method == "GET" || method == "HEAD";
-  switch (status) {
-    case 301:
-    case 302: return reads ? method : std::string();
-    case 303: return reads ? method : "GET";
-    case 307:
-    case 308: return method;
-    default: return {};
-  }
 }
 
 class HttpClientImpl final : public HttpClient {
@@ -91,32 +77,30 @@ class HttpClientImpl final : public HttpClient {
         has_new_token = true;
         continue;
       }
-      const std::string method = redirected_method(response->status, request.method);
-      const std::optional<std::string_view> location = response->fields.find("Location");
-      if (method.empty() || !location) return response;
+      Result<std::optional<exchange::Redirect>> found = exchange::redirect_of(response->status, response->fields, request.method, request.url);
+      if (!found) return unexpected(std::move(found).error());
+      if (!*found) return response;
       if (++redirects > options_.limits.max_redirects)
         return unexpected(Errc::limit_exceeded, "\"" + given.url + "\": more than " + std::to_string(options_.limits.max_redirects) + " redirects");
-      Result<std::string> target = iri::resolve(request.url, *location);
-      if (!target) return unexpected(Errc::expected_iri, "\"" + request.url + "\": it redirects to an invalid URL");
-      const Result<http::Url> next = http::parse_url(target->substr(0, target->find('#')));
-      if (!next) return unexpected(Errc::expected_iri, "\"" + request.url + "\": it redirects to \"" + *target + "\": " + next.error().message);
-      if (next->origin() != url->origin()) {
-        // The caller's credentials are not sent to other origins. A robot must not send a command to another robot with the client's identity.
+      exchange::Redirect& next = **found;
+      if (next.leaves_origin) {
         is_elsewhere = true;
         const auto secret = [](const auto& field) { return iequals_ascii(field.first, "Authorization") || iequals_ascii(field.first, "Cookie"); };
         request.fields.erase(std::remove_if(request.fields.begin(), request.fields.end(), secret), request.fields.end());
       }
-      if (method != request.method) {
+      if (next.method != request.method) {
         request.body.clear();
         const auto describes_body = [](const auto& field) { return iequals_ascii(field.first, "Content-Type"); };
         request.fields.erase(std::remove_if(request.fields.begin(), request.fields.end(), describes_body), request.fields.end());
       }
-      request.method = method;
-      request.url = *std::move(target);
+      request.method = std::move(next.method);
+      request.url = std::move(next.url);
     }
   }
 
-  Result<std::unique_ptr<Wire>> connect(const http::Url& url, WaitLimit limit) override { return connect(url, limit, !is_trusted(url)); }
+  Result<std::unique_ptr<Wire>> connect(const http::Url& url, WaitLimit limit, bool is_elsewhere) override {
+    return open(url, limit, is_elsewhere || !is_trusted(url));
+  }
 
   bool is_trusted(const http::Url& url) const override {
     const std::lock_guard lock(mutex_);
@@ -148,7 +132,7 @@ class HttpClientImpl final : public HttpClient {
   int stop_descriptor() const noexcept override { return stop_descriptor_; }
 
  private:
-  Result<std::unique_ptr<Wire>> connect(const http::Url& url, WaitLimit limit, bool anonymous) {
+  Result<std::unique_ptr<Wire>> open(const http::Url& url, WaitLimit limit, bool anonymous) {
     const Instant now = std::chrono::steady_clock::now();
     const Result<std::vector<Address>> found = names_.find(url.host, {std::min(limit.until, now + options_.limits.resolve_time), stop_descriptor_});
     if (!found) return unexpected(found.error());
@@ -188,7 +172,7 @@ class HttpClientImpl final : public HttpClient {
     while (true) {
       const bool is_fresh = wire == nullptr;
       if (is_fresh) {
-        Result<std::unique_ptr<Wire>> made = connect(url, limit, anonymous);
+        Result<std::unique_ptr<Wire>> made = open(url, limit, anonymous);
         if (!made) return unexpected(std::move(made).error());
         wire = *std::move(made);
       }

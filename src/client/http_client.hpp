@@ -29,13 +29,14 @@ class LRT_INTERNAL_API HttpClient {
   static Result<std::shared_ptr<HttpClient>> create(const Options& options);
   virtual ~HttpClient() = default;
 
-  /// Sends a request and follows redirects (RFC 9110 15.4): 301, 302, 303 of GET and HEAD, 307 and 308 of every method. Sent once more on a new
-  /// connection if an idle one turns out to be closed and the method is idempotent.
-  /// @par Errors  expected_iri: the URL, or that of a redirect; io_error, closed, timed_out, limit_exceeded, expected_http, cancelled (stop())
+  /// Sends a request and follows redirects (exchange::redirect_of()). Sent once more on a new connection if an idle one turns out to be closed and the
+  /// method is idempotent. A coding of the response's body is undone, also one that no Accept-Encoding of the request has asked for.
+  /// @par Errors  expected_iri: the URL, or that of a redirect; refused: a redirect of a command to another origin; io_error, closed, timed_out,
+  ///              limit_exceeded, expected_http, cancelled (stop())
   virtual Result<Response> send(const Request& request) = 0;
-  /// A new connection for bytes of the caller's own: what a WebSocket or a check of a server sends. The client's certificate is shown to trusted
-  /// origins.
-  virtual Result<std::unique_ptr<exchange::Wire>> connect(const http::Url& url, exchange::WaitLimit limit) = 0;
+  /// A new connection for bytes of the caller's own: what an event stream or a check of a server sends.
+  /// @param is_elsewhere  after a redirect to another origin. Else the client's certificate is shown to trusted origins
+  virtual Result<std::unique_ptr<exchange::Wire>> connect(const http::Url& url, exchange::WaitLimit limit, bool is_elsewhere) = 0;
 
   /// The fields that the identity adds to a request to this origin; empty if it is not trusted.
   virtual std::vector<std::pair<std::string, std::string>> identity_fields(const http::Url& url) = 0;

@@ -30,6 +30,7 @@
 #include "src/client/representation.hpp"
 #include "src/client/tasks.hpp"
 #include "src/client/websockets.hpp"
+#include "src/exchange/redirect.hpp"
 
 namespace lrt::client {
 inline namespace v0 {
@@ -740,7 +741,7 @@ void Watch::Impl::stream(Generation generation) {
   if (type != "text/turtle") target += (target.find('?') == std::string::npos ? "?accept=" : "&accept=") + percent_encoded(type);
 
   EventParser parser(limits.max_message_bytes);
-  bool is_stream = false;
+  bool is_stream = false, is_elsewhere = false;
   std::string body;
   exchange::Outcome outcome;
   exchange::Receiver receiver;
@@ -767,21 +768,23 @@ void Watch::Impl::stream(Generation generation) {
   for (unsigned redirects = 0;; ++redirects) {
     if (!url) return refused(generation, 0, {Errc::expected_iri, "\"" + target + "\": " + url.error().message}, {});
     exchange::WaitLimit limit{std::chrono::steady_clock::now() + limits.response_time, stop->descriptor()};
-    Result<std::unique_ptr<exchange::Wire>> wire = context_->http->connect(*url, limit);
+    Result<std::unique_ptr<exchange::Wire>> wire = context_->http->connect(*url, limit, is_elsewhere);
     if (!wire) return lost(generation, std::move(wire).error());
-    const auto fields = request_fields(*url, "text/event-stream");
+    auto fields = request_fields(*url, "text/event-stream");
+    if (is_elsewhere) fields.resize(1);  // Accept: no identity, also if it was sent back
     exchange::Request request{"GET", url->target, url->authority, {{"Cache-Control", "no-store"}}, {}};
     for (const auto& [name, text] : fields) request.fields.push_back({name, text});
     limit.idle = options_.idle_time;
     outcome = exchange::exchange(**wire, request, {limits.max_header_bytes, std::nullopt}, limit, receiver);
     (*wire)->end();
-    const int status = outcome.header.status;
-    if (is_stream || status < 301 || status > 308 || status == 304) break;
-    const auto location = outcome.header.fields.find("Location");
-    const Result<std::string> next = location ? iri::resolve(target, *location) : Result<std::string>(unexpected(Errc::expected_iri, ""));
-    if (!next || redirects >= limits.max_redirects) return refused(generation, 0, {Errc::limit_exceeded, "\"" + url_ + "\": too many redirects"}, {});
-    target = *next;
-    url = http::parse_url(target.substr(0, target.find('#')));
+    if (is_stream) break;
+    Result<std::optional<exchange::Redirect>> next = exchange::redirect_of(outcome.header.status, outcome.header.fields, "GET", target);
+    if (!next) return refused(generation, 0, std::move(next).error(), {});
+    if (!*next) break;
+    if (redirects >= limits.max_redirects) return refused(generation, 0, {Errc::limit_exceeded, "\"" + url_ + "\": too many redirects"}, {});
+    is_elsewhere = is_elsewhere || (*next)->leaves_origin;
+    target = std::move((*next)->url);
+    url = std::move((*next)->parts);
   }
   if (is_stream) {
     if (parser.is_too_long())

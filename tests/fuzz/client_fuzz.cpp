@@ -41,7 +41,9 @@ class Scripted final : public client::HttpClient {
     response.url = request.url;
     return response;
   }
-  Result<std::unique_ptr<exchange::Wire>> connect(const http::Url&, exchange::WaitLimit) override { return unexpected(Errc::cancelled, "not here"); }
+  Result<std::unique_ptr<exchange::Wire>> connect(const http::Url&, exchange::WaitLimit, bool) override {
+    return unexpected(Errc::cancelled, "not here");
+  }
   std::vector<std::pair<std::string, std::string>> identity_fields(const http::Url&) override { return {}; }
   bool is_trusted(const http::Url&) const override { return false; }
   void trust(const http::Url&) override {}
