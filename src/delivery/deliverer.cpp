@@ -572,12 +572,12 @@ void Work::stop() noexcept {
   for (Worker& worker : rest) worker.thread.join();
 }
 
-class HttplibDeliverer final : public Deliverer {
+class ThreadDeliverer final : public Deliverer {
  public:
-  explicit HttplibDeliverer(std::shared_ptr<Work> work) : work_(std::move(work)) {}
-  ~HttplibDeliverer() override { stop(); }
-  HttplibDeliverer(const HttplibDeliverer&) = delete;
-  HttplibDeliverer& operator=(const HttplibDeliverer&) = delete;
+  explicit ThreadDeliverer(std::shared_ptr<Work> work) : work_(std::move(work)) {}
+  ~ThreadDeliverer() override { stop(); }
+  ThreadDeliverer(const ThreadDeliverer&) = delete;
+  ThreadDeliverer& operator=(const ThreadDeliverer&) = delete;
 
   void notify(Channel channel, std::string_view receiver) override { work_->notify(channel, receiver); }
   void stop() noexcept override { work_->stop(); }
@@ -588,8 +588,8 @@ class HttplibDeliverer final : public Deliverer {
 
 }  // namespace
 
-Result<std::unique_ptr<Deliverer>> make_httplib_deliverer(Source& source, const subscription::CallbackOptions& options, LogCallback log,
-                                                          Details details) {
+Result<std::unique_ptr<Deliverer>> make_thread_deliverer(Source& source, const subscription::CallbackOptions& options, LogCallback log,
+                                                         Details details) {
   Result<subscription::AllowedHosts> allowed = subscription::AllowedHosts::parse(options.allow);
   if (!allowed) return unexpected(std::move(allowed).error());
   if (options.max_threads == 0) return unexpected(Errc::invalid_option, "max_threads of callbacks: expected at least 1");
@@ -607,11 +607,11 @@ Result<std::unique_ptr<Deliverer>> make_httplib_deliverer(Source& source, const 
   if (ended < 0) return unexpected(Errc::io_error, std::string("cannot create an event descriptor for callbacks: ") + std::strerror(errno));
   auto work = std::make_shared<Work>(source, options, *std::move(allowed), std::move(log), std::move(details), ended);
   work->trust(std::move(tls));
-  return std::unique_ptr<Deliverer>(std::make_unique<HttplibDeliverer>(std::move(work)));
+  return std::unique_ptr<Deliverer>(std::make_unique<ThreadDeliverer>(std::move(work)));
 }
 
 Result<std::unique_ptr<Deliverer>> make_deliverer(Source& source, const subscription::CallbackOptions& options, LogCallback log) {
-  return make_httplib_deliverer(source, options, std::move(log), Details{});
+  return make_thread_deliverer(source, options, std::move(log), Details{});
 }
 
 }  // namespace v0

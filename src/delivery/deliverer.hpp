@@ -17,8 +17,8 @@ struct Details {
   std::size_t kept = 32;                         ///< limit of idle connections
 };
 
-Result<std::unique_ptr<Deliverer>> make_httplib_deliverer(Source& source, const subscription::CallbackOptions& options, LogCallback log,
-                                                          Details details);
+Result<std::unique_ptr<Deliverer>> make_thread_deliverer(Source& source, const subscription::CallbackOptions& options, LogCallback log,
+                                                         Details details);
 
 }  // namespace v0
 }  // namespace lrt::delivery

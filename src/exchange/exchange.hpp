@@ -21,14 +21,14 @@ struct Request {
   std::string_view method;
   std::string_view target;            ///< sent as it is
   std::string_view authority;         ///< value of Host
-  std::vector<http::Field> fields{};  ///< Host, Connection, Content-Length, Transfer-Encoding and Accept-Encoding among them are left out
+  std::vector<http::Field> fields{};  ///< Host, Connection, Content-Length and Transfer-Encoding among them are left out
   std::string_view body{};
 };
 
 /// The status and header section of a response.
 struct Header {
   int status = 0;
-  http::Fields fields{};
+  http::Fields fields{};  ///< without Content-Encoding and Content-Length if the body is decoded
 };
 
 struct Limits {
@@ -47,13 +47,15 @@ struct Outcome {
 /// Callbacks for a response as it is received. Each returns false to end the exchange.
 struct Receiver {
   std::function<bool(const Header& header)> header{};  ///< may be empty; called before the first byte of the body
-  std::function<bool(std::string_view bytes)> body{};  ///< may be empty
+  /// Gets the body without its content codings (ContentDecoder). Empty: the body is dropped as it is, and may have any coding.
+  std::function<bool(std::string_view bytes)> body{};
 };
 
-/// Sends a request and reads the response with cpp-httplib. Does not retry, follow redirects, decompress or read the environment.
+/// Sends a request and reads the response (http::ResponseParser). Does not retry or follow redirects, and does not ask for a coding.
 ///
-/// A response is valid only if it is complete, within the limits and HTTP/1.x, if its length is stated once, and if its status is final. If
-/// `limit.idle` is set, it is the longest wait for the next bytes, and `limit.until` bounds the request and the header section only.
+/// A request with a body and without Content-Type gets text/plain. A response is valid only if it is complete, within the limits and HTTP/1.x, and if
+/// its length is stated once. If `limit.idle` is set, it is the longest wait for the next bytes, and `limit.until` bounds the request and the header
+/// section only; otherwise it bounds all.
 /// @par Threads  distinct wires: any
 LRT_INTERNAL_API Outcome exchange(Wire& wire, const Request& request, const Limits& limits, WaitLimit limit, const Receiver& receiver = {});
 

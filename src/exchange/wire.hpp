@@ -25,8 +25,7 @@ struct WaitLimit {
 
 /// A connection to another host, plain or with TLS.
 ///
-/// The sockets of cpp-httplib are not used: they restart their time limit with each byte, hold a mutex while they connect, so that a
-/// connection attempt cannot be cancelled, and resolve names again without the check of addresses.
+/// It is bytes only, so that HTTP and WebSockets can share it. A time limit is not renewed by a byte that arrives.
 /// @par Threads  distinct objects: any; one object: one at a time, with SIGPIPE blocked (OpenSSL writes without MSG_NOSIGNAL)
 class LRT_INTERNAL_API Wire {
  public:

@@ -7,8 +7,10 @@
 
 #include "src/client/http_client.hpp"
 #include "tests/client/robot_host.hpp"
+#include "tests/delivery/compress.hpp"
 #include "tests/delivery/receiver.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/odd_responses.hpp"
 
 // Servers that are not lrt's: incomplete, unusual or hostile.
 
@@ -287,6 +289,93 @@ TEST_CASE("responses that are too long, too slow or no HTTP are errors", "[clien
     REQUIRE_FALSE(found);
     INFO(found.error().message);
     CHECK(found.error().code == one.expected);
+  }
+}
+
+TEST_CASE("responses that are valid in an odd way are read", "[client]") {
+  for (const OddResponse& odd : odd_responses()) {
+    INFO(odd.name);
+    Receiver server([&](Peer& peer) {
+      while (!peer.read_request().empty()) {
+        const std::size_t piece = odd.is_byte_by_byte ? 1 : odd.bytes.size();
+        for (std::size_t at = 0; at < odd.bytes.size(); at += piece) peer.send(std::string_view(odd.bytes).substr(at, piece));
+        if (odd.closes) return;
+      }
+    });
+    Client client = Client::create(quick()).value();
+    for (int i = 0; i < 2; ++i) {
+      const Result<client::Response> response = client.send({"GET", server.url(), {}, {}});
+      INFO(message_of(response));
+      REQUIRE(response.has_value());
+      CHECK(response->status == odd.status);
+      CHECK(response->body == odd.body);
+      CHECK(response->fields.find("Content-Encoding").value_or("identity") == "identity");
+      CHECK_FALSE(response->fields.find("X-Sum").has_value());  // a trailer
+    }
+  }
+}
+
+TEST_CASE("responses that are wrong, or beyond a limit, have a message of their own", "[client][security]") {
+  for (const BadResponse& bad : bad_responses()) {
+    INFO(bad.name);
+    Receiver server([&](Peer& peer) {
+      if (!peer.read_request().empty()) peer.send(bad.bytes);
+    });
+    client::Options options = quick();
+    options.limits.max_body_bytes = 64 * 1024;
+    options.limits.max_header_bytes = 16 * 1024;
+    Client client = Client::create(options).value();
+    const Result<client::Response> response = client.send({"GET", server.url(), {}, {}});
+    REQUIRE_FALSE(response.has_value());
+    CAPTURE(response.error().message);
+    CHECK(response.error().message.find(bad.says) != std::string::npos);
+    CHECK(response.error().message.find(server.url()) != std::string::npos);
+  }
+}
+
+TEST_CASE("a body in a coding counts as long as it is decoded", "[client][security]") {
+  const auto coded = [](const std::string& text) {
+    const std::string bytes = compress(text);
+    return "HTTP/1.1 200 OK\r\nContent-Type: text/turtle\r\nContent-Encoding: gzip\r\nContent-Length: " + std::to_string(bytes.size()) + "\r\n\r\n" +
+           bytes;
+  };
+  std::string numbers;
+  for (int i = 0; i < 20'000; ++i) numbers += std::to_string(i) + '\n';
+  Site site({{"/", coded("<> a <https://hybr-it-projekt.de/ns/hybr-it#RoboticThing> .")},
+             {"/long", coded(numbers)},
+             {"/bomb", coded(std::string(40'000'000, ' '))}});
+  client::Options options = quick();
+  options.limits.max_body_bytes = 100'000;
+  Client client = Client::create(options).value();
+  CHECK(client.open(site.url()).value().things().size() == 1);
+  CHECK(site.requests().front().find("Accept-Encoding") == std::string::npos);  // a proxy would weaken the entity tags of what it codes
+  CHECK(message_of(client.get(site.url("/long"))).find("decoded, is longer than 100000 bytes") != std::string::npos);
+  options.limits.max_body_bytes = 100'000'000;
+  Client patient = Client::create(options).value();
+  CHECK(message_of(patient.get(site.url("/bomb"))).find("decoded, is more than 200 times as long") != std::string::npos);
+}
+
+TEST_CASE("a command is redirected within its origin only", "[client][security]") {
+  Site other({{"/go", answer(204)}});
+  Site site({{"/away", answer(307, {}, "Location: " + other.url("/go") + "\r\n")},
+             {"/here", answer(308, {}, "Location: /go\r\n")},
+             {"/see", answer(303, {}, "Location: " + other.url("/go") + "\r\n")},
+             {"/go", answer(204)}});
+  Client client = Client::create(quick()).value();
+  for (const char* const method : {"POST", "PUT", "PATCH", "DELETE"}) {
+    const Result<client::Response> away = client.send({method, site.url("/away"), {{"Content-Type", "text/plain"}}, "1"});
+    REQUIRE_FALSE(away.has_value());
+    CHECK(away.error().code == Errc::refused);
+    CHECK(away.error().message.find(std::string("redirects the ") + method + " to \"" + other.url("/go")) != std::string::npos);
+    CHECK(client.send({method, site.url("/here"), {{"Content-Type", "text/plain"}}, "1"}).value().status == 204);
+    CHECK(site.requests("/go").back().find(std::string(method) + " /go ") == 0);
+    CHECK(other.requests().empty());
+  }
+  CHECK(client.send({"GET", site.url("/away"), {{"Authorization", "Bearer x"}}, {}}).value().status == 204);
+  CHECK(client.send({"POST", site.url("/see"), {{"Authorization", "Bearer x"}, {"Content-Type", "text/plain"}}, "1"}).value().status == 204);
+  for (const std::string& request : other.requests()) {
+    CHECK(request.find("GET /go ") == 0);
+    CHECK(request.find("Bearer") == std::string::npos);
   }
 }
 

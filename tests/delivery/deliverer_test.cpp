@@ -15,8 +15,10 @@
 
 #include "src/delivery/deliverer.hpp"
 #include "tests/delivery/certificates.hpp"
+#include "tests/delivery/compress.hpp"
 #include "tests/delivery/receiver.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/odd_responses.hpp"
 #include "tests/support/skip.hpp"
 
 using namespace lrt;
@@ -139,7 +141,7 @@ CallbackOptions loopback() {
 
 struct Rig {
   explicit Rig(CallbackOptions options = loopback(), delivery::Details details = {}) {
-    deliverer = delivery::make_httplib_deliverer(
+    deliverer = delivery::make_thread_deliverer(
                     source, options,
                     [this](LogLevel, std::string_view text) {
                       const std::lock_guard lock(mutex);
@@ -345,6 +347,67 @@ TEST_CASE("all framings of a response are read", "[delivery]") {
   }
 }
 
+/// Sends an odd response to each request, and counts them.
+Receiver::Serve odd_receiver(const OddResponse& odd, std::atomic<int>& requests) {
+  return [&odd, &requests](Peer& peer) {
+    while (!peer.read_request().empty()) {
+      ++requests;
+      const std::size_t piece = odd.is_byte_by_byte ? 1 : odd.bytes.size();
+      for (std::size_t at = 0; at < odd.bytes.size(); at += piece) peer.send(std::string_view(odd.bytes).substr(at, piece));
+      if (odd.closes) return;
+    }
+  };
+}
+
+TEST_CASE("a notification is delivered exactly once to a receiver that answers in an odd, valid way", "[delivery][R0.13]") {
+  CHECK(odd_responses().size() >= 32);
+  for (const OddResponse& odd : odd_responses()) {
+    INFO(odd.name);
+    std::atomic<int> requests{0};
+    const Receiver receiver(odd_receiver(odd, requests));
+    Rig rig;
+    for (int i = 1; i <= 2; ++i) {
+      const DeliveryResult result = rig.deliver(notification(receiver.url()));
+      CHECK(result.status == odd.status);
+      CHECK(result.error.empty());
+      CHECK(requests == i);
+    }
+  }
+}
+
+TEST_CASE("a receiver that answers in a wrong way, or beyond a limit, gets a message of its own", "[delivery][security]") {
+  for (const BadResponse& bad : bad_responses()) {
+    if (says(bad.bytes, "Content-Encoding")) continue;  // the body of a response to a notification is not decoded
+    INFO(bad.name);
+    std::atomic<int> requests{0};
+    const Receiver receiver([&](Peer& peer) {
+      if (peer.read_request().empty()) return;
+      ++requests;
+      peer.send(bad.bytes);
+    });
+    Rig rig;
+    const DeliveryResult result = rig.deliver(notification(receiver.url()));
+    CHECK(result.status == 0);
+    CHECK(says(result.error, bad.says));
+    CHECK(requests == 1);
+  }
+}
+
+TEST_CASE("a challenge may come back in a coding, behind interim responses", "[delivery][R0.13]") {
+  const std::string coded = compress("0f3b-77aa");
+  const std::string text =
+      "HTTP/1.1 103 Early Hints\r\n\r\nHTTP/1.1 200 OK\r\nContent-Encoding: gzip\r\nContent-Length: " + std::to_string(coded.size()) + "\r\n\r\n" +
+      coded;
+  Recorder recorder(text);
+  const Receiver receiver(std::ref(recorder));
+  Rig rig;
+  Notification question;
+  question.url = receiver.url();
+  question.challenge = "0f3b-77aa";
+  question.query = "hub.challenge=0f3b-77aa";
+  CHECK(rig.deliver(std::move(question)).confirmed);
+}
+
 TEST_CASE("a response with ambiguous framing is an error", "[delivery][security]") {
   for (const char* bytes : {"HTTP/1.1 200 OK\r\nContent-Length: 5\r\nContent-Length: 3\r\n\r\nhello",
                             "HTTP/1.1 200 OK\r\nContent-Length: 5\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n"}) {
@@ -498,37 +561,35 @@ TEST_CASE("hostile receivers are dropped in time and after few bytes", "[deliver
       {"never responds", [](Peer& peer) { peer.hang(); }, "did not respond in time", true},
       {"drips its header section", dripping("", ok + "X: y\r\n"), "timed out before it was complete", true},
       {"drips a line", dripping(ok + "X: ", "yyyyyyyy"), "timed out before it was complete", true},
-      {"drips its body", dripping(ok + "Content-Length: 1000000\r\n\r\n", "x"), "timed out before it was complete", true},
+      {"drips its body", dripping(ok + "Content-Length: 60000\r\n\r\n", "x"), "timed out before it was complete", true},
       {"drips chunks", dripping(ok + "Transfer-Encoding: chunked\r\n\r\n", "1\r\nx\r\n"), "timed out before it was complete", true},
       {"drips until it closes", dripping(ok + "\r\n", "x"), "timed out before it was complete", true},
       {"body without end", endless(ok + "\r\n", "x"), "longer than 65536"},
       {"body too long", endless(ok + "Content-Length: 99999999999\r\n\r\n", "x"), "longer than 65536"},
       {"chunks without end", endless(ok + "Transfer-Encoding: chunked\r\n\r\n", "1\r\nx\r\n"), "longer than 65536"},
       {"a chunk's size without end", endless(ok + "Transfer-Encoding: chunked\r\n\r\n", "0"), "too long"},
-      {"fields without end", endless(ok, "X: y\r\n"), "header section"},
+      {"fields without end", endless(ok, "X: y\r\n"), "more than 1000 fields"},
+      {"long fields without end", endless(ok, "X: yyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyy\r\n"), "header section"},
       {"a field without end", endless(ok + "X: ", "y"), "header section"},
       {"a status line without end", endless("HTTP/1.1 200 ", "y"), "status line"},
-      {"status lines without end", endless("", "HTTP/1.1 100 Continue\r\n\r\n"), "header section"},
+      {"status lines without end", endless("", "HTTP/1.1 100 Continue\r\n\r\n"), "more than 16 interim responses"},
       {"a long status line after an interim one", endless("HTTP/1.1 100 Continue\r\n\r\nHTTP/1.1 200 ", "y"), "status line"},
-      {"noise without end", endless("", "y"), "header section"},
+      {"noise without end", endless("", "y"), "not HTTP"},
       {"noise with lines", endless("", "y\r\n"), "not HTTP"},
-      {"zeros", endless(std::string(1, '\0'), std::string(1, '\0')), "header section"},
+      {"zeros", endless(std::string(1, '\0'), std::string(1, '\0')), "not HTTP"},
       {"closes at once", [](Peer&) {}, "without a response"},
       {"closes in its header section", saying(ok + "X: "), "before its response was complete"},
       {"closes in its body", saying(ok + "Content-Length: 10\r\n\r\nhalf"), "before its response was complete"},
       {"closes in a chunk", saying(ok + "Transfer-Encoding: chunked\r\n\r\n5\r\nhe"), "before its response was complete"},
       {"HTTP/2", saying("HTTP/2 200\r\n\r\n"), "not HTTP"},
-      {"SSH", saying("SSH-2.0-OpenSSH_9.2\r\n"), "closed the connection|not HTTP"},
+      {"SSH", saying("SSH-2.0-OpenSSH_9.2\r\n"), "not HTTP"},
       {"early hints only", saying("HTTP/1.1 103 Early Hints\r\n\r\n"), "103"},
       {"a status of two digits", saying("HTTP/1.1 20 OK\r\n\r\n"), "not HTTP"},
-      {"a bad chunk", saying(ok + "Transfer-Encoding: chunked\r\n\r\nzz\r\n"), "closed the connection|not HTTP"},
+      {"a bad chunk", saying(ok + "Transfer-Encoding: chunked\r\n\r\nzz\r\n"), "a chunk with the size \"zz\""},
   };
   for (const Case& item : cases) {
     INFO(item.name);
-    const std::size_t bar = item.error.find('|');
-    const auto is_expected = [&](const std::string& error) {
-      return says(error, item.error.substr(0, bar)) || (bar != std::string::npos && says(error, item.error.substr(bar + 1)));
-    };
+    const auto is_expected = [&](const std::string& error) { return says(error, item.error); };
     CallbackOptions options = loopback();
     options.response_time = item.lasts ? 300ms : 30s;
     DeliveryResult result;
