@@ -145,6 +145,7 @@ Result<RepresentationPtr> Session::get(const std::string& given) {
   }
   Request request{"GET", url, {{"Accept", accept()}}, {}};
   if (known && !known->entity_tag.empty()) request.fields.emplace_back("If-None-Match", known->entity_tag);
+  if (accepts_gzip_) request.fields.emplace_back("Accept-Encoding", "gzip");
   const Result<Response> response = http_->send(request);
   if (!response) return unexpected(response.error());
   if (response->status == 304 && known) {

@@ -89,6 +89,9 @@ class LRT_INTERNAL_API Session : public std::enable_shared_from_this<Session> {
   Session(std::shared_ptr<HttpClient> http, const Options& options);
   ~Session();
 
+  /// Representations are asked for in gzip from now on. A proxy makes the entity tag of what it compresses a weak one, so this is for sessions that do
+  /// not write. Before the first get().
+  void accept_gzip() noexcept { accepts_gzip_ = true; }
   /// A representation; requested with If-None-Match if one is cached.
   Result<RepresentationPtr> get(const std::string& url);
   /// The same, or a representation of the last minute: for parts that rarely change, such as the binding and the shape.
@@ -114,6 +117,7 @@ class LRT_INTERNAL_API Session : public std::enable_shared_from_this<Session> {
  private:
   const Options options_;
   const std::shared_ptr<HttpClient> http_;
+  bool accepts_gzip_ = false;
   std::mutex mutex_;
   RepresentationCache cache_;
   Workers workers_;

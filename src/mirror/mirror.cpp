@@ -769,6 +769,7 @@ Result<Mirror> Mirror::create(MirrorOptions options) {
     state = *std::move(opened);
   }
   auto session = std::make_shared<client::Session>(*std::move(http), options.client);
+  session->accept_gzip();  // it reads whole robots, often over long ways
   return Mirror(std::make_shared<Impl>(std::move(options), std::move(session), *std::move(store), std::move(state)));
 }
 
