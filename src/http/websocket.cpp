@@ -7,22 +7,27 @@
 
 #include "src/base/ascii.hpp"
 #include "src/base/base64.hpp"
+#include "src/base/random.hpp"
 #include "src/base/utf8.hpp"
 
 namespace lrt::http {
 namespace {
 
-/// Whether a member of a comma-separated list (RFC 9110 5.6.1) in any of the fields of that name has `name` before the first `end`.
-bool has_member(const Request& request, std::string_view field_name, std::string_view name, char end) noexcept {
-  for (const Field& field : request.fields) {
-    if (!iequals(field.name, field_name)) continue;
-    for (std::string_view list = field.value; !list.empty();) {
-      const std::size_t comma = list.find(',');
-      const std::string_view member = detail::trim(list.substr(0, comma));
-      if (iequals(member.substr(0, member.find(end)), name)) return true;
-      list.remove_prefix(comma == std::string_view::npos ? list.size() : comma + 1);
-    }
+/// Whether a member of a comma-separated list (RFC 9110 5.6.1) has `name` before the first `end`.
+bool lists(std::string_view list, std::string_view name, char end) noexcept {
+  while (!list.empty()) {
+    const std::size_t comma = list.find(',');
+    const std::string_view member = detail::trim(list.substr(0, comma));
+    if (iequals(member.substr(0, member.find(end)), name)) return true;
+    list.remove_prefix(comma == std::string_view::npos ? list.size() : comma + 1);
   }
+  return false;
+}
+
+/// The same for any of the fields of that name.
+bool has_member(const Request& request, std::string_view field_name, std::string_view name, char end) noexcept {
+  for (const Field& field : request.fields)
+    if (iequals(field.name, field_name) && lists(field.value, name, end)) return true;
   return false;
 }
 
@@ -70,8 +75,6 @@ std::array<unsigned char, 20> sha1(std::string message) {
   return bytes;
 }
 
-/// RFC 4648 4
-
 }  // namespace
 
 bool requests_upgrade(const Request& request, std::string_view protocol) noexcept { return has_member(request, "Upgrade", protocol, '/'); }
@@ -96,6 +99,21 @@ std::optional<Refusal> check_websocket(const Request& request) {
 std::string websocket_accept(std::string_view key) {
   const std::array<unsigned char, 20> digest = sha1(std::string(key) + "258EAFA5-E914-47DA-95CA-C5AB0DC85B11");
   return detail::base64({reinterpret_cast<const char*>(digest.data()), digest.size()});
+}
+
+std::string new_websocket_key() {
+  std::array<unsigned char, 16> nonce{};
+  fill_random(nonce.data(), nonce.size());
+  return detail::base64({reinterpret_cast<const char*>(nonce.data()), nonce.size()});
+}
+
+std::string opening_fault(const Fields& fields, std::string_view protocol) {
+  if (!iequals(fields.find("Upgrade").value_or(std::string_view()), "websocket")) return "Upgrade is not \"websocket\"";
+  if (!lists(fields.joined("Connection"), "upgrade", ',')) return "Connection does not name Upgrade";
+  if (fields.find("Sec-WebSocket-Extensions")) return "an extension is there that was not offered";
+  const std::string chosen = fields.joined("Sec-WebSocket-Protocol");
+  if (!chosen.empty() && chosen != protocol) return "a subprotocol is there that was not offered";
+  return {};
 }
 
 bool is_close_payload(std::string_view payload) noexcept {

@@ -38,4 +38,11 @@ bool is_close_payload(std::string_view payload) noexcept;
 /// @par Time     Linear in the key.
 LRT_INTERNAL_API std::string websocket_accept(std::string_view key);
 
+/// A new value of Sec-WebSocket-Key.
+LRT_INTERNAL_API std::string new_websocket_key();
+
+/// What is wrong with the header fields of a 101 (RFC 6455 4.1) besides Sec-WebSocket-Accept. Empty: nothing.
+/// @param protocol  the subprotocol that was offered; empty: none
+LRT_INTERNAL_API std::string opening_fault(const Fields& fields, std::string_view protocol = {});
+
 }  // namespace lrt::http

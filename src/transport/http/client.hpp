@@ -10,7 +10,7 @@
 #include <lrt/base/clock.hpp>
 
 #include "src/transport/http/loop.hpp"
-#include "src/transport/http/output_parts.hpp"
+#include "src/base/output_parts.hpp"
 
 namespace lrt::transport {
 

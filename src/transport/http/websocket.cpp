@@ -259,9 +259,9 @@ void WebSocket::begin_close(std::uint16_t code, std::string_view reason, TimePoi
 void WebSocket::follow_state(TimePoint now) {
   if (!is_speaking()) return;
   switch (frames_.state()) {
-    case WebSocketFrames::State::open: break;
-    case WebSocketFrames::State::closing: enter_closing(now); break;
-    case WebSocketFrames::State::closed:
+    case http::WebSocketFrames::State::open: break;
+    case http::WebSocketFrames::State::closing: enter_closing(now); break;
+    case http::WebSocketFrames::State::closed:
       enter_closing(now);
       linger();
       break;

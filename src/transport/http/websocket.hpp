@@ -12,10 +12,10 @@
 
 #include <lrt/transport/session.hpp>
 
+#include "src/http/websocket_frames.hpp"
 #include "src/transport/http/client.hpp"
 #include "src/transport/http/deadlines.hpp"
 #include "src/transport/http/loop.hpp"
-#include "src/transport/http/websocket_frames.hpp"
 
 namespace lrt::transport {
 
@@ -102,7 +102,7 @@ class WebSocket final : public Client {
   Socket socket_;
   std::unique_ptr<TlsStream> tls_;  ///< nullptr: plain
   Addresses::Place place_;
-  WebSocketFrames frames_;
+  http::WebSocketFrames frames_;
   Phase phase_ = Phase::opening;
   std::string header_;  ///< the 101
   std::size_t header_sent_ = 0;

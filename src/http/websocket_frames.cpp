@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "src/transport/http/websocket_frames.hpp"
+#include "src/http/websocket_frames.hpp"
 
 #include <algorithm>
 #include <cassert>
 #include <utility>
 
+#include "src/base/random.hpp"
 #include "src/base/utf8.hpp"
 #include "src/http/websocket.hpp"
 
-namespace lrt::transport {
+namespace lrt::http {
 namespace {
 
 /// RFC 6455 5.2
@@ -51,7 +52,10 @@ void clear(std::string& buffer) { std::string().swap(buffer); }
 
 }  // namespace
 
-WebSocketFrames::WebSocketFrames(std::size_t max_message_bytes) noexcept : max_message_bytes_(std::max<std::size_t>(max_message_bytes, 1)) {}
+WebSocketFrames::WebSocketFrames(std::size_t max_message_bytes, Side side)
+    : max_message_bytes_(std::max<std::size_t>(max_message_bytes, 1)), remarks_(side == Side::client ? new Remarks : nullptr) {}
+
+WebSocketFrames::~WebSocketFrames() = default;
 
 // ---------------------------------------------------------------------------------------------------------------- reading
 
@@ -89,7 +93,7 @@ std::optional<WebSocketFrames::Message> WebSocketFrames::take_payload() {
   in_payload_ = left_ > 0;
   if (closing_) return std::nullopt;
   const bool is_whole = !in_payload_ && !in_message_;
-  if (is_text_ && !check_text(is_whole)) return fail(no_utf8), std::nullopt;
+  if (is_text_ && !check_text(is_whole)) return fail(no_utf8, "a text message is not UTF-8 (RFC 6455 5.6)"), std::nullopt;
   if (!is_whole) return std::nullopt;
   return Message{std::exchange(message_, {}), is_text_};
 }
@@ -115,7 +119,7 @@ std::optional<WebSocketFrames::Frame> WebSocketFrames::take_frame() {
   }
   if (input.size() < 2) return std::nullopt;
   const auto first = static_cast<unsigned char>(input[0]), second = static_cast<unsigned char>(input[1]);
-  if (!is_allowed(first, second)) return fail(protocol_error), std::nullopt;
+  if (const char* const rule = broken_rule(first, second)) return fail(protocol_error, rule), std::nullopt;
   std::uint64_t length = second & 0x7FU;
   std::size_t header = 2;
   if (length >= 126) {
@@ -124,14 +128,15 @@ std::optional<WebSocketFrames::Frame> WebSocketFrames::take_frame() {
     if (input.size() < header) return std::nullopt;
     length = big_endian(input.substr(2, length_bytes));
     const bool is_shortest = length_bytes == 2 ? length >= 126 : length > 0xFFFF;
-    if (!is_shortest) return fail(protocol_error), std::nullopt;
+    if (!is_shortest) return fail(protocol_error, "a length does not have the fewest bytes (RFC 6455 5.2)"), std::nullopt;
   }
   const unsigned opcode = first & 0x0FU;
-  if (!is_control(opcode) && length > max_message_bytes_ - message_.size()) return fail(too_large), std::nullopt;
-  const std::size_t begin = used_ + header + mask_bytes, size = static_cast<std::size_t>(length);
+  if (!is_control(opcode) && length > max_message_bytes_ - message_.size()) return fail(too_large, "a message is too large"), std::nullopt;
+  const std::size_t of_mask = is_client() ? 0 : mask_bytes;
+  const std::size_t begin = used_ + header + of_mask, size = static_cast<std::size_t>(length);
   if (input_.size() < begin + (is_control(opcode) ? size : 0)) return std::nullopt;
   has_unread_ = true;
-  std::copy_n(input_.begin() + static_cast<std::ptrdiff_t>(begin - mask_bytes), mask_bytes, mask_.begin());
+  std::copy_n(input_.begin() + static_cast<std::ptrdiff_t>(begin - of_mask), of_mask, mask_.begin());
   used_ = begin;
   if (!is_control(opcode)) {
     if (!in_message_) is_text_ = opcode == text_frame;
@@ -147,25 +152,33 @@ std::optional<WebSocketFrames::Frame> WebSocketFrames::take_frame() {
   return Frame{opcode, std::string_view(input_).substr(begin, size)};
 }
 
-/// RFC 6455 5.2, 5.4, 5.5, by the first two bytes of a frame.
-bool WebSocketFrames::is_allowed(unsigned char first, unsigned char second) const noexcept {
+/// RFC 6455 5.1, 5.2, 5.4, 5.5, by the first two bytes of a frame. nullptr: it may come.
+const char* WebSocketFrames::broken_rule(unsigned char first, unsigned char second) const noexcept {
   const unsigned opcode = first & 0x0FU;
   const bool is_last = (first & 0x80U) != 0, has_extension = (first & 0x70U) != 0, is_masked = (second & 0x80U) != 0;
-  if (has_extension || !is_masked) return false;
-  if (is_control(opcode)) return opcode <= pong_frame && is_last && (second & 0x7FU) <= max_control_bytes;
-  return opcode <= binary_frame && (opcode == continuation) == in_message_;
+  if (has_extension) return "a reserved bit is set, and no extension was agreed on (RFC 6455 5.2)";
+  if (is_masked == is_client())
+    return is_masked ? "a frame of the server is masked (RFC 6455 5.1)" : "a frame of the client is not masked (RFC 6455 5.1)";
+  if (opcode > pong_frame || (opcode > binary_frame && !is_control(opcode))) return "a frame has a reserved opcode (RFC 6455 5.2)";
+  if (is_control(opcode)) {
+    const bool is_short = (second & 0x7FU) <= max_control_bytes;
+    return is_last && is_short ? nullptr : "a control frame is longer than 125 bytes or fragmented (RFC 6455 5.5)";
+  }
+  return (opcode == continuation) == in_message_ ? nullptr : "a message begins within another, or a continuation without one (RFC 6455 5.4)";
 }
 
 void WebSocketFrames::take_control(const Frame& frame) {
   if (frame.opcode == close_frame) return take_close(frame.payload);
+  if (frame.opcode == pong_frame && is_client()) remarks_->pong = frame.payload;
   if (frame.opcode != ping_frame || closing_) return;
   ++pings_;
   add_control(pong_frame, frame.payload);
 }
 
-/// RFC 6455 5.5.1: a client's close gets one with the same bytes, or with 1000 if it has no code, unless it is the response to ours.
+/// RFC 6455 5.5.1: a close gets one with the same bytes, or with 1000 if it has no code, unless it is the response to ours.
 void WebSocketFrames::take_close(std::string_view payload) {
-  if (!http::is_close_payload(payload)) return fail(protocol_error);
+  if (!is_close_payload(payload)) return fail(protocol_error, "a close has a code or a reason that may not be sent (RFC 6455 5.5.1, 7.4)");
+  if (is_client()) remarks_->close = payload;
   if (!closing_ && payload.empty()) add_close(normal, {});
   else if (!closing_) add_control(close_frame, payload);
   end();
@@ -174,7 +187,8 @@ void WebSocketFrames::take_close(std::string_view payload) {
 // ---------------------------------------------------------------------------------------------------------------- writing
 
 void WebSocketFrames::send(std::shared_ptr<const std::string> message, bool text) {
-  assert(state() == State::open && control_.empty());
+  assert(state() == State::open && (control_.empty() || is_client()));
+  if (is_client()) return add_control(text ? text_frame : binary_frame, *message);
   Outgoing& out = outgoing_.emplace_back();
   out.header_size = write_header(out.header, text ? text_frame : binary_frame, message->size());
   out.message = std::move(message);
@@ -193,15 +207,24 @@ void WebSocketFrames::add_output(OutputParts& parts) const noexcept {
   if (parts.room() > 0) parts.add(std::string_view(control_).substr(control_sent_));
 }
 
-void WebSocketFrames::ping() {
-  assert(state() == State::open && !has_output());
-  add_control(ping_frame, {});
+void WebSocketFrames::ping(std::string_view payload) {
+  assert(state() == State::open && !has_output() && payload.size() <= max_control_bytes);
+  add_control(ping_frame, payload);
 }
 
+/// A client masks each frame with a new mask that nobody can predict (RFC 6455 5.3, 10.3).
 void WebSocketFrames::add_control(unsigned opcode, std::string_view payload) {
   std::array<char, 10> header{};
-  control_.append(header.data(), write_header(header, opcode, payload.size()));
-  control_.append(payload);
+  const std::size_t header_size = write_header(header, opcode, payload.size());
+  if (!is_client()) {
+    control_.append(header.data(), header_size).append(payload);
+    return;
+  }
+  header[1] = static_cast<char>(static_cast<unsigned char>(header[1]) | 0x80U);
+  std::array<unsigned char, mask_bytes> mask{};
+  fill_random(mask.data(), mask.size());
+  control_.append(header.data(), header_size).append(mask.begin(), mask.end());
+  for (std::size_t i = 0; i < payload.size(); ++i) control_ += static_cast<char>(static_cast<unsigned char>(payload[i]) ^ mask[i % mask_bytes]);
 }
 
 void WebSocketFrames::sent(std::size_t bytes) {
@@ -240,8 +263,12 @@ void WebSocketFrames::add_close(std::uint16_t code, std::string_view reason) {
   add_control(close_frame, payload);
 }
 
-/// RFC 6455 7.1.7: the client has broken the protocol.
-void WebSocketFrames::fail(std::uint16_t code) {
+/// RFC 6455 7.1.7: the peer has broken the protocol.
+void WebSocketFrames::fail(std::uint16_t code, const char* reason) {
+  if (is_client()) {
+    remarks_->fault = code;
+    remarks_->reason = reason;
+  }
   if (!closing_) add_close(code, {});
   end();
 }
@@ -254,4 +281,4 @@ void WebSocketFrames::end() noexcept {
   used_ = 0;
 }
 
-}  // namespace lrt::transport
+}  // namespace lrt::http

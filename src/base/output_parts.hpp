@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <string_view>
 
-namespace lrt::transport {
+namespace lrt {
 
 /// Bytes for one writing system call, in this order.
 class OutputParts {
@@ -27,4 +27,4 @@ class OutputParts {
   iovec parts_[max_parts];  // unused elements are not initialised, because this is created for each call
 };
 
-}  // namespace lrt::transport
+}  // namespace lrt

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "src/transport/http/websocket_frames.hpp"
+#include "src/http/websocket_frames.hpp"
 
 #include <algorithm>
 #include <csignal>
@@ -20,8 +20,7 @@
 
 using namespace lrt;
 using namespace lrt::test;
-using transport::OutputParts;
-using transport::WebSocketFrames;
+using http::WebSocketFrames;
 
 namespace {
 
@@ -974,4 +973,115 @@ TEST_CASE("frames leave SIGPIPE as the host has set it", "[transport]") {
   ::sigaction(SIGPIPE, nullptr, &after);
   CHECK(after.sa_handler == SIG_DFL);
   ::sigaction(SIGPIPE, &before, nullptr);
+}
+
+// ----------------------------------------------------------------------------------------------------------- the client's side
+
+namespace {
+
+using Side = WebSocketFrames::Side;
+
+/// What `from` says reaches `to`, some bytes at a time. Returns the messages that `to` has got.
+std::vector<std::pair<std::string, bool>> carry(WebSocketFrames& from, WebSocketFrames& to, std::size_t at_once, std::string* seen = nullptr) {
+  std::vector<std::pair<std::string, bool>> heard;
+  const auto take = [&] {
+    while (auto message = to.next()) heard.emplace_back(std::move(message->bytes), message->text);
+  };
+  while (from.has_output()) {
+    const std::string bytes = output_of(from).substr(0, at_once);
+    from.sent(bytes.size());
+    if (seen) *seen += bytes;
+    take();
+    if (to.wants_input()) to.receive(bytes);
+    take();
+  }
+  return heard;
+}
+
+Frame of_server(unsigned opcode, std::string payload, bool fin = true) {
+  Frame frame{opcode, std::move(payload), fin};
+  frame.masked = false;
+  return frame;
+}
+
+}  // namespace
+
+TEST_CASE("a client and a server understand each other, some bytes at a time", "[transport][R0.12]") {
+  for (const std::size_t at_once : {all, std::size_t{1}, std::size_t{3}, std::size_t{7}})
+    for (const std::size_t size : {0, 1, 125, 126, 65535, 65536}) {
+      INFO(at_once << " bytes at once of a message of " << size);
+      if (at_once == 1 && size > 1000) continue;
+      WebSocketFrames server(100'000), client(100'000, Side::client);
+      const std::string message = text_of(size);
+      for (const bool text : {true, false}) {
+        std::string sent;
+        client.send(std::make_shared<const std::string>(message), text);
+        const auto at_server = carry(client, server, at_once, &sent);
+        REQUIRE(at_server.size() == 1);
+        CHECK((at_server[0] == std::make_pair(message, text)));
+        CHECK((static_cast<unsigned char>(sent[1]) & 0x80U) != 0);
+        server.send(std::make_shared<const std::string>(message), text);
+        const auto at_client = carry(server, client, at_once);
+        REQUIRE(at_client.size() == 1);
+        CHECK((at_client[0] == std::make_pair(message, text)));
+      }
+      client.ping("payload");
+      CHECK(carry(client, server, at_once).empty());
+      CHECK(server.pings() == 1);
+      CHECK(carry(server, client, at_once).empty());
+      CHECK(client.remarks().pong == "payload");
+      server.close(1001, "away");
+      CHECK(carry(server, client, at_once).empty());
+      CHECK(client.remarks().close ==
+            "\x03\xE9"
+            "away");
+      CHECK(client.remarks().fault == 0);
+      CHECK(carry(client, server, at_once).empty());
+      CHECK(server.state() == WebSocketFrames::State::closed);
+      CHECK(client.state() == WebSocketFrames::State::closed);
+    }
+}
+
+TEST_CASE("each frame of a client has a mask of its own", "[transport]") {
+  WebSocketFrames server(1000), client(1000, Side::client);
+  std::string first, second;
+  client.send(std::make_shared<const std::string>("the same text"), true);
+  carry(client, server, all, &first);
+  client.send(std::make_shared<const std::string>("the same text"), true);
+  carry(client, server, all, &second);
+  CHECK(first.size() == second.size());
+  CHECK(first.substr(2, 4) != second.substr(2, 4));
+  CHECK(first.find("the same text") == std::string::npos);
+}
+
+TEST_CASE("what a server may not send has a reason, and closes", "[transport][R0.12]") {
+  Frame masked = of_server(Frame::text, "x"), reserved = of_server(Frame::text, "x"), long_form = of_server(Frame::text, "x");
+  masked.masked = true;
+  reserved.rsv = 4;
+  const struct {
+    std::string bytes;
+    std::uint16_t code;
+    const char* reason;
+  } cases[] = {
+      {masked.bytes(), 1002, "a frame of the server is masked (RFC 6455 5.1)"},
+      {reserved.bytes(), 1002, "a reserved bit is set, and no extension was agreed on (RFC 6455 5.2)"},
+      {of_server(5, "x").bytes(), 1002, "a frame has a reserved opcode (RFC 6455 5.2)"},
+      {of_server(11, "x").bytes(), 1002, "a frame has a reserved opcode (RFC 6455 5.2)"},
+      {of_server(Frame::ping, std::string(126, 'x')).bytes(), 1002, "a control frame is longer than 125 bytes or fragmented (RFC 6455 5.5)"},
+      {of_server(Frame::continuation, "x").bytes(), 1002, "a message begins within another, or a continuation without one (RFC 6455 5.4)"},
+      {of_server(Frame::text, "\xC3(").bytes(), 1007, "a text message is not UTF-8 (RFC 6455 5.6)"},
+      {of_server(Frame::text, std::string(1001, 'x')).bytes(), 1009, "a message is too large"},
+      {of_server(Frame::close, "\x03").bytes(), 1002, "a close has a code or a reason that may not be sent (RFC 6455 5.5.1, 7.4)"},
+      {std::string("\x81\x7E\x00\x01x", 5), 1002, "a length does not have the fewest bytes (RFC 6455 5.2)"},
+  };
+  for (const auto& c : cases) {
+    INFO(c.reason);
+    WebSocketFrames client(1000, Side::client);
+    client.receive(c.bytes);
+    CHECK_FALSE(client.next());
+    CHECK(client.remarks().fault == c.code);
+    CHECK(std::string(client.remarks().reason) == c.reason);
+    CHECK_FALSE(client.remarks().close);
+    CHECK(client.has_output());
+  }
 }
