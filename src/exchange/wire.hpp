@@ -23,7 +23,16 @@ struct WaitLimit {
   std::chrono::milliseconds idle{0};  ///< of the body of a stream, see exchange(); 0: the body is bounded by `until`, too
 };
 
-/// A connection to another host, plain or with TLS.
+/// What a call that does not wait needs before it can go on.
+enum class Needs : unsigned char { nothing, readable, writable };
+
+/// What a call that does not wait has read or written.
+struct Moved {
+  std::size_t bytes = 0;
+  Needs needs = Needs::nothing;  ///< if `bytes` is 0. Nothing is needed: the peer has closed its side
+};
+
+/// A connection to another host, plain or with TLS. Its functions wait within a WaitLimit, but for those that begin with begin_ or try_.
 ///
 /// It is bytes only, so that HTTP and WebSockets can share it. A time limit is not renewed by a byte that arrives.
 /// @par Threads  distinct objects: any; one object: one at a time, with SIGPIPE blocked (OpenSSL writes without MSG_NOSIGNAL)
@@ -33,6 +42,17 @@ class LRT_INTERNAL_API Wire {
   ~Wire();
   Wire(const Wire&) = delete;
   Wire& operator=(const Wire&) = delete;
+
+  /// Begins to connect. try_connect() goes on when the descriptor is writable.
+  static Result<std::unique_ptr<Wire>> begin(const Address& address, std::uint16_t port);
+  /// @return  writable: it is not connected yet
+  Result<Needs> try_connect();
+  /// @pre it is connected. try_secure() follows.
+  Result<void> begin_secure(const ClientTls& tls, const std::string& host);
+  Result<Needs> try_secure();
+  Result<Moved> try_read(char* to, std::size_t size);
+  Result<Moved> try_write(std::string_view bytes);
+  int descriptor() const noexcept { return descriptor_; }
 
   /// Performs the TLS handshake. The certificate must be valid for `host`.
   Result<void> secure(const ClientTls& tls, const std::string& host, WaitLimit limit);
@@ -49,7 +69,7 @@ class LRT_INTERNAL_API Wire {
 
  private:
   explicit Wire(int descriptor) noexcept : descriptor_(descriptor) {}
-  Result<void> wait(short events, WaitLimit limit) const;
+  Result<void> wait(Needs needs, WaitLimit limit) const;
 
   int descriptor_;
   TlsSession tls_;
