@@ -5,6 +5,7 @@
 #include <string>
 
 #include "src/check/probe.hpp"
+#include "src/http/websocket_frames.hpp"
 
 namespace lrt::check {
 
@@ -37,19 +38,15 @@ class WebSocket {
   const std::string& fault() const noexcept { return fault_; }
 
  private:
-  struct Frame {
-    unsigned opcode;
-    bool fin;
-    std::string payload;
-  };
-  std::optional<Frame> frame(exchange::Instant until);
-  void send(unsigned opcode, std::string_view payload, exchange::Instant until);
+  bool receive(exchange::Instant until);
+  void flush(exchange::Instant until);
+  bool has_pong() const;
 
   const CheckOptions& options_;
   Exchange exchange_;
   std::optional<Connection> connection_;
+  std::optional<http::WebSocketFrames> frames_;
   std::string key_, fault_;
-  std::optional<std::string> pong_;
   bool closed_ = false;
 };
 

@@ -511,7 +511,7 @@ void Watch::Impl::refused(Generation generation, int status, Error error, std::o
   if (next == Next::retry) return lost(generation, std::move(error), pause ? milliseconds(*pause) : milliseconds(0));
   if (next == Next::type) return void(again(generation, &Impl::next_type));
   if (may_ask_graph && find_websocket_url()) return void(again(generation, &Impl::same_step));
-  if (may_ask_token || (next == Next::end && via == Via::websocket && status != 0)) {  // a WebSocket's refusal has no reason that libwebsockets shows
+  if (may_ask_token || (next == Next::end && via == Via::websocket && status != 0)) {  // the body of a WebSocket's refusal is not read
     const Result<Response> response = context_->http->send({"GET", url_, {{"Accept", context_->options().accept}}, {}});
     if (response && response->ok() && may_ask_token) return void(again(generation, &Impl::same_step));  // a new token
     if (response && response->status == status) error = response_error(*response, url_);
@@ -620,7 +620,7 @@ std::string Watch::Impl::with_policy(std::string url) const {
 struct LRT_LOCAL Watch::Impl::SocketEvents final : WebSocketEvents {
   SocketEvents(std::weak_ptr<Impl> owner, Generation number, std::string type, std::string base_url)
       : watch(std::move(owner)), generation(number), media_type(std::move(type)), base(std::move(base_url)) {}
-  void opened(std::string location) override {
+  void opened(std::string location, std::string) override {
     const auto self = watch.lock();
     if (!self) return;
     const Result<std::string> url = location.empty() ? Result<std::string>(std::string()) : iri::resolve(base, location);
@@ -649,17 +649,13 @@ void Watch::Impl::open_websocket(Generation generation) {
   target = with_policy(std::move(target));
   const Result<http::Url> url = http::parse_url(target);
   if (!url) return refused(generation, 0, {url.error().code, "hybrit:websocketUrl \"" + target + "\": " + url.error().message}, {});
-  if (url->secure && !context_->options().identity.certificate_file.empty() && !context_->http->is_trusted(*url)) {
-    // libwebsockets shows the certificate to every server of its context.
-    return refused(generation, 0, {Errc::refused, "a WebSocket would show the client's certificate to \"" + url->origin() + "\""}, {});
-  }
   const Limits& limits = context_->options().limits;
   Result<std::vector<Address>> addresses =
       context_->names.find(url->host, {std::chrono::steady_clock::now() + limits.resolve_time, context_->http->stop_descriptor()});
   if (!addresses) return lost(generation, std::move(addresses).error());
   const std::string type = accept();
   auto events = std::make_shared<SocketEvents>(weak_from_this(), generation, type, target);
-  WebSocketRequest request{*url, *std::move(addresses), request_fields(*url, type), options_.idle_time};
+  WebSocketRequest request{*url, *std::move(addresses), request_fields(*url, type), options_.idle_time, context_->http->is_trusted(*url)};
   std::unique_lock lock(mutex_);
   if (stopped_ || generation != generation_) return;
   // Under the lock: stop() then closes it.

@@ -33,7 +33,8 @@ class WebSocketEvents {
  public:
   virtual ~WebSocketEvents() = default;
   /// @param location  value of Location in the opening response; empty: it has none
-  virtual void opened(std::string location) = 0;
+  /// @param protocol  the subprotocol of that response; empty: none
+  virtual void opened(std::string location, std::string protocol) = 0;
   /// A complete message; text is UTF-8.
   virtual void received(std::string message) = 0;
   virtual void ended(const WebSocketEnd& end) = 0;
@@ -43,14 +44,14 @@ struct WebSocketRequest {
   http::Url url;                                              ///< secure: TLS
   std::vector<Address> addresses;                             ///< of the host, tried in this order
   std::vector<std::pair<std::string, std::string>> fields{};  ///< Accept, Authorization, ...
-  std::chrono::milliseconds idle_time{60'000};  ///< a ping is sent after half of it without a frame; all of it: the connection has ended
+  std::chrono::milliseconds idle_time{60'000};                ///< a ping is sent after half of it without a byte; all of it: the connection has ended
+  bool shows_certificate = true;                              ///< TLS: the client's certificate, if it has one
+  std::string protocol{};                                     ///< an offered subprotocol (RFC 6455 1.9); empty: none
 };
 
-/// WebSocket connections of a client, on libwebsockets: one lws_context on one thread, which starts with the first connection.
+/// WebSocket connections of a client (RFC 6455): one thread, which starts with the first connection, with one epoll set.
 ///
-/// Not supported: redirects (a 3xx is reported by its status), extensions, sub-protocols, proxies. A target above 2000 bytes, a host above
-/// 110 bytes, and TLS to an IPv6 address are refused, because libwebsockets 4.1 would cut the first two and check the certificate of the third for
-/// the host "[". libwebsockets accepts frames that a server has masked.
+/// Not supported: redirects (a 3xx is reported by its status), extensions, proxies.
 /// @par Threads  Any.
 class WebSockets {
  public:
@@ -66,7 +67,7 @@ class WebSockets {
   std::uint64_t open(WebSocketRequest request, std::shared_ptr<WebSocketEvents> events);
   /// Begins to close with 1000, for at most 2 s. ended() follows.
   void close(std::uint64_t connection);
-  /// Closes all connections with 1001, waits for the thread, at most 2 s, and drops what is still open. On the own thread it does not wait.
+  /// Closes all connections with 1001, waits for the thread, at most 0.5 s, and drops what is still open. On the own thread it does not wait.
   void stop() noexcept;
 
  private:

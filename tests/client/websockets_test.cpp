@@ -31,10 +31,11 @@ using test::Peer;
 /// Records what happens and lets a test wait for it.
 class Record final : public client::WebSocketEvents {
  public:
-  void opened(std::string location) override {
+  void opened(std::string location, std::string protocol) override {
     const std::lock_guard lock(mutex_);
     is_open_ = true;
     location_ = std::move(location);
+    protocol_ = std::move(protocol);
     changed_.notify_all();
   }
   void received(std::string message) override {
@@ -68,6 +69,10 @@ class Record final : public client::WebSocketEvents {
     const std::lock_guard lock(mutex_);
     return is_open_;
   }
+  std::string protocol() const {
+    const std::lock_guard lock(mutex_);
+    return protocol_;
+  }
   std::string location() const {
     const std::lock_guard lock(mutex_);
     return location_;
@@ -77,7 +82,7 @@ class Record final : public client::WebSocketEvents {
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   bool is_open_ = false;
-  std::string location_;
+  std::string location_, protocol_;
   std::vector<std::string> messages_;
   std::optional<WebSocketEnd> end_;
 };
@@ -367,17 +372,81 @@ TEST_CASE("stop() ends connections in every phase, and later ones at once", "[cl
   sockets.stop();
 }
 
-TEST_CASE("what libwebsockets would cut is refused", "[client]") {
+TEST_CASE("a long target and a long host are sent whole", "[client]") {
   const test::Watchdog watchdog("WebSocket");
-  WebSockets sockets{client::Options()};
-  const auto error_of = [&](const std::string& url, const std::string& address) {
+  std::mutex mutex;
+  std::string request;
+  auto server = std::make_unique<test::Receiver>([&](Peer& peer) {
+    const std::string got = peer.read_request();
+    peer.send(opening_response(got) + frame("x"));
+    const std::lock_guard lock(mutex);
+    request = got;
+  });
+  const std::string host = std::string(60, 'a') + "." + std::string(60, 'b') + ".example", path = "/" + std::string(3000, 'x');
+  {
+    WebSockets sockets{client::Options()};
     const auto record = std::make_shared<Record>();
-    sockets.open(request_to(url, address), record);
-    return record->wait_end().error.code;
-  };
-  CHECK(error_of("http://localhost/" + std::string(3000, 'x'), "127.0.0.1") == Errc::limit_exceeded);
-  CHECK(error_of("http://" + std::string(60, 'a') + "." + std::string(60, 'b') + ".example/", "127.0.0.1") == Errc::limit_exceeded);
-  CHECK(error_of("https://[::1]/", "::1") == Errc::unsupported_syntax);
+    sockets.open(request_to("http://" + host + ":" + std::to_string(server->port()) + path), record);
+    CHECK(record->wait_messages(1).size() == 1);
+  }
+  server.reset();
+  CHECK(request.find("GET " + path + " HTTP/1.1\r\n") == 0);
+  CHECK(field_of(request, "Host").find(host + ":") == 0);
+}
+
+TEST_CASE("interim responses may come before the opening response, and bytes of frames with it", "[client]") {
+  const test::Watchdog watchdog("WebSocket");
+  test::Receiver server([](Peer& peer) {
+    const std::string request = peer.read_request();
+    peer.send("HTTP/1.1 100 Continue\r\n\r\nHTTP/1.1 103 Early Hints\r\nLink: </x>\r\n\r\n" + opening_response(request) + frame("one") +
+              frame("two").substr(0, 3));
+    peer.send(frame("two").substr(3));
+    peer.hang();
+  });
+  WebSockets sockets{client::Options()};
+  const auto record = std::make_shared<Record>();
+  sockets.open(request_to(server.url()), record);
+  CHECK(record->wait_messages(2) == std::vector<std::string>{"one", "two"});
+}
+
+TEST_CASE("a subprotocol is offered, and only that one is accepted", "[client]") {
+  const test::Watchdog watchdog("WebSocket");
+  for (const char* const chosen : {"", "Sec-WebSocket-Protocol: mine\r\n", "Sec-WebSocket-Protocol: yours\r\n"}) {
+    std::mutex mutex;
+    std::string request;
+    auto server = std::make_unique<test::Receiver>([&](Peer& peer) {
+      const std::string got = peer.read_request();
+      peer.send(opening_response(got, chosen) + frame("x"));
+      const std::lock_guard lock(mutex);
+      request = got;
+    });
+    const auto record = std::make_shared<Record>();
+    {
+      WebSockets sockets{client::Options()};
+      auto wanted = request_to(server->url());
+      wanted.protocol = "mine";
+      sockets.open(std::move(wanted), record);
+      record->wait_end();
+    }
+    server.reset();
+    CHECK(field_of(request, "Sec-WebSocket-Protocol") == "mine");
+    const bool is_other = std::string_view(chosen).find("yours") != std::string_view::npos;
+    CHECK(record->is_open() == !is_other);
+    CHECK(record->protocol() == (is_other || *chosen == 0 ? "" : "mine"));
+  }
+}
+
+TEST_CASE("a client that reads nothing does not hold up the others", "[client]") {
+  const test::Watchdog watchdog("WebSocket");
+  std::string flood;
+  for (int i = 0; i < 200; ++i) flood += frame("", Frame::ping);
+  test::Receiver noisy(serve(flood + frame(std::string(200'000, 'x')))), quiet(serve(frame("here")));
+  WebSockets sockets{client::Options()};
+  const auto first = std::make_shared<Record>(), second = std::make_shared<Record>();
+  sockets.open(request_to(noisy.url()), first);
+  sockets.open(request_to(quiet.url()), second);
+  CHECK(second->wait_messages(1) == std::vector<std::string>{"here"});
+  CHECK(first->wait_messages(1).at(0).size() == 200'000);
 }
 
 TEST_CASE("a field with a line end is not sent", "[client]") {
@@ -391,10 +460,22 @@ TEST_CASE("a field with a line end is not sent", "[client]") {
   CHECK(record->wait_end().error.code == Errc::expected_http);
 }
 
+bool has_ipv6() {
+  const int descriptor = ::socket(AF_INET6, SOCK_STREAM, 0);
+  sockaddr_in6 loopback{};
+  loopback.sin6_family = AF_INET6;
+  loopback.sin6_addr = in6addr_loopback;
+  const bool bound = ::bind(descriptor, reinterpret_cast<const sockaddr*>(&loopback), sizeof loopback) == 0;
+  ::close(descriptor);
+  return bound;
+}
+
 /// A robot with TLS on localhost.
 struct SecureRobot {
-  explicit SecureRobot(const std::string& client_authority = {}) {
+  explicit SecureRobot(const std::string& client_authority = {}, const std::string& address = {}, const std::string& names = "DNS:localhost")
+      : certificate(test::make_certificate({"localhost", names}, &authority)) {
     Options options;
+    if (!address.empty()) options.listen.address = address;
     options.listen.port = 0;
     options.security.tls = transport::TlsOptions{folder.put("server.pem", {&certificate}), folder.put_key("server.key", certificate),
                                                  client_authority, !client_authority.empty()};
@@ -408,7 +489,7 @@ struct SecureRobot {
 
   test::TlsFolder folder;
   const test::Certificate authority = test::make_certificate({"authority", {}, -3600, 3600, true});
-  const test::Certificate certificate = test::make_certificate({"localhost", "DNS:localhost"}, &authority);
+  const test::Certificate certificate;
   const std::string ca_file = folder.put("ca.pem", {&authority});
   std::optional<Server> server;
 };
@@ -452,24 +533,45 @@ TEST_CASE("wss shows the client's certificate", "[client][R0.2]") {
   CHECK(record->wait_messages(1).size() == 1);
 }
 
-TEST_CASE("libwebsockets prints nothing, its warnings go to the log", "[client]") {
-  const test::Watchdog watchdog("WebSocket");
-  std::mutex mutex;
-  std::vector<std::string> lines;
+TEST_CASE("the client's certificate is not shown where it is not wanted", "[client]") {
+  const test::Watchdog watchdog("wss");
+  test::TlsFolder folder;
+  const test::Certificate users = test::make_certificate({"users", {}, -3600, 3600, true});
+  const test::Certificate user = test::make_certificate({"ada"}, &users);
+  SecureRobot robot(folder.put("users.pem", {&users}));
   client::Options options;
-  options.log = [&](LogLevel, std::string_view text) {
-    const std::lock_guard lock(mutex);
-    lines.emplace_back(text);
-  };
-  end_of(
-      [](Peer& peer) {
-        peer.read_request();
-        peer.send(test::answer(404));
-        peer.hang();
-      },
-      options);
-  const std::lock_guard lock(mutex);
-  CHECK_FALSE(lines.empty());
+  options.ca_file = robot.ca_file;
+  options.identity.certificate_file = folder.put("ada.pem", {&user});
+  options.identity.key_file = folder.put_key("ada.key", user);
+  WebSockets sockets(options);
+  const auto record = std::make_shared<Record>();
+  auto request = request_to(robot.url());
+  request.shows_certificate = false;
+  sockets.open(std::move(request), record);
+  record->wait_end();
+  CHECK_FALSE(record->is_open());
+}
+
+TEST_CASE("wss to an IPv6 address checks the certificate of that address", "[client][R0.2]") {
+  const test::Watchdog watchdog("wss");
+  if (!has_ipv6()) {
+    WARN("skipped: this machine has no ::1");
+    return;
+  }
+  SecureRobot robot({}, "::1", "DNS:localhost,IP:::1"), other({}, "::1", "DNS:localhost,IP:127.0.0.1");
+  for (SecureRobot* const each : {&robot, &other}) {
+    client::Options options;
+    options.ca_file = each->ca_file;
+    WebSockets sockets(options);
+    const auto record = std::make_shared<Record>();
+    sockets.open(request_to(each->url("[::1]"), "::1"), record);
+    if (each == &robot) {
+      CHECK(record->wait_messages(1).size() == 1);
+    } else {
+      CHECK(record->wait_end().error.message.find("certificate") != std::string::npos);
+      CHECK_FALSE(record->is_open());
+    }
+  }
 }
 
 }  // namespace
