@@ -113,28 +113,6 @@ std::optional<lrt::Unit> unit_of(std::string_view qudt, std::string_view vom) {
   return lrt::Unit{Iri(qudt_iri), Iri(vom_iri), {}, {}};
 }
 
-/// The lexical form of a number in another datatype; empty: it is no number there, or another one.
-std::string number_as(const TermView& literal, std::string_view datatype) {
-  const auto is_one_of = [](std::string_view iri, std::initializer_list<Iri> all) {
-    return std::any_of(all.begin(), all.end(), [&](Iri one) { return one.text == iri; });
-  };
-  namespace xsd = vocab::xsd;
-  const auto is_real = [&](std::string_view iri) { return is_one_of(iri, {xsd::double_, xsd::float_, xsd::decimal}); };
-  const auto is_integer = [](std::string_view iri) { return rdf::lexical::is_integer_type(rdf::lexical::datatype_of(iri)); };
-  if (!is_real(literal.datatype) && !is_integer(literal.datatype)) return {};
-  const std::optional<double> number = rdf::lexical::parse_double(literal.text);
-  if (!number) return {};
-  if (is_real(datatype)) {
-    if (datatype == xsd::decimal.text && literal.text.find_first_of("eENI") != std::string_view::npos) return {};
-    return std::string(literal.text);
-  }
-  constexpr double exact = 9007199254740992;  // 2^53
-  if (!is_integer(datatype)) return {};
-  if (is_integer(literal.datatype)) return std::string(literal.text);
-  if (std::floor(*number) != *number || std::abs(*number) > exact) return {};
-  return std::to_string(static_cast<long long>(*number));
-}
-
 /// Collects the property shapes of a shape, of the shapes in its sh:node and of its parts and alternatives; with `nested` also those for the values
 /// of its properties.
 void collect_property_shapes(const Graph& graph, TermId shape, bool nested, std::vector<TermId>& found, std::vector<TermId>& seen,
@@ -168,6 +146,27 @@ void collect_terms(const rdf::Type& type, std::vector<std::string_view>& terms, 
 }
 
 }  // namespace
+
+std::string number_as(const TermView& literal, std::string_view datatype) {
+  const auto is_one_of = [](std::string_view iri, std::initializer_list<Iri> all) {
+    return std::any_of(all.begin(), all.end(), [&](Iri one) { return one.text == iri; });
+  };
+  namespace xsd = vocab::xsd;
+  const auto is_real = [&](std::string_view iri) { return is_one_of(iri, {xsd::double_, xsd::float_, xsd::decimal}); };
+  const auto is_integer = [](std::string_view iri) { return rdf::lexical::is_integer_type(rdf::lexical::datatype_of(iri)); };
+  if (!is_real(literal.datatype) && !is_integer(literal.datatype)) return {};
+  const std::optional<double> number = rdf::lexical::parse_double(literal.text);
+  if (!number) return {};
+  if (is_real(datatype)) {
+    if (datatype == xsd::decimal.text && literal.text.find_first_of("eENI") != std::string_view::npos) return {};
+    return std::string(literal.text);
+  }
+  constexpr double exact = 9007199254740992;  // 2^53
+  if (!is_integer(datatype)) return {};
+  if (is_integer(literal.datatype)) return std::string(literal.text);
+  if (std::floor(*number) != *number || std::abs(*number) > exact) return {};
+  return std::to_string(static_cast<long long>(*number));
+}
 
 std::vector<Binding> bindings_of(const Representation& representation) {
   std::vector<Binding> result;

@@ -45,6 +45,9 @@ std::string vocabulary_of(const rdf::Type& type, const rdf::Graph& graph);
 /// The value of a type at a node. Numbers may also be objects of rdf:value, qudt:numericValue, schema:value or sosa:hasSimpleResult.
 Result<rdf::Value> value_at(const rdf::Graph& graph, rdf::TermId node, const rdf::Type& type, const lrt::Unit& unit);
 
+/// The lexical form of a number in another datatype; empty: it is no number there, or another one.
+std::string number_as(const rdf::TermView& literal, std::string_view datatype);
+
 /// The graph with numbers of the datatype that the shape wants where another numeric datatype has the same value: 30 for a shape with xsd:double.
 rdf::Graph with_datatypes_of(const Shape& shape, const rdf::Graph& graph);
 

@@ -123,6 +123,11 @@ Result<Robot> Discovery::run() {
     wanted.pop_front();
     ++requests_;
     Result<RepresentationPtr> read = session_->get(url);
+    if (!read && read.error().code == Errc::unsupported_syntax) {  // R0.9: its links are in its header fields
+      ++requests_;
+      Result<RepresentationPtr> outline = session_->outline(url);
+      if (outline && (!(*outline)->links.empty() || !(*outline)->methods.empty())) read = std::move(outline);
+    }
     if (!read) {
       if (found_.empty() || read.error().code == Errc::cancelled) return unexpected(std::move(read).error());
       report(read.error().message);
@@ -218,7 +223,44 @@ Thing Discovery::thing_of(const Found& found) const {
   return thing;
 }
 
+/// For servers whose documents have no terms that are known. What leads nowhere is a part: an action if it can be posted to and not written, else a
+/// property. What has a part is a Thing. Where nothing has one, the first document is about a Thing.
+void Discovery::assume_kinds() {
+  const auto is_thing = [](const auto& entry) { return entry.second.kind == ResourceKind::thing; };
+  if (std::any_of(found_.begin(), found_.end(), is_thing)) return;
+  std::map<std::string, std::size_t> place;
+  for (std::size_t i = 0; i < order_.size(); ++i) place.emplace(order_[i], i);
+  const auto is_leaf = [&](const Found& found) {  // it may link to what was found before it: its Thing, its list
+    const std::vector<std::string> linked = candidates(found);
+    const std::size_t own = place.at(found.representation->url);
+    return std::all_of(linked.begin(), linked.end(), [&](const std::string& url) { return place.count(url) == 0 || place.at(url) <= own; });
+  };
+  for (auto& [url, found] : found_) {
+    if (found.kind != ResourceKind::unknown || url == start_ || !is_leaf(found)) continue;
+    const Representation& r = *found.representation;
+    found.kind = r.allows("POST") && !r.allows("PUT") ? ResourceKind::action : ResourceKind::property;
+  }
+  const auto is_part = [&](const std::string& url) {
+    const auto other = found_.find(url);
+    return other != found_.end() && (other->second.kind == ResourceKind::property || other->second.kind == ResourceKind::action);
+  };
+  bool found_any = false;
+  for (auto& [url, found] : found_) {
+    if (found.kind != ResourceKind::unknown || !found.representation->focus) continue;
+    std::vector<std::string> linked = found.related;
+    for (const Triple& t : found.representation->graph.triples())
+      if (const TermView object = found.representation->graph.term(t.object); object.is_iri()) linked.emplace_back(document_of(object.text));
+    if (!std::any_of(linked.begin(), linked.end(), is_part)) continue;
+    found.kind = ResourceKind::thing;
+    found_any = true;
+  }
+  const auto first = found_.find(start_);
+  if (!found_any && first != found_.end() && first->second.kind == ResourceKind::unknown && first->second.representation->focus)
+    first->second.kind = ResourceKind::thing;
+}
+
 Result<Robot> Discovery::assemble() {
+  assume_kinds();
   auto things = std::make_shared<std::vector<Thing>>();
   for (const std::string& url : order_) {
     const Found& found = found_.at(url);

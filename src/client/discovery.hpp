@@ -25,6 +25,7 @@ class Discovery {
   struct Found;
   std::vector<std::string> candidates(const Found& found) const;
   Thing thing_of(const Found& found) const;
+  void assume_kinds();
   Result<Robot> assemble();
   void report(std::string problem);
 

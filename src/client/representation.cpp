@@ -6,11 +6,14 @@
 
 #include <lrt/base/iri.hpp>
 #include <lrt/rdf/codec.hpp>
+#include <lrt/rdf/lexical.hpp>
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/base/ascii.hpp"
+#include "src/base/quote.hpp"
 #include "src/client/representation.hpp"
 #include "src/http/url.hpp"
+#include "src/rdf/json_parse.hpp"
 
 namespace lrt::client {
 inline namespace v0 {
@@ -94,10 +97,72 @@ std::vector<std::string> Representation::objects(Iri predicate) const {
 
 std::vector<std::string> Representation::types() const { return objects(vocab::rdf_::type); }
 
+namespace {
+
+/// All but the graph.
+std::shared_ptr<Representation> with_fields_of(const Response& response) {
+  auto result = std::make_shared<Representation>();
+  result->url = document_of(response.url);
+  result->media_type = response.media_type();
+  result->entity_tag = response.fields.find("ETag").value_or(std::string_view());
+  const std::string allow = response.fields.joined("Allow");
+  for (std::string_view rest = allow; !rest.empty();) {
+    const std::size_t end = std::min(rest.find(','), rest.size());
+    if (const std::string_view method = lrt::detail::trim(rest.substr(0, end)); !method.empty()) result->methods.emplace_back(method);
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+  }
+  result->links = links(response.fields, result->url);
+  return result;
+}
+
+/// A value without RDF as a literal. nullopt: it is an object, a list, or nothing.
+std::optional<rdf::Term> plain_literal(std::string_view body, std::string_view type) {
+  constexpr std::size_t longest = 64 * 1024;
+  if (body.size() > longest) return std::nullopt;
+  const auto number = [](std::string_view text) -> std::optional<rdf::Term> {
+    if (rdf::lexical::parse_int64(text)) return rdf::Term(rdf::literal(text, vocab::xsd::integer));
+    if (rdf::lexical::parse_double(text)) return rdf::Term(rdf::literal(text, vocab::xsd::double_));
+    return std::nullopt;
+  };
+  if (type == "text/plain") {
+    const std::string_view text = lrt::detail::trim(body.substr(0, body.find_last_not_of("\r\n") + 1));
+    if (auto found = number(text)) return found;
+    if (text == "true" || text == "false") return rdf::Term(rdf::literal(text, vocab::xsd::boolean));
+    return rdf::Term(rdf::literal(text, vocab::xsd::string));
+  }
+  if (type != "application/json") return std::nullopt;
+  const Result<rdf::json::Document> document = rdf::json::Document::parse(body, {100, 2, false});
+  if (!document) return std::nullopt;
+  using Kind = rdf::json::Document::Kind;
+  const std::string_view text = document->text(document->root());
+  switch (document->kind(document->root())) {
+    case Kind::number: return number(text);
+    case Kind::string: return rdf::Term(rdf::literal(text, vocab::xsd::string));
+    case Kind::true_: return rdf::Term(rdf::literal("true", vocab::xsd::boolean));
+    case Kind::false_: return rdf::Term(rdf::literal("false", vocab::xsd::boolean));
+    default: return std::nullopt;
+  }
+}
+
+}  // namespace
+
+RepresentationPtr outline_of(const Response& response) {
+  auto result = with_fields_of(response);
+  result->focus = result->graph.intern(rdf::iri(result->url));
+  return result;
+}
+
 Result<RepresentationPtr> read_representation(const Response& response, const Options& options) {
   const std::string type = response.media_type();
   const std::optional<rdf::Syntax> syntax = rdf::syntax_of(type);
   if (!syntax) {
+    if (const std::optional<rdf::Term> literal = plain_literal(response.body, type)) {
+      auto result = with_fields_of(response);
+      rdf::Graph& graph = result->graph;
+      result->focus = graph.intern(rdf::iri(result->url));
+      graph.add(*result->focus, graph.intern(vocab::rdf_::value), graph.intern(literal->view()));
+      return RepresentationPtr(std::move(result));
+    }
     return unexpected(Errc::unsupported_syntax,
                       "\"" + response.url + "\": expected RDF, found " + (type.empty() ? "no Content-Type" : "\"" + type.substr(0, 100) + "\""));
   }
@@ -111,20 +176,29 @@ Result<RepresentationPtr> read_representation(const Response& response, const Op
     error.message = "\"" + response.url + "\": " + error.message;
     return unexpected(std::move(error));
   }
-  auto result = std::make_shared<Representation>();
-  result->url = base;
-  result->media_type = type;
-  result->entity_tag = response.fields.find("ETag").value_or(std::string_view());
-  const std::string allow = response.fields.joined("Allow");
-  for (std::string_view rest = allow; !rest.empty();) {
-    const std::size_t end = std::min(rest.find(','), rest.size());
-    if (const std::string_view method = lrt::detail::trim(rest.substr(0, end)); !method.empty()) result->methods.emplace_back(method);
-    rest.remove_prefix(std::min(end + 1, rest.size()));
-  }
-  result->links = links(response.fields, base);
+  auto result = with_fields_of(response);
   result->graph = *std::move(graph);
   result->focus = find_focus(result->graph, base);
   return RepresentationPtr(std::move(result));
+}
+
+std::optional<std::string> plain_text_of(const Graph& graph, TermId focus, std::string_view media_type) {
+  const TermView* literal = nullptr;
+  TermView found;
+  for (const Triple& t : graph.match(focus, std::nullopt, std::nullopt)) {
+    if (!graph.term(t.object).is_literal()) continue;
+    if (literal) return std::nullopt;
+    found = graph.term(t.object);
+    literal = &found;
+  }
+  if (!literal) return std::nullopt;
+  if (media_type == "text/plain") return std::string(literal->text);
+  if (media_type != "application/json") return std::nullopt;
+  const bool is_number = rdf::lexical::parse_double(literal->text) && literal->datatype != vocab::xsd::string.text;
+  const bool is_json = is_number && rdf::json::Document::parse(literal->text, {2, 1, false});
+  if (is_json || (literal->datatype == vocab::xsd::boolean.text && (literal->text == "true" || literal->text == "false")))
+    return std::string(literal->text);
+  return json_string(literal->text);
 }
 
 }  // namespace v0

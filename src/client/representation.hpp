@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -12,8 +13,13 @@
 namespace lrt::client {
 inline namespace v0 {
 
-/// Reads the representation of a response.
+/// Reads the representation of a response. A number, a text, true or false in JSON or text/plain becomes the rdf:value of the resource, for a server that
+/// has no RDF.
 Result<RepresentationPtr> read_representation(const Response& response, const Options& options);
+/// The header fields of a response alone: the links of a resource whose representation is no RDF. The graph is empty, and the resource is its focus.
+RepresentationPtr outline_of(const Response& response);
+/// A graph with one literal as the value of `focus`, in JSON or text/plain. nullopt: it is another value, or another media type.
+std::optional<std::string> plain_text_of(const rdf::Graph& graph, rdf::TermId focus, std::string_view media_type);
 
 /// Adds the triples of `other`, whose blank nodes stay apart, but not those of subjects that `skip` names. It is asked before the first is added.
 LRT_INTERNAL_API void add_apart(rdf::Graph& graph, const rdf::Graph& other, const std::function<bool(const rdf::TermView& subject)>& skip);

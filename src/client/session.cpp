@@ -146,7 +146,11 @@ Result<RepresentationPtr> Session::get(const std::string& given) {
   Request request{"GET", url, {{"Accept", accept()}}, {}};
   if (known && !known->entity_tag.empty()) request.fields.emplace_back("If-None-Match", known->entity_tag);
   if (accepts_gzip_) request.fields.emplace_back("Accept-Encoding", "gzip");
-  const Result<Response> response = http_->send(request);
+  Result<Response> response = http_->send(request);
+  if (response && response->status == 406) {  // a server without RDF
+    request.fields.front().second = "application/json, text/plain;q=0.9";
+    response = http_->send(request);
+  }
   if (!response) return unexpected(response.error());
   if (response->status == 304 && known) {
     const std::lock_guard lock(mutex_);
@@ -160,6 +164,13 @@ Result<RepresentationPtr> Session::get(const std::string& given) {
   const std::lock_guard lock(mutex_);
   cache_.put(url, *read, 4 * response->body.size() + 1'000);
   return read;
+}
+
+Result<RepresentationPtr> Session::outline(const std::string& given) {
+  const Result<Response> response = http_->send({"HEAD", std::string(document_of(given)), {}, {}});
+  if (!response) return unexpected(response.error());
+  if (!response->ok()) return unexpected(error_of(*response, "HEAD", given));
+  return outline_of(*response);
 }
 
 Result<RepresentationPtr> Session::described(const std::string& given) {

@@ -94,7 +94,9 @@ class LRT_INTERNAL_API Session : public std::enable_shared_from_this<Session> {
   void accept_gzip() noexcept { accepts_gzip_ = true; }
   /// A representation; requested with If-None-Match if one is cached.
   Result<RepresentationPtr> get(const std::string& url);
-  /// The same, or a representation of the last minute: for parts that rarely change, such as the binding and the shape.
+  /// The links of a resource whose representation is no RDF, by HEAD. Its graph is empty.
+  Result<RepresentationPtr> outline(const std::string& url);
+  /// The same as get(), or a representation of the last minute: for parts that rarely change, such as the binding and the shape.
   /// If they are outdated, the server refuses the request, and they are removed from the cache.
   Result<RepresentationPtr> described(const std::string& url);
   /// Removes the outdated representations of a resource.

@@ -15,6 +15,7 @@
 #include "src/base/charset.hpp"
 #include "src/client/binding.hpp"
 #include "src/client/session.hpp"
+#include "src/client/stored_document.hpp"
 
 namespace lrt::client {
 inline namespace v0 {
@@ -150,6 +151,14 @@ std::optional<TermView> literal_of(const Representation& representation, Iri pre
   return representation.graph.term(*object);
 }
 
+/// Whether a server describes its actions with the terms of lrt: its invocations then have an lrt:status.
+bool uses_own_terms(const Graph& graph) {
+  const std::string_view space = vocab::lrt_::status.text.substr(0, vocab::lrt_::status.text.size() - std::string_view("status").size());
+  for (const Triple& t : graph.triples())
+    if (graph.term(t.predicate).text.substr(0, space.size()) == space || graph.term(t.object).text.substr(0, space.size()) == space) return true;
+  return false;
+}
+
 Unexpected no_node(const std::string& url) {
   return unexpected(Errc::expected_value, "\"" + url + "\": it is not clear which node of its representation is meant");
 }
@@ -277,6 +286,13 @@ Result<std::optional<Shape>> Property::shape() const {
   return std::optional<Shape>();
 }
 
+Result<std::optional<Shape>> Property::present_shape() const {
+  const Result<RepresentationPtr> found = session_->described(url_);
+  if (!found) return unexpected(found.error());
+  const std::optional<TermId> node = node_in((*found)->graph, (*found)->focus);
+  return node ? client::present_shape((*found)->graph, *node) : std::optional<Shape>();
+}
+
 Result<std::optional<Shape>> Property::value_shape() const {
   Result<std::optional<Shape>> own = shape();
   if (!own || *own) return own;
@@ -367,8 +383,15 @@ Result<void> Property::put(const Graph& graph, TermId focus, const std::optional
   if (Result<void> good = judged(*session_, graph, focus, shape); !good) return good;
   const Result<RepresentationPtr> found = session_->described(url_);
   if (!found) return unexpected(found.error());
+  std::vector<Binding> bindings = bindings_of(**found);
+  const bool has_binding = std::any_of(bindings.begin(), bindings.end(), [](const Binding& b) { return b.method == "PUT"; });
+  if (!has_binding) {
+    const Result<std::optional<Shape>> published = shape ? Result<std::optional<Shape>>(shape) : this->shape();
+    if (!published) return unexpected(published.error());
+    if (!*published) return put_in_document(graph, focus, options);
+  }
   Request request{"PUT", url_, {}, {}};
-  for (Binding& binding : bindings_of(**found)) {
+  for (Binding& binding : bindings) {
     if (binding.method != "PUT") continue;
     if (!binding.url.empty()) request.url = binding.url;
     request.fields = std::move(binding.fields);
@@ -381,6 +404,36 @@ Result<void> Property::put(const Graph& graph, TermId focus, const std::optional
   session_->forget(url_);
   if (!response->ok()) return unexpected(error_of(*response, "PUT", request.url));
   return {};
+}
+
+Result<void> Property::put_in_document(const Graph& value, TermId focus, const WriteOptions& options) const {
+  constexpr int max_attempts = 3;
+  for (int attempt = 1;; ++attempt) {
+    const Result<RepresentationPtr> found = session_->get(url_);
+    if (!found) return unexpected(found.error());
+    const Representation& present = **found;
+    const std::optional<TermId> node = node_in(present.graph, present.focus);
+    if (!node) return no_node(url_);
+    const bool has_tag = !present.entity_tag.empty() && present.entity_tag.compare(0, 2, "W/") != 0;
+    if (options.if_match.empty() && !has_tag && says_more(present.graph, *node))
+      return unexpected(Errc::refused,
+                        "\"" + url_ +
+                            "\" is stored as a document, whose other statements could be lost: it has no strong entity tag; to write it "
+                            "nevertheless, state the entity tag that it must have (*: any)");
+    Request request{"PUT", url_, {}, {}};
+    if (!options.if_match.empty() || has_tag)
+      request.fields.emplace_back("If-Match", options.if_match.empty() ? present.entity_tag : options.if_match);
+    request.fields.emplace_back("Content-Type", present.media_type);
+    const Graph changed = with_value(present.graph, *node, value, focus);
+    std::optional<std::string> plain;
+    if (!rdf::syntax_of(present.media_type)) plain = plain_text_of(changed, changed.find(present.graph.term(*node)).value(), present.media_type);
+    if (plain) request.body = *std::move(plain);
+    const Result<Response> response = request.body.empty() ? send_graph(*session_, request, changed) : session_->http().send(request);
+    if (!response) return unexpected(response.error());
+    session_->forget(url_);
+    if (response->ok()) return {};
+    if (response->status != 412 || !options.if_match.empty() || attempt == max_attempts) return unexpected(error_of(*response, "PUT", url_));
+  }
 }
 
 // --- Action ---
@@ -513,6 +566,7 @@ Result<Invocation> Action::send(const Graph* input, const InvokeOptions& options
     if (Result<RepresentationPtr> read = read_representation(*response, session_->options())) invocation.ended_.representation = *std::move(read);
   }
   if (response->status != 202) invocation.ended_.status = Invocation::Status::succeeded;
+  invocation.states_status_ = uses_own_terms((*found)->graph);
   return invocation;
 }
 
@@ -521,9 +575,15 @@ Result<Invocation> Action::send(const Graph* input, const InvokeOptions& options
 Result<Invocation::State> Invocation::state() const {
   if (url_.empty()) return ended_;
   Result<RepresentationPtr> found = session_->get(url_);
-  if (!found) return unexpected(std::move(found).error());
+  if (!found) {
+    const Errc code = found.error().code;
+    const bool has_no_document = code == Errc::unknown_path || code == Errc::unsupported_syntax || code == Errc::refused;
+    if (has_no_document && !states_status_ && has_ended(ended_.status)) return ended_;
+    return unexpected(std::move(found).error());
+  }
   State state;
   state.status = status_of(**found);
+  if (state.status == Status::unknown) state.status = ended_.status;  // R0.7, R0.8 ask for no status: then the response has said how it ended
   if (const auto progress = literal_of(**found, vocab::lrt_::progress)) {
     if (const std::optional<double> number = rdf::lexical::parse_double(progress->text)) state.progress = std::clamp(*number, 0.0, 1.0);
   }
@@ -540,7 +600,7 @@ Result<Invocation::State> Invocation::wait(milliseconds at_most, const std::func
     Result<State> now = state();
     if (!now) return now;
     if (on_progress && (!last || last->status != now->status || last->progress != now->progress)) on_progress(*now);
-    if (has_ended(now->status) || url_.empty()) return now;
+    if (has_ended(now->status) || now->status == Status::unknown || url_.empty()) return now;
     last = *now;
     const auto rest = std::chrono::duration_cast<milliseconds>(end - std::chrono::steady_clock::now());
     if (rest.count() <= 0) return unexpected(Errc::timed_out, "\"" + url_ + "\" is still " + std::string(to_string(now->status)));

@@ -79,6 +79,9 @@ std::string apparent_type(std::string_view body, const std::string& assumed) {
   return assumed;
 }
 
+/// With Via::any: after so many connections without a value the next protocol is tried.
+constexpr unsigned max_empty = 3;
+
 std::string seconds_of(milliseconds time) {
   std::string text = std::to_string(time.count() / 1000);
   const auto rest = time.count() % 1000;
@@ -246,6 +249,7 @@ class LRT_LOCAL Watch::Impl : public std::enable_shared_from_this<Watch::Impl> {
   void lost(Generation generation, Error error, milliseconds min_pause = milliseconds(0));
   void refused(Generation generation, int status, Error error, std::optional<std::chrono::seconds> pause);
   void end(Generation generation, Error error);
+  bool is_stray(Generation generation, const std::string& message, const std::string& type);
   void socket_ended(Generation generation, const WebSocketEnd& end);
 
   // The activities.
@@ -313,6 +317,7 @@ class LRT_LOCAL Watch::Impl : public std::enable_shared_from_this<Watch::Impl> {
   std::size_t step_ = 0, type_ = 0;
   unsigned failures_ = 0;   ///< since the last value
   bool has_value_ = false;  ///< of this connection
+  unsigned empty_ = 0;      ///< connections in a row that opened and ended without a value, before the first one
   bool asked_graph_ = false, asked_token_ = false;
   std::optional<Instant> not_found_since_;
   std::string websocket_url_;
@@ -475,7 +480,8 @@ void Watch::Impl::lost(Generation generation, Error error, milliseconds min_paus
   {
     Lock lock(mutex_);
     if (stopped_ || generation != generation_) return;
-    connected_.store(false, std::memory_order_release);
+    const bool was_connected = connected_.exchange(false, std::memory_order_acq_rel);
+    if (was_connected && counts_.values == 0 && ++empty_ >= max_empty && step_ + 1 < steps_.size()) next_step(), empty_ = 0;
     next = ++generation_;
     subscription_.clear();
     last_error_ = std::move(error);
@@ -630,6 +636,7 @@ struct LRT_LOCAL Watch::Impl::SocketEvents final : WebSocketEvents {
     const auto self = watch.lock();
     if (!self) return;
     std::string type = apparent_type(message, media_type);
+    if (self->is_stray(generation, message, type)) return;
     self->value(generation, std::move(message), std::move(type), {});
   }
   void ended(const WebSocketEnd& end) override {
@@ -663,6 +670,24 @@ void Watch::Impl::open_websocket(Generation generation) {
   if (websocket_ != 0) return;
   lock.unlock();
   lost(generation, {Errc::io_error, "no thread for WebSockets"});
+}
+
+/// With Via::any: the first message of a connection that is no representation is no sign of life, because the server speaks another protocol on its
+/// WebSockets. The watch goes on with the next one of ours. Called on the thread of the WebSockets, which does not read large messages for this.
+bool Watch::Impl::is_stray(Generation generation, const std::string& message, const std::string& type) {
+  constexpr std::size_t longest = 64 * 1024;
+  {
+    const std::lock_guard lock(mutex_);
+    if (stopped_ || generation != generation_ || has_value_ || step_ + 1 == steps_.size()) return false;
+  }
+  if (message.size() > longest || !rdf::syntax_of(type)) return false;
+  const Result<rdf::Graph> graph = graph_of(message, type, url_, context_->options().limits.max_triples);
+  if (graph) return false;
+  Error error{Errc::unsupported_syntax, "\"" + url_ + "\": a message of its WebSocket is not " + type + ": " + graph.error().message};
+  context_->tasks.run([weak = weak_from_this(), generation, error = std::move(error)] {  // may block
+    if (const auto self = weak.lock()) self->refused(generation, 0, error, {});
+  });
+  return true;
 }
 
 /// Called on the thread of the WebSockets.

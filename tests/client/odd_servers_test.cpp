@@ -10,6 +10,7 @@
 #include "tests/delivery/compress.hpp"
 #include "tests/delivery/receiver.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/fields.hpp"
 #include "tests/support/odd_responses.hpp"
 
 // Servers that are not lrt's: incomplete, unusual or hostile.
@@ -164,6 +165,137 @@ TEST_CASE("a server with N-Triples only and without ETags is read and written", 
   const std::vector<std::string> sent = site.requests("/x/v");
   REQUIRE(sent.size() >= 2);
   CHECK(sent.back().find("application/n-triples") != std::string::npos);  // tried once more in what the server accepts
+}
+
+TEST_CASE("a root that is a Thing, a list without types, and links alone are discovered", "[client][R0.9][R1.6]") {
+  Client client = Client::create(quick()).value();
+  SECTION("the root itself, without a known term") {
+    Site site({{"/", turtle("<> a ex:Robot ; ex:angle <angle> ; ex:home </> .")}, {"/angle", turtle("<> ex:degrees 12 .")}});
+    const client::Robot robot = client.open(site.url()).value();
+    REQUIRE(robot.things().size() == 1);
+    CHECK(robot.things()[0].url() == site.url());
+    REQUIRE(robot.things()[0].properties().size() == 1);
+    CHECK(robot.property("angle").value().url() == site.url("/angle"));
+  }
+  SECTION("a document about nothing but itself") {
+    Site site({{"/", turtle("<> a ex:Lamp .")}});
+    CHECK(client.open(site.url()).value().things().size() == 1);
+  }
+  SECTION("a list without types") {
+    Site site({{"/", turtle("<> ldp:contains <arm>, <leg> .")},
+               {"/arm", turtle("<> ex:angle <arm/angle> ; ex:turn <arm/turn> ; ex:up <./> .")},
+               {"/leg", turtle("<> ex:angle <leg/angle> .")},
+               {"/arm/angle", turtle("<> rdf:value 1 ; ex:of <../arm> .", "Allow: GET, PUT\r\n")},
+               {"/arm/turn", turtle("<> ex:of <../arm> .", "Allow: GET, POST\r\n")},
+               {"/leg/angle", turtle("<> ex:degrees 2 .")}});
+    const client::Robot robot = client.open(site.url()).value();
+    REQUIRE(robot.things().size() == 2);
+    CHECK(robot.thing("arm").value().property("angle").value().read<double>().value() == 1);
+    CHECK(robot.thing("arm").value().action("turn").has_value());
+    CHECK(robot.thing("leg").value().properties().size() == 1);
+  }
+  SECTION("links alone, values in JSON and text") {
+    const auto json = [](const std::string& body, const std::string& fields) {
+      return answer(200, body, "Content-Type: application/json\r\n" + fields);
+    };
+    Site site({{"/", json("[\"arm\"]", "Link: </arm>; rel=\"related\"\r\n")},
+               {"HEAD /", answer(200, "", "Link: </arm>; rel=\"related\"\r\n")},
+               {"/arm", json("{\"name\": \"arm\"}", "")},
+               {"HEAD /arm", answer(200, "", "Link: </arm/angle>; rel=\"related\", </arm/mode>; rel=related, </arm/stop>; rel=related\r\n")},
+               {"/arm/angle", json("1.5", "ETag: \"1\"\r\nAllow: GET, PUT\r\n")},
+               {"PUT /arm/angle", answer(204)},
+               {"/arm/mode", answer(200, "idle\n", "Content-Type: text/plain\r\nAllow: GET, PUT\r\n")},
+               {"/arm/stop", json("{}", "")},
+               {"HEAD /arm/stop", answer(200, "", "Allow: GET, HEAD, POST\r\n")}});
+    const client::Robot robot = client.open(site.url()).value();
+    REQUIRE(robot.things().size() == 1);
+    CHECK(robot.things()[0].url() == site.url("/arm"));
+    const client::Property angle = robot.property("angle").value();
+    CHECK(angle.read<double>().value() == 1.5);
+    CHECK(robot.property("mode").value().read<std::string>().value() == "idle");
+    CHECK(robot.action("stop").has_value());
+    CHECK(angle.write(2.5).has_value());
+    const std::string put = site.requests("/arm/angle").back();
+    CHECK(field_of(put, "Content-Type") == "application/json");
+    CHECK(field_of(put, "If-Match") == "\"1\"");
+    CHECK(put.substr(put.size() - 3) == "2.5");
+  }
+}
+
+TEST_CASE("a command ends with what is known if the server states no status", "[client][R0.7][R0.8]") {
+  Site site({{"/", turtle("<> a hybrit:RoboticThing ; hybrit:action <open>, <close>, <turn>, <spin> .")},
+             {"/open", turtle("<> a hybrit:Action .")},
+             {"/close", turtle("<> a hybrit:Action .")},
+             {"/turn", turtle("<> a hybrit:Action .")},
+             {"/spin", turtle("<> a hybrit:Action .")},
+             {"POST /open", answer(204, {}, "Location: /open/1\r\n")},
+             {"/open/1", turtle("<> ex:made true .")},
+             {"POST /close", answer(204, {}, "Location: /close/1\r\n")},
+             {"POST /turn", answer(202, {}, "Location: /turn/1\r\n")},
+             {"/turn/1", turtle("<> ex:made true .")},
+             {"POST /spin", answer(201, {}, "Location: /spin/1\r\n")},
+             {"/spin/1", answer(200, "spinning", "Content-Type: text/html\r\n")}});
+  Client client = Client::create(quick()).value();
+  const client::Robot robot = client.open(site.url()).value();
+  using Status = client::Invocation::Status;
+  for (const auto& [name, status] :
+       {std::make_pair("open", Status::succeeded), {"close", Status::succeeded}, {"turn", Status::unknown}, {"spin", Status::succeeded}}) {
+    INFO(name);
+    const client::Invocation invocation = robot.action(name).value().invoke().value();
+    CHECK_FALSE(invocation.url().empty());
+    CHECK(invocation.wait(milliseconds(60'000)).value().status == status);
+    CHECK(invocation.state().value().status == status);
+  }
+}
+
+TEST_CASE("a value in a stored document is changed, and the rest of it stays", "[client][R0.5]") {
+  Client client = Client::create(quick()).value();
+  const std::string allow = "Allow: GET, PUT, PATCH\r\n", tag = allow + "ETag: \"7\"\r\n";
+  const std::string document = "<> ex:maker \"Ada\" ; ex:limits [ ex:low 1 ; ex:high 9 ] ; <http://qudt.org/schema/qudt/numericValue> 5 .";
+  const auto graph_in = [](const std::string& request, const std::string& url) {
+    rdf::ReadOptions options;
+    options.base = url;
+    return rdf::read(request.substr(request.find("\r\n\r\n") + 4), rdf::Syntax::turtle, options).value();
+  };
+  SECTION("by its own predicate and datatype, with If-Match, and again if somebody else was faster") {
+    Site site({{"/", turtle("<> a hybrit:RoboticThing ; hybrit:property <v> .")}, {"/v", turtle(document, tag)}, {"PUT /v", answer(412)}});
+    const client::Property v = client.open(site.url()).value().property("v").value();
+    CHECK(message_of(v.write(6.0)).find("412") != std::string::npos);
+    std::vector<std::string> puts;
+    for (const std::string& request : site.requests("/v"))
+      if (request.compare(0, 4, "PUT ") == 0) puts.push_back(request);
+    CHECK(puts.size() == 3);
+    CHECK(field_of(puts.back(), "If-Match") == "\"7\"");
+    site.set("PUT /v", answer(204));
+    REQUIRE(v.write(6.0).has_value());
+    const std::string put = site.requests("/v").back();
+    rdf::ReadOptions options;
+    const std::string url = site.url("/v");
+    options.base = url;
+    const std::string wanted =
+        "@prefix ex: <http://example.org/#> . <> ex:maker \"Ada\" ; ex:limits [ ex:low 1 ; ex:high 9 ] ; "
+        "<http://qudt.org/schema/qudt/numericValue> 6 .";
+    CHECK(rdf::isomorphic(graph_in(put, url), rdf::read(wanted, rdf::Syntax::turtle, options).value()));
+    CHECK(v.write(6.0, {{}, "\"8\""}).has_value());
+    CHECK(field_of(site.requests("/v").back(), "If-Match") == "\"8\"");
+  }
+  SECTION("without a strong entity tag nothing is sent") {
+    for (const std::string& fields : {allow, allow + "ETag: W/\"7\"\r\n"}) {
+      Site site({{"/", turtle("<> a hybrit:RoboticThing ; hybrit:property <v> .")}, {"/v", turtle(document, fields)}, {"PUT /v", answer(204)}});
+      const client::Property v = client.open(site.url()).value().property("v").value();
+      CHECK(message_of(v.write(6.0)).find("no strong entity tag") != std::string::npos);
+      for (const std::string& request : site.requests()) CHECK(request.compare(0, 4, "PUT ") != 0);
+      CHECK(v.write(6.0, {{}, "*"}).has_value());
+    }
+  }
+  SECTION("the present value says what a number is") {
+    Site site({{"/", turtle("<> a hybrit:RoboticThing ; hybrit:property <v>, <w> .")},
+               {"/v", turtle("<> vom:numericalValue 5 ; vom:unit maths:Degree ; ex:maker \"Ada\" .", tag)},
+               {"/w", turtle("<> ex:maker \"Ada\" .", tag)}});
+    const client::Robot robot = client.open(site.url()).value();
+    CHECK(robot.property("v").value().present_shape().value().has_value());
+    CHECK_FALSE(robot.property("w").value().present_shape().value().has_value());
+  }
 }
 
 TEST_CASE("what cannot be read is reported, and the rest is used", "[client][R1.6]") {

@@ -499,7 +499,7 @@ TEST_CASE("hybrit:websocketUrl is followed where the resource itself has no WebS
   const test::Watchdog watchdog("watch");
   test::Receiver websockets([](Peer& peer) {
     const std::string request = peer.read_request();
-    peer.send(opening_response(request) + frame(request.substr(0, request.find("\r\n"))));
+    peer.send(opening_response(request) + frame("# " + request.substr(0, request.find("\r\n"))));
     peer.hang();
   });
   test::Receiver resource([&](Peer& peer) {
@@ -513,10 +513,54 @@ TEST_CASE("hybrit:websocketUrl is followed where the resource itself has no WebS
   options.queue_length = 2;
   Changes found, given;
   const Watch a = watches.watch(resource.url(), options, found.callback()).value();
-  CHECK(*found.wait(1)[0].body == "GET /ws?id=1&queueLength=2 HTTP/1.1");
+  CHECK(*found.wait(1)[0].body == "# GET /ws?id=1&queueLength=2 HTTP/1.1");
   options.websocket_url = "ws://127.0.0.1:" + std::to_string(websockets.port()) + "/given";
   const Watch b = watches.watch(resource.url(), options, given.callback()).value();
-  CHECK(*given.wait(1)[0].body == "GET /given?queueLength=2 HTTP/1.1");
+  CHECK(*given.wait(1)[0].body == "# GET /given?queueLength=2 HTTP/1.1");
+}
+
+TEST_CASE("a WebSocket of another protocol is left for what the server has besides", "[client][R1.6]") {
+  const test::Watchdog watchdog("watch");
+  SECTION("it sends messages that are no representations") {
+    test::Receiver server([](Peer& peer) {  // as the Community Solid Server on each URL
+      for (std::string request = peer.read_request(); !request.empty(); request = peer.read_request()) {
+        if (request.find("Upgrade: websocket") != std::string::npos) {
+          peer.send(opening_response(request) + frame("warning Missing Sec-WebSocket-Protocol header, expected value solid-0.1") +
+                    frame("protocol solid-0.1"));
+          return peer.hang();
+        }
+        if (field_of(request, "Accept") == "text/event-stream") peer.send(test::answer(406));
+        else
+          peer.send(test::answer(200, "<> <http://www.w3.org/1999/02/22-rdf-syntax-ns#value> 5 .", "Content-Type: text/turtle\r\nETag: \"1\"\r\n"));
+      }
+    });
+    Watches watches(http_client(background()));
+    Changes changes;
+    const Watch watch = watches.watch(server.url(), by(Via::any), changes.callback()).value();
+    CHECK(changes.wait(1)[0].kind == Kind::value);
+    CHECK(changes.all()[0].body->find("value> 5") != std::string::npos);
+    CHECK(watch.via() == Via::polling);
+  }
+  SECTION("it opens and closes each without a message") {
+    std::atomic<int> opened{0};
+    test::Receiver server([&](Peer& peer) {
+      for (std::string request = peer.read_request(); !request.empty(); request = peer.read_request()) {
+        if (request.find("Upgrade: websocket") != std::string::npos) {
+          ++opened;
+          peer.send(opening_response(request) + frame(test::close_payload(1011), Frame::close));
+          return peer.hang();
+        }
+        peer.send(stream_header() + "data: <> <http://example.org/a> 1 .\n\n");
+        return peer.hang();
+      }
+    });
+    Watches watches(http_client(background()));
+    Changes changes;
+    const Watch watch = watches.watch(server.url(), by(Via::any), changes.callback()).value();
+    CHECK(changes.wait(1)[0].kind == Kind::value);
+    CHECK(watch.via() == Via::event_stream);
+    CHECK(opened == 3);
+  }
 }
 
 TEST_CASE("a server without the first media type is asked for the next", "[client][R1.6]") {

@@ -363,7 +363,9 @@ Result<Input> input_of(const Body& body, const std::string& url, const std::opti
     media_type = *parsed;
   }
   if (!schema) {
-    return unexpected(Errc::expected_value, "\"" + url + "\" publishes no shape that says what a plain value means; give RDF, such as @value.ttl");
+    return unexpected(
+        Errc::expected_value,
+        "\"" + url + "\" publishes no shape, and has no value at present, that would say what a plain value means; give RDF, such as @value.ttl");
   }
   std::string bytes = body.bytes;
   const Type* type = &schema->type();

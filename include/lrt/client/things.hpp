@@ -76,8 +76,11 @@ class LRT_API Property {
 
   /// Writes the value, by PUT (R0.5). With Options::validate the value is validated against the published shape first
   /// and, if it does not conform, not sent.
-  /// @par Errors  expected_value: the value does not conform, with the shape's message; refused, closed, ...: of the
-  ///              exchange, with the server's reason
+  ///
+  /// A server that publishes neither binding nor shape for it may store documents. Its present document is then read, changed in what is the value, and sent
+  /// with If-Match, up to three times if somebody else changes it meanwhile.
+  /// @par Errors  expected_value: the value does not conform, with the shape's message; refused: the document has no strong entity tag, so that other
+  ///              changes could be lost; refused, closed, ...: of the exchange, with the server's reason
   template <class T>
   Result<void> write(const T& value, const WriteOptions& options = {}) const {
     return write(rdf::traits<T>::type(), rdf::traits<T>::encode(value), options);
@@ -93,6 +96,9 @@ class LRT_API Property {
   Result<lrt::Unit> unit() const;
   /// The shape against which the server validates what is written. nullopt: it publishes none.
   Result<std::optional<Shape>> shape() const;
+  /// The shape that its present value has, for a server that publishes none: one literal of its datatype, with its unit. nullopt: it has no such
+  /// value.
+  Result<std::optional<Shape>> present_shape() const;
   /// The shape of its value, also if it cannot be written: shape(), otherwise that of a linked Blueprint for its
   /// predicate. nullopt: there is none.
   Result<std::optional<Shape>> value_shape() const;
@@ -138,6 +144,7 @@ class LRT_API Property {
   friend class lrt::Client;
   Property() = default;
   Result<void> put(const rdf::Graph& graph, rdf::TermId focus, const std::optional<Shape>& shape, const WriteOptions& options) const;
+  Result<void> put_in_document(const rdf::Graph& value, rdf::TermId focus, const WriteOptions& options) const;
   Result<Watch> watch_at_once(const WatchOptions& options, OnChange on_change) const;
   /// False: it is a node in the graph of its Thing, and has no representation of its own.
   bool is_resource() const noexcept;
@@ -201,7 +208,8 @@ class LRT_API Invocation {
   Invocation() = default;
   std::shared_ptr<Session> session_;
   std::string url_;
-  State ended_;  ///< if there is no resource
+  State ended_;                 ///< what the response to the request said
+  bool states_status_ = false;  ///< the server is one that states lrt:status
 };
 
 /// Options of Action::invoke().

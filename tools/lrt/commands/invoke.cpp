@@ -116,6 +116,11 @@ Result<int> finish(Session& session, const client::Action& action, const Invocat
       }
       return print_result(session, action, invocation, options.json);
     }
+    if (state->status == Invocation::Status::unknown) {
+      bar.clear();
+      session.warn("the server does not say whether \"" + action.name() + "\" has ended");
+      return print_result(session, action, invocation, options.json);
+    }
     bar.draw(*state);
     if (end && steady_clock::now() >= *end) {
       bar.clear();

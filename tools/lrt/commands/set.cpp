@@ -21,7 +21,9 @@ Result<int> set(Session& session, SetOptions& options) {
   if (!*is_writable) return unexpected(Errc::refused, "\"" + options.words[0] + "\" cannot be written");
   const Result<std::optional<client::Shape>> shape = property->shape();
   if (!shape) return unexpected(shape.error());
-  const Result<Input> input = input_of(*body, property->url(), schema_of(shape));
+  std::optional<client::Schema> schema = schema_of(shape);
+  if (!schema && !*shape) schema = schema_of(property->present_shape());
+  const Result<Input> input = input_of(*body, property->url(), schema);
   if (!input) return unexpected(input.error());
   client::WriteOptions write;
   write.if_match = options.if_match;
