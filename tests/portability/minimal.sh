@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# The smallest robot: README's program, with the library linked into it, without what can be left out (Boost, Redland, JSON-LD, libwebsockets, cpp-httplib,
+# The smallest robot: README's program, with the library linked into it, without what can be left out (Boost, Redland, JSON-LD, libwebsockets, callbacks,
 # the page) and optimised for size. Prints its stripped size and its shared libraries, and fails if they are more than docs/platforms.md says, or if it has
 # code of Worlds or queries, which it does not use.
 #

@@ -15,7 +15,7 @@ root=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")/../.." && pwd)
 arch=${1:?usage: $0 ARCH [FOLDER]}
 folder=$(realpath -m "${2:-$root/build/sysroot/$arch}")
 suite=${LRT_SUITE:-}
-packages=${LRT_PACKAGES:-libc6-dev libstdc++-12-dev libpcre2-dev libssl-dev librdf0-dev libboost-dev libcpp-httplib-dev libwebsockets-dev
+packages=${LRT_PACKAGES:-libc6-dev libstdc++-12-dev libpcre2-dev libssl-dev zlib1g-dev librdf0-dev libboost-dev libcpp-httplib-dev libwebsockets-dev
                          nlohmann-json3-dev libeigen3-dev catch2 libtinyxml2-dev libmosquitto-dev}
 read -ra packages <<<"${packages//$'\n'/ }"
 

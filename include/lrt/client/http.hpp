@@ -25,8 +25,8 @@ struct Request {
 /// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
 struct LRT_API Response {
   int status = 0;         ///< status code (RFC 9110 15)
-  http::Fields fields{};  ///< header fields
-  std::string body{};     ///< without the chunked coding
+  http::Fields fields{};  ///< header fields that have a value; without trailers, and without the codings and the length of a body that was decoded
+  std::string body{};     ///< without the chunked coding, gzip and deflate
   std::string url{};      ///< URL of the resource that responded: of the request, or of the last redirect
 
   bool ok() const noexcept { return status >= 200 && status < 300; }  ///< whether the status is 2xx

@@ -36,7 +36,7 @@ struct Limits {
   std::chrono::milliseconds response_time{10'000};  ///< for a whole exchange; of a stream: until its header section is complete
   unsigned max_redirects = 5;                       ///< of one request
   std::size_t max_header_bytes = 64 * 1024;         ///< of a response
-  std::size_t max_body_bytes = 16 * 1024 * 1024;    ///< of a response
+  std::size_t max_body_bytes = 16 * 1024 * 1024;    ///< of a response, also of its decoded form
   std::size_t max_triples = 500'000;                ///< of a representation
   std::size_t max_resources = 20'000;               ///< read by one Client::open()
   unsigned max_depth = 32;                          ///< links between the URL of Client::open() and a resource

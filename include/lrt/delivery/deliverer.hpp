@@ -45,7 +45,7 @@ class LRT_API Deliverer {
   virtual void stop() noexcept = 0;
 };
 
-/// Makes a Deliverer on cpp-httplib. It starts threads on demand and ends idle ones.
+/// Makes a Deliverer on sockets and threads of its own. It starts threads on demand and ends idle ones.
 ///
 /// - A name is resolved for each connection, on one of `options.max_resolver_threads` threads and within
 ///   `options.resolve_time`. A notification that waits for a name counts in none of the limits below. Subscriptions
