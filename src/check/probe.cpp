@@ -2,8 +2,6 @@
 #include "src/check/probe.hpp"
 
 #include <algorithm>
-#include <charconv>
-#include <set>
 
 #include "src/base/ascii.hpp"
 #include "src/base/utf8.hpp"
@@ -13,50 +11,12 @@ namespace {
 
 using exchange::Instant;
 using lrt::detail::iequals_ascii;
-using lrt::detail::is_digit;
 using lrt::detail::trim;
 using std::chrono::milliseconds;
 
 constexpr std::size_t max_kept = 3;  // exchanges of one kind that serve as evidence
 
 Instant now() { return std::chrono::steady_clock::now(); }
-
-/// "HTTP/1.1 200 OK" (RFC 9112 4).
-bool parse_status_line(std::string_view line, Reply& reply) {
-  if (line.size() < 12 || line.compare(0, 5, "HTTP/") != 0 || !is_digit(line[5]) || line[6] != '.' || !is_digit(line[7]) || line[8] != ' ')
-    return false;
-  for (std::size_t at = 9; at < 12; ++at)
-    if (!is_digit(line[at])) return false;
-  reply.version = std::string(line.substr(0, 8));
-  reply.status = (line[9] - '0') * 100 + (line[10] - '0') * 10 + (line[11] - '0');
-  if (line.size() == 12) reply.framing_fault = "the status line has no space after the code (RFC 9112 4)";
-  else if (line[12] != ' ') return false;
-  return reply.status >= 100;
-}
-
-void parse_fields(std::string_view lines, Reply& reply) {
-  while (!lines.empty()) {
-    const std::size_t end = std::min(lines.find("\r\n"), lines.size());
-    const std::string_view line = lines.substr(0, end);
-    lines.remove_prefix(std::min(end + 2, lines.size()));
-    const std::size_t colon = line.find(':');
-    const bool named =
-        colon != std::string_view::npos && colon > 0 &&
-        std::all_of(line.begin(), line.begin() + static_cast<std::ptrdiff_t>(colon), [](char c) { return lrt::detail::is(c, lrt::detail::tchar); });
-    if (!named) {
-      reply.framing_fault = "the header section has a line that is no field: \"" + excerpt(line, 80) + "\" (RFC 9112 5)";
-      continue;
-    }
-    reply.fields.add(line.substr(0, colon), trim(line.substr(colon + 1)));
-  }
-}
-
-std::optional<std::uint64_t> parse_number(std::string_view text, int base) {
-  std::uint64_t number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number, base);
-  if (error != std::errc() || end != text.data() + text.size() || text.empty() || text.front() == '-' || text.front() == '+') return std::nullopt;
-  return number;
-}
 
 /// Header fields that are shown as evidence.
 bool matters(std::string_view name) {
@@ -156,125 +116,81 @@ bool Connection::ends(Instant until) {
   return ended_;
 }
 
-bool Connection::read_length(Reply& reply, std::uint64_t length, Instant until) {
-  while (received_.size() < length && received_.size() <= options_.max_body_bytes && receive(until)) {}
-  if (received_.size() < length && received_.size() > options_.max_body_bytes) {
-    reply.truncated = true;
-  } else if (received_.size() < length) {
-    reply.framing_fault = "Content-Length is " + std::to_string(length) + ", and the body has " + std::to_string(received_.size()) + " bytes";
-  }
-  const std::size_t size = static_cast<std::size_t>(std::min<std::uint64_t>(length, received_.size()));
-  reply.body = received_.substr(0, size);
-  received_.erase(0, size);
-  return reply.framing_fault.empty() && !reply.truncated;
+/// What the parser has found of the final response.
+void Connection::take_header(Reply& reply, const http::ResponseParser& parser) {
+  reply.version = parser.version() == 10 ? "HTTP/1.0" : "HTTP/1.1";
+  reply.status = parser.status();
+  reply.fields = parser.fields();
+  const bool states_length = reply.fields.find("Content-Length") || reply.fields.find("Transfer-Encoding");
+  reply.forbidden_length = reply.status == 204 && states_length;
 }
 
-bool Connection::read_chunks(Reply& reply, Instant until) {
-  const auto line = [&]() -> std::optional<std::string> {
-    while (received_.find("\r\n") == std::string::npos) {
-      if (received_.size() > options_.max_header_bytes || !receive(until)) return std::nullopt;
-    }
-    const std::size_t end = received_.find("\r\n");
-    std::string text = received_.substr(0, end);
-    received_.erase(0, end + 2);
-    return text;
-  };
+/// The bytes of one response. False: there is no more to read of it.
+bool Connection::read_response(Reply& reply, std::string_view method, Instant until) {
+  http::ResponseLimits limits;
+  limits.max_header_bytes = options_.max_header_bytes;
+  limits.max_interim = 20;
+  http::ResponseParser parser(method, limits, true);
+  parser.read_chunks_despite_length();
+  using Step = http::ResponseParser::Step;
+  bool has_header = false, is_begun = false;
   while (true) {
-    const std::optional<std::string> head = line();
-    if (!head) break;
-    const std::optional<std::uint64_t> size = parse_number(trim(std::string_view(*head).substr(0, head->find(';'))), 16);
-    if (!size) {
-      reply.framing_fault = "\"" + excerpt(*head, 40) + "\" is no chunk size (RFC 9112 7.1)";
-      return false;
-    }
-    if (*size == 0) {  // the trailer section
-      for (std::size_t i = 0; i < 100; ++i) {
-        const std::optional<std::string> trailer = line();
-        if (!trailer) break;
-        if (trailer->empty()) return true;
+    std::string_view bytes = received_;
+    is_begun = is_begun || !bytes.empty();
+    Step step = parser.parse(bytes);
+    if (step == Step::body) reply.body += parser.body();
+    received_.erase(0, received_.size() - bytes.size());
+    const bool waits = step == Step::more && !receive(until);
+    if (waits && ended_) step = parser.end();
+    switch (step) {
+      case Step::interim:
+        reply.interim.push_back(parser.status());
+        is_begun = false;
+        break;
+      case Step::header:
+        has_header = true;
+        take_header(reply, parser);
+        if (reply.status == 101) {
+          reply.framing_fault = parser.tolerated();
+          return false;
+        }
+        break;
+      case Step::body:
+        if (reply.body.size() <= options_.max_body_bytes) break;
+        reply.body.resize(options_.max_body_bytes);
+        reply.truncated = true;
+        return false;
+      case Step::more:
+        if (!waits) break;
+        if (!has_header) reply.error = error_.value_or(Error{Errc::timed_out, "timed out"});
+        else if (!reply.fields.find("Content-Length") && !reply.fields.find("Transfer-Encoding"))
+          reply.framing_fault = "neither Content-Length nor Transfer-Encoding is there, and the connection stays open";
+        else reply.framing_fault = "the body is not complete in time: it has " + std::to_string(reply.body.size()) + " bytes";
+        return true;
+      case Step::complete: reply.framing_fault = parser.tolerated(); return true;
+      case Step::failed: {
+        const Error& why = parser.error();
+        if (has_header && why.code == Errc::limit_exceeded) {
+          reply.truncated = true;
+        } else if (has_header || (why.code == Errc::expected_http && parser.status() >= 200)) {  // its status is known
+          if (!has_header) take_header(reply, parser);
+          reply.framing_fault = why.message;
+        } else {
+          reply.error = why;
+          if (why.code == Errc::closed && is_begun) reply.error->code = Errc::expected_http;  // it is not only closed
+        }
+        return true;
       }
-      break;
     }
-    if (*size > options_.max_body_bytes || reply.body.size() + *size > options_.max_body_bytes) {
-      reply.truncated = true;
-      return false;
-    }
-    const std::size_t need = static_cast<std::size_t>(*size) + 2;
-    while (received_.size() < need && receive(until)) {}
-    if (received_.size() < need) break;
-    reply.body.append(received_, 0, need - 2);
-    if (received_.compare(need - 2, 2, "\r\n") != 0) {
-      reply.framing_fault = "a chunk is longer than its size (RFC 9112 7.1)";
-      return false;
-    }
-    received_.erase(0, need);
-  }
-  reply.framing_fault = "the chunked body has no end (RFC 9112 7.1)";
-  return false;
-}
-
-void Connection::read_body(Reply& reply, std::string_view method, Instant until) {
-  std::set<std::string> lengths;
-  bool chunked = false;
-  for (const http::Field& f : reply.fields.list()) {
-    if (iequals_ascii(f.name, "Content-Length")) lengths.insert(std::string(f.value));
-    if (iequals_ascii(f.name, "Transfer-Encoding")) chunked = true;
-  }
-  if (lengths.size() > 1) reply.framing_fault = "there are two different Content-Length fields (RFC 9112 6.3)";
-  if (chunked && !lengths.empty()) reply.framing_fault = "Content-Length and Transfer-Encoding are both there (RFC 9112 6.2)";
-  if (method == "HEAD" || reply.status == 204 || reply.status == 304 || reply.status < 200) {
-    reply.forbidden_length = reply.status == 204 && (chunked || !lengths.empty());
-    return;
-  }
-  if (chunked) {
-    read_chunks(reply, until);
-  } else if (lengths.size() == 1) {
-    if (const auto length = parse_number(*lengths.begin(), 10)) read_length(reply, *length, until);
-    else reply.framing_fault = "Content-Length is \"" + excerpt(*lengths.begin(), 40) + "\"";
-  } else if (lengths.empty()) {  // until the end of the connection (RFC 9112 6.3)
-    const bool whole = ends(until);
-    reply.truncated = received_.size() > options_.max_body_bytes;
-    if (!whole && !reply.truncated) reply.framing_fault = "neither Content-Length nor Transfer-Encoding is there, and the connection stays open";
-    reply.body = std::move(received_);
-    received_.clear();
   }
 }
 
 Reply Connection::read(std::string_view method, Instant until, bool close, milliseconds close_time) {
   Reply reply;
-  while (true) {
-    std::size_t end = 0;
-    while ((end = received_.find("\r\n\r\n")) == std::string::npos) {
-      if (received_.size() > options_.max_header_bytes) {
-        reply.error = Error{Errc::limit_exceeded, "the header section has more than " + std::to_string(options_.max_header_bytes) + " bytes"};
-        return reply;
-      }
-      if (!receive(until)) {
-        if (!received_.empty()) reply.error = Error{Errc::expected_http, "the bytes are no HTTP response: \"" + excerpt(received_, 80) + "\""};
-        else if (ended_) reply.error = Error{Errc::closed, "the server closed the connection without a response"};
-        else reply.error = error_.value_or(Error{Errc::timed_out, "timed out"});
-        reply.closed = ended_;
-        return reply;
-      }
-    }
-    const std::size_t line = received_.find("\r\n");
-    if (!parse_status_line(std::string_view(received_).substr(0, line), reply)) {
-      reply.status = 0;
-      reply.error = Error{Errc::expected_http, "the bytes are no HTTP response: \"" + excerpt(received_, 80) + "\""};
-      return reply;
-    }
-    reply.fields = http::Fields();
-    if (end > line) parse_fields(std::string_view(received_).substr(line + 2, end - line - 2), reply);
-    received_.erase(0, end + 4);
-    if (reply.status >= 200 || reply.status == 101) break;
-    reply.interim.push_back(reply.status);
-    if (reply.interim.size() > 20) {
-      reply.error = Error{Errc::expected_http, "more than 20 interim responses"};
-      return reply;
-    }
+  if (!read_response(reply, method, until) || reply.error) {
+    reply.closed = ended_;
+    return reply;
   }
-  if (reply.status == 101) return reply;
-  read_body(reply, method, until);
   if (!close || reply.truncated) return reply;
   reply.closed = ends(std::min(until, now() + close_time));
   if (received_.empty()) return reply;

@@ -14,13 +14,14 @@
 #include <lrt/http/message.hpp>
 
 #include "src/client/http_client.hpp"
+#include "src/http/response_parser.hpp"
 #include "src/http/url.hpp"
 
 namespace lrt::check {
 
 using FieldList = std::vector<std::pair<std::string, std::string>>;
 
-/// A response as it was framed on the wire. Errors are not repaired, because the checks report them.
+/// A response as it was framed on the wire. What the parser tolerates is an error here, because the checks report it.
 struct Reply {
   std::optional<Error> error;  ///< there is no status line and header section: why
   std::string version;         ///< "HTTP/1.1"
@@ -65,9 +66,8 @@ class Connection {
   bool ended() const noexcept { return ended_; }
 
  private:
-  void read_body(Reply& reply, std::string_view method, exchange::Instant until);
-  bool read_length(Reply& reply, std::uint64_t length, exchange::Instant until);
-  bool read_chunks(Reply& reply, exchange::Instant until);
+  void take_header(Reply& reply, const http::ResponseParser& parser);
+  bool read_response(Reply& reply, std::string_view method, exchange::Instant until);
 
   std::unique_ptr<exchange::Wire> wire_;
   int stop_descriptor_;

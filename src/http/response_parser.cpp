@@ -42,6 +42,10 @@ ResponseParser::Step ResponseParser::fail(Errc code, std::string reason) {
   return Step::failed;
 }
 
+void ResponseParser::tolerate(std::string what) {
+  if (tolerated_.empty()) tolerated_ = std::move(what);
+}
+
 bool ResponseParser::is_too_long(std::uint64_t more) const noexcept {
   const std::uint64_t max = limits_.max_body_bytes.value_or(std::numeric_limits<std::uint64_t>::max() / 2);
   return body_bytes_ > max || more > max - body_bytes_;
@@ -165,6 +169,7 @@ ResponseParser::Step ResponseParser::status_line(std::string_view& bytes) {
   if (!is_valid) return fail(Errc::expected_http, "its response is not HTTP/1.1: its status line is " + words(line));
   version_ = line[7] == '0' ? 10 : 11;
   status_ = (line[9] - '0') * 100 + (line[10] - '0') * 10 + (line[11] - '0');
+  if (line.size() == 12) tolerate("the status line has no space after the code (RFC 9112 4)");
   fields_ = {};
   length_ = std::nullopt;
   coding_.clear();
@@ -206,6 +211,7 @@ ResponseParser::Step ResponseParser::field_lines(std::string_view& bytes, Sectio
 bool ResponseParser::take_field_line(std::string_view line, Section section) {
   if (is_ows(line.front())) {  // obs-fold; after a line that was left out, it is left out, too
     if (has_field_) (value_ += ' ').append(trim(line));
+    tolerate("the header section has a folded line: " + words(line) + " (RFC 9112 5.2)");
     return true;
   }
   if (!finish_field(section)) return false;
@@ -222,6 +228,7 @@ bool ResponseParser::take_field_line(std::string_view line, Section section) {
     return true;
   }
   keeps_ = false;
+  tolerate("the header section has a line that is no field: " + words(line) + " (RFC 9112 5)");
   if (section == Section::header && frames_body(trim(name))) {
     fail(Errc::expected_http, "its response has a length in a line that is no field: " + words(line));
     return false;
@@ -252,6 +259,7 @@ bool ResponseParser::take_framing_field(std::string_view value) {
         fail(Errc::expected_http, "its response has more than one length: " + number(*length_) + " and " + number(*length));
         return false;
       }
+      if (length_) tolerate("Content-Length is there twice (RFC 9110 8.6)");
       length_ = length;
       if (comma == list.size()) return true;
       list.remove_prefix(comma + 1);
@@ -279,7 +287,9 @@ ResponseParser::Step ResponseParser::finish_header() {
     return Step::interim;
   }
   if (status_ == 101 && !may_switch_) return fail(Errc::expected_http, "it switched to another protocol (101), which it was not asked for");
-  if (length_ && has_coding_) {
+  if (length_ && has_coding_ && reads_despite_length_) {
+    tolerate("Content-Length and Transfer-Encoding are both there (RFC 9112 6.2)");
+  } else if (length_ && has_coding_) {
     return fail(Errc::expected_http,
                 "its response has more than one length: Content-Length " + number(*length_) + " and Transfer-Encoding " + words(coding_));
   }

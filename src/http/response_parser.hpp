@@ -51,6 +51,9 @@ class LRT_INTERNAL_API ResponseParser {
   /// @param may_switch  the request asked for another protocol: 101 is a final response. Else it is an error
   ResponseParser(std::string_view method, const ResponseLimits& limits, bool may_switch = false);
 
+  /// For those who judge servers: chunks win over Content-Length, which is tolerated(). Else both are an error (RFC 9112 6.3 permits either).
+  void read_chunks_despite_length() noexcept { reads_despite_length_ = true; }
+
   /// Consumes bytes from the front of `bytes`, to the next step. It is called again until it returns `more`, `complete` or `failed`.
   Step parse(std::string_view& bytes);
   /// The connection has ended: `complete`, or `failed` with Errc::closed.
@@ -66,6 +69,8 @@ class LRT_INTERNAL_API ResponseParser {
   /// Whether the connection can be used for another exchange, if no bytes are left.
   bool keeps_connection() const noexcept { return keeps_ && state_ == State::complete; }
   const Error& error() const noexcept { return error_; }
+  /// The first thing that a server must not send and that was read all the same, for those who judge servers; empty: there is none.
+  const std::string& tolerated() const noexcept { return tolerated_; }
 
  private:
   enum class State : std::uint8_t { status_line, fields, no_body, length, to_end, chunk_line, chunk, chunk_end, trailers, complete, failed };
@@ -73,6 +78,7 @@ class LRT_INTERNAL_API ResponseParser {
   enum class Line : std::uint8_t { taken, incomplete, too_long, failed };
 
   Step fail(Errc code, std::string reason);
+  void tolerate(std::string what);
   Line take_line(std::string_view& bytes, std::size_t max, std::string_view& line);
   Step status_line(std::string_view& bytes);
   Step field_lines(std::string_view& bytes, Section section);
@@ -89,6 +95,7 @@ class LRT_INTERNAL_API ResponseParser {
 
   const ResponseLimits limits_;
   const bool is_head_, may_switch_;
+  bool reads_despite_length_ = false;
   State state_ = State::status_line;
   std::string line_;  ///< begin of a line whose end has not arrived
   bool line_is_taken_ = false;
@@ -107,6 +114,7 @@ class LRT_INTERNAL_API ResponseParser {
   std::uint64_t body_bytes_ = 0, extension_bytes_ = 0;
   std::string_view body_;
   Error error_{Errc::expected_http, {}};
+  std::string tolerated_;
 };
 
 }  // namespace lrt::http

@@ -2,11 +2,14 @@
 #include <lrt/client/callback_receiver.hpp>
 
 #include <atomic>
+#include <condition_variable>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include <lrt/client.hpp>
 #include <lrt/subscription/notification.hpp>
 
 #include "src/exchange/tls.hpp"
@@ -14,6 +17,7 @@
 #include "tests/delivery/receiver.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/message.hpp"
+#include "tests/support/odd_responses.hpp"
 #include "tests/support/socket.hpp"
 #include "tests/support/watchdog.hpp"
 
@@ -130,6 +134,47 @@ struct CallingRobot : PushingRobot {
   explicit CallingRobot(std::string_view transport = {}, std::uint16_t port = 0)
       : PushingRobot(transport, port, options(subscription::Confirmation::all)) {}
 };
+
+TEST_CASE("a robot posts each value exactly once to a receiver that answers in an odd, valid way", "[client][R0.13]") {
+  const test::Watchdog watchdog("callbacks");
+  Options options;
+  options.callbacks.allow = {"127.0.0.1"};
+  options.callbacks.confirmation = subscription::Confirmation::not_loopback;
+  options.callbacks.first_pause = std::chrono::milliseconds(1);  // a notification that is taken for a failure comes again at once
+  PushingRobot robot({}, 0, std::move(options));
+  Client client = Client::create().value();
+  for (const test::OddResponse& odd : test::odd_responses()) {
+    INFO(odd.name);
+    std::mutex mutex;
+    std::condition_variable changed;
+    std::vector<std::string> bodies;
+    test::Receiver receiver([&](test::Peer& peer) {
+      for (std::string request = peer.read_request(); !request.empty(); request = peer.read_request()) {
+        {
+          const std::lock_guard lock(mutex);
+          bodies.push_back(request.substr(request.find("\r\n\r\n")));
+          changed.notify_all();
+        }
+        const std::size_t piece = odd.is_byte_by_byte ? 1 : odd.bytes.size();
+        for (std::size_t at = 0; at < odd.bytes.size(); at += piece) peer.send(std::string_view(odd.bytes).substr(at, piece));
+        if (odd.closes) return;
+      }
+    });
+    robot.angle.publish(1000.5);
+    const client::Response made = client.send({"GET", robot.url(), {{"Upgrade", "callback"}, {"Callback", receiver.url()}}, {}}).value();
+    REQUIRE(made.status == 201);
+    constexpr std::size_t values = 4;
+    for (std::size_t i = 0; i < values; ++i) {
+      std::unique_lock lock(mutex);
+      REQUIRE(changed.wait_for(lock, std::chrono::seconds(30), [&] { return bodies.size() > i; }));
+      lock.unlock();
+      robot.angle.publish(1001.5 + static_cast<double>(i));
+    }
+    CHECK(client.send({"DELETE", std::string(made.fields.find("Location").value_or("")), {}, {}}).value().status == 204);
+    const std::lock_guard lock(mutex);
+    for (std::size_t i = 0; i < values; ++i) CHECK(bodies[i].find(std::to_string(1000 + i) + ".5") != std::string::npos);
+  }
+}
 
 TEST_CASE("a server posts its changes to a watch, which confirms them and ends them", "[client][R0.13][R0.16]") {
   const test::Watchdog watchdog("callbacks");

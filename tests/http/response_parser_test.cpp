@@ -180,3 +180,24 @@ TEST_CASE("extensions are limited beyond the size of the body, so that a long st
   for (int i = 0; i < 3'000; ++i) bytes += "10;name=value\r\n0123456789abcdef\r\n";
   CHECK(parse(bytes + "0\r\n\r\n", at_once).is_complete);
 }
+
+TEST_CASE("what a server must not send is named, also where it is read", "[http]") {
+  const auto tolerated = [](std::string bytes) {
+    ResponseParser parser("GET", limits());
+    parser.read_chunks_despite_length();
+    std::string_view rest = bytes;
+    Step step = Step::more;
+    do step = parser.parse(rest);
+    while (step != Step::more && step != Step::complete && step != Step::failed);
+    CHECK(step == Step::complete);
+    return parser.tolerated();
+  };
+  const std::string length = "Content-Length: 0\r\n";
+  CHECK(tolerated("HTTP/1.1 200 \r\n" + length + "\r\n").empty());
+  CHECK(tolerated("HTTP/1.1 200\r\n" + length + "\r\n").find("no space after the code") != std::string::npos);
+  CHECK(tolerated("HTTP/1.1 200 OK\r\n" + length + "A: b\r\n c\r\n\r\n").find("a folded line: \" c\"") != std::string::npos);
+  CHECK(tolerated("HTTP/1.1 200 OK\r\n" + length + "A b: c\r\n\r\n").find("a line that is no field: \"A b: c\"") != std::string::npos);
+  CHECK(tolerated("HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n" + length + "\r\n1\r\nx\r\n0\r\n\r\n").find("are both there") !=
+        std::string::npos);
+  CHECK(tolerated("HTTP/1.1 200 OK\r\n" + length + length + "\r\n").find("Content-Length is there twice") != std::string::npos);
+}
