@@ -19,8 +19,27 @@
 namespace lrt {
 inline namespace v0 {
 
-/// The type of lrt::from_input.
-struct FromInput {};
+/// In Action::effect(): the value that the invocation gets as its input, and how exactly the property has it afterwards.
+/// lrt::from_input is the whole input, exactly.
+///
+///     lrt::from_input.within(0.001)                        // at most 0.001 away, in the unit of the property
+///     lrt::from_input.modulo(360)                          // the property differs by a multiple of 360 from it
+///     lrt::from_input.field("x", "x").within(0.001)        // a field of the input, and the field of the property that gets it
+struct FromInput {
+  std::string_view input_field{};     ///< name of a field of the input, a record; empty: the whole input
+  std::string_view property_field{};  ///< name of a field of the property's value, a record; empty: the whole value
+  double tolerance = 0;               ///< largest distance from the input's value, in the property's unit; 0: none
+  double period = 0;                  ///< the value may differ by multiples of it, in the property's unit; 0: it may not
+
+  /// A field of the input, and the field of the property that gets its value. An empty name: the whole.
+  constexpr FromInput field(std::string_view of_input, std::string_view of_property = {}) const noexcept {
+    return {of_input, of_property, tolerance, period};
+  }
+  /// Afterwards the property is at most `distance` away from the value, in the unit of the property (or of its field).
+  constexpr FromInput within(double distance) const noexcept { return {input_field, property_field, distance, period}; }
+  /// Afterwards the property may differ by multiples of `length`, in the unit of the property (or of its field).
+  constexpr FromInput modulo(double length) const noexcept { return {input_field, property_field, tolerance, length}; }
+};
 /// In Action::effect(): the value that the invocation gets as its input.
 inline constexpr FromInput from_input{};
 
@@ -39,6 +58,13 @@ class LRT_API Action : public model::ResourceHandle<Action, model::ActionSetup> 
   /// Sets unit and bounds of the input. What `f` does not set stays as it is.
   Action& consumes(const rdf::Facets& f) {
     if (is_editable("consumes")) facets_of().merge(f);
+    return *this;
+  }
+  /// Sets unit and bounds of a field of the input, a record: those that are known at run time only, such as the limits of
+  /// a joint. What `f` does not set stays as the traits of the record say. The other uses of the record are not concerned.
+  /// @par Errors  invalid_option, from Server::add(): the input is not a record with this field
+  Action& consumes(std::string_view field, const rdf::Facets& f) {
+    if (is_editable("consumes")) merge_field_facets(field, f);
     return *this;
   }
   /// Sets unit and bounds of the output. What `f` does not set stays as it is.
@@ -80,30 +106,32 @@ class LRT_API Action : public model::ResourceHandle<Action, model::ActionSetup> 
   /// States the effect: what a successful invocation changes. Clients can search for the action that leads to their
   /// goal. The action gets hybrit:produces with a shape that refers to the property by ssn:forProperty. The property's
   /// representation conforms to this shape afterwards. Each call adds an effect. lrt publishes the statement and does
-  /// not verify it.
+  /// not verify it: state no more than what holds when the invocation has succeeded, and publish the value before.
   ///
-  ///     joint.action("rotate", ...).effect(rotation, lrt::from_input);   // the property gets the value of the input, in its own unit
-  ///     gripper.action("open", ...).effect(state, GripperState::open);   // the property gets this value
-  ///     arm.action("calibrate", ...).effect(offset);                     // the property gets another value
+  ///     joint.action("rotate", ...).effect(position, lrt::from_input);              // the value of the input, in the property's own unit
+  ///     joint.action("rotate", ...).effect(position, lrt::from_input.within(0.01)); // a value near it: see FromInput
+  ///     gripper.action("open", ...).effect(state, GripperState::open);              // the property gets this value
+  ///     arm.action("calibrate", ...).effect(offset);                                // the property may get any other value
   ///
   /// @param property  a handle; or, without a value, the path of a property below the server's root:
   ///                  "baxter/right_s1/rotation"
-  /// @par Errors  expected_iri (a path), invalid_option (from_input without an input): from Server::add()
+  /// @par Errors  expected_iri (a path), invalid_option (from_input without an input, without this field, or of another
+  ///              type than the property; a tolerance or a period of what is not a number): from Server::add()
   /// @par Implements  paper 5.4, Figure 5a
   template <class Self, class T>
   Action& effect(const model::PropertyHandle<Self, T>& property) {
-    return with_effect(not_empty(property), false);
+    return with_effect(not_empty(property), static_cast<const FromInput*>(nullptr));
   }
-  template <class Self, class T>
-  Action& effect(const model::PropertyHandle<Self, T>& property, FromInput) {
-    return with_effect(not_empty(property), true);
+  template <class Self, class T, class From, class = std::enable_if_t<std::is_same_v<From, FromInput>>>  // never from braces
+  Action& effect(const model::PropertyHandle<Self, T>& property, const From& value) {
+    return with_effect(not_empty(property), &value);
   }
   template <class Self, class T>
   Action& effect(const model::PropertyHandle<Self, T>& property, const std::common_type_t<T>& value) {
     return with_effect(not_empty(property), rdf::traits<T>::encode(value));
   }
-  Action& effect(std::string_view property) { return with_effect(property, false); }
-  Action& effect(std::string_view property, FromInput) { return with_effect(property, true); }
+  Action& effect(std::string_view property) { return with_effect(property, static_cast<const FromInput*>(nullptr)); }
+  Action& effect(std::string_view property, const FromInput& value) { return with_effect(property, &value); }
   /// @}
   /// States the effect by a shape in Turtle with the name `<#effect>`. The base IRI is the action, so `<../rotation>`
   /// is the property "rotation" of its thing.

@@ -2,6 +2,7 @@
 #include "src/engine/registration.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <string>
 #include <tuple>
@@ -116,6 +117,50 @@ std::string read_only_field(const rdf::Type& type) {
   return {};
 }
 
+/// A value, or the named field of a record; nullptr: there is no such field.
+const rdf::Type* part_of(const rdf::Type& whole, const std::string& field) {
+  const rdf::Type* type = &whole;
+  if (!field.empty()) {
+    const auto found = std::find_if(whole.fields.begin(), whole.fields.end(), [&](const rdf::FieldType& f) { return f.name == field; });
+    if (found == whole.fields.end()) return nullptr;
+    type = found->type;
+  }
+  while (type->kind == rdf::Type::Kind::optional) type = type->element;
+  return type;
+}
+
+/// Whether a property can have the value of an input.
+bool can_have(const rdf::Type& property, const rdf::Type& input) {
+  using Kind = rdf::Type::Kind;
+  if (property.kind == Kind::optional) return can_have(*property.element, input);
+  if (input.kind == Kind::optional) return can_have(property, *input.element);
+  const auto is_text = [](const rdf::Type& type) { return type.kind == Kind::text || type.kind == Kind::enumeration; };
+  if (property.element && input.element) return property.kind == input.kind && can_have(*property.element, *input.element);
+  if (property.is_number() || is_text(property)) return property.is_number() == input.is_number() && is_text(property) == is_text(input);
+  return property.kind == input.kind;
+}
+
+/// What an effect says can be true: the property can have what it takes from the input.
+Result<void> check_effect(const model::ActionSpec& action, const model::EffectSpec& effect, const std::string& name) {
+  if (!effect.from_input) return {};
+  const model::InputValue& from = *effect.from_input;
+  const auto wrong = [&](const std::string& what) -> Result<void> {
+    return unexpected(Errc::invalid_option, name + ": effect(\"" + effect.property + "\", lrt::from_input): " + what);
+  };
+  if (!action.input) return wrong("expected an action with an input, found none; use effect(property, value) or effect(property)");
+  if (!(from.tolerance >= 0) || !(from.period >= 0) || !std::isfinite(from.tolerance) || !std::isfinite(from.period))
+    return wrong("expected a tolerance and a period of at least 0");
+  const rdf::Type* const input = part_of(*action.input, from.input_field);
+  if (!input) return wrong("the input has no field \"" + from.input_field + '"');
+  const bool has_numbers = input->is_number() || (input->kind == rdf::Type::Kind::list && input->element->is_number());
+  if (!has_numbers && (from.tolerance > 0 || from.period > 0)) return wrong("a tolerance or a period needs numbers");
+  if (!effect.spec) return {};
+  const rdf::Type* const property = part_of(*effect.spec->type, from.property_field);
+  if (!property) return wrong("the property has no field \"" + from.property_field + '"');
+  if (can_have(*property, *input)) return {};
+  return wrong("the property and the input have different types; name the fields by from_input.field(), or use effect(property)");
+}
+
 /// Checks what only an action has.
 Result<void> check_action(const model::ActionSpec& action, const std::string& name) {
   if (action.first_error) return unexpected(action.first_error->code, name + ": " + action.first_error->message);
@@ -127,11 +172,7 @@ Result<void> check_action(const model::ActionSpec& action, const std::string& na
       return unexpected(Errc::invalid_option, name + ": a stop is neither queued nor refused: expected ActionPolicy::parallel(n), n at least 1");
   }
   for (const model::EffectSpec& effect : action.effects)
-    if (effect.from_input && !action.input)
-      return unexpected(
-          Errc::invalid_option,
-          name +
-              ": effect(property, lrt::from_input): expected an action with an input, found none; use effect(property, value) or effect(property)");
+    if (Result<void> checked = check_effect(action, effect, name); !checked) return checked;
   for (const auto& [field, value] : action.headers) {
     http::Fields fields;
     const bool is_name = !field.empty() && detail::token_end(field, 0) == field.size();

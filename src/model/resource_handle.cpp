@@ -1,6 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <lrt/model/resource_handle.hpp>
 
+#include <algorithm>
+#include <cstdint>
+#include <list>
+#include <mutex>
+
+#include <lrt/action.hpp>
+#include <lrt/base/immortal.hpp>
+#include <lrt/rdf/lexical.hpp>
+
 #include "src/model/spec.hpp"
 
 namespace lrt::model {
@@ -17,6 +26,38 @@ std::string location_at(ActionSpec& action, std::string_view path) {
   if (encoded) return "/" + *std::move(encoded);
   if (!action.first_error) action.first_error = std::move(encoded).error();
   return {};
+}
+
+std::optional<InputValue> input_value(const FromInput* from) {
+  if (!from) return std::nullopt;
+  return InputValue{std::string(from->input_field), std::string(from->property_field), from->tolerance, from->period};
+}
+
+/// A record type whose field has further facets. Types are kept for the life of the process, because vocabularies and kinds refer to them. Equal
+/// facets give the same type: Things with it are of one kind.
+const rdf::Type& with_field_facets(const rdf::Type& record, std::size_t field, const rdf::Facets& facets) {
+  struct Kept {
+    const rdf::Type* of;
+    std::string what;
+    rdf::Type type;
+  };
+  static Immortal<std::mutex> mutex;
+  static Immortal<std::list<Kept>> kept;
+  rdf::Facets all = record.fields[field].facets;
+  all.merge(facets);
+  const auto bound = [](std::optional<double> value, bool exclusive) { return value ? rdf::lexical::format(*value) + (exclusive ? "!" : "") : "-"; };
+  std::string what = std::to_string(field);
+  for (const std::string& part : {std::string(all.unit().qudt.text), std::string(all.unit().vom.text), bound(all.min(), all.min_exclusive()),
+                                  bound(all.max(), all.max_exclusive()), std::to_string(all.min_length()), std::to_string(all.max_length()),
+                                  std::string(all.allows_non_finite() ? "any" : "finite")})
+    what += ' ' + part;
+  const std::lock_guard<std::mutex> lock(*mutex);
+  for (const Kept& k : *kept)
+    if (k.of == &record && k.what == what) return k.type;
+  kept->push_back({&record, std::move(what), record});
+  rdf::Type& type = kept->back().type;
+  type.fields[field].facets = all;
+  return type;
 }
 
 }  // namespace
@@ -93,15 +134,27 @@ void ActionSetup::set_stop() noexcept {
   action.dispatch = Dispatch::io_thread;
   action.policy = ActionPolicy::parallel(16);
 }
-void ActionSetup::add_effect(const ResourceSetup& property, bool from_input) {
-  action_of(spec_).effects.push_back({property.location(), from_input});
+void ActionSetup::merge_field_facets(std::string_view field, const rdf::Facets& facets) {
+  ActionSpec& action = action_of(spec_);
+  const std::vector<rdf::FieldType> none;
+  const std::vector<rdf::FieldType>& fields = action.input ? action.input->fields : none;
+  const auto found = std::find_if(fields.begin(), fields.end(), [&](const rdf::FieldType& f) { return f.name == field; });
+  if (found != fields.end()) {
+    action.input = &with_field_facets(*action.input, static_cast<std::size_t>(found - fields.begin()), facets);
+  } else if (!action.first_error) {
+    action.first_error = Error{Errc::invalid_option, "consumes(\"" + std::string(field) + "\"): expected an input that is a record with this field"};
+  }
+}
+void ActionSetup::add_effect(const ResourceSetup& property, const FromInput* from_input) {
+  auto spec = std::static_pointer_cast<const PropertySpec>(property.spec_);
+  action_of(spec_).effects.push_back({property.location(), std::move(spec), input_value(from_input), {}});
 }
 void ActionSetup::add_effect(const ResourceSetup& property, rdf::Value value) {
   auto spec = std::static_pointer_cast<const PropertySpec>(property.spec_);
-  action_of(spec_).effects.push_back({property.location(), false, std::move(spec), std::move(value)});
+  action_of(spec_).effects.push_back({property.location(), std::move(spec), {}, std::move(value)});
 }
-void ActionSetup::add_effect(std::string_view property, bool from_input) {
-  action_of(spec_).effects.push_back({location_at(action_of(spec_), property), from_input});
+void ActionSetup::add_effect(std::string_view property, const FromInput* from_input) {
+  action_of(spec_).effects.push_back({location_at(action_of(spec_), property), {}, input_value(from_input), {}});
 }
 void ActionSetup::add_effect_turtle(std::string text) { action_of(spec_).effect_turtle.push_back(std::move(text)); }
 void ActionSetup::add_header(std::string name, std::string value) { action_of(spec_).headers.emplace_back(std::move(name), std::move(value)); }

@@ -98,11 +98,17 @@ struct PropertySpec : ResourceSpec {
   std::unique_ptr<const std::string> cache_control;  ///< null: "no-cache"
 };
 
+/// lrt::FromInput, with texts of its own.
+struct InputValue {
+  std::string input_field, property_field;  ///< empty: the whole
+  double tolerance = 0, period = 0;         ///< 0: none
+};
+
 /// What a successful invocation of an action stores in a property: any value, the input, or `value`.
 struct EffectSpec {
-  std::string property;  ///< its location
-  bool from_input = false;
-  std::shared_ptr<const PropertySpec> spec{};  ///< of the property, if there is a value
+  std::string property;                        ///< its location
+  std::shared_ptr<const PropertySpec> spec{};  ///< of the property; null: only its location is known
+  std::optional<InputValue> from_input{};
   std::optional<rdf::Value> value{};
 };
 

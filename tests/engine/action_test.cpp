@@ -23,6 +23,10 @@ using namespace lrt::test;
 
 namespace {
 
+struct Place {
+  double x = 0, y = 0;
+};
+
 /// A number that only its traits refuse.
 struct Odd {
   int value = 1;
@@ -56,6 +60,13 @@ struct Acting {
 
 }  // namespace
 
+template <>
+struct lrt::rdf::traits<Place> : lrt::rdf::Record<Place> {
+  static void describe(Record& r) {
+    r.field("x", &Place::x).unit(unit::metre);
+    r.field("y", &Place::y).unit(unit::metre);
+  }
+};
 template <>
 struct lrt::rdf::traits<Odd> {
   static const Type& type() { return traits<int>::type(); }
@@ -837,6 +848,94 @@ TEST_CASE("an action states its effect on properties as shapes that they conform
   hand.property("grip", [] { return 1.0; });
   bench.add(std::move(hand));
   CHECK(missing(bench.get("/arm/actions/hand"), with_kind("<arm/actions/hand#effect-1> sh:node <KIND#grip> .", kind_of(bench, "/hand"))) == "");
+}
+
+TEST_CASE("an effect says how near the property comes to the input, and which fields are meant", "[engine][R1.10]") {
+  Bench bench;
+  Thing thing{"base"};
+  Place place{0, 0};
+  double heading = 0;
+  const auto pose = thing.property("place", [&] { return place; });
+  const auto angle = thing.property(
+      "heading", [&] { return heading; }, unit::radian);
+  thing.action("drive", [](const Place&) {})
+      .effect(pose, from_input.field("x", "y").within(0.25))
+      .effect(angle, from_input.field("y").modulo(2).within(0.5))
+      .effect("base/heading", from_input.field("x"));
+  bench.add(std::move(thing));
+  const std::string vocabulary = "http://localhost/ns/vocabulary#Place/";
+  CHECK(missing(bench.get("/base/actions/drive"),
+                "<base/actions/drive> hybrit:consumes _:input ."
+                "<base/actions/drive#effect-1> ssn:forProperty <base/place> ; sh:property <base/actions/drive#effect-1.1> ."
+                "<base/actions/drive#effect-1.1> sh:path <" +
+                    vocabulary + "y> ; lrt:valueFrom _:input ; lrt:inputField <" + vocabulary +
+                    "x> ; lrt:tolerance <base/actions/drive#effect-1.1.tolerance> ."
+                    "<base/actions/drive#effect-1.1.tolerance> a maths:Scalar ; vom:numericalValue \"2.5E-1\"^^xsd:double ; qudt:hasUnit unit:M ."
+                    "<base/actions/drive#effect-2> ssn:forProperty <base/heading> ; lrt:valueFrom _:input ; lrt:inputField <" +
+                    vocabulary +
+                    "y> ; lrt:period <base/actions/drive#effect-2.period> ; lrt:tolerance <base/actions/drive#effect-2.tolerance> ."
+                    "<base/actions/drive#effect-2.period> vom:numericalValue \"2.0E0\"^^xsd:double ; qudt:hasUnit unit:RAD ."
+                    "<base/actions/drive#effect-3> ssn:forProperty <base/heading> ; lrt:valueFrom _:input .") == "");
+  CHECK_FALSE(bench.get("/base/actions/drive").says("effect-3.tolerance"));
+}
+
+TEST_CASE("an effect that cannot be true is refused when the thing is added", "[engine][R1.10]") {
+  Bench bench;
+  const auto said = [&](auto describe) {
+    Thing thing{"base"};
+    double heading = 0;
+    const auto angle = thing.property("heading", [heading] { return heading; });
+    const auto place = thing.property("place", [] { return Place{}; });
+    const auto name = thing.property("name", [] { return std::string(); });
+    Action turn = thing.action("turn", [](double) {});
+    Action drive = thing.action("drive", [](const Place&) {});
+    Action call = thing.action("call", [](const std::string&) {});
+    describe(turn, drive, call, angle, place, name);
+    const Result<void> added = bench.engine.add(std::move(thing));
+    if (added) return std::string(bench.engine.remove("base") ? "" : "not removed");
+    CHECK(added.error().code == Errc::invalid_option);
+    return added.error().message;
+  };
+  const auto has = [](const std::string& text, const char* part) { return text.find(part) != std::string::npos; };
+  CHECK(said([](auto& turn, auto& drive, auto& call, auto& angle, auto& place, auto& name) {
+          turn.effect(angle, from_input.within(0)).effect(place, from_input.field("", "x"));
+          drive.effect(place, from_input).effect(angle, from_input.field("x"));
+          call.effect(name, from_input).effect(angle);
+        }) == "");
+  CHECK(has(said([](auto& turn, auto&, auto&, auto&, auto& place, auto&) { turn.effect(place, from_input); }), "different types"));
+  CHECK(has(said([](auto&, auto&, auto& call, auto& angle, auto&, auto&) { call.effect(angle, from_input); }), "different types"));
+  CHECK(has(said([](auto&, auto& drive, auto&, auto& angle, auto&, auto&) { drive.effect(angle, from_input.field("z")); }), "no field \"z\""));
+  CHECK(has(said([](auto& turn, auto&, auto&, auto&, auto& place, auto&) { turn.effect(place, from_input.field("", "z")); }), "no field \"z\""));
+  CHECK(has(said([](auto& turn, auto&, auto&, auto& angle, auto&, auto&) { turn.effect(angle, from_input.within(-1)); }), "at least 0"));
+  CHECK(has(said([](auto& turn, auto&, auto&, auto& angle, auto&, auto&) { turn.effect(angle, from_input.modulo(NAN)); }), "at least 0"));
+  CHECK(has(said([](auto&, auto&, auto& call, auto&, auto&, auto& name) { call.effect(name, from_input.within(1)); }), "needs numbers"));
+  CHECK(has(said([](auto&, auto& drive, auto&, auto&, auto&, auto&) { drive.consumes("z", Facets().at_least(0)); }), "a record with this field"));
+  CHECK(has(said([](auto& turn, auto&, auto&, auto&, auto&, auto&) { turn.consumes("x", Facets().at_least(0)); }), "a record with this field"));
+}
+
+TEST_CASE("the bounds of a field of the input may be known at run time only", "[engine][R0.6]") {
+  Bench bench;
+  const auto mover = [](const char* path, double reach) {
+    Thing thing{path};
+    thing.action("drive", [](const Place&) {}).consumes("x", Facets().between(-reach, reach));
+    thing.action("drag", [](const Place&) {});
+    return thing;
+  };
+  bench.add(mover("near", 1));
+  bench.add(mover("far", 100));
+  bench.add(mover("other", 100));
+  const auto status = [&](const char* path, const char* x) {
+    return bench.ask(std::string("POST /") + path + "\nContent-Type: application/json\n\n{\"x\":" + x + ",\"y\":0}").status;
+  };
+  CHECK(status("near/actions/drive", "1") == 204);
+  CHECK(status("near/actions/drive", "1.5") == 422);
+  CHECK(status("near/actions/drag", "1.5") == 204);  // the record itself has no bounds
+  CHECK(status("far/actions/drive", "100") == 204);
+  CHECK(status("far/actions/drive", "-101") == 422);
+  CHECK(kind_of(bench, "/far") == kind_of(bench, "/other"));
+  CHECK(kind_of(bench, "/far") != kind_of(bench, "/near"));
+  CHECK(bench.engine.remove("near"));
+  CHECK(bench.get("/ns/vocabulary").says("Place"));
 }
 
 TEST_CASE("the effect of a record is stated for each of its fields", "[engine][R1.10]") {

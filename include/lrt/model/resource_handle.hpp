@@ -16,6 +16,12 @@
 #include <lrt/model/statement.hpp>
 #include <lrt/rdf/type.hpp>
 
+namespace lrt {
+inline namespace v0 {
+struct FromInput;
+}  // namespace v0
+}  // namespace lrt
+
 namespace lrt::model {
 inline namespace v0 {
 
@@ -139,9 +145,11 @@ class LRT_API ActionSetup : public ResourceSetup {
   rdf::Facets& output_facets_of() noexcept;
   void set_policy(ActionPolicy policy) noexcept;
   void set_stop() noexcept;
-  void add_effect(const ResourceSetup& property, bool from_input);
+  void merge_field_facets(std::string_view field, const rdf::Facets& facets);
+  /// @param from_input  nullptr: any other value
+  void add_effect(const ResourceSetup& property, const FromInput* from_input);
   void add_effect(const ResourceSetup& property, rdf::Value value);
-  void add_effect(std::string_view property, bool from_input);
+  void add_effect(std::string_view property, const FromInput* from_input);
   void add_effect_turtle(std::string text);
   void add_header(std::string name, std::string value);
   void add_part(const ResourceSetup& part);

@@ -59,6 +59,12 @@ rdf::Type invocation_record(const model::ActionSpec& action) {
   return record;
 }
 
+const rdf::FieldType* field_of(const rdf::Type& record, std::string_view name) noexcept {
+  for (const rdf::FieldType& field : record.fields)
+    if (field.name == name) return &field;
+  return nullptr;
+}
+
 std::string_view policy_name(const model::ActionSpec& action) noexcept {
   constexpr std::string_view names[] = {"preempt", "queue", "reject", "parallel"};
   return names[static_cast<std::size_t>(action.policy.kind)];
@@ -246,6 +252,46 @@ void must_have(rdf::Graph& graph, rdf::TermId shape, const rdf::Graph& from, rdf
 
 }  // namespace
 
+/// The shape of a property or, if the effect names a field of it, a shape within that one: it has the value of the input.
+void ActionResource::describe_input_value(const Description& d, rdf::TermId effect_shape, const model::EffectSpec& effect) const {
+  const model::InputValue& from = *effect.from_input;
+  std::string name(d.graph.term(effect_shape).text);
+  rdf::TermId shape = effect_shape;
+  const auto descend = [&](std::string_view predicate) {
+    name += ".1";
+    const rdf::TermId inner = d.graph.intern(rdf::iri(name));
+    About(d.graph, shape).add(vocab::sh::property, inner);
+    About(d.graph, inner).add(vocab::sh::path, rdf::iri(predicate));
+    shape = inner;
+  };
+  const std::string names = d.engine.vocabulary(d.base);
+  const model::PropertySpec* property = effect.spec.get();
+  if (const Resource* r = d.engine.registry.find_usual(effect.property, vocab::hybrit::Property.text))
+    property = static_cast<const PropertyResource*>(r)->spec.get();
+  rdf::Facets facets;
+  if (property) facets = property->facets;
+  if (!from.property_field.empty() && property) {
+    const rdf::Type& record = *property->type;
+    const rdf::FieldType* const field = field_of(record, from.property_field);
+    if (!field) return;  // the other Thing has another property now
+    facets = rdf::field_facets(*field, facets);
+    if (!record.value_predicate.empty()) descend(record.value_predicate);
+    descend(rdf::term_iri(field->predicate, names));
+  }
+  About about(d.graph, shape);
+  about.link(vocab::lrt_::valueFrom, thing->shape_iri(d.base, input_shape()));
+  if (const rdf::FieldType* const field = field_of(*spec->input, from.input_field))
+    about.link(vocab::lrt_::inputField, rdf::term_iri(field->predicate, names));
+  const auto number = [&](Iri predicate, const char* suffix, double value) {
+    if (value == 0) return;
+    const rdf::TermId node = d.graph.intern(rdf::iri(name + suffix));
+    about.add(predicate, node);
+    rdf::write_value(d.graph, node, rdf::traits<double>::type(), rdf::Facets().unit_of(facets), rdf::Value(value), names);
+  };
+  number(vocab::lrt_::tolerance, ".tolerance", from.tolerance);
+  number(vocab::lrt_::period, ".period", from.period);
+}
+
 /// Its effects: shapes that properties conform to afterwards. They have no target, because they hold only after the action.
 void ActionResource::describe_effects(About& about, const Description& d) const {
   if (!effects.empty()) {
@@ -261,7 +307,7 @@ void ActionResource::describe_effects(About& about, const Description& d) const 
       const auto& property = static_cast<const PropertyResource&>(*r);
       shape.link(vocab::sh::node, property.thing->shape_iri(d.base, property.spec->path));
     }
-    if (effect.from_input) shape.link(vocab::lrt_::valueFrom, thing->shape_iri(d.base, input_shape()));
+    if (effect.from_input) describe_input_value(d, shape.subject(), effect);
     if (!effect.value) continue;
     rdf::Graph value;
     const rdf::TermId node = value.fresh_blank();

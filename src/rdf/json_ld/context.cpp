@@ -90,6 +90,9 @@ constexpr Term terms[] = {
     plain("StopAction", v::lrt_::StopAction),
     plain("unavailable", v::lrt_::unavailable),
     link("valueFrom", v::lrt_::valueFrom),
+    link("inputField", v::lrt_::inputField),
+    link("tolerance", v::lrt_::tolerance),
+    link("period", v::lrt_::period),
     link("forProperty", v::ssn::forProperty),
 
     plain("numericalValue", v::vom::numericalValue),
