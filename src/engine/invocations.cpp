@@ -11,6 +11,7 @@
 #include <lrt/base/ids.hpp>
 #include <lrt/rdf/value_codec.hpp>
 
+#include "src/engine/enumerators.hpp"
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
@@ -199,6 +200,8 @@ void Invocations::respond_to(const std::vector<WaitingRequest>& requests, TimePo
 
 void Invocations::finished(InvocationResource& invocation, Result<rdf::Value> result, TimePoint now) {
   if (invocation.finished()) return;
+  if (result && invocation.action.spec->output && has_nameless(*invocation.action.spec->output, *result))
+    result = unexpected(Errc::failed, "an enumerator in the output has no name; give it one in the traits of its enum");
   invocation.status = result ? Status::succeeded : Status::failed;
   invocation.progress = result ? 1 : invocation.control->fraction();
   if (!result) responses_.log(LogLevel::info, invocation.path + " failed: " + result.error().message);

@@ -6,12 +6,15 @@
 #include <string>
 #include <utility>
 
+#include "src/engine/enumerators.hpp"
 #include "src/engine/resources/property.hpp"
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
 
 namespace {
+
+constexpr std::string_view nameless = "an enumerator in the value has no name; give it one in the traits of its enum";
 
 /// An estimate of the memory that a value owns.
 std::size_t bytes_of(const rdf::Value& value) {
@@ -245,6 +248,7 @@ void PropertyValues::read(PropertyResource& property) {
 
 void PropertyValues::was_read(PropertyResource& property, Result<model::Reading> reading, TimePoint now) {
   PropertyRefresh& state = *property.refresh_state;
+  if (reading && has_nameless(*property.spec->type, reading->value)) reading = unexpected(Errc::failed, std::string(nameless));
   if (reading) {
     if (std::exchange(state.failing, false)) property.mark_readability_changed();
     const std::vector<std::size_t> encoders = wanted_encoders(property);
@@ -353,6 +357,13 @@ void PropertyValues::end(PropertyResource& property, const Result<void>& result,
 
 void PropertyValues::set(PropertyResource& property, Sample sample) {
   property.mark_changing();
+  if (has_nameless(*property.spec->type, sample.value)) {  // it was published
+    if (options_.log && !std::exchange(property.nameless, true))
+      options_.log(LogLevel::error, "property \"" + property.path + "\" has no value: " + std::string(nameless));
+    sample = Sample{{}, nullptr, sample.since, {}};
+  } else {
+    property.nameless = false;
+  }
   property.value = std::move(sample.value);
   property.whole = std::move(sample.whole);
   property.modified = sample.since;

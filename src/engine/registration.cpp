@@ -17,6 +17,7 @@
 
 #include "src/base/ascii.hpp"
 #include "src/base/utf8.hpp"
+#include "src/engine/enumerators.hpp"
 #include "src/engine/named_blank.hpp"
 #include "src/engine/resources/action.hpp"
 #include "src/engine/variants.hpp"
@@ -227,6 +228,11 @@ Result<void> check(model::ThingSpec& described) {
                         what + ": clients cannot send it, because its field \"" + field + "\" is read-only; give the field a setter");
     return {};
   };
+  const auto check_names = [&](const std::string& what, const rdf::Type* type) -> Result<void> {
+    if (const std::string fault = type ? fault_of_names(*type) : std::string(); !fault.empty())
+      return unexpected(Errc::invalid_option, what + ": " + fault);
+    return {};
+  };
   const auto check_resource = [&](const model::ResourceSpec& r) -> Result<void> {
     if (Result<void> e = check_iris(r.classes, "type"); !e) return e;
     if (Result<void> e = check_iris(r.predicates, "predicate"); !e) return e;
@@ -239,6 +245,7 @@ Result<void> check(model::ThingSpec& described) {
     if (Result<void> e = check_iris({spec->blueprint}, "blueprint"); !e) return e;
   for (const auto& p : spec->properties) {
     if (Result<void> e = check_resource(*p); !e) return e;
+    if (Result<void> e = check_names("property \"" + spec->path + "/" + p->path + "\"", p->type); !e) return e;
     if (Result<void> e = check_facets(p->path, p->facets); !e) return e;
     if (p->write)
       if (Result<void> e = check_input("property \"" + spec->path + "/" + p->path + "\"", *p->type); !e) return e;
@@ -248,6 +255,8 @@ Result<void> check(model::ThingSpec& described) {
   }
   for (const auto& a : spec->actions) {
     if (Result<void> e = check_resource(*a); !e) return e;
+    for (const rdf::Type* type : {a->input, a->output})
+      if (Result<void> e = check_names("action \"" + spec->path + "/actions/" + a->path + "\"", type); !e) return e;
     if (Result<void> e = check_action(*a, "action \"" + spec->path + "/actions/" + a->path + "\""); !e) return e;
     if (a->input)
       if (Result<void> e = check_input("the input of action \"" + spec->path + "/actions/" + a->path + "\"", *a->input); !e) return e;
@@ -260,6 +269,7 @@ Result<void> check(model::ThingSpec& described) {
   }
   for (const auto& c : spec->collections) {
     if (Result<void> e = check_resource(*c); !e) return e;
+    if (Result<void> e = check_names("collection \"" + spec->path + "/" + c->path + "\"", c->type); !e) return e;
     if (Result<void> e = check_facets(c->path, c->facets); !e) return e;
     if (c->create)
       if (Result<void> e = check_input("collection \"" + spec->path + "/" + c->path + "\"", *c->type); !e) return e;

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <lrt/rdf/traits.hpp>
 
+#include <algorithm>
+
 #include <lrt/base/iri.hpp>
+
+#include "src/base/utf8.hpp"
 
 namespace lrt::rdf {
 inline namespace v0 {
@@ -119,13 +123,52 @@ EnumeratorNames::EnumeratorNames() {
 EnumeratorNames::~EnumeratorNames() = default;
 
 void EnumeratorNames::add(std::uint64_t value, std::string&& name) {
+  const auto wrong = [&](std::string what) {
+    if (type_.fault.empty()) type_.fault = std::move(what);
+  };
+  if (name.empty()) wrong("an enumerator has an empty name");
+  if (utf8::find_invalid(name) || name.find('\0') != std::string::npos) wrong("expected UTF-8 without NUL as name of an enumerator");
+  for (std::size_t i = 0; i < values_.size(); ++i) {
+    if (type_.names[i] == name) wrong("two enumerators have the name \"" + name + '"');
+    if (values_[i] == value) wrong("one enumerator has the names \"" + type_.names[i] + "\" and \"" + name + '"');
+  }
   type_.names.push_back(std::move(name));
   values_.push_back(value);
+}
+void EnumeratorNames::find_nameless(std::string_view function) {
+  if (type_.names.empty() && type_.fault.empty()) type_.fault = "no enumerator has a name";
+  constexpr std::string_view before = "lrt_values = ";
+  const std::size_t begin = function.rfind(before);
+  if (begin == std::string_view::npos || !type_.fault.empty()) return;
+  // "{Mode::slow, (Mode)1}" by GCC, "<Mode::slow, (Mode)1>" by Clang. A type may have commas within <>.
+  std::string_view rest = function.substr(begin + before.size() + 1);
+  const auto knows = [](const std::vector<std::uint64_t>& values, std::uint64_t value) {
+    return std::find(values.begin(), values.end(), value) != values.end();
+  };
+  int depth = 0;
+  std::size_t start = 0;
+  std::uint64_t value = 0;
+  for (std::size_t i = 0; i < rest.size() && depth >= 0; ++i) {
+    const char c = rest[i];
+    if (c == '<' || c == '(' || c == '{') ++depth;
+    if (c == '>' || c == ')' || c == '}') --depth;
+    if ((c != ',' || depth != 0) && depth >= 0) continue;
+    std::string_view text = rest.substr(start, i - start);
+    start = i + 1;
+    text.remove_prefix(std::min(text.find_first_not_of(' '), text.size()));
+    const std::size_t bracket = text.rfind(')');  // a number if digits follow; in a namespace without a name "::" does
+    const char next = bracket == std::string_view::npos ? ':' : bracket + 1 < text.size() ? text[bracket + 1] : '0';
+    if (next == ':' && !knows(values_, value) && !knows(nameless_, value)) {
+      type_.fault = "the enumerator " + std::string(text) + " has no name; give it one by name(), or state by without_name() that it is no value";
+      return;
+    }
+    ++value;
+  }
 }
 Value EnumeratorNames::encode(std::uint64_t value) const {
   for (std::size_t i = 0; i < values_.size(); ++i)
     if (values_[i] == value) return Value(type_.names[i]);
-  return Value();
+  return Value(std::string());  // no name
 }
 const std::uint64_t* EnumeratorNames::find(const Value& name) const noexcept {
   if (const std::string* s = name.text())

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <lrt/engine/engine.hpp>
 
+#include <algorithm>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,6 +19,18 @@ namespace {
 
 constexpr Errc not_refused{255};
 
+enum class Full : unsigned char { slow, fast };
+enum class Hole { slow, fast = 5, stopped = 40 };
+enum class Counted : int { slow, fast, count };
+enum class Unnamed { a };
+enum class Twice { a, b };
+enum class Alias { a, b };
+enum class Empty { a };
+enum Old { old_a, old_b };
+struct Drive {
+  std::vector<Hole> modes;
+};
+
 Errc refusal(Bench& bench, Thing thing) {
   const std::string path = "/" + thing.path();
   const std::string root = bench.get("/").body;
@@ -31,6 +45,45 @@ Errc refusal(Bench& bench, Thing thing) {
 }
 
 }  // namespace
+
+namespace lrt::rdf {
+template <>
+struct traits<Full> : Enumeration<Full> {
+  static void describe(Enumeration& e) { e.name(Full::slow, "slow").name(Full::fast, "fast"); }
+};
+template <>
+struct traits<Hole> : Enumeration<Hole> {
+  static void describe(Enumeration& e) { e.name(Hole::slow, "slow").name(Hole::fast, "fast"); }
+};
+template <>
+struct traits<Counted> : Enumeration<Counted> {
+  static void describe(Enumeration& e) { e.name(Counted::slow, "slow").name(Counted::fast, "fast").without_name(Counted::count); }
+};
+template <>
+struct traits<Unnamed> : Enumeration<Unnamed> {
+  static void describe(Enumeration&) {}
+};
+template <>
+struct traits<Twice> : Enumeration<Twice> {
+  static void describe(Enumeration& e) { e.name(Twice::a, "a").name(Twice::b, "a"); }
+};
+template <>
+struct traits<Alias> : Enumeration<Alias> {
+  static void describe(Enumeration& e) { e.name(Alias::a, "a").name(Alias::a, "b"); }
+};
+template <>
+struct traits<Empty> : Enumeration<Empty> {
+  static void describe(Enumeration& e) { e.name(Empty::a, ""); }
+};
+template <>
+struct traits<Old> : Enumeration<Old> {
+  static void describe(Enumeration& e) { e.name(old_a, "a"); }
+};
+template <>
+struct traits<Drive> : Record<Drive> {
+  static void describe(Record& r) { r.field("modes", &Drive::modes); }
+};
+}  // namespace lrt::rdf
 
 TEST_CASE("a path is given once, and a thing that collides registers nothing", "[engine][R0.3]") {
   Bench bench;
@@ -86,6 +139,72 @@ TEST_CASE("what is no path, IRI, Turtle or text is refused when the thing is add
   CHECK(refusal(bench, Thing{"\xff"}) != not_refused);
   CHECK(refusal(bench, with([&](Thing& t) { t.property<int>("a\xc3"); })) != not_refused);
   CHECK(refusal(bench, Thing{std::string_view("a\0b", 3)}) != not_refused);
+}
+
+TEST_CASE("each enumerator has a name of its own, or the thing is not added", "[engine][R0.3]") {
+  Bench bench;
+  const auto said = [&](auto value, bool in_action = false) {
+    Thing thing{"other"};
+    if (in_action) thing.action("go", [value](decltype(value)) { return value; });
+    else thing.property("mode", [value] { return value; });
+    const Result<void> added = bench.engine.add(std::move(thing));
+    if (added) return std::string(bench.engine.remove("other") ? "" : "not removed");
+    CHECK(added.error().code == Errc::invalid_option);
+    return added.error().message;
+  };
+  const auto has = [](const std::string& text, const char* part) { return text.find(part) != std::string::npos; };
+  CHECK(said(Full::slow) == "");
+  CHECK(said(Full::slow, true) == "");
+  CHECK(said(Counted::slow) == "");
+  const std::string hole = said(Hole::slow);
+  CHECK(has(hole, "property \"other/mode\": the enumerator "));
+  CHECK(has(hole, "Hole::stopped has no name"));
+  CHECK(has(said(Hole::slow, true), "action \"other/actions/go\": the enumerator "));
+  CHECK(has(said(Drive{}), "field \"modes\": the enumerator "));
+  CHECK(has(said(std::optional<Hole>()), "Hole::stopped has no name"));
+  CHECK(has(said(Unnamed::a), "no enumerator has a name"));
+  CHECK(has(said(Twice::a), "two enumerators have the name \"a\""));
+  CHECK(has(said(Alias::a), "one enumerator has the names \"a\" and \"b\""));
+  CHECK(has(said(Empty::a), "an empty name"));
+  CHECK(said(old_a) == "");  // the compiler does not tell what it has
+}
+
+TEST_CASE("a value that is no enumerator is an error, and no hole in a document", "[engine][R0.6]") {
+  engine::EngineOptions options;
+  std::vector<std::string> log;
+  options.log = [&](LogLevel level, std::string_view text) { log.push_back((level == LogLevel::error ? "error: " : "") + std::string(text)); };
+  Bench bench(std::move(options));
+  Full now = Full::slow;
+  Thing thing{"arm"};
+  thing.property("mode", [&] { return now; });
+  auto pushed = thing.property<std::vector<Full>>("modes");
+  thing.action("next", [&] { return now; });
+  bench.add(std::move(thing));
+  pushed.publish({Full::fast});
+  CHECK(bench.ask("GET /arm/mode\nAccept: application/json").body == "\"slow\"");
+  CHECK(bench.ask("GET /arm/modes\nAccept: application/json").body == "[\"fast\"]");
+  now = static_cast<Full>(9);
+  pushed.publish({Full::fast, now});
+  const Answer answer = bench.get("/arm/mode");
+  CHECK(answer.status == 500);
+  CHECK(answer.says("has no name"));
+  CHECK(bench.turtle("POST", "/arm/actions/next", "").status == 500);
+  const Answer modes = bench.get("/arm/modes");
+  CHECK(modes.status == 200);
+  CHECK_FALSE(modes.says("rdf:value"));
+  const auto logged = [&] {
+    return std::count(log.begin(), log.end(),
+                      "error: property \"/arm/modes\" has no value: an enumerator in the value has no name; "
+                      "give it one in the traits of its enum");
+  };
+  CHECK(logged() == 1);
+  pushed.publish({now});
+  (void)bench.get("/arm/modes");
+  CHECK(logged() == 1);  // once, until it has a value again
+  now = Full::fast;
+  pushed.publish({now});
+  CHECK(bench.ask("GET /arm/modes\nAccept: application/json").body == "[\"fast\"]");
+  CHECK(bench.get("/arm/mode").status == 200);
 }
 
 TEST_CASE("the first error of a thing is the one that add() returns", "[engine][R0.3]") {

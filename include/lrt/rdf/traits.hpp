@@ -455,13 +455,18 @@ struct traits<std::unordered_map<K, T, Hash, Equal, Allocator>> : detail::NoTrai
 ///       static void describe(Enumeration<Mode>& e) { e.name(Mode::slow, "slow").name(Mode::fast, "fast"); }
 ///     };
 ///
-/// A value without a name has no representation: it is null, like an absent value. A name that is not in the set is
-/// refused: expected_value.
+/// Each enumerator has a name, and no two have the same. Server::add() returns invalid_option if one has none, as far as
+/// the compiler tells: of a scoped enum, or one with an underlying type, the values 0 to 63 are looked at. A value without
+/// a name is encoded as an empty text, which no name is: a read that returns it is answered with 500, an action whose
+/// output it is fails, and a published one is logged as an error and is like no value. A name that is not in the set is refused: expected_value.
 template <class E>
 class Enumeration {
  public:
   /// Gives an enumerator its name.
   Enumeration& name(E value, std::string text) { return names_.add(number(value), std::move(text)), *this; }
+
+  /// States that an enumerator is no value of its own, such as the number of the others: it has no name.
+  Enumeration& without_name(E value) { return names_.add_nameless(number(value)), *this; }
 
   static const Type& type() { return instance().names_.type(); }
   static Value encode(const E& v) { return instance().names_.encode(number(v)); }
@@ -474,7 +479,10 @@ class Enumeration {
 
   /// @cond internal
   struct Described {};
-  explicit Enumeration(Described) { traits<E>::describe(*this); }
+  explicit Enumeration(Described) {
+    traits<E>::describe(*this);
+    names_.find_nameless(detail::first_values<E>());
+  }
   /// @endcond
 
  private:

@@ -109,6 +109,7 @@ struct Type {
   std::string value_predicate;             ///< record: from its node to a node that has its fields; empty: the fields are at its own node
   std::vector<std::string> value_classes;  ///< record with a value_predicate: rdf:types of that node
   Iri quantity_kind;                       ///< record: object of vom:quantityKind
+  std::string fault;                       ///< enumeration: what is wrong with its names, a sentence; Server::add() refuses the type. Empty: nothing
 
   bool is_number() const noexcept { return kind == Kind::integer || kind == Kind::real; }  ///< integer or real
 };

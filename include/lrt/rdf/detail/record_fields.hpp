@@ -7,6 +7,8 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include <lrt/base/abi.hpp>
@@ -88,6 +90,10 @@ class LRT_API EnumeratorNames {
   ~EnumeratorNames();
 
   void add(std::uint64_t value, std::string&& name);
+  void add_nameless(std::uint64_t value) { nameless_.push_back(value); }
+  /// Looks for enumerators without a name, after all were added.
+  /// @param function  first_values()
+  void find_nameless(std::string_view function);
   const Type& type() const noexcept { return type_; }
   Value encode(std::uint64_t value) const;
   /// @return  nullptr: not one of the names
@@ -95,8 +101,34 @@ class LRT_API EnumeratorNames {
 
  private:
   Type type_;
-  std::vector<std::uint64_t> values_;
+  std::vector<std::uint64_t> values_, nameless_;
 };
+
+/// Whether each number of the underlying type is a value of the enum, by its declaration.
+template <class E, class = void>
+struct HasFixedType : std::false_type {};
+template <class E>
+struct HasFixedType<E, std::void_t<decltype(E{0})>> : std::true_type {};
+
+/// Its name has the values as the compiler writes them: "Mode::slow, (Mode)1".
+template <class E, E... lrt_values>
+const char* name_of_values() noexcept {
+#ifdef _MSC_VER
+  return "";
+#else
+  return __PRETTY_FUNCTION__;
+#endif
+}
+template <class E, std::size_t... n>
+const char* name_of_values(std::index_sequence<n...>) noexcept {
+  return name_of_values<E, static_cast<E>(n)...>();
+}
+/// The first values of an enum, as the compiler writes them; empty if it is not known which values the enum has.
+template <class E>
+const char* first_values() noexcept {
+  if constexpr (HasFixedType<E>::value) return name_of_values<E>(std::make_index_sequence<64>());
+  else return "";
+}
 
 /// Where a data member begins in its struct. By the Itanium C++ ABI (2.3) a pointer to a data member is that offset.
 template <class M, class S>
