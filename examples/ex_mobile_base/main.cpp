@@ -57,6 +57,8 @@ struct traits<Target> : Record<Target> {
 };
 }  // namespace lrt::rdf
 
+constexpr double arrival = 0.001;  // [m] in x and in y: how near the base comes to its target
+
 volatile std::sig_atomic_t interrupted = 0;
 
 int main(int argc, char** argv) {
@@ -66,7 +68,7 @@ int main(int argc, char** argv) {
 
   lrt::Thing thing{"base"};
   thing.title("Mobile base").dispatch(lrt::Dispatch::io_thread);  // the class has a mutex: its functions may run on lrt's thread
-  thing.property("pose", [&] { return base.pose(); });
+  auto pose = thing.property("pose", [&] { return base.pose(); });
   thing.property(
       "speed", [&] { return base.speed(); }, lrt::unit::metre_per_second);
   thing.property("battery", [&] { return base.battery(); });
@@ -76,19 +78,32 @@ int main(int argc, char** argv) {
     if (base.setGains(gains)) return {};
     return lrt::Unexpected{refused()};
   });
-  thing.property("stopped", [&] { return base.isStopped(); });
+  auto stopped = thing.property("stopped", [&] { return base.isStopped(); });
+  lrt::Action drive = thing.action("driveTo", [&](const Target& to, lrt::Responder done) {
+    const double distance = std::hypot(to.x - base.pose().x(), to.y - base.pose().y());
+    const auto progress = [done, distance](double left) { done.progress(distance > 0 ? 1 - left / distance : 1); };
+    const auto finished = [done](bool arrived, const std::string& why) { arrived ? done.succeed() : done.fail(why); };
+    if (!base.driveTo(to.x, to.y, progress, finished)) return done.fail(refused());
+    done.on_cancel([&] { base.cancelDrive(); });
+  });
+  drive.policy(lrt::ActionPolicy::preempt())
+      .effect(pose, lrt::from_input.field("x", "x").within(arrival))
+      .effect(pose, lrt::from_input.field("y", "y").within(arrival));
   thing
-      .action("driveTo",
-              [&](const Target& to, lrt::Responder done) {
-                const double distance = std::hypot(to.x - base.pose().x(), to.y - base.pose().y());
-                const auto progress = [done, distance](double left) { done.progress(distance > 0 ? 1 - left / distance : 1); };
-                const auto finished = [done](bool arrived, const std::string& why) { arrived ? done.succeed() : done.fail(why); };
-                if (!base.driveTo(to.x, to.y, progress, finished)) return done.fail(refused());
-                done.on_cancel([&] { base.cancelDrive(); });
+      .action("emergencyStop",
+              [&] {
+                base.emergencyStop();
+                drive.available(false, "the emergency stop is pressed");
               })
-      .policy(lrt::ActionPolicy::preempt());
-  thing.action("emergencyStop", [&] { base.emergencyStop(); }).stop();
-  thing.action("release", [&] { base.release(); });
+      .stop()
+      .effect(stopped, true);
+  thing
+      .action("release",
+              [&] {
+                base.release();
+                drive.available(true);
+              })
+      .effect(stopped, false);
 
   lrt::Options options;
   if (argc == 3 && std::string_view(argv[1]) == "--port") options.listen.port = static_cast<std::uint16_t>(std::atoi(argv[2]));

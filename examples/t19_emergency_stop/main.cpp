@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // An emergency stop that works while everything else is busy: a long action runs, and the host computes and does not poll. The lambda of the
-// stop runs on the thread of lrt (Action::stop) and only sets an atomic flag, which the control loop obeys in its next period. It is also served when
-// connections and waiting requests are at their limits, and the page for people has a button for it.
+// stop runs on the thread of lrt (Action::stop). It only sets an atomic flag, which the control loop obeys in its next period, and says why the base
+// cannot drive now. It is also served when connections and waiting requests are at their limits, and the page for people has a button for it.
 #include <atomic>
 #include <chrono>
 #include <optional>
@@ -21,23 +21,27 @@ int main() {
     for (; on; sleep_one_period()) speed = stopped ? 0.0 : target.load();
   });
 
-  std::optional<lrt::Responder> drive;
+  std::optional<lrt::Responder> driving;
   lrt::Thing base{"base"};
-  base.action("drive",
-              [&](double to, lrt::Responder done) {
-                if (stopped) return done.fail({lrt::Errc::refused, "the base is stopped: invoke release first"});
-                target = to;
-                drive = done;
-              })
-      .consumes(lrt::rdf::Facets{}.unit(lrt::unit::metre_per_second));
+  lrt::Action drive = base.action("drive", [&](double to, lrt::Responder done) {
+    target = to;
+    driving = done;
+  });
+  drive.unit(lrt::unit::metre_per_second).between(-1, 1);
   base.action("plan", [&] {  // takes long, in the host's thread
     for (int i = 0; i < 10'000 && planning; ++i) sleep_one_period();
   });
   base.action("release", [&] {
     target = 0;
     stopped = false;
+    drive.available(true);
   });
-  base.action("stop", [&] { stopped = true; }).stop();
+  base.action("stop",
+              [&] {
+                stopped = true;
+                drive.available(false, "the base is stopped: invoke release first");
+              })
+      .stop();
   base.property(
           "speed", [&] { return speed.load(); }, lrt::unit::metre_per_second)
       .dispatch(lrt::Dispatch::io_thread);
@@ -49,7 +53,7 @@ int main() {
   lesson::Visitor visitor(server, [&](lesson::Client& client) {
     client.only({"vom:numericalValue", "lrt:status", "lrt:error"});
     const std::string fast = "<> vom:numericalValue 0.5 ; qudt:hasUnit unit:M-PER-SEC .";
-    const std::string driving = client.post("/base/actions/drive", fast).field("Location");
+    const std::string started = client.post("/base/actions/drive", fast).field("Location");
     client.get_until("/base/speed", "0.5");
     const std::string plan = client.post("/base/actions/plan", {}, "Prefer: respond-async\r\n").field("Location");
     client.get_until(plan, "running");
@@ -57,15 +61,15 @@ int main() {
     client.post("/base/actions/stop");
     client.get_until("/base/speed", "\"0\"");
     planning = false;
-    client.get_until(driving, "failed");
+    client.get_until(started, "failed");
     client.post("/base/actions/drive", fast);
   });
 
   while (visitor.is_here()) {
     server.poll();
-    if (stopped && drive) {
-      drive->fail("the emergency stop was invoked");
-      drive.reset();
+    if (stopped && driving) {
+      driving->fail("the emergency stop was invoked");
+      driving.reset();
     }
     sleep_one_period();
   }
@@ -119,4 +123,4 @@ int main() {
 //   <> vom:numericalValue 0.5 ; qudt:hasUnit unit:M-PER-SEC .
 // 409 Conflict
 // Content-Type: application/problem+json
-// {"type":"about:blank","title":"Conflict","status":409,"detail":"action \"/base/actions/drive\" failed: the base is stopped: invoke release first"}
+// {"type":"about:blank","title":"Conflict","status":409,"detail":"action \"/base/actions/drive\" is not available now: the base is stopped: invoke release first"}
