@@ -18,12 +18,13 @@ volatile std::sig_atomic_t interrupted = 0;
 int main(int argc, char** argv) {
   if (argc != 2 && !(argc == 4 && std::string_view(argv[2]) == "--port")) return std::fputs("usage: ex_conductor_arm NAME [--port N]\n", stderr), 2;
   constexpr double step = 0.02;  // [rad] in one round of the loop
+  constexpr double limit = 2;    // [rad] of the joint, both directions
   double angle = 0, target = 0;  // [rad]
   std::optional<lrt::Responder> moving;
 
   lrt::Thing joint{argv[1]};
   joint.type(lrt::vocab::ros::RevoluteJoint);
-  auto position = joint.property<double>("position", lrt::unit::radian).predicate(lrt::vocab::ros::position);
+  auto position = joint.property<double>("position", lrt::unit::radian).predicate(lrt::vocab::ros::position).between(-limit, limit);
   joint
       .action("moveTo",
               [&](double to, lrt::Responder done) {
@@ -31,7 +32,7 @@ int main(int argc, char** argv) {
                 done.on_cancel([&] { target = angle; });
                 moving = std::move(done);
               })
-      .consumes(lrt::Facets(lrt::unit::radian).between(-2, 2))
+      .consumes(lrt::Facets(lrt::unit::radian).between(-limit, limit))
       .policy(lrt::ActionPolicy::preempt())
       .effect(position, lrt::from_input);
 
@@ -45,11 +46,11 @@ int main(int argc, char** argv) {
   for (const int end : {SIGINT, SIGTERM}) std::signal(end, [](int) { interrupted = 1; });
   while (!interrupted) {
     angle += std::clamp(target - angle, -step, step);
-    if (moving && angle == target) {
+    position.publish(angle);
+    if (moving && angle == target) {  // after the position is published, which the effect names
       moving->succeed();
       moving.reset();
     }
-    position.publish(angle);
     server->poll();
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }

@@ -27,6 +27,7 @@ MovingRobot::MovingRobot(lrt::urdf::Robot robot, std::optional<Trajectory> traje
 void MovingRobot::command(std::size_t variable) {
   const std::size_t index = robot_.model().variables[variable];
   const lrt::urdf::Joint& joint = robot_.model().joints[index];
+  if (!joint.takes_commands) return;
   lrt::Facets facets(joint.type == lrt::urdf::JointType::prismatic ? lrt::unit::metre : lrt::unit::radian);
   if (joint.limits && joint.limits->lower) facets.at_least(*joint.limits->lower);
   if (joint.limits && joint.limits->upper) facets.at_most(*joint.limits->upper);
@@ -44,6 +45,7 @@ void MovingRobot::command(std::size_t variable) {
                 v.move = std::move(done);
               })
       .consumes(facets)
+      .effect(robot_.position(index), lrt::from_input)
       .policy(lrt::ActionPolicy::preempt());
 }
 
@@ -54,7 +56,6 @@ void MovingRobot::follow_commands() noexcept {
     positions_[i] += way;
     velocities_[i] = way / step_period_s;
     if (std::abs(v.target - positions_[i]) < 1e-12) positions_[i] = v.target;
-    if (v.move) report(v, positions_[i]);
   }
 }
 
@@ -68,6 +69,8 @@ void MovingRobot::step() noexcept {
   if (trajectory_) trajectory_->at(static_cast<double>(steps_++) * step_period_s, positions_, velocities_, efforts_);
   else follow_commands();
   robot_.publish(positions_, velocities_, efforts_);
+  for (std::size_t i = 0; i < variables_.size(); ++i)  // after the position is published, which the effect of `move` names
+    if (variables_[i].move) report(variables_[i], positions_[i]);
 }
 
 }  // namespace ex_urdf_robot
