@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "examples/baxter/linked_arm.hpp"
 
-#include <cstdio>
+#include <algorithm>
+#include <cmath>
 #include <utility>
 #include <vector>
 
@@ -11,7 +12,14 @@ namespace baxter {
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
+constexpr double tolerance_rad = 1e-6;  // an angle in degrees is sent and stored as a float
 constexpr lrt::Unit newton_metre_second_per_radian{lrt::Iri{"http://qudt.org/vocab/unit/N-M-SEC-PER-RAD"}, {}, "N.m.s/rad"};
+
+/// What `rotate` takes: the joint's limits in degrees, with two digits, not beyond them.
+lrt::Facets reach_of(const JointParameters& joint) {
+  const auto hundredths = [](double rad) { return rad * 180 / pi * 100; };
+  return lrt::Facets(lrt::unit::degree).between(std::ceil(hundredths(joint.lower_rad)) / 100, std::floor(hundredths(joint.upper_rad)) / 100);
+}
 
 }  // namespace
 
@@ -40,6 +48,8 @@ LinkedArm::LinkedArm(RightArm& arm, lrt::urdf::Robot description) : arm_(arm), r
   for (std::size_t i = 0; i < joint_count; ++i) {
     const std::size_t index = robot_.model().variables[i];
     const std::string rotation = robot_.joint_path(index) + "/rotation";
+    const auto& position = robot_.position(index);
+    const lrt::Facets reach = reach_of(arm_.parameters(i));
     robot_.position(index).on_write([this, i](double target_rad) {
       take_over(i);
       arm_.move_to(i, target_rad);
@@ -52,50 +62,36 @@ LinkedArm::LinkedArm(RightArm& arm, lrt::urdf::Robot description) : arm_(arm), r
         .between(0, arm_.greatest_friction(i))
         .on_write([this, i](double coefficient) { arm_.set_friction(i, coefficient); });
     lrt::Action rotate_one = joint.action("rotate", [this, i](float target_deg, lrt::Responder done) { rotate(i, target_deg, std::move(done)); })
-                                 .unit(lrt::unit::degree)
-                                 .at_least(0)
-                                 .below(360)
-                                 .effect(rotation, lrt::from_input)
+                                 .consumes(reach)
+                                 .effect(position, lrt::from_input.within(tolerance_rad))
+                                 .effect(rotation)
                                  .policy(lrt::ActionPolicy::preempt());
-    move_all.composed_of(rotate_one).effect(rotation);
+    move_all.composed_of(rotate_one)
+        .consumes(RightArm::name(i), reach)
+        .effect(position, lrt::from_input.field(RightArm::name(i)).within(tolerance_rad))
+        .effect(rotation);
   }
 }
 
-std::optional<double> LinkedArm::reachable_rad(std::size_t index, double target_deg) const noexcept {
+double LinkedArm::target_rad(std::size_t index, double target_deg) const noexcept {
   const JointParameters& joint = arm_.parameters(index);
-  for (const double turn : {0.0, -360.0}) {
-    const double target_rad = (target_deg + turn) * pi / 180;
-    if (target_rad >= joint.lower_rad && target_rad <= joint.upper_rad) return target_rad;
-  }
-  return std::nullopt;
-}
-
-lrt::Error LinkedArm::outside_limits(std::size_t index, double target_deg) const {
-  const JointParameters& joint = arm_.parameters(index);
-  char text[160];
-  std::snprintf(text, sizeof text, "%g degrees is outside the limits of %s: %.1f to %.1f degrees, modulo 360", target_deg, RightArm::name(index),
-                joint.lower_rad * 180 / pi, joint.upper_rad * 180 / pi);
-  return {lrt::Errc::refused, text};
+  return std::clamp(target_deg * pi / 180, joint.lower_rad, joint.upper_rad);  // a float may be rounded
 }
 
 void LinkedArm::take_over(std::size_t index) {
   std::exchange(moves_[index], {}).fail(std::string(RightArm::name(index)) + " was given another target by a later command");
 }
 
-/// Figure 5: the target angle is taken modulo 360 degrees, as an angle that the joint can reach.
+/// Figure 5. The server has compared the angle with the joint's limits.
 void LinkedArm::rotate(std::size_t index, double target_deg, lrt::Responder done) {
-  const std::optional<double> target_rad = reachable_rad(index, target_deg);
-  if (!target_rad) return done.fail(outside_limits(index, target_deg));
   take_over(index);
-  arm_.move_to(index, *target_rad);
+  arm_.move_to(index, target_rad(index, target_deg));
   done.on_cancel([this, index] { arm_.stop(index); });
   moves_[index] = std::move(done);
 }
 
-/// All joints rotate at the same time, or none does.
+/// All joints rotate at the same time.
 void LinkedArm::move_to(const JointAngles& target, const lrt::Responder& done) {
-  for (std::size_t i = 0; i < joint_count; ++i)
-    if (!reachable_rad(i, target.degrees[i])) return done.fail(outside_limits(i, target.degrees[i]));
   const std::vector<lrt::Responder> parts = done.split(joint_count);
   for (std::size_t i = 0; i < joint_count; ++i) rotate(i, target.degrees[i], parts[i]);
 }
@@ -128,7 +124,5 @@ void lrt::rdf::traits<baxter::JointAngles>::describe(Record& r) {
     r.field(
          baxter::RightArm::name(i), [i](const baxter::JointAngles& a) { return a.degrees[i]; },
          [i](baxter::JointAngles& a, float degrees) { a.degrees[i] = degrees; })
-        .unit(lrt::unit::degree)
-        .at_least(0)
-        .below(360);
+        .unit(lrt::unit::degree);
 }

@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cstddef>
-#include <optional>
 #include <string>
 
 #include <lrt/lrt.hpp>
@@ -13,7 +12,7 @@
 
 namespace baxter {
 
-/// The input of `moveTo`: for each joint an angle as `rotate` takes it.
+/// The input of `moveTo`: for each joint an angle as `rotate` takes it. The bounds are those of the description.
 struct JointAngles {
   std::array<float, joint_count> degrees{};
 };
@@ -38,9 +37,7 @@ class LinkedArm {
   void publish() noexcept;
 
  private:
-  /// The angle that the joint can reach, among those that are equal modulo 360 degrees.
-  std::optional<double> reachable_rad(std::size_t index, double target_deg) const noexcept;
-  lrt::Error outside_limits(std::size_t index, double target_deg) const;
+  double target_rad(std::size_t index, double target_deg) const noexcept;
   void rotate(std::size_t index, double target_deg, lrt::Responder done);
   void move_to(const JointAngles& target, const lrt::Responder& done);
   /// The joint gets another target: the command that moves it fails.

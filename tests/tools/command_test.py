@@ -28,7 +28,7 @@ from graph_store import GraphStore  # noqa: E402
 from robot_process import PATIENCE, Receiver, Robot, http_request, until  # noqa: E402
 
 LRT = SOURCE = None
-LONG = "240"  # degrees: to the other end of the joint's range, two seconds
+LONG = "-120"  # degrees: to the other end of the joint's range, two seconds
 UUID = r"[0-9a-f]{8}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{12}"
 
 
@@ -123,10 +123,10 @@ def errors():
         expect_error(lrt(url, "set", "right_s1/friction", "1.5 parsec"), 1, "parsec")
         expect_error(lrt(url, "set", "right_s1/friction", "@/no/such/file"), 2, "No such file")
         expect_error(lrt(url, "set", "right_s1/friction", "<> a 1", "--type", "text/turtle"), 1, "expected")
-        expect_error(lrt(url, "invoke", "right_s1/rotate"), 1, "takes a number in deg, from 0 to below 360")
+        expect_error(lrt(url, "invoke", "right_s1/rotate"), 1, "takes a number in deg, from -123.01 to 59.98")
         expect_error(lrt(url, "invoke", "--cancel", robot.at("baxter/nothing")), 1, "404")
         judged = lrt(url, "validate", "right_s1/rotate", '{"value": 400, "unit": "deg"}')  # JSON by its form; each fault once
-        assert judged.status == 1 and judged.out.count("\n") == 1 and "expected less than 360, found 400" in judged.out, judged
+        assert judged.status == 1 and judged.out.count("\n") == 1 and "expected at most 59.98, found 400" in judged.out, judged
         expect_error(lrt(url, "ls", "--type", "ros:Gripper"), 1, "no Thing of type")
         expect_error(lrt(url, "watch", "right_s1/position", "--plot"), 2, "terminal")
         expect_error(lrt(url, "watch", "right_s1/position", "--csv", "--json"), 2, "excludes")
