@@ -870,13 +870,18 @@ TEST_CASE("an effect says how near the property comes to the input, and which fi
                 "<base/actions/drive#effect-1.1> sh:path <" +
                     vocabulary + "y> ; lrt:valueFrom _:input ; lrt:inputField <" + vocabulary +
                     "x> ; lrt:tolerance <base/actions/drive#effect-1.1.tolerance> ."
-                    "<base/actions/drive#effect-1.1.tolerance> a maths:Scalar ; vom:numericalValue \"2.5E-1\"^^xsd:double ; qudt:hasUnit unit:M ."
+                    "<base/actions/drive#effect-1.1.tolerance> a maths:Scalar ; vom:numericalValue \"0.25\"^^xsd:double ; qudt:hasUnit unit:M ."
                     "<base/actions/drive#effect-2> ssn:forProperty <base/heading> ; lrt:valueFrom _:input ; lrt:inputField <" +
                     vocabulary +
                     "y> ; lrt:period <base/actions/drive#effect-2.period> ; lrt:tolerance <base/actions/drive#effect-2.tolerance> ."
-                    "<base/actions/drive#effect-2.period> vom:numericalValue \"2.0E0\"^^xsd:double ; qudt:hasUnit unit:RAD ."
+                    "<base/actions/drive#effect-2.period> vom:numericalValue \"2\"^^xsd:double ; qudt:hasUnit unit:RAD ."
                     "<base/actions/drive#effect-3> ssn:forProperty <base/heading> ; lrt:valueFrom _:input .") == "");
   CHECK_FALSE(bench.get("/base/actions/drive").says("effect-3.tolerance"));
+  CHECK(bench.ask("GET /base/actions/drive\nAccept: application/json")
+            .says("\"effects\":[{\"property\":\"http://localhost/base/place\",\"field\":\"y\",\"valueFrom\":\"input\",\"inputField\":\"x\","
+                  "\"tolerance\":0.25},{\"property\":\"http://localhost/base/"
+                  "heading\",\"valueFrom\":\"input\",\"inputField\":\"y\",\"tolerance\":0.5,"
+                  "\"period\":2},{\"property\":\"http://localhost/base/heading\",\"valueFrom\":\"input\",\"inputField\":\"x\"}]"));
 }
 
 TEST_CASE("an effect that cannot be true is refused when the thing is added", "[engine][R1.10]") {
@@ -969,7 +974,7 @@ TEST_CASE("an effect, header field or part that cannot be published is an error 
   };
   CHECK(error([](auto&, auto&, auto&) {}) == "none");
   CHECK(error([](auto&, auto& home, auto& angle) { home.effect(angle, from_input); }) ==
-        "invalid_option action \"arm/actions/home\": effect(property, lrt::from_input): expected an action with an input, found none; use "
+        "invalid_option action \"arm/actions/home\": effect(\"/arm/angle\", lrt::from_input): expected an action with an input, found none; use "
         "effect(property, value) or effect(property)");
   CHECK(error([](auto& turn, auto&, auto&) { turn.effect("arm//angle"); }).find("expected_iri action \"arm/actions/turn\": path \"arm//angle\"") ==
         0);

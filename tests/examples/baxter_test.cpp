@@ -343,7 +343,7 @@ TEST_CASE("rotate says which property it changes, and how; its effect holds when
                 " hybrit:consumes _:input ."
                 "<right_s1/actions/rotate#effect-1> a sh:NodeShape ; <http://www.w3.org/ns/ssn/forProperty> <right_s1/position> ;"
                 " sh:node _:position ; lrt:valueFrom _:input ; lrt:tolerance <right_s1/actions/rotate#effect-1.tolerance> ."
-                "<right_s1/actions/rotate#effect-1.tolerance> a maths:Scalar ; vom:numericalValue \"1.0E-6\"^^xsd:double ; vom:unit maths:Radian ."
+                "<right_s1/actions/rotate#effect-1.tolerance> a maths:Scalar ; vom:numericalValue \"1e-06\"^^xsd:double ; vom:unit maths:Radian ."
                 "<right_s1/actions/rotate#effect-2> <http://www.w3.org/ns/ssn/forProperty> <right_s1/rotation> ; sh:node _:rotation .",
                 base) == "");
   CHECK(robot.rotate("right_s1", "43.6").status == 204);

@@ -21,6 +21,7 @@
 #include "src/engine/resources/blueprint.hpp"
 #include "src/engine/resources/property.hpp"
 #include "src/engine/resources/thing.hpp"
+#include "src/rdf/plain.hpp"
 
 namespace lrt::engine {
 inline namespace v0 {
@@ -342,10 +343,34 @@ void ActionResource::overview(Overview& o) const {
     for (const auto& [name, value] : spec->headers) o.text(name, value);
     o.end_object();
   }
+  summarize_effects(o);
   if (spec->parts.empty()) return;
   o.begin_array("parts");
   for (const std::string& location : spec->parts)
     if (const Resource* part = o.registry().find_usual(location, vocab::hybrit::Action.text)) o.link({}, *part);
+  o.end_array();
+}
+
+/// The effects that describe_effects() describes, on properties that the audience may see.
+void ActionResource::summarize_effects(Overview& o) const {
+  if (spec->effects.empty()) return;
+  o.begin_array("effects");
+  for (const model::EffectSpec& effect : spec->effects) {
+    const Resource* const property = o.registry().find_usual(effect.property, vocab::hybrit::Property.text);
+    if (!property || !o.sees(*property)) continue;
+    o.begin_object({});
+    o.text("property", o.iri(*property));
+    if (effect.value)
+      if (const auto value = rdf::write_plain(*effect.spec->type, effect.spec->facets, *effect.value, rdf::Plain::json)) o.json("value", *value);
+    if (effect.from_input) {
+      o.text("field", effect.from_input->property_field);
+      o.text("valueFrom", "input");
+      o.text("inputField", effect.from_input->input_field);
+      if (effect.from_input->tolerance > 0) o.json("tolerance", rdf::lexical::format(effect.from_input->tolerance));
+      if (effect.from_input->period > 0) o.json("period", rdf::lexical::format(effect.from_input->period));
+    }
+    o.end_object();
+  }
   o.end_array();
 }
 

@@ -119,6 +119,7 @@ class ActionResource final : public Resource {
   void describe_binding(const Description& d, rdf::TermId node) const;
   void describe_parts(About& about, const Description& d) const;
   void describe_input_value(const Description& d, rdf::TermId effect_shape, const model::EffectSpec& effect) const;
+  void summarize_effects(Overview& o) const;
   void describe_effects(About& about, const Description& d) const;
 };
 
