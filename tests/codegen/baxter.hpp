@@ -38,6 +38,18 @@ struct SpatialRelationship {
   std::optional<std::array<std::array<double, 3>, 3>> matrix;  ///< may be absent
 };
 
+/// lrt:Inertia
+struct Inertia {
+  double mass = 0;  ///< [kg]
+  SpatialRelationship spatialRelationship;
+  double ixx = 0;  ///< [KiloGM-M2]
+  double ixy = 0;  ///< [KiloGM-M2]
+  double ixz = 0;  ///< [KiloGM-M2]
+  double iyy = 0;  ///< [KiloGM-M2]
+  double iyz = 0;  ///< [KiloGM-M2]
+  double izz = 0;  ///< [KiloGM-M2]
+};
+
 /// maths:Vector3D
 struct Vector3D {
   double x = 0;
@@ -74,13 +86,13 @@ struct AxisAngle {
 
 /// ~/ns/vocabulary#JointAngles
 struct JointAngles {
-  float right_s0 = 0;  ///< [deg], at least 0, below 360
-  float right_s1 = 0;  ///< [deg], at least 0, below 360
-  float right_e0 = 0;  ///< [deg], at least 0, below 360
-  float right_e1 = 0;  ///< [deg], at least 0, below 360
-  float right_w0 = 0;  ///< [deg], at least 0, below 360
-  float right_w1 = 0;  ///< [deg], at least 0, below 360
-  float right_w2 = 0;  ///< [deg], at least 0, below 360
+  float right_s0 = 0;  ///< [deg], at least -97.49, at most 97.49
+  float right_s1 = 0;  ///< [deg], at least -123.01, at most 59.98
+  float right_e0 = 0;  ///< [deg], at least -174.99, at most 174.99
+  float right_e1 = 0;  ///< [deg], at least -2.86, at most 150
+  float right_w0 = 0;  ///< [deg], at least -175.26, at most 175.26
+  float right_w1 = 0;  ///< [deg], at least -89.99, at most 119.97
+  float right_w2 = 0;  ///< [deg], at least -175.26, at most 175.26
 };
 
 }  // namespace baxter
@@ -131,6 +143,21 @@ struct lrt::rdf::traits<::baxter::SpatialRelationship> : lrt::rdf::Record<::baxt
     r.field(lrt::Iri{"http://vocab.arvida.de/2015/06/spatial/vocab#translation"}, &::baxter::SpatialRelationship::translation).unit(lrt::unit::metre);
     r.field(lrt::Iri{"http://vocab.arvida.de/2015/06/spatial/vocab#rotation"}, &::baxter::SpatialRelationship::rotation);
     r.field(lrt::Iri{"https://w3id.org/lrt/ns#matrix"}, &::baxter::SpatialRelationship::matrix).allow_non_finite();
+  }
+};
+
+template <>
+struct lrt::rdf::traits<::baxter::Inertia> : lrt::rdf::Record<::baxter::Inertia> {
+  static void describe(Record<::baxter::Inertia>& r) {
+    r.is(lrt::Iri{"https://w3id.org/lrt/ns#Inertia"});
+    r.field(lrt::Iri{"https://w3id.org/lrt/ns#mass"}, &::baxter::Inertia::mass).unit(lrt::unit::kilogram).allow_non_finite();
+    r.field(lrt::Iri{"http://vocab.arvida.de/2015/06/spatial/vocab#spatialRelationship"}, &::baxter::Inertia::spatialRelationship);
+    r.field(lrt::Iri{"https://w3id.org/lrt/ns#ixx"}, &::baxter::Inertia::ixx).unit(lrt::Unit{lrt::Iri{"http://qudt.org/vocab/unit/KiloGM-M2"}, lrt::Iri{""}, "", {}}).allow_non_finite();
+    r.field(lrt::Iri{"https://w3id.org/lrt/ns#ixy"}, &::baxter::Inertia::ixy).unit(lrt::Unit{lrt::Iri{"http://qudt.org/vocab/unit/KiloGM-M2"}, lrt::Iri{""}, "", {}}).allow_non_finite();
+    r.field(lrt::Iri{"https://w3id.org/lrt/ns#ixz"}, &::baxter::Inertia::ixz).unit(lrt::Unit{lrt::Iri{"http://qudt.org/vocab/unit/KiloGM-M2"}, lrt::Iri{""}, "", {}}).allow_non_finite();
+    r.field(lrt::Iri{"https://w3id.org/lrt/ns#iyy"}, &::baxter::Inertia::iyy).unit(lrt::Unit{lrt::Iri{"http://qudt.org/vocab/unit/KiloGM-M2"}, lrt::Iri{""}, "", {}}).allow_non_finite();
+    r.field(lrt::Iri{"https://w3id.org/lrt/ns#iyz"}, &::baxter::Inertia::iyz).unit(lrt::Unit{lrt::Iri{"http://qudt.org/vocab/unit/KiloGM-M2"}, lrt::Iri{""}, "", {}}).allow_non_finite();
+    r.field(lrt::Iri{"https://w3id.org/lrt/ns#izz"}, &::baxter::Inertia::izz).unit(lrt::Unit{lrt::Iri{"http://qudt.org/vocab/unit/KiloGM-M2"}, lrt::Iri{""}, "", {}}).allow_non_finite();
   }
 };
 
@@ -188,13 +215,13 @@ template <>
 struct lrt::rdf::traits<::baxter::JointAngles> : lrt::rdf::Record<::baxter::JointAngles> {
   static void describe(Record<::baxter::JointAngles>& r) {
     r.is(lrt::Iri{"#JointAngles"});
-    r.field(lrt::Iri{"#JointAngles/right_s0"}, &::baxter::JointAngles::right_s0).unit(lrt::unit::degree).at_least(0).below(360);
-    r.field(lrt::Iri{"#JointAngles/right_s1"}, &::baxter::JointAngles::right_s1).unit(lrt::unit::degree).at_least(0).below(360);
-    r.field(lrt::Iri{"#JointAngles/right_e0"}, &::baxter::JointAngles::right_e0).unit(lrt::unit::degree).at_least(0).below(360);
-    r.field(lrt::Iri{"#JointAngles/right_e1"}, &::baxter::JointAngles::right_e1).unit(lrt::unit::degree).at_least(0).below(360);
-    r.field(lrt::Iri{"#JointAngles/right_w0"}, &::baxter::JointAngles::right_w0).unit(lrt::unit::degree).at_least(0).below(360);
-    r.field(lrt::Iri{"#JointAngles/right_w1"}, &::baxter::JointAngles::right_w1).unit(lrt::unit::degree).at_least(0).below(360);
-    r.field(lrt::Iri{"#JointAngles/right_w2"}, &::baxter::JointAngles::right_w2).unit(lrt::unit::degree).at_least(0).below(360);
+    r.field(lrt::Iri{"#JointAngles/right_s0"}, &::baxter::JointAngles::right_s0).unit(lrt::unit::degree).at_least(-97.49).at_most(97.49);
+    r.field(lrt::Iri{"#JointAngles/right_s1"}, &::baxter::JointAngles::right_s1).unit(lrt::unit::degree).at_least(-123.01).at_most(59.98);
+    r.field(lrt::Iri{"#JointAngles/right_e0"}, &::baxter::JointAngles::right_e0).unit(lrt::unit::degree).at_least(-174.99).at_most(174.99);
+    r.field(lrt::Iri{"#JointAngles/right_e1"}, &::baxter::JointAngles::right_e1).unit(lrt::unit::degree).at_least(-2.86).at_most(150);
+    r.field(lrt::Iri{"#JointAngles/right_w0"}, &::baxter::JointAngles::right_w0).unit(lrt::unit::degree).at_least(-175.26).at_most(175.26);
+    r.field(lrt::Iri{"#JointAngles/right_w1"}, &::baxter::JointAngles::right_w1).unit(lrt::unit::degree).at_least(-89.99).at_most(119.97);
+    r.field(lrt::Iri{"#JointAngles/right_w2"}, &::baxter::JointAngles::right_w2).unit(lrt::unit::degree).at_least(-175.26).at_most(175.26);
   }
 };
 
@@ -215,12 +242,15 @@ class Link {
   static std::vector<Link> all(const lrt::client::Robot& robot) { return lrt::client::all_of<Link>(robot); }
 
   lrt::client::Thing thing;
+  /// inertial.
+  lrt::client::Readable<Inertia> inertial;
   /// pose.
   lrt::client::Readable<SpatialRelationship> pose;
 
  private:
   explicit Link(lrt::client::Members& members)
       : thing(members.thing()),
+        inertial(members.property("https://w3id.org/lrt/ns#inertial", "inertial", true), lrt::rdf::traits<Inertia>::type(), lrt::unit::none),
         pose(members.property("https://w3id.org/lrt/ns#pose", "pose", true), lrt::rdf::traits<SpatialRelationship>::type(), lrt::unit::none) {}
 };
 
@@ -257,7 +287,7 @@ class RevoluteJoint {
   lrt::client::Readable<AxisAngle> rotation;
   /// velocity: [rad/s].
   lrt::client::Readable<double> velocity;
-  /// rotate. It takes time: wait for the invocation. Input: [deg], at least 0, below 360.
+  /// rotate. It takes time: wait for the invocation. Input: [deg].
   lrt::client::TypedAction<float, void> rotate;
 
  private:
@@ -327,6 +357,26 @@ class World {
 
 // Made of:
 //   Link |  |  | ros:Link
+//   Link | property inertial |  | record lrt:Inertia
+//   Link | property inertial | by | read-only lrt:inertial
+//   Link | property inertial | lrt:ixx | xsd:double [KiloGM-M2 unit:KiloGM-M2]
+//   Link | property inertial | lrt:ixy | xsd:double [KiloGM-M2 unit:KiloGM-M2]
+//   Link | property inertial | lrt:ixz | xsd:double [KiloGM-M2 unit:KiloGM-M2]
+//   Link | property inertial | lrt:iyy | xsd:double [KiloGM-M2 unit:KiloGM-M2]
+//   Link | property inertial | lrt:iyz | xsd:double [KiloGM-M2 unit:KiloGM-M2]
+//   Link | property inertial | lrt:izz | xsd:double [KiloGM-M2 unit:KiloGM-M2]
+//   Link | property inertial | lrt:mass | xsd:double [kg unit:KiloGM]
+//   Link | property inertial | spatial:spatialRelationship | record spatial:SpatialRelationship
+//   Link | property inertial | spatial:spatialRelationship lrt:matrix | optional list[3] of list[3] of xsd:double
+//   Link | property inertial | spatial:spatialRelationship spatial:rotation | record spatial:Rotation3D by vom:quantityValue maths:Quaternion maths:Vector4D
+//   Link | property inertial | spatial:spatialRelationship spatial:rotation maths:w | xsd:double
+//   Link | property inertial | spatial:spatialRelationship spatial:rotation maths:x | xsd:double
+//   Link | property inertial | spatial:spatialRelationship spatial:rotation maths:y | xsd:double
+//   Link | property inertial | spatial:spatialRelationship spatial:rotation maths:z | xsd:double
+//   Link | property inertial | spatial:spatialRelationship spatial:translation | record spatial:Translation3D by vom:quantityValue maths:Vector3D [m unit:M]
+//   Link | property inertial | spatial:spatialRelationship spatial:translation maths:x | xsd:double
+//   Link | property inertial | spatial:spatialRelationship spatial:translation maths:y | xsd:double
+//   Link | property inertial | spatial:spatialRelationship spatial:translation maths:z | xsd:double
 //   Link | property pose |  | record spatial:SpatialRelationship
 //   Link | property pose | by | read-only lrt:pose
 //   Link | property pose | lrt:matrix | optional list[3] of list[3] of xsd:double
@@ -341,7 +391,7 @@ class World {
 //   Link | property pose | spatial:translation maths:z | xsd:double
 //   RevoluteJoint |  |  | ros:Joint ros:RevoluteJoint
 //   RevoluteJoint | action rotate | by | asynchronous
-//   RevoluteJoint | input of action rotate |  | xsd:float [deg unit:DEG], at least 0, below 360
+//   RevoluteJoint | input of action rotate |  | xsd:float [deg unit:DEG]
 //   RevoluteJoint | property axis |  | record maths:Vector3D
 //   RevoluteJoint | property axis | by | read-only lrt:axis
 //   RevoluteJoint | property axis | maths:x | xsd:double
@@ -387,14 +437,14 @@ class World {
 //   Robot |  |  | ros:Robot
 //   Robot | action moveTo | by | asynchronous
 //   Robot | input of action moveTo |  | record ~/ns/vocabulary#JointAngles
-//   Robot | input of action moveTo | ~/ns/vocabulary#JointAngles/right_e0 | xsd:float [deg unit:DEG], at least 0, below 360
-//   Robot | input of action moveTo | ~/ns/vocabulary#JointAngles/right_e1 | xsd:float [deg unit:DEG], at least 0, below 360
-//   Robot | input of action moveTo | ~/ns/vocabulary#JointAngles/right_s0 | xsd:float [deg unit:DEG], at least 0, below 360
-//   Robot | input of action moveTo | ~/ns/vocabulary#JointAngles/right_s1 | xsd:float [deg unit:DEG], at least 0, below 360
-//   Robot | input of action moveTo | ~/ns/vocabulary#JointAngles/right_w0 | xsd:float [deg unit:DEG], at least 0, below 360
-//   Robot | input of action moveTo | ~/ns/vocabulary#JointAngles/right_w1 | xsd:float [deg unit:DEG], at least 0, below 360
-//   Robot | input of action moveTo | ~/ns/vocabulary#JointAngles/right_w2 | xsd:float [deg unit:DEG], at least 0, below 360
+//   Robot | input of action moveTo | ~/ns/vocabulary#JointAngles/right_e0 | xsd:float [deg unit:DEG], at least -174.99, at most 174.99
+//   Robot | input of action moveTo | ~/ns/vocabulary#JointAngles/right_e1 | xsd:float [deg unit:DEG], at least -2.86, at most 150
+//   Robot | input of action moveTo | ~/ns/vocabulary#JointAngles/right_s0 | xsd:float [deg unit:DEG], at least -97.49, at most 97.49
+//   Robot | input of action moveTo | ~/ns/vocabulary#JointAngles/right_s1 | xsd:float [deg unit:DEG], at least -123.01, at most 59.98
+//   Robot | input of action moveTo | ~/ns/vocabulary#JointAngles/right_w0 | xsd:float [deg unit:DEG], at least -175.26, at most 175.26
+//   Robot | input of action moveTo | ~/ns/vocabulary#JointAngles/right_w1 | xsd:float [deg unit:DEG], at least -89.99, at most 119.97
+//   Robot | input of action moveTo | ~/ns/vocabulary#JointAngles/right_w2 | xsd:float [deg unit:DEG], at least -175.26, at most 175.26
 //   Robot | property positions |  | list[0..512] of xsd:double
 //   Robot | property positions | by | read-only lrt:positions
 //   World |  |  | ldp:BasicContainer ldp:Container ldp:RDFSource lrt:World
-// Digest: 40b4bfc45efb9f2a
+// Digest: b7527efa1e006bd8
