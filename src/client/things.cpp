@@ -479,7 +479,7 @@ Result<std::vector<std::string>> Action::effects() const {
   std::vector<std::string> result;
   for (const rdf::Term& node : shapes_of(**found, vocab::hybrit::produces))
     for (const TermView& property : (*found)->graph.objects(node, vocab::ssn::forProperty))
-      if (property.is_iri()) result.emplace_back(property.text);
+      if (property.is_iri() && std::find(result.begin(), result.end(), property.text) == result.end()) result.emplace_back(property.text);
   return result;
 }
 
