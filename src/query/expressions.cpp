@@ -36,34 +36,13 @@ bool compatible(const Value& a, const Value& b) noexcept {
 /// A text of the kind that the argument has.
 Value like(const Value& argument, std::string_view text) { return Value(std::string(text), argument.language); }
 
-/// A number with an exponent, without it: "1.25e-04" is "0.000125".
-std::string placed(const std::string& text) {
-  const std::size_t e = text.find('e');
-  if (e == std::string::npos) return text;
-  int exponent = std::stoi(text.substr(e + 1));
-  const bool negative = text[0] == '-';
-  std::string digits = text.substr(negative ? 1 : 0, e - (negative ? 1 : 0));
-  if (const std::size_t point = digits.find('.'); point != std::string::npos) {
-    exponent -= static_cast<int>(digits.size() - point - 1);
-    digits.erase(point, 1);
-  }
-  if (exponent >= 0) {
-    digits.append(static_cast<std::size_t>(exponent), '0');
-  } else {
-    const auto places = static_cast<std::size_t>(-exponent);
-    if (digits.size() <= places) digits.insert(0, places - digits.size() + 1, '0');
-    digits.insert(digits.size() - places, 1, '.');
-  }
-  return (negative ? "-" : "") + digits;
-}
-
 /// The canonical form of XPath and XQuery Functions 3.1, 19.1.2: "1.5", "1.0E7", "-INF".
 std::string canonical(double value, bool single) {
   const double magnitude = std::fabs(value);
   std::string text = single ? lexical::format(static_cast<float>(value)) : lexical::format(value);
   if (!std::isfinite(value)) return text;
   if (value == 0) return std::signbit(value) ? "-0" : "0";
-  if (magnitude >= 1e-6 && magnitude < 1e6) return placed(text);
+  if (magnitude >= 1e-6 && magnitude < 1e6) return without_exponent(text);
   // One digit before the point.
   const bool negative = text[0] == '-';
   const std::size_t e = text.find('e');
@@ -576,7 +555,7 @@ Value Run::cast(std::string_view type, const Value& a) {
       const Type kind = target == Datatype::integer ? Type::integer : Type::decimal;
       std::string digits;
       if (a.type == Type::boolean) digits = a.truth ? "1" : "0";
-      else if (a.is_floating()) digits = std::isfinite(a.real) ? placed(lexical::format(a.real)) : std::string();
+      else if (a.is_floating()) digits = std::isfinite(a.real) ? without_exponent(lexical::format(a.real)) : std::string();
       else if (a.is_number()) digits = operators.text_of(a).value_or("");
       else if (is_string && (kind == Type::integer ? lexical::is_integer(text) : lexical::is_decimal(text))) digits = text;
       auto number = Decimal::parse(digits);

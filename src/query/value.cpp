@@ -6,6 +6,7 @@
 #include <lrt/rdf/lexical.hpp>
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/query/times.hpp"
 #include "src/shacl/order.hpp"
 
 namespace lrt::query {
@@ -39,6 +40,26 @@ int rank(Type type) noexcept {
 }
 
 }  // namespace
+
+std::string without_exponent(const std::string& text) {
+  const std::size_t e = text.find('e');
+  if (e == std::string::npos) return text;
+  int exponent = std::stoi(text.substr(e + 1));
+  const bool negative = text[0] == '-';
+  std::string digits = text.substr(negative ? 1 : 0, e - (negative ? 1 : 0));
+  if (const std::size_t point = digits.find('.'); point != std::string::npos) {
+    exponent -= static_cast<int>(digits.size() - point - 1);
+    digits.erase(point, 1);
+  }
+  if (exponent >= 0) {
+    digits.append(static_cast<std::size_t>(exponent), '0');
+  } else {
+    const auto places = static_cast<std::size_t>(-exponent);
+    if (digits.size() <= places) digits.insert(0, places - digits.size() + 1, '0');
+    digits.insert(digits.size() - places, 1, '.');
+  }
+  return (negative ? "-" : "") + digits;
+}
 
 Value Operators::of(TermNumber term) const {
   Value value;
@@ -204,8 +225,40 @@ std::optional<bool> Operators::less(const Value& a, const Value& b) const {
   return a.is_number() && b.is_number() ? std::optional<bool>(false) : std::nullopt;  // NaN
 }
 
+/// Of times and durations, and of these with numbers.
+Value Operators::compute_times(Arithmetic operation, const Value& a, const Value& b) const {
+  const auto is_time = [](const Value& v) { return !v.failed && (v.type == Type::date_time || v.type == Type::other) && v.term != nothing; };
+  if (!(is_time(a) || a.is_number()) || !(is_time(b) || b.is_number())) return {};
+  budget_.step(16);
+  const auto number = [&](const Value& v) {
+    std::string text = v.is_floating() ? std::isfinite(v.real) ? without_exponent(lexical::format(v.real)) : std::string() : exact_text(v);
+    return Decimal::parse(text);
+  };
+  std::optional<TimeResult> result;
+  if (is_time(a) && is_time(b)) {
+    const rdf::TermView s = terms_.term(a.term), t = terms_.term(b.term);
+    budget_.work(s.text.size() + t.text.size());
+    switch (operation) {
+      case Arithmetic::add: result = add_times(s, t); break;
+      case Arithmetic::subtract: result = subtract_times(s, t); break;
+      case Arithmetic::divide: result = divide_durations(s, t); break;
+      case Arithmetic::multiply: break;
+    }
+  } else if (operation == Arithmetic::multiply || (operation == Arithmetic::divide && is_time(a))) {
+    const rdf::TermView s = terms_.term(is_time(a) ? a.term : b.term);
+    budget_.work(s.text.size());
+    if (const auto by = number(is_time(a) ? b : a)) result = operation == Arithmetic::multiply ? multiply_duration(s, *by) : divide_duration(s, *by);
+  }
+  if (!result) return {};
+  if (result->datatype == vocab::xsd::decimal) {
+    const auto ratio = Decimal::parse(result->text);
+    return ratio ? of(*ratio, Type::decimal) : Value();
+  }
+  return of(terms_.intern(rdf::literal(result->text, result->datatype)));
+}
+
 Value Operators::compute(Arithmetic operation, const Value& a, const Value& b) const {
-  if (!a.is_number() || !b.is_number()) return {};
+  if (!a.is_number() || !b.is_number()) return compute_times(operation, a, b);
   if (a.is_floating() || b.is_floating()) {
     const double x = a.as_double(), y = b.as_double();
     if (a.type != Type::double_ && b.type != Type::double_) {
@@ -277,6 +330,10 @@ int Operators::order(TermNumber a, TermNumber b) const {
     if (m.has_value() != n.has_value()) return m ? -1 : 1;
     if (x.type == Type::other) {
       if (const int order = compare_texts(s.datatype, t.datatype); order != 0) return order;
+    }
+    if (const auto v = m || n ? std::nullopt : length_of(s), w = v ? length_of(t) : std::nullopt; v && w) {
+      const auto difference = subtract(*v, *w);
+      if (difference && !difference->is_zero()) return difference->text().front() == '-' ? -1 : 1;
     }
     if (m && n) {
       if (m->seconds != n->seconds) return sign(m->seconds < n->seconds, true);

@@ -48,7 +48,10 @@ struct Value {
   std::string_view text() const noexcept { return owns ? std::string_view(owned) : borrowed; }
 };
 
-/// The operators of SPARQL 17.3 on values.
+/// A number with an exponent, without it: "1.25e-04" is "0.000125".
+std::string without_exponent(const std::string& text);
+
+/// The operators of SPARQL 17.3 on values, and those of XPath on times and durations.
 class Operators {
  public:
   Operators(Terms& terms, Budget& budget) noexcept : terms_(terms), budget_(budget) {}
@@ -73,6 +76,7 @@ class Operators {
 
  private:
   enum class Order : std::uint8_t { less, equal, greater, none };
+  Value compute_times(Arithmetic operation, const Value& a, const Value& b) const;
   Order compare_numbers(const Value& a, const Value& b) const;
   Order compare(const Value& a, const Value& b) const;
   std::string exact_text(const Value& value) const;

@@ -607,3 +607,89 @@ TEST_CASE("another thread cancels an evaluation", "[query]") {
   CHECK(error_of(answer) == Errc::cancelled);
   CHECK(contains(answer.error().message, "the query was cancelled after "));
 }
+
+TEST_CASE("times and durations are computed as XPath says", "[query]") {
+  // The examples of XPath and XQuery Functions and Operators 3.1, 8.4 and 9.7, and their edges.
+  struct Example {
+    const char *a, *a_type, *operation, *b, *b_type, *result;
+  };
+  const Example examples[] = {
+      {"2000-10-30T06:12:00-05:00", "dateTime", "-", "1999-11-28T09:00:00Z", "dateTime", "P337DT2H12M^dayTimeDuration"},
+      {"1999-11-28T09:00:00Z", "dateTime", "-", "2000-10-30T06:12:00-05:00", "dateTime", "-P337DT2H12M^dayTimeDuration"},
+      {"2026-01-01T00:00:00.25Z", "dateTime", "-", "2026-01-01T00:00:00.5Z", "dateTime", "-PT0.25S^dayTimeDuration"},
+      {"2026-01-01T00:00:00Z", "dateTimeStamp", "-", "2025-12-31T24:00:00Z", "dateTime", "PT0S^dayTimeDuration"},
+      {"2026-01-01T00:00:00", "dateTime", "-", "2025-01-01T00:00:00", "dateTime", "P365D^dayTimeDuration"},
+      {"2026-01-01T00:00:00Z", "dateTime", "-", "2025-01-01T00:00:00", "dateTime", "-"},  // no implicit zone
+      {"2026-01-01T00:00:00Z", "dateTime", "-", "2025-01-01Z", "date", "-"},
+      {"2026-01-01T00:00:00Z", "dateTime", "+", "2025-01-01T00:00:00Z", "dateTime", "-"},
+      {"999999999-01-01T00:00:00Z", "dateTime", "-", "-999999999-01-01T00:00:00Z", "dateTime", "P730484999269D^dayTimeDuration"},
+      {"1000000000-01-01T00:00:00Z", "dateTime", "-", "2000-01-01T00:00:00Z", "dateTime", "-"},
+      {"2000-10-30", "date", "-", "1999-11-28", "date", "P337D^dayTimeDuration"},
+      {"2000-10-15-05:00", "date", "-", "2000-10-10+02:00", "date", "P5DT7H^dayTimeDuration"},
+      {"11:12:00Z", "time", "-", "04:00:00-05:00", "time", "PT2H12M^dayTimeDuration"},
+      {"11:00:00-05:00", "time", "-", "21:30:00+05:30", "time", "PT0S^dayTimeDuration"},
+      {"17:00:00-06:00", "time", "-", "08:00:00+09:00", "time", "P1D^dayTimeDuration"},
+      {"24:00:00", "time", "-", "23:59:59", "time", "-PT23H59M59S^dayTimeDuration"},
+      {"2000-10-30T11:12:00", "dateTime", "+", "P1Y2M", "yearMonthDuration", "2001-12-30T11:12:00^dateTime"},
+      {"2000-10-30T11:12:00", "dateTime", "+", "P3DT1H15M", "dayTimeDuration", "2000-11-02T12:27:00^dateTime"},
+      {"P3DT1H15M", "dayTimeDuration", "+", "2000-10-30T11:12:00", "dateTime", "2000-11-02T12:27:00^dateTime"},
+      {"2000-10-30T11:12:00", "dateTime", "-", "P1Y2M", "yearMonthDuration", "1999-08-30T11:12:00^dateTime"},
+      {"2000-10-30T11:12:00", "dateTime", "-", "P3DT1H15M", "dayTimeDuration", "2000-10-27T09:57:00^dateTime"},
+      {"2000-10-30T23:30:00.125+05:30", "dateTime", "+", "PT1H", "dayTimeDuration", "2000-10-31T00:30:00.125+05:30^dateTime"},
+      {"0001-01-01T00:00:00Z", "dateTime", "-", "PT1S", "dayTimeDuration", "0000-12-31T23:59:59Z^dateTime"},
+      {"0000-01-01T00:00:00Z", "dateTime", "-", "PT1S", "dayTimeDuration", "-0001-12-31T23:59:59Z^dateTime"},
+      {"2024-01-31T00:00:00Z", "dateTime", "+", "P1M", "yearMonthDuration", "2024-02-29T00:00:00Z^dateTime"},
+      {"999999999-12-31T23:59:59Z", "dateTime", "+", "PT1S", "dayTimeDuration", "-"},
+      {"2000-01-01T00:00:00Z", "dateTime", "+", "P9223372036854775807Y", "yearMonthDuration", "-"},
+      {"2000-01-01T00:00:00Z", "dateTime", "+", "P768614336404564650Y", "yearMonthDuration", "-"},
+      {"2000-01-01T00:00:00Z", "dateTime", "+", "PT9223372036854775807S", "dayTimeDuration", "-"},
+      {"2000-01-01T00:00:00Z", "dateTime", "+", "P1Y2D", "duration", "-"},
+      {"2000-10-30", "date", "+", "P1Y2M", "yearMonthDuration", "2001-12-30^date"},
+      {"2004-10-30Z", "date", "+", "P2DT2H30M0S", "dayTimeDuration", "2004-11-01Z^date"},
+      {"2000-10-30", "date", "-", "P1Y2M", "yearMonthDuration", "1999-08-30^date"},
+      {"2000-02-29Z", "date", "-", "P1Y", "yearMonthDuration", "1999-02-28Z^date"},
+      {"2000-10-31-05:00", "date", "-", "P1Y1M", "yearMonthDuration", "1999-09-30-05:00^date"},
+      {"2000-10-30", "date", "-", "P3DT1H15M", "dayTimeDuration", "2000-10-26^date"},
+      {"11:12:00", "time", "+", "P3DT1H15M", "dayTimeDuration", "12:27:00^time"},
+      {"23:12:00+03:00", "time", "+", "P1DT3H15M", "dayTimeDuration", "02:27:00+03:00^time"},
+      {"11:12:00", "time", "-", "P3DT1H15M", "dayTimeDuration", "09:57:00^time"},
+      {"08:20:00-05:00", "time", "-", "P23DT10H10M", "dayTimeDuration", "22:10:00-05:00^time"},
+      {"08:20:00", "time", "+", "P1M", "yearMonthDuration", "-"},
+      {"P2Y11M", "yearMonthDuration", "+", "P3Y3M", "yearMonthDuration", "P6Y2M^yearMonthDuration"},
+      {"P2Y11M", "yearMonthDuration", "-", "P3Y3M", "yearMonthDuration", "-P4M^yearMonthDuration"},
+      {"P2Y11M", "yearMonthDuration", "-", "P2Y11M", "yearMonthDuration", "P0M^yearMonthDuration"},
+      {"P2DT12H5M", "dayTimeDuration", "+", "P5DT12H", "dayTimeDuration", "P8DT5M^dayTimeDuration"},
+      {"P2DT12H", "dayTimeDuration", "-", "P1DT10H30M", "dayTimeDuration", "P1DT1H30M^dayTimeDuration"},
+      {"P1M", "yearMonthDuration", "+", "P1D", "dayTimeDuration", "-"},
+      {"PT9223372036854775807S", "dayTimeDuration", "+", "PT1S", "dayTimeDuration", "-"},
+      {"P2Y11M", "yearMonthDuration", "*", "2.3", "decimal", "P6Y9M^yearMonthDuration"},
+      {"2.1", "decimal", "*", "PT2H10M", "dayTimeDuration", "PT4H33M^dayTimeDuration"},
+      {"PT2H10M", "dayTimeDuration", "*", "2.1e0", "double", "PT4H33M^dayTimeDuration"},
+      {"PT2H10M", "dayTimeDuration", "*", "INF", "double", "-"},
+      {"P2Y11M", "yearMonthDuration", "/", "1.5", "decimal", "P1Y11M^yearMonthDuration"},
+      {"P1DT2H30M10.5S", "dayTimeDuration", "/", "1.5", "decimal", "PT17H40M7S^dayTimeDuration"},
+      {"P1DT2H30M10.5S", "dayTimeDuration", "/", "0", "integer", "-"},
+      {"1", "integer", "/", "PT1S", "dayTimeDuration", "-"},
+      {"P3Y4M", "yearMonthDuration", "/", "-P1Y4M", "yearMonthDuration", "-2.5^decimal"},
+      {"P2DT53M11S", "dayTimeDuration", "/", "PT1S", "dayTimeDuration", "175991^decimal"},
+      {"PT10S", "dayTimeDuration", "/", "PT0S", "dayTimeDuration", "-"},
+      {"PT10S", "dayTimeDuration", "*", "PT1S", "dayTimeDuration", "-"},
+      {"2026-13-01T00:00:00Z", "dateTime", "-", "2025-01-01T00:00:00Z", "dateTime", "-"},
+      {"today", "string", "-", "2025-01-01T00:00:00Z", "dateTime", "-"},
+  };
+  for (const Example& e : examples) {
+    CAPTURE(e.a, e.operation, e.b);
+    const auto literal = [](const char* text, const char* type) { return "'" + std::string(text) + "'^^xsd:" + type; };
+    CHECK(value(literal(e.a, e.a_type) + " " + e.operation + " " + literal(e.b, e.b_type)) == e.result);
+  }
+  CHECK(value("NOW() - '2001-09-09T01:46:30Z'^^xsd:dateTime") == "PT10S^dayTimeDuration");
+  CHECK(value("NOW() - '2001-09-09T01:46:30Z'^^xsd:dateTime > 'PT9.9S'^^xsd:dayTimeDuration") == "true");
+  CHECK(value("NOW() - '2001-09-09T01:46:30Z'^^xsd:dateTime > 'PT10S'^^xsd:dayTimeDuration") == "false");
+  CHECK(value("'P1D'^^xsd:dayTimeDuration = 'PT24H'^^xsd:dayTimeDuration") == "true");
+  CHECK(value("'P1Y'^^xsd:yearMonthDuration >= 'P12M'^^xsd:yearMonthDuration") == "true");
+  CHECK(value("'P1Y'^^xsd:yearMonthDuration > 'P364D'^^xsd:dayTimeDuration") == "true");
+  CHECK(value("'P1M'^^xsd:yearMonthDuration < 'P30D'^^xsd:dayTimeDuration") == "-");  // of some months
+  const Dataset data = dataset(R"(:a :p "PT10S"^^xsd:dayTimeDuration . :b :p "PT9S"^^xsd:dayTimeDuration . :c :p "-P1D"^^xsd:dayTimeDuration .
+    :d :p "PT9.5S"^^xsd:dayTimeDuration .)");
+  CHECK(rows(run(data, "SELECT ?s { ?s :p ?d } ORDER BY ?d")) == std::vector<std::string>{":c", ":b", ":d", ":a"});
+}
