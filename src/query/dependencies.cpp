@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <set>
 
+#include <lrt/rdf/vocab.hpp>
+
 namespace lrt::query {
 namespace {
 
@@ -18,6 +20,7 @@ class Finder {
     }
     walk(query_);
     out_.predicates.assign(predicates_.begin(), predicates_.end());
+    if (!any_type_) out_.types.assign(types_.begin(), types_.end());
     if (!any_graph_) out_.graphs.assign(graphs_.begin(), graphs_.end());
     return std::move(out_);
   }
@@ -77,7 +80,12 @@ class Finder {
         } else if (triple.predicate.is_variable()) {
           out_.everything = true;
         } else {
-          predicates_.insert(text_of(triple.predicate.index));
+          const std::string predicate = text_of(triple.predicate.index);
+          if (predicate == vocab::rdf_::type.text) {
+            if (triple.object.is_variable()) any_type_ = true;
+            else types_.insert(text_of(triple.object.index));
+          }
+          predicates_.insert(predicate);
         }
       }
     } else if (pattern.kind == Pattern::Kind::graph) {
@@ -124,7 +132,12 @@ class Finder {
       all = all && empty;
     }
     switch (path.kind) {
-      case Path::Kind::link: predicates_.insert(text_of(static_cast<std::uint32_t>(path.predicate))); return false;
+      case Path::Kind::link: {
+        const std::string predicate = text_of(static_cast<std::uint32_t>(path.predicate));
+        any_type_ = any_type_ || predicate == vocab::rdf_::type.text;
+        predicates_.insert(predicate);
+        return false;
+      }
       case Path::Kind::negated: out_.everything = true; return false;
       case Path::Kind::zero_or_more:
       case Path::Kind::zero_or_one: return true;
@@ -134,8 +147,8 @@ class Finder {
   }
 
   const Query& query_;
-  bool restricted_, any_graph_ = false;
-  std::set<std::string> predicates_, graphs_;
+  bool restricted_, any_graph_ = false, any_type_ = false;
+  std::set<std::string> predicates_, graphs_, types_;
   Dependencies out_;
 };
 

@@ -14,6 +14,7 @@ struct Dependencies {
   bool everything = false;              ///< any predicate: a variable as predicate, a negated path, DESCRIBE; and added or removed graphs
   std::vector<std::string> predicates;  ///< each once, sorted
   std::vector<std::string> graphs;      ///< each once, sorted; empty: any graph
+  std::vector<std::string> types;       ///< of triples with rdf:type: only these classes, each once, sorted; empty: any class
   bool uses_now_or_random = false;      ///< the answer can differ without a change: NOW, RAND, UUID, STRUUID
 };
 

@@ -65,6 +65,7 @@ class Prepared final : public engine::PreparedQuery {
     Dependencies found = dependencies_of(*query);
     dependencies_.everything = found.everything;
     dependencies_.predicates = std::move(found.predicates);
+    dependencies_.types = std::move(found.types);
     dependencies_.graphs = selection.default_graphs.empty() && selection.named_graphs.empty() ? std::move(found.graphs) : std::vector<std::string>();
     dependencies_.time = found.uses_now_or_random;
   }

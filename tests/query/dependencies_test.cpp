@@ -43,6 +43,15 @@ TEST_CASE("a query depends on everything if a predicate may be any", "[query]") 
   CHECK(of("SELECT (1 AS ?one) {}").predicates.empty());
 }
 
+TEST_CASE("a query depends on the classes that it names, unless one may be any", "[query]") {
+  CHECK(of("SELECT * { ?x a :B . ?y a :A ; :p 1 }").types == Names{"u:A", "u:B"});
+  CHECK(of("SELECT * { ?x a :A FILTER NOT EXISTS { ?x a :B } }").types == Names{"u:A", "u:B"});
+  CHECK(of("SELECT * { ?x a :A . ?y a ?type }").types.empty());
+  CHECK(of("SELECT * { ?x a/:sub* :A . ?y a :B }").types.empty());
+  CHECK(of("SELECT * { ?x (a|:p)+ ?z . ?y a :B }").types.empty());
+  CHECK(of("SELECT * { ?x :p :A }").types.empty());
+}
+
 TEST_CASE("a query depends on the graphs that it names, unless a pattern is matched in any", "[query]") {
   CHECK(of("SELECT * { GRAPH :g { ?x :p ?y } GRAPH :h { ?x :q ?z } }").graphs == Names{"u:g", "u:h"});
   CHECK(of("SELECT * { GRAPH :g { ?x :p ?y } ?x :q ?z }").graphs.empty());

@@ -29,12 +29,14 @@ struct NamedGraph {
   /// @}
 };
 
-/// What the result of a query depends on besides the queried graphs.
+/// What the result of a query depends on.
 struct QueryDependencies {
   bool everything = false;              ///< any triple may matter
   std::vector<std::string> predicates;  ///< without `everything`: only triples with these predicates matter
   std::vector<std::string> graphs{};    ///< only triples of these graphs matter; empty: those of all
   bool time = false;                    ///< NOW(), RAND() and the like: the result changes although no graph does
+  /// Without `everything`, of the triples with the predicate rdf:type: only those with these classes matter; empty: those with any.
+  std::vector<std::string> types{};
 };
 
 /// A parsed query. Immutable.
