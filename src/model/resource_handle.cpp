@@ -124,6 +124,7 @@ void PropertySetup::add_representation(std::string_view media_type, EncodeFuncti
 }
 void PropertySetup::set_octets() noexcept { property_of(spec_).octets = true; }
 void PropertySetup::set_file() noexcept { property_of(spec_).file = true; }
+void PropertySetup::set_counter() noexcept { property_of(spec_).counter = true; }
 void PropertySetup::set_sample_period(std::chrono::milliseconds period) noexcept { property_of(spec_).sample_period = period; }
 
 rdf::Facets& ActionSetup::output_facets_of() noexcept { return action_of(spec_).output_facets; }

@@ -93,6 +93,7 @@ struct PropertySpec : ResourceSpec {
   ThinVector<RepresentationSpec> representations;
   WholeFunction whole;                               ///< makes the T of a written value; returns null if it cannot
   bool octets = false;                               ///< rdf::Plain::octets is offered
+  bool counter = false;                              ///< its changes are no reason to evaluate a standing query
   bool file = false;                                 ///< not in the state; the first representation is the default
   std::unique_ptr<const Object> frame;               ///< null: none
   std::unique_ptr<const std::string> cache_control;  ///< null: "no-cache"

@@ -97,7 +97,8 @@ Thing server_thing(const Server& server, std::string_view path) {
         .property(
             name, [read, value] { return value(read()); }, unit)
         .title(title)
-        .add(vocab::dcterms::description, Object(std::string(description)));
+        .add(vocab::dcterms::description, Object(std::string(description)))
+        .as_counter();
   };
   const auto count = [&](const std::string& name, const char* title, const char* description, auto value) {
     add(name, title, description, unit::one, [value](const ServerCounters& c) { return static_cast<std::uint64_t>(value(c)); });

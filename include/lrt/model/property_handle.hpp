@@ -180,6 +180,14 @@ class PropertyHandle : public ResourceHandle<Self, typename SetupOf<Self>::type>
     return this->self();
   }
 
+  /// The property counts, or measures, what the program itself does, such as requests. Its changes are no reason to
+  /// evaluate a standing query again: such a query would count its own messages. Subscribers of the property receive
+  /// them as those of any other.
+  Self& as_counter() {
+    if (this->is_editable("as_counter")) this->set_counter();
+    return this->self();
+  }
+
  protected:
   /// An empty handle.
   PropertyHandle() noexcept = default;

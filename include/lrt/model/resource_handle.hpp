@@ -103,6 +103,7 @@ class LRT_API PropertySetup : public ResourceSetup {
   void add_representation(std::string_view media_type, EncodeFunction encode, Layout layout, WholeFunction whole);
   void set_octets() noexcept;
   void set_file() noexcept;
+  void set_counter() noexcept;
   void set_sample_period(std::chrono::milliseconds period) noexcept;
 };
 
