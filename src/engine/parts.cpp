@@ -39,8 +39,8 @@ Error path_taken(const std::string& path, const Resource& holder) {
   if (holder.thing) message += "is already in use, in the thing \"" + holder.thing->spec->path + "\": choose another name";
   else
     message +=
-        "is reserved, as are \"ns/lrt\", \"ns/vocabulary\", \"ns/context.jsonld\" and, with tokens, \"ns/session\" and \"ns/ticket\", and the path "
-        "of the SPARQL endpoint: choose another name";
+        "is reserved, as are \"ns/lrt\", \"ns/vocabulary\", \"ns/context.jsonld\", \".well-known/void\" and, with tokens, \"ns/session\" and "
+        "\"ns/ticket\", and the path of the SPARQL endpoint: choose another name";
   return {Errc::duplicate_path, std::move(message)};
 }
 
@@ -90,6 +90,7 @@ Parts::Parts(EngineOptions given)
            options.query ? options.query->limits().path : ""),
       context(context_text),
       own_terms(vocabulary),
+      dataset(options.query ? options.query->limits().path : ""),
       queries(options.query ? QueryExtension::of(*options.query).make_queries(*options.query, *this) : nullptr),
       handle_log(std::make_shared<model::HandleLog>(options.log)) {
   registry.add(tree);
@@ -97,6 +98,7 @@ Parts::Parts(EngineOptions given)
   registry.add(terms);
   if (!context_text.empty()) registry.add(context);
   registry.add(own_terms);
+  registry.add(dataset);
   if (!options.sessions) return;
   registry.add(session.emplace(*options.sessions));
   registry.add(tickets.emplace(*options.sessions));

@@ -29,6 +29,7 @@
 #include "src/engine/registry.hpp"
 #include "src/engine/representation_cache.hpp"
 #include "src/engine/representations.hpp"
+#include "src/engine/resources/dataset.hpp"
 #include "src/engine/resources/documents.hpp"
 #include "src/engine/resources/kind.hpp"
 #include "src/engine/resources/session.hpp"
@@ -97,6 +98,7 @@ struct Parts {
   TermsResource terms;
   ContextResource context;
   VocabularyResource own_terms;
+  DatasetResource dataset;
   std::unique_ptr<Queries> queries;        ///< SPARQL; nullptr: there is none
   std::optional<SessionResource> session;  ///< nullopt: nobody can log in
   std::optional<TicketResource> tickets;

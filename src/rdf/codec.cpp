@@ -58,6 +58,7 @@ const Prefixes& default_prefixes() {
       {"prov", "http://www.w3.org/ns/prov#"},
       {"sosa", "http://www.w3.org/ns/sosa/"},
       {"ssn", "http://www.w3.org/ns/ssn/"},
+      {"void", "http://rdfs.org/ns/void#"},
       {"sd", "http://www.w3.org/ns/sparql-service-description#"},
       {"qudt", "http://qudt.org/schema/qudt/"},
       {"unit", "http://qudt.org/vocab/unit/"},

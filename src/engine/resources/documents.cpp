@@ -11,6 +11,7 @@
 #include "src/engine/registry.hpp"
 #include "src/engine/resources/action.hpp"
 #include "src/engine/resources/collection.hpp"
+#include "src/engine/resources/dataset.hpp"
 #include "src/engine/resources/thing.hpp"
 #include "src/engine/terms.hpp"
 #include "src/engine/vocabulary.hpp"
@@ -26,6 +27,7 @@ void RootResource::describe(const Description& d) const {
   describe_types(about, d);
   about.add(vocab::dcterms::title, rdf::literal(title));
   about.link(vocab::rdfs::seeAlso, d.base + terms_).link(vocab::rdfs::seeAlso, d.base + VocabularyResource::location);
+  about.link(vocab::rdfs::seeAlso, d.base + DatasetResource::location);
   if (!registry_.roots().empty()) about.link(vocab::lrt_::all, d.base + all_.path);
   if (!query_.empty()) about.link(vocab::lrt_::query, d.base + query_);
   for (const ActionResource* stop : stops()) {
