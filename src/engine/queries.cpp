@@ -69,13 +69,19 @@ bool has_varying_predicates(const Resource& resource) {
   return property.value.is_null() || spec.octets || !spec.representations.empty() || has_varying_predicates(*spec.type);
 }
 
+/// No standing query is evaluated for it.
+bool is_counter(const Resource& resource) {
+  return resource.kind().name == "property" && static_cast<const PropertyResource&>(resource).spec->counter;
+}
+
 /// Only QueryService's constructor names this.
 class Extension final : public QueryExtension {
  public:
   std::unique_ptr<Queries> make_queries(const QueryService& service, Parts& parts) const override {
     return std::make_unique<Queries>(parts.options, service, parts.clock, parts.registry, parts.calls, parts.pending, parts.responses,
-                                     parts.representations, parts.values, parts.scanner, parts.subscriptions,
-                                     [&parts] { return std::vector<Resource*>{&parts.own_terms}; });
+                                     parts.representations, parts.values, parts.scanner, parts.subscribers, parts.subscriptions, [&parts] {
+                                       return std::vector<Resource*>{&parts.root, &parts.terms, &parts.own_terms, &parts.dataset};
+                                     });
   }
 };
 constexpr Extension for_queries;
@@ -120,7 +126,7 @@ Queries::ReadSet Queries::read_set(const QueryDependencies& needs, const std::ve
 
 Queries::Queries(const EngineOptions& options, const QueryService& service, const Clock& clock, Registry& registry, HostCalls& calls,
                  PendingRequests& pending, const Responses& responses, Representations& representations, PropertyValues& values,
-                 ChangeScanner& scanner, Subscriptions& subscriptions, std::function<std::vector<Resource*>()> shared)
+                 ChangeScanner& scanner, const Subscribers& subscribers, Subscriptions& subscriptions, std::function<std::vector<Resource*>()> shared)
     : options_(options),
       clock_(clock),
       service_(service),
@@ -132,7 +138,11 @@ Queries::Queries(const EngineOptions& options, const QueryService& service, cons
       values_(values),
       scanner_(scanner),
       subscriptions_(subscriptions),
-      snapshots_(service_, clock, registry, representations, std::move(shared)) {
+      snapshots_(service_, clock, registry, representations, subscribers, [this, shared = std::move(shared)] {
+        std::vector<Resource*> all = shared();
+        if (endpoint_) all.push_back(endpoint_.get());
+        return all;
+      }) {
   if (!is_path(service_.limits().path)) return;
   endpoint_ = std::make_unique<QueryResource>(service_);
   registry_.add(*endpoint_);
@@ -281,7 +291,8 @@ Outcome Queries::ask(Context& context, const Asked& asked) {
   if (!ticket) return responses_.overloaded(context);
   auto evaluation = std::make_shared<Evaluation>();
   evaluation->query = query;
-  evaluation->snapshot = snapshots_.of(context.base, context.audience);
+  evaluation->needs = snapshots_.needs_of(query->dependencies(), context.base, false);
+  evaluation->snapshot = snapshots_.of(context.base, context.audience, evaluation->needs);
   evaluation->client = client_key(context.request().peer);
   const auto text = std::make_shared<Result<std::string>>(std::string());
   evaluation->write = [text, type = *type](const std::shared_ptr<const QueryAnswer>& answer) {
@@ -331,7 +342,7 @@ http::Response Queries::response_to(Context& context, const PreparedQuery& query
 
 /// Updates the graphs, in several turns of the engine if there are many, and then queues the job.
 void Queries::snapshot_for(std::shared_ptr<Evaluation> evaluation) {
-  if (*evaluation->cancelled || snapshots_.update(*evaluation->snapshot)) return begin(std::move(evaluation));
+  if (*evaluation->cancelled || snapshots_.update(*evaluation->snapshot, evaluation->needs)) return begin(std::move(evaluation));
   calls_.inbox()->put([this, evaluation = std::move(evaluation)](TimePoint) { snapshot_for(evaluation); });
 }
 
@@ -417,7 +428,8 @@ std::variant<StandingQuery*, http::Response> Queries::standing_for(Context& cont
   const auto wished = http::query_parameter(context.request().target, "minimumInterval");
   const auto interval =
       std::max(service_.limits().min_interval, wished ? interval_of(*wished).value_or(std::chrono::milliseconds(0)) : std::chrono::milliseconds(0));
-  std::shared_ptr<Snapshot> snapshot = snapshots_.of(context.base, context.audience);
+  const Snapshots::Needs needs = snapshots_.needs_of(prepared->dependencies(), context.base, true);
+  std::shared_ptr<Snapshot> snapshot = snapshots_.of(context.base, context.audience, needs);
   std::string key;
   if (!asked.changes) {
     key = *asked.text;
@@ -425,7 +437,7 @@ std::variant<StandingQuery*, http::Response> Queries::standing_for(Context& cont
     for (const auto& graph : asked.named_graphs) key += "\n>" + graph;
     key += '\n' + std::to_string(interval.count());
     for (const auto& one : standing_)
-      if (one->key == key && one->snapshot->base == context.base && one->snapshot->audience.has_rights_of(context.audience)) return one.get();
+      if (one->key == key && Snapshots::suits(*one->snapshot, context.base, context.audience, needs)) return one.get();
   }
   if (standing_.size() >= service_.limits().max_standing) return too_many(context, "the maximum number of standing queries is reached");
   if (const std::size_t max = service_.limits().max_standing_per_client; max != 0 && !context.client.empty()) {
@@ -434,7 +446,7 @@ std::variant<StandingQuery*, http::Response> Queries::standing_for(Context& cont
       return too_many_of_client(context, http::Denial::subscriptions, std::to_string(max) + " standing queries");
   }
   auto made = std::make_unique<StandingQuery>(endpoint_->path + "/standing-" + std::to_string(next_standing_++), *endpoint_, *this, prepared,
-                                              std::move(snapshot));
+                                              std::move(snapshot), needs);
   StandingQuery& query = *made;
   if (standing_.empty()) seen_structure_ = registry_.structure();
   query.key = std::move(key);
@@ -462,6 +474,7 @@ void Queries::evaluate(StandingQuery& query, TimePoint now) {
   auto evaluation = std::make_shared<Evaluation>();
   query.cancelled = evaluation->cancelled;
   evaluation->query = query.query;
+  evaluation->needs = query.needs;
   evaluation->snapshot = query.snapshot;
   evaluation->max_rows = service_.limits().max_standing_rows;
   // The documents of its subscribers are written by the job: a result may be large.
@@ -567,7 +580,12 @@ void Queries::watch(StandingQuery& query) {
   for (const auto& [id, entry] : snapshot.entries) {
     if (entry.described <= query.seen_version || query.watches.count(id) != 0) continue;
     Resource* const resource = registry_.find(ResourceId{id});
-    if (!resource || !may_count(query.query->dependencies(), query.predicates, snapshot, entry, *resource)) continue;
+    if (!resource || is_counter(*resource)) continue;
+    if (const std::string_view kind = resource->kind().name; kind == "subscription" || kind == "subscriptions") {
+      if (kind == "subscription" || !query.needs.subscriptions) continue;  // a container changes when a subscription begins or ends
+    } else if (!may_count(query.query->dependencies(), query.predicates, snapshot, entry, *resource)) {
+      continue;
+    }
     auto made = std::make_unique<StandingQuery::Watch>(query, *resource);
     resource->add_observer(*made, scanner_);
     query.watches.emplace(id, std::move(made));

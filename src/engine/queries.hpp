@@ -43,7 +43,7 @@ class Queries {
   /// @param shared  resources with graphs that belong to no Thing
   Queries(const EngineOptions& options, const QueryService& service, const Clock& clock, Registry& registry, HostCalls& calls,
           PendingRequests& pending, const Responses& responses, Representations& representations, PropertyValues& values, ChangeScanner& scanner,
-          Subscriptions& subscriptions, std::function<std::vector<Resource*>()> shared);
+          const Subscribers& subscribers, Subscriptions& subscriptions, std::function<std::vector<Resource*>()> shared);
   virtual ~Queries();
 
   /// @par Errors  invalid_option
@@ -78,6 +78,7 @@ class Queries {
   struct Evaluation {
     std::shared_ptr<const PreparedQuery> query;
     std::shared_ptr<Snapshot> snapshot;
+    Snapshots::Needs needs{};
     std::shared_ptr<std::atomic<bool>> cancelled = std::make_shared<std::atomic<bool>>(false);
     std::string client{};  ///< for the order of jobs
     std::optional<std::size_t> max_rows{};

@@ -21,8 +21,13 @@ bool Registry::add(Resource& resource) {
     by_id_.remove(resource);
     throw;
   }
-  resource.record_change();
+  record_change(resource);
   return true;
+}
+
+void Registry::record_change(Resource& resource) noexcept {
+  if (resource.thing) resource.record_change();
+  else changes_.add(resource.id);
 }
 
 /// Gives a resource without a path the first path that is free or whose resource has to move.
@@ -52,7 +57,7 @@ void Registry::settle(Resource& resource) {
 
 void Registry::remove(Resource& resource) {
   while (!resource.observers.empty()) resource.observers.back()->resource_removed();
-  resource.record_change();
+  record_change(resource);
   cache_.forget(resource);
   if (find(resource.path) == &resource) by_path_.remove(resource);
   by_id_.remove(resource);

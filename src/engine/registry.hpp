@@ -76,11 +76,12 @@ class Registry {
   /// Incremented with every change of the structure: Things and their resources.
   std::uint64_t structure() const noexcept { return structure_; }
   void structure_changed() noexcept { ++structure_; }
-  /// The resources of Things that were made, have changed or were removed.
+  /// The resources of Things that were made, have changed or were removed. Of other resources: that were made or removed.
   ChangeLog& changes() const noexcept { return changes_; }
 
  private:
   void settle(Resource& resource);
+  void record_change(Resource& resource) noexcept;
   ThinVector<ThingNode*>& siblings_of(const ThingNode& thing);
 
   RepresentationCache& cache_;

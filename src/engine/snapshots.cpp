@@ -2,14 +2,21 @@
 #include "src/engine/snapshots.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <iterator>
 #include <utility>
 
+#include <lrt/rdf/vocab.hpp>
+
 #include "src/engine/bases.hpp"
+#include "src/engine/description.hpp"
+#include "src/engine/receivers/protocols.hpp"
+#include "src/engine/receivers/receiver.hpp"
 #include "src/engine/resources/action.hpp"
 #include "src/engine/resources/collection.hpp"
 #include "src/engine/resources/kind.hpp"
 #include "src/engine/resources/property.hpp"
+#include "src/engine/resources/subscription.hpp"
 #include "src/engine/resources/thing.hpp"
 #include "src/engine/resources/world.hpp"
 #include "src/rdf/hash.hpp"
@@ -26,14 +33,102 @@ constexpr std::chrono::seconds keep_time{60};
 /// @pre  it is a World
 const WorldResource* world_of(const ThingNode& thing) { return static_cast<const WorldResource*>(&thing.self); }
 
+bool is_subscription(const Resource& resource) { return resource.kind().name == "subscription"; }
+
 /// It is made and removed without a change of the structure.
-bool comes_and_goes(const Resource& resource) { return resource.kind().name == "invocation" || resource.kind().name == "member"; }
+bool comes_and_goes(const Snapshot& snapshot, const Resource& resource) {
+  const std::string_view kind = resource.kind().name;
+  if (kind == "subscription" || kind == "subscriptions") return snapshot.subscriptions != Snapshot::Part::none;
+  return kind == "invocation" || kind == "member";
+}
+
+/// What changes with each message. No query is evaluated for it.
+constexpr Iri counters[] = {vocab::lrt_::delivered, vocab::lrt_::dropped, vocab::lrt_::lastError, vocab::lrt_::suspended, vocab::lrt_::confirmed};
+
+/// A name of the principal to whom subscriptions are shown. No principal has the empty one.
+std::optional<std::string> subscriber_of(const Audience& audience, Snapshots::Needs needs) {
+  if (!needs.subscriptions || !audience.is_restricted()) return std::nullopt;
+  return audience.principal ? "=" + audience.principal->name : std::string();
+}
 
 }  // namespace
 
-std::shared_ptr<Snapshot> Snapshots::of(std::size_t base, const Audience& audience) {
+Snapshots::Snapshots(const QueryService& service, const Clock& clock, const Registry& registry, const Representations& representations,
+                     const Subscribers& subscribers, std::function<std::vector<Resource*>()> shared)
+    : service_(service),
+      clock_(clock),
+      registry_(registry),
+      representations_(representations),
+      subscribers_(subscribers),
+      shared_(std::move(shared)) {}
+
+const std::vector<std::string_view>& Snapshots::subscription_terms() {
+  static const std::vector<std::string_view> all = [] {
+    std::vector<std::string_view> terms;
+    for (const Iri term :
+         {vocab::hybrit::onResource,   vocab::hybrit::callbackURL, vocab::hybrit::mediaType,   vocab::dcterms::identifier,   vocab::dcterms::created,
+          vocab::lrt_::owner,          vocab::lrt_::delivery,      vocab::lrt_::queueLength,   vocab::lrt_::minimumInterval, vocab::ldp::contains,
+          vocab::rdfs::seeAlso,        vocab::hybrit::binding,     vocab::http_core::mthd,     vocab::http_core::requestURI, vocab::http_core::body,
+          vocab::dcterms::conformsTo,  vocab::http_core::Request,  vocab::ldp::BasicContainer, vocab::ldp::Container,        vocab::ldp::RDFSource,
+          vocab::hybrit::Subscription, vocab::hybrit::WebCallback})
+      terms.push_back(term.text);
+    for (const Iri counter : counters) terms.push_back(counter.text);
+    for (std::size_t i = 0; i < protocol_count; ++i) terms.push_back(entry_of(static_cast<Protocol>(i)).type.text);
+    return terms;
+  }();
+  return all;
+}
+
+/// Whether the subscription of a feed has such a triple.
+bool Snapshots::is_of_feed(std::string_view predicate) const {
+  if (subscribers_.count(Protocol::feed) == 0) return false;
+  if (std::exchange(seen_feeds_, subscribers_.version()) != subscribers_.version()) {
+    of_feeds_.clear();
+    subscribers_.for_each([&](const SubscriptionResource& s) {
+      if (!s.receiver->feed()) return;
+      rdf::Graph graph;
+      About about(graph, "urn:feed");
+      s.receiver->describe(about, {});
+      for (const rdf::Triple& t : graph.triples()) of_feeds_.emplace(graph.term(t.predicate).text);
+    });
+  }
+  return of_feeds_.count(std::string(predicate)) != 0;
+}
+
+Snapshots::Needs Snapshots::needs_of(const QueryDependencies& query, std::size_t base, bool is_standing) const {
+  const auto is_term = [](std::string_view name) {
+    const auto& terms = subscription_terms();
+    return std::find(terms.begin(), terms.end(), name) != terms.end();
+  };
+  const auto may_have = [&](const std::string& predicate) {
+    if (predicate == vocab::rdf_::type.text) return query.types.empty() || std::any_of(query.types.begin(), query.types.end(), is_term);
+    return is_term(predicate) || is_of_feed(predicate);
+  };
+  const auto may_be = [&](const std::string& name) {
+    const std::string& prefix = representations_.base(base);
+    if (name.compare(0, prefix.size(), prefix) != 0) return false;
+    const Resource* const resource = registry_.find(std::string_view(name).substr(prefix.size()));
+    return !resource || is_subscription(*resource) || resource->kind().name == "subscriptions";
+  };
+  Needs needs;
+  needs.subscriptions = (query.everything || std::any_of(query.predicates.begin(), query.predicates.end(), may_have)) &&
+                        (query.graphs.empty() || std::any_of(query.graphs.begin(), query.graphs.end(), may_be));
+  needs.counters =
+      needs.subscriptions && (query.everything || std::any_of(std::begin(counters), std::end(counters), [&](Iri counter) {
+                                return std::find(query.predicates.begin(), query.predicates.end(), counter.text) != query.predicates.end();
+                              }));
+  needs.is_standing = is_standing;
+  return needs;
+}
+
+bool Snapshots::suits(const Snapshot& snapshot, std::size_t base, const Audience& audience, Needs needs) {
+  return snapshot.base == base && snapshot.subscriber == subscriber_of(audience, needs) &&
+         snapshot.is_standing == (needs.is_standing && needs.counters) && snapshot.audience.has_rights_of(audience);
+}
+
+std::shared_ptr<Snapshot> Snapshots::of(std::size_t base, const Audience& audience, Needs needs) {
   const auto find = [&](auto has_rights) {
-    return std::find_if(kept_.begin(), kept_.end(), [&](const auto& one) { return one->base == base && has_rights(one->audience); });
+    return std::find_if(kept_.begin(), kept_.end(), [&](const auto& one) { return has_rights(one->audience) && suits(*one, base, audience, needs); });
   };
   auto found = find([&](const Audience& other) { return other.view == audience.view; });
   if (found == kept_.end()) found = find([&](const Audience& other) { return other.has_rights_of(audience); });
@@ -47,6 +142,8 @@ std::shared_ptr<Snapshot> Snapshots::of(std::size_t base, const Audience& audien
   auto made = std::make_shared<Snapshot>();
   made->base = base;
   made->audience = audience;
+  made->subscriber = subscriber_of(audience, needs);
+  made->is_standing = needs.is_standing && needs.counters;
   made->data = service_.make_data();
   made->last_use = clock_.now().steady;
   kept_.push_front(made);
@@ -75,15 +172,18 @@ std::optional<Snapshots::Instant> Snapshots::next_deadline() const {
   return first;
 }
 
-bool Snapshots::update(Snapshot& snapshot) {
+bool Snapshots::update(Snapshot& snapshot, Needs needs) {
   snapshot.last_use = clock_.now().steady;
   Changes changes;
-  const bool filled = snapshot.filled || fill(snapshot, changes);
+  bool filled = snapshot.filled || fill(snapshot, changes);
+  assert(!needs.subscriptions || snapshot.subscriber || !snapshot.audience.is_restricted());
+  if (filled && needs.subscriptions && snapshot.subscriptions != Snapshot::Part::all) filled = fill_subscriptions(snapshot, changes);
   if (filled) {
     refresh(snapshot);
     const auto changed = registry_.changes().read(snapshot.seen_changes);
     if (changed && snapshot.seen_structure == registry_.structure()) renew(snapshot, *changed, changes);
     else renew_all(snapshot, changes);
+    if (needs.counters) read_counters(snapshot, changes);
     if (std::exchange(snapshot.has_new_predicates, false)) ++snapshot.version;
   }
   changes.removed.insert(changes.removed.end(), std::make_move_iterator(changes.made.begin()), std::make_move_iterator(changes.made.end()));
@@ -111,6 +211,28 @@ bool Snapshots::fill(Snapshot& snapshot, Changes& changes) {
   return true;
 }
 
+/// The same for the containers of subscriptions, when the first query needs them. Most are empty, and there is one for each Thing.
+bool Snapshots::fill_subscriptions(Snapshot& snapshot, Changes& changes) {
+  snapshot.subscriptions = Snapshot::Part::some;
+  const Instant end = clock_.now().steady + fill_budget;
+  const auto& things = registry_.things();
+  for (auto at = things.lower_bound(snapshot.next_container); at != things.end();) {
+    visit_subscriptions(snapshot, at->second->subscriptions, changes);
+    if (++at == things.end() || clock_.now().steady < end) continue;
+    snapshot.next_container = at->first;
+    return false;
+  }
+  snapshot.subscriptions = Snapshot::Part::all;
+  return true;
+}
+
+/// No change is reported of them. What standing queries see changes only with the subscriptions themselves.
+void Snapshots::read_counters(Snapshot& snapshot, Changes& changes) {
+  if (std::exchange(snapshot.seen_subscribers, subscribers_.version()) == subscribers_.version() && snapshot.is_standing) return;
+  changes.reads_counters = true;
+  subscribers_.for_each([&](SubscriptionResource& s) { visit(snapshot, s, changes); });
+}
+
 /// One whole round, after a change of the structure.
 void Snapshots::renew_all(Snapshot& snapshot, Changes& changes) {
   ++snapshot.round;
@@ -118,7 +240,7 @@ void Snapshots::renew_all(Snapshot& snapshot, Changes& changes) {
   snapshot.properties.clear();
   snapshot.worlds.clear();
   for (const auto& [path, thing] : registry_.things()) visit(snapshot, *thing, changes);
-  for (Resource* resource : shared_()) visit(snapshot, *resource, changes);
+  visit_shared(snapshot, changes);
   for (auto at = snapshot.entries.begin(); at != snapshot.entries.end();) {
     if (at->second.round == snapshot.round) {
       ++at;
@@ -134,13 +256,26 @@ void Snapshots::renew(Snapshot& snapshot, const std::vector<ResourceId>& changed
   for (const ResourceId id : changed) {
     const auto known = snapshot.entries.find(static_cast<std::uint64_t>(id));
     if (Resource* const resource = registry_.find(id)) {
-      if (known != snapshot.entries.end() || comes_and_goes(*resource)) visit(snapshot, *resource, changes);
+      if (known != snapshot.entries.end() || comes_and_goes(snapshot, *resource)) visit(snapshot, *resource, changes);
     } else if (known != snapshot.entries.end()) {
       forget(snapshot, known->second, changes);
       snapshot.entries.erase(known);
     }
   }
-  for (Resource* resource : shared_()) visit(snapshot, *resource, changes);
+  visit_shared(snapshot, changes);
+}
+
+void Snapshots::visit_shared(Snapshot& snapshot, Changes& changes) {
+  for (Resource* resource : shared_()) {
+    visit(snapshot, *resource, changes);
+    SubscriptionsResource* const container = resource->subscriptions();
+    if (container && snapshot.subscriptions != Snapshot::Part::none) visit_subscriptions(snapshot, *container, changes);
+  }
+}
+
+void Snapshots::visit_subscriptions(Snapshot& snapshot, SubscriptionsResource& container, Changes& changes) {
+  visit(snapshot, container, changes);
+  for (const auto& s : container.subscriptions) visit(snapshot, *s, changes);
 }
 
 /// What no change is reported of: the progress of invocations, and the age of published values.
@@ -180,27 +315,29 @@ void Snapshots::for_each_property(const Snapshot& snapshot, FunctionRef<void(Pro
   }
 }
 
+void Snapshots::for_each_lasting(const ThingNode& thing, FunctionRef<void(Resource&)> visit) {
+  visit(thing.self);
+  for (const auto& p : thing.properties) visit(*p);
+  for (const auto& a : thing.actions) visit(*a);
+  for (const auto& c : thing.collections) visit(*c);
+  if (thing.spec->world)  // a value published in a graph is part of that graph; a second copy would duplicate its blank nodes
+    for (const auto& graph : world_of(thing)->graphs()) visit(*graph);
+  const auto is_first = [&](const auto* blueprint) { return blueprint && !blueprint->things.empty() && blueprint->things.front() == &thing; };
+  if (is_first(thing.kind)) visit(*thing.kind);
+  if (is_first(thing.bounds)) visit(*thing.bounds);
+  if (thing.adds_shapes()) visit(const_cast<BlueprintResource&>(thing.blueprint));
+}
+
 void Snapshots::visit(Snapshot& snapshot, const ThingNode& thing, Changes& changes) {
-  const auto visit_one = [&](Resource& resource) { visit(snapshot, resource, changes); };
-  visit_one(thing.self);
-  for (const auto& p : thing.properties) {
-    visit_one(*p);
+  for_each_lasting(thing, [&](Resource& resource) { visit(snapshot, resource, changes); });
+  for (const auto& p : thing.properties)
     if (!p->spec->file && snapshot.audience.sees(*p)) snapshot.properties.push_back(p.get());
-  }
-  for (const auto& a : thing.actions) {
-    visit_one(*a);
-    for (const auto& invocation : a->invocations) visit_one(*invocation);
-  }
-  for (const auto& c : thing.collections) {
-    visit_one(*c);
-    for (Resource* member : c->members()) visit_one(*member);
-  }
-  if (thing.spec->world) {  // a value published in a graph is part of that graph; a second copy would duplicate its blank nodes
-    for (const auto& graph : world_of(thing)->graphs()) visit_one(*graph);
-    snapshot.worlds.push_back(&thing);
-  }
-  if (thing.kind && !thing.kind->things.empty() && thing.kind->things.front() == &thing) visit_one(*thing.kind);
-  if (thing.adds_shapes()) visit_one(const_cast<BlueprintResource&>(thing.blueprint));
+  for (const auto& a : thing.actions)
+    for (const auto& invocation : a->invocations) visit(snapshot, *invocation, changes);
+  for (const auto& c : thing.collections)
+    for (Resource* member : c->members()) visit(snapshot, *member, changes);
+  if (thing.spec->world) snapshot.worlds.push_back(&thing);
+  if (snapshot.subscriptions != Snapshot::Part::none) visit_subscriptions(snapshot, const_cast<SubscriptionsResource&>(thing.subscriptions), changes);
 }
 
 void Snapshots::visit(Snapshot& snapshot, Resource& resource, Changes& changes) {
@@ -214,6 +351,7 @@ void Snapshots::visit(Snapshot& snapshot, Resource& resource, Changes& changes) 
   const bool has_moved = !is_new && entry.path != resource.path;
   if (has_moved) forget(snapshot, entry, changes);
   if (has_moved || is_new) entry.path = resource.path;
+  if (!is_new && !has_moved && !changes.reads_counters && is_subscription(resource)) return;  // the rest of it does not change
   const std::uint64_t state = resource.state(registry_.structure());
   const bool is_failing = resource.kind().name == "property" && static_cast<const PropertyResource&>(resource).is_failing();
   if (!is_new && !has_moved && entry.state == state && entry.is_failing == is_failing) return;

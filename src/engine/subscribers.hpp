@@ -22,11 +22,13 @@ class Subscribers {
   void add(SubscriptionResource& s) {
     by_channel_.emplace(static_cast<std::uint64_t>(s.channel), &s);
     ++of(s.protocol);
+    ++version_;
   }
   void remove(const SubscriptionResource& s) {
     --of(s.protocol);
     dropped += s.backlog.dropped();
     by_channel_.erase(static_cast<std::uint64_t>(s.channel));
+    ++version_;
   }
   SubscriptionResource* find(Channel channel) const {
     const auto found = by_channel_.find(static_cast<std::uint64_t>(channel));
@@ -36,6 +38,8 @@ class Subscribers {
   std::size_t count(Protocol protocol) const noexcept { return counts_[static_cast<std::size_t>(protocol)]; }
   /// Those that clients have opened: without feeds.
   std::size_t of_clients() const noexcept { return by_channel_.size() - count(Protocol::feed); }
+  /// Incremented when one begins or ends.
+  std::uint64_t version() const noexcept { return version_; }
   /// Calls f(SubscriptionResource&) for each. It must not add or remove one.
   template <class F>
   void for_each(F f) const {
@@ -58,7 +62,7 @@ class Subscribers {
  private:
   std::size_t& of(Protocol protocol) noexcept { return counts_[static_cast<std::size_t>(protocol)]; }
 
-  std::uint64_t next_channel_ = 1;
+  std::uint64_t next_channel_ = 1, version_ = 1;
   std::unordered_map<std::uint64_t, SubscriptionResource*> by_channel_;
   std::array<std::size_t, protocol_count> counts_{};
 };

@@ -12,6 +12,10 @@
 #include "src/engine/description.hpp"
 #include "src/engine/host_calls.hpp"
 #include "src/engine/parts.hpp"
+#include "src/engine/resources/dataset.hpp"
+#include "src/engine/resources/documents.hpp"
+#include "src/engine/resources/thing.hpp"
+#include "src/engine/vocabulary.hpp"
 #include "src/http/etag.hpp"
 
 namespace lrt::engine {
@@ -25,13 +29,13 @@ constexpr std::string_view formats_of_results[] = {
     "http://www.w3.org/ns/formats/SPARQL_Results_CSV",
     "http://www.w3.org/ns/formats/SPARQL_Results_TSV",
 };
-/// Of graphs. A build may be without some syntaxes.
-constexpr std::pair<rdf::Syntax, std::string_view> formats_of_graphs[] = {
-    {rdf::Syntax::turtle, "http://www.w3.org/ns/formats/Turtle"},
-    {rdf::Syntax::n_triples, "http://www.w3.org/ns/formats/N-Triples"},
-    {rdf::Syntax::rdf_xml, "http://www.w3.org/ns/formats/RDF_XML"},
-    {rdf::Syntax::json_ld, "http://www.w3.org/ns/formats/JSON-LD"},
-};
+
+/// Further terms of service descriptions.
+namespace of_sd {
+constexpr Iri namedGraph("http://www.w3.org/ns/sparql-service-description#namedGraph"), name("http://www.w3.org/ns/sparql-service-description#name"),
+    NamedGraph("http://www.w3.org/ns/sparql-service-description#NamedGraph"),
+    GraphCollection("http://www.w3.org/ns/sparql-service-description#GraphCollection");
+}  // namespace of_sd
 
 /// The media types that the answers to a query can have.
 Variants variants_of(const PreparedQuery& query) {
@@ -76,12 +80,35 @@ void QueryResource::describe(const Description& d) const {
   about.link(vocab::sd::endpoint, d.base + path).link(vocab::sd::supportedLanguage, std::string(vocab::sd::SPARQL11Query.text));
   about.link(vocab::sd::feature, std::string(vocab::sd::UnionDefaultGraph.text));
   for (const std::string_view format : formats_of_results) about.link(vocab::sd::resultFormat, std::string(format));
-  for (const auto& [syntax, format] : formats_of_graphs)
+  for (const auto& [syntax, format] : formats_of_graphs)  // a build may be without some syntaxes
     if (rdf::syntax_of(rdf::media_type(syntax))) about.link(vocab::sd::resultFormat, std::string(format));
-  const rdf::TermId dataset = d.graph.fresh_blank(), graph = d.graph.fresh_blank();
-  about.add(vocab::sd::defaultDataset, dataset);
-  About(d.graph, dataset).a(vocab::sd::Dataset).add(vocab::sd::defaultGraph, graph);
+  const rdf::TermId graph = d.graph.fresh_blank();
+  const std::string dataset = d.base + DatasetResource::location + std::string(DatasetResource::fragment);
+  about.link(vocab::sd::defaultDataset, dataset);
+  About(d.graph, dataset).a(vocab::sd::Dataset).a(of_sd::GraphCollection).add(vocab::sd::defaultGraph, graph);
   About(d.graph, graph).a(vocab::sd::Graph);
+  describe_named_graphs(dataset, d);
+}
+
+/// Those that stay as long as the structure does. What comes and goes, and what is beyond the limit, is found by a query.
+void QueryResource::describe_named_graphs(const std::string& dataset, const Description& d) const {
+  std::size_t left = max_named_graphs;
+  const auto add = [&](const Resource& resource) {
+    if (left == 0 || !d.audience.sees(resource)) return;
+    --left;
+    const rdf::TermId named = d.graph.fresh_blank();
+    About(d.graph, dataset).add(of_sd::namedGraph, named);
+    About(d.graph, named).a(of_sd::NamedGraph).link(of_sd::name, d.base + resource.path);
+  };
+  for (const char* own : {"/", TermsResource::location, VocabularyResource::location, DatasetResource::location})
+    if (const Resource* resource = d.engine.registry.find(own)) add(*resource);
+  add(*this);
+  add(subscriptions_);
+  for (const auto& [at, thing] : d.engine.registry.things()) {
+    if (left == 0) break;
+    Snapshots::for_each_lasting(*thing, add);
+    add(thing->subscriptions);
+  }
 }
 
 void QueryResource::describe_types(About& about, const Description&) const { about.a(vocab::sd::Service); }
@@ -89,10 +116,11 @@ void QueryResource::describe_types(About& about, const Description&) const { abo
 // ------------------------------------------------------------------------------------------------------------- standing
 
 StandingQuery::StandingQuery(std::string its_path, const QueryResource& endpoint, Queries& owner, std::shared_ptr<const PreparedQuery> its_query,
-                             std::shared_ptr<Snapshot> of)
+                             std::shared_ptr<Snapshot> of, Snapshots::Needs its_needs)
     : Resource(std::move(its_path), nullptr),
       query(std::move(its_query)),
       snapshot(std::move(of)),
+      needs(its_needs),
       endpoint_(endpoint),
       owner_(owner),
       variants_(variants_of(*query)) {
@@ -100,6 +128,8 @@ StandingQuery::StandingQuery(std::string its_path, const QueryResource& endpoint
 }
 
 StandingQuery::~StandingQuery() = default;
+
+bool StandingQuery::is_shown_to(const Audience& audience) const { return Snapshots::suits(*snapshot, snapshot->base, audience, needs); }
 
 Result<Bytes> StandingQuery::answer(std::size_t type) const {
   if (!latest.answer) return unexpected(Errc::failed, "the query has no result yet");

@@ -49,9 +49,13 @@ class QueryResource final : public Resource, public OwnProtocol {
     return kind;
   }
   std::string up() const override { return "/"; }
+  /// How many named graphs its description lists.
+  static constexpr std::size_t max_named_graphs = 1'000;
   SubscriptionsResource* subscriptions() const noexcept override { return &subscriptions_; }
 
  private:
+  void describe_named_graphs(const std::string& dataset, const Description& d) const;
+
   const QueryService& service_;
   mutable SubscriptionsResource subscriptions_;
 };
@@ -60,7 +64,7 @@ class QueryResource final : public Resource, public OwnProtocol {
 class StandingQuery final : public Resource, public OwnRepresentation {
  public:
   StandingQuery(std::string its_path, const QueryResource& endpoint, Queries& owner, std::shared_ptr<const PreparedQuery> query,
-                std::shared_ptr<Snapshot> of);
+                std::shared_ptr<Snapshot> of, Snapshots::Needs its_needs);
   ~StandingQuery() override;
 
   void describe(const Description&) const override {}
@@ -74,7 +78,7 @@ class StandingQuery final : public Resource, public OwnRepresentation {
   const OwnRepresentation* own_representation() const noexcept override { return this; }
   std::uint64_t state(std::uint64_t) const noexcept override { return revision; }
   std::string up() const override { return endpoint_.path; }
-  bool is_shown_to(const Audience& audience) const override { return audience.has_rights_of(snapshot->audience); }
+  bool is_shown_to(const Audience& audience) const override;
   /// The latest result. With `tells_changes`, from the second result on: the differences from the previous result.
   Result<Bytes> answer(std::size_t type) const override;
   std::string entity_tag(std::string_view media_type, const std::string& base, const Audience& audience, bool for_write) const override;
@@ -130,6 +134,7 @@ class StandingQuery final : public Resource, public OwnRepresentation {
 
   const std::shared_ptr<const PreparedQuery> query;
   const std::shared_ptr<Snapshot> snapshot;
+  const Snapshots::Needs needs;
   std::string key;     ///< by which equal queries share it; empty: it is for one subscriber alone
   std::string client;  ///< that has started it; empty: none that has limits
   bool tells_changes = false;
