@@ -19,7 +19,7 @@ from robot_process import Receiver, triples  # noqa: E402
 # Vocabularies whose owners publish them.
 STANDARD = ("http://www.w3.org/1999/02/22-rdf-syntax-ns#", "http://www.w3.org/2000/01/rdf-schema#", "http://www.w3.org/2002/07/owl#",
             "http://purl.org/dc/terms/", "http://www.w3.org/ns/dcat#", "http://www.w3.org/ns/ldp#", "http://www.w3.org/ns/prov#",
-            "http://www.w3.org/ns/shacl#", "http://www.w3.org/ns/sparql-service-description#", "http://www.w3.org/ns/sosa/", "http://www.w3.org/ns/ssn/", "http://www.w3.org/2011/http#",
+            "http://www.w3.org/ns/shacl#", "http://www.w3.org/ns/sparql-service-description#", "http://rdfs.org/ns/void#", "http://www.w3.org/ns/sosa/", "http://www.w3.org/ns/ssn/", "http://www.w3.org/2011/http#",
             "http://www.w3.org/1999/xhtml/vocab#", "http://qudt.org/schema/qudt/", "http://schema.org/", "http://purl.org/vocab/vann/",
             "http://www.ontologydesignpatterns.org/ont/dul/DUL.owl#")
 EXAMPLE = "http://example.org/"  # terms of t08_saying_more's own

@@ -185,6 +185,36 @@ TEST_CASE("each resource is a graph by its URI, and a removed one is none", "[en
   CHECK(asked.ask("graphs").find("/arm/tool") == std::string::npos);
 }
 
+TEST_CASE("subscriptions are graphs for queries that may need them, and their counters are read for those that name one", "[engine][query]") {
+  Robot asked;
+  const auto with_subscriptions = [&] {
+    return std::count_if(asked.service->graphs.begin(), asked.service->graphs.end(),
+                         [](const auto& one) { return one.first.find("/subscriptions") != std::string::npos; });
+  };
+  const std::string titles = "objects%20http%3A%2F%2Fpurl.org%2Fdc%2Fterms%2Ftitle", drops = "objects%20https%3A%2F%2Fw3id.org%2Flrt%2Fns%23dropped",
+                    owners = "objects%20https%3A%2F%2Fw3id.org%2Flrt%2Fns%23delivery";
+  const auto slow = asked.bench.open("/arm/angle", "Prefer: queueLength=1\n");
+  (void)asked.ask(titles);
+  CHECK(with_subscriptions() == 0);
+  (void)asked.ask(owners);
+  CHECK(with_subscriptions() == 3);  // with the containers of the arm and of the endpoint
+  const auto changes_by = [&](const std::string& query) {
+    const std::size_t before = asked.service->changes;
+    (void)asked.ask(query);
+    return asked.service->changes - before;
+  };
+  (void)changes_by(drops);
+  for (int i = 0; i < 3; ++i) asked.publish(20 + i, milliseconds(10));
+  (void)asked.bench.engine.next_ready(asked.bench.clock.now());
+  (void)changes_by(titles);
+  CHECK(changes_by(owners) == 0);
+  CHECK(changes_by(drops) == 1);
+  CHECK(changes_by(drops) == 0);
+  asked.bench.engine.closed(slow);
+  CHECK(changes_by(titles) == 2);  // it is gone, and the container has changed
+  CHECK(with_subscriptions() == 2);
+}
+
 TEST_CASE("a first query that takes long to prepare is prepared in several turns", "[engine][query]") {
   Robot asked;
   asked.bench.add(asked.robot.tool());

@@ -17,12 +17,56 @@ def ask(endpoint, query):
         return response.read().decode().replace("\r\n", "\n")
 
 
+def change(url, number):
+    """The friction of a joint becomes another one."""
+    put = urllib.request.Request(url + "baxter/right_s1/friction", b"%f" % number, {"Content-Type": "application/json"}, method="PUT")
+    urllib.request.urlopen(put, timeout=30).read()
+
+
+# Each of these asks again when the answer is known, and returns what it lacks.
+
+
+def changed(url, query):
+    """What has changed just now: all that was published when the robot began, if that was less than a second ago. So something is made to change."""
+    until, answer = time.monotonic() + 30, ""
+    while time.monotonic() < until and "/baxter/right_s1/friction," not in answer:
+        change(url, 1 + (until - time.monotonic()) / 100)
+        answer = ask(url + "sparql", query)
+    return "" if "/baxter/right_s1/friction," in answer else "a row for /baxter/right_s1/friction\n"
+
+
+def stale(url, query):
+    """What is older than no time is all that was published."""
+    every = ask(url + "sparql", query.replace("PT10S", "PT0S"))
+    return "" if "/baxter/right_s1/friction,P" in every else "a row for /baxter/right_s1/friction\n"
+
+
+def drops(url, query):
+    """A subscriber with a short queue that wants a message each minute."""
+    wanted = {"Accept": "text/event-stream", "Prefer": "minimumInterval=60, queueLength=1"}
+    with urllib.request.urlopen(urllib.request.Request(url + "baxter/right_s1/friction", headers=wanted), timeout=30) as stream:
+        stream.readline()
+        for i in range(5):
+            change(url, 2 + i)
+            urllib.request.urlopen(url + "baxter/right_s1/friction", timeout=30).read()
+        found = ask(url + "sparql", query).split("\n")
+        rows = [line.split(",") for line in found[1:] if line]
+        for subscription, resource, count in rows:
+            with urllib.request.urlopen(urllib.request.Request(subscription, headers={"Accept": "application/n-triples"}), timeout=30) as got:
+                if '<https://w3id.org/lrt/ns#dropped> "%s"' % count not in got.read().decode():
+                    return "the counter of " + subscription
+    return "" if len(rows) == 1 and int(rows[0][2]) > 0 else "a row for a subscription\n"
+
+
+ALIVE = {"PT1S": changed, "PT10S": stale, "lrt:dropped": drops}  # questions whose answer changes: by what is in them
+
+
 def main():
     with open(sys.argv[2] + "/docs/queries.md", encoding="utf-8") as file:
         text = file.read()
     questions = re.findall(r"```sparql\n(.*?)```\n(?:```csv\n(.*?)```)?", text, re.S)
-    if len(questions) != 5:
-        sys.exit("expected five questions in docs/queries.md, found %d" % len(questions))
+    if len(questions) != 7:
+        sys.exit("expected seven questions in docs/queries.md, found %d" % len(questions))
     robot = subprocess.Popen([sys.argv[1], "--port", "0"], stdout=subprocess.PIPE, text=True)
     wrong = 0
     try:
@@ -30,13 +74,8 @@ def main():
         for query, expected in questions:
             answer = ask(url + "sparql", query).replace(url, "http://127.0.0.1:8080/")
             if not expected:
-                # What has changed just now: all that was published when the robot began, if that was less than a second ago. So something is made to change.
-                until = time.monotonic() + 30
-                while time.monotonic() < until and "/baxter/right_s1/friction," not in answer:
-                    put = urllib.request.Request(url + "baxter/right_s1/friction", b"%f" % (1 + (until - time.monotonic()) / 100), {"Content-Type": "application/json"}, method="PUT")
-                    urllib.request.urlopen(put, timeout=30).read()
-                    answer = ask(url + "sparql", query)
-                expected = answer if "/baxter/right_s1/friction," in answer else "a row for /baxter/right_s1/friction\n"
+                lacks = next(check for part, check in ALIVE.items() if part in query)(url, query)
+                expected = lacks or answer
             if answer != expected:
                 wrong += 1
                 print("%s\nexpected:\n%s\nfound:\n%s" % (query, expected, answer))

@@ -104,10 +104,10 @@ void QueryResource::describe_named_graphs(const std::string& dataset, const Desc
     if (const Resource* resource = d.engine.registry.find(own)) add(*resource);
   add(*this);
   add(subscriptions_);
-  for (const auto& [at, thing] : d.engine.registry.things()) {
+  for (const auto& [at, node] : d.engine.registry.things()) {
     if (left == 0) break;
-    Snapshots::for_each_lasting(*thing, add);
-    add(thing->subscriptions);
+    Snapshots::for_each_lasting(*node, add);
+    add(node->subscriptions);
   }
 }
 
