@@ -79,6 +79,10 @@ struct Robot {
     Thing hidden("hidden");
     hidden.title("Hidden").property<double>("weight").publish(3);
     bench.add(std::move(hidden));
+    Thing judged("judged");
+    judged.property<double>("weight").at_least(0).publish(2);
+    judged.shapes("<#own> a <http://www.w3.org/ns/shacl#NodeShape> .");  // so that it has a Blueprint of its own
+    bench.add(std::move(judged));
     World world("world");
     GraphOptions of_map;
     of_map.turtle = "<#cup> <http://www.w3.org/2000/01/rdf-schema#label> \"the cup\" ; <http://example.org/near> [ <http://example.org/a> 1 ] .";
@@ -204,7 +208,7 @@ TEST_CASE("each document that GET returns is a graph, with the same triples for 
     for (const std::string who : {"anna", "bert", "carl"}) {
       const std::map<std::string, Answer> all = documents(robot, who);
       for (const char* path : {"/", "/ns/lrt", "/ns/vocabulary", "/.well-known/void", "/sparql", "/sparql/subscriptions", "/arm",
-                               "/arm/subscriptions", "/arm/angle", "/arm/actions/turn", "/world/map"}) {
+                               "/arm/subscriptions", "/arm/angle", "/arm/actions/turn", "/judged/blueprint", "/world/map"}) {
         CAPTURE(has_rules, who, path);
         CHECK(all.count(path) == 1);
       }
