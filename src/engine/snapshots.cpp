@@ -6,6 +6,7 @@
 #include <iterator>
 #include <utility>
 
+#include <lrt/base/immortal.hpp>
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/engine/bases.hpp"
@@ -63,7 +64,7 @@ Snapshots::Snapshots(const QueryService& service, const Clock& clock, const Regi
       shared_(std::move(shared)) {}
 
 const std::vector<std::string_view>& Snapshots::subscription_terms() {
-  static const std::vector<std::string_view> all = [] {
+  static const Immortal<std::vector<std::string_view>> all([] {
     std::vector<std::string_view> terms;
     for (const Iri term :
          {vocab::hybrit::onResource,   vocab::hybrit::callbackURL, vocab::hybrit::mediaType,   vocab::dcterms::identifier,   vocab::dcterms::created,
@@ -75,8 +76,8 @@ const std::vector<std::string_view>& Snapshots::subscription_terms() {
     for (const Iri counter : counters) terms.push_back(counter.text);
     for (std::size_t i = 0; i < protocol_count; ++i) terms.push_back(entry_of(static_cast<Protocol>(i)).type.text);
     return terms;
-  }();
-  return all;
+  }());
+  return *all;
 }
 
 /// Whether the subscription of a feed has such a triple.
