@@ -40,7 +40,7 @@ bool is_subscription(const Resource& resource) { return resource.kind().name == 
 bool comes_and_goes(const Snapshot& snapshot, const Resource& resource) {
   const std::string_view kind = resource.kind().name;
   if (kind == "subscription" || kind == "subscriptions") return snapshot.subscriptions != Snapshot::Part::none;
-  return kind == "invocation" || kind == "member";
+  return kind == "invocation" || kind == "member" || (kind == "property" && static_cast<const PropertyResource&>(resource).in_graph);
 }
 
 /// What changes with each message. No query is evaluated for it.
@@ -321,7 +321,7 @@ void Snapshots::for_each_lasting(const ThingNode& thing, FunctionRef<void(Resour
   for (const auto& p : thing.properties) visit(*p);
   for (const auto& a : thing.actions) visit(*a);
   for (const auto& c : thing.collections) visit(*c);
-  if (thing.spec->world)  // a value published in a graph is part of that graph; a second copy would duplicate its blank nodes
+  if (thing.spec->world)
     for (const auto& graph : world_of(thing)->graphs()) visit(*graph);
   const auto is_first = [&](const auto* blueprint) { return blueprint && !blueprint->things.empty() && blueprint->things.front() == &thing; };
   if (is_first(thing.kind)) visit(*thing.kind);
@@ -337,7 +337,10 @@ void Snapshots::visit(Snapshot& snapshot, const ThingNode& thing, Changes& chang
     for (const auto& invocation : a->invocations) visit(snapshot, *invocation, changes);
   for (const auto& c : thing.collections)
     for (Resource* member : c->members()) visit(snapshot, *member, changes);
-  if (thing.spec->world) snapshot.worlds.push_back(&thing);
+  if (thing.spec->world) {  // a value published in a graph is part of that graph, and a resource of its own; its nodes have IRIs
+    for (const auto& graph : world_of(thing)->graphs()) graph->for_each_property([&](PropertyResource& p) { visit(snapshot, p, changes); });
+    snapshot.worlds.push_back(&thing);
+  }
   if (snapshot.subscriptions != Snapshot::Part::none) visit_subscriptions(snapshot, const_cast<SubscriptionsResource&>(thing.subscriptions), changes);
 }
 

@@ -193,7 +193,7 @@ TEST_CASE("subscriptions are graphs for queries that may need them, and their co
   };
   const std::string titles = "objects%20http%3A%2F%2Fpurl.org%2Fdc%2Fterms%2Ftitle", drops = "objects%20https%3A%2F%2Fw3id.org%2Flrt%2Fns%23dropped",
                     owners = "objects%20https%3A%2F%2Fw3id.org%2Flrt%2Fns%23delivery";
-  const auto slow = asked.bench.open("/arm/angle", "Prefer: queueLength=1\n");
+  const auto slow = asked.bench.open("/arm/angle?queueLength=1");
   (void)asked.ask(titles);
   CHECK(with_subscriptions() == 0);
   (void)asked.ask(owners);

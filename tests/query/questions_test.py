@@ -43,8 +43,8 @@ def stale(url, query):
 
 def drops(url, query):
     """A subscriber with a short queue that wants a message each minute."""
-    wanted = {"Accept": "text/event-stream", "Prefer": "minimumInterval=60, queueLength=1"}
-    with urllib.request.urlopen(urllib.request.Request(url + "baxter/right_s1/friction", headers=wanted), timeout=30) as stream:
+    wanted = url + "baxter/right_s1/friction?minimumInterval=60&queueLength=1"
+    with urllib.request.urlopen(urllib.request.Request(wanted, headers={"Accept": "text/event-stream"}), timeout=30) as stream:
         stream.readline()
         for i in range(5):
             change(url, 2 + i)
