@@ -145,7 +145,7 @@ void Vocabulary::remove(const model::ThingSpec& thing) {
 void Vocabulary::describe(const Description& d) const {
   const std::string vocabulary = d.engine.vocabulary(d.base);
   About self(d.graph, vocabulary.back() == '#' ? vocabulary.substr(0, vocabulary.size() - 1) : vocabulary);
-  self.a(vocab::owl::Ontology).add(vocab::dcterms::title, rdf::literal("Terms of this robot"));
+  self.a(vocab::owl::Ontology).add(vocab::dcterms::title, rdf::tagged_literal("Terms of this robot", "en"));
   self.link(vocab::rdfs::seeAlso, d.base + TermsResource::location);
   std::optional<SeenTerms> seen;
   if (d.audience.is_restricted()) seen.emplace(d.engine.registry, d.audience);

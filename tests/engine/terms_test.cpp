@@ -80,6 +80,8 @@ TEST_CASE(
     CHECK(count(vocab::rdfs::label) == 1);
     CHECK(count(vocab::rdfs::comment) == 1);
     CHECK(count(vocab::rdfs::isDefinedBy) == 1);
+    for (const Iri predicate : {vocab::rdfs::label, vocab::rdfs::comment})
+      for (const rdf::TermView& text : terms.objects(node, rdf::TermView(predicate))) CHECK(text.language == "en");
     const std::string space = term.substr(0, term.find('#') + 1);
     const auto prefix = judged.find(space);
     if (prefix == judged.end() || !terms.contains(node, rdf::TermView(vocab::rdf_::type), rdf::TermView(vocab::rdf_::Property))) continue;
