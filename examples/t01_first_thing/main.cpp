@@ -40,7 +40,7 @@ int main() {
 //     vom:numericalValue "0.5"^^xsd:double ;
 //     vom:unit maths:Radian ;
 //     qudt:hasUnit unit:RAD ;
-//     qudt:dataType xsd:double ;
+//     lrt:datatype xsd:double ;
 //     qudt:hasQuantityKind quantitykind:Angle ;
 //     dcterms:modified "<time>"^^xsd:dateTime ;
 //     hybrit:subscriptions <http://127.0.0.1:8080/baxter/right_s1/subscriptions> ;
@@ -59,7 +59,7 @@ int main() {
 //     vom:numericalValue "0.75"^^xsd:double ;
 //     vom:unit maths:Radian ;
 //     qudt:hasUnit unit:RAD ;
-//     qudt:dataType xsd:double ;
+//     lrt:datatype xsd:double ;
 //     qudt:hasQuantityKind quantitykind:Angle ;
 //     dcterms:modified "<time>"^^xsd:dateTime ;
 //     hybrit:subscriptions <http://127.0.0.1:8080/baxter/right_s1/subscriptions> ;

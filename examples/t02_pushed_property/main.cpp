@@ -39,7 +39,7 @@ int main() {
 //     vom:numericalValue "0.1"^^xsd:double ;
 //     vom:unit maths:Radian ;
 //     qudt:hasUnit unit:RAD ;
-//     qudt:dataType xsd:double ;
+//     lrt:datatype xsd:double ;
 //     qudt:hasQuantityKind quantitykind:Angle ;
 //     dcterms:modified "<time>"^^xsd:dateTime ;
 //     hybrit:subscriptions <http://127.0.0.1:8080/joint/subscriptions> ;

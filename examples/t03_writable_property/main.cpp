@@ -49,7 +49,7 @@ int main() {
 //     rdfs:seeAlso <http://127.0.0.1:8080/arm> ;
 //     vom:numericalValue "0.5"^^xsd:double ;
 //     qudt:hasUnit unit:M-PER-SEC ;
-//     qudt:dataType xsd:double ;
+//     lrt:datatype xsd:double ;
 //     qudt:hasQuantityKind quantitykind:Velocity ;
 //     dcterms:modified "<time>"^^xsd:dateTime ;
 //     hybrit:subscriptions <http://127.0.0.1:8080/arm/subscriptions> ;

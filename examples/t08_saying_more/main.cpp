@@ -115,7 +115,7 @@ int main() {
 //     rdfs:seeAlso <http://127.0.0.1:8080/rover/battery> ;
 //     vom:numericalValue "0.75"^^xsd:double ;
 //     qudt:hasUnit unit:UNITLESS ;
-//     qudt:dataType xsd:double ;
+//     lrt:datatype xsd:double ;
 //     dcterms:modified "<time>"^^xsd:dateTime ;
 //     rdfs:comment "Measured at rest; drops by a tenth under load." .
 //

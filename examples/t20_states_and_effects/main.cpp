@@ -28,7 +28,7 @@ int main() {
   server.add(std::move(gripper)).value();
 
   lesson::Visitor visitor(server, [](lesson::Client& client) {
-    client.only({"hybrit:action", "lrt:unavailable", "hybrit:produces", "ssn:forProperty", "sh:hasValue"});
+    client.only({"hybrit:action", "lrt:unavailable", "hybrit:produces", "sosa:forProperty", "sh:hasValue"});
     client.get("/gripper");
     client.get("/gripper/actions/grip");
     client.post("/gripper/actions/release");
@@ -49,7 +49,7 @@ int main() {
 // 200 OK
 // Content-Type: text/turtle
 //     hybrit:produces :effect-1 ;
-//     ssn:forProperty <http://127.0.0.1:8080/gripper/state> ;
+//     sosa:forProperty <http://127.0.0.1:8080/gripper/state> ;
 //         sh:hasValue "closed"
 //
 // POST /gripper/actions/release
@@ -62,7 +62,7 @@ int main() {
 // Content-Type: text/turtle
 //     lrt:unavailable "the gripper is empty" ;
 //     hybrit:produces :effect-1 ;
-//     ssn:forProperty <http://127.0.0.1:8080/gripper/state> ;
+//     sosa:forProperty <http://127.0.0.1:8080/gripper/state> ;
 //         sh:hasValue "open"
 //
 // POST /gripper/actions/grip

@@ -104,7 +104,7 @@ class LRT_API Action : public model::ResourceHandle<Action, model::ActionSetup> 
 
   /// @{
   /// States the effect: what a successful invocation changes. Clients can search for the action that leads to their
-  /// goal. The action gets hybrit:produces with a shape that refers to the property by ssn:forProperty. The property's
+  /// goal. The action gets hybrit:produces with a shape that refers to the property by sosa:forProperty. The property's
   /// representation conforms to this shape afterwards. Each call adds an effect. lrt publishes the statement and does
   /// not verify it: state no more than what holds when the invocation has succeeded, and publish the value before.
   ///

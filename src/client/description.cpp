@@ -328,7 +328,8 @@ class Describer {
         add(property(shapes.intern(predicate)), sh::hasValue, graph_.term(*u));
     };
     const auto is_iri = [&](const std::optional<TermId>& id) { return id && graph_.term(*id).is_iri(); };
-    const auto number = one(member, vocab::qudt::dataType), element = one(member, vocab::lrt_::elementType), value = one(member, vocab::rdf_::value);
+    const auto stated = one(member, vocab::lrt_::datatype), number = stated ? stated : one(member, vocab::qudt::dataType);
+    const auto element = one(member, vocab::lrt_::elementType), value = one(member, vocab::rdf_::value);
     const auto numerical = one(member, vocab::vom::numericalValue);
     if (is_iri(number) || (numerical && graph_.term(*numerical).is_literal())) {
       add(property(shapes.intern(vocab::vom::numericalValue)), sh::datatype,
@@ -369,7 +370,7 @@ class Describer {
       if (!a.input) a.input = schema_of(s, a.iri);
     });
     each(member, vocab::hybrit::produces, [&](TermId s) {
-      if (!a.output && !one(s, vocab::ssn::forProperty)) a.output = schema_of(s, a.iri);
+      if (!a.output && !one(s, vocab::sosa::forProperty) && !one(s, vocab::ssn::forProperty)) a.output = schema_of(s, a.iri);
     });
     bool only_mentioned = true;
     for (const rdf::Triple& t : graph_.match(member, std::nullopt, std::nullopt))

@@ -28,6 +28,14 @@ using std::chrono::milliseconds;
 
 namespace {
 
+/// The Properties that a shape of an effect is about, by the present name of the predicate and by the former one.
+std::vector<TermView> changed_by(const Graph& graph, const TermView& shape) {
+  std::vector<TermView> found = graph.objects(shape, vocab::sosa::forProperty);
+  for (const TermView& property : graph.objects(shape, vocab::ssn::forProperty))
+    if (std::find(found.begin(), found.end(), property) == found.end()) found.push_back(property);
+  return found;
+}
+
 bool ends_with_path(std::string_view url, std::string_view name) noexcept {
   while (!name.empty() && name.front() == '/') name.remove_prefix(1);
   if (name.empty() || url.size() <= name.size()) return false;
@@ -461,7 +469,7 @@ Result<std::optional<Shape>> Action::output_shape() const {
     Result<Shape> shape = session_->shape(node, **found);
     if (!shape) return unexpected(std::move(shape).error());
     const TermView subject = shape->node.view();
-    if (shape->graph.object(subject, vocab::ssn::forProperty)) continue;  // an effect
+    if (!changed_by(shape->graph, subject).empty()) continue;  // an effect
     return std::optional<Shape>(*std::move(shape));
   }
   return std::optional<Shape>();
@@ -478,7 +486,7 @@ Result<std::vector<std::string>> Action::effects() const {
   if (!found) return unexpected(found.error());
   std::vector<std::string> result;
   for (const rdf::Term& node : shapes_of(**found, vocab::hybrit::produces))
-    for (const TermView& property : (*found)->graph.objects(node, vocab::ssn::forProperty))
+    for (const TermView& property : changed_by((*found)->graph, node))
       if (property.is_iri() && std::find(result.begin(), result.end(), property.text) == result.end()) result.emplace_back(property.text);
   return result;
 }

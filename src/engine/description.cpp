@@ -72,7 +72,7 @@ Quantity quantity_of(const rdf::Type& type, const rdf::Facets& facets) {
     value = value->element;
   }
   return {value->kind == Kind::record ? rdf::node_unit(*value, facets) : facets.unit(), value->datatype,
-          is_list ? vocab::lrt_::elementType : vocab::qudt::dataType};
+          is_list ? vocab::lrt_::elementType : vocab::lrt_::datatype};
 }
 
 void describe_quantity(About& about, const rdf::Type& type, const rdf::Facets& facets) {

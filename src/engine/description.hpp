@@ -87,7 +87,7 @@ void describe_binding(About& about, const Description& d, const Resource& resour
 struct Quantity {
   Unit unit;               ///< of a list: of its elements
   Iri datatype;            ///< empty for records and maps
-  Iri datatype_predicate;  ///< lrt:elementType for lists, else qudt:dataType
+  Iri datatype_predicate;  ///< lrt:elementType for lists, else lrt:datatype
 };
 Quantity quantity_of(const rdf::Type& type, const rdf::Facets& facets);
 

@@ -368,7 +368,7 @@ addEventListener("pageshow", resumeWatches);
 // ---- values
 
 const NOT_VALUES = new Set([rdf("type"), rdfs("seeAlso"), rdfs("label"), rdfs("comment"), dcterms("modified"), dcterms("title"),
-  dcterms("description"), dcterms("hasFormat"), vom("quantityKind"), ...["dataType", "hasQuantityKind"].map(qudt), ...["frame", "elementType"].map(lrt),
+  dcterms("description"), dcterms("hasFormat"), vom("quantityKind"), ...["dataType", "hasQuantityKind"].map(qudt), ...["frame", "datatype", "elementType"].map(lrt),
   ...["source", "target"].map((end) => spatial(end + "CoordinateSystem")), ...UNIT_PREDICATES]);
 const UNNAMED = new Set([vom("numericalValue"), vom("quantityValue"), rdf("value")]);
 

@@ -395,6 +395,22 @@ TEST_CASE("a binding says the method, the URL and the header fields of a command
   CHECK(sent.find("evil") == std::string::npos);
 }
 
+TEST_CASE("the effect of an action is found by the present and by the former name of its predicate", "[client][R1.10]") {
+  const std::string shape = "<go#out> a sh:NodeShape ; sh:property [ sh:path rdf:value ; sh:minCount 1 ] .";
+  for (const std::string name : {"http://www.w3.org/ns/sosa/forProperty", "http://www.w3.org/ns/ssn/forProperty"}) {
+    CAPTURE(name);
+    Site site({{"/", turtle("<> a hybrit:RoboticThing ; hybrit:action <go> .")},
+               {"/go", turtle("<> a hybrit:Action ; hybrit:produces <go#effect> , <go#out> . <go#effect> a sh:NodeShape ; <" + name + "> <speed> . " +
+                              shape)}});
+    Client client = Client::create(quick()).value();
+    const client::Action go = client.open(site.url()).value().action("go").value();
+    CHECK(go.effects().value() == std::vector<std::string>{site.url("/speed")});
+    const std::optional<client::Shape> output = go.output_shape().value();
+    REQUIRE(output);
+    CHECK(output->node.view() == rdf::iri(site.url("/go#out")));
+  }
+}
+
 TEST_CASE("responses that are too long, too slow or no HTTP are errors", "[client]") {
   struct Odd {
     const char* name;

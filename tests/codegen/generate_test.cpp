@@ -244,10 +244,14 @@ TEST_CASE("a Blueprint of another author is understood", "[codegen][R1.6]") {
   REQUIRE(property(robot->things[0], "angle").schema);
   CHECK(contains(header_of(parse(thing(plain_number))), "class Joint {"));
   // Without a Blueprint the Property's own statements count.
-  const auto bare = describe(parse(R"(<joint> hybrit:property <joint/a> , <joint/b> , <joint/c> .
-    <joint/a> qudt:dataType xsd:int ; qudt:hasUnit unit:M . <joint/b> rdf:value "x" . <joint/c> a hybrit:Property .)"));
+  const auto bare = describe(parse(R"(<joint> hybrit:property <joint/a> , <joint/b> , <joint/c> , <joint/d> .
+    <joint/a> qudt:dataType xsd:int ; qudt:hasUnit unit:M . <joint/b> rdf:value "x" . <joint/c> a hybrit:Property .
+    <joint/d> <https://w3id.org/lrt/ns#datatype> xsd:int ; qudt:hasUnit unit:M .)"));
   REQUIRE(bare);
-  CHECK(property(bare->things[0], "a").schema->facets().unit() == unit::metre);
+  for (const char* name : {"a", "d"}) {
+    CHECK(property(bare->things[0], name).schema->type().kind == lrt::rdf::Type::Kind::integer);
+    CHECK(property(bare->things[0], name).schema->facets().unit() == unit::metre);
+  }
   CHECK(property(bare->things[0], "b").schema);
   CHECK(!property(bare->things[0], "c").schema);
   CHECK(contains(all(bare->warnings), "joint/c>: no shape says what its value is"));

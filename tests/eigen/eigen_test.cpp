@@ -522,7 +522,7 @@ TEST_CASE("the sensor and the pose of docs/modelling.md are shown as it says", "
   CHECK(test::missing(bench.get("/arm/force").graph(), "<arm/force> <http://www.w3.org/ns/sosa/observes> <arm/force/force> .") == "");
   CHECK(test::missing(bench.get("/arm/force/force").graph(),
                       "<arm/force/force> a <http://www.w3.org/ns/sosa/ObservableProperty> ; qudt:hasUnit unit:N ;"
-                      " qudt:hasQuantityKind <http://qudt.org/vocab/quantitykind/Force> ; qudt:dataType xsd:double .") == "");
+                      " qudt:hasQuantityKind <http://qudt.org/vocab/quantitykind/Force> ; lrt:datatype xsd:double .") == "");
   const rdf::Graph tool = bench.get("/arm/tool").graph();
   CHECK(test::missing(tool,
                       "<arm/tool> a spatial:SpatialRelationship ; spatial:sourceCoordinateSystem <arm/base> ;"

@@ -816,8 +816,8 @@ TEST_CASE("an action states its effect on properties as shapes that they conform
   bench.add(std::move(thing));
   CHECK(missing(bench.get("/arm/actions/turn"),
                 with_kind("<arm/actions/turn> hybrit:produces <arm/actions/turn#effect-1> , <arm/actions/turn#effect-2> ; hybrit:consumes _:input ."
-                          "<arm/actions/turn#effect-1> a sh:NodeShape ; ssn:forProperty <arm/angle> ; sh:node <KIND#angle> ; lrt:valueFrom _:input ."
-                          "<arm/actions/turn#effect-2> ssn:forProperty <arm/mode> ; sh:node <KIND#mode> .",
+                          "<arm/actions/turn#effect-1> a sh:NodeShape ; sosa:forProperty <arm/angle> ; sh:node <KIND#angle> ; lrt:valueFrom _:input ."
+                          "<arm/actions/turn#effect-2> sosa:forProperty <arm/mode> ; sh:node <KIND#mode> .",
                           kind_of(bench, "/arm"))) == "");
   const Answer closing = bench.get("/arm/actions/close");
   CHECK(missing(
@@ -842,7 +842,7 @@ TEST_CASE("an action states its effect on properties as shapes that they conform
   CHECK(conforms("angle", "effect-2"));
 
   // A property that is not there yet is linked nevertheless.
-  CHECK(missing(bench.get("/arm/actions/hand"), "<arm/actions/hand#effect-1> ssn:forProperty <hand/grip> .") == "");
+  CHECK(missing(bench.get("/arm/actions/hand"), "<arm/actions/hand#effect-1> sosa:forProperty <hand/grip> .") == "");
   CHECK_FALSE(bench.get("/arm/actions/hand").says("sh:node "));
   Thing hand{"hand"};
   hand.property("grip", [] { return 1.0; });
@@ -866,16 +866,16 @@ TEST_CASE("an effect says how near the property comes to the input, and which fi
   const std::string vocabulary = "http://localhost/ns/vocabulary#Place/";
   CHECK(missing(bench.get("/base/actions/drive"),
                 "<base/actions/drive> hybrit:consumes _:input ."
-                "<base/actions/drive#effect-1> ssn:forProperty <base/place> ; sh:property <base/actions/drive#effect-1.1> ."
+                "<base/actions/drive#effect-1> sosa:forProperty <base/place> ; sh:property <base/actions/drive#effect-1.1> ."
                 "<base/actions/drive#effect-1.1> sh:path <" +
                     vocabulary + "y> ; lrt:valueFrom _:input ; lrt:inputField <" + vocabulary +
                     "x> ; lrt:tolerance <base/actions/drive#effect-1.1.tolerance> ."
                     "<base/actions/drive#effect-1.1.tolerance> a maths:Scalar ; vom:numericalValue \"0.25\"^^xsd:double ; qudt:hasUnit unit:M ."
-                    "<base/actions/drive#effect-2> ssn:forProperty <base/heading> ; lrt:valueFrom _:input ; lrt:inputField <" +
+                    "<base/actions/drive#effect-2> sosa:forProperty <base/heading> ; lrt:valueFrom _:input ; lrt:inputField <" +
                     vocabulary +
                     "y> ; lrt:period <base/actions/drive#effect-2.period> ; lrt:tolerance <base/actions/drive#effect-2.tolerance> ."
                     "<base/actions/drive#effect-2.period> vom:numericalValue \"2\"^^xsd:double ; qudt:hasUnit unit:RAD ."
-                    "<base/actions/drive#effect-3> ssn:forProperty <base/heading> ; lrt:valueFrom _:input .") == "");
+                    "<base/actions/drive#effect-3> sosa:forProperty <base/heading> ; lrt:valueFrom _:input .") == "");
   CHECK_FALSE(bench.get("/base/actions/drive").says("effect-3.tolerance"));
   CHECK(bench.ask("GET /base/actions/drive\nAccept: application/json")
             .says("\"effects\":[{\"property\":\"http://localhost/base/place\",\"field\":\"y\",\"valueFrom\":\"input\",\"inputField\":\"x\","
@@ -993,7 +993,7 @@ TEST_CASE("a binding has the header fields of the request, which works", "[engin
   Bench bench;
   Thing thing{"arm"};
   thing.action("turn", [](double) {}).header("Prefer", "respond-async").header("ACCEPT", "application/json");
-  thing.action("home", [] {});
+  thing.action("home", [] {}).header("Cache-Control", "no-cache");
   bench.add(std::move(thing));
   const auto fields = [&](const std::string& action) {
     const rdf::Graph graph = bench.get(action).graph();
@@ -1002,14 +1002,18 @@ TEST_CASE("a binding has the header fields of the request, which works", "[engin
     auto cell = graph.object(binding, vocab::http_core::headers).value();
     while (cell.text != vocab::rdf_::nil.text) {
       const auto header = graph.object(cell, vocab::rdf_::first).value();
-      CHECK(graph.object(header, vocab::rdf_::type).value().text == vocab::http_core::RequestHeader.text);
+      const std::string_view name = graph.object(header, vocab::http_core::fieldName).value().text;
+      const Iri wanted = name == "Content-Type"    ? vocab::http_core::EntityHeader
+                         : name == "Cache-Control" ? vocab::http_core::GeneralHeader
+                                                   : vocab::http_core::RequestHeader;
+      CHECK(graph.object(header, vocab::rdf_::type).value().text == wanted.text);
       all += std::string(graph.object(header, vocab::http_core::fieldName).value().text) + ": " +
              std::string(graph.object(header, vocab::http_core::fieldValue).value().text) + "\n";
       cell = graph.object(cell, vocab::rdf_::rest).value();
     }
     return all;
   };
-  CHECK(fields("/arm/actions/home") == "Accept: text/turtle\n");
+  CHECK(fields("/arm/actions/home") == "Accept: text/turtle\nCache-Control: no-cache\n");
   const std::string turn = fields("/arm/actions/turn");
   CHECK(turn == "Content-Type: text/turtle\nPrefer: respond-async\nACCEPT: application/json\n");
   CHECK(bench.ask("POST /arm/actions/turn\n" + turn + "\n<> <http://vocab.arvida.de/2015/06/vom/vocab#numericalValue> 1 .").status == 202);

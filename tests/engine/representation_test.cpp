@@ -161,17 +161,17 @@ TEST_CASE("a property says datatype, unit and kind of quantity, also before it h
   thing.property<double>("load", unit::percent);
   bench.add(std::move(thing));
   const char* quantity =
-      "<arm/angle> qudt:dataType xsd:float ; vom:unit maths:Degree ; qudt:hasUnit unit:DEG ;"
+      "<arm/angle> lrt:datatype xsd:float ; vom:unit maths:Degree ; qudt:hasUnit unit:DEG ;"
       " qudt:hasQuantityKind <http://qudt.org/vocab/quantitykind/Angle> .";
   CHECK(missing(bench.get("/arm/angle"), quantity) == "");
   CHECK_FALSE(bench.get("/arm/angle").says("numericalValue"));
   angle.publish(1);
   CHECK(missing(bench.get("/arm/angle"), quantity) == "");
-  CHECK(missing(bench.get("/arm/count"), "<arm/count> qudt:dataType xsd:int .") == "");
+  CHECK(missing(bench.get("/arm/count"), "<arm/count> lrt:datatype xsd:int .") == "");
   CHECK(missing(bench.get("/arm/efforts"),
                 "<arm/efforts> lrt:elementType xsd:double ; qudt:hasUnit unit:N-M ;"
                 " qudt:hasQuantityKind <http://qudt.org/vocab/quantitykind/Torque> .") == "");
-  CHECK(missing(bench.get("/arm/name"), "<arm/name> qudt:dataType xsd:string .") == "");
+  CHECK(missing(bench.get("/arm/name"), "<arm/name> lrt:datatype xsd:string .") == "");
   CHECK_FALSE(bench.get("/arm/load").says("hasQuantityKind"));
 }
 

@@ -341,10 +341,10 @@ TEST_CASE("rotate says which property it changes, and how; its effect holds when
   CHECK(missing(action,
                 "<right_s1/actions/rotate> hybrit:produces <right_s1/actions/rotate#effect-1> , <right_s1/actions/rotate#effect-2> ;"
                 " hybrit:consumes _:input ."
-                "<right_s1/actions/rotate#effect-1> a sh:NodeShape ; <http://www.w3.org/ns/ssn/forProperty> <right_s1/position> ;"
+                "<right_s1/actions/rotate#effect-1> a sh:NodeShape ; <http://www.w3.org/ns/sosa/forProperty> <right_s1/position> ;"
                 " sh:node _:position ; lrt:valueFrom _:input ; lrt:tolerance <right_s1/actions/rotate#effect-1.tolerance> ."
                 "<right_s1/actions/rotate#effect-1.tolerance> a maths:Scalar ; vom:numericalValue \"1e-06\"^^xsd:double ; vom:unit maths:Radian ."
-                "<right_s1/actions/rotate#effect-2> <http://www.w3.org/ns/ssn/forProperty> <right_s1/rotation> ; sh:node _:rotation .",
+                "<right_s1/actions/rotate#effect-2> <http://www.w3.org/ns/sosa/forProperty> <right_s1/rotation> ; sh:node _:rotation .",
                 base) == "");
   CHECK(robot.rotate("right_s1", "43.6").status == 204);
   for (int i = 0; i < 60'000 && (i < 10 || robot.arm.moving(baxter::right_s1)); ++i) robot.step();
@@ -388,8 +388,8 @@ TEST_CASE("moveTo is composed of the joints' rotate, and takes an angle for each
     CHECK(missing(a,
                   "<actions/moveTo> a hybrit:AsynchronousAction ; dcterms:hasPart <" + joint +
                       "/actions/rotate> ; hybrit:produces _:effect , _:other ; hybrit:consumes _:input ."
-                      "_:effect <http://www.w3.org/ns/ssn/forProperty> <" +
-                      joint + "/position> ; lrt:valueFrom _:input ; lrt:inputField _:field . _:other <http://www.w3.org/ns/ssn/forProperty> <" +
+                      "_:effect <http://www.w3.org/ns/sosa/forProperty> <" +
+                      joint + "/position> ; lrt:valueFrom _:input ; lrt:inputField _:field . _:other <http://www.w3.org/ns/sosa/forProperty> <" +
                       joint + "/rotation> . <" + joint + "/actions/rotate> a hybrit:Action .",
                   base) == "");
     CHECK(robot.ask("GET /baxter/actions/moveTo\nAccept: application/json")

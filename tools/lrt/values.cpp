@@ -60,7 +60,8 @@ bool describes_resource(std::string_view predicate) {
        {vocab::rdf_::type, vocab::rdfs::seeAlso, vocab::vom::unit, vocab::qudt::hasUnit, vocab::lrt_::frame, vocab::vom::quantityKind})
     if (predicate == one.text) return true;
   return predicate == "http://qudt.org/schema/qudt/dataType" || predicate == "http://qudt.org/schema/qudt/hasQuantityKind" ||
-         predicate == "http://qudt.org/schema/qudt/unit" || predicate == "https://w3id.org/lrt/ns#elementType";
+         predicate == "http://qudt.org/schema/qudt/unit" || predicate == "https://w3id.org/lrt/ns#elementType" ||
+         predicate == "https://w3id.org/lrt/ns#datatype";
 }
 
 /// Reads a value from the triples of its node.

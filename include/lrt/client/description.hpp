@@ -92,7 +92,7 @@ struct Description {
 /// The shape of a Property's value is, in this order: one that targets it, the one to which its binding says that its
 /// body conforms, and the one that a Blueprint of its Thing has for its predicate. A Blueprint that belongs to one Thing
 /// (its IRI is below that of the Thing), then one that refers to another by sh:node, comes before that of the kind. If there is none, the Property's own description is
-/// used: qudt:dataType, lrt:elementType and unit, or the datatype of its rdf:value.
+/// used: lrt:datatype (or qudt:dataType), lrt:elementType and unit, or the datatype of its rdf:value.
 ///
 /// If a Blueprint says that a value may be absent (sh:or), the type is that of the present one.
 ///

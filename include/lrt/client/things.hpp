@@ -253,7 +253,7 @@ class LRT_API Action {
   Result<std::optional<Shape>> output_shape() const;
   /// The declared unit of a number as input; empty: none.
   Result<lrt::Unit> unit() const;
-  /// URLs of the Properties that it changes, each once: `ssn:forProperty` of its effects.
+  /// URLs of the Properties that it changes, each once: `sosa:forProperty` of its effects, or `ssn:forProperty`.
   Result<std::vector<std::string>> effects() const;
   /// Classes of its input: sh:class of the shape, the class of the binding's body, and sh:targetClass of the shape.
   Result<std::vector<std::string>> consumed_classes() const;

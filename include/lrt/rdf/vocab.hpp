@@ -251,7 +251,7 @@ namespace qudt {
 LRT_TERM(qudt, hasUnit);
 LRT_TERM(qudt, unit);  // the former name of hasUnit
 LRT_TERM(qudt, hasQuantityKind);
-LRT_TERM(qudt, dataType);
+LRT_TERM(qudt, dataType);  // no longer in the schema; servers of others may state it
 }  // namespace qudt
 
 #define LRT_VOCAB_quantitykind "http://qudt.org/vocab/quantitykind/"
@@ -393,6 +393,8 @@ LRT_TERM(http_core, statusCodeValue);
 LRT_TERM(http_core, reasonPhrase);
 LRT_TERM(http_core, headers);
 LRT_TERM(http_core, RequestHeader);
+LRT_TERM(http_core, EntityHeader);
+LRT_TERM(http_core, GeneralHeader);
 LRT_TERM(http_core, fieldName);
 LRT_TERM(http_core, fieldValue);
 }  // namespace http_core
@@ -405,9 +407,14 @@ LRT_TERM(http_methods, PUT);
 LRT_TERM(http_methods, DELETE);
 }  // namespace http_methods
 
+#define LRT_VOCAB_sosa "http://www.w3.org/ns/sosa/"
+namespace sosa {
+LRT_TERM(sosa, forProperty);
+}
+
 #define LRT_VOCAB_ssn "http://www.w3.org/ns/ssn/"
 namespace ssn {
-LRT_TERM(ssn, forProperty);
+LRT_TERM(ssn, forProperty);  // the former name of sosa:forProperty
 }
 
 #define LRT_VOCAB_acl "http://www.w3.org/ns/auth/acl#"
@@ -517,6 +524,7 @@ LRT_TERM(lrt, dropped);
 LRT_TERM(lrt, lastError);
 LRT_TERM(lrt, suspended);
 LRT_TERM(lrt, confirmed);
+LRT_TERM(lrt, datatype);
 LRT_TERM(lrt, elementType);
 LRT_TERM(lrt, shape);
 LRT_TERM(lrt, byteOrder);
@@ -562,6 +570,7 @@ LRT_TERM(lrt, unreachableSince);
 #undef LRT_VOCAB_xhv
 #undef LRT_VOCAB_http_core
 #undef LRT_VOCAB_http_methods
+#undef LRT_VOCAB_sosa
 #undef LRT_VOCAB_ssn
 #undef LRT_VOCAB_lrt
 

@@ -194,6 +194,23 @@ void ActionResource::describe(const Description& d) const {
   describe_effects(about, d);
 }
 
+namespace {
+
+/// The class of a header field of a request (HTTP Vocabulary in RDF 1.0, which divides them as RFC 2616 4.5 and 7.1).
+Iri header_class(std::string_view name) {
+  const auto is_in = [&](std::initializer_list<std::string_view> names) {
+    return std::any_of(names.begin(), names.end(), [&](std::string_view one) { return http::iequals(one, name); });
+  };
+  if (is_in({"Allow", "Content-Encoding", "Content-Language", "Content-Length", "Content-Location", "Content-MD5", "Content-Range", "Content-Type",
+             "Expires", "Last-Modified"}))
+    return vocab::http_core::EntityHeader;
+  if (is_in({"Cache-Control", "Connection", "Date", "Pragma", "Trailer", "Transfer-Encoding", "Upgrade", "Via", "Warning"}))
+    return vocab::http_core::GeneralHeader;
+  return vocab::http_core::RequestHeader;
+}
+
+}  // namespace
+
 /// The request that invokes it (HTTP Vocabulary in RDF 1.0).
 void ActionResource::describe_binding(const Description& d, rdf::TermId node) const {
   About request(d.graph, node);
@@ -203,9 +220,7 @@ void ActionResource::describe_binding(const Description& d, rdf::TermId node) co
   std::vector<rdf::TermId> headers;
   const auto add = [&](std::string_view name, std::string_view value) {
     About header(d.graph, d.graph.fresh_blank());
-    header.a(vocab::http_core::RequestHeader)
-        .add(vocab::http_core::fieldName, rdf::literal(name))
-        .add(vocab::http_core::fieldValue, rdf::literal(value));
+    header.a(header_class(name)).add(vocab::http_core::fieldName, rdf::literal(name)).add(vocab::http_core::fieldValue, rdf::literal(value));
     headers.push_back(header.subject());
   };
   const auto add_own = [&](std::string_view name) {
@@ -303,7 +318,7 @@ void ActionResource::describe_effects(About& about, const Description& d) const 
   for (const model::EffectSpec& effect : spec->effects) {
     About shape(d.graph, d.base + path + "#effect-" + std::to_string(++number));
     d.graph.add(about.subject(), d.graph.intern(vocab::hybrit::produces), shape.subject());
-    shape.a(vocab::sh::NodeShape).link(vocab::ssn::forProperty, d.base + effect.property);
+    shape.a(vocab::sh::NodeShape).link(vocab::sosa::forProperty, d.base + effect.property);
     if (const Resource* r = d.engine.registry.find_usual(effect.property, vocab::hybrit::Property.text)) {
       const auto& property = static_cast<const PropertyResource&>(*r);
       shape.link(vocab::sh::node, property.thing->shape_iri(d.base, property.spec->path));

@@ -160,7 +160,7 @@ void SubscriptionsResource::describe_member(const Resource& member, About& about
 
 void describe_subscription_shape(rdf::Graph& graph, const std::string& iri, const subscription::SubscriptionOptions& options) {
   const rdf::TermId shape = graph.intern(rdf::iri(iri));
-  About(graph, shape).a(vocab::sh::NodeShape).add(vocab::sh::name, rdf::literal("subscriptions"));
+  About(graph, shape).a(vocab::sh::NodeShape).add(vocab::rdfs::label, rdf::literal("subscriptions"));
   const auto integer = [](std::uint64_t n) { return std::to_string(n); };
   const auto property = [&](Iri path, bool required) {
     const rdf::TermId p = graph.fresh_blank();
