@@ -142,8 +142,9 @@ Representations::Selected Representations::select(Context& context, std::optiona
                                 !why.empty() ? why : "none of the media types in Accept is available for this resource; available are " + list);
     }
     const std::string_view type = (*offers)[*choice];
-    if (type == page_type && offers_page) return &page->emplace(html_page(resource, context.base, context.audience, context.page));
-    const Variant variant = *all.find(type);
+    const bool is_page = type == page_type && offers_page;
+    if (is_page && !resource.kind().is(Trait::term_list)) return &page->emplace(html_page(resource, context.base, context.audience, context.page));
+    const Variant variant = is_page ? Variant::term_page() : *all.find(type);
     if (const ValueResource* const values = resource.values())
       if (const std::size_t max = values->max_bytes(options_); values->exceeds(max, context.audience))
         return responses_.problem(context, 406, too_large_text(max));
@@ -233,6 +234,7 @@ http::Fields Representations::fields_of(Representation& representation, const Co
   http::Fields fields;
   if (representation.is_page) {
     options_.page->add_fields(fields);
+    if (representation.variant == Variant::term_page()) fields.add("Content-Language", "en");
   } else {
     fields.add("Content-Type", content_type(representation.variant, resource.variants().type_of(representation.variant), *representation.body));
   }
@@ -330,12 +332,13 @@ Result<Representation*> Representations::make(Resource& resource, std::size_t ba
   Result<Bytes> body = body_of(resource, base, variant, audience, page);
   if (!body) return Unexpected{std::move(body).error()};
 
-  const std::string_view type = resource.variants().type_of(variant);
+  const bool is_page = variant == Variant::term_page();
+  const std::string_view type = is_page ? page_type : resource.variants().type_of(variant);
   const OwnRepresentation* const own = resource.own_representation();
   std::string tag = own ? own->entity_tag(type, view_.bases[base], audience, false) : std::string();
   if (tag.empty()) tag = http::entity_tag(type, **body);
-  Representation made{&resource, base,           variant,         page, audience.view, std::string(audience.name_in(resource)), state,
-                      structure, std::move(tag), *std::move(body)};
+  Representation made{&resource, base,           variant,          page,   audience.view, std::string(audience.name_in(resource)), state,
+                      structure, std::move(tag), *std::move(body), is_page};
   if (kept && kept->structure == structure && resource.kind().is(Trait::fixed_links)) made.links = std::move(kept->links);
   return &cache_.keep(std::move(made));
 }
@@ -358,6 +361,10 @@ Result<Bytes> Representations::body_of(Resource& resource, std::size_t base, Var
     text = rdf::write_plain(*value.type, *value.facets, value.value(), variant.plain());
   } else if (variant.kind() == Variant::Kind::answer) {
     return resource.own_representation()->answer(variant.type());
+  } else if (variant == Variant::term_page()) {
+    const std::string iri = view_.bases[base] + resource.path;
+    text = options_.page->terms({iri, describe(resource, base, audience, page), options_.prefixes, resource.variants().types});
+    if (text->empty()) return options_.page->html();
   } else if (variant == Variant::overview()) {
     text = Overview(view_, base, audience, page).of(resource);
   } else if (const auto whole = document_of(resource)) {

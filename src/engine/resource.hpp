@@ -77,7 +77,7 @@ struct Representation {
   std::uint64_t structure;                     ///< Registry::structure() when it was made
   std::string tag;
   std::shared_ptr<const std::string> body;
-  bool is_page = false;  ///< HTML, which is not kept
+  bool is_page = false;  ///< HTML
   http::Fields links{};  ///< those of the fields that only the structure changes, made for the first response
   PreparedFields prepared{};
   subscription::Item message{}, event{};  ///< for a WebSocket or callback, for an event stream; made for the first subscriber

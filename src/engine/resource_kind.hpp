@@ -34,6 +34,7 @@ enum class Trait : std::uint8_t {
   plain_bodies = 16,  ///< bodies may be plain values, not only RDF
   by_principal = 32,  ///< its representation depends on the principal, not only on the rights
   stop = 64,          ///< POST stops the robot (Action::stop()), and its body is ignored
+  term_list = 128,    ///< its page has its terms: PageSource::terms()
 };
 
 constexpr Trait operator|(Trait a, Trait b) noexcept { return static_cast<Trait>(static_cast<unsigned>(a) | static_cast<unsigned>(b)); }

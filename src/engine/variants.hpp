@@ -21,7 +21,7 @@ inline constexpr std::string_view update_type = "application/sparql-update";
 /// One of the media types in which a resource has a representation.
 class Variant {
  public:
-  enum class Kind : std::uint8_t { rdf, inlined_json_ld, plain, overview, encoded, answer };
+  enum class Kind : std::uint8_t { rdf, inlined_json_ld, plain, overview, encoded, answer, term_page };
 
   Variant() = default;  ///< Turtle
   explicit Variant(rdf::Syntax syntax) : Variant(Kind::rdf, static_cast<std::uint8_t>(syntax)) {}
@@ -35,6 +35,9 @@ class Variant {
 
   /// The variant of a query result, in the media type with that index (PreparedQuery::types).
   static Variant answer(std::size_t type) { return {Kind::answer, static_cast<std::uint8_t>(type)}; }
+
+  /// HTML of a list of terms: PageSource::terms(). It is no variant of a resource, but its page.
+  static Variant term_page() { return {Kind::term_page, 0}; }
 
   Kind kind() const noexcept { return kind_; }
   bool is_rdf() const noexcept { return kind_ == Kind::rdf || kind_ == Kind::inlined_json_ld; }

@@ -51,7 +51,7 @@ class VocabularyResource final : public Resource {
   void describe_types(About&, const Description&) const override {}
   const Variants& variants() const override { return graph_variants(); }
   const ResourceKind& kind() const noexcept override {
-    static constexpr ResourceKind kind{"vocabulary"};
+    static constexpr ResourceKind kind{"vocabulary", Trait::term_list};
     return kind;
   }
 

@@ -7,7 +7,9 @@
 #include <lrt/http/message.hpp>
 
 #include "src/http/etag.hpp"
+#include "src/page/html.hpp"
 #include "src/page/parts.hpp"
+#include "src/page/term_page.hpp"
 
 namespace lrt::page {
 
@@ -15,17 +17,22 @@ namespace {
 
 constexpr std::string_view media_type = "text/html; charset=utf-8";
 
-std::string escaped(std::string_view text) {
+constexpr std::string_view main_of_script =
+    "<main id=\"main\" tabindex=\"-1\"><noscript><p>This page needs JavaScript. Without it, <code>curl</code> returns the data as "
+    "Turtle.</p></noscript></main>";
+
+/// Replaces the placeholders of a page by values in HTML. One pass: placeholders in inserted values are not replaced.
+std::string filled(std::string_view page, std::initializer_list<std::pair<std::string_view, std::string_view>> values) {
   std::string html;
-  for (const char c : text) {
-    switch (c) {
-      case '&': html += "&amp;"; break;
-      case '<': html += "&lt;"; break;
-      case '>': html += "&gt;"; break;
-      case '"': html += "&quot;"; break;
-      case '\'': html += "&#39;"; break;
-      default: html += c;
-    }
+  for (std::string_view rest = page; !rest.empty();) {
+    const std::size_t from = rest.find("{{");
+    html += rest.substr(0, from);
+    if (from == std::string_view::npos) break;
+    rest.remove_prefix(from + 2);
+    const std::size_t to = rest.find("}}");
+    for (const auto& [name, value] : values)
+      if (rest.substr(0, to) == name) html += value;
+    rest.remove_prefix(to + 2);
   }
   return html;
 }
@@ -37,6 +44,7 @@ class Console final : public engine::PageSource {
   std::string error(int status, std::string_view detail, std::string_view home) const override;
   bool add_login(http::Response& response, std::string_view session) const override;
   void add_fields(http::Fields& fields) const override { add_fields(fields, policy_); }
+  std::string terms(const engine::TermList& list) const override;
 
  private:
   static std::string policy_of(std::string_view script_hash) {
@@ -45,36 +53,28 @@ class Console final : public engine::PageSource {
   }
   static void add_fields(http::Fields& fields, const std::string& policy);
 
-  const std::shared_ptr<const std::string> html_ = std::make_shared<const std::string>(parts::page);
-  const std::string tag_ = http::entity_tag(media_type, parts::page);
+  const std::shared_ptr<const std::string> html_ =
+      std::make_shared<const std::string>(filled(parts::page, {{"title", "Robot"}, {"main", main_of_script}}));
+  const std::string tag_ = http::entity_tag(media_type, *html_);
   const std::string policy_ = policy_of(parts::script_hash), login_policy_ = policy_of(parts::login_hash);
 };
 
-/// Replaces the placeholders of a page by `values`, escaped. One pass: placeholders in inserted values are not replaced.
-std::string filled(std::string_view page, std::initializer_list<std::pair<std::string_view, std::string_view>> values) {
-  std::string html;
-  for (std::string_view rest = page; !rest.empty();) {
-    const std::size_t from = rest.find("{{");
-    html += rest.substr(0, from);
-    if (from == std::string_view::npos) break;
-    rest.remove_prefix(from + 2);
-    const std::size_t to = rest.find("}}");
-    for (const auto& [name, value] : values)
-      if (rest.substr(0, to) == name) html += escaped(value);
-    rest.remove_prefix(to + 2);
-  }
-  return html;
-}
-
 std::string Console::error(int status, std::string_view detail, std::string_view home) const {
   const std::string title = std::to_string(status) + " " + std::string(http::reason_phrase(status));
-  return filled(parts::error, {{"title", title}, {"detail", detail}, {"home", home}});
+  return filled(parts::error, {{"title", html_text(title)}, {"detail", html_text(detail)}, {"home", html_text(home)}});
 }
 
 bool Console::add_login(http::Response& response, std::string_view session) const {
   add_fields(response.fields, login_policy_);
-  response.set_body(filled(parts::login, {{"session", session}}));
+  response.set_body(filled(parts::login, {{"session", html_text(session)}}));
   return true;
+}
+
+std::string Console::terms(const engine::TermList& list) const {
+  const TermPage page = term_page(list);
+  // The script leaves this content.
+  const std::string main = "<main id=\"main\" tabindex=\"-1\" data-of=\"" + html_text(list.iri) + "\">\n" + page.content + "</main>";
+  return filled(parts::page, {{"title", html_text(page.title)}, {"main", main}});
 }
 
 void Console::add_fields(http::Fields& fields, const std::string& policy) {

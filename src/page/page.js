@@ -1324,6 +1324,8 @@ async function findUser(iri) {
 
 // ---- navigation: the address of the page is that of the resource
 
+/// Lists of terms are loaded as pages.
+const isTermList = (path) => /\/ns\/(lrt|vocabulary)$/.test(path);
 let shownAddress = withoutHash(location.href);
 function showAddress(focus) {
   shownAddress = withoutHash(location.href);
@@ -1337,9 +1339,18 @@ function navigate(href) {
 }
 document.addEventListener("click", (event) => {
   const a = event.target.closest("a[href]");
-  if (!a || event.button || event.metaKey || event.ctrlKey || event.shiftKey || event.altKey || a.origin !== location.origin || a.rel === "alternate" || a.getAttribute("href").startsWith("#")) return;
+  if (!a || event.button || event.metaKey || event.ctrlKey || event.shiftKey || event.altKey || a.origin !== location.origin || a.rel === "alternate" || a.getAttribute("href").startsWith("#") || isTermList(a.pathname)) return;
   event.preventDefault();
   navigate(a.href);
 });
-addEventListener("popstate", () => { if (withoutHash(location.href) !== shownAddress) showAddress(); });
-show();
+addEventListener("popstate", () => {
+  if (withoutHash(location.href) === shownAddress) return;
+  if (isTermList(location.pathname)) location.reload();
+  else showAddress();
+});
+// The server writes the content of a list of terms, for readers without scripts.
+const listOfTerms = $("main").dataset.of;
+if (listOfTerms) {
+  robotOrigin = new URL(listOfTerms).origin;
+  tree(`${robotOrigin}/`, []).catch(() => {});
+} else show();

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <map>
 #include <regex>
 #include <set>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <lrt/rdf/codec.hpp>
+#include <lrt/thing.hpp>
 #include <lrt/version.hpp>
 
 #include "tests/support/bench.hpp"
@@ -127,4 +131,125 @@ TEST_CASE("the term list has every term of vocab.hpp whose vocabulary no server 
     CHECK(listed.count(spaces.at(prefix) + found[2].str()) == 1);
   }
   CHECK(terms > 120);
+}
+
+namespace {
+
+const std::string html = "\nAccept: text/html,application/xhtml+xml,application/xml;q=0.9,*/*;q=0.8";
+
+/// The values of an attribute, as the page has them.
+std::vector<std::string> values_of(const std::string& page, const std::string& attribute) {
+  std::vector<std::string> found;
+  const std::string start = " " + attribute + "=\"";
+  for (std::size_t at = page.find(start); at != std::string::npos; at = page.find(start, at + 1))
+    found.push_back(page.substr(at + start.size(), page.find('"', at + start.size()) - at - start.size()));
+  return found;
+}
+
+/// The part that the server writes.
+std::string main_of(const Answer& page) {
+  const std::size_t from = page.body.find("<main"), to = page.body.find("</main>");
+  REQUIRE(from != std::string::npos);
+  return page.body.substr(from, to - from);
+}
+
+std::string in_html(std::string text) {
+  for (const auto& [from, to] :
+       {std::pair("&", "&amp;"), std::pair("<", "&lt;"), std::pair(">", "&gt;"), std::pair("\"", "&quot;"), std::pair("'", "&#39;")})
+    for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + std::strlen(to))) text.replace(at, 1, to);
+  return text;
+}
+
+struct Reading {
+  std::string user = "<x>";
+  double level = 0;
+};
+
+}  // namespace
+
+template <>
+struct lrt::rdf::traits<Reading> : lrt::rdf::Record<Reading> {
+  static void describe(Record& r) {
+    r.field("user", &Reading::user);
+    r.field("level", &Reading::level).unit(unit::metre);
+  }
+};
+
+TEST_CASE("the term list is a page with an anchor for each term, in English, without a script", "[engine][R1.5]") {
+  Bench bench;
+  const rdf::Graph terms = bench.get("/ns/lrt").graph();
+  const Answer answer = bench.ask("GET /ns/lrt" + html);
+  CHECK(answer.status == 200);
+  CHECK(answer.field("Content-Type") == "text/html; charset=utf-8");
+  CHECK(answer.field("Content-Language") == "en");
+  CHECK(answer.members("Vary").count("Accept") == 1);
+  CHECK(answer.field("Content-Security-Policy") == bench.ask("GET /" + html).field("Content-Security-Policy"));
+  CHECK(answer.body.find("<html lang=\"en\">") != std::string::npos);
+  CHECK(answer.body.find("<title>Terms of Linked Robotic Things</title>") != std::string::npos);
+  const std::string page = main_of(answer);
+  CHECK(page.find("<script") == std::string::npos);
+  CHECK(page.find("<h1>Terms of Linked Robotic Things</h1>") != std::string::npos);
+
+  const std::vector<std::string> all = values_of(answer.body, "id");
+  const std::set<std::string> anchors(all.begin(), all.end());
+  CHECK(anchors.size() == all.size());  // none twice, also not with the parts of the page around
+  for (const std::string& target : values_of(page, "href")) {
+    CAPTURE(target);
+    if (target.front() == '#') CHECK(anchors.count(target.substr(1)) == 1);
+    else CHECK((target.rfind("http", 0) == 0 || target.rfind("?accept=", 0) == 0));
+  }
+  std::map<std::string, std::string> prefixes;
+  for (const auto& [prefix, space] : rdf::default_prefixes()) prefixes[space] = prefix;
+  std::size_t own_terms = 0;
+  for (const std::string& term : subjects_in(terms)) {
+    CAPTURE(term);
+    const std::string space = term.substr(0, term.find('#') + 1), name = term.substr(space.size());
+    const std::string anchor = space == own + "#" ? name : prefixes.at(space) + ":" + name;
+    own_terms += space == own + "#";
+    REQUIRE(anchors.count(anchor) == 1);
+    const std::size_t from = page.find("<article class=\"card\" id=\"" + anchor + "\">");
+    const std::string about = page.substr(from, page.find("</article>", from) - from);
+    for (const Iri predicate : {vocab::rdfs::label, vocab::rdfs::comment})
+      CHECK(about.find(in_html(std::string(terms.object(rdf::iri(term), rdf::TermView(predicate)).value().text))) != std::string::npos);
+    CHECK(about.find("<code>" + term + "</code>") != std::string::npos);
+    for (const auto& [predicate, caption] :
+         {std::pair(vocab::rdfs::domain, "Domain"), std::pair(vocab::rdfs::range, "Range"), std::pair(vocab::rdfs::subClassOf, "Subclass of")})
+      CHECK((about.find(std::string("<dt>") + caption + "</dt>") != std::string::npos) ==
+            terms.object(rdf::iri(term), rdf::TermView(predicate)).has_value());
+  }
+  CHECK(own_terms > 90);
+}
+
+TEST_CASE("the page of the term list has its own tag, and RDF has what it had", "[engine][R0.11][R1.2]") {
+  Bench bench;
+  const Answer page = bench.ask("GET /ns/lrt" + html);
+  CHECK(page.field("ETag") != bench.get("/ns/lrt").field("ETag"));
+  CHECK(page.field("ETag") != bench.ask("GET /" + html).field("ETag"));
+  CHECK(bench.ask("GET /ns/lrt" + html + "\nIf-None-Match: " + page.field("ETag")).status == 304);
+  CHECK(bench.ask("HEAD /ns/lrt" + html).field("ETag") == page.field("ETag"));
+  CHECK(bench.ask("GET /ns/lrt" + html + "\nIf-None-Match: " + bench.get("/ns/lrt").field("ETag")).status == 200);
+  for (const char* accept : {"*/*", "text/*", "text/html, text/turtle", "text/html;q=0.5, */*;q=0.6"})
+    CHECK(bench.ask(std::string("GET /ns/lrt\nAccept: ") + accept).field("Content-Type") == "text/turtle");
+}
+
+TEST_CASE("the server's own terms are a page, too", "[engine][R1.5]") {
+  Bench bench;
+  Thing arm{"arm"};
+  const Reading reading;
+  arm.property("reading", [&] { return reading; });
+  bench.add(std::move(arm));
+  const Answer before = bench.ask("GET /ns/vocabulary" + html);
+  const std::string page = main_of(before);
+  for (const char* part : {"<h1>Terms of this robot</h1>", "id=\"Reading\"", "id=\"Reading/user\"", "id=\"Reading/level\"", "id=\"Thing/reading\"",
+                           "<dt>Domain</dt><dd><a href=\"#Reading\">Reading</a></dd>", "http://localhost/ns/vocabulary#",
+                           "data-of=\"http://localhost/ns/vocabulary\""}) {
+    CAPTURE(part);
+    CHECK(page.find(part) != std::string::npos);
+  }
+  Thing leg{"leg"};
+  leg.property("height", [] { return 1.5; });
+  bench.add(std::move(leg));
+  const Answer after = bench.ask("GET /ns/vocabulary" + html);
+  CHECK(after.body.find("id=\"Thing/height\"") != std::string::npos);
+  CHECK(after.field("ETag") != before.field("ETag"));
 }

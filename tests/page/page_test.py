@@ -148,6 +148,46 @@ def every_address_shows_its_resource(browser):
         browser.messages()
 
 
+def a_list_of_terms_is_a_page_with_anchors(browser):
+    shows = "return document.querySelector('h1')?.textContent === arguments[0]"
+    in_sight = ("const term = document.getElementById(arguments[0])?.getBoundingClientRect(), top = document.querySelector('header').getBoundingClientRect().bottom; "
+                "return !!term && term.top >= top && term.bottom <= innerHeight")
+    with Robot() as robot:
+        for path, title, term in (("ns/lrt", "Terms of Linked Robotic Things", "queueLength"), ("ns/lrt", "Terms of Linked Robotic Things", "hybrit:Action"),
+                                  ("ns/vocabulary", "Terms of this robot", None)):
+            browser.open(robot.at(path + (f"#{term}" if term else "")))
+            browser.until(shows, path, title)
+            if term:
+                browser.until(in_sight, f"{term} below the header section", term)
+            browser.until("return document.querySelector('#tree a')", "the tree of Things")
+            assert browser.run("return [...document.querySelectorAll('main a[href^=\"#\"]')].every(a => document.getElementById(a.getAttribute('href').slice(1)))"), path
+            shot(browser, "terms-" + path.replace("/", "-"))
+            check_clean(browser, robot)
+        browser.click("#tree a")
+        browser.until("return document.querySelector('h1')?.textContent.includes('Baxter')", "from the terms to a Thing")
+        browser.run("history.back()")
+        browser.until(shows, "and back", "Terms of this robot")
+        browser.open(robot.url)
+        browser.until(shows, "the list of Things", "Robotic Things")
+        browser.run("const a = document.createElement('a'); a.href = '/ns/lrt'; document.querySelector('main').append(a); a.click()")
+        browser.until("return document.querySelector('article#state')", "from a Thing to the terms")
+        for width, height in ((390, 844), (320, 568)):
+            browser.size(width, height, phone=True)
+            browser.open(robot.at("ns/lrt"))
+            browser.until("return document.querySelector('article#state')", "the terms on a phone")
+            assert browser.run("return document.documentElement.scrollWidth <= innerWidth"), width
+            shot(browser, f"terms-{width}")
+        browser.size(1280, 900)
+        browser.devtools("Emulation.setScriptExecutionDisabled", value=True)
+        try:
+            browser.open(robot.at("ns/lrt#state"))
+            browser.find("article#state")
+            assert "From a Thing to the resource that represents it" in browser.text("article#state")
+        finally:
+            browser.devtools("Emulation.setScriptExecutionDisabled", value=False)
+        check_clean(browser, robot)
+
+
 def data_can_be_read_and_copied(browser):
     with Robot() as robot:
         browser.open(robot.at("baxter/right_s1/rotation"))
@@ -629,7 +669,7 @@ def a_picture_that_is_opened_runs_no_script(browser):
         assert "width='60'" in http_request("GET", address).body, "the script of the picture has shot another"
 
 
-CASES = [shows_the_tree_and_live_values, every_address_shows_its_resource, data_can_be_read_and_copied, a_slider_and_a_field_write_a_property,
+CASES = [shows_the_tree_and_live_values, every_address_shows_its_resource, a_list_of_terms_is_a_page_with_anchors, data_can_be_read_and_copied, a_slider_and_a_field_write_a_property,
          an_action_runs_to_its_end_and_is_cancelled, a_subscription_is_cancelled, a_lost_robot_comes_back, without_websocket_it_asks,
          a_form_is_used_by_keyboard_alone, structs_lists_enums_and_booleans_are_written, a_picture_is_shown_and_follows_its_property,
          a_robot_is_a_skeleton_that_moves_and_turns, a_scroll_moves_nothing_and_a_slider_moves_by_release, motion_is_enabled_for_a_minute,

@@ -4,15 +4,31 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include <lrt/base/abi.hpp>
 #include <lrt/http/message.hpp>
 
+namespace lrt::rdf {
+inline namespace v0 {
+class Graph;
+}
+}  // namespace lrt::rdf
+
 namespace lrt::engine {
 inline namespace v0 {
 
-/// HTML for people: a further representation of every resource. The bytes are the same for all resources, because the
-/// page's script reads its own address and requests the data as any client does.
+/// A list of terms, for its page.
+struct TermList {
+  std::string_view iri;                                              ///< of its document
+  const rdf::Graph& graph;                                           ///< a subject of class owl:Ontology, and terms with rdfs:label
+  const std::vector<std::pair<std::string, std::string>>& prefixes;  ///< rdf::Prefixes
+  const std::vector<std::string_view>& types;                        ///< its media types in RDF
+};
+
+/// HTML for people: a further representation of every resource. The bytes are the same for all resources but lists of
+/// terms, because the page's script reads its own address and requests the data as any client does.
 ///
 /// @par Threads  Constant functions: any, concurrently.
 class LRT_API PageSource {
@@ -36,6 +52,12 @@ class LRT_API PageSource {
   }
   /// Adds Content-Type and the security policy of pages.
   virtual void add_fields(http::Fields& fields) const = 0;
+  /// The page of a list of terms, which can be read without its script: an element with an `id` for each term.
+  /// @return  empty: there is no such page, and html() is shown
+  virtual std::string terms(const TermList& list) const {
+    (void)list;
+    return {};
+  }
 };
 
 }  // namespace v0

@@ -41,7 +41,7 @@ class RootResource final : public Resource, public Container {
   const std::string session_, query_;
 };
 
-/// "/ns/lrt": the terms of lrt, and those of hybrit that it uses.
+/// "/ns/lrt": the terms of lrt, and those of other vocabularies that it uses and that no server documents.
 class TermsResource final : public Resource {
  public:
   static constexpr const char* location = "/ns/lrt";
@@ -50,7 +50,7 @@ class TermsResource final : public Resource {
   void describe_types(About&, const Description&) const override {}
   const Variants& variants() const override { return graph_variants(); }
   const ResourceKind& kind() const noexcept override {
-    static constexpr ResourceKind kind{"terms", Trait::no_rdf_source};
+    static constexpr ResourceKind kind{"terms", Trait::no_rdf_source | Trait::term_list};
     return kind;
   }
   std::uint64_t state(std::uint64_t) const noexcept override { return 1; }
