@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "src/http/negotiate.hpp"
 
+#include <algorithm>
+#include <utility>
+
 #include <lrt/http/message.hpp>
 
 #include "src/base/ascii.hpp"
@@ -183,6 +186,30 @@ std::optional<std::size_t> negotiate(std::optional<std::string_view> accept, con
     }
   }
   return winner;
+}
+
+std::vector<std::string> accepted_languages(std::string_view field) {
+  constexpr std::size_t max_ranges = 32, max_bytes = 100;
+  std::vector<std::pair<int, std::string>> weighted;
+  while (!field.empty() && weighted.size() < max_ranges) {
+    std::string_view member = take_member(field);
+    const std::string_view range = member.substr(0, std::min(member.find_first_of("; \t"), member.size()));
+    member.remove_prefix(range.size());
+    int weight = 1000;
+    Parameter parameter;
+    while (weight > 0 && take_parameter(member, parameter))
+      if (iequals(parameter.name, "q")) weight = parse_weight(parameter.value);
+    const auto is_tag = [](char c) { return is_digit(c) || c == '-' || (lower(c) >= 'a' && lower(c) <= 'z'); };
+    const bool is_range = !range.empty() && range.size() <= max_bytes && std::all_of(range.begin(), range.end(), is_tag);
+    if (!is_range || weight <= 0 || !member.empty()) continue;
+    std::string text(range);
+    std::transform(text.begin(), text.end(), text.begin(), [](char c) { return lower(c); });
+    weighted.emplace_back(weight, std::move(text));
+  }
+  std::stable_sort(weighted.begin(), weighted.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::vector<std::string> ranges;
+  for (auto& [weight, range] : weighted) ranges.push_back(std::move(range));
+  return ranges;
 }
 
 }  // namespace lrt::http

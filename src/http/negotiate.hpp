@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -28,5 +29,11 @@ namespace lrt::http {
 /// @par Time     Linear in the product of field and offers.
 /// @par Implements  R1.2
 std::optional<std::size_t> negotiate(std::optional<std::string_view> accept, const std::vector<std::string_view>& offers);
+
+/// The language ranges of an Accept-Language field in lower case, that with the highest q-value first (RFC 9110 12.5.4). Among equal ones the
+/// earlier is first. "*", ranges with q=0 and malformed members are left out; at most 32 are returned.
+/// @param field  the joined fields
+/// @par Threads  Any.
+std::vector<std::string> accepted_languages(std::string_view field);
 
 }  // namespace lrt::http
