@@ -58,8 +58,13 @@ class LRT_API Thing {
 
   /// Adds an rdf:type. Every thing has the type hybrit:RoboticThing (R1.3, R1.4).
   Thing& type(Iri type);
-  /// Sets dcterms:title, for people. Default: the last segment of the path.
-  Thing& title(std::string text);
+  /// Sets what people call the thing, in one language: dcterms:title. Each call adds a language. Default: the last segment
+  /// of the path, without a language.
+  /// @param language  language tag (BCP 47); empty: none is stated
+  /// @par Errors      expected_rdf (the language tag), invalid_option (a language twice): from Server::add()
+  Thing& title(std::string text, std::string language = {});
+  /// Adds a sentence or more about the thing, in one language: dcterms:description. See title().
+  Thing& description(std::string text, std::string language = {});
   /// Adds a triple about the thing (R1.12).
   Thing& add(Iri predicate, Object object);
   /// Adds a Turtle document. Its base is the thing's IRI, so `<>` is the thing.
@@ -194,6 +199,8 @@ class LRT_API Thing {
   const std::string& path() const noexcept;
 
   /// @cond internal
+  /// For libraries: sets the title that the thing has until the user gives one.
+  Thing& default_title(std::string text);
   /// For the engine and the server: the part that a World has; nullptr: the thing is not a World.
   const model::WorldSpec* world() const noexcept;
   /// For the engine: moves the description out. The thing is empty afterwards.

@@ -32,7 +32,7 @@ inline namespace v0 {
 
 /// Options of one graph of a World.
 struct GraphOptions {
-  std::string title;  ///< dcterms:title; empty: the last name of its path
+  rdf::Texts title;  ///< dcterms:title, in one language or several; empty: the last name of its path
   /// SHACL shapes in Turtle. A write, by code or by a client, is refused unless the resulting graph conforms to the
   /// shapes that have targets. What is published() is not checked. Their base is the World's own Blueprint, where
   /// clients read them.
@@ -49,7 +49,8 @@ struct GraphOptions {
   /// truncated, it is kept as FILE.damaged-1, the log says so, and the graph begins with `turtle`. A file belongs to one
   /// graph: Server::add() refuses a file that another graph, server or process writes. Empty: the graph is not stored.
   std::string file;
-  std::string turtle;  ///< first content, unless there is a stored file. Its base is the graph's IRI
+  std::string turtle;      ///< first content, unless there is a stored file. Its base is the graph's IRI
+  rdf::Texts description;  ///< dcterms:description
 };
 
 /// What clients may do with a World besides writing its graphs.
@@ -57,7 +58,7 @@ struct WorldOptions {
   bool clients_may_create = false;  ///< new graphs, by PUT or POST below the World; the client also needs the right to write the World
   std::size_t max_created = 100;    ///< graphs of clients at a time; more: 409
   /// Options of each graph that a client creates. Clients may write and delete it, whatever clients_may_write says;
-  /// `file`, `title` and `turtle` are ignored.
+  /// `file`, `title`, `description` and `turtle` are ignored.
   GraphOptions created{};
   std::size_t max_created_bytes = 64 * 1024 * 1024;  ///< of graphs of clients together, as GraphOptions::max_bytes; more: 413
 };
@@ -252,7 +253,8 @@ class LRT_API World final : public Thing {
 
   /// Adds a named graph at `path` below the World.
   /// @par Errors  expected_iri, duplicate_path, expected_rdf, expected_value (an ill-formed shape, or a first content
-  ///              that does not conform), limit_exceeded, io_error and invalid_option (its file): from Server::add()
+  ///              that does not conform), limit_exceeded, io_error and invalid_option (its file, two titles in one
+  ///              language): from Server::add()
   WorldGraph graph(std::string_view path, GraphOptions options = {});
 };
 

@@ -125,7 +125,12 @@ std::string signature_of(const ThingNode& thing, const Registry& registry) {
     s.text(p->path).texts(p->predicates).texts(p->classes).number(p->file).number(p->octets).number(p->frame != nullptr);
     s.number(static_cast<bool>(p->write)).value(p->type, p->facets);
     s.number(p->statements.size());
-    for (const Statement& statement : p->statements) s.text(statement.predicate);
+    for (const Statement& statement : p->statements) {
+      s.text(statement.predicate);
+      // The Blueprint has the words.
+      const bool is_text = statement.predicate == vocab::dcterms::title.text || statement.predicate == vocab::dcterms::description.text;
+      if (is_text) s.text(statement.object.text()).text(statement.object.language());
+    }
   }
   s.number(spec.actions.size());
   for (const auto& a : spec.actions)

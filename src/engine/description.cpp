@@ -19,6 +19,11 @@ About& About::statements(const std::vector<Statement>& statements, const std::st
   return *this;
 }
 
+About& About::texts(Iri predicate, const rdf::Texts& texts) {
+  for (const rdf::Text& t : texts) add(predicate, t.language.empty() ? rdf::literal(t.text) : rdf::tagged_literal(t.text, t.language));
+  return *this;
+}
+
 rdf::TermId object_term(rdf::Graph& graph, const Object& o, const std::string& base) {
   switch (o.kind()) {
     case Object::Kind::iri: return graph.intern(rdf::iri(o.text()));

@@ -54,6 +54,8 @@ class About {
   About& when(Iri predicate, std::chrono::system_clock::time_point time) {
     return time == decltype(time){} ? *this : add(predicate, rdf::literal(to_xsd_date_time(time), vocab::xsd::dateTime));
   }
+  /// A text in each of its languages.
+  About& texts(Iri predicate, const rdf::Texts& texts);
   /// The user's own triples (R1.12).
   About& statements(const std::vector<Statement>& statements, const std::string& base);
 

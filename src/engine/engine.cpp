@@ -14,6 +14,7 @@
 #include "src/engine/resources/thing.hpp"
 #include "src/engine/targets.hpp"
 #include "src/http/target.hpp"
+#include "src/rdf/words.hpp"
 
 namespace lrt::engine {
 
@@ -396,6 +397,7 @@ Result<void> Engine::check() const {
   if (const std::string& vocabulary = impl_->parts.options.vocabulary;
       !vocabulary.empty() && (!iri::is_absolute(vocabulary) || (vocabulary.back() != '#' && vocabulary.back() != '/')))
     return unexpected(Errc::invalid_option, "vocabulary: expected an absolute IRI that ends with '#' or '/', found \"" + vocabulary + "\"");
+  if (Result<void> checked = rdf::check_words({impl_->parts.options.title, impl_->parts.options.description}, "server"); !checked) return checked;
   if (Result<void> checked = impl_->parts.cors.check(); !checked) return checked;
   if (const auto& queries = impl_->parts.queries)
     if (Result<void> checked = queries->check_options(); !checked) return checked;

@@ -16,8 +16,8 @@
 
 namespace lrt::engine {
 
-Overview::Overview(const EngineView& engine, std::size_t base, const Audience& audience, std::size_t page)
-    : engine_(engine), base_(engine.bases[base]), audience_(audience), page_(page) {}
+Overview::Overview(const EngineView& engine, std::size_t base, const Audience& audience, std::size_t page, ChosenTexts& texts)
+    : engine_(engine), base_(engine.bases[base]), audience_(audience), page_(page), texts_(texts) {}
 
 std::string Overview::of(const Resource& resource) {
   begin_object({});
@@ -89,21 +89,24 @@ void Overview::texts(std::string_view key, const std::vector<std::string>& value
   end_array();
 }
 
+void Overview::words(const rdf::Words& words) {
+  if (const rdf::Text* title = texts_.choose(words.titles)) text("title", title->text);
+  if (const rdf::Text* description = texts_.choose(words.descriptions)) text("description", description->text);
+}
+
 void Overview::json(std::string_view key, std::string_view written) {
   separate(key);
   out_ += written;
 }
 
 void Overview::schema(std::string_view key, const rdf::Type* type, const rdf::Facets& facets) {
-  if (type) json(key, rdf::write_schema(*type, facets));
+  if (!type) return;
+  const rdf::ChooseText choose = [this](const rdf::Texts& texts) { return texts_.choose(texts); };
+  json(key, rdf::write_schema(*type, facets, &choose));
 }
 
 void Overview::described(const std::vector<Statement>& statements, const std::vector<std::string>& classes, const rdf::Type* type) {
-  for (const Statement& s : statements) {
-    if (s.predicate != vocab::dcterms::title.text || s.object.kind() != Object::Kind::literal) continue;
-    text("title", s.object.text());
-    break;
-  }
+  words({model::texts_of(statements, vocab::dcterms::title), model::texts_of(statements, vocab::dcterms::description)});
   std::vector<std::string> all = classes;
   if (type)
     for (const std::string& c : type->classes) {

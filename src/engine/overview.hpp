@@ -12,6 +12,7 @@
 #include <lrt/rdf/value.hpp>
 
 #include "src/engine/description.hpp"
+#include "src/engine/languages.hpp"
 #include "src/engine/resource.hpp"
 
 namespace lrt::engine {
@@ -23,7 +24,8 @@ inline namespace v0 {
 /// values are JSON Schemas.
 class Overview {
  public:
-  Overview(const EngineView& engine, std::size_t base, const Audience& audience, std::size_t page);
+  /// @param texts  chooses of texts in several languages
+  Overview(const EngineView& engine, std::size_t base, const Audience& audience, std::size_t page, ChosenTexts& texts);
 
   /// The complete overview of the resource.
   std::string of(const Resource& resource);
@@ -44,12 +46,15 @@ class Overview {
   /// Nothing for an empty text.
   void text(std::string_view key, std::string_view value);
   void texts(std::string_view key, const std::vector<std::string>& values);
+  /// `title` and `description`.
+  void words(const rdf::Words& words);
   void number(std::string_view key, std::uint64_t value) { json(key, std::to_string(value)); }
   void json(std::string_view key, std::string_view written);
   /// Nothing if there is no type.
   void schema(std::string_view key, const rdf::Type* type, const rdf::Facets& facets);
-  /// The title among the user's triples, and the domain types: the user's and those of a record.
+  /// Title and description among the user's triples, and the domain types: the user's and those of a record.
   void described(const std::vector<Statement>& statements, const std::vector<std::string>& classes, const rdf::Type* type);
+  const EngineOptions& options() const noexcept { return engine_.options; }
   const Registry& registry() const noexcept { return engine_.registry; }
   bool sees(const Resource& resource) const { return audience_.sees(resource); }
   std::string iri(const Resource& resource) const { return base_ + resource.path; }
@@ -70,6 +75,7 @@ class Overview {
   const std::string& base_;
   const Audience& audience_;
   std::size_t page_;
+  ChosenTexts& texts_;
   std::string out_;
 };
 

@@ -22,6 +22,7 @@
 #include "src/engine/resources/action.hpp"
 #include "src/engine/variants.hpp"
 #include "src/rdf/plain.hpp"
+#include "src/rdf/words.hpp"
 
 namespace lrt::engine {
 
@@ -162,6 +163,27 @@ Result<void> check_effect(const model::ActionSpec& action, const model::EffectSp
   return wrong("the property and the input have different types; name the fields by from_input.field(), or use effect(property)");
 }
 
+/// The words of the fields and enumerators of a type, and of the types in it.
+Result<void> check_words_of(const rdf::Type& type, const std::string& name) {
+  for (std::size_t i = 0; i < type.name_words.size(); ++i)
+    if (Result<void> r = rdf::check_words(type.name_words[i], name + ", the name \"" + (i < type.names.size() ? type.names[i] : "") + "\""); !r)
+      return r;
+  for (const rdf::FieldType& field : type.fields) {
+    const std::string its_name = name + ", the field \"" + field.name + "\"";
+    if (field.facets.has_words())
+      if (Result<void> r = rdf::check_words(field.facets.words(), its_name); !r) return r;
+    if (Result<void> r = check_words_of(*field.type, its_name); !r) return r;
+  }
+  return type.element ? check_words_of(*type.element, name) : Result<void>();
+}
+
+/// Each language once.
+Result<void> check_languages(const std::vector<Statement>& statements, const std::string& name) {
+  for (const auto& [predicate, what] : {std::pair(vocab::dcterms::title, "title"), std::pair(vocab::dcterms::description, "description")})
+    if (Result<void> r = rdf::check_texts(model::texts_of(statements, predicate), name, what); !r) return r;
+  return {};
+}
+
 /// Checks what only an action has.
 Result<void> check_action(const model::ActionSpec& action, const std::string& name) {
   if (action.first_error) return unexpected(action.first_error->code, name + ": " + action.first_error->message);
@@ -236,9 +258,12 @@ Result<void> check(model::ThingSpec& described) {
   const auto check_resource = [&](const model::ResourceSpec& r) -> Result<void> {
     if (Result<void> e = check_iris(r.classes, "type"); !e) return e;
     if (Result<void> e = check_iris(r.predicates, "predicate"); !e) return e;
-    return check_statements(r.statements);
+    if (Result<void> e = check_statements(r.statements); !e) return e;
+    return r.statements.empty() ? Result<void>() : check_languages(r.statements, r.location().substr(1));
   };
   if (Result<void> e = check_text(spec->title); !e) return e;
+  if (spec->words)
+    if (Result<void> e = rdf::check_words(*spec->words, "thing \"" + spec->path + "\""); !e) return e;
   if (Result<void> e = check_iris(spec->classes, "type"); !e) return e;
   if (Result<void> e = check_statements(spec->statements); !e) return e;
   if (!spec->blueprint.empty())
@@ -247,6 +272,7 @@ Result<void> check(model::ThingSpec& described) {
     if (Result<void> e = check_resource(*p); !e) return e;
     if (Result<void> e = check_names("property \"" + spec->path + "/" + p->path + "\"", p->type); !e) return e;
     if (Result<void> e = check_facets(p->path, p->facets); !e) return e;
+    if (Result<void> e = check_words_of(*p->type, "property \"" + spec->path + "/" + p->path + "\""); !e) return e;
     if (p->write)
       if (Result<void> e = check_input("property \"" + spec->path + "/" + p->path + "\"", *p->type); !e) return e;
     if (p->frame)
@@ -265,12 +291,16 @@ Result<void> check(model::ThingSpec& described) {
         return unexpected(Errc::invalid_option, "action \"" + spec->path + "/actions/" + a->path + "\": there is no " + what +
                                                     " to which the unit, bounds or length could apply");
       if (Result<void> e = check_facets("actions/" + a->path, *facets); !e) return e;
+      if (type)
+        if (Result<void> e = check_words_of(*type, std::string("the ") + what + " of action \"" + spec->path + "/actions/" + a->path + "\""); !e)
+          return e;
     }
   }
   for (const auto& c : spec->collections) {
     if (Result<void> e = check_resource(*c); !e) return e;
     if (Result<void> e = check_names("collection \"" + spec->path + "/" + c->path + "\"", c->type); !e) return e;
     if (Result<void> e = check_facets(c->path, c->facets); !e) return e;
+    if (Result<void> e = check_words_of(*c->type, "collection \"" + spec->path + "/" + c->path + "\""); !e) return e;
     if (c->create)
       if (Result<void> e = check_input("collection \"" + spec->path + "/" + c->path + "\"", *c->type); !e) return e;
   }

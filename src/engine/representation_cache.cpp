@@ -3,13 +3,19 @@
 
 #include <iterator>
 
+#include "src/engine/languages.hpp"
+
 namespace lrt::engine {
 
-Representation* RepresentationCache::find(const Resource& resource, std::size_t base, Variant variant, std::size_t page,
-                                          const Audience& audience) noexcept {
+Representation* RepresentationCache::find(const Resource& resource, std::size_t base, Variant variant, std::size_t page, const Audience& audience,
+                                          const Languages* languages) const {
   const std::string_view name = audience.name_in(resource);
+  const auto suits = [&](const Representation& kept) {
+    return !kept.has_languages() || kept.wanted_languages == (languages ? languages->wanted_of(kept.offered_languages) : std::string());
+  };
   for (const Place place : resource.representations)
-    if (place->base == base && place->variant == variant && place->page == page && place->view == audience.view && place->name == name)
+    if (place->base == base && place->variant == variant && place->page == page && place->view == audience.view && place->name == name &&
+        suits(*place))
       return &*place;
   return nullptr;
 }
@@ -20,6 +26,7 @@ Representation& RepresentationCache::keep(Representation made) {
     if (place->base != made.base || place->variant != made.variant || place->page != made.page || place->view != made.view ||
         place->name != made.name)
       continue;
+    if (place->state == made.state && place->wanted_languages != made.wanted_languages) continue;
     erase(place);
     break;
   }

@@ -9,13 +9,17 @@
 
 namespace lrt::engine {
 
+class Languages;
+
 /// The cached representations. The least recently used are removed when there are too many bytes.
 class RepresentationCache {
  public:
   explicit RepresentationCache(std::size_t max_bytes) : max_bytes_(max_bytes) {}
 
   /// The cached representation of that kind, or nullptr. It may show an earlier state of the resource.
-  Representation* find(const Resource& resource, std::size_t base, Variant variant, std::size_t page, const Audience& audience) noexcept;
+  /// @param languages  that the client wants; nullptr: none
+  Representation* find(const Resource& resource, std::size_t base, Variant variant, std::size_t page, const Audience& audience,
+                       const Languages* languages) const;
   /// Keeps a representation, and removes the one of the same kind.
   Representation& keep(Representation made);
   void mark_used(Representation& kept) noexcept;

@@ -15,6 +15,7 @@
 #include "src/http/etag.hpp"
 #include "src/http/negotiate.hpp"
 #include "src/http/range.hpp"
+#include "src/rdf/hash.hpp"
 
 namespace lrt::engine {
 
@@ -48,6 +49,15 @@ std::string_view value_of(const http::Request& request, std::string_view name, s
 }  // namespace
 
 namespace {
+
+std::string with_languages(std::string_view vary, bool has_languages) { return std::string(vary) + (has_languages ? ", Accept-Language" : ""); }
+
+/// The tag of a state differs by language, too. OwnRepresentation::for_write() takes off digits after a point: a write depends on the state alone.
+std::string tag_in_language(std::string tag, const std::string& wanted) {
+  std::string digits = std::to_string(static_cast<std::uint32_t>(rdf::hash_bytes(wanted, 0)));
+  digits.insert(0, 10 - digits.size(), '0');
+  return tag.insert(tag.size() - 1, (tag.find('.') == std::string::npos ? "." : "") + digits);
+}
 
 std::string too_large_text(std::size_t max_bytes) {
   return "the document has more than " + std::to_string(max_bytes) + " bytes; its parts can be read one by one";
@@ -150,7 +160,8 @@ Representations::Selected Representations::select(Context& context, std::optiona
         return responses_.problem(context, 406, too_large_text(max));
     if (!values_.ready(resource, variant, current)) return Missing{Encodings::of(variant)};
     const bool minimal = resource.container() && wants_minimal_container(context);
-    Result<Representation*> made = make(resource, context.base, variant, context.audience, minimal ? minimal_page : context.page);
+    const Languages languages(context.request());
+    Result<Representation*> made = make(resource, context.base, variant, context.audience, minimal ? minimal_page : context.page, &languages);
     if (made) return *made;
     why = made.error().message;
     const Errc code = made.error().code;
@@ -228,7 +239,8 @@ http::Response Representations::respond_with(Representation& representation, con
 http::Fields Representations::fields_of(Representation& representation, const Context& context) {
   const Resource& resource = *representation.resource;
   if (representation.links.block().empty()) {
-    representation.links = structure_fields(resource, representation.base, context.audience, representation.page, resource.cache_control());
+    representation.links = structure_fields(resource, representation.base, context.audience, representation.page, resource.cache_control(),
+                                            representation.has_languages());
     cache_.grown(representation.links.block().size());
   }
   http::Fields fields;
@@ -238,6 +250,7 @@ http::Fields Representations::fields_of(Representation& representation, const Co
   } else {
     fields.add("Content-Type", content_type(representation.variant, resource.variants().type_of(representation.variant), *representation.body));
   }
+  if (!representation.language.empty()) fields.add("Content-Language", representation.language);
   fields.add("ETag", representation.tag);
   fields.append(representation.links);
   if (!representation.is_page && !representation.variant.is_text()) {
@@ -259,7 +272,7 @@ http::Fields Representations::not_modified_fields(const Representation& represen
   http::Fields fields;
   responses_.add_types(fields, context.resource);
   fields.add("ETag", representation.tag);
-  fields.add("Vary", context.vary());
+  fields.add("Vary", with_languages(context.vary(), representation.has_languages()));
   fields.add("Cache-Control", representation.is_page ? limited(context.audience, no_cache) : cache_control_of(context));
   add_upgrade(fields, context);
   return fields;
@@ -312,9 +325,9 @@ Representation Representations::html_page(Resource& resource, std::size_t base, 
 
 /// The fields of a 200 that only the structure changes.
 http::Fields Representations::structure_fields(const Resource& resource, std::size_t base, const Audience& audience, std::size_t page,
-                                               std::string_view cache_control) const {
+                                               std::string_view cache_control, bool has_languages) const {
   http::Fields fields;
-  fields.add("Vary", vary_of(resource, audience));
+  fields.add("Vary", with_languages(vary_of(resource, audience), has_languages));
   fields.add("Cache-Control", limited(audience, cache_control));
   fields.add("Accept-Ranges", "bytes");
   responses_.add_allow(fields, resource, audience);
@@ -322,33 +335,44 @@ http::Fields Representations::structure_fields(const Resource& resource, std::si
   return fields;
 }
 
-Result<Representation*> Representations::make(Resource& resource, std::size_t base, Variant variant, const Audience& audience, std::size_t page) {
+Result<Representation*> Representations::make(Resource& resource, std::size_t base, Variant variant, const Audience& audience, std::size_t page,
+                                              const Languages* languages) {
   const std::uint64_t structure = view_.registry.structure(), state = resource.state(structure);
-  Representation* kept = cache_.find(resource, base, variant, page, audience);
+  Representation* kept = cache_.find(resource, base, variant, page, audience, languages);
   if (kept && kept->state == state) {
     cache_.mark_used(*kept);
     return kept;
   }
-  Result<Bytes> body = body_of(resource, base, variant, audience, page);
+  ChosenTexts texts(languages);
+  Result<Bytes> body = body_of(resource, base, variant, audience, page, texts);
   if (!body) return Unexpected{std::move(body).error()};
 
   const bool is_page = variant == Variant::term_page();
   const std::string_view type = is_page ? page_type : resource.variants().type_of(variant);
   const OwnRepresentation* const own = resource.own_representation();
   std::string tag = own ? own->entity_tag(type, view_.bases[base], audience, false) : std::string();
-  if (tag.empty()) tag = http::entity_tag(type, **body);
-  Representation made{&resource, base,           variant,          page,   audience.view, std::string(audience.name_in(resource)), state,
+  const bool is_of_state = !tag.empty();
+  if (!is_of_state) tag = http::entity_tag(type, **body);
+  Representation made{&resource, base,           variant,         page, audience.view, std::string(audience.name_in(resource)), state,
                       structure, std::move(tag), *std::move(body), is_page};
-  if (kept && kept->structure == structure && resource.kind().is(Trait::fixed_links)) made.links = std::move(kept->links);
+  if (const std::vector<std::string>& offered = texts.offered(); !offered.empty()) {
+    made.offered_languages = offered;
+    if (languages) made.wanted_languages = languages->wanted_of(offered);
+    if (is_of_state) made.tag = tag_in_language(std::move(made.tag), made.wanted_languages);
+  }
+  made.language = texts.language();
+  const bool has_same_links = kept && kept->structure == structure && kept->has_languages() == made.has_languages();
+  if (has_same_links && resource.kind().is(Trait::fixed_links)) made.links = std::move(kept->links);
   return &cache_.keep(std::move(made));
 }
 
-bool Representations::is_made(Resource& resource, std::size_t base, Variant variant, const Audience& audience) const noexcept {
-  const Representation* kept = cache_.find(resource, base, variant, 1, audience);
+bool Representations::is_made(Resource& resource, std::size_t base, Variant variant, const Audience& audience) const {
+  const Representation* kept = cache_.find(resource, base, variant, 1, audience, nullptr);
   return kept && kept->state == resource.state(view_.registry.structure());
 }
 
-Result<Bytes> Representations::body_of(Resource& resource, std::size_t base, Variant variant, const Audience& audience, std::size_t page) const {
+Result<Bytes> Representations::body_of(Resource& resource, std::size_t base, Variant variant, const Audience& audience, std::size_t page,
+                                       ChosenTexts& texts) const {
   if (variant.kind() == Variant::Kind::encoded) {
     const auto& encodings = static_cast<PropertyResource&>(resource).encodings;
     if (variant.encoder() < encodings.size() && encodings[variant.encoder()].made) return encodings[variant.encoder()].bytes;
@@ -366,7 +390,7 @@ Result<Bytes> Representations::body_of(Resource& resource, std::size_t base, Var
     text = options_.page->terms({iri, describe(resource, base, audience, page), options_.prefixes, resource.variants().types});
     if (text->empty()) return options_.page->html();
   } else if (variant == Variant::overview()) {
-    text = Overview(view_, base, audience, page).of(resource);
+    text = Overview(view_, base, audience, page, texts).of(resource);
   } else if (const auto whole = document_of(resource)) {
     text = std::string(*whole);
   } else {
@@ -453,10 +477,11 @@ std::optional<http::Response> Representations::failed_precondition(const Context
   const auto for_write = [&](std::string field) { return own ? own->for_write(std::move(field)) : field; };
   const std::string wanted = for_write(request.joined("If-Match")), unwanted = for_write(request.joined("If-None-Match"));
   bool matched = false, excluded = false;
+  const Languages languages(request);  // the client has got the representation in these
   // Cached variants come first: the client probably has one of them, and other variants of a large value take time to encode.
   std::vector<Variant> variants = resource.variants().variants;
   std::stable_partition(variants.begin(), variants.end(), [&](Variant variant) {
-    const Representation* kept = cache_.find(resource, context.base, variant, context.page, context.audience);
+    const Representation* kept = cache_.find(resource, context.base, variant, context.page, context.audience, &languages);
     return kept && kept->state == resource.state(view_.registry.structure());
   });
   for (const Variant variant : variants) {
@@ -468,7 +493,7 @@ std::optional<http::Response> Representations::failed_precondition(const Context
     std::string tag;
     if (own) tag = own->entity_tag(resource.variants().type_of(variant), view_.bases[context.base], context.audience, true);
     if (tag.empty()) {
-      const Result<Representation*> made = make(resource, context.base, variant, context.audience, context.page);
+      const Result<Representation*> made = make(resource, context.base, variant, context.audience, context.page, &languages);
       if (!made) continue;
       tag = (*made)->tag;
     }

@@ -14,6 +14,7 @@
 #include "src/engine/context.hpp"
 #include "src/engine/cors.hpp"
 #include "src/engine/description.hpp"
+#include "src/engine/languages.hpp"
 #include "src/engine/pending_requests.hpp"
 #include "src/engine/property_values.hpp"
 #include "src/engine/representation_cache.hpp"
@@ -55,9 +56,11 @@ class Representations {
   Selected select(Context& context, std::optional<Representation>* page, bool current);
   /// The present representation in one variant.
   /// @par Errors  unsupported_syntax, limit_exceeded: the variant cannot represent the value; others: encoding failed
-  Result<Representation*> make(Resource& resource, std::size_t base, Variant variant, const Audience& audience, std::size_t page = 1);
+  /// @param languages  that the client wants; nullptr: none
+  Result<Representation*> make(Resource& resource, std::size_t base, Variant variant, const Audience& audience, std::size_t page = 1,
+                               const Languages* languages = nullptr);
   /// make() would return a representation that was made before.
-  bool is_made(Resource& resource, std::size_t base, Variant variant, const Audience& audience) const noexcept;
+  bool is_made(Resource& resource, std::size_t base, Variant variant, const Audience& audience) const;
   /// The representation as a message to subscribers.
   const subscription::Item& message_of(Representation& representation);
   /// The same as one event of an event stream.
@@ -83,10 +86,10 @@ class Representations {
   const PreparedFields* prepared_fields(Representation& representation, const Context& context);
   void prepare(http::Fields& fields, int status, const Context& context) const;
   void go_on(Ticket ticket, Resource& resource, Encodings encodings, Step step);
-  Result<Bytes> body_of(Resource& resource, std::size_t base, Variant variant, const Audience& audience, std::size_t page) const;
+  Result<Bytes> body_of(Resource& resource, std::size_t base, Variant variant, const Audience& audience, std::size_t page, ChosenTexts& texts) const;
   Representation html_page(Resource& resource, std::size_t base, const Audience& audience, std::size_t page) const;
   http::Fields structure_fields(const Resource& resource, std::size_t base, const Audience& audience, std::size_t page,
-                                std::string_view cache_control) const;
+                                std::string_view cache_control, bool has_languages = false) const;
   rdf::Dataset dataset_of(const ValueResource& resource, std::size_t base, const Audience& audience, rdf::Graph all) const;
   rdf::Graph shown(rdf::Graph graph, std::size_t base, const Audience& audience) const;
   /// @param first  of its links after those that each response has

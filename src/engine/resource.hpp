@@ -81,6 +81,12 @@ struct Representation {
   http::Fields links{};  ///< those of the fields that only the structure changes, made for the first response
   PreparedFields prepared{};
   subscription::Item message{}, event{};  ///< for a WebSocket or callback, for an event stream; made for the first subscriber
+  /// ChosenTexts::offered(), and Languages::wanted_of() these for the client that it was made for.
+  std::vector<std::string> offered_languages{};
+  std::string wanted_languages{};
+  std::string language{};  ///< value of Content-Language; empty: none
+
+  bool has_languages() const noexcept { return !offered_languages.empty(); }
 
   std::size_t bytes() const noexcept {
     return sizeof *this + links.block().size() + prepared.bytes() + tag.size() + body->size() + (event ? event->body->size() : 0);

@@ -106,6 +106,9 @@ void ResourceSetup::set_dispatch(Dispatch where) noexcept { spec_->dispatch = wh
 void ResourceSetup::set_max_body_bytes(std::size_t n) noexcept { spec_->max_body_bytes = n; }
 void ResourceSetup::add_predicate(std::string iri) { spec_->predicates.push_back(std::move(iri)); }
 void ResourceSetup::add_class(std::string iri) { spec_->classes.push_back(std::move(iri)); }
+void ResourceSetup::add_text(Iri predicate, std::string text, std::string language) {
+  add_statement(std::string(predicate.text), language.empty() ? Object(std::move(text)) : Object::tagged(std::move(text), std::move(language)));
+}
 void ResourceSetup::add_statement(std::string predicate, Object object) { spec_->statements.push_back({std::move(predicate), std::move(object)}); }
 std::string ResourceSetup::location() const { return spec_ ? spec_->location() : std::string(); }
 

@@ -146,7 +146,9 @@ struct ThingSpec {
   std::string path;                        ///< percent-encoded, without leading or trailing '/'
   std::shared_ptr<HandleContext> handles;  ///< null: it has no resources
   ThinVector<std::string> classes;
-  std::string title;
+  std::string title;                  ///< the last segment of its path, or the title without a language
+  bool has_plain_title = false;       ///< the user gave `title`
+  std::unique_ptr<rdf::Words> words;  ///< the other words of the user; null: none
   ThinVector<Statement> statements;
   ThinVector<std::string> turtle;  ///< documents; their base is the thing
   std::string blueprint;           ///< IRI of an external one; empty: generated
@@ -159,6 +161,11 @@ struct ThingSpec {
   std::shared_ptr<WorldSpec> world;                  ///< of a World; null: it is no World
   std::unique_ptr<const std::string> cache_control;  ///< of the Thing and its state; null: "no-cache"
 };
+
+/// All titles of a Thing.
+rdf::Texts titles_of(const ThingSpec& thing);
+/// The titles or descriptions among statements.
+rdf::Texts texts_of(const std::vector<Statement>& statements, Iri predicate);
 
 /// The value of Cache-Control (RFC 9111 5.2.2, RFC 5861 3), in whole seconds; null for less than one second.
 std::unique_ptr<const std::string> cache_control_of(std::chrono::milliseconds age, std::chrono::milliseconds while_revalidating);

@@ -11,6 +11,7 @@
 #include "src/base/read_file.hpp"
 #include "src/base/utf8.hpp"
 #include "src/model/spec.hpp"
+#include "src/rdf/words.hpp"
 
 namespace lrt {
 inline namespace v0 {
@@ -99,6 +100,31 @@ void HandleLog::close() noexcept {
   log_ = nullptr;
 }
 
+rdf::Texts titles_of(const ThingSpec& thing) {
+  rdf::Texts titles;
+  const bool has_more = thing.words && !thing.words->titles.empty();
+  if (thing.has_plain_title || !has_more) titles.add(thing.title);
+  if (has_more)
+    for (const rdf::Text& t : thing.words->titles) titles.add(t.text, t.language);
+  return titles;
+}
+
+rdf::Texts texts_of(const std::vector<Statement>& statements, Iri predicate) {
+  rdf::Texts texts;
+  for (const Statement& s : statements)
+    if (s.predicate == predicate.text && s.object.kind() == Object::Kind::literal) texts.add(s.object.text(), s.object.language());
+  return texts;
+}
+
+namespace {
+
+rdf::Words& words_of(ThingSpec& thing) {
+  if (!thing.words) thing.words = std::make_unique<rdf::Words>();
+  return *thing.words;
+}
+
+}  // namespace
+
 std::string ResourceSpec::location() const { return "/" + thing->path + (kind == Kind::action ? "/actions/" : "/") + path; }
 
 void ResourceSpec::report(const char* call, const char* what) const noexcept {
@@ -133,7 +159,19 @@ Thing::~Thing() = default;
 const std::string& Thing::path() const noexcept { return spec_->path; }
 
 Thing& Thing::type(Iri type) { return spec_->classes.push_back(std::string(type.text)), *this; }
-Thing& Thing::title(std::string text) { return spec_->title = std::move(text), *this; }
+Thing& Thing::title(std::string text, std::string language) {
+  if (!language.empty()) return model::words_of(*spec_).titles.add(std::move(text), std::move(language)), *this;
+  if (spec_->has_plain_title) remember(rdf::twice("thing \"" + spec_->path + "\"", "title", {}));
+  spec_->has_plain_title = true;
+  return spec_->title = std::move(text), *this;
+}
+Thing& Thing::default_title(std::string text) {
+  if (!spec_->has_plain_title) spec_->title = std::move(text);
+  return *this;
+}
+Thing& Thing::description(std::string text, std::string language) {
+  return model::words_of(*spec_).descriptions.add(std::move(text), std::move(language)), *this;
+}
 Thing& Thing::add(Iri predicate, Object object) {
   spec_->statements.push_back({std::string(predicate.text), std::move(object)});
   return *this;

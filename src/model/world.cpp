@@ -9,6 +9,7 @@
 
 #include "src/model/graph_state.hpp"
 #include "src/model/spec.hpp"
+#include "src/rdf/words.hpp"
 
 namespace lrt {
 inline namespace v0 {
@@ -129,6 +130,8 @@ WorldGraph World::graph(std::string_view path, GraphOptions options) {
   for (const auto& other : spec_->world->graphs)
     if (!options.file.empty() && other->options().file == options.file)
       return fails({Errc::invalid_option, "graph \"" + whole.substr(1) + "\": the file \"" + options.file + "\" is that of another graph"});
+  if (Result<void> r = rdf::check_words({options.title, options.description}, "graph \"" + whole.substr(1) + "\""); !r)
+    return fails(std::move(r).error());
   if (options.title.empty()) options.title = std::string(path.substr(path.rfind('/') + 1));
   if (!options.shapes.empty()) shapes(options.shapes);
   auto state = model::GraphState::create(whole, std::move(options), std::string(base) + "/" + spec_->path + "/blueprint", spec_->handles);

@@ -18,7 +18,10 @@ using Kind = Type::Kind;
 
 class SchemaWriter {
  public:
-  void write(const Type& outer, const Facets& facets, bool says_unit) {
+  explicit SchemaWriter(const ChooseText* choose) : choose_(choose) {}
+
+  /// @param words  of a field
+  void write(const Type& outer, const Facets& facets, bool says_unit, const Facets* words = nullptr) {
     const Type* inner = &outer;
     while (inner->kind == Kind::optional) inner = inner->element;
     const Type& type = *inner;
@@ -41,6 +44,7 @@ class SchemaWriter {
       key("unit");
       append_quoted(out_, unit_code(facets.unit()));
     }
+    if (words && choose_ && words->has_words()) texts(words->words());
     out_ += '}';
   }
   std::string take() { return std::move(out_); }
@@ -49,6 +53,15 @@ class SchemaWriter {
   void name(const char* type) {
     out_ += "\"type\":";
     out_ += nullable_ ? "[\"" + std::string(type) + "\",\"null\"]" : "\"" + std::string(type) + "\"";
+  }
+  void texts(const Words& words) {
+    text("title", (*choose_)(words.titles));
+    text("description", (*choose_)(words.descriptions));
+  }
+  void text(const char* k, const Text* text) {
+    if (!text) return;
+    key(k);
+    append_quoted(out_, text->text);
   }
   void key(const char* k) { out_.append(",\"").append(k).append("\":"); }
   void member(const char* k, const std::string& json) {
@@ -85,6 +98,16 @@ class SchemaWriter {
     if (nullable_) out_ += "null";
     else if (out_.back() == ',') out_.pop_back();
     out_ += ']';
+    if (!choose_ || type.name_words.empty()) return;
+    key("oneOf");
+    out_ += '[';
+    for (std::size_t i = 0; i < type.names.size(); ++i) {
+      out_ += i > 0 ? ",{\"const\":" : "{\"const\":";
+      append_quoted(out_, type.names[i]);
+      if (i < type.name_words.size()) texts(type.name_words[i]);
+      out_ += '}';
+    }
+    out_ += nullable_ ? ",{\"const\":null}]" : "]";
   }
 
   void items(const Type& type, const Facets& facets) {
@@ -109,7 +132,7 @@ class SchemaWriter {
       if (i > 0) out_ += ',';
       append_quoted(out_, all[i]);
       out_ += ':';
-      write(*field.type, field_facets(field, facets), true);
+      write(*field.type, field_facets(field, facets), true, &field.facets);
       if (field.type->kind == Kind::optional) continue;
       required += required.empty() ? "" : ",";
       append_quoted(required, all[i]);
@@ -121,12 +144,13 @@ class SchemaWriter {
 
   std::string out_;
   bool nullable_ = false;
+  const ChooseText* choose_;
 };
 
 }  // namespace
 
-std::string write_schema(const Type& type, const Facets& facets) {
-  SchemaWriter writer;
+std::string write_schema(const Type& type, const Facets& facets, const ChooseText* choose) {
+  SchemaWriter writer(choose);
   writer.write(type, facets, true);
   return writer.take();
 }

@@ -165,6 +165,15 @@ void EnumeratorNames::find_nameless(std::string_view function) {
     ++value;
   }
 }
+
+Words& EnumeratorNames::newest_words() {
+  type_.name_words.resize(std::max<std::size_t>(type_.names.size(), 1));
+  return type_.name_words.back();
+}
+void EnumeratorNames::add_title(std::string&& text, std::string&& language) { newest_words().titles.add(std::move(text), std::move(language)); }
+void EnumeratorNames::add_description(std::string&& text, std::string&& language) {
+  newest_words().descriptions.add(std::move(text), std::move(language));
+}
 Value EnumeratorNames::encode(std::uint64_t value) const {
   for (std::size_t i = 0; i < values_.size(); ++i)
     if (values_[i] == value) return Value(type_.names[i]);

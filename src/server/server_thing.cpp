@@ -91,13 +91,13 @@ std::string prometheus_text(const ServerCounters& counters) {
 Thing server_thing(const Server& server, std::string_view path) {
   const std::function<ServerCounters()> read = server.counter_source();
   Thing thing(path);
-  thing.title("Server").dispatch(Dispatch::io_thread);
+  thing.title("Server", "en").dispatch(Dispatch::io_thread);
   const auto add = [&](const std::string& name, const char* title, const char* description, const Unit& unit, auto value) {
     thing
         .property(
             name, [read, value] { return value(read()); }, unit)
-        .title(title)
-        .add(vocab::dcterms::description, Object(std::string(description)))
+        .title(title, "en")
+        .description(description, "en")
         .as_counter();
   };
   const auto count = [&](const std::string& name, const char* title, const char* description, auto value) {
@@ -134,8 +134,8 @@ Thing server_thing(const Server& server, std::string_view path) {
   count("audit/dropped", "Audit lines dropped", "Lines of the audit that were dropped.", [](C c) { return c.audit_dropped; });
   count("audit/waiting", "Audit lines waiting", "Lines that wait for the sink of the audit.", [](C c) { return c.audit_waiting; });
   thing.property("metrics", [read] { return prometheus_text(read()); })
-      .title("Metrics")
-      .add(vocab::dcterms::description, Object(std::string("The counters in the text format of Prometheus.")))
+      .title("Metrics", "en")
+      .description("The counters in the text format of Prometheus.", "en")
       .representation(metrics_type, [](const std::string& text) { return text; })
       .as_file();
   return thing;

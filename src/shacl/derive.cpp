@@ -143,9 +143,27 @@ class Deriver {
       const std::size_t local = predicate.find_last_of("#/") + 1;
       // In messages about what clients send; else only where the predicate does not say it.
       if (!field.name.empty() && (input_ || predicate.compare(local, std::string::npos, field.name) != 0)) add(p, sh::name, rdf::literal(field.name));
+      if (field.facets.has_words()) words(p, sh::name, sh::description, field.facets.words());
       value(p, *field.type, rdf::field_facets(field, facets), true);
     }
     if (const Unit unit = rdf::node_unit(type, facets); !unit.empty()) units(shape, unit);
+  }
+
+  // ---- words
+
+  void words(TermId of, Iri title, Iri description, const rdf::Words& words) {
+    for (const auto& [predicate, texts] : {std::pair(title, &words.titles), std::pair(description, &words.descriptions)})
+      for (const rdf::Text& t : *texts) add(of, predicate, t.language.empty() ? rdf::literal(t.text) : rdf::tagged_literal(t.text, t.language));
+  }
+  /// A member of sh:in is a literal, which has no triples of its own: a node beside it has its words. It constrains nothing.
+  void name_words(TermId shape, const Type& type) {
+    for (std::size_t i = 0; i < type.names.size() && i < type.name_words.size(); ++i) {
+      if (type.name_words[i].empty()) continue;
+      const TermId about = node();
+      add(shape, vocab::rdfs::seeAlso, about);
+      add(about, vocab::rdf_::value, rdf::literal(type.names[i]));
+      words(about, vocab::dcterms::title, vocab::dcterms::description, type.name_words[i]);
+    }
   }
 
   // ---- values
@@ -184,6 +202,7 @@ class Deriver {
       case Kind::enumeration: {
         std::vector<TermId> names;
         for (const std::string& name : type.names) names.push_back(graph_.intern(rdf::literal(name)));
+        name_words(shape, type);
         return add(shape, sh::in_, list(names));
       }
       case Kind::text:

@@ -29,6 +29,19 @@ std::optional<rdf::TermId> object(const rdf::Graph& graph, rdf::TermId subject, 
   return std::nullopt;
 }
 
+/// Its sh:name: the one without a language, which is the name in JSON, else the first.
+std::optional<rdf::TermId> name_of(const rdf::Graph& graph, rdf::TermId shape) {
+  const auto p = graph.find(sh::name);
+  std::optional<rdf::TermId> name;
+  if (!p) return name;
+  for (const rdf::Triple& t : graph.match(shape, *p, std::nullopt)) {
+    const bool is_plain = graph.term(t.object).language.empty();
+    if (!name || is_plain) name = t.object;
+    if (is_plain) break;
+  }
+  return name;
+}
+
 std::vector<rdf::TermId> objects(const rdf::Graph& graph, rdf::TermId subject, Iri predicate) {
   std::vector<rdf::TermId> all;
   if (const auto p = graph.find(predicate))
@@ -125,13 +138,13 @@ std::string expectation(const Plan& plan, rdf::TermId shape) {
   for (const rdf::TermId part : objects(graph, shape, sh::property)) {
     if (has_cells_as_path(graph, part)) return words_for_list(graph, part);
     if (is(graph, object(graph, part, sh::path), vocab::vom::numericalValue)) return expectation(plan, part);
-    if (const auto name = object(graph, part, sh::name)) names += (names.empty() ? " with " : ", ") + shown(graph.term(*name));
+    if (const auto name = name_of(graph, part)) names += (names.empty() ? " with " : ", ") + shown(graph.term(*name));
   }
   return names.empty() ? names : "an object" + names;
 }
 
 std::string for_name(const Plan& plan, rdf::TermId shape) {
-  const auto name = object(plan.graph, shape, sh::name);
+  const auto name = name_of(plan.graph, shape);
   return name && plan.graph.term(*name).is_literal() ? " for " + shown(rdf::literal(plan.graph.term(*name).text)) : std::string();
 }
 

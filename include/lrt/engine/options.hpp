@@ -14,6 +14,7 @@
 #include <lrt/base/log.hpp>
 #include <lrt/http/message.hpp>
 #include <lrt/rdf/codec.hpp>
+#include <lrt/rdf/words.hpp>
 #include <lrt/security.hpp>
 #include <lrt/subscription/options.hpp>
 
@@ -95,6 +96,9 @@ struct CommonOptions {
   /// Answers queries: lrt::query::endpoint() of query.hpp. nullptr: there is no endpoint.
   std::shared_ptr<const QueryService> query;
   std::shared_ptr<const PageSource> page;  ///< the console page; nullptr: that of lrt
+  /// What people call the robot: dcterms:title of the root, in one language or several. Empty: "Robotic Things".
+  rdf::Texts title;
+  rdf::Texts description;  ///< a sentence or more about the robot: dcterms:description of the root
 };
 
 /// The verdict of an authorizer.

@@ -79,6 +79,7 @@ class LRT_API ResourceSetup {
   void add_predicate(std::string iri);
   void add_class(std::string iri);
   void add_statement(std::string predicate, Object object);
+  void add_text(Iri predicate, std::string text, std::string language);
   /// Its usual path below the root: "/arm/angle", "/arm/actions/turn"; empty for an empty handle.
   std::string location() const;
 
@@ -254,9 +255,22 @@ class ResourceHandle : public Setup {
     if (this->is_editable("type")) this->add_class(std::string(t.text));
     return self();
   }
-  /// Adds dcterms:title, for people.
-  Self& title(std::string text) {
-    if (this->is_editable("title")) this->add_statement(std::string(vocab::dcterms::title.text), Object(std::move(text)));
+  /// Sets what people call the resource, in one language: dcterms:title, and sh:name in the Blueprint of a property. Each
+  /// call adds a language; what clients get in JSON depends on Accept-Language.
+  ///
+  ///     width.title("Width", "en").title("Breite", "de");
+  ///
+  /// @param language  language tag (BCP 47); empty: none is stated
+  /// @par Errors      expected_rdf (the language tag), invalid_option (a language twice): from Server::add()
+  /// @par Implements  R1.12
+  Self& title(std::string text, std::string language = {}) {
+    if (this->is_editable("title")) this->add_text(vocab::dcterms::title, std::move(text), std::move(language));
+    return self();
+  }
+  /// Adds a sentence or more about the resource, in one language: dcterms:description, and sh:description in the Blueprint
+  /// of a property. See title().
+  Self& description(std::string text, std::string language = {}) {
+    if (this->is_editable("description")) this->add_text(vocab::dcterms::description, std::move(text), std::move(language));
     return self();
   }
   /// Adds a triple about the resource (R1.12).

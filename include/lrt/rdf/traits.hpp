@@ -464,6 +464,14 @@ class Enumeration {
  public:
   /// Gives an enumerator its name.
   Enumeration& name(E value, std::string text) { return names_.add(number(value), std::move(text)), *this; }
+  /// Sets what people call the enumerator of the last name(), in one language. Each call adds a language:
+  /// `e.name(Mode::slow, "slow").title("Slow", "en").title("Langsam", "de")`.
+  /// @par Errors  expected_rdf (the language), invalid_option (a language twice): from Server::add()
+  Enumeration& title(std::string text, std::string language = {}) { return names_.add_title(std::move(text), std::move(language)), *this; }
+  /// Adds a sentence or more about the enumerator of the last name(), see title().
+  Enumeration& description(std::string text, std::string language = {}) {
+    return names_.add_description(std::move(text), std::move(language)), *this;
+  }
 
   /// States that an enumerator is no value of its own, such as the number of the others: it has no name.
   Enumeration& without_name(E value) { return names_.add_nameless(number(value)), *this; }
@@ -661,7 +669,7 @@ class GetterField : public FieldAccess {
 ///       }
 ///     };
 ///
-/// field() returns the field's facets, for unit and bounds. A field is optional exactly if its C++ type is
+/// field() returns the field's facets, for unit, bounds, title and description. A field is optional exactly if its C++ type is
 /// std::optional.
 ///
 /// A record without is() has the class `<vocabulary>Type`. Type is the name of the C++ type without namespaces, or that

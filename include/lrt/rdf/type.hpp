@@ -6,15 +6,18 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <lrt/base/iri.hpp>
 #include <lrt/rdf/unit.hpp>
+#include <lrt/rdf/words.hpp>
 
 namespace lrt::rdf {
 inline namespace v0 {
 
-/// The unit of a value and the restrictions beyond its type: `Facets{unit::degree}.at_least(0).below(360)`.
+/// The unit of a value and the restrictions beyond its type: `Facets{unit::degree}.at_least(0).below(360)`. Those of a
+/// record's field also have its words for people.
 ///
 /// Bounds apply to numbers and, for lists and maps, to each number in them. They are compared as numbers. What a client
 /// sends is checked; a value that the robot reads or publishes is not.
@@ -45,6 +48,21 @@ class Facets {
   Facets& allow_non_finite() { return non_finite_ = true, *this; }
   /// Bounds the length of a text, in code points.
   Facets& length(std::size_t min, std::size_t max) { return min_length_ = min, max_length_ = max, *this; }
+  /// Sets what people call a field of a record, in one language. Each call adds a language:
+  /// `r.field("x", &S::x).title("Width", "en").title("Breite", "de")`. Other values have no such words: a Property and an
+  /// Action have title() of their own.
+  /// @par Errors  expected_rdf (the language), invalid_option (a language twice): from Server::add()
+  Facets& title(std::string text, std::string language = {}) {
+    Words more = words();
+    more.titles.add(std::move(text), std::move(language));
+    return words_ = &detail::kept_words(std::move(more)), *this;
+  }
+  /// Adds a sentence or more about a field of a record, see title().
+  Facets& description(std::string text, std::string language = {}) {
+    Words more = words();
+    more.descriptions.add(std::move(text), std::move(language));
+    return words_ = &detail::kept_words(std::move(more)), *this;
+  }
 
   /// Takes everything that `other` sets. The rest stays as it is.
   Facets& merge(const Facets& other) {
@@ -54,6 +72,7 @@ class Facets {
     non_finite_ = non_finite_ || other.non_finite_;
     if (other.min_length_ != 0) min_length_ = other.min_length_;
     if (other.max_length_ != std::numeric_limits<std::size_t>::max()) max_length_ = other.max_length_;
+    if (other.words_) words_ = other.words_;
     return *this;
   }
 
@@ -69,9 +88,12 @@ class Facets {
   bool allows_non_finite() const noexcept { return non_finite_; }                                       ///< clients may send NaN and infinities
   std::size_t min_length() const noexcept { return min_length_; }                                       ///< of a text, in code points
   std::size_t max_length() const noexcept { return max_length_; }                                       ///< of a text, in code points
+  Words words() const { return words_ ? *words_ : Words(); }                                            ///< of a field of a record
+  bool has_words() const noexcept { return words_ != nullptr; }                                         ///< words() is not empty
 
  private:
   const Unit* unit_ = &unit::none;  // kept for the life of the process
+  const Words* words_ = nullptr;    // as `unit_`; nullptr: none
   double min_ = 0, max_ = 0;
   bool has_min_ = false, has_max_ = false, min_exclusive_ = false, max_exclusive_ = false, non_finite_ = false;
   std::size_t min_length_ = 0, max_length_ = std::numeric_limits<std::size_t>::max();
@@ -100,6 +122,7 @@ struct Type {
   std::uint64_t highest = 0;                                      ///< integer: largest value of the C++ type
   bool single = false;                                            ///< real: float, not double
   std::vector<std::string> names;                                 ///< enumeration: names in the given order
+  std::vector<Words> name_words;                                  ///< enumeration: words of the name with the same index; may be shorter
   const Type* element = nullptr;                                  ///< list, optional, map: type of the members or of the value
   std::size_t shortest = 0;                                       ///< list: minimum number of members
   std::size_t longest = std::numeric_limits<std::size_t>::max();  ///< list: maximum number of members

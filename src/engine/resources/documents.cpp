@@ -25,7 +25,9 @@ constexpr std::string_view title = "Robotic Things";
 void RootResource::describe(const Description& d) const {
   About about(d.graph, d.base + path);
   describe_types(about, d);
-  about.add(vocab::dcterms::title, rdf::literal(title));
+  const EngineOptions& options = d.engine.options;
+  about.texts(vocab::dcterms::title, options.title.empty() ? rdf::Texts(std::string(title), "en") : options.title);
+  about.texts(vocab::dcterms::description, options.description);
   about.link(vocab::rdfs::seeAlso, d.base + terms_).link(vocab::rdfs::seeAlso, d.base + VocabularyResource::location);
   about.link(vocab::rdfs::seeAlso, d.base + DatasetResource::location);
   if (!registry_.roots().empty()) about.link(vocab::lrt_::all, d.base + all_.path);
@@ -48,7 +50,9 @@ std::vector<const ActionResource*> RootResource::stops() const {
 void RootResource::describe_types(About& about, const Description&) const { describe_container_types(about); }
 
 void RootResource::overview(Overview& o) const {
-  o.text("title", title);
+  const EngineOptions& options = o.options();
+  if (options.title.empty()) o.text("title", title);
+  o.words({options.title, options.description});
   if (!registry_.roots().empty()) o.link("all", all_);
   auto all = stops();
   all.erase(std::remove_if(all.begin(), all.end(), [&](const ActionResource* stop) { return !o.sees(*stop); }), all.end());

@@ -251,6 +251,8 @@ void describe_kind(const Description& d, const std::string& self, const std::str
     if (indices.size() > 1) continue;  // the predicate does not distinguish their values
     const PropertyResource& property = *first.properties[indices.front()];
     const model::PropertySpec& p = *property.spec;
+    constraint.texts(vocab::sh::name, model::texts_of(p.statements, vocab::dcterms::title));
+    constraint.texts(vocab::sh::description, model::texts_of(p.statements, vocab::dcterms::description));
     for (const std::string& c : p.classes) constraint.link(vocab::sh::class_, c);
     if (p.file) continue;  // not in the state
     const bool promised = property.promises_value, has_shape = !has_user_shape(first, p.path);

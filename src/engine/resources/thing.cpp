@@ -36,7 +36,8 @@ void ThingResource::describe(const Description& d) const {
   const std::vector<ActionResource*> actions = node.available_actions();
   About about(d.graph, d.base + path);
   describe_types(about, d);
-  about.add(vocab::dcterms::title, rdf::literal(spec.title));
+  about.texts(vocab::dcterms::title, model::titles_of(spec));
+  if (spec.words) about.texts(vocab::dcterms::description, spec.words->descriptions);
   // It is an instance of what judges it.
   about.link(vocab::rdf_::type, d.base + node.kind->path);
   if (node.bounds) about.link(vocab::rdf_::type, d.base + node.bounds->path);
@@ -80,7 +81,9 @@ void ThingResource::describe(const Description& d) const {
 void ThingResource::describe_types(About& about, const Description&) const { about.a(vocab::hybrit::RoboticThing).a(thing->spec->classes); }
 
 void ThingResource::summarize(Overview& o) const {
-  o.text("title", thing->spec->title);
+  const model::ThingSpec& spec = *thing->spec;
+  if (spec.words) o.words({model::titles_of(spec), spec.words->descriptions});
+  else o.text("title", spec.title);
   o.texts("types", thing->spec->classes);
 }
 

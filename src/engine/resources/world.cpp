@@ -232,12 +232,12 @@ void WorldGraphResource::describe_types(About& about, const Description&) const 
 
 void WorldGraphResource::describe_as_member(About& about, const Description& d) const {
   describe_types(about, d);
-  if (const std::string& title = graph_state->options().title; !title.empty()) about.add(vocab::dcterms::title, rdf::literal(title));
+  about.texts(vocab::dcterms::title, graph_state->options().title).texts(vocab::dcterms::description, graph_state->options().description);
   Resource::describe_controls(about, d);
 }
 
 void WorldGraphResource::summarize(Overview& o) const {
-  o.text("title", graph_state->options().title);
+  o.words({graph_state->options().title, graph_state->options().description});
   o.number("triples", version_.graph->size());
 }
 

@@ -94,12 +94,18 @@ class LRT_API EnumeratorNames {
   /// Looks for enumerators without a name, after all were added.
   /// @param function  first_values()
   void find_nameless(std::string_view function);
+  /// @{
+  /// Of the newest name.
+  void add_title(std::string&& text, std::string&& language);
+  void add_description(std::string&& text, std::string&& language);
+  /// @}
   const Type& type() const noexcept { return type_; }
   Value encode(std::uint64_t value) const;
   /// @return  nullptr: not one of the names
   const std::uint64_t* find(const Value& name) const noexcept;
 
  private:
+  Words& newest_words();
   Type type_;
   std::vector<std::uint64_t> values_, nameless_;
 };
