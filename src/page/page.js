@@ -38,6 +38,17 @@ class Graph {
   ids(subject, predicate) { return this.all(subject, predicate).flatMap((o) => o.id ?? []); }
   id(subject, predicate) { return this.ids(subject, predicate)[0]; }
   text(subject, predicate) { const o = this.one(subject, predicate); return o && (o.id ?? o.value); }
+  /// The literal in the language that the reader prefers (RFC 4647 3.4), else without a language, else in English, else the first.
+  said(subject, predicate) {
+    const texts = this.all(subject, predicate).filter((o) => !o.id);
+    for (const language of texts.length > 1 ? navigator.languages : []) {
+      for (const parts = language.toLowerCase().split("-"); parts.length; parts.pop()) {
+        const found = texts.find((o) => o.lang?.toLowerCase() === parts.join("-"));
+        if (found) return found;
+      }
+    }
+    return texts.find((o) => !o.lang) ?? texts.find((o) => /^en(-|$)/i.test(o.lang)) ?? texts[0];
+  }
   number(subject, predicate) { const t = this.text(subject, predicate); return t === undefined ? undefined : toNumber(t); }
   is(subject, type) { return this.ids(subject, rdf("type")).includes(type); }
   subjects(predicate, id) {
@@ -552,12 +563,14 @@ const listed = (g, s, which) => g.ids(s, sh(which)).flatMap((l) => g.list(l).fla
 
 /// The field of a form for all property shapes with one path.
 function valueModel(g, parts, depth) {
-  const field = { minValues: 0, maxValues: Infinity, kind: "text", name: "" }, types = [];
+  const field = { minValues: 0, maxValues: Infinity, kind: "text", name: "", words: new Map() }, types = [];
   for (const p of parts) {
-    field.name ||= g.text(p, sh("name")) ?? "";
-    field.description ??= g.text(p, sh("description"));
+    const said = g.said(p, sh("name"))?.value, name = g.all(p, sh("name")).find((o) => !o.lang)?.value;
+    field.name ||= said && name && said !== name ? `${said} (${name})` : said ?? "";
+    field.description ??= g.said(p, sh("description"))?.value;
     field.minValues = Math.max(field.minValues, g.number(p, sh("minCount")) ?? 0);
     field.maxValues = Math.min(field.maxValues, g.number(p, sh("maxCount")) ?? Infinity);
+    for (const w of g.ids(p, rdfs("seeAlso"))) field.words.set(g.text(w, rdf("value")), wordsOf(g, w));
     field.choices ??= [...g.ids(p, sh("in")).map((l) => g.list(l)), ...g.all(p, sh("hasValue")).map((o) => [o])][0];
     // Datatypes and bounds are in the shape itself or in its alternatives.
     for (const c of [p, ...listed(g, p, "or"), ...listed(g, p, "or").flatMap((o) => listed(g, o, "or"))]) {
@@ -675,7 +688,10 @@ class Form {
     const label = h("label", { for: id }, fieldName(field) || "value", field.unit && ` [${field.unit}]`);
     let input, slider, get, set;
     if (choices) {
-      input = h("select", common, h("option", { value: "" }, minValues ? "choose …" : "none"), choices.map((o, i) => h("option", { value: String(i) }, o.id ? localName(o.id) : o.value)));
+      input = h("select", common, h("option", { value: "" }, minValues ? "choose …" : "none"), choices.map((o, i) => {
+        const { title, description } = field.words.get(o.value) ?? {};
+        return h("option", { value: String(i), lang: title?.lang, title: description?.value }, o.id ? localName(o.id) : title && title.value !== o.value ? `${title.value} (${o.value})` : o.value);
+      }));
       get = () => choices[input.value];
       set = (o) => { input.value = choices.findIndex((c) => nTriplesOf(c) === nTriplesOf(o)); };
     } else if (kind === "boolean") {
@@ -815,7 +831,18 @@ setInterval(() => view.ticks.forEach((tick) => tick()), 1000);
 
 const problemText = (e) => e instanceof Problem && e.message !== e.title ? `${e.title}: ${e.message}` : e.message;
 const notice = (e) => h("p.bad", { role: "alert" }, problemText(e));
-const titleOf = (g, node) => g.text(node, dcterms("title")) ?? g.text(node, rdfs("label")) ?? g.text(node, sh("name")) ?? localName(g.id(node, sh("targetClass")) ?? node);
+const wordsOf = (g, node) => ({ title: g.said(node, dcterms("title")), description: g.said(node, dcterms("description")) });
+const titleOf = (g, node) => [dcterms("title"), rdfs("label"), sh("name")].map((p) => g.said(node, p)).find(Boolean)?.value ?? localName(g.id(node, sh("targetClass")) ?? node);
+/// What people say of a resource, below its title: its name, if the title is another one, and its description.
+const saidOf = ({ title, description }, name) => [title && title.value !== name && h("code.name", name), description && h("span", { lang: description.lang }, description.value)];
+/// Shows the words of a property or action in its card, whose heading has the name until its description has come.
+function showWords(element, g, iri) {
+  const words = wordsOf(g, iri), heading = element.querySelector("h3"), { title } = words;
+  if (element.said || !(title || words.description)) return;
+  element.said = h("p.said.quiet", saidOf(words, humanised(localName(iri))));
+  if (title && heading) Object.assign(heading.querySelector("a") ?? heading, { textContent: title.value, lang: title.lang ?? "" });
+  if (heading) heading.after(element.said);
+}
 const quiet = (...words) => h("p.quiet", ...words);
 /// A button for a request. An error is shown in `failed`.
 function command(words, act, failed, more) {
@@ -917,6 +944,7 @@ function propertyCard(iri, large) {
   const prefill = () => { if (form && last && !form.dirty && !form.whole.contains(document.activeElement)) form.read(last, iri); };
   const update = (g) => {
     last = g;
+    showWords(element, g, iri);
     const all = leaves(g, iri);
     plot.add(all);
     value.show(all, plot);
@@ -946,10 +974,13 @@ function propertyCard(iri, large) {
 
 /// A property in one line, for the card of a Thing.
 function propertyRow(iri) {
-  const value = new ValueView(), plot = Object.assign(new Plot(), { small: true });
-  const element = h("div.row", h("a", { href: local(iri) }, humanised(localName(iri))), value.element, plot.element);
+  const value = new ValueView(), plot = Object.assign(new Plot(), { small: true }), name = humanised(localName(iri)), link = h("a", { href: local(iri) }, name);
+  const element = h("div.row", link, value.element, plot.element);
   view.plot(plot);
   return { element, fail: () => {}, update: (g) => {
+    const { title, description } = wordsOf(g, iri);
+    if (title) Object.assign(link, { title: [name, description?.value].filter(Boolean).join(": "), lang: title.lang ?? "" });
+    setText(link, title?.value ?? name);
     const all = leaves(g, iri);
     plot.add(all);
     const one = all.find((l) => plot.moves(l)) ?? all[0];
@@ -1009,6 +1040,7 @@ function actionCard(iri, large, first) {
     while (list.childElementCount > maxInvocations) list.lastChild.remove();
   };
   const update = (g) => {
+    showWords(element, g, iri);
     if (!body.firstChild) {
       const binding = g.id(iri, hybrit("binding")), shape = g.id(iri, hybrit("consumes"));
       const show = (shapes) => body.replaceChildren(formElement({ target: g.text(binding, http("requestURI")) ?? iri, method: localName(g.id(binding, http("mthd")) ?? "POST"),
@@ -1136,7 +1168,7 @@ function showThing(iri, g) {
     collections.length && section("Collections", h("div.cards.wide", collections.map((c) => collectionCard(c)))), parts.length && section("Parts", thingCards(g, parts)),
     about && section("About", about), list];
 }
-const THING_PARTS = [rdf("type"), lrt("state"), lrt("collection"), ...["title", "hasPart", "isPartOf"].map(dcterms), ...["property", "action", "subscriptions", "blueprint", "websocketUrl"].map(hybrit)];
+const THING_PARTS = [rdf("type"), lrt("state"), lrt("collection"), ...["title", "description", "hasPart", "isPartOf"].map(dcterms), ...["property", "action", "subscriptions", "blueprint", "websocketUrl"].map(hybrit)];
 
 function subscriptionsOf(container, blueprints) {
   const details = h("details", { ontoggle: () => { if (!details.children[1]) details.append(subscriptions(container)); } }, h("summary", "Subscribers"));
@@ -1179,7 +1211,8 @@ async function show(focus) {
     const subject = g.subjects(lrt("state"), self)[0] ?? g.subjects(rdf("type"), "http://www.w3.org/2002/07/owl#Ontology")[0] ?? self, chain = await ancestorsOf(self);
     const up = chain.at(-1), is = (t) => g.is(subject, t), upper = is(ldp("Container")) && up ? (await cachedRequest(up)).g : new Graph();
     if (here.isClosed) return;
-    let content, title = is(hybrit("Property")) || is(hybrit("Action")) ? humanised(localName(subject)) : titleOf(g, subject), about = [];
+    const name = humanised(localName(subject)), isMember = is(hybrit("Property")) || is(hybrit("Action")), words = wordsOf(g, subject);
+    let content, title = isMember ? words.title?.value ?? name : titleOf(g, subject);
     if (is(hybrit("RoboticThing"))) content = showThing(subject, g);
     else if (is(hybrit("Property"))) {
       const shown = propertyCard(subject, true);
@@ -1205,8 +1238,8 @@ async function show(focus) {
       content = [g.about.has(subject) && h("div.card", self === subject ? valueOf(g, subject) : facts(g, subject, [])), ...[...g.about.keys()].filter((s) => !isBlank(s) && s !== subject && withoutHash(s) !== self).slice(0, 300).map((s) => section(localName(s), facts(g, s, [])))];
     }
     document.title = `${title} – robot`;
-    const heading = h("h1", { tabindex: "-1" }, title);
-    main.replaceChildren(h("nav.crumbs", { "aria-label": "Breadcrumbs" }, chain.flatMap((c, i) => [i ? " › " : "", linkTo(c, i ? localName(c) : "Things")])), heading, h("p", up && chips(g, subject)), ...content.flat().filter(Boolean), source(response, address));
+    const heading = h("h1", { tabindex: "-1", lang: title === words.title?.value && words.title.lang }, title), said = saidOf(isMember ? words : { description: words.description }, name);
+    main.replaceChildren(...[h("nav.crumbs", { "aria-label": "Breadcrumbs" }, chain.flatMap((c, i) => [i ? " › " : "", linkTo(c, i ? localName(c) : "Things")])), heading, h("p", up && chips(g, subject)), said.some(Boolean) && h("p.said", said), ...content.flat(), source(response, address)].filter(Boolean));
     if (focus) heading.focus({ preventScroll: true });
     tree(chain[0] ?? self, [...chain, self]).catch(() => {});
   } catch (e) {

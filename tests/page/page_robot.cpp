@@ -46,9 +46,28 @@ struct Picture {
   unsigned number = 0;
   lrt::Bytes svg;
 };
+enum class Hinge : std::uint8_t { left, right };
+struct Opening {
+  double width = 1;
+  Hinge hinge = Hinge::left;
+};
 
 }  // namespace
 
+template <>
+struct lrt::rdf::traits<Hinge> : lrt::rdf::Enumeration<Hinge> {
+  static void describe(Enumeration<Hinge>& e) {
+    e.name(Hinge::left, "left").title("On the left", "en").title("Links", "de");
+    e.name(Hinge::right, "right");
+  }
+};
+template <>
+struct lrt::rdf::traits<Opening> : lrt::rdf::Record<Opening> {
+  static void describe(Record<Opening>& r) {
+    r.field("width", &Opening::width).title("Width", "en").title("Breite", "de").description("Lichtes Maß", "de");
+    r.field("hinge", &Opening::hinge);
+  }
+};
 template <>
 struct lrt::rdf::traits<Translation> : lrt::rdf::Record<Translation> {
   static void describe(Record<Translation>& r) {
@@ -122,6 +141,17 @@ class Gantry {
     all_ = whole.property<std::vector<double>>("positions");
     all_->predicate(lrt::vocab::lrt_::positions);
     server.add(std::move(whole)).value();
+    Opening opening;
+    lrt::Thing door{"door"};  // with words in two languages
+    door.title("Door", "en").title("Tür", "de").description("The way into the cell.", "en");
+    door.property("opening", [&] { return opening; })
+        .on_write([&](Opening v) { opening = v; })
+        .title("Opening", "en")
+        .title("Öffnung", "de")
+        .description("What the door closes.", "en")
+        .description("Was die Tür verschließt.", "de");
+    door.action("shut", [] {}).title("Shut", "en").title("Schließen", "de").description("Schließt die Tür.", "de");
+    server.add(std::move(door)).value();
     for (int n = 0; n <= 4; ++n) {
       lrt::Thing link{"gantry/link" + std::to_string(n)};
       link.type(lrt::vocab::ros::Link);
