@@ -24,6 +24,9 @@ using rdf::Graph;
 using rdf::TermId;
 using rdf::TermView;
 
+/// Of one text; more are left out.
+constexpr std::size_t max_languages = 100;
+
 /// Ends the reading, inside this file only.
 struct Refused {
   Error error;
@@ -64,7 +67,8 @@ class Describer {
   bool has(TermId subject, Iri predicate, Iri object) const { return graph_.contains(graph_.term(subject), TermView(predicate), TermView(object)); }
   bool is_described(TermId node) const { return !graph_.match(node, std::nullopt, std::nullopt).empty(); }
   std::string iri_of(TermId node) const { return std::string(graph_.term(node).text); }
-  std::string title_of(TermId node) const {
+  std::string title_of(TermId node, const rdf::Words& words) const {
+    if (const rdf::Text* title = words.titles.choose({})) return title->text;
     for (const Iri predicate : {vocab::dcterms::title, vocab::rdfs::label})
       if (const auto title = one(node, predicate); title && graph_.term(*title).is_literal())
         return iri_of(*title).substr(0, options_.schema.max_text);
@@ -108,7 +112,8 @@ class Describer {
   ThingDescription describe(TermId thing) {
     ThingDescription d;
     d.iri = iri_of(thing);
-    d.title = title_of(thing);
+    d.words = words_of(graph_, thing, options_.schema.max_text);
+    d.title = title_of(thing, d.words);
     const std::vector<TermId> blueprints = blueprints_of(thing, d);
     each(thing, vocab::rdf_::type, [&](TermId c) {
       const TermView of = graph_.term(c);
@@ -245,7 +250,8 @@ class Describer {
     PropertyDescription p;
     p.iri = iri_of(member);
     p.name = name_of(thing.iri, p.iri, false);
-    p.title = title_of(member);
+    p.words = words_of(graph_, member, options_.schema.max_text);
+    p.title = title_of(member, p.words);
     p.predicates = predicates_of(thing_id, member);
     std::vector<TermId> shapes;
     if (const auto target = graph_.find(sh::targetNode))
@@ -360,7 +366,8 @@ class Describer {
     ActionDescription a;
     a.iri = iri_of(member);
     a.name = name_of(thing.iri, a.iri, true);
-    a.title = title_of(member);
+    a.words = words_of(graph_, member, options_.schema.max_text);
+    a.title = title_of(member, a.words);
     a.predicates = predicates_of(thing_id, member);
     a.asynchronous = has(member, vocab::rdf_::type, vocab::hybrit::AsynchronousAction);
     a.stop = has(member, vocab::rdf_::type, vocab::lrt_::StopAction);
@@ -394,6 +401,23 @@ Result<Description> describe(const Graph& graph, const DescribeOptions& options)
   try {
     return Describer(graph, options).run();
   } catch (const Refused& refused) { return unexpected(refused.error); }
+}
+
+rdf::Words words_of(const Graph& graph, TermId resource, std::size_t max_text) {
+  const auto texts = [&](Iri predicate) {
+    std::map<std::string, std::string> by_language;
+    if (const auto p = graph.find(predicate))
+      for (const rdf::Triple& t : graph.match(resource, *p, std::nullopt)) {
+        const TermView text = graph.term(t.object);
+        if (!text.is_literal() || text.text.size() > max_text || by_language.size() > max_languages) continue;
+        const auto [known, is_new] = by_language.emplace(text.language, text.text);
+        if (!is_new && text.text < known->second) known->second = text.text;
+      }
+    rdf::Texts all;
+    for (const auto& [language, text] : by_language) all.add(text, language);
+    return all;
+  };
+  return {texts(vocab::dcterms::title), texts(vocab::dcterms::description)};
 }
 
 void merge_document(Graph& to, const Graph& document) {

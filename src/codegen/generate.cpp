@@ -384,7 +384,9 @@ class Generator {
     const auto required = [&](std::size_t n) { return n == k.things.size() ? "true" : "false"; };
     const auto titled = [&](const auto& d, std::size_t n, const std::string& range = {}) {
       const std::string title = d.title.empty() ? decoded(d.name) : d.title;
-      return sentence(cpp::comment_text(title, options_.max_comment) + with_colon(range)) +
+      const rdf::Text* const about = d.words.descriptions.choose({});
+      const std::string description = about ? " " + sentence(cpp::comment_text(about->text, options_.max_comment)) : std::string();
+      return sentence(cpp::comment_text(title, options_.max_comment) + with_colon(range)) + description +
              (n == k.things.size() ? "" : " Not at each of these Things.");
     };
     for (const auto& [member_name, m] : k.properties) {

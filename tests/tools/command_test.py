@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command lrt against the baxter example and a hostile robot: the tour of docs/command.md, errors, pipes, servers that die, terminals, completion.
 
-usage: command_test.py LRT BAXTER SOURCE_DIR
+usage: command_test.py LRT BAXTER SOURCE_DIR MOBILE_BASE
 """
 
 import contextlib
@@ -25,9 +25,9 @@ import urllib.parse
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "conformance"))
 from graph_store import GraphStore  # noqa: E402
-from robot_process import PATIENCE, Receiver, Robot, http_request, until  # noqa: E402
+from robot_process import PATIENCE, Program, Receiver, Robot, http_request, until  # noqa: E402
 
-LRT = SOURCE = None
+LRT = SOURCE = MOBILE_BASE = None
 LONG = "-120"  # degrees: to the other end of the joint's range, two seconds
 UUID = r"[0-9a-f]{8}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{12}"
 
@@ -172,6 +172,27 @@ def errors():
         for command in re.findall(r"^  (\w+)  ", expect(lrt(url, "--help"), 0, err="").out.split("Subcommands:")[1], re.M):
             expect(lrt(url, command, "--help"), 0, ".*Usage: lrt " + command + ".*", "")
         expect(lrt(url, "--version"), 0, r"lrt \d+\.\d+\.\d+\n", "")
+
+
+def words():
+    """Titles and descriptions are in the language of the locale, or of --language."""
+    with Program(MOBILE_BASE, "--port", "0") as robot:
+        url = robot.url
+        expect(lrt(url, "ls"), 0, "Mobile base\n", "")
+        for locale in ({"LANG": "de_CH.UTF-8"}, {"LC_MESSAGES": "de_DE", "LANG": "en_US.UTF-8"}, {"LC_ALL": "de", "LC_MESSAGES": "fr"}):
+            expect(lrt(url, "ls", **{"LC_ALL": "", **locale}), 0, "Mobile Plattform\n", "")
+        expect(lrt(url, "ls", LC_ALL="C", LANG="de_DE.UTF-8"), 0, "Mobile base\n", "")
+        expect(lrt(url, "ls", "--language", "de-AT", LANG="en_US.UTF-8"), 0, "Mobile Plattform\n", "")
+        expect(lrt(url, "ls", "--language", "fr"), 0, "Mobile base\n", "")
+        # Both titles are names, and the names that a program uses stay.
+        for name in ("Mobile base", "Mobile Plattform", "base"):
+            listed = expect(lrt(url, "ls", name, "--language", "de"), 0, err="").out
+            assert re.search("^driveTo\\(\\)\t.*\tFahren nach\tFährt geradeaus zu einem Punkt auf dem Boden.$", listed, re.M), listed
+            assert re.search("^bumper\t.*\tStoßleiste gedrückt\t$", listed, re.M), listed
+        found = json.loads(expect(lrt(url, "ls", "base", "--json"), 0).out)
+        assert found["title"] == "Mobile base" and "description" not in found, found
+        pose = next(p for p in found["properties"] if p["name"] == "pose")
+        assert (pose["title"], pose["description"]) == ("Pose", "Where the base is, seen from where it was switched on."), pose
 
 
 def identity():
@@ -573,10 +594,10 @@ def manual():
 
 
 def main():
-    global LRT, SOURCE
-    LRT, Robot.program, SOURCE = os.path.abspath(sys.argv[1]), sys.argv[2], os.path.abspath(sys.argv[3])
-    wanted = sys.argv[4:]
-    for case in (tour, errors, identity, subscriptions, pipes, killed_server, recordings, progress_and_ctrl_c, plot, hostile_robot, completion, manual):
+    global LRT, SOURCE, MOBILE_BASE
+    LRT, Robot.program, SOURCE, MOBILE_BASE = os.path.abspath(sys.argv[1]), sys.argv[2], os.path.abspath(sys.argv[3]), sys.argv[4]
+    wanted = sys.argv[5:]
+    for case in (tour, errors, words, identity, subscriptions, pipes, killed_server, recordings, progress_and_ctrl_c, plot, hostile_robot, completion, manual):
         if wanted and case.__name__ not in wanted:
             continue
         begin = time.monotonic()

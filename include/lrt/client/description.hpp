@@ -10,6 +10,7 @@
 #include <lrt/base/result.hpp>
 #include <lrt/client/schema.hpp>
 #include <lrt/rdf/graph.hpp>
+#include <lrt/rdf/words.hpp>
 
 namespace lrt {
 inline namespace v0 {
@@ -37,17 +38,18 @@ struct DescribeOptions {
 struct PropertyDescription {
   std::string iri;                      ///< its IRI
   std::string name;                     ///< the part of its IRI after that of the Thing, "rotation"
-  std::string title;                    ///< dcterms:title, or empty
+  std::string title;                    ///< of words.titles the one without a language, else the English, else the first; or rdfs:label; or empty
   std::vector<std::string> predicates;  ///< predicates by which the Thing links to it, without hybrit:property; sorted
   bool writable = false;                ///< it has a binding with PUT
   std::optional<Schema> schema;         ///< of its value, usable; nullopt: no shape describes it
+  rdf::Words words{};                   ///< words_of() it
 };
 
 /// An Action of a Thing, as its robot describes it.
 struct ActionDescription {
   std::string iri;                      ///< its IRI
   std::string name;                     ///< as that of a Property, without "actions/"
-  std::string title;                    ///< dcterms:title, or empty
+  std::string title;                    ///< as that of a Property
   std::vector<std::string> predicates;  ///< predicates by which the Thing links to it, without hybrit:action; sorted
   bool asynchronous = false;            ///< hybrit:AsynchronousAction
   bool stop = false;                    ///< lrt:StopAction
@@ -56,12 +58,13 @@ struct ActionDescription {
   /// Usable; nullopt: none, or no shape describes it.
   std::optional<Schema> input, output;
   /// @}
+  rdf::Words words{};  ///< words_of() it
 };
 
 /// A Thing, as its robot describes it.
 struct ThingDescription {
   std::string iri;                              ///< its IRI
-  std::string title;                            ///< dcterms:title, or empty
+  std::string title;                            ///< as that of a Property
   std::vector<std::string> classes;             ///< without hybrit:RoboticThing and classes that are Blueprints; sorted
   std::string kind;                             ///< IRI of the Blueprint that it shares with Things of its kind; empty: none
   std::vector<PropertyDescription> properties;  ///< in the order of their IRIs
@@ -69,6 +72,7 @@ struct ThingDescription {
   /// Name of the kind for people: rdfs:label of its Blueprint, else sh:name, else the last part of its target class; empty:
   /// none.
   std::string kind_name;
+  rdf::Words words{};  ///< words_of() it
 };
 
 /// A shape of a file that describes no Thing.
@@ -121,6 +125,11 @@ LRT_API Result<Description> describe(lrt::Client& client, const Robot& robot, co
 /// @par Time     As describe() of a live robot.
 LRT_API Result<rdf::Graph> read_documents(lrt::Client& client, const Robot& robot, std::vector<std::string>& problems,
                                           const DescribeOptions& options = {});
+
+/// The words of a resource: dcterms:title and dcterms:description, in all languages. Of several texts in one language the
+/// first in byte order is taken; texts of more than `max_text` bytes are left out.
+/// @par Threads  Any.
+LRT_API rdf::Words words_of(const rdf::Graph& graph, rdf::TermId resource, std::size_t max_text = 10'000);
 
 /// Adds the triples of another document. Its blank nodes get labels that `to` does not have.
 /// @par Threads  Any.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <cstdlib>
 
+#include <lrt/client/description.hpp>
 #include <lrt/rdf/codec.hpp>
 #include <lrt/rdf/value_codec.hpp>
 
@@ -11,8 +13,61 @@ namespace {
 
 struct LsOptions {
   std::vector<std::string> words;
-  std::string type;
+  std::string type, language;
   bool details = false, json = false;
+};
+
+/// The reader's languages, the best first: --language, else LC_ALL, LC_MESSAGES or LANG ("de_CH.UTF-8").
+std::vector<std::string> languages_of(const LsOptions& options) {
+  std::string language = options.language;
+  for (const char* const name : {"LC_ALL", "LC_MESSAGES", "LANG"}) {
+    const char* const value = std::getenv(name);
+    if (!language.empty() || !value || !*value) continue;
+    language = value;
+    language.resize(std::min(language.find_first_of(".@"), language.size()));
+    std::replace(language.begin(), language.end(), '_', '-');
+    if (language == "C" || language == "POSIX") return {};
+  }
+  if (language.empty()) return {};
+  return {std::move(language)};
+}
+
+/// Title and description in the reader's language.
+struct Said {
+  std::string title, description;
+};
+Said said(const client::RepresentationPtr& representation, const LsOptions& options) {
+  Said found;
+  if (!representation || !representation->focus) return found;
+  const rdf::Words words = client::words_of(representation->graph, *representation->focus);
+  const std::vector<std::string> languages = languages_of(options);
+  if (const rdf::Text* text = words.titles.choose(languages)) found.title = text->text;
+  if (const rdf::Text* text = words.descriptions.choose(languages)) found.description = text->text;
+  return found;
+}
+std::string json_of(const Said& said) {
+  return (said.title.empty() ? "" : ",\"title\":" + json_string(said.title)) +
+         (said.description.empty() ? "" : ",\"description\":" + json_string(said.description));
+}
+/// The rows of a Thing. If one of its members has words, each row has two more cells for them.
+class Rows {
+ public:
+  void add(std::vector<Table::Cell> row, Said said) {
+    has_words_ = has_words_ || !said.title.empty() || !said.description.empty();
+    rows_.emplace_back(std::move(row), std::move(said));
+  }
+  Table table() {
+    Table made;
+    for (auto& [row, said] : rows_) {
+      if (has_words_) row.insert(row.end(), {{printable(said.title), Style::plain}, {printable(said.description), Style::faint}});
+      made.add(std::move(row));
+    }
+    return made;
+  }
+
+ private:
+  std::vector<std::pair<std::vector<Table::Cell>, Said>> rows_;
+  bool has_words_ = false;
 };
 
 std::string_view local_name(std::string_view iri) noexcept {
@@ -46,10 +101,12 @@ struct Shown {
   PlainValue value;
   bool writable = false;
   std::string problem;
+  Said said{};
 };
-Shown shown(const client::Property& property) {
+Shown shown(const client::Property& property, const LsOptions& options) {
   Shown result;
   const Result<client::RepresentationPtr> found = property.get();
+  if (found) result.said = said(*found, options);
   const Result<rdf::TermId> node = found ? property.value_node((*found)->graph, (*found)->focus) : Result<rdf::TermId>(unexpected(found.error()));
   if (!node) {
     result.problem = printable(node.error().message);
@@ -66,15 +123,17 @@ Shown shown(const client::Property& property) {
 struct Availability {
   bool is_available = false;
   std::string text = "unreadable";
+  Said said{};
 };
-Availability availability_of(const client::Action& action) {
+Availability availability_of(const client::Action& action, const LsOptions& options) {
   const Result<client::RepresentationPtr> found = action.get();
   if (!found) return {};
+  const Said words = said(*found, options);
   const rdf::Graph& graph = (*found)->graph;
   const auto predicate = graph.find(vocab::lrt_::unavailable);
   const auto reason = predicate && (*found)->focus ? graph.object(*(*found)->focus, *predicate) : std::nullopt;
-  if (!reason) return {true, "available"};
-  return {false, "not available: " + printable(graph.term(*reason).text)};
+  if (!reason) return {true, "available", words};
+  return {false, "not available: " + printable(graph.term(*reason).text), words};
 }
 
 std::string input_of(const client::Action& action) {
@@ -85,12 +144,13 @@ std::string input_of(const client::Action& action) {
 }
 
 Result<int> list_thing(Session& session, const client::Thing& thing, const LsOptions& options) {
-  Table table;
-  std::string json = "{\"name\":" + json_string(thing.name()) + ",\"url\":" + json_string(thing.url()) + ",\"types\":[";
+  Rows rows;
+  std::string json = "{\"name\":" + json_string(thing.name()) + ",\"url\":" + json_string(thing.url()) +
+                     json_of(said(thing.representation(), options)) + ",\"types\":[";
   for (const std::string& type : thing.types()) json += (json.back() == '[' ? "" : ",") + json_string(type);
   json += "],\"properties\":[";
   for (const client::Property& property : thing.properties()) {
-    const Shown found = shown(property);
+    const Shown found = shown(property, options);
     const std::string access = !found.problem.empty() ? "unreadable" : found.writable ? "read, write" : "read";
     const bool shows_unit = session.terminal().is_for_people();
     std::vector<Table::Cell> row{{printable(property.name()), Style::strong}};
@@ -102,28 +162,28 @@ Result<int> list_thing(Session& session, const client::Thing& thing, const LsOpt
     else row.insert(row.end(), {{found.value.text}, {found.value.unit}});
     row.push_back({access, Style::faint});
     if (options.details) row.push_back({printable(property.url()), Style::faint});
-    table.add(std::move(row));
+    rows.add(std::move(row), found.said);
     json += (json.back() == '[' ? "" : ",") + std::string("{\"name\":") + json_string(property.name()) + ",\"url\":" + json_string(property.url());
     if (found.problem.empty()) json += ",\"value\":" + found.value.json;
     else json += ",\"problem\":" + json_string(found.problem);
     if (!found.value.unit.empty()) json += ",\"unit\":" + json_string(found.value.unit);
-    json += std::string(",\"writable\":") + (found.writable ? "true" : "false") + "}";
+    json += std::string(",\"writable\":") + (found.writable ? "true" : "false") + json_of(found.said) + "}";
   }
   json += "],\"actions\":[";
   for (const client::Action& action : thing.actions()) {
-    const Availability available = availability_of(action);
+    const Availability available = availability_of(action, options);
     const std::string input = input_of(action);
     std::vector<Table::Cell> row{{printable(action.name()) + "()", Style::strong}, {input.empty() ? "" : "takes " + input}};
     if (!session.terminal().is_for_people()) row.push_back({});
     row.push_back({available.text, available.is_available ? Style::faint : Style::warning});
     if (options.details) row.push_back({printable(action.url()), Style::faint});
-    table.add(std::move(row));
+    rows.add(std::move(row), available.said);
     json += (json.back() == '[' ? "" : ",") + std::string("{\"name\":") + json_string(action.name()) + ",\"url\":" + json_string(action.url());
     if (!input.empty()) json += ",\"input\":" + json_string(input);
-    json += std::string(",\"available\":") + (available.is_available ? "true" : "false") + "}";
+    json += std::string(",\"available\":") + (available.is_available ? "true" : "false") + json_of(available.said) + "}";
   }
   json += "]}";
-  const bool printed = options.json ? session.terminal().print_line(json) : table.print(session.terminal());
+  const bool printed = options.json ? session.terminal().print_line(json) : rows.table().print(session.terminal());
   return printed ? Exit::success : Exit::failure;
 }
 
@@ -136,16 +196,18 @@ Result<int> list_robot(Session& session, const client::Robot& robot, const LsOpt
     if (!options.type.empty() && std::none_of(types.begin(), types.end(), [&](const std::string& type) { return is_meant(type, options.type); }))
       continue;
     found_any = true;
-    names += printable(thing.name()) + "\n";
+    const Said words = said(thing.representation(), options);
+    const std::string name = printable(words.title.empty() ? thing.name() : words.title);
+    names += name + "\n";
     std::vector<std::string> kinds;
     for (const std::string& kind : kinds_of(thing)) kinds.push_back(printable(rdf::abbreviate(kind)));
-    table.add({{printable(thing.name()), Style::strong},
+    table.add({{name, Style::strong},
                {std::to_string(thing.properties().size())},
                {std::to_string(thing.actions().size())},
                {joined(kinds, " ")},
                {printable(thing.url()), Style::faint}});
     json += (json.size() > 1 ? "," : "") + std::string("{\"name\":") + json_string(thing.name()) + ",\"url\":" + json_string(thing.url()) +
-            ",\"types\":[";
+            json_of(words) + ",\"types\":[";
     for (const std::string& type : types) json += (json.back() == '[' ? "" : ",") + json_string(type);
     json += "],\"properties\":" + std::to_string(thing.properties().size()) + ",\"actions\":" + std::to_string(thing.actions().size()) + "}";
   }
@@ -186,6 +248,8 @@ void add_ls(CommandLine& line) {
   command->add_flag("-l,--long", options->details, "With types and URLs");
   command->add_option("--type", options->type, "Only Things of this type")->type_name("TYPE");
   command->add_flag("--json", options->json, "Print JSON");
+  command->add_option("--language", options->language, "Titles and descriptions in this language; else that of LC_ALL, LC_MESSAGES or LANG")
+      ->type_name("TAG");
 }
 
 }  // namespace lrt::tool
