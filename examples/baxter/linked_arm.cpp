@@ -40,10 +40,11 @@ lrt::Result<std::array<JointParameters, joint_count>> LinkedArm::parameters(cons
 }
 
 LinkedArm::LinkedArm(RightArm& arm, lrt::urdf::Robot description) : arm_(arm), robot_(std::move(description)) {
-  robot_.thing().title("Baxter's right arm");
+  robot_.thing().title("Baxter's right arm", "en").description("Seven joints, from the shoulder to the wrist.", "en");
   lrt::Action move_all = robot_.thing()
                              .action("moveTo", [this](const JointAngles& target, lrt::Responder done) { move_to(target, done); })
-                             .title("Move all joints")
+                             .title("Move all joints", "en")
+                             .description("All joints rotate at the same time, each to its target angle.", "en")
                              .policy(lrt::ActionPolicy::preempt());
   for (std::size_t i = 0; i < joint_count; ++i) {
     const std::size_t index = robot_.model().variables[i];
@@ -58,10 +59,14 @@ LinkedArm::LinkedArm(RightArm& arm, lrt::urdf::Robot description) : arm_(arm), r
     joint
         .property(
             "friction", [this, i] { return arm_.friction(i); }, newton_metre_second_per_radian)
+        .title("Friction", "en")
+        .description("The coefficient of viscous friction that the control loop uses.", "en")
         .predicate(vocab::ros::friction)
         .between(0, arm_.greatest_friction(i))
         .on_write([this, i](double coefficient) { arm_.set_friction(i, coefficient); });
     lrt::Action rotate_one = joint.action("rotate", [this, i](float target_deg, lrt::Responder done) { rotate(i, target_deg, std::move(done)); })
+                                 .title("Rotate", "en")
+                                 .description("Turns the joint to an angle within its limits.", "en")
                                  .consumes(reach)
                                  .effect(position, lrt::from_input.within(tolerance_rad))
                                  .effect(rotation)
@@ -124,5 +129,6 @@ void lrt::rdf::traits<baxter::JointAngles>::describe(Record& r) {
     r.field(
          baxter::RightArm::name(i), [i](const baxter::JointAngles& a) { return a.degrees[i]; },
          [i](baxter::JointAngles& a, float degrees) { a.degrees[i] = degrees; })
+        .title(std::string("Angle of ") + baxter::RightArm::name(i), "en")
         .unit(lrt::unit::degree);
 }

@@ -39,13 +39,15 @@ constexpr const char* task_shape = R"(
 
 lrt::Result<void> Surroundings::add_to(lrt::Server& server) {
   lrt::World world("world");
-  world.title("What Baxter sees and has to do");
+  world.title("What Baxter sees and has to do", "en");
   lrt::GraphOptions objects;
-  objects.title = "Objects seen";
+  objects.title = {"Objects seen", "en"};
+  objects.description = {"The things on the table, with their masses and poses.", "en"};
   objects.turtle = things;
   objects_ = world.graph("objects", std::move(objects));
   lrt::GraphOptions tasks;
-  tasks.title = "Tasks";
+  tasks.title = {"Tasks", "en"};
+  tasks.description = {"What the robot has to do; clients add tasks.", "en"};
   tasks.turtle = first_tasks;
   tasks.shapes = task_shape;
   tasks.clients_may_write = true;

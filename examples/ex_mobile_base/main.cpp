@@ -20,16 +20,16 @@ namespace lrt::rdf {
 template <>
 struct traits<mobile::Pose> : Record<mobile::Pose> {
   static void describe(Record& r) {
-    r.field("x", &mobile::Pose::x).unit(unit::metre);
-    r.field("y", &mobile::Pose::y).unit(unit::metre);
-    r.field("heading", &mobile::Pose::heading).unit(unit::radian);
+    r.field("x", &mobile::Pose::x).unit(unit::metre).title("Forwards", "en").title("Vorwärts", "de");
+    r.field("y", &mobile::Pose::y).unit(unit::metre).title("To the left", "en").title("Nach links", "de");
+    r.field("heading", &mobile::Pose::heading).unit(unit::radian).title("Heading", "en").title("Richtung", "de");
   }
 };
 template <>
 struct traits<mobile::Battery> : Record<mobile::Battery> {
   static void describe(Record& r) {
-    r.field("voltage", &mobile::Battery::getVoltage).unit(unit::volt);
-    r.field("charging", &mobile::Battery::isCharging);
+    r.field("voltage", &mobile::Battery::getVoltage).unit(unit::volt).title("Voltage", "en").title("Spannung", "de");
+    r.field("charging", &mobile::Battery::isCharging).title("Charging", "en").title("Wird geladen", "de");
   }
 };
 template <>
@@ -51,8 +51,8 @@ struct traits<mobile::LaserScan> : Record<mobile::LaserScan> {
 template <>
 struct traits<Target> : Record<Target> {
   static void describe(Record& r) {
-    r.field("x", &Target::x).unit(unit::metre).between(-50, 50);
-    r.field("y", &Target::y).unit(unit::metre).between(-50, 50);
+    r.field("x", &Target::x).title("Forwards", "en").title("Vorwärts", "de").unit(unit::metre).between(-50, 50);
+    r.field("y", &Target::y).title("To the left", "en").title("Nach links", "de").unit(unit::metre).between(-50, 50);
   }
 };
 }  // namespace lrt::rdf
@@ -67,18 +67,30 @@ int main(int argc, char** argv) {
   const auto refused = [&base] { return lrt::Error{lrt::Errc::refused, base.lastError()}; };
 
   lrt::Thing thing{"base"};
-  thing.title("Mobile base").dispatch(lrt::Dispatch::io_thread);  // the class has a mutex: its functions may run on lrt's thread
+  thing.title("Mobile base", "en").title("Mobile Plattform", "de");
+  thing.dispatch(lrt::Dispatch::io_thread);  // the class has a mutex: its functions may run on lrt's thread
   auto pose = thing.property("pose", [&] { return base.pose(); });
-  thing.property(
-      "speed", [&] { return base.speed(); }, lrt::unit::metre_per_second);
-  thing.property("battery", [&] { return base.battery(); });
-  thing.property("bumper", [&] { return base.bumperPressed(); });
-  thing.property("scan", [&] { return base.scan(); });
-  thing.property("gains", [&] { return base.gains(); }).on_write([&](const mobile::PidGains& gains) -> lrt::Result<void> {
-    if (base.setGains(gains)) return {};
-    return lrt::Unexpected{refused()};
-  });
+  pose.title("Pose", "en")
+      .title("Lage", "de")
+      .description("Where the base is, seen from where it was switched on.", "en")
+      .description("Wo die Plattform steht, vom Ort des Einschaltens aus gesehen.", "de");
+  thing
+      .property(
+          "speed", [&] { return base.speed(); }, lrt::unit::metre_per_second)
+      .title("Speed", "en")
+      .title("Geschwindigkeit", "de");
+  thing.property("battery", [&] { return base.battery(); }).title("Battery", "en").title("Batterie", "de");
+  thing.property("bumper", [&] { return base.bumperPressed(); }).title("Bumper pressed", "en").title("Stoßleiste gedrückt", "de");
+  thing.property("scan", [&] { return base.scan(); }).title("Laser scan", "en").title("Laserscan", "de");
+  thing.property("gains", [&] { return base.gains(); })
+      .on_write([&](const mobile::PidGains& gains) -> lrt::Result<void> {
+        if (base.setGains(gains)) return {};
+        return lrt::Unexpected{refused()};
+      })
+      .title("Gains of the controller", "en")
+      .title("Reglerverstärkungen", "de");
   auto stopped = thing.property("stopped", [&] { return base.isStopped(); });
+  stopped.title("Stopped", "en").title("Angehalten", "de");
   lrt::Action drive = thing.action("driveTo", [&](const Target& to, lrt::Responder done) {
     const double distance = std::hypot(to.x - base.pose().x(), to.y - base.pose().y());
     const auto progress = [done, distance](double left) { done.progress(distance > 0 ? 1 - left / distance : 1); };
@@ -86,7 +98,11 @@ int main(int argc, char** argv) {
     if (!base.driveTo(to.x, to.y, progress, finished)) return done.fail(refused());
     done.on_cancel([&] { base.cancelDrive(); });
   });
-  drive.policy(lrt::ActionPolicy::preempt())
+  drive.title("Drive to", "en")
+      .title("Fahren nach", "de")
+      .description("Drives on a straight line to a point on the floor.", "en")
+      .description("Fährt geradeaus zu einem Punkt auf dem Boden.", "de")
+      .policy(lrt::ActionPolicy::preempt())
       .effect(pose, lrt::from_input.field("x", "x").within(arrival))
       .effect(pose, lrt::from_input.field("y", "y").within(arrival));
   thing
@@ -95,6 +111,8 @@ int main(int argc, char** argv) {
                 base.emergencyStop();
                 drive.available(false, "the emergency stop is pressed");
               })
+      .title("Emergency stop", "en")
+      .title("Not-Halt", "de")
       .stop()
       .effect(stopped, true);
   thing
@@ -103,9 +121,12 @@ int main(int argc, char** argv) {
                 base.release();
                 drive.available(true);
               })
+      .title("Release", "en")
+      .title("Freigeben", "de")
       .effect(stopped, false);
 
   lrt::Options options;
+  options.title = {{"Mobile base", "en"}, {"Mobile Plattform", "de"}};
   if (argc == 3 && std::string_view(argv[1]) == "--port") options.listen.port = static_cast<std::uint16_t>(std::atoi(argv[2]));
   options.log = [&](lrt::LogLevel level, std::string_view text) {
     level >= lrt::LogLevel::warning ? logger.error(std::string(text)) : logger.info(std::string(text));

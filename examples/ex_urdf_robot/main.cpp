@@ -81,8 +81,10 @@ int main(int argc, char** argv) {
     if (!loaded) return failed(loaded.error());
     trajectory = *std::move(loaded);
   }
+  const std::string robot_name = robot->model().name;
   ex_urdf_robot::MovingRobot moving(*std::move(robot), std::move(trajectory));
 
+  options.title = {"The robot " + robot_name, "en"};
   auto server = lrt::Server::create(options);
   if (!server) return failed(server.error());
   moving.step();  // so that all properties have a value

@@ -12,7 +12,8 @@ int main() {
 
   lrt::Thing rover{"rover"};
   rover.type(Iri{"http://www.ontologydesignpatterns.org/ont/dul/DUL.owl#PhysicalAgent"})
-      .title("The rover in the lab")
+      .title("The rover in the lab", "en")  // for people, in each language that they read
+      .title("Der Rover im Labor", "de")
       .add(Iri{"http://schema.org/serialNumber"}, "R-0042")
       .add(lrt::vocab::rdfs::label, Object::tagged("Rover", "en"))
       .add(lrt::vocab::rdfs::label, Object::tagged("Roboter", "de"))
@@ -62,7 +63,8 @@ int main() {
 //     <http://127.0.0.1:8080/rover?accept=application/n-quads>; rel="alternate"; type="application/n-quads"
 //     <http://127.0.0.1:8080/rover?accept=application/json>; rel="alternate"; type="application/json"
 // <http://127.0.0.1:8080/rover> a hybrit:RoboticThing, <http://www.ontologydesignpatterns.org/ont/dul/DUL.owl#PhysicalAgent>, <http://127.0.0.1:8080/blueprints/PhysicalAgent-857d20fd> ;
-//     dcterms:title "The rover in the lab" ;
+//     dcterms:title "The rover in the lab"@en,
+//         "Der Rover im Labor"@de ;
 //     hybrit:blueprint <http://127.0.0.1:8080/blueprints/PhysicalAgent-857d20fd> ;
 //     hybrit:subscriptions <http://127.0.0.1:8080/rover/subscriptions> ;
 //     lrt:state <http://127.0.0.1:8080/rover/state> ;

@@ -103,10 +103,10 @@ struct traits<urdf::LimitsOf<angular>> : Record<urdf::LimitsOf<angular>> {
   using Units = urdf::UnitsOf<angular>;
   static void describe(Record<T>& r) {
     r.is(vocab::lrt_::JointLimits);
-    r.field(urdf::named("lower", vocab::lrt_::lowerLimit), &T::lower).unit(Units::position);
-    r.field(urdf::named("upper", vocab::lrt_::upperLimit), &T::upper).unit(Units::position);
-    r.field(urdf::named("velocity", vocab::lrt_::velocityLimit), &T::velocity).unit(Units::velocity);
-    r.field(urdf::named("effort", vocab::lrt_::effortLimit), &T::effort).unit(Units::effort);
+    r.field(urdf::named("lower", vocab::lrt_::lowerLimit), &T::lower).unit(Units::position).title("Lower limit", "en");
+    r.field(urdf::named("upper", vocab::lrt_::upperLimit), &T::upper).unit(Units::position).title("Upper limit", "en");
+    r.field(urdf::named("velocity", vocab::lrt_::velocityLimit), &T::velocity).unit(Units::velocity).title("Greatest velocity", "en");
+    r.field(urdf::named("effort", vocab::lrt_::effortLimit), &T::effort).unit(Units::effort).title("Greatest effort", "en");
   }
 };
 template <bool angular>
@@ -115,8 +115,8 @@ struct traits<urdf::DynamicsOf<angular>> : Record<urdf::DynamicsOf<angular>> {
   using Units = urdf::UnitsOf<angular>;
   static void describe(Record<T>& r) {
     r.is(vocab::lrt_::JointDynamics);
-    r.field(vocab::lrt_::damping, &T::damping).unit(Units::damping);
-    r.field(urdf::named("friction", vocab::lrt_::staticFriction), &T::friction).unit(Units::effort);
+    r.field(vocab::lrt_::damping, &T::damping).unit(Units::damping).title("Damping", "en");
+    r.field(urdf::named("friction", vocab::lrt_::staticFriction), &T::friction).unit(Units::effort).title("Static friction", "en");
   }
 };
 template <bool angular>
@@ -125,10 +125,10 @@ struct traits<urdf::SafetyOf<angular>> : Record<urdf::SafetyOf<angular>> {
   using Units = urdf::UnitsOf<angular>;
   static void describe(Record<T>& r) {
     r.is(vocab::lrt_::SafetyLimits);
-    r.field(vocab::lrt_::softLowerLimit, &T::soft_lower_limit).unit(Units::position);
-    r.field(vocab::lrt_::softUpperLimit, &T::soft_upper_limit).unit(Units::position);
-    r.field(urdf::named("kPosition", vocab::lrt_::positionGain), &T::k_position).unit(urdf::per_second);
-    r.field(urdf::named("kVelocity", vocab::lrt_::velocityGain), &T::k_velocity).unit(Units::damping);
+    r.field(vocab::lrt_::softLowerLimit, &T::soft_lower_limit).unit(Units::position).title("Soft lower limit", "en");
+    r.field(vocab::lrt_::softUpperLimit, &T::soft_upper_limit).unit(Units::position).title("Soft upper limit", "en");
+    r.field(urdf::named("kPosition", vocab::lrt_::positionGain), &T::k_position).unit(urdf::per_second).title("Gain of the position", "en");
+    r.field(urdf::named("kVelocity", vocab::lrt_::velocityGain), &T::k_velocity).unit(Units::damping).title("Gain of the velocity", "en");
   }
 };
 template <bool angular>
@@ -136,8 +136,8 @@ struct traits<urdf::MimicOf<angular>> : Record<urdf::MimicOf<angular>> {
   using T = urdf::MimicOf<angular>;
   static void describe(Record<T>& r) {
     r.is(vocab::lrt_::MimicRule);
-    r.field(vocab::lrt_::multiplier, &T::multiplier);
-    r.field(vocab::lrt_::offset, &T::offset).unit(urdf::UnitsOf<angular>::position);
+    r.field(vocab::lrt_::multiplier, &T::multiplier).title("Multiplier", "en");
+    r.field(vocab::lrt_::offset, &T::offset).unit(urdf::UnitsOf<angular>::position).title("Offset", "en");
   }
 };
 
@@ -146,14 +146,14 @@ struct traits<urdf::Mass> : Record<urdf::Mass> {
   using T = urdf::Mass;
   static void describe(Record<T>& r) {
     r.is(vocab::lrt_::Inertia);
-    r.field(vocab::lrt_::mass, &T::mass).unit(unit::kilogram);
-    r.field(urdf::named("origin", vocab::spatial::spatialRelationship), &T::origin).unit(unit::metre);
-    r.field(vocab::lrt_::ixx, &T::ixx).unit(urdf::kilogram_square_metre);
-    r.field(vocab::lrt_::ixy, &T::ixy).unit(urdf::kilogram_square_metre);
-    r.field(vocab::lrt_::ixz, &T::ixz).unit(urdf::kilogram_square_metre);
-    r.field(vocab::lrt_::iyy, &T::iyy).unit(urdf::kilogram_square_metre);
-    r.field(vocab::lrt_::iyz, &T::iyz).unit(urdf::kilogram_square_metre);
-    r.field(vocab::lrt_::izz, &T::izz).unit(urdf::kilogram_square_metre);
+    r.field(vocab::lrt_::mass, &T::mass).unit(unit::kilogram).title("Mass", "en");
+    r.field(urdf::named("origin", vocab::spatial::spatialRelationship), &T::origin).unit(unit::metre).title("Centre of mass", "en");
+    r.field(vocab::lrt_::ixx, &T::ixx).unit(urdf::kilogram_square_metre).title("Moment of inertia xx", "en");
+    r.field(vocab::lrt_::ixy, &T::ixy).unit(urdf::kilogram_square_metre).title("Moment of inertia xy", "en");
+    r.field(vocab::lrt_::ixz, &T::ixz).unit(urdf::kilogram_square_metre).title("Moment of inertia xz", "en");
+    r.field(vocab::lrt_::iyy, &T::iyy).unit(urdf::kilogram_square_metre).title("Moment of inertia yy", "en");
+    r.field(vocab::lrt_::iyz, &T::iyz).unit(urdf::kilogram_square_metre).title("Moment of inertia yz", "en");
+    r.field(vocab::lrt_::izz, &T::izz).unit(urdf::kilogram_square_metre).title("Moment of inertia zz", "en");
   }
 };
 
@@ -173,7 +173,7 @@ struct traits<urdf::Appearance> : Record<urdf::Appearance> {
     r.is(vocab::lrt_::Geometry);
     r.field(vocab::schema::name, &T::name);
     r.field(urdf::named("origin", vocab::spatial::spatialRelationship), &T::origin).unit(unit::metre);
-    r.field(urdf::named("geometry", vocab::lrt_::geometryType), &T::geometry);
+    r.field(urdf::named("geometry", vocab::lrt_::geometryType), &T::geometry).title("Kind of shape", "en");
     r.field(vocab::lrt_::size, &T::size).unit(unit::metre);
     r.field(vocab::lrt_::radius, &T::radius).unit(unit::metre);
     r.field(vocab::lrt_::length, &T::length).unit(unit::metre);
@@ -237,6 +237,12 @@ PushedProperty<T> constant(Thing& thing, std::string_view path, const T& value, 
   return property;
 }
 
+/// Words for people.
+template <class T>
+void say(PushedProperty<T> property, const char* title, const char* description) {
+  property.title(title, "en").description(description, "en");
+}
+
 }  // namespace
 
 class LRT_LOCAL Robot::Impl {
@@ -297,7 +303,7 @@ class LRT_LOCAL Robot::Impl {
     std::vector<std::string> warnings;
     std::unordered_map<std::string, std::string> served;  // path by name; empty: not served
     Thing all(path_ + "/meshes");
-    all.title("Meshes").add(vocab::rdfs::seeAlso, Object::resource(path_));
+    all.default_title("Meshes").add(vocab::rdfs::seeAlso, Object::resource(path_));
     for (NamedMesh& mesh : meshes_) {
       const auto [known, is_new] = served.emplace(mesh.name, std::string());
       if (is_new) {
@@ -368,6 +374,8 @@ class LRT_LOCAL Robot::Impl {
     if (!served_.insert(name).second) return path;  // named in two ways
     const auto media_type = found.media_type;
     all.property(name, [file = std::move(found), max_bytes] { return state_of(file, max_bytes).value(); })
+        .title("Mesh", "en")
+        .description("A file with the shape of a link.", "en")
         .predicate(vocab::lrt_::file)
         .sample(std::chrono::milliseconds(0))
         .representation(media_type, [max_bytes](const FileState& file) { return read_file(file, max_bytes); })
@@ -425,7 +433,7 @@ class LRT_LOCAL Robot::Impl {
   // --- Things
 
   void describe_robot() {
-    thing_->title(model_.name.empty() ? "robot" : model_.name).type(vocab::ros::Robot);
+    thing_->default_title(model_.name.empty() ? "robot" : model_.name).type(vocab::ros::Robot);
     thing_->add(vocab::lrt_::rootLink, Object::resource(link_paths_[model_.root]));
     // The joints of the list, in its order: an RDF list relative to the Thing.
     std::string order = "<> <" + std::string(vocab::lrt_::positionsOf.text) + "> (";
@@ -442,14 +450,16 @@ class LRT_LOCAL Robot::Impl {
     list_.setZero(count);
     thing_->add_turtle(order + " ) .");
     all_ = thing_->property<List>("positions");
-    all_->predicate(vocab::lrt_::positions).title("the positions of all joints");
+    all_->predicate(vocab::lrt_::positions)
+        .title("Positions", "en")
+        .description("The positions of all joints that move, in the order of lrt:positionsOf.", "en");
   }
 
   void describe_joint(std::size_t index) {
     const Joint& joint = model_.joints[index];
     Thing& thing = joint_things_.emplace_back(joint_paths_[index]);
     const Object before = Object::resource(link_paths_[joint.parent]), after = Object::resource(link_paths_[joint.child]);
-    thing.title(joint.name)
+    thing.default_title(joint.name)
         .type(vocab::ros::Joint)
         .type(class_of(joint.type))
         .add(vocab::rdfs::seeAlso, Object::resource(path_))
@@ -466,18 +476,28 @@ class LRT_LOCAL Robot::Impl {
     const Joint& joint = model_.joints[index];
     const Object before = Object::resource(link_paths_[joint.parent]), after = Object::resource(link_paths_[joint.child]);
     constant(thing, "jointReferenceFrame", isometry(joint.origin), unit::metre)
+        .title("Reference frame", "en")
+        .description("Where the joint is, seen from the link before it.", "en")
         .predicate(vocab::ros::jointReferenceFrame)
         .type(vocab::maths::CoordinateSystem)
         .frame(before)
         .add(vocab::spatial::targetCoordinateSystem, Object::resource(joint_paths_[index] + "/jointReferenceFrame"));
     if (joint.type != JointType::fixed && joint.type != JointType::floating)
-      constant(thing, "axis", vector(joint.axis)).predicate(vocab::lrt_::axis).frame(after);
-    if (joint.limits) constant(thing, "limits", LimitsOf<angular>{*joint.limits}).predicate(vocab::lrt_::limits);
-    if (joint.dynamics) constant(thing, "dynamics", DynamicsOf<angular>{*joint.dynamics}).predicate(vocab::lrt_::dynamics);
-    if (joint.safety) constant(thing, "safety", SafetyOf<angular>{*joint.safety}).predicate(vocab::lrt_::safety);
+      say(constant(thing, "axis", vector(joint.axis)).predicate(vocab::lrt_::axis).frame(after), "Axis",
+          angular ? "The direction around which the joint turns." : "The direction of the joint's movement.");
+    if (joint.limits)
+      say(constant(thing, "limits", LimitsOf<angular>{*joint.limits}).predicate(vocab::lrt_::limits), "Limits",
+          "How far and how fast the joint moves, and how strong it is.");
+    if (joint.dynamics)
+      say(constant(thing, "dynamics", DynamicsOf<angular>{*joint.dynamics}).predicate(vocab::lrt_::dynamics), "Dynamics",
+          "Damping and friction of the joint.");
+    if (joint.safety)
+      say(constant(thing, "safety", SafetyOf<angular>{*joint.safety}).predicate(vocab::lrt_::safety), "Safety limits",
+          "Where the controller begins to slow the joint down.");
     if (joint.mimic) {
       thing.add(vocab::lrt_::mimics, Object::resource(joint_paths_[joint.mimic->joint]));
-      constant(thing, "mimic", MimicOf<angular>{*joint.mimic}).predicate(vocab::lrt_::mimic);
+      say(constant(thing, "mimic", MimicOf<angular>{*joint.mimic}).predicate(vocab::lrt_::mimic), "Mimic rule",
+          "How the position follows from that of another joint.");
     }
   }
   template <bool angular>
@@ -487,15 +507,16 @@ class LRT_LOCAL Robot::Impl {
     if (!joint.has_position()) return;
     of_joint_.back() = moving_.size();
     auto position = thing.property<double>("position", UnitsOf<angular>::position);
-    position.predicate(vocab::ros::position);
+    say(position.predicate(vocab::ros::position), "Position",
+        angular ? "The angle of the joint; zero is its reference position." : "How far the joint is moved along its axis.");
     if (!joint.mimic && joint.limits) {
       if (joint.limits->lower) position.at_least(*joint.limits->lower);
       if (joint.limits->upper) position.at_most(*joint.limits->upper);
     }
     auto velocity = thing.property<double>("velocity", UnitsOf<angular>::velocity);
-    velocity.predicate(vocab::ros::velocity);
+    say(velocity.predicate(vocab::ros::velocity), "Velocity", angular ? "How fast the joint turns." : "How fast the joint moves.");
     auto effort = thing.property<double>("effort", UnitsOf<angular>::effort);
-    effort.predicate(vocab::ros::effort);
+    say(effort.predicate(vocab::ros::effort), "Effort", angular ? "The torque of the joint's motor." : "The force of the joint's motor.");
 
     std::size_t source = index;
     double multiplier = 1, offset = 0;
@@ -511,7 +532,8 @@ class LRT_LOCAL Robot::Impl {
         {index, source, multiplier, offset, static_cast<std::size_t>(variable), position, velocity, effort, {}, vector(joint.axis).cast<float>()});
     if constexpr (angular) {
       auto rotation = thing.property<Eigen::AngleAxisf>("rotation");
-      rotation.predicate(vocab::ros::rotation).frame(Object::resource(link_paths_[joint.child]));
+      say(rotation.predicate(vocab::ros::rotation).frame(Object::resource(link_paths_[joint.child])), "Rotation",
+          "The angle of the joint and the axis around which it turns.");
       moving_.back().rotation = rotation;
     }
   }
@@ -520,17 +542,19 @@ class LRT_LOCAL Robot::Impl {
     const Link& link = model_.links[index];
     const Object itself = Object::resource(link_paths_[index]);
     Thing& thing = link_things_.emplace_back(link_paths_[index]);
-    thing.title(link.name).type(vocab::ros::Link).add(vocab::rdfs::seeAlso, Object::resource(path_));
+    thing.default_title(link.name).type(vocab::ros::Link).add(vocab::rdfs::seeAlso, Object::resource(path_));
     if (link.joint) thing.add(vocab::xhv::prev, Object::resource(joint_paths_[*link.joint]));
     for (const std::size_t j : after_[index]) thing.add(vocab::xhv::next, Object::resource(joint_paths_[j]));
     auto pose = thing.property<Isometry>("pose", unit::metre);
+    say(pose, "Pose", "Where the link is, seen from the root link.");
     pose.predicate(vocab::lrt_::pose).frame(Object::resource(link_paths_[model_.root])).add(vocab::spatial::targetCoordinateSystem, itself);
     link_poses_.push_back(pose);
     if (const auto& i = link.inertial)
-      constant(thing, "inertial",
-               Mass{i->mass, isometry(i->origin), i->inertia[0], i->inertia[1], i->inertia[2], i->inertia[3], i->inertia[4], i->inertia[5]})
-          .predicate(vocab::lrt_::inertial)
-          .frame(itself);
+      say(constant(thing, "inertial",
+                   Mass{i->mass, isometry(i->origin), i->inertia[0], i->inertia[1], i->inertia[2], i->inertia[3], i->inertia[4], i->inertia[5]})
+              .predicate(vocab::lrt_::inertial)
+              .frame(itself),
+          "Inertia", "Mass, centre of mass and moments of inertia of the link.");
     for (std::size_t i = 0; i < link.visuals.size(); ++i)
       describe_shape(thing, vocab::lrt_::visual, "visual/" + std::to_string(i + 1), link.visuals[i], itself);
     for (std::size_t i = 0; i < link.collisions.size(); ++i)
@@ -551,7 +575,8 @@ class LRT_LOCAL Robot::Impl {
       appearance.colour = shape.material->colour;
     }
     PushedProperty<Appearance> property = constant(thing, path, appearance);
-    property.predicate(predicate).frame(link);
+    say(property.predicate(predicate).frame(link), predicate == vocab::lrt_::visual ? "Visual shape" : "Collision shape",
+        predicate == vocab::lrt_::visual ? "What the link looks like." : "The shape with which collisions are computed.");
     if (shape.kind == Shape::Kind::mesh) {
       property.add(vocab::lrt_::mesh, file(shape.mesh));
       meshes_.push_back({shape.mesh, property});
