@@ -156,6 +156,10 @@ void Vocabulary::describe(const Description& d) const {
     for (const rdf::FieldType& field : type.fields) {
       if (!is_own(field.predicate)) continue;
       About term = described_term(d, vocabulary, field.predicate, vocab::rdf_::Property, field.name);
+      if (field.facets.has_words()) {
+        const rdf::Words words = field.facets.words();
+        term.texts(vocab::dcterms::title, words.titles).texts(vocab::dcterms::description, words.descriptions);
+      }
       if (const std::string domain = domain_of(type, vocabulary); !domain.empty()) term.link(vocab::rdfs::domain, domain);
       describe_range(term, field, vocabulary);
     }

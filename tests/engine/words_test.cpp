@@ -113,6 +113,12 @@ TEST_CASE("property shapes have the words of properties and of fields", "[engine
   CHECK_FALSE(contains(blueprint, "rdf:value \"run\""));
 }
 
+TEST_CASE("terms of the server's vocabulary have the words of fields", "[engine][R1.12]") {
+  Robot r;
+  const std::string terms = r.bench.get("/ns/vocabulary").body;
+  CHECK(contains(terms, "dcterms:title \"Width\"@en, \"Breite\"@de ; dcterms:description \"Over all.\"@en"));
+}
+
 TEST_CASE("Things with different words are of different kinds, those with equal words of one", "[engine][R1.11]") {
   Bench bench;
   const auto add = [&](const std::string& path, const std::string& title, const std::string& language) {
