@@ -244,7 +244,7 @@ class Link {
   lrt::client::Thing thing;
   /// inertial.
   lrt::client::Readable<Inertia> inertial;
-  /// pose.
+  /// Pose. Where the link is, seen from the root link.
   lrt::client::Readable<SpatialRelationship> pose;
 
  private:
@@ -269,25 +269,25 @@ class RevoluteJoint {
   static std::vector<RevoluteJoint> all(const lrt::client::Robot& robot) { return lrt::client::all_of<RevoluteJoint>(robot); }
 
   lrt::client::Thing thing;
-  /// axis.
+  /// Axis. The direction around which the joint turns.
   lrt::client::Readable<Vector3D> axis;
-  /// dynamics.
+  /// Dynamics. Damping and friction of the joint.
   lrt::client::Readable<JointDynamics> dynamics;
-  /// effort: [N.m].
+  /// Effort: [N.m]. The torque of the joint's motor.
   lrt::client::Readable<double> effort;
-  /// friction: [N-M-SEC-PER-RAD]. Each Thing has its own bounds.
+  /// Friction: [N-M-SEC-PER-RAD]. The coefficient of viscous friction that the control loop uses. Each Thing has its own bounds.
   lrt::client::Writable<double> friction;
-  /// jointReferenceFrame.
+  /// Reference frame. Where the joint is, seen from the link before it.
   lrt::client::Readable<SpatialRelationship> jointReferenceFrame;
-  /// limits.
+  /// Limits. How far and how fast the joint moves, and how strong it is.
   lrt::client::Readable<JointLimits> limits;
-  /// position: [rad]. Each Thing has its own bounds.
+  /// Position: [rad]. The angle of the joint; zero is its reference position. Each Thing has its own bounds.
   lrt::client::Writable<double> position;
-  /// rotation.
+  /// Rotation. The angle of the joint and the axis around which it turns.
   lrt::client::Readable<AxisAngle> rotation;
-  /// velocity: [rad/s].
+  /// Velocity: [rad/s]. How fast the joint turns.
   lrt::client::Readable<double> velocity;
-  /// rotate. It takes time: wait for the invocation. Input: [deg].
+  /// Rotate. Turns the joint to an angle within its limits. It takes time: wait for the invocation. Input: [deg].
   lrt::client::TypedAction<float, void> rotate;
 
  private:
@@ -320,9 +320,9 @@ class Robot {
   static std::vector<Robot> all(const lrt::client::Robot& robot) { return lrt::client::all_of<Robot>(robot); }
 
   lrt::client::Thing thing;
-  /// the positions of all joints: at most 512 members.
+  /// Positions: at most 512 members. The positions of all joints that move, in the order of lrt:positionsOf.
   lrt::client::Readable<std::vector<double>> positions;
-  /// Move all joints. It takes time: wait for the invocation.
+  /// Move all joints. All joints rotate at the same time, each to its target angle. It takes time: wait for the invocation.
   lrt::client::TypedAction<JointAngles, void> moveTo;
 
  private:

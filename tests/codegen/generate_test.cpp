@@ -83,6 +83,50 @@ const std::string plain_number = "sh:property [ sh:path vom:numericalValue ; sh:
 
 }  // namespace
 
+TEST_CASE("a description has the words of all languages, and a header the English ones", "[codegen][R1.12]") {
+  lrt::Thing door("door");
+  door.title("Tür", "de").title("Door", "en");
+  door.property("angle", [] { return 1.5; })
+      .title("Winkel", "de")
+      .title("Angle", "en")
+      .description("Null ist zu.", "de")
+      .description("Zero is shut.", "en");
+  door.action("open", [] {}).title("Öffnen", "de");
+  std::vector<lrt::Thing> things;
+  things.push_back(std::move(door));
+  const auto robot = describe(documents_of(std::move(things)));
+  if (!robot) FAIL(robot.error().message);
+  const auto& made = robot->things.front();
+  CHECK(made.title == "Door");
+  CHECK(made.words.titles.size() == 2);
+  const lrt::rdf::Words& words = property(made, "angle").words;
+  REQUIRE(words.titles.choose({"de-CH"}));
+  CHECK(words.titles.choose({"de-CH"})->text == "Winkel");
+  CHECK(words.descriptions.choose({"de"})->text == "Null ist zu.");
+  CHECK(property(made, "angle").title == "Angle");
+  CHECK(made.actions.front().title == "Öffnen");
+  const std::string header = generate(*robot).value().header;
+  CHECK(contains(header, "/// Angle. Zero is shut.\n"));
+  CHECK(contains(header, "/// Öffnen.\n"));
+}
+
+TEST_CASE("words of a stranger are limited, and of one language the same in each reading", "[codegen]") {
+  const std::string many = [] {
+    std::string text;
+    for (int i = 0; i < 1000; ++i) text += "<d> dcterms:title \"t\"@en-a" + std::to_string(1000 + i) + " . ";
+    return text;
+  }();
+  const Graph graph =
+      parse("<a> dcterms:title \"two\"@en , \"one\"@en , \"" + std::string(200, 'x') + "\"@de , <iri> . <b> dcterms:title 5 . " + many);
+  const auto words = [&](const char* node) {
+    return lrt::client::words_of(graph, *graph.find(lrt::rdf::iri("http://robot.example/" + std::string(node))), 100);
+  };
+  REQUIRE(words("a").titles.size() == 1);
+  CHECK(words("a").titles.begin()->text == "one");
+  CHECK(words("b").titles.begin()->text == "5");
+  CHECK(words("d").titles.size() <= 101);
+}
+
 TEST_CASE("a robot is described by its links and Blueprints", "[codegen][R1.6][R1.11]") {
   lrt::test::SampleRobot sample;
   std::vector<lrt::Thing> things;
