@@ -11,7 +11,7 @@ Representation* RepresentationCache::find(const Resource& resource, std::size_t 
                                           const Languages* languages) const {
   const std::string_view name = audience.name_in(resource);
   const auto suits = [&](const Representation& kept) {
-    return !kept.has_languages() || kept.wanted_languages == (languages ? languages->wanted_of(kept.offered_languages) : std::string());
+    return !kept.has_languages() || kept.languages->wanted == (languages ? languages->wanted_of(kept.languages->offered) : std::string());
   };
   for (const Place place : resource.representations)
     if (place->base == base && place->variant == variant && place->page == page && place->view == audience.view && place->name == name &&
@@ -26,7 +26,7 @@ Representation& RepresentationCache::keep(Representation made) {
     if (place->base != made.base || place->variant != made.variant || place->page != made.page || place->view != made.view ||
         place->name != made.name)
       continue;
-    if (place->state == made.state && place->wanted_languages != made.wanted_languages) continue;
+    if (place->state == made.state && place->has_languages() && made.has_languages() && place->languages->wanted != made.languages->wanted) continue;
     erase(place);
     break;
   }

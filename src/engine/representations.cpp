@@ -250,7 +250,7 @@ http::Fields Representations::fields_of(Representation& representation, const Co
   } else {
     fields.add("Content-Type", content_type(representation.variant, resource.variants().type_of(representation.variant), *representation.body));
   }
-  if (!representation.language.empty()) fields.add("Content-Language", representation.language);
+  if (representation.languages && !representation.languages->language.empty()) fields.add("Content-Language", representation.languages->language);
   fields.add("ETag", representation.tag);
   fields.append(representation.links);
   if (!representation.is_page && !representation.variant.is_text()) {
@@ -355,12 +355,11 @@ Result<Representation*> Representations::make(Resource& resource, std::size_t ba
   if (!is_of_state) tag = http::entity_tag(type, **body);
   Representation made{&resource, base,           variant,         page, audience.view, std::string(audience.name_in(resource)), state,
                       structure, std::move(tag), *std::move(body), is_page};
-  if (const std::vector<std::string>& offered = texts.offered(); !offered.empty()) {
-    made.offered_languages = offered;
-    if (languages) made.wanted_languages = languages->wanted_of(offered);
-    if (is_of_state) made.tag = tag_in_language(std::move(made.tag), made.wanted_languages);
+  if (const std::vector<std::string>& offered = texts.offered(); !offered.empty() || !texts.language().empty()) {
+    const std::string wanted = languages && !offered.empty() ? languages->wanted_of(offered) : std::string();
+    made.languages = std::make_unique<const InLanguages>(InLanguages{offered, wanted, std::string(texts.language())});
+    if (is_of_state && !offered.empty()) made.tag = tag_in_language(std::move(made.tag), wanted);
   }
-  made.language = texts.language();
   const bool has_same_links = kept && kept->structure == structure && kept->has_languages() == made.has_languages();
   if (has_same_links && resource.kind().is(Trait::fixed_links)) made.links = std::move(kept->links);
   return &cache_.keep(std::move(made));

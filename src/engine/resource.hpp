@@ -65,6 +65,13 @@ struct PreparedFields {
   std::size_t bytes() const noexcept { return ok.block().size() + not_modified.block().size(); }
 };
 
+/// The languages of the texts in a representation.
+struct InLanguages {
+  std::vector<std::string> offered;  ///< ChosenTexts::offered()
+  std::string wanted;                ///< Languages::wanted_of() these, for the client that it was made for
+  std::string language;              ///< value of Content-Language; empty: none
+};
+
 /// A representation as bytes with its header fields, kept while the resource's state and the cache's budget allow.
 struct Representation {
   Resource* resource;
@@ -80,13 +87,10 @@ struct Representation {
   bool is_page = false;  ///< HTML
   http::Fields links{};  ///< those of the fields that only the structure changes, made for the first response
   PreparedFields prepared{};
-  subscription::Item message{}, event{};  ///< for a WebSocket or callback, for an event stream; made for the first subscriber
-  /// ChosenTexts::offered(), and Languages::wanted_of() these for the client that it was made for.
-  std::vector<std::string> offered_languages{};
-  std::string wanted_languages{};
-  std::string language{};  ///< value of Content-Language; empty: none
+  subscription::Item message{}, event{};           ///< for a WebSocket or callback, for an event stream; made for the first subscriber
+  std::unique_ptr<const InLanguages> languages{};  ///< nullptr: none of its texts has one
 
-  bool has_languages() const noexcept { return !offered_languages.empty(); }
+  bool has_languages() const noexcept { return languages && !languages->offered.empty(); }
 
   std::size_t bytes() const noexcept {
     return sizeof *this + links.block().size() + prepared.bytes() + tag.size() + body->size() + (event ? event->body->size() : 0);
