@@ -83,6 +83,9 @@ struct ResourceSpec {
 
 struct PropertySpec : ResourceSpec {
   PropertySpec() noexcept : ResourceSpec(Kind::property) {}
+  bool octets = false;   ///< rdf::Plain::octets is offered
+  bool counter = false;  ///< its changes are no reason to evaluate a standing query
+  bool file = false;     ///< not in the state; the first representation is the default
   const rdf::Type* type = nullptr;
   rdf::Facets facets;
   std::unique_ptr<SlotBase> slot;                          ///< of a pushed property; null: the property is pulled
@@ -92,9 +95,6 @@ struct PropertySpec : ResourceSpec {
   WriteFunction write;                                     ///< empty: read-only
   ThinVector<RepresentationSpec> representations;
   WholeFunction whole;                               ///< makes the T of a written value; returns null if it cannot
-  bool octets = false;                               ///< rdf::Plain::octets is offered
-  bool counter = false;                              ///< its changes are no reason to evaluate a standing query
-  bool file = false;                                 ///< not in the state; the first representation is the default
   std::unique_ptr<const Object> frame;               ///< null: none
   std::unique_ptr<const std::string> cache_control;  ///< null: "no-cache"
 };
@@ -147,13 +147,13 @@ struct ThingSpec {
   std::shared_ptr<HandleContext> handles;  ///< null: it has no resources
   ThinVector<std::string> classes;
   std::string title;                  ///< the last segment of its path, or the title without a language
-  bool has_plain_title = false;       ///< the user gave `title`
   std::unique_ptr<rdf::Words> words;  ///< the other words of the user; null: none
   ThinVector<Statement> statements;
   ThinVector<std::string> turtle;  ///< documents; their base is the thing
   std::string blueprint;           ///< IRI of an external one; empty: generated
   ThinVector<std::string> shapes;  ///< Turtle documents; their base is the blueprint
   Dispatch dispatch = Dispatch::as_server;
+  bool has_plain_title = false;  ///< the user gave `title`
   std::vector<std::shared_ptr<PropertySpec>> properties;
   ThinVector<std::shared_ptr<ActionSpec>> actions;
   ThinVector<std::shared_ptr<CollectionSpec>> collections;

@@ -47,7 +47,7 @@ class Facets {
   /// Accepts NaN and infinities from clients. Values that the robot reads or publishes may always be non-finite.
   Facets& allow_non_finite() { return non_finite_ = true, *this; }
   /// Bounds the length of a text, in code points.
-  Facets& length(std::size_t min, std::size_t max) { return min_length_ = min, max_length_ = max, *this; }
+  Facets& length(std::size_t min, std::size_t max) { return min_length_ = kept_length(min), max_length_ = kept_length(max), *this; }
   /// Sets what people call a field of a record, in one language. Each call adds a language:
   /// `r.field("x", &S::x).title("Width", "en").title("Breite", "de")`. Other values have no such words: a Property and an
   /// Action have title() of their own.
@@ -71,15 +71,13 @@ class Facets {
     if (other.has_max_) max_ = other.max_, has_max_ = true, max_exclusive_ = other.max_exclusive_;
     non_finite_ = non_finite_ || other.non_finite_;
     if (other.min_length_ != 0) min_length_ = other.min_length_;
-    if (other.max_length_ != std::numeric_limits<std::size_t>::max()) max_length_ = other.max_length_;
+    if (other.max_length_ != any_length) max_length_ = other.max_length_;
     if (other.words_) words_ = other.words_;
     return *this;
   }
 
   /// True if nothing is set.
-  bool empty() const noexcept {
-    return unit_->empty() && !has_min_ && !has_max_ && !non_finite_ && min_length_ == 0 && max_length_ == std::numeric_limits<std::size_t>::max();
-  }
+  bool empty() const noexcept { return unit_->empty() && !has_min_ && !has_max_ && !non_finite_ && min_length_ == 0 && max_length_ == any_length; }
   const Unit& unit() const noexcept { return *unit_; }                                                  ///< unit::none: none is set
   std::optional<double> min() const noexcept { return has_min_ ? std::optional(min_) : std::nullopt; }  ///< lower bound
   std::optional<double> max() const noexcept { return has_max_ ? std::optional(max_) : std::nullopt; }  ///< upper bound
@@ -87,16 +85,21 @@ class Facets {
   bool max_exclusive() const noexcept { return max_exclusive_; }                                        ///< the upper bound itself is not allowed
   bool allows_non_finite() const noexcept { return non_finite_; }                                       ///< clients may send NaN and infinities
   std::size_t min_length() const noexcept { return min_length_; }                                       ///< of a text, in code points
-  std::size_t max_length() const noexcept { return max_length_; }                                       ///< of a text, in code points
-  Words words() const { return words_ ? *words_ : Words(); }                                            ///< of a field of a record
-  bool has_words() const noexcept { return words_ != nullptr; }                                         ///< words() is not empty
+  std::size_t max_length() const noexcept {                                                             ///< of a text, in code points
+    return max_length_ == any_length ? std::numeric_limits<std::size_t>::max() : max_length_;
+  }
+  Words words() const { return words_ ? *words_ : Words(); }     ///< of a field of a record
+  bool has_words() const noexcept { return words_ != nullptr; }  ///< words() is not empty
 
  private:
+  static constexpr std::uint32_t any_length = std::numeric_limits<std::uint32_t>::max();
+  static std::uint32_t kept_length(std::size_t n) noexcept { return n < any_length ? static_cast<std::uint32_t>(n) : any_length; }
+
   const Unit* unit_ = &unit::none;  // kept for the life of the process
   const Words* words_ = nullptr;    // as `unit_`; nullptr: none
   double min_ = 0, max_ = 0;
   bool has_min_ = false, has_max_ = false, min_exclusive_ = false, max_exclusive_ = false, non_finite_ = false;
-  std::size_t min_length_ = 0, max_length_ = std::numeric_limits<std::size_t>::max();
+  std::uint32_t min_length_ = 0, max_length_ = any_length;  // a longer text than 32 bits count is not expected
 };
 
 struct Type;
