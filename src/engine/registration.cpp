@@ -184,6 +184,20 @@ Result<void> check_languages(const std::vector<Statement>& statements, const std
   return {};
 }
 
+/// A property, or a field of it, has one value afterwards.
+Result<void> check_together(const std::vector<model::EffectSpec>& effects, const std::string& name) {
+  for (std::size_t i = 0; i < effects.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) {
+      const model::EffectSpec &a = effects[i], &b = effects[j];
+      if (a.property != b.property || !(a.value || a.from_input) || !(b.value || b.from_input)) continue;
+      const std::string of_a = a.from_input ? a.from_input->property_field : "", of_b = b.from_input ? b.from_input->property_field : "";
+      if (of_a.empty() || of_b.empty() || of_a == of_b)
+        return unexpected(Errc::invalid_option,
+                          name + ": two effects give \"" + a.property + "\" a value; name different fields by from_input.field()");
+    }
+  return {};
+}
+
 /// Checks what only an action has.
 Result<void> check_action(const model::ActionSpec& action, const std::string& name) {
   if (action.first_error) return unexpected(action.first_error->code, name + ": " + action.first_error->message);
@@ -196,6 +210,7 @@ Result<void> check_action(const model::ActionSpec& action, const std::string& na
   }
   for (const model::EffectSpec& effect : action.effects)
     if (Result<void> checked = check_effect(action, effect, name); !checked) return checked;
+  if (Result<void> checked = check_together(action.effects, name); !checked) return checked;
   for (const auto& [field, value] : action.headers) {
     http::Fields fields;
     const bool is_name = !field.empty() && detail::token_end(field, 0) == field.size();

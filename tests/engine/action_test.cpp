@@ -860,8 +860,9 @@ TEST_CASE("an effect says how near the property comes to the input, and which fi
       "heading", [&] { return heading; }, unit::radian);
   thing.action("drive", [](const Place&) {})
       .effect(pose, from_input.field("x", "y").within(0.25))
+      .effect(pose, from_input.field("y", "x"))
       .effect(angle, from_input.field("y").modulo(2).within(0.5))
-      .effect("base/heading", from_input.field("x"));
+      .effect("base/other", from_input.field("x"));
   bench.add(std::move(thing));
   const std::string vocabulary = "http://localhost/ns/vocabulary#Place/";
   CHECK(missing(bench.get("/base/actions/drive"),
@@ -875,13 +876,15 @@ TEST_CASE("an effect says how near the property comes to the input, and which fi
                     vocabulary +
                     "y> ; lrt:period <base/actions/drive#effect-2.period> ; lrt:tolerance <base/actions/drive#effect-2.tolerance> ."
                     "<base/actions/drive#effect-2.period> vom:numericalValue \"2\"^^xsd:double ; qudt:hasUnit unit:RAD ."
-                    "<base/actions/drive#effect-3> sosa:forProperty <base/heading> ; lrt:valueFrom _:input .") == "");
+                    "<base/actions/drive#effect-3> sosa:forProperty <base/other> ; lrt:valueFrom _:input ."
+                    "<base/actions/drive#effect-1> sh:property <base/actions/drive#effect-1.2> ."
+                    "<base/actions/drive#effect-1.2> sh:path <" +
+                    vocabulary + "x> ; lrt:valueFrom _:input ; lrt:inputField <" + vocabulary + "y> .") == "");
   CHECK_FALSE(bench.get("/base/actions/drive").says("effect-3.tolerance"));
   CHECK(bench.ask("GET /base/actions/drive\nAccept: application/json")
             .says("\"effects\":[{\"property\":\"http://localhost/base/place\",\"field\":\"y\",\"valueFrom\":\"input\",\"inputField\":\"x\","
-                  "\"tolerance\":0.25},{\"property\":\"http://localhost/base/"
-                  "heading\",\"valueFrom\":\"input\",\"inputField\":\"y\",\"tolerance\":0.5,"
-                  "\"period\":2},{\"property\":\"http://localhost/base/heading\",\"valueFrom\":\"input\",\"inputField\":\"x\"}]"));
+                  "\"tolerance\":0.25},{\"property\":\"http://localhost/base/place\",\"field\":\"x\",\"valueFrom\":\"input\",\"inputField\":\"y\"},"
+                  "{\"property\":\"http://localhost/base/heading\",\"valueFrom\":\"input\",\"inputField\":\"y\",\"tolerance\":0.5,\"period\":2}]"));
 }
 
 TEST_CASE("an effect that cannot be true is refused when the thing is added", "[engine][R1.10]") {
@@ -914,6 +917,10 @@ TEST_CASE("an effect that cannot be true is refused when the thing is added", "[
   CHECK(has(said([](auto& turn, auto&, auto&, auto& angle, auto&, auto&) { turn.effect(angle, from_input.within(-1)); }), "at least 0"));
   CHECK(has(said([](auto& turn, auto&, auto&, auto& angle, auto&, auto&) { turn.effect(angle, from_input.modulo(NAN)); }), "at least 0"));
   CHECK(has(said([](auto&, auto&, auto& call, auto&, auto&, auto& name) { call.effect(name, from_input.within(1)); }), "needs numbers"));
+  CHECK(has(said([](auto&, auto& drive, auto&, auto& angle, auto&, auto&) {
+              drive.effect(angle, from_input.field("x")).effect(angle, from_input.field("y"));
+            }),
+            "two effects"));
   CHECK(has(said([](auto&, auto& drive, auto&, auto&, auto&, auto&) { drive.consumes("z", Facets().at_least(0)); }), "a record with this field"));
   CHECK(has(said([](auto& turn, auto&, auto&, auto&, auto&, auto&) { turn.consumes("x", Facets().at_least(0)); }), "a record with this field"));
 }

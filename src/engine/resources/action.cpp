@@ -2,6 +2,7 @@
 #include "src/engine/resources/action.hpp"
 
 #include <algorithm>
+#include <map>
 #include <utility>
 #include <vector>
 
@@ -269,12 +270,12 @@ void must_have(rdf::Graph& graph, rdf::TermId shape, const rdf::Graph& from, rdf
 }  // namespace
 
 /// The shape of a property or, if the effect names a field of it, a shape within that one: it has the value of the input.
-void ActionResource::describe_input_value(const Description& d, rdf::TermId effect_shape, const model::EffectSpec& effect) const {
+void ActionResource::describe_input_value(const Description& d, rdf::TermId effect_shape, std::size_t& parts, const model::EffectSpec& effect) const {
   const model::InputValue& from = *effect.from_input;
   std::string name(d.graph.term(effect_shape).text);
   rdf::TermId shape = effect_shape;
   const auto descend = [&](std::string_view predicate) {
-    name += ".1";
+    name += "." + std::to_string(shape == effect_shape ? ++parts : 1);
     const rdf::TermId inner = d.graph.intern(rdf::iri(name));
     About(d.graph, shape).add(vocab::sh::property, inner);
     About(d.graph, inner).add(vocab::sh::path, rdf::iri(predicate));
@@ -314,21 +315,30 @@ void ActionResource::describe_effects(About& about, const Description& d) const 
     about.link(vocab::hybrit::produces, d.base + path + "#effect");
     add_placed(d.graph, effects, d.base);
   }
-  std::size_t number = 0;
+  struct Shape {
+    rdf::TermId node{};
+    std::size_t parts = 0;  ///< shapes of fields within it
+  };
+  std::map<std::string_view, Shape> shapes;  // one for each property, so that a query for what changes it finds the action once
   for (const model::EffectSpec& effect : spec->effects) {
-    About shape(d.graph, d.base + path + "#effect-" + std::to_string(++number));
-    d.graph.add(about.subject(), d.graph.intern(vocab::hybrit::produces), shape.subject());
-    shape.a(vocab::sh::NodeShape).link(vocab::sosa::forProperty, d.base + effect.property);
-    if (const Resource* r = d.engine.registry.find_usual(effect.property, vocab::hybrit::Property.text)) {
-      const auto& property = static_cast<const PropertyResource&>(*r);
-      shape.link(vocab::sh::node, property.thing->shape_iri(d.base, property.spec->path));
+    const auto [at, is_new] = shapes.try_emplace(effect.property);
+    Shape& of_property = at->second;
+    if (is_new) {
+      About shape(d.graph, d.base + path + "#effect-" + std::to_string(shapes.size()));
+      of_property.node = shape.subject();
+      d.graph.add(about.subject(), d.graph.intern(vocab::hybrit::produces), shape.subject());
+      shape.a(vocab::sh::NodeShape).link(vocab::sosa::forProperty, d.base + effect.property);
+      if (const Resource* r = d.engine.registry.find_usual(effect.property, vocab::hybrit::Property.text)) {
+        const auto& property = static_cast<const PropertyResource&>(*r);
+        shape.link(vocab::sh::node, property.thing->shape_iri(d.base, property.spec->path));
+      }
     }
-    if (effect.from_input) describe_input_value(d, shape.subject(), effect);
+    if (effect.from_input) describe_input_value(d, of_property.node, of_property.parts, effect);
     if (!effect.value) continue;
     rdf::Graph value;
     const rdf::TermId node = value.fresh_blank();
     rdf::write_value(value, node, *effect.spec->type, effect.spec->facets, *effect.value, d.engine.vocabulary(d.base));
-    must_have(d.graph, shape.subject(), value, node);
+    must_have(d.graph, of_property.node, value, node);
   }
 }
 

@@ -118,7 +118,7 @@ class ActionResource final : public Resource {
   std::string shape_name(std::string_view what) const;
   void describe_binding(const Description& d, rdf::TermId node) const;
   void describe_parts(About& about, const Description& d) const;
-  void describe_input_value(const Description& d, rdf::TermId effect_shape, const model::EffectSpec& effect) const;
+  void describe_input_value(const Description& d, rdf::TermId effect_shape, std::size_t& parts, const model::EffectSpec& effect) const;
   void summarize_effects(Overview& o) const;
   void describe_effects(About& about, const Description& d) const;
 };
