@@ -60,19 +60,13 @@ TEST_CASE(
     "[engine][R1.5]") {
   const rdf::Graph terms = term_list();
   // Of several kinds of subjects or objects, which have no class in common.
-  const std::set<std::string> without_domain = {"lrt#frame",
-                                                "lrt#elementType",
-                                                "lrt#all",
-                                                "lrt#stop",
-                                                "lrt#unreachableSince",
-                                                "lrt#mqttBroker",
-                                                "lrt#mqttTopic",
-                                                "lrt#mqttCommandTopic",
-                                                "hybrit#websocketUrl",
-                                                "hybrit#subscriptions",
-                                                "hybrit#binding"};
-  const std::set<std::string> without_range = {"lrt#state",        "lrt#frame",         "lrt#input", "lrt#result",    "lrt#mesh",   "lrt#texture",
-                                               "hybrit#blueprint", "hybrit#onResource", "lrt#all",   "lrt#allGraphs", "lrt#session"};
+  const std::set<std::string> without_domain = {
+      "lrt#frame",           "lrt#elementType",      "lrt#all",       "lrt#stop",       "lrt#unreachableSince", "lrt#mqttBroker",
+      "lrt#mqttTopic",       "lrt#mqttCommandTopic", "lrt#valueFrom", "lrt#inputField", "lrt#tolerance",        "lrt#period",
+      "hybrit#websocketUrl", "hybrit#subscriptions", "hybrit#binding"};
+  const std::set<std::string> without_range = {"lrt#state", "lrt#frame",     "lrt#input",        "lrt#result",
+                                               "lrt#mesh",  "lrt#texture",   "hybrit#blueprint", "hybrit#onResource",
+                                               "lrt#all",   "lrt#allGraphs", "lrt#session",      "lrt#inputField"};
   const std::map<std::string, std::string> judged = {
       {own + "#", "lrt#"}, {"https://hybr-it-projekt.de/ns/hybr-it#", "hybrit#"}, {"http://ros.org/#", "ros#"}};
   std::size_t properties = 0;
