@@ -103,7 +103,7 @@ class LRT_API QueryService {
     std::chrono::milliseconds min_interval{100};  ///< between two evaluations of a standing query
     std::chrono::milliseconds max_age{100};       ///< a property that is read by a lambda is read again if its value is older
     std::size_t max_value_members = 1'000;        ///< a property whose value has more scalars is not in the graphs
-    std::size_t max_views = 8;                    ///< cached sets of graphs, for clients with different rights or different Host fields
+    std::size_t max_views = 8;                    ///< cached sets of graphs, by rights and Host field; with subscriptions: by principal, too
     std::size_t max_queries_per_client = 16;      ///< of max_queries, running and waiting ones of one client; more: 429. 0: no limit
     std::size_t max_standing_per_client = 32;     ///< of max_standing, those that one client has started; more: 429. 0: no limit
   };
