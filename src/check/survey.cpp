@@ -152,10 +152,11 @@ std::optional<rdf::Graph> graph_of(const Context& context, const Exchange& excha
   rdf::ReadOptions options;
   options.base = exchange.url;
   options.max_triples = std::min(context.options.client.limits.max_triples, max_triples);
+  options.contexts = &context.options.client.contexts;
   Result<rdf::Graph> graph = rdf::read(exchange.reply.body, *syntax, options);
   if (graph) return *std::move(graph);
   // JSON-LD with a context elsewhere, named graphs: right, but not for this reader.
-  if (fault != nullptr && graph.error().code == Errc::expected_rdf && *syntax != rdf::Syntax::trig && *syntax != rdf::Syntax::n_quads)
+  if (fault != nullptr && graph.error().code == Errc::expected_rdf)
     *fault = graph.error().message + (graph.error().line > 0 ? " (line " + std::to_string(graph.error().line) + ")" : "");
   return std::nullopt;
 }

@@ -3,6 +3,7 @@
 
 #include <lrt/base/immortal.hpp>
 
+#include "src/base/quote.hpp"
 #include "src/rdf/codecs.hpp"
 #include "src/rdf/turtle_parser.hpp"
 
@@ -68,19 +69,47 @@ const Prefixes& default_prefixes() {
   return *prefixes;
 }
 
+namespace {
+
+std::optional<Error> fault_of_base(const ReadOptions& options) {
+  if (options.base.empty() || iri::is_absolute(options.base)) return std::nullopt;
+  return Error{Errc::expected_iri, "the base is not an absolute IRI: \"" + std::string(options.base) + "\""};
+}
+
+Result<Graph> one_graph(Result<Dataset> read) {
+  if (!read) return Unexpected{std::move(read).error()};
+  if (!read->named.empty())
+    return unexpected(Errc::unsupported_syntax,
+                      "expected one graph, found the named graph <" + shortened(read->named.front().first) + ">, which is not supported here");
+  return std::move(read->default_graph);
+}
+
+}  // namespace
+
 Result<Graph> read(std::string_view text, Syntax syntax, const ReadOptions& options) {
-  if (!options.base.empty() && !iri::is_absolute(options.base)) {
-    return unexpected(Errc::expected_iri, "the base is not an absolute IRI: \"" + std::string(options.base) + "\"");
-  }
+  if (auto error = fault_of_base(options)) return Unexpected{*std::move(error)};
   switch (syntax) {
-    case Syntax::turtle:
-    case Syntax::trig: return read_turtle(text, options);
-    case Syntax::n_triples:
-    case Syntax::n_quads: return read_n_triples(text, options);
+    case Syntax::turtle: return read_turtle(text, options);
+    case Syntax::n_triples: return read_n_triples(text, options);
+    case Syntax::trig: return one_graph(read_trig(text, options));
+    case Syntax::n_quads: return one_graph(read_n_quads(text, options));
     case Syntax::rdf_xml: return read_rdf_xml(text, options);
     case Syntax::json_ld: return read_json_ld(text, options);
   }
   return unexpected(Errc::unsupported_syntax, "unknown syntax");
+}
+
+Result<Dataset> read_dataset(std::string_view text, Syntax syntax, const ReadOptions& options) {
+  if (auto error = fault_of_base(options)) return Unexpected{*std::move(error)};
+  switch (syntax) {
+    case Syntax::trig: return read_trig(text, options);
+    case Syntax::n_quads: return read_n_quads(text, options);
+    case Syntax::json_ld: return read_json_ld_dataset(text, options);
+    default: break;
+  }
+  Result<Graph> graph = read(text, syntax, options);
+  if (!graph) return Unexpected{std::move(graph).error()};
+  return Dataset{*std::move(graph), {}};
 }
 
 Result<std::string> write(const Graph& graph, Syntax syntax, const Prefixes& prefixes, std::string_view context) {

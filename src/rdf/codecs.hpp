@@ -15,10 +15,11 @@ Result<std::string> write_n_triples(const Graph& graph);
 Result<std::string> write_trig(const Dataset& dataset, const Prefixes& prefixes);
 Result<std::string> write_n_quads(const Dataset& dataset);
 
-/// Whether this build has JSON-LD: json_ld/ defines these three functions and json_ld_context(), or else without_json_ld/.
+/// Whether this build has JSON-LD: json_ld/ defines these functions, json_ld_context() and Contexts::add(), or else without_json_ld/.
 bool has_json_ld() noexcept;
 Result<std::string> write_json_ld(const Graph& graph, const Prefixes& prefixes, std::string_view context);
 Result<Graph> read_json_ld(std::string_view text, const ReadOptions& options);
+Result<Dataset> read_json_ld_dataset(std::string_view text, const ReadOptions& options);
 
 /// Whether this build has RDF/XML: redland/ defines these four functions, or else without_redland/.
 bool has_rdf_xml() noexcept;

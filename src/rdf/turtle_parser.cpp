@@ -2,6 +2,8 @@
 #include "src/rdf/turtle_parser.hpp"
 
 #include <cstdint>
+#include <functional>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -31,24 +33,38 @@ class Parser : Terminals {
       : Terminals(text), base_(options.base), max_triples_(options.max_triples), max_bytes_(options.max_bytes) {}
 
   Result<Graph> turtle() {
-    if (well_formed()) {
-      for (skip_space(); !end() && token(); skip_space()) {}
-      if (!failed() && !open_.empty()) fail(open_.back().at, std::string("'") + *open_.back().at + "' without an end");
-      if (!failed() && state_ != State::subject) expected(wanted(), at_);
-    }
+    parse_turtle();
     return result();
   }
 
+  Result<Dataset> trig() {
+    is_trig_ = true;
+    parse_turtle();
+    return dataset();
+  }
+
+  Result<Dataset> n_quads() {
+    is_n_quads_ = true;
+    parse_lines();
+    return dataset();
+  }
+
   Result<Graph> n_triples(bool is_of_earlier_release = false) {
-    is_n_triples_ = true;
     is_of_earlier_release_ = is_of_earlier_release;
-    if (well_formed()) {
-      while (!end() && line()) {}
-    }
+    parse_lines();
     return result();
   }
 
  private:
+  void parse_turtle() {
+    if (well_formed()) {
+      for (skip_space(); !end() && token(); skip_space()) {}
+      if (!failed() && !open_.empty()) fail(open_.back().at, std::string("'") + *open_.back().at + "' without an end");
+      if (!failed() && state_ != State::subject) expected(wanted(), at_);
+      if (!failed() && block_ != nullptr) fail(block_, "'{' without an end");
+    }
+  }
+
   /// The elements that the grammar of Turtle may expect next.
   enum class State : std::uint8_t {
     subject,  // or a directive, or the end
@@ -72,6 +88,104 @@ class Parser : Terminals {
   Result<Graph> result() {
     if (failed()) return error();
     return std::move(graph_);
+  }
+
+  // --- named graphs
+
+  /// The triples of a graph, with terms of graph_.
+  struct Named {
+    std::string name;
+    std::vector<Triple> triples;
+  };
+
+  /// The graph into which triples go, by its name.
+  void enter_graph(std::string_view name) {
+    if (last_ < named_.size() && named_[last_].name == name) {
+      current_ = last_;
+      return;
+    }
+    auto known = graphs_.find(name);
+    if (known == graphs_.end()) {
+      known = graphs_.emplace(std::string(name), named_.size()).first;
+      named_.push_back({known->first, {}});
+    }
+    current_ = last_ = known->second;
+  }
+
+  void add(TermId subject, TermId predicate, TermId object) {
+    if (current_ == default_graph) graph_.add(subject, predicate, object);
+    else named_[current_].triples.push_back({subject, predicate, object});
+  }
+
+  static Graph graph_of(const Graph& terms, const std::vector<Triple>& triples) {
+    Graph made;
+    std::vector<TermId> known(terms.term_count(), no_term);
+    const auto mine = [&](TermId id) {
+      TermId& same = known[static_cast<std::size_t>(id)];
+      if (same == no_term) same = terms.term(id).is_blank() ? made.fresh_blank() : made.intern(terms.term(id));
+      return same;
+    };
+    for (const Triple& t : triples) {
+      const TermId s = mine(t.subject), p = mine(t.predicate), o = mine(t.object);
+      made.add(s, p, o);
+    }
+    return made;
+  }
+
+  Result<Dataset> dataset() {
+    if (failed()) return error();
+    Dataset all;
+    for (Named& named : named_) {
+      all.named.emplace_back(std::move(named.name), graph_of(graph_, named.triples));
+      named.triples = {};
+    }
+    all.default_graph = named_.empty() ? std::move(graph_) : graph_of(graph_, graph_.triples());
+    return all;
+  }
+
+  /// '{' of TriG, behind the name of the graph, if it has one.
+  bool open_block() {
+    const bool is_default = state_ == State::subject, is_named = state_ == State::verb && is_label_;
+    if (block_ != nullptr || !open_.empty() || !(is_default || is_named)) return unexpected_here(at_);
+    if (is_named) {
+      const TermView name = graph_.term(subject_);
+      if (!name.is_iri()) return fail(at_, "expected an IRI as the name of the graph: a blank node is not supported", Errc::unsupported_syntax);
+      enter_graph(std::string(name.text));
+    }
+    state_ = State::subject;
+    block_ = at_++;
+    return true;
+  }
+
+  bool close_block() {
+    const bool is_complete =
+        state_ == State::subject || state_ == State::after_object || state_ == State::verb_or_end || state_ == State::verb_or_dot;
+    if (block_ == nullptr || !open_.empty() || !is_complete) return unexpected_here(at_);
+    ++at_;
+    block_ = nullptr;
+    current_ = default_graph;
+    state_ = State::subject;
+    return true;
+  }
+
+  /// Behind the keyword GRAPH.
+  bool graph_label() {
+    skip_space();
+    if (end() || (peek() != '<' && peek() != '_' && peek() != '[' && prefix_end() == nullptr)) return expected("the name of a graph", at_);
+    if (!token()) return false;
+    skip_space();
+    if (peek() == ']' && !open_.empty()) {
+      if (!token()) return false;
+      skip_space();
+    }
+    return !end() && peek() == '{' ? open_block() : expected("'{'", at_);
+  }
+
+  void parse_lines() {
+    is_n_triples_ = true;
+    if (well_formed()) {
+      while (!end() && line()) {}
+    }
   }
 
   // --- limits
@@ -148,9 +262,22 @@ class Parser : Terminals {
     if (!resource("a subject", true, subject_) || !resource("a predicate", false, predicate_)) return false;
     if (!count_triples(1, at_)) return false;
     if (peek() == '"' ? !plain_literal(object) : !resource("an object", true, object)) return false;
-    graph_.add(subject_, predicate_, object);
+    if (is_n_quads_ && !graph_name()) return false;
+    add(subject_, predicate_, object);
     if (peek() != '.') return expected("'.'", at_);
     ++at_;
+    skip_blanks();
+    return true;
+  }
+
+  /// graphLabel of N-Quads, if there is one.
+  bool graph_name() {
+    current_ = default_graph;
+    if (peek() == '_') return fail(at_, "expected an IRI as the name of the graph: a blank node is not supported", Errc::unsupported_syntax);
+    if (peek() != '<') return true;
+    std::string_view name;
+    if (!absolute_iri(name)) return false;
+    enter_graph(name);
     skip_blanks();
     return true;
   }
@@ -227,6 +354,8 @@ class Parser : Terminals {
       }
       case '[':
       case '(': return open_bracket(c);
+      case '{': return is_trig_ ? open_block() : unexpected_here(at_);
+      case '}': return is_trig_ ? close_block() : unexpected_here(at_);
       case ']':
       case ')': return close_bracket(c);
       case '.': return is_digit(peek(1)) && state_ != State::after_object ? number() : punctuation(c);
@@ -259,9 +388,10 @@ class Parser : Terminals {
       case State::subject:
         subject_ = term;
         state_ = State::verb;
+        is_label_ = true;
         break;
       case State::object: state_ = State::after_object; [[fallthrough]];
-      case State::item: graph_.add(subject_, predicate_, term); break;
+      case State::item: add(subject_, predicate_, term); break;
       default: predicate_ = term; state_ = State::object;
     }
     return true;
@@ -271,11 +401,11 @@ class Parser : Terminals {
     Open& list = open_.back();
     const TermId cell = graph_.fresh_blank();
     if (list.cell != no_term) {
-      graph_.add(list.cell, known(rest_, vocab::rdf_::rest), cell);
+      add(list.cell, known(rest_, vocab::rdf_::rest), cell);
     } else if (list.state == State::subject) {
       list.subject = cell;
     } else {
-      graph_.add(list.subject, list.predicate, cell);
+      add(list.subject, list.predicate, cell);
     }
     return list.cell = cell;
   }
@@ -305,12 +435,13 @@ class Parser : Terminals {
     open_.pop_back();
     if (c == ')') {
       const TermId nil = known(nil_, vocab::rdf_::nil);
-      if (open.cell != no_term) graph_.add(open.cell, known(rest_, vocab::rdf_::rest), nil);
+      if (open.cell != no_term) add(open.cell, known(rest_, vocab::rdf_::rest), nil);
       else if (open.state == State::subject) open.subject = nil;
-      else graph_.add(open.subject, open.predicate, nil);
+      else add(open.subject, open.predicate, nil);
     }
     subject_ = open.subject;
     predicate_ = open.predicate;
+    is_label_ = c == ']';  // with triples in it, a predicate or '.' follows
     state_ = open.state == State::item     ? State::item
              : open.state == State::object ? State::after_object
              : has_triples                 ? State::verb_or_dot
@@ -374,7 +505,7 @@ class Parser : Terminals {
 
   bool directive() {
     const char* const from = at_;
-    if (state_ != State::subject) return unexpected_here(from);
+    if (state_ != State::subject || block_ != nullptr) return unexpected_here(from);
     const char* const word_end = name_end(++at_);
     const std::string_view word(at_, static_cast<std::size_t>(word_end - at_));
     if (word != "prefix" && word != "base") return expected("@prefix or @base", from);
@@ -427,11 +558,16 @@ class Parser : Terminals {
       at_ = word_end;
       return place(known(type_, vocab::rdf_::type));
     }
-    if (state_ == State::subject && lrt::detail::iequals_ascii(read, "prefix")) {
+    const bool may_direct = state_ == State::subject && block_ == nullptr;
+    if (is_trig_ && may_direct && lrt::detail::iequals_ascii(read, "graph")) {
+      at_ = word_end;
+      return graph_label();
+    }
+    if (may_direct && lrt::detail::iequals_ascii(read, "prefix")) {
       at_ = word_end;
       return declare_prefix(from);
     }
-    if (state_ == State::subject && lrt::detail::iequals_ascii(read, "base")) {
+    if (may_direct && lrt::detail::iequals_ascii(read, "base")) {
       at_ = word_end;
       return declare_base(from);
     }
@@ -466,7 +602,14 @@ class Parser : Terminals {
   Names<TermId> labels_;  // of blank nodes
   std::vector<Open> open_;
   State state_ = State::subject;
-  bool is_n_triples_ = false, is_of_earlier_release_ = false;
+  bool is_n_triples_ = false, is_of_earlier_release_ = false, is_trig_ = false, is_n_quads_ = false;
+  bool is_label_ = false;        // the subject may be the name of a graph
+  const char* block_ = nullptr;  // '{' without its partner
+  static constexpr std::size_t default_graph = static_cast<std::size_t>(-1);
+  std::size_t current_ = default_graph;  // the graph that gets the triples: a place in named_
+  std::size_t last_ = default_graph;     // the last one of named_ that got some
+  std::vector<Named> named_;
+  std::map<std::string, std::size_t, std::less<>> graphs_;  // places in named_
   TermId subject_ = no_term, predicate_ = no_term;
   TermId type_ = no_term, first_ = no_term, rest_ = no_term, nil_ = no_term;
   std::string iri_, escaped_iri_, string_;  // terms that are not in the text as they are
@@ -479,6 +622,10 @@ class Parser : Terminals {
 Result<Graph> read_turtle(std::string_view text, const ReadOptions& options) { return Parser(text, options).turtle(); }
 
 Result<Graph> read_n_triples(std::string_view text, const ReadOptions& options) { return Parser(text, options).n_triples(); }
+
+Result<Dataset> read_trig(std::string_view text, const ReadOptions& options) { return Parser(text, options).trig(); }
+
+Result<Dataset> read_n_quads(std::string_view text, const ReadOptions& options) { return Parser(text, options).n_quads(); }
 
 Result<Graph> read_kept_n_triples(std::string_view text, const ReadOptions& options) { return Parser(text, options).n_triples(true); }
 

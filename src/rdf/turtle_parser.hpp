@@ -31,7 +31,13 @@ Result<Graph> read_turtle(std::string_view text, const ReadOptions& options);
 /// @par Implements  RDF 1.1 N-Triples 7
 Result<Graph> read_n_triples(std::string_view text, const ReadOptions& options);
 
-/// The same for a document that lrt wrote, maybe in an earlier release. These could have literals of rdf:langString without a language, which
+/// Parse documents with named graphs. The parsers are those of Turtle and N-Triples.
+/// @par Errors      as theirs; expected_rdf: a graph whose name is a blank node
+/// @par Implements  RDF 1.1 TriG 3 to 5; RDF 1.1 N-Quads 6
+Result<Dataset> read_trig(std::string_view text, const ReadOptions& options);
+Result<Dataset> read_n_quads(std::string_view text, const ReadOptions& options);
+
+/// read_n_triples() for a document that lrt wrote, maybe in an earlier release. These could have literals of rdf:langString without a language, which
 /// are no literals of RDF: they are read as strings.
 Result<Graph> read_kept_n_triples(std::string_view text, const ReadOptions& options);
 

@@ -302,7 +302,7 @@ TEST_CASE("a document may refer to lrt's context", "[rdf][json_ld][R1.2]") {
   }
   const std::string refused = refusal(R"({"@context": "https://schema.org/", "name": "x"})", Errc::unsupported_syntax);
   CHECK(says(refused, "https://schema.org/"));
-  CHECK(says(refused, "fetched"));
+  CHECK(says(refused, "lrt fetches none"));
   CHECK(says(refused, our_context));
   CHECK(says(refused, "/@context"));
   CHECK(says(refusal(R"({"http://e/p": {"@context": ["/ns/context.jsonld", "http://evil/ns/context.jsonld"]}})", Errc::unsupported_syntax),
@@ -442,6 +442,7 @@ TEST_CASE("invalid JSON-LD is refused with the member's name", "[rdf][json_ld]")
            Case{R"({"@context": {"@base": 5}})", "/@context/@base", "expected an IRI"},
            Case{R"({"@context": {"@base": null}, "@id": "x"})", "/@id", "relative IRI <x> and no base"},
            Case{R"({"@context": {"b": "http://b/", "b:x": "http://c/"}})", "/@context/b:x", "another IRI"},
+           Case{R"({"@reverse": {"http://e/p": [{"@list": []}]}})", "/@reverse/http:~1~1e~1p/0", "a list cannot be reversed"},
            Case{R"({"@value": "x", "@nest": 5, "http://e/p": {"@nest": 5}})", "", "read: "},
        }) {
     CAPTURE(c.document);
@@ -605,21 +606,198 @@ TEST_CASE("unsupported features of JSON-LD are refused by name", "[rdf][json_ld]
            Case{R"({"@id": "g", "@graph": [{"http://e/p": 1}]})", "a named graph"},
            Case{R"([{"@graph": [{"http://e/p": 1}]}])", "a named graph"},
            Case{R"({"http://e/p": {"@graph": []}})", "a named graph"},
-           Case{R"({"http://e/p": {"@value": "x", "@direction": "rtl"}})", "@direction"},
-           Case{R"({"@context": {"@direction": "rtl"}})", "@direction"},
-           Case{R"({"@context": {"T": {"@id": "http://e/T", "@context": {}}}, "@type": "T"})", "a context of a type"},
-           Case{R"({"@context": {"T": {"@id": "http://e/T", "@context": {}}, "p": {"@id": "http://e/p", "@container": "@type"}}, "p": {"T": {}}})",
-                "a context of a type"},
-           Case{R"({"@context": {"p": {"@id": "http://e/p", "@container": ["@graph", "@index"]}}})", "@graph as a container"},
-           Case{R"({"@context": {"@import": "http://e/"}})", "@import"},
-           Case{R"({"@context": {"@propagate": false}})", "@propagate"},
-           Case{R"({"@context": {"@protected": true}})", "@protected"},
+           Case{R"({"@context": {"p": {"@id": "http://e/p", "@container": ["@graph", "@index"]}}, "p": {"a": {}}})", "a named graph"},
+           Case{R"({"@context": {"@import": "http://e/"}})", "the context <http://e/> is not registered"},
+           Case{R"({"@context": "http://e/"})", "the context <http://e/> is not registered"},
            Case{R"({"_:p": 1})", "a blank node as predicate"},
            Case{R"({"http://e/p": {"@list": [[1]]}})", "an array in a @list"},
        }) {
     CAPTURE(c.document);
     CHECK(says(refusal(c.document, Errc::unsupported_syntax), c.name));
   }
+}
+
+namespace {
+
+/// The dataset of a document as N-Quads, or why it was refused.
+std::string quads(std::string_view document, const Contexts& contexts = {}) {
+  ReadOptions options;
+  options.base = "http://localhost/arm/x";
+  options.contexts = &contexts;
+  const Result<Dataset> found = read_dataset(document, Syntax::json_ld, options);
+  return found ? *write(*found, Syntax::n_quads) : found.error().message;
+}
+/// Empty if it is the dataset of the TriG.
+std::string differs_from_trig(std::string_view document, const std::string& trig, const Contexts& contexts = {}) {
+  ReadOptions options;
+  options.base = "http://localhost/arm/x";
+  options.contexts = &contexts;
+  const Result<Dataset> found = read_dataset(document, Syntax::json_ld, options);
+  if (!found) return found.error().message;
+  const Dataset wanted = read_dataset("@prefix e: <http://e/> . @prefix f: <http://f/> . " + trig, Syntax::trig, options).value();
+  bool same = isomorphic(found->default_graph, wanted.default_graph) && found->named.size() == wanted.named.size();
+  for (std::size_t i = 0; same && i < wanted.named.size(); ++i)
+    same = found->named[i].first == wanted.named[i].first && isomorphic(found->named[i].second, wanted.named[i].second);
+  return same ? "" : "read: " + *write(*found, Syntax::n_quads);
+}
+
+}  // namespace
+
+TEST_CASE("a type may have a context for its nodes", "[rdf][json_ld]") {
+  const auto reads = [&](const std::string& context, const std::string& members, const std::string& turtle) {
+    const std::string document = "{\"@context\": {" + context + "}, \"@id\": \"\", " + members + "}";
+    INFO(document);
+    CHECK(differs(document, "@prefix e: <http://e/> . @prefix f: <http://f/> . " + turtle) == "");
+  };
+  const std::string t = R"("@vocab": "http://e/", "T": {"@id": "http://e/T", "@context": {"a": "http://f/a"}},
+                           "U": {"@id": "http://e/U", "@context": {"a": "http://f/u", "b": "http://f/b"}})";
+  reads(t, R"("@type": "T", "a": 1)", "<> a e:T ; f:a 1 .");
+  reads(t, R"("@type": ["U", "T"], "a": 1, "b": 2)", "<> a e:T, e:U ; f:u 1 ; f:b 2 .");  // by name: T, then U
+  reads(t, R"("a": {"@type": "T", "a": 1}, "@type": "T")", "<> a e:T ; f:a [ a e:T ; f:a 1 ] .");
+  // It does not hold for the nodes in the node, but for its values and references.
+  reads(t, R"("@type": "T", "q": {"a": 1})", "<> a e:T ; e:q [ e:a 1 ] .");
+  reads(t + R"(, "V": {"@id": "http://e/V", "@context": {"@propagate": true, "a": "http://f/a"}})", R"("@type": "V", "q": {"a": 1})",
+        "<> a e:V ; e:q [ f:a 1 ] .");
+  reads(R"("@vocab": "http://e/", "T": {"@id": "http://e/T", "@context": {"@base": "http://f/", "@vocab": "http://f/"}})",
+        R"("@type": "T", "q": {"@id": "x"}, "r": {"@value": "x", "@type": "D"})", "f: a e:T ; f:q f:x ; f:r \"x\"^^f:D .");
+  // Types are looked up outside of the context that they bring.
+  reads(R"("@vocab": "http://e/", "T": {"@id": "http://e/T", "@context": {"@vocab": "http://f/", "T": "http://f/no"}})",
+        R"("@type": ["T", "W"], "q": 1)", "<> a e:T, e:W ; f:q 1 .");
+  reads(t + R"(, "p": {"@id": "http://e/p", "@container": "@type"})", R"("p": {"T": {"a": 1}, "U": {"a": 2}, "W": {"a": 3}})",
+        "<> e:p [ a e:T ; f:a 1 ], [ a e:U ; f:u 2 ], [ a e:W ; e:a 3 ] .");
+  // A set in a term that is a list is a list, too.
+  reads(R"("l": {"@id": "http://e/l", "@container": "@list"})", R"("l": [{"@set": [1, 2]}, {"@set": 3}, 4])", "<> e:l ( ( 1 2 ) 3 4 ) .");
+  // The context of a term comes after the return to the context around the node.
+  reads(t + R"(, "p": {"@id": "http://e/p", "@context": {"c": "http://f/c"}})", R"("@type": "T", "p": {"a": 1, "c": 2})",
+        "<> a e:T ; e:p [ e:a 1 ; f:c 2 ] .");
+  reads(R"("@vocab": "http://e/", "p": {"@id": "http://e/p", "@context": {"@propagate": false, "c": "http://f/c"}})",
+        R"("p": {"c": 1, "q": {"c": 2}})", "<> e:p [ f:c 1 ; e:q [ e:c 2 ] ] .");
+  reads(R"("@vocab": "http://e/", "@propagate": false, "a": "http://f/a")", R"("a": {"http://e/b": {"a": 1}})", "<> f:a [ e:b [] ] .");
+  reads(t + R"(, "in": "@included", "data": {"@id": "@nest", "@context": {"n": "http://f/n"}})",
+        R"("data": {"n": 1, "a": 2}, "in": [{"@id": "y", "a": 3}])", "<> f:n 1 ; e:a 2 . <y> e:a 3 .");
+}
+
+TEST_CASE("protected terms are redefined by contexts of terms only", "[rdf][json_ld]") {
+  const auto document = [](const std::string& contexts, const std::string& members) {
+    return "{\"@context\": [" + contexts + "], \"@id\": \"\", " + members + "}";
+  };
+  const std::string a = R"({"@protected": true, "a": "http://e/a", "p": {"@id": "http://e/p", "@context": {"a": "http://f/a"}}})";
+  CHECK(differs(document(a, R"("a": 1, "p": {"a": 2})"), "<> <http://e/a> 1 ; <http://e/p> [ <http://f/a> 2 ] .") == "");
+  CHECK(differs(document(a + R"(, {"a": "http://e/a"})", R"("a": 1)"), "<> <http://e/a> 1 .") == "");
+  CHECK(differs(document(R"({"@protected": true, "a": {"@id": "http://e/a", "@protected": false}}, {"a": "http://f/a"})", R"("a": 1)"),
+                "<> <http://f/a> 1 .") == "");
+  const std::string refused = refusal(document(a + R"(, {"a": "http://f/a"})", R"("a": 1)"));
+  CHECK(says(refused, "at \"/@context/1/a\": the term \"a\" is protected"));
+  // It stays protected after it was defined in the same way.
+  CHECK(says(refusal(document(a + R"(, {"a": "http://e/a"}, {"a": "http://f/a"})", R"("a": 1)")), "/@context/2/a"));
+  CHECK(says(refusal(document(a + ", null", R"("a": 1)")), "at \"/@context/1\": null would remove protected terms"));
+  CHECK(says(refusal(document(a, R"("a": {"@context": {"a": null}})")), "is protected"));
+  CHECK(says(refusal(document(R"({"T": {"@id": "http://e/T", "@context": {"a": "http://f/a"}}, "a": {"@id": "http://e/a", "@protected": true}})",
+                              R"("@type": "T")")),
+             "at \"/@context/0/T/@context/a\": the term \"a\" is protected"));
+  CHECK(differs(document(R"({"a": {"@id": "http://e/a", "@protected": true}, "p": {"@id": "http://e/p", "@context": null}})",
+                         R"("p": {"a": 1, "http://e/q": 2})"),
+                "<> <http://e/p> [ <http://e/q> 2 ] .") == "");
+  CHECK(says(refusal(document(R"({"@protected": 1})", R"("a": 1)")), "expected true or false"));
+  CHECK(
+      says(refusal(document(R"({"id": {"@id": "@id", "@protected": true}}, "http://localhost/ns/context.jsonld")", R"("a": 1)"), Errc::expected_rdf),
+           "read: "));
+  CHECK(says(refusal(document(R"({"unit": {"@id": "http://e/u", "@protected": true}}, "http://localhost/ns/context.jsonld")", R"("a": 1)")),
+             "the term \"unit\" is protected, and <http://localhost/ns/context.jsonld> defines it in another way"));
+  CHECK(differs(document(R"({"@type": {"@container": "@set", "@protected": true}})", R"("@type": "http://e/T")"), "<> a <http://e/T> .") == "");
+  CHECK(says(refusal(document(R"({"@type": {"@id": "@type"}})", R"("a": 1)")), "the keyword @type cannot be defined"));
+}
+
+TEST_CASE("the base direction of texts is judged and dropped", "[rdf][json_ld]") {
+  CHECK(differs(R"({"@context": {"@direction": "rtl", "@language": "ar", "p": {"@id": "http://e/p", "@direction": "ltr"}}, "@id": "", "p": "x"})",
+                "<> <http://e/p> \"x\"@ar .") == "");
+  CHECK(differs(R"({"@id": "", "http://e/p": {"@value": "x", "@direction": "rtl"}})", "<> <http://e/p> \"x\" .") == "");
+  CHECK(says(refusal(R"({"@context": {"@direction": "up"}})"), "at \"/@context/@direction\": expected \"ltr\" or \"rtl\", found \"up\""));
+  CHECK(says(refusal(R"({"http://e/p": {"@value": "x", "@direction": "rtl", "@type": "http://e/t"}})"), "@direction has no meaning beside @type"));
+}
+
+TEST_CASE("JSON-LD has named graphs where a dataset is read", "[rdf][json_ld]") {
+  CHECK(differs_from_trig(
+            R"({"@id": "g", "http://e/p": 1, "@graph": [{"@id": "a", "http://e/q": 2}, {"@id": "h", "@graph": {"@id": "", "http://e/r": 3}}]})",
+            "<g> e:p 1 . <g> { <a> e:q 2 } <h> { <> e:r 3 }") == "");
+  CHECK(differs_from_trig(R"({"@context": {"e": "http://e/"}, "@graph": [{"@id": "a", "e:q": 2}]})", "<a> e:q 2 .") == "");
+  CHECK(differs_from_trig(R"([{"@id": "g", "@graph": []}, {"@id": "g", "@graph": {"@id": "_:b", "http://e/p": {"@id": "_:b"}}}])",
+                          "<g> { _:b e:p _:b }") == "");
+  const std::string by_id = R"({"@context": {"p": {"@id": "http://e/p", "@container": ["@graph", "@id"]}, "q": "http://e/q"}, "@id": "", "p": )";
+  CHECK(differs_from_trig(by_id + R"({"g": {"q": 1}, "h": [{"@id": "a", "q": 2}, {"@id": "b", "q": 3}]}})",
+                          "<> e:p <g>, <h> . <g> { [] e:q 1 } <h> { <a> e:q 2 . <b> e:q 3 }") == "");
+  CHECK(differs_from_trig(by_id + R"({"g": {"@graph": [{"q": 1}]}}})", "<> e:p <g> . <g> { [] e:q 1 }") == "");
+  const std::string by_index =
+      R"({"@context": {"p": {"@id": "http://e/p", "@container": ["@graph", "@index"]}, "q": "http://e/q"}, "@id": "", "p": )";
+  CHECK(differs_from_trig(by_index + R"({"x": {"@id": "g", "@graph": {"q": 1}}}})", "<> e:p <g> . <g> { [] e:q 1 }") == "");
+  for (const std::string& unnamed : {by_index + R"({"x": {"q": 1}}})", by_id + R"({"@none": {"q": 1}}})", std::string(R"([{"@graph": []}])"),
+                                     std::string(R"({"@context": {"p": {"@id": "http://e/p", "@container": "@graph"}}, "p": {"http://e/q": 1}})"),
+                                     std::string(R"({"@id": "_:g", "@graph": []})")}) {
+    CAPTURE(unnamed);
+    CHECK(says(quads(unnamed), "a graph whose name is a blank node is not supported"));
+  }
+  CHECK(says(quads(R"({"@context": {"p": {"@id": "http://e/p", "@container": ["@graph", "@list"]}}})"), "exclude each other"));
+  // A node in two graphs is two nodes.
+  CHECK(differs_from_trig(R"([{"@id": "_:a", "http://e/p": 1}, {"@id": "g", "@graph": {"@id": "_:a", "http://e/p": 2}}])",
+                          "[] e:p 1 . <g> { [] e:p 2 }") == "");
+}
+
+TEST_CASE("contexts that a host has registered are read by their IRI, and no others", "[rdf][json_ld]") {
+  Contexts contexts;
+  CHECK(contexts.empty());
+  REQUIRE(contexts.add("http://c/a", R"({"@context": {"@vocab": "http://e/", "@base": "http://no/", "rel": {"@type": "@id", "@id": "rel"}}})"));
+  REQUIRE(contexts.add("http://c/b", R"({"ignored": 1, "@context": ["a", {"T": {"@id": "f:T", "@context": "scoped"}, "f": "http://f/"}]})"));
+  REQUIRE(contexts.add("http://c/scoped", R"({"@context": {"@import": "a", "@vocab": "http://f/", "own": "http://e/own"}})"));
+  REQUIRE(contexts.add("http://c/protected", R"({"@context": {"@protected": true, "@import": "imported", "x": "http://e/x"}})"));
+  REQUIRE(contexts.add("http://c/imported", R"({"@context": {"x": "http://f/x", "y": "http://f/y"}})"));
+  REQUIRE(contexts.add("http://c/loop", R"({"@context": ["loop"]})"));
+  REQUIRE(contexts.add("http://c/bad", R"({"@context": {"x": {"@id": 5}}})"));
+  CHECK_FALSE(contexts.empty());
+  const auto reads = [&](const std::string& document, const std::string& trig) {
+    CAPTURE(document);
+    CHECK(differs_from_trig(document, trig, contexts) == "");
+  };
+  const auto refuses = [&](const std::string& document, const std::string& sentence) {
+    CAPTURE(document);
+    CHECK(says(quads(document, contexts), sentence));
+  };
+  reads(R"({"@context": "http://c/a", "@id": "", "p": 1, "rel": "y"})", "<> e:p 1 ; e:rel <y> .");
+  reads(R"({"@context": ["http://c/b", {"q": "http://q/"}], "@id": "", "q": 1, "p": {"@type": "T", "p": 2, "own": 3, "rel": "y"}})",
+        "<> <http://q/> 1 ; e:p [ a f:T ; f:p 2 ; e:own 3 ; f:rel <y> ] .");
+  reads(R"([{"@context": "http://c/a", "@id": "1", "p": 1}, {"@context": "http://c/a", "@id": "2", "p": 2}])", "<1> e:p 1 . <2> e:p 2 .");
+  reads(R"({"@context": "http://c/protected", "@id": "", "x": 1, "y": 2})", "<> e:x 1 ; f:y 2 .");
+  refuses(R"({"@context": ["http://c/protected", {"y": "http://e/y"}]})", "at \"/@context/1/y\": the term \"y\" is protected");
+  refuses(R"({"@context": "http://c/none"})",
+          "at \"/@context\": the context <http://c/none> is not registered, and lrt fetches none: embed it in the document, use "
+          "<https://w3id.org/lrt/context.jsonld>, or have the host register its text (rdf::Contexts::add)");
+  refuses(R"({"@context": {"@import": "http://c/b"}})", "expected the IRI of a context that is one object");
+  refuses(R"({"@context": {"@import": "http://c/scoped"}})", "the context <http://c/scoped> imports another one");
+  refuses(R"({"@context": "http://c/loop"})", "contexts that refer to contexts, more than 16 deep");
+  refuses(R"({"@context": "http://c/bad"})", "in the context <http://c/bad> at \"/@context/x/@id\": expected an IRI");
+  // Thousands of nodes may have it: it is processed once.
+  std::string many = "[{}";
+  for (int i = 0; i < 5000; ++i) many += R"(, {"@context": ["http://c/a", {}], "@id": "", "p": 1})";
+  reads(many + "]", "<> e:p 1 .");
+
+  const auto fault = [&](std::string_view iri, std::string_view text, Errc code) {
+    const Result<void> added = contexts.add(iri, text);
+    if (added) return std::string("added");
+    CHECK(added.error().code == code);
+    return added.error().message;
+  };
+  CHECK(says(fault("c", "{}", Errc::expected_iri), "the context <c>: expected an absolute IRI"));
+  CHECK(says(fault("http://c/", "{\n \"@context\": }", Errc::expected_rdf), "the context <http://c/>: line 2, column 14"));
+  CHECK(says(fault("http://c/", "{}", Errc::expected_rdf), "expected an object with the member @context"));
+  CHECK(says(fault("http://c/", "[]", Errc::expected_rdf), "expected an object with the member @context"));
+  CHECK(says(fault("http://c/", R"({"@context": 5})", Errc::expected_rdf), "at \"/@context\""));
+  CHECK(says(fault("http://c/", "{\"@context\": {}, \"x\": \"" + std::string(Contexts::max_bytes, 'x') + "\"}", Errc::limit_exceeded),
+             "1048576 bytes"));
+  for (int i = 7; i < 100; ++i) REQUIRE(contexts.add("http://c/" + std::to_string(i), R"({"@context": {}})"));
+  const Contexts full = contexts;
+  CHECK(says(fault("http://c/100", R"({"@context": {}})", Errc::limit_exceeded), "more than 100 contexts"));
+  REQUIRE(contexts.add("http://c/99", R"({"@context": {"p": "http://e/p"}})"));  // replaced
+  reads(R"({"@context": "http://c/99", "@id": "", "p": 1})", "<> e:p 1 .");
+  CHECK(differs_from_trig(R"({"@context": "http://c/99", "@id": "", "p": 1})", "", full) == "");
 }
 
 TEST_CASE("limits bound hostile JSON-LD", "[rdf][json_ld]") {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -37,6 +38,38 @@ using Prefixes = std::vector<std::pair<std::string, std::string>>;
 /// @par Threads  Any.
 LRT_API const Prefixes& default_prefixes();
 
+struct RegisteredContexts;
+
+/// JSON-LD contexts of others, by IRI. A document that is read may refer to one of them, also in an array, in the context
+/// of a term and by `@import`. lrt fetches no context: those that are neither here nor lrt's own are refused by name.
+///
+///     rdf::Contexts contexts;
+///     contexts.add("https://www.w3.org/2022/wot/td/v1.1", text_of_the_file).value();
+///
+/// Copies share the texts.
+class LRT_API Contexts {
+ public:
+  static constexpr std::size_t max_contexts = 100;       ///< in one object
+  static constexpr std::size_t max_bytes = 1024 * 1024;  ///< of one text
+
+  /// Registers a context, or replaces it. What its terms mean is judged when a document refers to it, because a context may
+  /// depend on those before it.
+  ///
+  /// @param iri   by which documents refer to it, absolute. References in it are relative to this IRI.
+  /// @param text  a document in JSON: an object with the member @context. Its other members are ignored.
+  /// @par Errors   expected_iri; expected_rdf with the place: JSON that is not valid, or has no @context; limit_exceeded;
+  ///               unsupported_syntax: a build without JSON-LD. Nothing has changed then.
+  /// @par Threads  One thread at a time.
+  Result<void> add(std::string_view iri, std::string_view text);
+  bool empty() const noexcept { return kept_ == nullptr; }
+
+  /// @private  for readers
+  const RegisteredContexts* kept() const noexcept { return kept_.get(); }
+
+ private:
+  std::shared_ptr<const RegisteredContexts> kept_;
+};
+
 /// Options and limits of read().
 struct ReadOptions {
   std::string_view base;              ///< absolute IRI that relative ones are resolved against; may be empty for N-Triples
@@ -51,6 +84,7 @@ struct ReadOptions {
   /// A query in their reference is ignored.
   std::string_view context = {};
   const Prefixes* context_prefixes = nullptr;  ///< nullptr: default_prefixes()
+  const Contexts* contexts = nullptr;          ///< JSON-LD: further contexts that documents may refer to; nullptr: none
 };
 
 /// Reads a document. A byte order mark of UTF-8 may stand before it. Every syntax refuses invalid UTF-8, surrogate
@@ -58,26 +92,29 @@ struct ReadOptions {
 /// language, and Turtle brackets nested more than 1000 deep. A literal may contain U+0000 (RDF 1.1), but not in
 /// RDF/XML; it is then not a valid xsd:string. Blank nodes are called b0, b1, ... in order of appearance.
 ///
-/// Turtle and N-Triples are read in one pass, without recursion. Redland reads RDF/XML. In TriG and N-Quads only a
-/// default graph without braces is supported: they are read as Turtle and N-Triples, so a document with a named graph
-/// is refused as invalid. RDF/XML may be in UTF-16, and in US-ASCII or ISO-8859-1 if it says so, and may have entities
+/// One graph is read. A document in TriG, N-Quads or JSON-LD that has a named graph is refused with unsupported_syntax:
+/// read_dataset() reads it.
+///
+/// Turtle, TriG, N-Triples and N-Quads are read in one pass, without recursion. Redland reads RDF/XML. RDF/XML may be in UTF-16, and in US-ASCII or ISO-8859-1 if it says so, and may have entities
 /// that it declares itself; entities from elsewhere, parameter entities and default values of attributes are refused.
 ///
 /// Fixed limits keep the time close to proportional to the size of the document. Beyond them: Errc::limit_exceeded.
 ///
 ///  - one IRI, resolved: 8 KiB, also a prefix, a namespace name or a base;
-///  - Turtle: 1000 prefix and base directives;
+///  - Turtle and TriG: 1000 prefix and base directives;
 ///  - RDF/XML: elements 256 deep, 256 attributes on one, 1000 namespace declarations, 32 dot segments in one xml:base,
 ///    elements three times max_triples (those in XML literals make no triples), 1000 declarations of entities, 32
 ///    entities in each other, and a document of 128 KiB and ten times its size when they are written out;
 ///  - JSON-LD: objects and arrays 256 deep, JSON values 16 times max_triples and 1000, 4000 terms in all its contexts,
-///    32 contexts in one array or in each other.
+///    32 contexts in one array or in each other, 16 contexts that refer to each other by IRI. Limits of what a host
+///    registers: rdf::Contexts.
 ///
-/// JSON-LD 1.1 is read directly. The context is an object in the document, or lrt's own by its IRI; lrt fetches none.
-/// There is one default graph. Refused with unsupported_syntax: other contexts by IRI, named graphs, `@direction`,
-/// contexts of types, imported and protected contexts, `@propagate`, `@graph` as a container, blank nodes as
-/// predicates. Refused with expected_rdf: an object that has a member twice, and IRIs that stay relative. `@json`
-/// becomes rdf:JSON in the canonical form of RFC 8785. Numbers become xsd:integer and xsd:double in canonical form, as
+/// JSON-LD 1.1 is read directly, with contexts of terms and of types, `@propagate`, `@protected`, `@import`, `@nest`,
+/// `@included` and all containers. A context is an object in the document, lrt's own by its IRI, or one of
+/// ReadOptions::contexts; lrt fetches none. `@direction` is judged and dropped, because RDF has no place for it
+/// (rdfDirection null). Refused with unsupported_syntax: other contexts by IRI, blank nodes as predicates and as
+/// `@vocab`, and graphs whose name is a blank node, as most of those in a `@graph` container are. Refused with
+/// expected_rdf: an object that has a member twice, and IRIs that stay relative. `@json` becomes rdf:JSON in the canonical form of RFC 8785. Numbers become xsd:integer and xsd:double in canonical form, as
 /// JSON-LD says, but exactly: integers below 10^21 keep all digits, doubles the 17th if the value needs it.
 ///
 /// @par Errors   expected_rdf and limit_exceeded with line, column and offset (RDF/XML: the line, where known; JSON-LD:
@@ -109,12 +146,20 @@ LRT_API Result<Graph> read(std::string_view text, Syntax syntax, const ReadOptio
 ///               it is read back.
 LRT_API Result<std::string> write(const Graph& graph, Syntax syntax, const Prefixes& prefixes = default_prefixes(), std::string_view context = {});
 
-/// The graphs of one document. A blank node belongs to one graph: equal labels in two graphs are two nodes.
+/// The graphs of one document. A blank node belongs to one graph: equal labels in two graphs are two nodes, also where a
+/// document that is read has one node in several graphs.
 struct Dataset {
   Graph default_graph;                               ///< the graph without a name
   std::vector<std::pair<std::string, Graph>> named;  ///< IRI and graph of each named graph
 };
-/// Whether documents in this syntax can have named graphs: TriG and N-Quads.
+/// Reads a document with its named graphs, as read() does with one graph. All limits count for all its graphs together.
+/// The named graphs come in the order in which they appear, also empty ones (N-Quads has none). Other syntaxes than TriG,
+/// N-Quads and JSON-LD have a default graph only.
+/// @par Errors   as read(); unsupported_syntax: a graph whose name is a blank node
+/// @par Threads  Any.
+/// @par Implements  RDF 1.1 TriG, RDF 1.1 N-Quads, JSON-LD 1.1
+LRT_API Result<Dataset> read_dataset(std::string_view text, Syntax syntax, const ReadOptions& options);
+/// Whether lrt writes named graphs in this syntax: TriG and N-Quads.
 constexpr bool has_named_graphs(Syntax syntax) noexcept { return syntax == Syntax::trig || syntax == Syntax::n_quads; }
 /// Writes a dataset in TriG or N-Quads.
 /// @par Errors   as write() of a graph; unsupported_syntax: the syntax has no named graphs

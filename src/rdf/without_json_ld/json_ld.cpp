@@ -13,6 +13,8 @@ Unexpected absent() { return unexpected(Errc::unsupported_syntax, "this build of
 
 bool has_json_ld() noexcept { return false; }
 Result<Graph> read_json_ld(std::string_view, const ReadOptions&) { return absent(); }
+Result<Dataset> read_json_ld_dataset(std::string_view, const ReadOptions&) { return absent(); }
+Result<void> Contexts::add(std::string_view, std::string_view) { return absent(); }
 Result<std::string> write_json_ld(const Graph&, const Prefixes&, std::string_view) { return absent(); }
 std::string json_ld_context(const Prefixes&) { return {}; }
 
