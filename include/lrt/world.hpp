@@ -55,8 +55,10 @@ struct GraphOptions {
 
 /// What clients may do with a World besides writing its graphs.
 struct WorldOptions {
-  bool clients_may_create = false;  ///< new graphs, by PUT or POST below the World; the client also needs the right to write the World
-  std::size_t max_created = 100;    ///< graphs of clients at a time; more: 409
+  /// New graphs, by PUT or POST below the World, or by the World's own URI for several graphs at once; the client also
+  /// needs the right to write the World.
+  bool clients_may_create = false;
+  std::size_t max_created = 100;  ///< graphs of clients at a time; more: 409
   /// Options of each graph that a client creates. Clients may write and delete it, whatever clients_may_write says;
   /// `file`, `title`, `description` and `turtle` are ignored.
   GraphOptions created{};

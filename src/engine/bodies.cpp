@@ -52,7 +52,7 @@ Bodies::Bodies(const EngineOptions& options, const EngineView& view, const Respo
       pending_(pending),
       context_document_(std::move(context_document)),
       limits_(std::make_shared<const BodyLimits>(
-          BodyLimits{options.max_body_triples, options.max_body_text_bytes, options.max_list_members, options.prefixes})) {}
+          BodyLimits{options.max_body_triples, options.max_body_text_bytes, options.max_list_members, options.prefixes, options.contexts})) {}
 
 Bodies::Read Bodies::read_value(Context& context, const rdf::Type& type, const rdf::Facets& facets, std::shared_ptr<const void> owner) {
   if (context.judged) return verdict(context);
@@ -228,17 +228,87 @@ std::variant<GraphTask, http::Response> Bodies::graph_task(const Context& contex
     task.body = std::move(std::get<BodyTask>(made));
   }
   const GraphOptions& options = state->options();
-  task.body.limits =
-      std::make_shared<const BodyLimits>(BodyLimits{options.max_triples, options.max_bytes, options_.max_list_members, options_.prefixes});
+  task.body.limits = std::make_shared<const BodyLimits>(
+      BodyLimits{options.max_triples, options.max_bytes, options_.max_list_members, options_.prefixes, options_.contexts});
   task.body.here = view_.bases[context.base] + state->path();
   task.base = view_.bases[context.base];
   task.state = std::move(state);
   return task;
 }
 
+std::variant<bool, http::Response> Bodies::has_graphs(const Context& context) const {
+  auto format = format_of(context, nullptr, context.request().body.empty());
+  if (auto* response = std::get_if<http::Response>(&format)) return std::move(*response);
+  const auto& syntax = std::get<Format>(format).syntax;
+  const bool has = syntax && may_have_graphs(*syntax);
+  if (has || context.request().method != "PUT") return has;
+  const std::string types = GraphStore::dataset_types();
+  http::Response response = responses_.problem(
+      context, 415, "Content-Type: expected one of " + types + ", whose documents name their graphs; PUT a single graph at its own URI");
+  response.fields.set("Accept", types);
+  return response;
+}
+
+Bodies::Read Bodies::read_graphs(Context& context, const GraphOptions& limits, std::string one_path) {
+  auto made = task_for(context, nullptr, {});
+  if (auto* response = std::get_if<http::Response>(&made)) return std::move(*response);
+  BodyTask task = std::move(std::get<BodyTask>(made));
+  task.limits = std::make_shared<const BodyLimits>(
+      BodyLimits{limits.max_triples, limits.max_bytes, options_.max_list_members, options_.prefixes, options_.contexts});
+  task.is_verbatim = true;
+  task.here = view_.bases[context.base] + context.resource->path;
+  const std::size_t bytes = task.text.size();
+  std::shared_ptr<const void> owner;
+  const bool is_small = !options_.body_jobs || bytes <= options_.small_body_bytes;
+  if (!is_small) owner = own_text(context, task.text);
+  Work work = [task = std::move(task), owner = std::move(owner), base = view_.bases[context.base], one_path = std::move(one_path)]() -> JudgedBody {
+    JudgedBody read = task.read_dataset();
+    Body* const body = std::get_if<Body>(&read);
+    if (!body) return read;
+    DatasetChange& change = *body->dataset;
+    change.base = base;
+    change.one_path = one_path;
+    if (!change.graphs.named.empty()) return read;
+    if (one_path.empty()) return BodyFault{422, "body: expected named graphs, found none: the document has a default graph only"};
+    BodyTask again = task;
+    again.here = base + one_path;  // its relative IRIs are those of the new graph
+    JudgedBody one = again.judge();
+    if (auto* graph = std::get_if<Body>(&one)) graph->dataset = std::move(body->dataset);
+    return one;
+  };
+  if (is_small) return as_read(context, work());
+  return defer(context, bytes, bytes, std::move(work), false);
+}
+
+Bodies::Read Bodies::prepare_graphs(Context& context, std::shared_ptr<DatasetChange> change) {
+  std::size_t triples = 0;
+  for (const DatasetChange::Part& part : change->parts) triples += part.write.graph.size() + part.state->version().graph->size();
+  const bool is_small = triples <= small_graph && change->times_prepared == 0;
+  const auto work = [change](bool waits) -> JudgedBody {
+    if (auto fault = change->prepare(waits)) return *std::move(fault);
+    Body body;
+    body.dataset = change;
+    return body;
+  };
+  if (!options_.body_jobs || is_small) return as_read(context, work(false));
+  return defer(
+      context, 0, triples * work_of_triple, [work] { return work(true); }, false);
+}
+
+http::Response Bodies::refused_graphs(const Context& context, BodyFault fault) const {
+  auto read = as_read(context, JudgedBody(std::move(fault)));
+  return std::move(std::get<http::Response>(read));
+}
+
+http::Response Bodies::graphs_are_busy(const Context& context) const {
+  http::Response response = responses_.problem(context, 503, "a graph of the document is being changed by others; none was changed, try again later");
+  responses_.add_retry_after(response);
+  return response;
+}
+
 Bodies::Read Bodies::change_graph(Context& context, GraphTask task) {
   const std::size_t bytes = task.body.text.size();
-  const std::size_t triples = task.state->version().graph->size();
+  const std::size_t triples = task.state->version().graph->size() + task.write.graph.size();
   const bool is_small = bytes <= options_.small_body_bytes && triples <= small_graph;
   // Never waits for a running write, because that may run user code.
   if (!options_.body_jobs || is_small)

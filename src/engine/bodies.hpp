@@ -15,6 +15,7 @@
 #include <lrt/engine/engine.hpp>
 #include <lrt/rdf/codec.hpp>
 #include <lrt/rdf/type.hpp>
+#include <lrt/world.hpp>
 
 #include "src/engine/body_task.hpp"
 #include "src/engine/context.hpp"
@@ -57,6 +58,18 @@ class Bodies {
   Read read_graph(Context& context, const FocusRule& focus);
   /// What a request that changes a graph of a World has to do; the response if its body cannot be read.
   std::variant<GraphTask, http::Response> graph_task(const Context& context, std::shared_ptr<model::GraphState> state) const;
+  /// The graphs in a body that may change several graphs of a World: Body::dataset. A body with a default graph only is one new graph,
+  /// Body::graph, with its triples below `one_path`.
+  /// @param one_path  empty: the body must name its graphs
+  /// @pre may_have_graphs() of its syntax
+  Read read_graphs(Context& context, const GraphOptions& limits, std::string one_path);
+  /// Makes and judges the graphs of DatasetChange::parts, at once or in a BodyJob.
+  Read prepare_graphs(Context& context, std::shared_ptr<DatasetChange> change);
+  /// Whether the body of a request is in a syntax with named graphs; the response if it is in none that is read.
+  std::variant<bool, http::Response> has_graphs(const Context& context) const;
+  /// The response to a change that was refused.
+  http::Response refused_graphs(const Context& context, BodyFault fault) const;
+  http::Response graphs_are_busy(const Context& context) const;
   /// Executes the change, at once or in a BodyJob.
   Read change_graph(Context& context, GraphTask task);
   /// The result of the change, when the request is handled again.

@@ -9,6 +9,7 @@
 #include <lrt/shacl/validator.hpp>
 
 #include "src/base/charset.hpp"
+#include "src/engine/graph_task.hpp"
 #include "src/rdf/plain_schema.hpp"
 
 namespace lrt::engine {
@@ -85,6 +86,15 @@ class Judge {
     return std::move(body_);
   }
 
+  JudgedBody run_dataset() {
+    if (auto fault = decode()) return *std::move(fault);
+    Result<rdf::Dataset> dataset = rdf::read_dataset(text_, *task_.syntax, read_options());
+    if (!dataset) return unreadable(dataset.error());
+    body_.dataset = std::make_shared<DatasetChange>();
+    body_.dataset->graphs = *std::move(dataset);
+    return std::move(body_);
+  }
+
  private:
   using Fault = std::optional<BodyFault>;
 
@@ -116,17 +126,27 @@ class Judge {
   Fault parse() {
     if (task_.format) return parse_plain(*task_.format);
     if (!task_.syntax) return std::nullopt;
+    Result<rdf::Graph> graph = rdf::read(text_, *task_.syntax, read_options());
+    if (!graph) return unreadable(graph.error());
+    body_.graph = *std::move(graph);
+    if (!task_.is_verbatim) accept_former_unit(body_.graph);
+    return std::nullopt;
+  }
+
+  rdf::ReadOptions read_options() const {
     rdf::ReadOptions options;
     options.base = task_.here;
     options.max_triples = task_.limits->max_triples;
     options.max_bytes = task_.limits->max_text_bytes;
     options.context = task_.context;
     options.context_prefixes = &task_.limits->prefixes;
-    Result<rdf::Graph> graph = rdf::read(text_, *task_.syntax, options);
-    if (!graph) return BodyFault{graph.error().code == Errc::limit_exceeded ? 413 : 400, "body: " + graph.error().message};
-    body_.graph = *std::move(graph);
-    if (!task_.is_verbatim) accept_former_unit(body_.graph);
-    return std::nullopt;
+    options.contexts = &task_.limits->contexts;
+    return options;
+  }
+
+  static BodyFault unreadable(const Error& error) {
+    const int status = error.code == Errc::limit_exceeded ? 413 : error.code == Errc::unsupported_syntax ? 422 : 400;
+    return BodyFault{status, "body: " + error.message};
   }
 
   Fault parse_plain(rdf::Plain format) {
@@ -212,5 +232,6 @@ class Judge {
 }  // namespace
 
 JudgedBody BodyTask::judge() const { return Judge(*this).run(); }
+JudgedBody BodyTask::read_dataset() const { return Judge(*this).run_dataset(); }
 
 }  // namespace lrt::engine

@@ -26,6 +26,9 @@ class GraphState;
 }  // namespace lrt::model
 
 namespace lrt::engine {
+
+struct DatasetChange;
+
 inline namespace v0 {
 
 /// A body that was accepted.
@@ -34,6 +37,7 @@ struct Body {
   std::optional<rdf::TermId> node{};                ///< that was judged
   rdf::Value value{};                               ///< null: the resource takes a graph, or the value is optional and missing
   std::shared_ptr<model::GraphState> made_graph{};  ///< of a World, that the request has made
+  std::shared_ptr<DatasetChange> dataset{};         ///< of several graphs of a World; nullptr: the body has none
 };
 
 /// Why a body is refused.
@@ -52,6 +56,7 @@ struct BodyLimits {
   std::size_t max_text_bytes;
   std::size_t max_list_members;
   rdf::Prefixes prefixes;  ///< of the JSON-LD context of the server
+  rdf::Contexts contexts;  ///< of others
 };
 
 /// How the focus node of a body is found.
@@ -83,6 +88,8 @@ struct BodyTask {
   bool is_verbatim = false;               ///< the triples are kept: none is added for older vocabularies
 
   JudgedBody judge() const;
+  /// Reads all graphs of a body in RDF: only Body::dataset is set.
+  JudgedBody read_dataset() const;
 };
 
 }  // namespace v0

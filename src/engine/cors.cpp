@@ -10,7 +10,7 @@ namespace lrt::engine {
 namespace {
 
 constexpr std::string_view exposed =
-    "Accept-Patch, Accept-Post, Allow, Content-Location, Content-Range, ETag, Link, Location, Preference-Applied, Retry-After, Upgrade, "
+    "Accept-Patch, Accept-Post, Accept-Put, Allow, Content-Location, Content-Range, ETag, Link, Location, Preference-Applied, Retry-After, Upgrade, "
     "Vary, WWW-Authenticate";
 constexpr std::string_view request_fields = "Accept, Authorization, Content-Type, If-Match, If-None-Match, Last-Event-ID, Link, Prefer, Range";
 constexpr std::string_view preflight_seconds = "600";

@@ -49,6 +49,8 @@ class GraphStore {
   /// @param target  with parameters: ?graph=IRI, ?default
   /// @par Errors    for a 400: the parameters name no graph
   virtual Result<Resource*> find_graph(std::string_view target, const Context& context, const Parts& parts) = 0;
+  /// The value of Accept-Put: media types of documents with named graphs.
+  static std::string dataset_types();
   /// The resource that creates a graph at an unused path below; nullptr: none can be created.
   virtual Resource* new_graph(std::string_view at, const Parts& parts) = 0;
 

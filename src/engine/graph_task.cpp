@@ -20,6 +20,27 @@ std::string with_base(std::string text, const std::string& base) {
   return text;
 }
 
+/// @param name  of the graph in a sentence
+BodyFault fault_of(model::GraphRefusal refusal, const std::string& name, const std::string& base) {
+  using Kind = model::GraphRefusal::Kind;
+  switch (refusal.kind) {
+    case Kind::changed: return {412, "If-Match: the graph has changed meanwhile; GET it again"};
+    case Kind::stopped: return {503, name + " is being changed, and its server stops or its World was removed"};
+    case Kind::too_large: return {413, name + ": " + refusal.message};
+    case Kind::violation: break;
+    default: return {422, name + ": " + refusal.message};
+  }
+  BodyFault fault{422};
+  for (const shacl::ValidationResult& result : refusal.report->results()) {
+    std::string detail = rdf::to_string(result.focus.view());
+    if (!result.path.empty()) detail += " " + result.path.to_string();
+    for (const rdf::Term& message : result.messages) detail.append(": ").append(message.view().text);
+    fault.errors.push_back({{}, with_base(std::move(detail), base), {}, rdf::abbreviate(result.component.text)});
+  }
+  fault.report = std::move(refusal.report);
+  return fault;
+}
+
 }  // namespace
 
 std::optional<JudgedBody> GraphTask::carry_out(bool waits) {
@@ -62,24 +83,23 @@ std::optional<BodyFault> GraphTask::parse() {
   return std::nullopt;
 }
 
-BodyFault GraphTask::fault_of(model::GraphRefusal refusal) const {
-  using Kind = model::GraphRefusal::Kind;
-  switch (refusal.kind) {
-    case Kind::changed: return {412, "If-Match: the graph has changed meanwhile; GET it again"};
-    case Kind::stopped: return {503, "the graph is being changed, and its server stops or its World was removed"};
-    case Kind::too_large: return {413, "the graph: " + refusal.message};
-    case Kind::violation: break;
-    default: return {422, "the graph: " + refusal.message};
+BodyFault GraphTask::fault_of(model::GraphRefusal refusal) const { return engine::fault_of(std::move(refusal), "the graph", base); }
+
+std::optional<BodyFault> DatasetChange::prepare(bool waits) {
+  ++times_prepared;
+  for (Part& part : parts) {
+    if (waits) part.state->wait_for_writes();
+    auto made = part.state->prepare(part.write);
+    if (auto* refused = std::get_if<model::GraphRefusal>(&made)) return fault_of(part, std::move(*refused));
+    part.prepared = std::move(std::get<model::PreparedWrite>(made));
   }
-  BodyFault fault{422};
-  for (const shacl::ValidationResult& result : refusal.report->results()) {
-    std::string detail = rdf::to_string(result.focus.view());
-    if (!result.path.empty()) detail += " " + result.path.to_string();
-    for (const rdf::Term& message : result.messages) detail.append(": ").append(message.view().text);
-    fault.errors.push_back({{}, with_base(std::move(detail), base), {}, rdf::abbreviate(result.component.text)});
-  }
-  fault.report = std::move(refusal.report);
-  return fault;
+  return std::nullopt;
+}
+
+BodyFault DatasetChange::fault_of(const Part& part, model::GraphRefusal refusal) const {
+  const std::string name = "the graph <" + base + part.state->path() + ">";
+  if (refusal.report && !part.shows) return {422, name + " would not conform to its shapes; the report is for clients that may read the graph"};
+  return engine::fault_of(std::move(refusal), name, base);
 }
 
 }  // namespace lrt::engine

@@ -184,6 +184,7 @@ class Resource {
   const ValueResource* values() const noexcept { return const_cast<Resource*>(this)->values(); }
   virtual const Container* container() const noexcept { return nullptr; }
   virtual GraphStore* graph_store() noexcept { return nullptr; }
+  const GraphStore* graph_store() const noexcept { return const_cast<Resource*>(this)->graph_store(); }
   virtual OwnProtocol* own_protocol() noexcept { return nullptr; }
   const OwnProtocol* own_protocol() const noexcept { return const_cast<Resource*>(this)->own_protocol(); }
   virtual const OwnRepresentation* own_representation() const noexcept { return nullptr; }

@@ -174,6 +174,7 @@ void Responses::add_allow(http::Fields& fields, const Resource& resource, const 
     const std::string types = own ? std::string(own->posted_types()) : readable_types(resource.kind().is(Trait::plain_bodies));
     if (!types.empty()) fields.add("Accept-Post", types);
   }
+  if (methods.put && resource.graph_store()) fields.add("Accept-Put", GraphStore::dataset_types());
   if (methods.patch) fields.add("Accept-Patch", update_type);
 }
 

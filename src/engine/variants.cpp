@@ -7,6 +7,7 @@
 
 #include "src/base/ascii.hpp"
 #include "src/base/charset.hpp"
+#include "src/engine/facets.hpp"
 #include "src/base/quote.hpp"
 
 namespace lrt::engine {
@@ -105,6 +106,15 @@ std::string readable_types(bool plain) {
   for (const rdf::Syntax s : rdf::available_syntaxes()) more(rdf::media_type(s));
   if (plain)
     for (const rdf::Plain p : {rdf::Plain::json, rdf::Plain::text, rdf::Plain::cbor}) more(rdf::media_type(p));
+  return list;
+}
+
+bool may_have_graphs(rdf::Syntax syntax) noexcept { return rdf::has_named_graphs(syntax) || syntax == rdf::Syntax::json_ld; }
+
+std::string GraphStore::dataset_types() {
+  std::string list;
+  for (const rdf::Syntax s : rdf::available_syntaxes())
+    if (may_have_graphs(s)) list += (list.empty() ? "" : ", ") + std::string(rdf::media_type(s));
   return list;
 }
 

@@ -96,6 +96,8 @@ Variants variants_of(const model::PropertySpec& spec);
 
 /// "text/turtle, application/n-triples, ...": the media types of request bodies, with or without those of plain values.
 std::string readable_types(bool plain);
+/// Of these, those whose documents may have named graphs.
+bool may_have_graphs(rdf::Syntax syntax) noexcept;
 /// The Content-Type of a body in a media type.
 std::string content_type(Variant variant, std::string_view media_type, std::string_view body);
 /// The target of a resource, or of a page of a container, in one media type.

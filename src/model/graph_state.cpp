@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <exception>
+#include <functional>
+#include <list>
 #include <utility>
 
 #include <lrt/base/iri.hpp>
@@ -326,6 +328,12 @@ std::optional<GraphRefusal> GraphState::write(const GraphWrite& wanted, bool wai
   const Version before = version();
   if (wanted.expected && *wanted.expected != before.revision) return GraphRefusal{GraphRefusal::Kind::changed};
   GraphEdit edit(*before.graph, iri());
+  if (auto refused = change(edit, wanted)) return refused;
+  return commit(edit);
+}
+
+/// What the client wants, in the graph that it wants to change.
+std::optional<GraphRefusal> GraphState::change(GraphEdit& edit, const GraphWrite& wanted) const {
   switch (wanted.kind) {
     case GraphWrite::Kind::replace: edit.clear(); [[fallthrough]];
     case GraphWrite::Kind::merge: merge(edit, wanted.graph); break;
@@ -344,7 +352,71 @@ std::optional<GraphRefusal> GraphState::write(const GraphWrite& wanted, bool wai
   }
   if (const std::optional<Error>& error = edit.error())
     return GraphRefusal{error->code == Errc::limit_exceeded ? GraphRefusal::Kind::too_large : GraphRefusal::Kind::failed, error->message};
-  return commit(edit);
+  return std::nullopt;
+}
+
+void GraphState::wait_for_writes() { const Turn turn(*this, Turn::Wait::until_stopped); }
+
+std::variant<PreparedWrite, GraphRefusal> GraphState::prepare(const GraphWrite& wanted) const {
+  const Version before = version();
+  GraphEdit edit(*before.graph, iri());
+  if (auto refused = change(edit, wanted)) return *std::move(refused);
+  PreparedWrite made;
+  made.revision = before.revision;
+  if (!edit.has_changed()) return made;
+  made.graph = std::make_shared<const rdf::Graph>(edit.take());
+  made.bytes = text_bytes(*made.graph);
+  if (auto refused = judge(*made.graph, made.bytes)) return *std::move(refused);
+  return made;
+}
+
+std::optional<GraphRefusal> GraphState::commit_all(std::vector<Prepared> all) {
+  // All take their locks in one order.
+  std::sort(all.begin(), all.end(), [](const Prepared& a, const Prepared& b) { return std::less<>()(a.state, b.state); });
+  std::list<Turn> turns;
+  for (const Prepared& one : all)
+    if (!turns.emplace_back(*one.state, Turn::Wait::no)) return GraphRefusal{GraphRefusal::Kind::busy};
+  for (const Prepared& one : all)
+    if (one.state->version().revision != one.write->revision) return GraphRefusal{GraphRefusal::Kind::changed};
+  {
+    std::list<std::unique_lock<std::mutex>> listening;
+    for (const Prepared& one : all) listening.emplace_back(one.state->listener_mutex_);
+    std::vector<std::pair<Version, std::function<void()>>> made;
+    for (const Prepared& one : all) {
+      Version next{one.write->graph, one.write->revision + 1, one.write->bytes};
+      made.emplace_back(next, next.graph && one.state->saver_ ? one.state->saver_(next) : nullptr);
+    }
+    // Graphs that shrink come first, so that what they free is there for those that grow.
+    std::vector<std::size_t> order(all.size()), charged;
+    for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+    const auto grows = [&](std::size_t i) { return made[i].first.bytes > all[i].state->current_.bytes; };
+    std::stable_partition(order.begin(), order.end(), [&](std::size_t i) { return !grows(i); });
+    for (const std::size_t i : order) {
+      GraphState& state = *all[i].state;
+      if (!made[i].first.graph || !state.budget_) continue;
+      if (state.budget_->change(state.current_.bytes, made[i].first.bytes)) {
+        charged.push_back(i);
+        continue;
+      }
+      // Back from the last one, so that there is room for what shrank.
+      for (; !charged.empty(); charged.pop_back())
+        (void)all[charged.back()].state->budget_->change(made[charged.back()].first.bytes, all[charged.back()].state->current_.bytes);
+      return GraphRefusal{GraphRefusal::Kind::too_large, "the graphs of clients in this World would have more than " +
+                                                             std::to_string(state.budget_->max()) +
+                                                             " bytes of IRIs and literals, written out; delete some of them"};
+    }
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      if (!made[i].first.graph) continue;
+      {
+        const std::lock_guard lock(all[i].state->mutex_);
+        std::swap(all[i].state->current_, made[i].first);
+      }
+      if (made[i].second) made[i].second();
+    }
+  }
+  for (const Prepared& one : all)
+    if (one.write->graph) one.state->notify();
+  return std::nullopt;
 }
 
 Result<void> GraphState::restore(rdf::Graph graph) {

@@ -12,6 +12,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <variant>
 #include <vector>
 
 #include <lrt/base/result.hpp>
@@ -101,6 +102,13 @@ struct GraphRefusal {
   std::optional<shacl::Report> report{};
 };
 
+/// A graph as a write would make it, judged but not shown yet.
+struct PreparedWrite {
+  std::shared_ptr<const rdf::Graph> graph{};  ///< nullptr: the write changes nothing
+  std::size_t bytes = 0;
+  std::uint64_t revision = 0;  ///< of the graph that it was made from
+};
+
 /// A value that the control loop publishes into a graph.
 struct PublishedSpec {
   std::shared_ptr<PropertySpec> property;
@@ -156,6 +164,18 @@ class GraphState {
   Result<void> update(FunctionRef<void(GraphEdit&)> change);
   /// @param waits  for a running write; false: GraphRefusal::Kind::busy
   std::optional<GraphRefusal> write(const GraphWrite& write, bool waits);
+  /// Returns when no write is running, or when nobody may wait any more.
+  void wait_for_writes();
+  /// Makes and judges what write() would make of the present graph, and changes nothing.
+  std::variant<PreparedWrite, GraphRefusal> prepare(const GraphWrite& wanted) const;
+  /// A write of several graphs, in any order, each once.
+  struct Prepared {
+    GraphState* state;
+    const PreparedWrite* write;
+  };
+  /// Makes all of the changes or none. Does not wait.
+  /// @return  GraphRefusal::Kind::busy, changed: a graph has another writer, or another revision than was prepared; too_large: of their budget
+  static std::optional<GraphRefusal> commit_all(std::vector<Prepared> all);
   /// Shares a limit with other graphs.
   /// @pre the graph is empty, and only one thread uses it
   void set_budget(std::shared_ptr<GraphBudget> budget) noexcept { budget_ = std::move(budget); }
@@ -186,6 +206,7 @@ class GraphState {
       : path_(std::move(path)), options_(std::move(options)), thing_(std::move(thing)), is_open_(options_.file.empty()) {}
   class Turn;
   Result<void> make(FunctionRef<void(GraphEdit&)> change);
+  std::optional<GraphRefusal> change(GraphEdit& edit, const GraphWrite& wanted) const;
   std::optional<GraphRefusal> commit(GraphEdit& edit);
   std::optional<GraphRefusal> judge(const rdf::Graph& graph, std::size_t bytes) const;
   void merge(GraphEdit& edit, const rdf::Graph& graph) const;

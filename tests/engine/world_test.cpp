@@ -10,6 +10,7 @@
 #include <thread>
 #include <vector>
 
+#include "src/security/policy.hpp"
 #include "tests/support/allocation_counters.hpp"  // counted by subscription_test.cpp
 #include "tests/support/bench.hpp"
 #include "tests/support/catch.hpp"
@@ -865,4 +866,277 @@ TEST_CASE("the log says why a value is not published", "[engine][world]") {
   auto cup = r.map.published<double>("cup", pose);
   CHECK(cup);
   refused("cup", pose, "\"world/map/cup\"");
+}
+
+// --------------------------------------------------------------------------------------------------------- several graphs
+
+namespace {
+
+/// A request with a document of several graphs.
+std::string dataset_request(const std::string& method, const std::string& body, const std::string& fields = {},
+                            const std::string& type = "application/trig") {
+  return method + " /world\nContent-Type: " + type + "\n" + fields + "\n@prefix rdfs: <http://www.w3.org/2000/01/rdf-schema#> . " + body;
+}
+std::string quads_request(const std::string& method, const std::string& body) {
+  return method + " /world\nContent-Type: application/n-quads\n\n" + body;
+}
+
+/// A World whose clients may create graphs, with two graphs that they may write and one that they may not.
+struct Store {
+  explicit Store(WorldOptions world_options = creation(), engine::EngineOptions engine_options = {}, GraphOptions of_map = writable())
+      : bench(std::move(engine_options)) {
+    World world("world", std::move(world_options));
+    map = world.graph("map", std::move(of_map));
+    seen = world.graph("seen", writable());
+    tasks = world.graph("tasks");
+    bench.add(std::move(world));
+  }
+  Answer ask(const std::string& method, const std::string& body, const std::string& fields = {}) {
+    return bench.ask(dataset_request(method, body, fields));
+  }
+  std::string lacks(const std::string& path, const std::string& turtle) { return missing(bench.get(path), turtle); }
+
+  WorldGraph map, seen, tasks;
+  Bench bench;
+};
+
+}  // namespace
+
+TEST_CASE("PUT of a dataset replaces and creates the graphs that it names, and leaves the others", "[engine][world]") {
+  Store r;
+  r.map.update([](GraphUpdate& u) { u.add("#old", label, "old"); }).value();
+  r.seen.update([](GraphUpdate& u) { u.add("#ball", label, "a ball"); }).value();
+  const Answer a = r.ask("PUT", "<world/map> { <world/map#cup> rdfs:label \"a cup\" } <world/new> { <world/new#1> rdfs:label \"new\" }");
+  CHECK(a.status == 204);
+  CHECK(r.map.snapshot()->size() == 1);
+  CHECK(r.lacks("/world/map", "<world/map#cup> rdfs:label \"a cup\" .") == "");
+  CHECK(r.lacks("/world/new", "<world/new#1> rdfs:label \"new\" .") == "");
+  CHECK(r.seen.snapshot()->size() == 1);
+  CHECK(missing(r.bench.get("/world"), "<world> ldp:contains <world/new> . <world/new> a lrt:WorldGraph .") == "");
+  CHECK(r.bench.ask("DELETE /world/new").status == 204);  // as one that a PUT at its own URI has made
+  CHECK(r.ask("PUT", "<world/map> { }").status == 204);
+  CHECK(r.map.snapshot()->empty());
+  CHECK(r.bench.ask(quads_request("PUT", "<http://e/s> <http://e/p> <http://e/o> <http://localhost/world/map> .")).status == 204);
+  CHECK(r.map.snapshot()->size() == 1);
+  const std::string json = R"({"@id": "http://localhost/world/map", "@graph": [{"@id": "http://e/s", "http://e/p": [1, 2]}]})";
+  if (rdf::syntax_of("application/ld+json")) {
+    CHECK(r.bench.ask("PUT /world\nContent-Type: application/ld+json\n\n" + json).status == 204);
+    CHECK(r.map.snapshot()->size() == 2);
+  }
+}
+
+TEST_CASE("POST of a dataset adds to the graphs that it names; one graph without a name is a new graph", "[engine][world]") {
+  Store r;
+  r.map.update([](GraphUpdate& u) { u.add("#old", label, "old"); }).value();
+  const std::string body = "<world/map> { <#x> rdfs:label [] } <world/new> { <#y> rdfs:label [] }";
+  CHECK(r.ask("POST", body).status == 204);
+  CHECK(r.ask("POST", body).status == 204);
+  CHECK(r.map.snapshot()->size() == 3);
+  CHECK(r.lacks("/world/new", "<world#y> rdfs:label _:a, _:b .") == "");
+  const Answer one = r.ask("POST", "<#cup> rdfs:label \"a cup\" .");
+  CHECK(one.status == 201);
+  const std::string at = one.field("Location").substr(std::string("http://localhost").size());
+  CHECK(r.lacks(at, "<" + at.substr(1) + "#cup> rdfs:label \"a cup\" .") == "");  // relative to the new graph, as in Turtle
+  CHECK(r.bench.ask(quads_request("POST", "<http://e/s> <http://e/p> <http://e/o> .")).status == 201);
+}
+
+TEST_CASE("a dataset changes all its graphs or none, and the response names the graph that refuses", "[engine][world]") {
+  GraphOptions shaped = writable();
+  shaped.shapes = shapes();
+  shaped.max_triples = 3;
+  WorldOptions world_options = creation(2);
+  world_options.max_created_bytes = 10'000;
+  Store r(world_options, {}, shaped);
+  r.seen.update([](GraphUpdate& u) { u.add("#ball", label, "a ball"); }).value();
+  const auto refused = [&](const std::string& graphs, int status, const std::string& sentence, const std::string& method = "PUT") {
+    CAPTURE(graphs);
+    const Answer a = r.ask(method, "<world/seen> { } <world/new> { <#y> rdfs:label [] } " + graphs, "Accept: application/problem+json\n");
+    CHECK(a.status == status);
+    CHECK(a.says(sentence));
+    CHECK(r.seen.snapshot()->size() == 1);
+    CHECK(r.map.snapshot()->empty());
+    CHECK(r.bench.get("/world/new").status == 404);
+    CHECK_FALSE(r.bench.get("/world").says("world/new"));
+  };
+  refused("<world/map> { <world/map#x> a <https://example.org/Cup> }", 422, "<http://localhost/world/map#x>");
+  refused("<world/map> { <#a> rdfs:label 1, 2, 3, 4 }", 413, "the graph <http://localhost/world/map>: it would have 4 triples");
+  refused("<world/tasks> { }", 409, "the graph <http://localhost/world/tasks>: clients may not change it");
+  refused("<world/tasks> { }", 409, "clients may not change it", "POST");
+  refused("<elsewhere> { }", 422, "the graph <http://localhost/elsewhere>: expected an IRI below <http://localhost/world/>");
+  refused("<http://example.org/world/map> { }", 422, "the graph <http://example.org/world/map>: expected an IRI below");
+  refused("<world/map#part> { }", 422, "expected an IRI below");
+  refused("<world/%6eew> { }", 422, "the graph <http://localhost/world/%6eew>: the document has it twice");
+  refused("<world/map/cup> { }", 409, "its path, or one above it, belongs to another resource");
+  refused("<world/new/below> { }", 503, "none was changed");
+  refused("<world/two> { } <world/three> { }", 409, "the World has reached its maximum of 2 graphs");
+  refused("<world/two> { <#a> <#b> \"" + std::string(20'000, 'x') + "\" }", 413, "10000 bytes");
+  refused("<#a> <#b> <#c> .", 422, "the default graph: expected only triples that a named graph has too");
+  refused("_:a { }", 422, "a blank node is not supported");
+  refused("<world/map> { ", 400, "line 1");
+  CHECK(r.ask("PUT", "<world/seen> { } <world/new> { <#y> rdfs:label [] }").status == 204);
+  CHECK(r.bench.get("/world/new").status == 200);
+}
+
+TEST_CASE("a World says which documents it takes, and refuses others", "[engine][world]") {
+  Store r;
+  const Answer a = r.bench.get("/world");
+  CHECK(a.field("Allow") == "GET, HEAD, OPTIONS, PUT, POST");
+  std::string all = "application/trig, application/n-quads";
+  if (rdf::syntax_of("application/ld+json")) all = "application/ld+json, " + all;
+  CHECK(a.field("Accept-Put") == all);
+  const Answer turtle = r.bench.turtle("PUT", "/world", a_cup);
+  CHECK(turtle.status == 415);
+  CHECK(turtle.field("Accept") == all);
+  CHECK(turtle.says("PUT a single graph at its own URI"));
+  const Answer unnamed = r.ask("PUT", "<#a> <#b> <#c> .");
+  CHECK(unnamed.status == 422);
+  CHECK(unnamed.says("expected named graphs, found none"));
+  // One graph takes no others.
+  for (const char* method : {"PUT", "POST"}) {
+    const Answer one = r.bench.ask(std::string(method) + " /world/map\nContent-Type: application/trig\n\n<world/seen> { <#a> <#b> 1 }");
+    CHECK(one.status == 422);
+    CHECK(one.says("expected one graph, found the named graph <http://localhost/world/world/seen>"));
+  }
+  CHECK(r.bench.ask("PUT /world/map\nContent-Type: application/trig\n\n{ <#a> <#b> 1 }").status == 204);
+  // Where clients may not create graphs, they change those that they may write; where there is none of these, no document is taken.
+  Robot fixed;
+  CHECK(fixed.bench.get("/world").field("Allow") == "GET, HEAD, OPTIONS, PUT");
+  CHECK(fixed.bench.ask(dataset_request("PUT", "<world/map> { <#a> <#b> 1 }")).status == 204);
+  CHECK(fixed.bench.ask(dataset_request("PUT", "<world/new> { <#a> <#b> 1 }")).status == 409);
+  Robot none{GraphOptions()};
+  CHECK(none.bench.get("/world").field("Allow") == "GET, HEAD, OPTIONS");
+  CHECK(none.bench.ask(dataset_request("PUT", "<world/map> { }")).status == 405);
+}
+
+TEST_CASE("all graphs of a World, as it represents them, restore another World", "[engine][world]") {
+  Store from, to;
+  from.map.update([](GraphUpdate& u) { u.add("#cup", label, "a cup").add_turtle("<#a> <p:q> [ <p:r> ( 1 [] ) ] ."); }).value();
+  from.seen.update([](GraphUpdate& u) { u.add("#ball", label, "a ball"); }).value();
+  auto at = from.map.published<double>("cup", pose);
+  at.publish(0.5);
+  CHECK(from.bench.turtle("PUT", "/world/new", a_cup).status == 201);
+  to.seen.update([](GraphUpdate& u) { u.add("#ball", label, "another ball"); }).value();
+  for (const char* type : {"application/trig", "application/n-quads"}) {
+    CAPTURE(type);
+    const Answer all = from.bench.ask("GET /world?default\nAccept: " + std::string(type) + "\n");
+    REQUIRE(all.status == 200);
+    const std::string put = "PUT /world\nContent-Type: " + std::string(type) + "\n\n";
+    // It also has the graph that clients may not write.
+    CHECK(to.bench.ask(put + all.body).status == (all.says("world/tasks") ? 409 : 204));
+    from.bench.take_discarded();
+  }
+  Robot one(writable(), creation()), other(writable(), creation());
+  one.say("a cup");
+  CHECK(one.bench.turtle("PUT", "/world/new", "<#x> rdfs:seeAlso [ rdfs:label ( 1 [] ) ] .").status == 201);
+  for (const char* type : {"application/trig", "application/n-quads"}) {
+    CAPTURE(type);
+    const Answer all = one.bench.ask("GET /world?default\nAccept: " + std::string(type) + "\n");
+    std::string body = all.body;
+    if (const std::size_t empty = body.find("<http://localhost/world/tasks> {"); empty != std::string::npos)
+      body.erase(empty, body.find('}', empty) + 1 - empty);
+    const Answer put = other.bench.ask("PUT /world\nContent-Type: " + std::string(type) + "\n\n" + body);
+    CHECK(put.status == 204);
+    for (const char* path : {"/world/map", "/world/new"}) CHECK(rdf::isomorphic(one.bench.get(path).graph(), other.bench.get(path).graph()));
+    other.bench.ask("DELETE /world/new");
+  }
+}
+
+TEST_CASE("large datasets are read and judged as jobs, and begin again if a graph has changed meanwhile", "[engine][world]") {
+  engine::EngineOptions options;
+  options.body_jobs = true;
+  options.small_body_bytes = 0;
+  Store r(creation(), options);
+  const std::string body = "<world/map> { <#x> rdfs:label 1 } <world/new> { <#y> rdfs:label 2 }";
+  const auto first = r.bench.send(dataset_request("PUT", body));
+  REQUIRE(first.ticket);
+  CHECK(r.map.snapshot()->empty());
+  r.bench.run();
+  CHECK(r.bench.answer(first)->status == 204);
+  CHECK(r.map.snapshot()->size() == 1);
+  CHECK(r.bench.get("/world/new").status == 200);
+  // Between the judging and the change, code writes one of the graphs. What it adds stays, because this is a POST.
+  std::string large;
+  for (int i = 0; i < 600; ++i) large += "<#" + std::to_string(i) + "> rdfs:label " + std::to_string(i) + " . ";
+  const auto second = r.bench.send(dataset_request("POST", "<world/map> { " + large + " } <world/new> { <#z> rdfs:label 3 }"));
+  int rounds = 0;
+  for (auto jobs = r.bench.take_body_jobs(); !jobs.empty(); jobs = r.bench.take_body_jobs()) {
+    for (auto& job : jobs) job.run();
+    if (++rounds == 2) r.map.update([](GraphUpdate& u) { u.add("#code", label, "code"); }).value();
+    (void)r.bench.answer(second);
+  }
+  CHECK(rounds == 3);
+  CHECK(r.bench.answer(second)->status == 204);
+  CHECK(r.map.snapshot()->size() == 602);
+  // If it is changed each time, the request gives up and has changed nothing.
+  const auto third = r.bench.send(dataset_request("POST", "<world/map> { " + large + " } <world/other> { <#z> rdfs:label 3 }"));
+  rounds = 0;
+  for (auto jobs = r.bench.take_body_jobs(); !jobs.empty(); jobs = r.bench.take_body_jobs()) {
+    for (auto& job : jobs) job.run();
+    r.map.update([&](GraphUpdate& u) { u.add("#code", label, ++rounds); }).value();
+    (void)r.bench.answer(third);
+  }
+  CHECK(rounds == 5);
+  const auto gave_up = r.bench.answer(third);
+  CHECK(gave_up->status == 503);
+  CHECK(gave_up->field("Retry-After") != "");
+  CHECK(r.bench.get("/world/other").status == 404);
+  // One graph without a name.
+  const auto one = r.bench.send(dataset_request("POST", large));
+  r.bench.run();
+  CHECK(r.bench.answer(one)->status == 201);
+  // Two requests that create the same graph: the second one may try again.
+  Store two(creation(), options);
+  const auto a = two.bench.send(dataset_request("PUT", "<world/new> { " + large + " }"));
+  const auto b = two.bench.send(dataset_request("PUT", "<world/new> { <#b> rdfs:label 1 }"));
+  two.bench.run();
+  CHECK(two.bench.answer(a)->status + two.bench.answer(b)->status == 204 + 503);
+}
+
+TEST_CASE("each graph of a dataset needs the rights that a PUT of it alone would need", "[engine][world][security]") {
+  using security::Right, security::Rights, security::View;
+  const Rights reads = Right::read, writes = Right::read | Right::write;
+  auto targets = std::make_shared<View::Targets>();
+  targets->all = {{"/", true, true}, {"/world", true, false}, {"/world/map", true, true}, {"/world/seen", true, true}, {"/world/new", true, true}};
+  for (std::size_t i = 0; i < targets->all.size(); ++i) targets->by_path.emplace(targets->all[i].path, i);
+  Rights of_map = writes, of_seen = reads, of_new = writes;
+  engine::EngineOptions options;
+  options.authorize = [&](const http::Request&) {
+    engine::Caller caller;
+    caller.view = std::make_shared<const View>(
+        targets, std::vector<View::Granted>{{reads, reads}, {writes, writes}, {of_map, of_map}, {of_seen, of_seen}, {of_new, of_new}});
+    return caller;
+  };
+  Store r(creation(), options);
+  const auto status = [&](const std::string& graphs) {
+    const Answer a = r.ask("PUT", graphs);
+    if (a.status == 403) CHECK(a.says("these credentials do not"));
+    return a.status;
+  };
+  const std::string map = "<world/map> { <#x> rdfs:label 1 }", seen = "<world/seen> { <#x> rdfs:label 1 }",
+                    made = "<world/new> { <#x> rdfs:label 1 }";
+  CHECK(status(map) == 204);
+  CHECK(status(map + seen) == 403);
+  CHECK(r.seen.snapshot()->empty());
+  CHECK(r.ask("PUT", map + seen).says("the graph <http://localhost/world/seen>"));
+  of_new = reads;
+  CHECK(status(map + made) == 403);
+  of_new = writes;
+  CHECK(status(map + made) == 204);
+  CHECK(status(map + "<world/other> { }") == 403);
+  // A part that is not shown would be lost.
+  r.map.update([](GraphUpdate& u) { u.add(std::string(World::base) + "/world/seen", label, "x"); }).value();
+  of_seen = Rights();
+  CHECK(status(map) == 403);
+  CHECK(r.ask("POST", map).status == 204);
+  CHECK(r.map.snapshot()->size() == 2);
+}
+
+TEST_CASE("the preconditions of a dataset are those of the World", "[engine][world]") {
+  Store r;
+  const std::string map = "<world/map> { <#x> rdfs:label 1 }";
+  const std::string tag = r.bench.get("/world").tag();
+  CHECK(r.ask("PUT", map, "If-Match: \"other\"\n").status == 412);
+  CHECK(r.ask("PUT", map, "If-None-Match: *\n").status == 412);
+  CHECK(r.ask("PUT", map, "If-Match: " + tag + "\n").status == 204);
+  CHECK(r.map.snapshot()->size() == 1);
 }

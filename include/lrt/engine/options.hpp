@@ -99,6 +99,9 @@ struct CommonOptions {
   /// What people call the robot: dcterms:title of the root, in one language or several. Empty: "Robotic Things".
   rdf::Texts title;
   rdf::Texts description;  ///< a sentence or more about the robot: dcterms:description of the root
+  /// JSON-LD contexts of others that bodies of requests may refer to by IRI, besides the server's own. None is fetched: a
+  /// body that refers to another one is refused (422).
+  rdf::Contexts contexts;
 };
 
 /// The verdict of an authorizer.

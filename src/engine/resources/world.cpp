@@ -2,12 +2,15 @@
 #include "src/engine/resources/world.hpp"
 
 #include <algorithm>
+#include <set>
+#include <unordered_set>
 #include <utility>
 
 #include <lrt/base/ids.hpp>
 #include <lrt/base/iri.hpp>
 
 #include "src/base/canonical_path.hpp"
+#include "src/base/quote.hpp"
 #include "src/engine/description.hpp"
 #include "src/engine/overview.hpp"
 #include "src/engine/parts.hpp"
@@ -37,6 +40,31 @@ std::size_t count_parameters(std::string_view target, std::string_view name) {
     if (one.substr(0, one.find('=')) == name) ++count;
   }
   return count;
+}
+
+/// A change of several graphs begins again if one of them was changed meanwhile.
+constexpr int max_attempts = 4;
+/// Of a graph in a sentence.
+constexpr std::size_t max_shown_name = 300;
+
+/// A triple of the default graph that is in none of the named graphs, whatever the names of its blank nodes are; empty: there is none. A representation of
+/// all graphs of a World has each triple in both.
+std::string unrepeated(const rdf::Dataset& dataset) {
+  const auto text_of = [](const rdf::Graph& graph, const rdf::Triple& t) {
+    std::string text;
+    for (const rdf::TermId id : {t.subject, t.predicate, t.object}) {
+      const rdf::TermView term = graph.term(id);
+      text += (term.is_blank() ? "_:" : rdf::to_string(term)) + " ";
+    }
+    return text;
+  };
+  if (dataset.default_graph.empty()) return {};
+  std::unordered_set<std::string> named;
+  for (const auto& [name, graph] : dataset.named)
+    for (const rdf::Triple& t : graph.triples()) named.insert(text_of(graph, t));
+  for (const rdf::Triple& t : dataset.default_graph.triples())
+    if (const std::string text = text_of(dataset.default_graph, t); named.count(text) == 0) return text;
+  return {};
 }
 
 Input input_of(const GraphOptions& options) {
@@ -127,7 +155,8 @@ std::optional<http::Response> WorldGraphResource::refused_put(const Context& con
   if (!has_hidden_part(*version_.graph, is_shown)) return std::nullopt;
   return parts.responses.denied(
       context, http::Denial::right, 403,
-      "these credentials do not show the whole graph, and PUT would remove the rest; change its triples by PATCH, or add to it by POST");
+      "the graph <" + parts.responses.iri(context, path) +
+          ">: these credentials do not show the whole graph, and PUT would remove the rest; change its triples by PATCH, or add to it by POST");
 }
 
 void WorldGraphResource::attach(Parts& parts) {
@@ -356,20 +385,163 @@ WorldResource::~WorldResource() = default;
 Methods WorldResource::methods() const noexcept {
   Methods methods;
   methods.post = takes_graphs();
+  methods.put = methods.post || std::any_of(graphs_.begin(), graphs_.end(), [](const auto& graph) { return graph->methods().put; });
   return methods;
 }
 
-Input WorldResource::input(const EngineOptions& options) const { return takes_graphs() ? input_of(spec.options.created) : Resource::input(options); }
+Input WorldResource::input(const EngineOptions& options) const { return methods().put ? input_of(dataset_limits()) : Resource::input(options); }
+
+GraphOptions WorldResource::dataset_limits() const {
+  GraphOptions largest = takes_graphs() ? spec.options.created : GraphOptions();
+  if (!takes_graphs()) largest.max_triples = largest.max_bytes = 0;
+  for (const auto& graph : graphs_) {
+    if (!graph->methods().put) continue;
+    const GraphOptions& options = graph->graph_state->options();
+    largest.max_triples = std::max(largest.max_triples, options.max_triples);
+    largest.max_bytes = std::max(largest.max_bytes, options.max_bytes);
+  }
+  return largest;
+}
 
 Outcome WorldResource::post(Context& context, Parts& parts) {
   if (requests_other_model(context.request().joined("Link")))
     return parts.responses.problem(context, 409, "members of this container are ldp:RDFSource");
-  if (!context.judged)
-    if (auto response = parts.representations.failed_precondition(context)) return *std::move(response);
-  return make_graph(context, parts, path + "/" + parts.options.ids->next());
+  const std::string at = path + "/" + parts.options.ids->next();
+  if (context.judged) {
+    const Body* const body = std::get_if<Body>(context.judged.get());
+    return body && body->dataset ? take_dataset(context, parts, at) : make_graph(context, parts, at);
+  }
+  if (auto response = parts.representations.failed_precondition(context)) return *std::move(response);
+  auto has_graphs = parts.bodies.has_graphs(context);
+  if (auto* response = std::get_if<http::Response>(&has_graphs)) return std::move(*response);
+  return std::get<bool>(has_graphs) ? take_dataset(context, parts, at) : make_graph(context, parts, at);
 }
 
-Outcome WorldResource::make_graph(Context& context, Parts& parts, const std::string& at) {
+Outcome WorldResource::put(Context& context, Parts& parts) {
+  if (!context.judged) {
+    if (auto response = parts.representations.failed_precondition(context)) return *std::move(response);
+    auto has_graphs = parts.bodies.has_graphs(context);
+    if (auto* response = std::get_if<http::Response>(&has_graphs)) return std::move(*response);
+  }
+  return take_dataset(context, parts, {});
+}
+
+// Several graphs at once.
+
+Outcome WorldResource::take_dataset(Context& context, Parts& parts, const std::string& one_path) {
+  auto read = context.judged ? parts.bodies.changed_graph(context) : parts.bodies.read_graphs(context, dataset_limits(), one_path);
+  if (auto outcome = outcome_of(read)) return *std::move(outcome);
+  Body& body = std::get<Body>(read);
+  const std::shared_ptr<DatasetChange> change = std::move(body.dataset);
+  if (change->graphs.named.empty() && change->parts.empty()) return make_graph(context, parts, change->one_path, std::move(body.graph));
+  if (change->times_prepared > 0) return commit(context, parts, change);
+  if (auto response = plan(context, parts, *change)) return *std::move(response);
+  auto prepared = parts.bodies.prepare_graphs(context, change);
+  if (auto outcome = outcome_of(prepared)) return *std::move(outcome);
+  return commit(context, parts, change);
+}
+
+std::optional<http::Response> WorldResource::plan(const Context& context, const Parts& parts, DatasetChange& change) const {
+  const Audience& audience = context.audience;
+  const std::string& base = parts.bases[context.base];
+  if (const std::string lost = unrepeated(change.graphs); !lost.empty())
+    return parts.responses.problem(
+        context, 422, "the default graph: expected only triples that a named graph has too, because a World has no other; found " + shortened(lost));
+  const bool replaces = context.request().method == "PUT";
+  std::set<std::string> paths;
+  std::size_t created = 0;
+  for (auto& [name, graph] : change.graphs.named) {
+    const auto refuse = [&](int status, const std::string& sentence) {
+      return parts.responses.problem(context, status, "the graph <" + shortened(name, max_shown_name) + ">: " + sentence);
+    };
+    const std::optional<std::string> of_server = parts.bases.path_of(name);
+    const std::string at = of_server ? path_below(*of_server) : std::string();
+    if (at.empty()) return refuse(422, "expected an IRI below <" + base + path + "/>");
+    if (!paths.insert(at).second) return refuse(422, "the document has it twice");
+    const WorldGraphResource* const known = graph_at(at);
+    const bool may_write =
+        known ? audience.may(known->kind().right_to_change, *known) : !audience.view || audience.view->at(at).has(security::Right::write);
+    if (!may_write)
+      return parts.responses.denied(context, http::Denial::right, 403,
+                                    "the graph <" + shortened(name, max_shown_name) + ">: these credentials do not allow changing it");
+    DatasetChange::Part part;
+    if (known) {
+      if (!known->methods().put) return refuse(409, "clients may not change it");
+      if (auto response = known->refused_put(context, parts)) return response;
+      part.state = known->graph_state;
+      part.shows = audience.sees(*known);
+    } else {
+      if (!takes_graphs()) return refuse(409, "it does not exist, and clients may not create graphs in this World");
+      if (parts.registry.find(at) || !is_free(at, parts)) return refuse(409, "its path, or one above it, belongs to another resource");
+      if (created_ + ++created > spec.options.max_created)
+        return refuse(409, "the World has reached its maximum of " + std::to_string(spec.options.max_created) + " graphs of clients");
+      part.state = GraphState::like(*spec.created, at);
+      part.creates = part.shows = true;
+    }
+    part.write.kind = replaces ? GraphWrite::Kind::replace : GraphWrite::Kind::merge;
+    part.write.graph = unplaced(graph, base);
+    change.parts.push_back(std::move(part));
+  }
+  change.graphs = {};
+  return std::nullopt;
+}
+
+std::optional<std::vector<WorldGraphResource*>> WorldResource::graphs_of(const DatasetChange& change, Parts& parts) {
+  std::vector<WorldGraphResource*> all;
+  const std::size_t before = graphs_.size();
+  for (const DatasetChange::Part& part : change.parts) {
+    WorldGraphResource* graph = graph_at(part.state->path());
+    if (part.creates && !graph && created_ < spec.options.max_created && is_free(part.state->path(), parts)) {
+      auto made = std::make_unique<WorldGraphResource>(*this, part.state, true);
+      if (parts.registry.add(*made)) {
+        graph = made.get();
+        graphs_.push_back(std::move(made));
+        ++created_;
+      }
+    }
+    if (!graph || graph->graph_state != part.state) {
+      remove_last(graphs_.size() - before, parts);
+      return std::nullopt;
+    }
+    all.push_back(graph);
+  }
+  return all;
+}
+
+/// Graphs that nobody has seen.
+void WorldResource::remove_last(std::size_t count, Parts& parts) {
+  for (; count > 0; --count, --created_) {
+    parts.registry.remove(*graphs_.back());
+    graphs_.pop_back();
+  }
+}
+
+Outcome WorldResource::commit(Context& context, Parts& parts, const std::shared_ptr<DatasetChange>& change) {
+  std::vector<GraphState::Prepared> all;
+  for (const DatasetChange::Part& part : change->parts) all.push_back({part.state.get(), &part.prepared});
+  const std::size_t before = graphs_.size();
+  std::optional<std::vector<WorldGraphResource*>> graphs = graphs_of(*change, parts);
+  if (!graphs) return parts.bodies.graphs_are_busy(context);
+  if (std::optional<model::GraphRefusal> refused = GraphState::commit_all(std::move(all))) {
+    remove_last(graphs_.size() - before, parts);
+    if (refused->kind == model::GraphRefusal::Kind::too_large) return parts.bodies.refused_graphs(context, {413, refused->message});
+    if (change->times_prepared >= max_attempts) return parts.bodies.graphs_are_busy(context);
+    auto prepared = parts.bodies.prepare_graphs(context, change);
+    if (auto outcome = outcome_of(prepared)) return *std::move(outcome);
+    return commit(context, parts, change);
+  }
+  for (std::size_t i = 0; i < graphs->size(); ++i) {
+    if (change->parts[i].creates) (*graphs)[i]->attach(parts);
+    else (*graphs)[i]->take_changes(parts);
+  }
+  if (graphs_.size() != before) {
+    parts.registry.structure_changed();
+    mark_changed();
+  }
+  return parts.responses.no_content(context);
+}
+
+Outcome WorldResource::make_graph(Context& context, Parts& parts, const std::string& at, std::optional<rdf::Graph> graph_of_body) {
   if (at.empty()) return parts.responses.problem(context, 409, "a graph of this World needs a name below \"" + path + "\"");
   if (const auto& view = context.audience.view; view && !view->at(at).has(security::Right::write))
     return parts.responses.denied(context, http::Denial::right, 403, "these credentials do not allow creating a graph at this path");
@@ -383,6 +555,7 @@ Outcome WorldResource::make_graph(Context& context, Parts& parts, const std::str
     auto made = parts.bodies.graph_task(context, GraphState::like(*spec.created, at));
     if (auto* response = std::get_if<http::Response>(&made)) return std::move(*response);
     std::get<GraphTask>(made).creates = true;
+    if (graph_of_body) std::get<GraphTask>(made).set_graph(unplaced(*graph_of_body, parts.bases[context.base]));
     auto changed = parts.bodies.change_graph(context, std::move(std::get<GraphTask>(made)));
     if (auto outcome = outcome_of(changed)) return *std::move(outcome);
     context.judged = std::make_shared<JudgedBody>(std::move(std::get<Body>(changed)));
@@ -449,7 +622,11 @@ std::string WorldResource::named_path(std::string_view target, const Parts& part
     const std::string_view prefix = parts.bases.public_path();
     if (named->compare(0, path.size(), path) != 0 && named->compare(0, prefix.size(), prefix) == 0) named->erase(0, prefix.size());
   }
-  const Result<std::string> canonical = named ? canonical_path(*named) : Result<std::string>(std::string());
+  return named ? path_below(*named) : std::string();
+}
+
+std::string WorldResource::path_below(const std::string& named) const {
+  const Result<std::string> canonical = canonical_path(named);
   if (!canonical || canonical->compare(0, path.size(), path) != 0 || canonical->size() <= path.size() + 1 || (*canonical)[path.size()] != '/')
     return {};
   const std::string_view below = std::string_view(*canonical).substr(path.size() + 1);
@@ -469,13 +646,17 @@ Result<Resource*> WorldResource::find_graph(std::string_view target, const Conte
     return unexpected(Errc::expected_iri, "graph: expected an absolute IRI, percent-encoded, found \"" + iri.value_or(std::string()) + "\"");
   const std::string named = named_path(target, parts);
   Resource* const found = named.empty() ? nullptr : parts.registry.find(named);
-  const bool is_graph = std::any_of(graphs_.begin(), graphs_.end(), [&](const auto& g) { return g.get() == found; });
-  if (is_graph) return found;
+  if (found && graph_at(named) == found) return found;
   const std::string_view method = context.request().method;
   const bool creates = takes_graphs() && (method == "PUT" || method == "POST");
   if (creates && named.empty())
     return unexpected(Errc::expected_iri, "graph: expected an IRI below <" + parts.bases[context.base] + path + "/>, found <" + *iri + ">");
   return creates && !found && is_free(named, parts) ? &new_ : nullptr;
+}
+
+WorldGraphResource* WorldResource::graph_at(std::string_view at) const noexcept {
+  const auto found = std::find_if(graphs_.begin(), graphs_.end(), [&](const auto& graph) { return graph->path == at; });
+  return found == graphs_.end() ? nullptr : found->get();
 }
 
 /// A path below another resource than the World may be needed for what that has later, such as a value published in a graph.

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -64,6 +65,10 @@ class WorldGraphResource final : public ValueResource, public OwnRepresentation 
   /// The bytes of the IRIs and literals of stored(), written in full at each occurrence.
   std::size_t stored_bytes() const noexcept { return version_.bytes; }
 
+  /// A PUT by a client that is not shown the whole graph is refused.
+  std::optional<http::Response> refused_put(const Context& context, const Parts& parts) const;
+  /// Applies the changes of other threads.
+  void take_changes(Parts& parts);
   /// The body of a request that wanted to create this graph, which another request has created meanwhile.
   /// @pre Context::judged
   Outcome take_new(Context& context, Parts& parts);
@@ -83,9 +88,6 @@ class WorldGraphResource final : public ValueResource, public OwnRepresentation 
   };
   Outcome write(Context& context, Parts& parts, model::GraphWrite::Kind kind);
   Outcome execute(Context& context, Parts& parts, GraphTask task);
-  std::optional<http::Response> refused_put(const Context& context, const Parts& parts) const;
-  /// Applies the changes of other threads.
-  void take_changes(Parts& parts);
   bool take_published(Parts& parts);
   void add_published(const model::PublishedSpec& spec, Parts& parts);
   void remove_published(Published& published, Parts& parts);
@@ -150,8 +152,11 @@ class WorldResource final : public ThingResource, public Container, public Graph
   ~WorldResource() override;
 
   Methods methods() const noexcept override;
-  /// A new graph, whose name the server chooses (SPARQL 1.1 Graph Store Protocol 5.5).
+  /// A new graph, whose name the server chooses (SPARQL 1.1 Graph Store Protocol 5.5). The named graphs of a document are added to the graphs with
+  /// these names.
   Outcome post(Context& context, Parts& parts) override;
+  /// Replaces or creates the named graphs of a document. Others stay.
+  Outcome put(Context& context, Parts& parts) override;
   Input input(const EngineOptions& options) const override;
   void describe(const Description& d) const override;
   void describe_types(About& about, const Description& d) const override;
@@ -168,6 +173,7 @@ class WorldResource final : public ThingResource, public Container, public Graph
   std::vector<Resource*> members() const override;
   void describe_member(const Resource& member, About& about, const Description& d) const override;
   std::vector<Resource*> more_resources() override;
+  using Resource::graph_store;
   GraphStore* graph_store() noexcept override { return this; }
   Result<Resource*> find_graph(std::string_view target, const Context& context, const Parts& parts) override;
   Resource* new_graph(std::string_view at, const Parts& parts) override;
@@ -176,7 +182,8 @@ class WorldResource final : public ThingResource, public Container, public Graph
   void attach(Parts& parts) override;
   void removed(Parts& parts) override;
   /// Makes a graph at a path, with the body of a request: 201.
-  Outcome make_graph(Context& context, Parts& parts, const std::string& at);
+  /// @param graph  that was read from the body before
+  Outcome make_graph(Context& context, Parts& parts, const std::string& at, std::optional<rdf::Graph> graph = std::nullopt);
   /// @pre WorldGraphResource::is_created
   void remove_graph(WorldGraphResource& graph, Parts& parts);
   /// The path that a request names for a new graph; empty: none that a graph of this World could have.
@@ -187,6 +194,18 @@ class WorldResource final : public ThingResource, public Container, public Graph
 
  private:
   bool is_free(std::string_view at, const Parts& parts) const;
+  WorldGraphResource* graph_at(std::string_view at) const noexcept;
+  /// The canonical path of a graph that this World could have; empty: it could not.
+  std::string path_below(const std::string& named) const;
+  /// The limits of a document of several graphs: the largest of those of the graphs that clients may write.
+  GraphOptions dataset_limits() const;
+  Outcome take_dataset(Context& context, Parts& parts, const std::string& one_path);
+  /// Finds the graphs of a document. Each is judged as a request that only changes it.
+  std::optional<http::Response> plan(const Context& context, const Parts& parts, DatasetChange& change) const;
+  void remove_last(std::size_t count, Parts& parts);
+  Outcome commit(Context& context, Parts& parts, const std::shared_ptr<DatasetChange>& change);
+  /// @return  nullopt: the graphs are not what they were when the change was planned
+  std::optional<std::vector<WorldGraphResource*>> graphs_of(const DatasetChange& change, Parts& parts);
 
   std::vector<std::unique_ptr<WorldGraphResource>> graphs_;
   AllGraphsResource all_;
