@@ -170,6 +170,7 @@ Result<RepresentationPtr> read_representation(const Response& response, const Op
   const std::string base(document_of(response.url));
   read.base = base;
   read.max_triples = options.limits.max_triples;
+  read.contexts = &options.contexts;
   Result<Graph> graph = rdf::read(response.body, *syntax, read);
   if (!graph) {
     Error error = std::move(graph).error();

@@ -9,6 +9,7 @@
 
 #include <lrt/base/log.hpp>
 #include <lrt/base/thread_options.hpp>
+#include <lrt/rdf/codec.hpp>
 
 namespace lrt::client {
 inline namespace v0 {
@@ -67,6 +68,7 @@ struct Options {
   Callbacks callbacks = Callbacks::in_poll;  ///< where callbacks run
   ThreadOptions threads;                     ///< of the threads of the client
   LogCallback log;                           ///< debug: each request with its status, "GET http://robot/arm: 200"
+  rdf::Contexts contexts;                    ///< JSON-LD contexts of others, to which representations may refer; none is fetched
 };
 
 }  // namespace v0
