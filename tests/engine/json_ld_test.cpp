@@ -137,6 +137,21 @@ TEST_CASE("PUT takes JSON-LD, and what GET gave", "[engine][json_ld][R0.5]") {
   }
 }
 
+TEST_CASE("a body may refer to a context that the host has registered", "[engine][json_ld][R0.5]") {
+  engine::EngineOptions options;
+  options.contexts
+      .add("http://stranger.example/c", R"({"@context": [{"id": "@id", "reading": {
+      "@id": "http://vocab.arvida.de/2015/06/vom/vocab#numericalValue", "@type": "http://www.w3.org/2001/XMLSchema#double"}}]})")
+      .value();
+  Robot r(std::move(options));
+  const std::string members =
+      R"("id": "", "reading": 43.6, "http://vocab.arvida.de/2015/06/vom/vocab#unit": {"id": "http://vocab.arvida.de/2015/06/maths/vocab#Degree"}})";
+  CHECK(r.send("PUT", "/arm/angle", R"({"@context": "http://stranger.example/c", )" + members).status == 204);
+  const Answer other = r.send("PUT", "/arm/angle", R"({"@context": "http://stranger.example/d", )" + members);
+  CHECK(other.status == 422);
+  CHECK(other.says("the context <http://stranger.example/d> is not registered, and lrt fetches none"));
+}
+
 TEST_CASE("JSON-LD bodies that are none say what is wrong, and where", "[engine][json_ld][R0.6]") {
   Robot r;
   const auto put = [&](const std::string& body) { return r.send("PUT", "/arm/angle", body); };

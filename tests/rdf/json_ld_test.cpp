@@ -667,6 +667,7 @@ TEST_CASE("a type may have a context for its nodes", "[rdf][json_ld]") {
         "<> e:p [ a e:T ; f:a 1 ], [ a e:U ; f:u 2 ], [ a e:W ; e:a 3 ] .");
   // A set in a term that is a list is a list, too.
   reads(R"("l": {"@id": "http://e/l", "@container": "@list"})", R"("l": [{"@set": [1, 2]}, {"@set": 3}, 4])", "<> e:l ( ( 1 2 ) 3 4 ) .");
+  reads(R"("l": {"@id": "http://e/l", "@container": "@list"})", R"("l": {"@set": [1, 2]})", "<> e:l ( 1 2 ) .");
   // The context of a term comes after the return to the context around the node.
   reads(t + R"(, "p": {"@id": "http://e/p", "@context": {"c": "http://f/c"}})", R"("@type": "T", "p": {"a": 1, "c": 2})",
         "<> a e:T ; e:p [ e:a 1 ; f:c 2 ] .");

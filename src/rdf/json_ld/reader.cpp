@@ -1149,7 +1149,7 @@ class Reader {
     if (document().kind(value) == Kind::array) {
       for (const Id item : Children(document(), value)) item_of(item);
     } else {
-      item_of(value);
+      values(at, value, one);
     }
     return list_of(members);
   }
