@@ -665,6 +665,10 @@ TEST_CASE("a type may have a context for its nodes", "[rdf][json_ld]") {
         R"("@type": ["T", "W"], "q": 1)", "<> a e:T, e:W ; f:q 1 .");
   reads(t + R"(, "p": {"@id": "http://e/p", "@container": "@type"})", R"("p": {"T": {"a": 1}, "U": {"a": 2}, "W": {"a": 3}})",
         "<> e:p [ a e:T ; f:a 1 ], [ a e:U ; f:u 2 ], [ a e:W ; e:a 3 ] .");
+  reads(R"("@language": "de", "p": {"@id": "http://e/p", "@type": "@none"})", R"("p": "x")", "<> e:p \"x\"@de .");
+  // In the list the context of the type has ended.
+  reads(R"("p": {"@id": "http://e/p", "@type": "@json"}, "T": {"@id": "http://e/T", "@context": {"p": "http://e/p"}})",
+        R"("@type": "T", "p": {"@list": ["x"]})", "<> a e:T ; e:p ( \"\\\"x\\\"\"^^rdf:JSON ) .");
   // A set in a term that is a list is a list, too.
   reads(R"("l": {"@id": "http://e/l", "@container": "@list"})", R"("l": [{"@set": [1, 2]}, {"@set": 3}, 4])", "<> e:l ( ( 1 2 ) 3 4 ) .");
   reads(R"("l": {"@id": "http://e/l", "@container": "@list"})", R"("l": {"@set": [1, 2]})", "<> e:l ( 1 2 ) .");

@@ -1176,6 +1176,7 @@ class Reader {
   std::optional<TermId> scalar(const Context& context, std::string_view key, Id value) {
     const Definition* term = context->find(key);
     const auto type = term != nullptr ? term->type : Definition::Type::absent;
+    if (type == Definition::Type::json) return json_literal(value);
     if (document().kind(value) != Kind::string)
       return native(value, type == Definition::Type::datatype ? std::string_view(term->datatype) : std::string_view());
     return text_value(context, key, value, document().text(value));
@@ -1191,7 +1192,8 @@ class Reader {
     }
     if (type == Definition::Type::datatype) return typed(value, text, term->datatype);
     const std::string& language = term != nullptr && term->language ? *term->language : context->language;
-    if (type == Definition::Type::absent && !language.empty()) return graph().intern(tagged_literal(text, language));
+    const bool has_no_type = type == Definition::Type::absent || type == Definition::Type::none;
+    if (has_no_type && !language.empty()) return graph().intern(tagged_literal(text, language));
     return graph().intern(literal(text));
   }
 
