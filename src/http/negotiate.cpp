@@ -135,6 +135,7 @@ bool offers_parameter(const Type& offer, const Parameter& wanted) noexcept {
 struct Verdict {
   bool any_range = false;  ///< the field has at least one well-formed range
   int weight = 0;          ///< of the most specific range that matches, in thousandths
+  int precision = 0;       ///< of that range: 2 for a type, 1 for "type/*", 0 for "*/*"
 };
 
 Verdict judge(std::string_view accept, const Type& offer) noexcept {
@@ -144,8 +145,9 @@ Verdict judge(std::string_view accept, const Type& offer) noexcept {
     Type range;
     if (!split_type(take_member(accept), range)) continue;
     int weight = 1000;
-    int specificity = range.type == "*" ? 0 : range.subtype == "*" ? 1 : 2;
-    bool matching = (specificity == 0 || iequals(range.type, offer.type)) && (specificity <= 1 || iequals(range.subtype, offer.subtype));
+    const int precision = range.type == "*" ? 0 : range.subtype == "*" ? 1 : 2;
+    int specificity = precision;
+    bool matching = (precision == 0 || iequals(range.type, offer.type)) && (precision <= 1 || iequals(range.subtype, offer.subtype));
     Parameter parameter;
     while (weight >= 0 && take_parameter(range.parameters, parameter)) {
       if (iequals(parameter.name, "q")) {  // RFC 9110 12.5.1: the weight wherever it stands
@@ -159,6 +161,7 @@ Verdict judge(std::string_view accept, const Type& offer) noexcept {
     verdict.any_range = true;
     if (!matching || specificity < best) continue;
     verdict.weight = specificity > best ? weight : (weight > verdict.weight ? weight : verdict.weight);
+    verdict.precision = precision;
     best = specificity;
   }
   return verdict;
@@ -174,14 +177,16 @@ std::optional<std::size_t> negotiate(std::optional<std::string_view> accept, con
     if (field == offers[i]) return i;
   }
   std::optional<std::size_t> winner;
-  int highest = 0;
+  int highest = 0, most_precise = 0;
   for (std::size_t i = 0; i < offers.size(); ++i) {
     Type offer;
     if (!split_type(offers[i], offer)) continue;
     const Verdict verdict = judge(field, offer);
     if (!verdict.any_range) return 0;  // no well-formed element
-    if (verdict.weight > highest) {
+    // At equal weight a type that the client names precedes those that only a range includes.
+    if (verdict.weight > highest || (verdict.weight == highest && winner && verdict.precision > most_precise)) {
       highest = verdict.weight;
+      most_precise = verdict.precision;
       winner = i;
     }
   }

@@ -13,7 +13,8 @@ namespace lrt::http {
 
 /// Chooses one of the offered media types by an Accept field (RFC 9110 12.5.1).
 ///
-/// - The offer with the highest q-value wins. Among equal ones the earlier offer wins.
+/// - The offer with the highest q-value wins. Among equal ones a type that the field names precedes one that only a range
+///   includes ("application/json, text/plain, */*" of axios), "type/*" precedes "*/*", and then the earlier offer wins.
 /// - The most specific range that matches an offer determines its q-value.
 /// - A range with parameters matches only offers that have these parameters. Two are ignored: charset=utf-8, and of
 ///   application/ld+json profiles below http://www.w3.org/ns/json-ld#.

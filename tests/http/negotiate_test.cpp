@@ -19,7 +19,7 @@ std::string pick(const char* accept) {
 TEST_CASE("Turtle is the variant when Accept is absent or leaves a choice", "[http][R1.1]") {
   CHECK(http::negotiate(std::nullopt, offers) == std::size_t{0});
   for (const char* open : {"", "  ", "*/*", " */* ", "*/*;q=0.1", "text/*", "text/turtle, application/json", "application/json, text/turtle",
-                           "application/json;q=0.5, */*;q=0.5", "text/html;q=0.9, */*", ",", "text/html, image/gif;q=1, text/turtle"}) {
+                           "application/json;q=0.5, */*;q=0.6", "text/html;q=0.9, */*", ",", "text/html, image/gif;q=1, text/turtle"}) {
     CAPTURE(open);
     CHECK(pick(open) == "text/turtle");
   }
@@ -50,6 +50,37 @@ TEST_CASE("the highest q wins, the most specific range decides it", "[http][R1.2
       {"image/png", "none"},
       {"image/*", "none"},
       {"text/turtle;q=0, text/turtle", "text/turtle"},  // contradiction: the kinder word
+  };
+  for (const auto& [accept, expected] : cases) {
+    CAPTURE(accept);
+    CHECK(pick(accept) == expected);
+  }
+}
+
+TEST_CASE("at equal weight a type that the client names precedes those that a range includes", "[http][R1.2]") {
+  struct Case {
+    const char *accept, *expected;
+  };
+  const Case cases[] = {
+      {"application/json, text/plain, */*", "application/json"},  // axios, Angular
+      {"*/*, application/json", "application/json"},
+      {"application/json, application/*", "application/json"},
+      {"application/*, application/json", "application/json"},
+      {"text/html, */*;q=1", "text/html"},
+      {"text/html, text/*", "text/html"},
+      {"application/json;q=0.5, */*;q=0.5", "application/json"},
+      {"application/json;charset=utf-8, */*", "application/json"},
+      {"application/json;charset=utf-8, text/html, */*", "application/json"},  // parameters do not make it more of a type
+      {"text/html;charset=utf-8, application/json, */*", "application/json"},
+      {"application/*, */*", "application/n-triples"},
+      {"*/*, application/*, text/html", "text/html"},
+      {"application/json, text/turtle, */*", "text/turtle"},  // of those that it names, the server's first
+      {"application/json;q=0.8, application/rdf+xml;q=0.8, */*;q=0.8", "application/rdf+xml"},
+      {"application/json;q=0.8, */*;q=0.9", "text/turtle"},
+      {"application/json;q=0, */*", "text/turtle"},
+      {"application/json;q=0, application/*, */*", "application/n-triples"},
+      {"image/png, */*", "text/turtle"},
+      {"image/png, application/*;q=0.1", "application/n-triples"},
   };
   for (const auto& [accept, expected] : cases) {
     CAPTURE(accept);
