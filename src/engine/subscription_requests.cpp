@@ -18,6 +18,7 @@
 #include "src/http/form.hpp"
 #include "src/http/negotiate.hpp"
 #include "src/http/websocket.hpp"
+#include "src/rdf/whole_number.hpp"
 #include "src/subscription/callback_url.hpp"
 
 namespace lrt::engine {
@@ -65,6 +66,12 @@ std::optional<std::string> object_of(const rdf::Graph& graph, rdf::TermId node, 
   const auto found = p ? graph.object(node, *p) : std::nullopt;
   if (!found || graph.term(*found).is_blank()) return std::nullopt;
   return std::string(graph.term(*found).text);
+}
+
+/// The length of a queue, also as "5.0".
+std::optional<std::uint64_t> length_of(std::string_view text) {
+  const std::optional<std::string> whole = rdf::whole_number(text);
+  return whole ? rdf::lexical::parse_uint64(*whole) : std::nullopt;
 }
 
 }  // namespace
@@ -123,7 +130,7 @@ std::optional<http::Response> SubscriptionRequests::read_query(const Context& co
     wanted.policy.minimum_interval = *parsed;
   }
   if (const auto length = http::query_parameter(target, "queueLength")) {
-    const auto parsed = rdf::lexical::parse_uint64(*length);
+    const auto parsed = length_of(*length);
     if (!parsed || *parsed > parts_.options.subscriptions.max_queue_length)
       return parts_.responses.problem(context, 400,
                                       "queueLength: expected a number from 0 to " + std::to_string(parts_.options.subscriptions.max_queue_length));
@@ -233,7 +240,7 @@ std::optional<http::Response> SubscriptionRequests::read_policy(const Context& c
     policy.minimum_interval = *interval;
   }
   if (const auto length = object_of(graph, node, vocab::lrt_::queueLength)) {
-    const auto parsed = rdf::lexical::parse_uint64(*length);
+    const auto parsed = length_of(*length);
     if (!parsed || *parsed > parts_.options.subscriptions.max_queue_length)
       return problem("lrt:queueLength: expected a number from 0 to " + std::to_string(parts_.options.subscriptions.max_queue_length));
     policy.queue_length = static_cast<std::size_t>(*parsed);

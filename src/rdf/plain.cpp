@@ -19,6 +19,7 @@
 #include "src/rdf/limits.hpp"
 #include "src/rdf/plain_names.hpp"
 #include "src/rdf/value_writer.hpp"
+#include "src/rdf/whole_number.hpp"
 
 namespace lrt::rdf {
 inline namespace v0 {
@@ -489,7 +490,12 @@ class DocumentReader {
       case Json::false_: return graph_.intern(literal(kind(id) == Json::true_ ? "true" : "false", vocab::xsd::boolean));
       case Json::number: {
         if (type.kind == Kind::real) return real(type, text);
-        if (text.find_first_not_of("-0123456789") != std::string_view::npos) return typed(vocab::xsd::double_);
+        if (text.find_first_not_of("-0123456789") != std::string_view::npos) {
+          // JSON has one kind of number: 5.0 and 5e0 are integers.
+          const auto whole = whole_number(text, is_binary_ ? lexical::Datatype::double_ : lexical::Datatype::decimal);
+          if (type.kind == Kind::integer && whole && fits(type, *whole)) return graph_.intern(literal(*whole, type.datatype));
+          return typed(vocab::xsd::double_);
+        }
         return typed(type.kind == Kind::integer && fits(type, text) ? type.datatype : vocab::xsd::integer);
       }
       case Json::string: {
@@ -532,7 +538,10 @@ TermId text_literal(std::string_view text, const Type& type, Graph& graph) {
     case Kind::boolean: return typed(lexical::parse_boolean(text).has_value());
     case Kind::real: return typed(lexical::is_double(text));
     case Kind::integer:
-      if (!lexical::is_integer(text) && lexical::is_double(text)) return graph.intern(literal(text, vocab::xsd::double_));
+      if (!lexical::is_integer(text) && lexical::is_double(text)) {
+        if (const auto whole = whole_number(text); whole && fits(type, *whole)) return graph.intern(literal(*whole, type.datatype));
+        return graph.intern(literal(text, vocab::xsd::double_));
+      }
       if (lexical::is_integer(text) && !fits(type, text)) return graph.intern(literal(text, vocab::xsd::integer));
       return typed(lexical::is_integer(text));
     default: return typed(true);

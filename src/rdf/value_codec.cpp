@@ -21,6 +21,7 @@
 #include "src/rdf/shown.hpp"
 #include "src/rdf/value_places.hpp"
 #include "src/rdf/value_writer.hpp"
+#include "src/rdf/whole_number.hpp"
 
 namespace lrt::rdf {
 inline namespace v0 {
@@ -158,7 +159,8 @@ class Completion {
     for (const Triple& t : graph_.triples()) {
       const auto other = replaced_.find({t.subject, t.predicate, t.object});
       const TermView object = graph_.term(t.object);
-      out.add(graph_.term(t.subject), graph_.term(t.predicate), other == replaced_.end() ? object : literal(object.text, other->second));
+      if (other == replaced_.end()) out.add(graph_.term(t.subject), graph_.term(t.predicate), object);
+      else out.add(graph_.term(t.subject), graph_.term(t.predicate), literal(other->second.text, other->second.datatype));
     }
     for (const Added& a : added_) out.add(graph_.term(a.subject), a.predicate, iri(a.object));
     return out;
@@ -167,6 +169,10 @@ class Completion {
  private:
   static constexpr std::size_t deepest = 64;
   using Place = std::tuple<TermId, TermId, TermId>;
+  struct Replaced {
+    std::string text;
+    Iri datatype;
+  };
   struct Added {
     TermId subject;
     Iri predicate;
@@ -257,14 +263,16 @@ class Completion {
 
   void literal_at(const Triple& t, const Type& type) {
     const TermView term = graph_.term(t.object);
-    if (term.is_literal() && term.datatype != type.datatype.text && holds(type, term)) replaced_[{t.subject, t.predicate, t.object}] = type.datatype;
+    if (!term.is_literal() || term.datatype == type.datatype.text) return;
+    if (std::optional<std::string> text = held(type, term)) replaced_[{t.subject, t.predicate, t.object}] = {*std::move(text), type.datatype};
   }
-  /// Whether the C++ type can hold a number of another datatype. Its text is then one of the type's datatype, too.
-  static bool holds(const Type& type, const TermView& term);
+  /// The text in the type's datatype of a number of another one; nullopt: the C++ type cannot hold it.
+  static std::optional<std::string> held(const Type& type, const TermView& term);
+  static bool holds_real(const Type& type, const TermView& term);
 
   const Graph& graph_;
   std::string_view vocabulary_;
-  std::map<Place, Iri> replaced_;
+  std::map<Place, Replaced> replaced_;
   std::vector<Added> added_;
   std::size_t depth_ = 0;
 };
@@ -286,16 +294,36 @@ IntegerForm integer_form(const TermView& term) noexcept {
   return lexical::is_well_formed(term.text, datatype) ? IntegerForm::yes : IntegerForm::ill_typed;
 }
 
-bool Completion::holds(const Type& type, const TermView& term) {
+/// The text of an integer: of an integer datatype as it stands, of xsd:decimal, float and double if the number is whole.
+std::optional<std::string> integer_text(const TermView& term) {
+  switch (integer_form(term)) {
+    case IntegerForm::yes: return std::string(term.text);
+    case IntegerForm::ill_typed: return std::nullopt;
+    case IntegerForm::no: break;
+  }
+  const lexical::Datatype datatype = term.is_literal() ? lexical::datatype_of(term.datatype) : lexical::Datatype::unknown;
+  const bool is_decimal = datatype == lexical::Datatype::decimal && lexical::is_decimal(term.text);
+  if (!is_decimal && datatype != lexical::Datatype::float_ && datatype != lexical::Datatype::double_) return std::nullopt;
+  return whole_number(term.text, datatype);
+}
+
+std::optional<std::string> Completion::held(const Type& type, const TermView& term) {
+  if (type.kind != Kind::integer) return holds_real(type, term) ? std::optional(std::string(term.text)) : std::nullopt;
+  std::optional<std::string> text = integer_text(term);
+  if (!text) return std::nullopt;
+  bool fits = false;
+  if (const auto value = lexical::parse_int64(*text)) {
+    fits = *value >= type.lowest && (*value < 0 || static_cast<std::uint64_t>(*value) <= type.highest);
+  } else {
+    const auto large = lexical::parse_uint64(*text);
+    fits = large && *large <= type.highest;
+  }
+  return fits ? std::move(text) : std::nullopt;
+}
+
+bool Completion::holds_real(const Type& type, const TermView& term) {
   const IntegerForm form = integer_form(term);
   if (form == IntegerForm::ill_typed) return false;
-  if (type.kind == Kind::integer) {
-    if (form != IntegerForm::yes) return false;
-    if (const auto value = lexical::parse_int64(term.text))
-      return *value >= type.lowest && (*value < 0 || static_cast<std::uint64_t>(*value) <= type.highest);
-    const auto value = lexical::parse_uint64(term.text);
-    return value && *value <= type.highest;
-  }
   if (type.datatype == vocab::xsd::decimal && !lexical::is_decimal(term.text)) return false;  // an exponent
   const std::string_view name = xsd_name(term);
   if (name == "float"     ? !lexical::is_double(term.text)
@@ -598,9 +626,10 @@ class ValueReader {
         return own_datatype && b ? Value(*b) : refuse();
       }
       case Kind::integer: {
-        if (integer_form(term) != IntegerForm::yes) return refuse();
-        if (const auto i = lexical::parse_int64(term.text); i && *i < 0) return *i >= type.lowest && in_range(facets, *i) ? Value(*i) : refuse();
-        const auto u = lexical::parse_uint64(term.text);
+        const std::optional<std::string> text = integer_text(term);
+        if (!text) return refuse();
+        if (const auto i = lexical::parse_int64(*text); i && *i < 0) return *i >= type.lowest && in_range(facets, *i) ? Value(*i) : refuse();
+        const auto u = lexical::parse_uint64(*text);
         return u && *u <= type.highest && in_range(facets, *u) ? Value(*u) : refuse();
       }
       case Kind::real: {

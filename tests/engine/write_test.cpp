@@ -85,6 +85,37 @@ TEST_CASE("numbers are taken by value from xsd:decimal, integer, float and doubl
   CHECK(r.degrees("90.0") == 204);
 }
 
+TEST_CASE("an integer may be written as a decimal or a double, in every format", "[engine][json_ld][R0.5]") {
+  Robot r;
+  int wanted = 7;
+  const auto is_taken = [&](const std::string& type, const std::string& body) {
+    r.robot.count = 0;
+    const Answer a = r.bench.ask("PUT /arm/count\nContent-Type: " + type + "\n\n" + body);
+    CAPTURE(type, body, a.body);
+    CHECK(a.status == 204);
+    CHECK(r.robot.count == wanted);
+  };
+  for (const char* number : {"7.0", "7e0", "0.7E1", "\"7\"^^xsd:double", "\"7.0\"^^xsd:float", "\"+07.\"^^xsd:decimal", "\"7\"^^xsd:byte"}) {
+    CAPTURE(number);
+    r.robot.count = 0;
+    CHECK(r.put("count", number_body(number)).status == 204);
+    CHECK(r.robot.count == 7);
+  }
+  const std::string value = "http://vocab.arvida.de/2015/06/vom/vocab#numericalValue", xsd = "http://www.w3.org/2001/XMLSchema#";
+  for (const char* number : {"7.0", "7e0", "70e-1"}) {
+    is_taken("application/json", number);
+    is_taken("application/json", std::string("{\"value\":") + number + "}");
+    is_taken("text/plain", number);
+    is_taken("application/n-triples", "<http://localhost/arm/count> <" + value + "> \"" + number + "\"^^<" + xsd + "double> .");
+    is_taken("application/ld+json", "{\"@id\":\"\",\"" + value + "\":" + number + "}");
+  }
+  is_taken("application/ld+json", "{\"@id\":\"\",\"" + value + "\":{\"@type\":\"" + xsd + "decimal\",\"@value\":\"7.00\"}}");
+  is_taken("application/cbor", std::string("\xF9\x47\x00", 3));
+  is_taken("application/cbor", std::string("\xFB\x40\x1C\0\0\0\0\0\0", 9));
+  wanted = -7;
+  is_taken("application/json", "-7.000");
+}
+
 TEST_CASE("what is no number of the type is 422, says so, and changes nothing", "[engine][R0.6]") {
   Robot r;
   for (const char* number : {"\"NaN\"^^xsd:double",
@@ -113,7 +144,8 @@ TEST_CASE("what is no number of the type is 422, says so, and changes nothing", 
     CAPTURE(number);
     CHECK(r.degrees(number) == 422);
   }
-  for (const char* number : {"2147483648", "-2147483649", "1e0", "1.0", "99999999999999999999999", "\"7\"^^xsd:double"}) {
+  for (const char* number : {"2147483648", "-2147483649", "1.5e0", "1.1", "99999999999999999999999", "\"NaN\"^^xsd:double", "2147483648.0", "1e400",
+                             "1e-400", "\"7.0\"^^xsd:integer"}) {
     CAPTURE(number);
     CHECK(r.put("count", number_body(number)).status == 422);
   }

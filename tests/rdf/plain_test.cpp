@@ -400,8 +400,8 @@ TEST_CASE("numbers keep their digits, and get another datatype if they do not fi
   CHECK(literal_in<float>("1E2") == "1E2^^xsd:float");
   CHECK(literal_in<std::uint8_t>("300") == "300^^xsd:integer");
   CHECK(literal_in<std::uint64_t>("18446744073709551616") == "18446744073709551616^^xsd:integer");
-  CHECK(literal_in<int>("5.0") == "5.0^^xsd:double");
-  CHECK(literal_in<int>("5e0") == "5e0^^xsd:double");
+  CHECK(literal_in<int>("5.5") == "5.5^^xsd:double");
+  CHECK(literal_in<int>("5e-1") == "5e-1^^xsd:double");
   CHECK(literal_in<int>("\"5\"") == "5^^xsd:string");
   CHECK(literal_in<int>("\"NaN\"") == "NaN^^xsd:string");
   CHECK(literal_in<int>("true") == "true^^xsd:boolean");
@@ -424,6 +424,34 @@ TEST_CASE("numbers keep their digits, and get another datatype if they do not fi
   CHECK(literal_in<Move>("{\"step\": \"here\"}") == "here^^xsd:string");
 }
 
+TEST_CASE("an integer may be written with a point or an exponent", "[rdf]") {
+  for (const char* five : {"5", "5.0", "5e0", "5E+0", "50e-1", "0.5e1"}) {
+    CAPTURE(five);
+    CHECK(literal_in<int>(five) == "5^^xsd:int");
+    CHECK(literal_in<std::uint8_t>(five) == "5^^xsd:unsignedByte");
+    CHECK(literal_in<std::vector<int>>(std::string("[") + five + "]") == "5^^xsd:int");
+    CHECK(literal_in<int>(five, Plain::text) == "5^^xsd:int");
+  }
+  CHECK(literal_in<int>("-0.0") == "0^^xsd:int");
+  CHECK(literal_in<std::uint64_t>("18446744073709551615.0") == "18446744073709551615^^xsd:unsignedLong");
+  CHECK(literal_in<std::int64_t>("9007199254740993.0") == "9007199254740993^^xsd:long");
+  CHECK(literal_in<std::int64_t>("-9.223372036854775808e18") == "-9223372036854775808^^xsd:long");
+  CHECK(literal_in<std::int64_t>("9.223372036854775808e18") == "9.223372036854775808e18^^xsd:double");
+  CHECK(literal_in<std::uint8_t>("300.0") == "300.0^^xsd:double");  // the report has what the client sent
+  CHECK(literal_in<std::uint8_t>("-1.0") == "-1.0^^xsd:double");
+  CHECK(literal_in<int>("1e300") == "1e300^^xsd:double");
+  CHECK(literal_in<int>("1e-300") == "1e-300^^xsd:double");
+  CHECK(literal_in<bool>("1.0") == "1.0^^xsd:double");
+  CHECK(literal_in<std::string>("1.0") == "1.0^^xsd:double");
+  CHECK(literal_in<int>(unhex("f94500"), Plain::cbor) == "5^^xsd:int");
+  CHECK(literal_in<int>(unhex("fac0a00000"), Plain::cbor) == "-5^^xsd:int");
+  CHECK(literal_in<int>(unhex("fb4014000000000000"), Plain::cbor) == "5^^xsd:int");
+  CHECK(literal_in<int>(unhex("fb8000000000000000"), Plain::cbor) == "0^^xsd:int");
+  CHECK(literal_in<std::uint64_t>(unhex("fb43e0000000000000"), Plain::cbor) == "9223372036854775808^^xsd:unsignedLong");  // 2^63
+  CHECK(literal_in<std::int64_t>(unhex("fb43e0000000000000"), Plain::cbor) == "9223372036854775808.0^^xsd:double");
+  CHECK(literal_in<int>(unhex("fb7ff0000000000000"), Plain::cbor) == "INF^^xsd:double");
+}
+
 TEST_CASE("numbers in CBOR get the type's datatype", "[rdf]") {
   CHECK(literal_in<float>(unhex("fa3dcccccd"), Plain::cbor) == "0.1^^xsd:float");
   CHECK(literal_in<double>(unhex("fa3dcccccd"), Plain::cbor) == "0.10000000149011612^^xsd:double");  // what the client has
@@ -436,7 +464,6 @@ TEST_CASE("numbers in CBOR get the type's datatype", "[rdf]") {
   CHECK(literal_in<double>(unhex("f97e00"), Plain::cbor) == "NaN^^xsd:double");
   CHECK(literal_in<float>(unhex("fa7fc00000"), Plain::cbor) == "NaN^^xsd:float");
   CHECK(literal_in<double>("\x05", Plain::cbor) == "5^^xsd:double");
-  CHECK(literal_in<int>(unhex("fb3ff0000000000000"), Plain::cbor) == "1.0^^xsd:double");
   CHECK(literal_in<int>(unhex("fb7ff8000000000000"), Plain::cbor) == "NaN^^xsd:double");
   CHECK(literal_in<std::int64_t>(unhex("3bffffffffffffffff"), Plain::cbor) == "-18446744073709551616^^xsd:integer");
   CHECK(literal_in<std::int64_t>(unhex("3b8000000000000000"), Plain::cbor) == "-9223372036854775809^^xsd:integer");
@@ -772,7 +799,7 @@ TEST_CASE("the shape refuses values that do not fit, with their path", "[rdf][sh
   CHECK(report(said<double>("fast", Plain::text, degrees), number, degrees).find("vom:numericalValue") != std::string::npos);
   CHECK(report(said<double>("", Plain::text, degrees), number, degrees).find("vom:numericalValue") != std::string::npos);
   CHECK(report(said<double>("null", Plain::json, degrees), number, degrees).find("vom:numericalValue") != std::string::npos);
-  for (const char* body : {"1.5", "1e0", "300", "\"1\"", "-1"}) CHECK_FALSE(report(said<std::uint8_t>(body), traits<std::uint8_t>::type()).empty());
+  for (const char* body : {"1.5", "1e-1", "300", "300.0", "\"1\"", "-1", "-1.0"}) CHECK_FALSE(report(said<std::uint8_t>(body), traits<std::uint8_t>::type()).empty());
   for (const char* body : {"1", "true", "[\"a\"]"})
     CHECK(report(said<std::string>(body), traits<std::string>::type()).find("rdf:value") != std::string::npos);
   for (const char* body : {"\"true\"", "1"}) CHECK(report(said<bool>(body), traits<bool>::type()).find("rdf:value") != std::string::npos);
