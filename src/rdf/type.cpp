@@ -2,6 +2,7 @@
 #include <lrt/rdf/traits.hpp>
 
 #include <lrt/base/immortal.hpp>
+#include <lrt/rdf/lexical.hpp>
 
 namespace lrt::rdf {
 inline namespace v0 {
@@ -97,6 +98,31 @@ Type map_type(const Type& element) {
 Unexpected not_a_value_of(const char* what) { return unexpected(Errc::expected_value, std::string("expected ") + what); }
 Unexpected read_only() { return unexpected(Errc::expected_value, "the field is read-only"); }
 Unexpected does_not_fit(const char* what) { return unexpected(Errc::out_of_range, std::string("expected ") + what + " that the C++ type can hold"); }
+
+Result<std::int64_t> periods_of(std::int64_t nanoseconds, std::int64_t num, std::int64_t den, std::int64_t lowest, std::uint64_t highest,
+                                bool is_instant) {
+  __extension__ using Wide = __int128;
+  constexpr std::int64_t second = 1'000'000'000;
+  const Wide divisor = static_cast<Wide>(num) * second;
+  const Wide lower = static_cast<Wide>(nanoseconds) * den / divisor;
+  bool is_whole = false;
+  // A period may be no whole number of nanoseconds, and then its representation is cut to them: 1/3 s is PT0.333333333S.
+  for (const Wide periods : {lower, lower + (nanoseconds < 0 ? -1 : 1)}) {
+    if (periods * divisor / den != nanoseconds) continue;
+    is_whole = true;
+    if (periods < lowest || periods > static_cast<Wide>(std::min<std::uint64_t>(highest, std::numeric_limits<std::int64_t>::max()))) break;
+    return static_cast<std::int64_t>(periods);
+  }
+  const std::chrono::nanoseconds found(nanoseconds);
+  const std::string text = is_instant ? lexical::format_instant(found) : lexical::format(found);
+  if (is_whole)
+    return unexpected(Errc::expected_value,
+                      std::string("expected ") + (is_instant ? "an instant" : "a duration") + " that the C++ type can hold, found " + text);
+  const std::string period = num <= std::numeric_limits<std::int64_t>::max() / second && num * second % den == 0
+                                 ? lexical::format(std::chrono::nanoseconds(num * second / den))
+                                 : std::to_string(num) + "/" + std::to_string(den) + " s";
+  return unexpected(Errc::expected_value, (is_instant ? "expected an instant in steps of " : "expected a multiple of ") + period + ", found " + text);
+}
 
 }  // namespace detail
 }  // namespace v0

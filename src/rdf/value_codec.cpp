@@ -341,6 +341,14 @@ bool Completion::holds_real(const Type& type, const TermView& term) {
   return value && std::isfinite(*value);
 }
 
+/// Whether the seconds of a duration or an instant have a tenth decimal, which parse_duration() and parse_instant() would drop.
+bool has_parts_of_nanoseconds(std::string_view text) noexcept {
+  const std::size_t point = text.find('.');
+  if (point == std::string_view::npos) return false;
+  const std::string_view decimals = text.substr(point + 1, text.find_first_not_of("0123456789", point + 1) - point - 1);
+  return decimals.size() > 9 && decimals.find_first_not_of('0', 9) != std::string_view::npos;
+}
+
 std::string expected_range(const Facets& f) {
   std::string text;
   if (f.min()) text += (f.min_exclusive() ? " above " : " of at least ") + lexical::format(*f.min());
@@ -655,10 +663,12 @@ class ValueReader {
       case Kind::duration: {
         const bool fits = own_datatype || term.datatype == vocab::xsd::duration.text;
         const auto ns = lexical::parse_duration(term.text);
+        if (fits && ns && has_parts_of_nanoseconds(term.text)) return fail("expected a duration in whole nanoseconds, found " + shown(term));
         return fits && ns ? Value(static_cast<std::int64_t>(ns->count())) : refuse();
       }
       case Kind::instant: {
         const auto ns = lexical::parse_instant(term.text);
+        if (own_datatype && ns && has_parts_of_nanoseconds(term.text)) return fail("expected an instant in whole nanoseconds, found " + shown(term));
         return own_datatype && ns ? Value(static_cast<std::int64_t>(ns->count())) : refuse();
       }
       case Kind::enumeration:

@@ -116,6 +116,61 @@ TEST_CASE("an integer may be written as a decimal or a double, in every format",
   is_taken("application/json", "-7.000");
 }
 
+TEST_CASE("a duration or an instant that the C++ type cannot hold is refused, and not cut", "[engine][R0.6]") {
+  using namespace std::chrono;
+  Bench bench;
+  seconds sec{5};
+  duration<std::int8_t, std::milli> small{};
+  time_point<std::chrono::system_clock, seconds> when{};
+  std::vector<milliseconds> list;
+  nanoseconds fine{};
+  Thing thing{"t"};
+  thing.property("sec", [&] { return sec; }).on_write([&](seconds v) { sec = v; });
+  thing.property("small", [&] { return small; }).on_write([&](duration<std::int8_t, std::milli> v) { small = v; });
+  thing.property("when", [&] { return when; }).on_write([&](time_point<std::chrono::system_clock, seconds> v) { when = v; });
+  thing.property("list", [&] { return list; }).on_write([&](const std::vector<milliseconds>& v) { list = v; });
+  thing.property("fine", [&] { return fine; }).on_write([&](nanoseconds v) { fine = v; });
+  thing.action("wait", [&](seconds v) { sec = v; });
+  bench.add(std::move(thing));
+  const auto put = [&](const std::string& name, const std::string& json) {
+    return bench.ask("PUT /t/" + name + "\nContent-Type: application/json\n\n" + json);
+  };
+  for (const char* cut : {"PT0.999S", "PT1.5S", "-PT0.001S", "P1DT0.000000001S", "PT1.0000000001S"}) {
+    CAPTURE(cut);
+    const Answer a = put("sec", '"' + std::string(cut) + '"');
+    CHECK(a.status == 422);
+    CHECK(a.says(cut));
+    CHECK(bench.turtle("PUT", "/t/sec", "<> rdf:value \"" + std::string(cut) + "\"^^xsd:dayTimeDuration .").status == 422);
+    CHECK(bench.ask("PUT /t/sec\nContent-Type: text/plain\n\n" + std::string(cut)).status == 422);
+    CHECK(bench.ask("POST /t/actions/wait\nContent-Type: application/json\n\n\"" + std::string(cut) + '"').status == 422);
+  }
+  CHECK(sec == seconds(5));
+  CHECK(put("sec", "\"PT0.999S\"").says("multiple of PT1S"));
+  CHECK(put("sec", "\"PT7.000000000000S\"").status == 204);
+  CHECK(sec == seconds(7));
+  CHECK(put("sec", "\"-P1DT1M\"").status == 204);
+  CHECK(sec == seconds(-86'460));
+  for (const char* other : {"P1Y", "P1M", "PT1000MS", "P", "PT", "PT1S1S", "PT300000000000S", "PT99999999999999999999S"})
+    CHECK(put("sec", '"' + std::string(other) + '"').status == 422);
+  CHECK(put("small", "\"PT0.127S\"").status == 204);
+  CHECK(small.count() == 127);
+  CHECK(put("small", "\"PT0.128S\"").status == 422);
+  CHECK(put("small", "\"-PT0.128S\"").status == 204);
+  CHECK(small.count() == -128);
+  CHECK(put("when", "\"2026-11-21T10:38:39.5Z\"").status == 422);
+  CHECK(put("when", "\"2026-11-21T10:38:39.5Z\"").says("2026-11-21T10:38:39.5Z"));
+  CHECK(put("when", "\"2026-11-21T10:38:39.000Z\"").status == 204);
+  CHECK(when.time_since_epoch() == seconds(1'795'257'519));
+  CHECK(put("list", "[\"PT0.001S\", \"PT0.0015S\"]").status == 422);
+  CHECK(put("list", "[\"PT0.001S\", \"PT0.002S\"]").status == 204);
+  CHECK(list == std::vector<milliseconds>{milliseconds(1), milliseconds(2)});
+  const Answer finest = put("fine", "\"PT0.1234567891S\"");
+  CHECK(finest.status == 422);
+  CHECK(finest.says("PT0.1234567891S"));
+  CHECK(put("fine", "\"PT0.1234567890S\"").status == 204);
+  CHECK(fine == nanoseconds(123'456'789));
+}
+
 TEST_CASE("what is no number of the type is 422, says so, and changes nothing", "[engine][R0.6]") {
   Robot r;
   for (const char* number : {"\"NaN\"^^xsd:double",

@@ -115,6 +115,25 @@ bool runs_user_code() noexcept;
 LRT_API Unexpected not_a_value_of(const char* what);
 LRT_API Unexpected does_not_fit(const char* what);
 LRT_API Unexpected read_only();
+/// How many periods of `num` / `den` seconds a duration or an instant has.
+/// @par Errors  expected_value: it is no whole number of them, or one below `lowest` or above `highest`
+LRT_API Result<std::int64_t> periods_of(std::int64_t nanoseconds, std::int64_t num, std::int64_t den, std::int64_t lowest, std::uint64_t highest,
+                                        bool is_instant);
+
+/// The Duration of so many nanoseconds. One that counts in integers must have it exactly.
+template <class Duration>
+Result<Duration> duration_of(std::int64_t nanoseconds, bool is_instant) {
+  using Rep = typename Duration::rep;
+  using Period = typename Duration::period;
+  if constexpr (std::is_integral_v<Rep>) {
+    const Result<std::int64_t> periods = periods_of(nanoseconds, Period::num, Period::den, static_cast<std::int64_t>(std::numeric_limits<Rep>::min()),
+                                                    static_cast<std::uint64_t>(std::numeric_limits<Rep>::max()), is_instant);
+    if (!periods) return Unexpected{periods.error()};
+    return Duration(static_cast<Rep>(*periods));
+  } else {
+    return std::chrono::duration_cast<Duration>(std::chrono::nanoseconds(nanoseconds));
+  }
+}
 }  // namespace detail
 
 /// Converts a C++ type to and from RDF and every other representation.
@@ -259,15 +278,15 @@ struct traits<std::string> {
   static bool same(const std::string& a, const std::string& b) noexcept { return a == b; }
 };
 
-/// Durations, as xsd:dayTimeDuration in nanoseconds, at most 292 years. A duration from a client is truncated to the
-/// period of T.
+/// Durations, as xsd:dayTimeDuration in nanoseconds, at most 292 years. A duration from a client is refused if T counts
+/// in integers and it is no whole number of the period of T: expected_value.
 template <class Rep, class Period>
 struct traits<std::chrono::duration<Rep, Period>> {
   using T = std::chrono::duration<Rep, Period>;
   static const Type& type() noexcept { return detail::duration_type(); }
   static Value encode(const T& v) { return Value(static_cast<std::int64_t>(std::chrono::duration_cast<std::chrono::nanoseconds>(v).count())); }
   static Result<T> decode(const Value& v) {
-    if (const std::int64_t* ns = v.integer()) return std::chrono::duration_cast<T>(std::chrono::nanoseconds(*ns));
+    if (const std::int64_t* ns = v.integer()) return detail::duration_of<T>(*ns, false);
     return detail::not_a_value_of("a duration");
   }
   static bool runs_user_code() noexcept { return false; }
@@ -275,7 +294,7 @@ struct traits<std::chrono::duration<Rep, Period>> {
 };
 
 /// Instants of the system clock, as xsd:dateTime in UTC, in nanoseconds within 292 years of 1970. An instant from a
-/// client is truncated to `Duration`.
+/// client is refused if `Duration` cannot hold it exactly, as a duration is: expected_value.
 template <class Duration>
 struct traits<std::chrono::time_point<std::chrono::system_clock, Duration>> {
   using T = std::chrono::time_point<std::chrono::system_clock, Duration>;
@@ -284,8 +303,11 @@ struct traits<std::chrono::time_point<std::chrono::system_clock, Duration>> {
     return Value(static_cast<std::int64_t>(std::chrono::duration_cast<std::chrono::nanoseconds>(v.time_since_epoch()).count()));
   }
   static Result<T> decode(const Value& v) {
-    if (const std::int64_t* ns = v.integer()) return T(std::chrono::duration_cast<Duration>(std::chrono::nanoseconds(*ns)));
-    return detail::not_a_value_of("an instant");
+    const std::int64_t* const ns = v.integer();
+    if (!ns) return detail::not_a_value_of("an instant");
+    const Result<Duration> since_epoch = detail::duration_of<Duration>(*ns, true);
+    if (!since_epoch) return Unexpected{since_epoch.error()};
+    return T(*since_epoch);
   }
   static bool runs_user_code() noexcept { return false; }
   static bool same(const T& a, const T& b) noexcept { return a == b; }
