@@ -123,6 +123,7 @@ bool AccessControl::is_from_foreign_page(const Context& context) const {
     if (!subscribes) return false;
   }
   if (is_of_own_origin(context)) return false;
+  if (context.posts_query && request.method == "POST") return request.count("Origin") != 1 || !cors_.may_read(*origin);
   return !cors_.may_command(*origin);
 }
 

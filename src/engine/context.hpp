@@ -71,6 +71,7 @@ class Context {
   std::string client{};                               ///< Caller::client
   bool by_cookie = false;                             ///< Caller::by_cookie
   bool ignores_conditions = false;                    ///< If-Match and If-None-Match were already evaluated
+  bool posts_query = false;                           ///< POST to its resource is a query: it changes nothing
 
  private:
   const http::Request* request_;

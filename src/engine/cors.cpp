@@ -63,13 +63,15 @@ bool Cors::depends_on_origin() const {
   return !has_any(options_.read_origins) && !(options_.read_origins.empty() && options_.allowed_origins.empty());
 }
 
-std::optional<http::Response> Cors::preflight(const http::Request& request) const {
+std::optional<http::Response> Cors::preflight(const http::Request& request, bool posts_query) const {
   if (request.method != "OPTIONS") return std::nullopt;
   const auto origin = origin_of(request);
   if (!origin || !request.find("Access-Control-Request-Method") || !may_read(*origin)) return std::nullopt;
   http::Response response;
   response.status = 204;
-  response.fields.add("Access-Control-Allow-Methods", may_command(*origin) ? "GET, HEAD, OPTIONS, PUT, POST, DELETE, PATCH" : "GET, HEAD, OPTIONS");
+  response.fields.add("Access-Control-Allow-Methods", may_command(*origin) ? "GET, HEAD, OPTIONS, PUT, POST, DELETE, PATCH"
+                                                      : posts_query        ? "GET, HEAD, OPTIONS, POST"
+                                                                           : "GET, HEAD, OPTIONS");
   response.fields.add("Access-Control-Allow-Headers", request_fields);
   response.fields.add("Access-Control-Max-Age", preflight_seconds);
   return response;

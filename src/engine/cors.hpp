@@ -26,9 +26,11 @@ class Cors {
   /// Also the origins that may send commands: they need entity tags, and the responses to their commands.
   bool may_read(std::string_view origin) const;
 
-  /// The response to a preflight request of an allowed origin; nullopt: the request is not one. It does not depend on the resource,
-  /// because a preflight request has no credentials: an authorizer must not be called for it, and it must not reveal which resources exist.
-  std::optional<http::Response> preflight(const http::Request& request) const;
+  /// The response to a preflight request of an allowed origin; nullopt: the request is not one. It does not depend on the resource, but for
+  /// the endpoint of queries, because a preflight request has no credentials: an authorizer must not be called for it, and it must not reveal
+  /// which resources exist.
+  /// @param posts_query  POST of the resource is a query, which an origin that may read may send, too
+  std::optional<http::Response> preflight(const http::Request& request, bool posts_query = false) const;
   /// Adds the header fields for browsers and caches. A response that has X-Content-Type-Options already has them.
   void add_fields(const http::Request& request, http::Response& response) const;
 

@@ -60,6 +60,7 @@ class LRT_LOCAL Engine::Impl {
   std::optional<http::Response> too_large(const Context& context, std::uint64_t body_bytes) const;
   std::optional<http::Response> failed_known_precondition(const Context& context);
   bool is_login(const http::Request& request, const http::Target& target) const;
+  bool takes_queries(const http::Request& request, const http::Target& target) const;
   bool is_allowed(const Context& context) const;
   std::size_t max_body_bytes(const Context& context) const;
   http::Response method_not_allowed(const Context& context) const;
@@ -153,7 +154,8 @@ std::optional<http::Response> Engine::Impl::find(Context& context, const Result<
   const Result<std::size_t> base = parts.bases.of(request, *target);
   if (!base) return parts.responses.denied(context, http::Denial::host, 421, base.error().message);
   context.base = *base;
-  if (auto response = parts.cors.preflight(request)) return response;
+  context.posts_query = takes_queries(request, *target);
+  if (auto response = parts.cors.preflight(request, context.posts_query)) return response;
   if (caller && is_login(request, *target))
     if (auto response = parts.access.refused_login(context, *caller)) return response;
   if (auto response = parts.access.denied(context, caller)) return response;
@@ -170,6 +172,13 @@ std::optional<http::Response> Engine::Impl::find(Context& context, const Result<
 
 bool Engine::Impl::is_login(const http::Request& request, const http::Target& target) const {
   return parts.session && request.method == "POST" && targets.resource_at(target.path).value_or(nullptr) == &*parts.session;
+}
+
+/// Only requests of web pages depend on it.
+bool Engine::Impl::takes_queries(const http::Request& request, const http::Target& target) const {
+  if (!request.find("Origin") || (request.method != "POST" && request.method != "OPTIONS")) return false;
+  const Resource* const resource = targets.resource_at(target.path).value_or(nullptr);
+  return resource && resource->kind().is(Trait::query);
 }
 
 bool Engine::Impl::is_allowed(const Context& context) const {

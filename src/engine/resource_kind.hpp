@@ -25,7 +25,7 @@ struct Observable {
   constexpr bool wants_queues() const noexcept { return order != Order::last; }
 };
 
-enum class Trait : std::uint8_t {
+enum class Trait : std::uint16_t {
   none = 0,
   placeholder = 1,    ///< for a resource that a request may create: it has no representation yet
   about_caller = 2,   ///< it is about the caller instead of the robot: it needs a principal and no right
@@ -35,6 +35,7 @@ enum class Trait : std::uint8_t {
   by_principal = 32,  ///< its representation depends on the principal, not only on the rights
   stop = 64,          ///< POST stops the robot (Action::stop()), and its body is ignored
   term_list = 128,    ///< its page has its terms: PageSource::terms()
+  query = 256,        ///< POST is a query: it changes nothing
 };
 
 constexpr Trait operator|(Trait a, Trait b) noexcept { return static_cast<Trait>(static_cast<unsigned>(a) | static_cast<unsigned>(b)); }

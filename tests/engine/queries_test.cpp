@@ -288,6 +288,38 @@ TEST_CASE("what the protocol says of requests", "[engine][query]") {
   CHECK(asked.service->datasets == std::vector<std::string>{"http://e/a", "http://e/c"});
 }
 
+TEST_CASE("a page that may read may send a query by POST, and nothing else", "[engine][query][security]") {
+  engine::EngineOptions options;
+  options.read_origins = {"https://reader.example"};
+  options.allowed_origins = {"https://dashboard.example"};
+  Robot asked(options);
+  const std::string reader = "\nOrigin: https://reader.example", stranger = "\nOrigin: http://evil.example";
+  const auto post = [&](const std::string& path, const std::string& fields) {
+    return asked.bench.ask("POST " + path + fields + "\nContent-Type: application/sparql-query\n\ngraphs");
+  };
+  const Answer read = post("/sparql", reader);
+  CHECK(read.status == 200);
+  CHECK(read.field("Access-Control-Allow-Origin") == "https://reader.example");
+  CHECK(asked.bench.ask("POST /sparql" + reader + "\nContent-Type: application/x-www-form-urlencoded\n\nquery=graphs").status == 200);
+  CHECK(post("/sparql?default-graph-uri=http://e/a", reader).status == 200);
+  CHECK(post("/sparql", "\nOrigin: https://dashboard.example").status == 200);
+  CHECK(post("/sparql", "").status == 200);
+  CHECK(post("/sparql", stranger).status == 403);
+  CHECK(post("/sparql", reader + stranger).status == 403);
+  CHECK(asked.bench.ask("POST /sparql" + reader + "\nContent-Type: application/sparql-update\n\nx").status == 403);
+  CHECK(asked.bench.ask("POST /sparql" + reader + "\nContent-Type: application/x-www-form-urlencoded\n\nupdate=x").status == 403);
+  for (const char* path : {"/sparql/subscriptions", "/arm/actions/home", "/arm", "/nowhere"}) CHECK(post(path, reader).status == 403);
+  for (const char* method : {"PUT", "DELETE", "PATCH"}) CHECK(asked.bench.ask(method + (" /sparql" + reader)).status == 403);
+
+  const auto methods = [&](const std::string& path, const std::string& origin) {
+    return asked.bench.ask("OPTIONS " + path + origin + "\nAccess-Control-Request-Method: POST\nAccess-Control-Request-Headers: content-type")
+        .members("Access-Control-Allow-Methods");
+  };
+  CHECK(methods("/sparql", reader) == std::set<std::string>{"GET", "HEAD", "OPTIONS", "POST"});
+  CHECK(methods("/arm/actions/home", reader) == std::set<std::string>{"GET", "HEAD", "OPTIONS"});
+  CHECK(methods("/sparql", stranger).empty());
+}
+
 TEST_CASE("the answer to a query has the fields of a representation", "[engine][query]") {
   Robot asked;
   const Answer answer = asked.bench.ask("GET /sparql?query=graphs\nAccept: text/csv\n");

@@ -45,7 +45,7 @@ class QueryResource final : public Resource, public OwnProtocol {
   const Variants& variants() const override { return graph_variants(); }
   const ResourceKind& kind() const noexcept override {
     static constexpr Observable observable{};
-    static constexpr ResourceKind kind{"query", Trait::none, &observable, security::Right::read};
+    static constexpr ResourceKind kind{"query", Trait::query, &observable, security::Right::read};
     return kind;
   }
   std::string up() const override { return "/"; }
