@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "src/base/ascii.hpp"
+#include "src/http/host.hpp"
 
 namespace lrt::engine {
 
@@ -25,12 +26,17 @@ constexpr std::string_view scheme(bool secure) noexcept { return secure ? "https
 
 Unexpected misdirected(const std::string& host) { return unexpected(Errc::refused, "this server does not serve the host \"" + host + "\""); }
 
-bool is_loopback_name(std::string_view host) noexcept { return host == "localhost" || host == "127.0.0.1" || host == "[::1]"; }
+/// No name server can give such a name to another machine (RFC 6761 6.3), so that no page has it by rebinding.
+bool is_loopback_name(std::string_view host) {
+  constexpr std::string_view below = ".localhost";
+  const bool is_below = host.size() > below.size() && host.substr(host.size() - below.size()) == below && http::is_host_name(host);
+  return is_below || http::is_this_machine(host);
+}
 
 }  // namespace
 
-Bases::Bases(std::string public_base, std::vector<std::string> allowed_hosts)
-    : public_base_(std::move(public_base)), allowed_(std::move(allowed_hosts)) {
+Bases::Bases(std::string public_base, std::vector<std::string> allowed_hosts, std::size_t max_forwarded)
+    : public_base_(std::move(public_base)), allowed_(std::move(allowed_hosts)), max_forwarded_(max_forwarded) {
   if (const auto parts = http::split_target(public_base_); parts && parts->absolute) {
     public_secure_ = parts->secure;
     if (parts->path != "/") public_path_ = parts->path;
@@ -73,6 +79,8 @@ void Bases::listens_on(std::string_view address, std::uint16_t port, bool secure
   }
   bases_.clear();
   served_.clear();
+  forwarded_.clear();
+  replaced_.clear();
   intern(public_base_.empty() ? std::string(scheme(secure)) + hosts_.front() : public_base_, true);
 }
 
@@ -99,7 +107,7 @@ Result<std::size_t> Bases::of(const http::Request& request, const http::Target& 
     authority = listening;
   }
   if (!public_base_.empty()) {
-    if (is_served(authority, request)) return std::size_t{0};
+    if (is_served(authority, request) || is_forwarded(authority, request)) return std::size_t{0};
     return misdirected(canonical_host(authority, request.secure));
   }
   // The usual case first: a known base.
@@ -108,12 +116,57 @@ Result<std::size_t> Bases::of(const http::Request& request, const http::Target& 
   for (std::size_t i = 0; i < bases_.size(); ++i) {
     const std::string_view base = bases_[i];
     if (served_[i] && base.size() == host_end + request.mount.size() && base.substr(0, start.size()) == start &&
-        base.substr(start.size(), authority.size()) == authority && base.substr(host_end) == request.mount)
+        base.substr(start.size(), authority.size()) == authority && base.substr(host_end) == request.mount) {
+      for (Forwarded& one : forwarded_)
+        if (one.number == i) one.last_use = ++uses_;
       return i;
+    }
   }
-  if (!is_served(authority, request)) return misdirected(canonical_host(authority, request.secure));
-  return intern(std::string(start) + canonical_host(authority, request.secure) + std::string(request.mount), true);
+  std::string host = canonical_host(authority, request.secure);
+  const bool served = is_served(authority, request);
+  if (!served && !is_forwarded(authority, request)) return misdirected(host);
+  std::string base = std::string(start) + host + std::string(request.mount);
+  return served ? intern(std::move(base), true) : intern_forwarded(std::move(base), request.local_port != 0);
 }
+
+bool Bases::is_forwarded(std::string_view authority, const http::Request& request) const {
+  const std::string host = canonical_host(authority, request.secure);
+  const auto parsed = http::parse_host(host);
+  return parsed && is_loopback_name(parsed->host) && !is_served(authority, request);
+}
+
+/// The base that was used last stays longest. If subscriptions and requests in progress hold all of them, the listening address is the base.
+std::size_t Bases::intern_forwarded(std::string base, bool is_guest) {
+  const std::uint64_t use = ++uses_;
+  for (Forwarded& one : forwarded_) {
+    if (bases_[one.number] != base) continue;
+    one.last_use = use;
+    one.is_guest = is_guest;
+    return one.number;
+  }
+  if (std::find(bases_.begin(), bases_.end(), base) != bases_.end()) return intern(std::move(base), true);  // of a restored subscription
+  if (forwarded_.size() < max_forwarded_) {
+    forwarded_.push_back({intern(std::move(base), true), use, is_guest, std::make_shared<char>()});
+    return forwarded_.back().number;
+  }
+  Forwarded* oldest = nullptr;
+  for (Forwarded& one : forwarded_)
+    if (one.token.use_count() == 1 && (!oldest || one.last_use < oldest->last_use)) oldest = &one;
+  if (!oldest) return 0;
+  bases_[oldest->number] = std::move(base);
+  oldest->last_use = use;
+  oldest->is_guest = is_guest;
+  replaced_.push_back(oldest->number);
+  return oldest->number;
+}
+
+std::shared_ptr<const void> Bases::hold(std::size_t number) const {
+  for (const Forwarded& one : forwarded_)
+    if (one.number == number) return one.token;
+  return nullptr;
+}
+
+std::vector<std::size_t> Bases::take_replaced() { return std::exchange(replaced_, {}); }
 
 bool Bases::is_served(std::string_view authority, const http::Request& request) const {
   if (accepts_from_proxy(authority)) return true;
@@ -138,6 +191,8 @@ std::size_t Bases::intern(std::string base, bool served) {
 }
 
 Upgrades Bases::upgrades(std::string_view base) const {
+  for (const Forwarded& one : forwarded_)
+    if (bases_[one.number] == base) return one.is_guest ? Upgrades() : upgrades_;
   if (guest_ports_.empty() || !public_base_.empty()) return upgrades_;
   const auto parts = http::split_target(base);
   const auto host = parts ? http::parse_host(parts->authority) : std::nullopt;
@@ -153,8 +208,10 @@ std::string_view Bases::origin(std::size_t number) const {
 }
 
 bool Bases::is_own_origin(std::string_view origin, std::size_t base, const http::Request& request) const {
-  if (http::iequals(origin, this->origin(base))) return true;
   const auto host = request.find("Host");
+  // Behind a forwarded port another port of this machine can be anything, also a page of another program.
+  if (host && is_forwarded(*host, request)) return http::iequals(origin, std::string(scheme(request.secure)) + canonical_host(*host, request.secure));
+  if (http::iequals(origin, this->origin(base))) return true;
   if (public_base_.empty() || !host) return false;
   const auto is_at = [&](bool secure) { return http::iequals(origin, std::string(scheme(secure)) + canonical_host(*host, secure)); };
   return (accepts_from_proxy(*host) && is_at(public_secure_)) || (accepts(canonical_host(*host, request.secure)) && is_at(request.secure));

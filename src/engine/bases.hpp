@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -24,7 +25,8 @@ class Bases {
   /// @param public_base    the only base of requests, "https://robot.example/cell7", without a slash at the end; empty: each request's Host
   ///                       decides
   /// @param allowed_hosts  as Security::allowed_hosts
-  Bases(std::string public_base, std::vector<std::string> allowed_hosts);
+  /// @param max_forwarded  as RequestRules::max_forwarded_bases
+  Bases(std::string public_base, std::vector<std::string> allowed_hosts, std::size_t max_forwarded = RequestRules().max_forwarded_bases);
 
   /// Whether the public base and the allowed hosts are well-formed.
   /// @par Errors  invalid_option
@@ -41,6 +43,10 @@ class Bases {
   /// @param served  requests may name it; false for a base that only a restored subscription has
   std::size_t intern(std::string base, bool served);
   const std::string& operator[](std::size_t number) const { return bases_[number]; }
+  /// Keeps the number of a forwarded base for as long as the result or a copy of it exists; nullptr for all other bases, which nothing replaces.
+  std::shared_ptr<const void> hold(std::size_t number) const;
+  /// The numbers that stand for another base since the last call. What was made for them must be forgotten.
+  std::vector<std::size_t> take_replaced();
   /// The kinds of Upgrade that a request of this base can have.
   Upgrades upgrades(std::string_view base) const;
   /// Scheme, host and port of a base.
@@ -56,6 +62,17 @@ class Bases {
   bool is_this_server(const subscription::CallbackUrl& url) const;
 
  private:
+  /// A base with a name of this machine and a port that is not the server's: somebody forwards that port (`ssh -L`).
+  struct Forwarded {
+    std::size_t number;
+    std::uint64_t last_use;
+    bool is_guest;                      ///< of a host's own HTTP server
+    std::shared_ptr<const void> token;  ///< each hold() has a copy
+  };
+
+  /// A request names this machine, and a port that neither the server nor its proxy has.
+  bool is_forwarded(std::string_view authority, const http::Request& request) const;
+  std::size_t intern_forwarded(std::string base, bool is_guest);
   /// A request may name this authority: one of the listening port, or one of the public base, or of a host's own server.
   bool is_served(std::string_view authority, const http::Request& request) const;
   bool accepts(const std::string& host) const;
@@ -68,6 +85,7 @@ class Bases {
 
   const std::string public_base_;
   const std::vector<std::string> allowed_;
+  const std::size_t max_forwarded_;
   bool public_secure_ = false;
   std::string public_path_;
   std::vector<std::string> bases_;         ///< [0]: the public base, or that of the listening address
@@ -76,6 +94,9 @@ class Bases {
   std::vector<std::string> public_hosts_;  ///< the public base's and allowed ones, with the port unless it is that of its scheme
   std::uint16_t port_ = 0;
   Upgrades upgrades_;                       ///< of the transport
+  std::vector<Forwarded> forwarded_;        ///< at most max_forwarded_
+  std::vector<std::size_t> replaced_;       ///< for take_replaced()
+  std::uint64_t uses_ = 0;                  ///< of forwarded bases
   std::vector<std::uint16_t> guest_ports_;  ///< of hosts' own HTTP servers that have handed requests over
 };
 

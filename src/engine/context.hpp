@@ -60,6 +60,7 @@ class Context {
 
   TimePoint now;                                      ///< of the present step
   std::size_t base = 0;                               ///< index into Bases
+  std::shared_ptr<const void> base_hold{};            ///< of `base`: Bases::hold()
   Resource* resource = nullptr;                       ///< nullptr: there is none, or it was removed
   ResourceId resource_id{};                           ///< of `resource`, for the time in between
   std::size_t page = 1;                               ///< of a container

@@ -61,6 +61,7 @@ class LRT_LOCAL Engine::Impl {
   std::optional<http::Response> failed_known_precondition(const Context& context);
   bool is_login(const http::Request& request, const http::Target& target) const;
   bool takes_queries(const http::Request& request, const http::Target& target) const;
+  void forget_base(std::size_t base);
   bool is_allowed(const Context& context) const;
   std::size_t max_body_bytes(const Context& context) const;
   http::Response method_not_allowed(const Context& context) const;
@@ -154,6 +155,8 @@ std::optional<http::Response> Engine::Impl::find(Context& context, const Result<
   const Result<std::size_t> base = parts.bases.of(request, *target);
   if (!base) return parts.responses.denied(context, http::Denial::host, 421, base.error().message);
   context.base = *base;
+  context.base_hold = parts.bases.hold(*base);
+  for (const std::size_t replaced : parts.bases.take_replaced()) forget_base(replaced);
   context.posts_query = takes_queries(request, *target);
   if (auto response = parts.cors.preflight(request, context.posts_query)) return response;
   if (caller && is_login(request, *target))
@@ -179,6 +182,20 @@ bool Engine::Impl::takes_queries(const http::Request& request, const http::Targe
   if (!request.find("Origin") || (request.method != "POST" && request.method != "OPTIONS")) return false;
   const Resource* const resource = targets.resource_at(target.path).value_or(nullptr);
   return resource && resource->kind().is(Trait::query);
+}
+
+/// A number of Bases stands for another base now.
+void Engine::Impl::forget_base(std::size_t base) {
+  parts.cache.forget_base(base);
+  const auto forget = [&](ThinVector<CompiledShapes>& known) {
+    for (const CompiledShapes& one : known)
+      if (one.base == base) return known.clear();
+  };
+  for (const auto& [path, thing] : parts.registry.things()) {
+    forget(thing->compiled_shapes);
+    forget(thing->kind->compiled_shapes);
+    if (thing->bounds) forget(thing->bounds->compiled_shapes);
+  }
 }
 
 bool Engine::Impl::is_allowed(const Context& context) const {

@@ -62,7 +62,7 @@ bool move_all(std::vector<T>&& from, std::vector<T>& to) {
 Parts::Parts(EngineOptions given)
     : options(completed(std::move(given))),
       clock(options.clock ? *options.clock : system_clock()),
-      bases(options.public_base, options.allowed_hosts),
+      bases(options.public_base, options.allowed_hosts, options.max_forwarded_bases),
       cors(options),
       cache(options.max_cache_bytes),
       registry(cache),

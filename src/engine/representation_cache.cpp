@@ -52,6 +52,14 @@ void RepresentationCache::forget(Resource& resource) noexcept {
   while (!resource.representations.empty()) erase(resource.representations.back());
 }
 
+void RepresentationCache::forget_base(std::size_t base) noexcept {
+  for (auto place = kept_.begin(); place != kept_.end();) {
+    const Place next = std::next(place);
+    if (place->base == base) erase(place);
+    place = next;
+  }
+}
+
 void RepresentationCache::clear() noexcept {
   while (!kept_.empty()) erase(kept_.begin());
 }

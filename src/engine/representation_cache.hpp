@@ -27,6 +27,8 @@ class RepresentationCache {
   void grown(std::size_t bytes) noexcept { bytes_ += bytes; }
   /// Removes all representations of a resource. Must be called before the resource is destroyed.
   void forget(Resource& resource) noexcept;
+  /// Removes all representations of a base.
+  void forget_base(std::size_t base) noexcept;
   void clear() noexcept;
 
  private:

@@ -76,6 +76,7 @@ class Representations {
   std::string vocabulary(std::size_t base) const { return view_.vocabulary(view_.bases[base]); }
   const EngineView& view() const noexcept { return view_; }
   const std::string& base(std::size_t number) const { return view_.bases[number]; }
+  std::shared_ptr<const void> hold_base(std::size_t number) const { return view_.bases.hold(number); }
   /// The graph of a resource, as far as the audience may see it.
   rdf::Graph describe(const Resource& resource, std::size_t base, const Audience& audience, std::size_t page = 1) const;
 

@@ -142,6 +142,7 @@ std::shared_ptr<Snapshot> Snapshots::of(std::size_t base, const Audience& audien
   }
   auto made = std::make_shared<Snapshot>();
   made->base = base;
+  made->base_hold = representations_.hold_base(base);
   made->audience = audience;
   made->subscriber = subscriber_of(audience, needs);
   made->is_standing = needs.is_standing && needs.counters;

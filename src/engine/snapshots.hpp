@@ -40,6 +40,7 @@ struct Snapshot {
     bool is_failing = false;                ///< a property that could not be read; it has no graph
   };
   std::size_t base = 0;
+  std::shared_ptr<const void> base_hold{};  ///< Bases::hold()
   Audience audience;
   std::shared_ptr<QueryData> data;
   std::unordered_map<std::uint64_t, Entry> entries;  ///< by ResourceId

@@ -37,7 +37,7 @@ TEST_CASE("the base is the host that the request names, if it is this server", "
   CHECK(base_of(bases, "[::1]:8080") == "http://[::1]:8080");
   CHECK(base_of(bases, "robot.local:8080") == "http://robot.local:8080");
   CHECK(base_of(bases, "other:99") == "http://other:99");
-  for (const char* host : {"localhost", "localhost:80", "localhost:81", "robot.local", "other", "other:8080", "evil.example:8080"}) {
+  for (const char* host : {"192.0.2.1", "192.0.2.1:81", "robot.local", "other", "other:8080", "evil.example:8080"}) {
     CAPTURE(host);
     CHECK(is_refused(base_of(bases, host)));
   }
@@ -73,8 +73,8 @@ TEST_CASE("a public base is the base of every request whose Host is the server's
     CAPTURE(host);
     CHECK(base_of(bases, host) == "https://robot.example/arm");
   }
-  for (const char* host : {"anything", "robot.example:8080", "robot.example.evil.example", "alias.example:81", "gate.example", "localhost",
-                           "192.0.2.1", "evil.example:8080"}) {
+  for (const char* host :
+       {"anything", "robot.example:8080", "robot.example.evil.example", "alias.example:81", "gate.example", "192.0.2.1", "evil.example:8080"}) {
     CAPTURE(host);
     CHECK(is_refused(base_of(bases, host)));
   }
@@ -127,8 +127,78 @@ TEST_CASE("behind a host's own server the base has its port and the prefix", "[e
   CHECK(base_of(bases, "localhost:9000", false, "/things", 9000) == "http://localhost:9000/things");
   CHECK(base_of(bases, "localhost:9000", false, "/things", 9000) == "http://localhost:9000/things");
   CHECK(base_of(bases, "robot.local:9000", false, "/things", 9000) == "http://robot.local:9000/things");
-  CHECK(is_refused(base_of(bases, "localhost:9001", false, "/things", 9000)));
+  CHECK(is_refused(base_of(bases, "robot.local:9001", false, "/things", 9000)));
   CHECK(is_refused(base_of(bases, "evil.example:9000", false, "/things", 9000)));
+}
+
+TEST_CASE("a name of this machine may have any port, for somebody may forward it", "[engine][SPEC 3.7]") {
+  Bases bases({}, {});
+  bases.listens_on("192.0.2.1", 8080, false, {}, Upgrades{true, true});
+  CHECK(base_of(bases, "localhost:9000") == "http://localhost:9000");
+  CHECK(base_of(bases, "LocalHost:9001") == "http://localhost:9001");
+  CHECK(base_of(bases, "localhost") == "http://localhost");
+  CHECK(base_of(bases, "127.0.0.1:9000") == "http://127.0.0.1:9000");
+  CHECK(base_of(bases, "127.0.0.2:8080") == "http://127.0.0.2:8080");
+  CHECK(base_of(bases, "[::1]:9000") == "http://[::1]:9000");
+  CHECK(base_of(bases, "robot.localhost:9000") == "http://robot.localhost:9000");
+  CHECK(base_of(bases, "localhost:9000", false, "/things", 7000) == "http://localhost:9000/things");
+  CHECK(bases.upgrades("http://localhost:9001").websocket);
+  CHECK_FALSE(bases.upgrades("http://localhost:9000/things").websocket);  // of a host's own server
+  for (const char* host : {"localhost.evil.example:9000", "evil.example:9000", "127.0.0.1.evil.example:9000", "127.1:9000", "notlocalhost:9000",
+                           ".localhost:9000", "[::2]:9000", "128.0.0.1:9000", "192.0.2.1:9000", "0.0.0.0:8080"}) {
+    CAPTURE(host);
+    CHECK(is_refused(base_of(bases, host)));
+  }
+  Bases behind("https://robot.example", {});
+  behind.listens_on("127.0.0.1", 8080, false);
+  CHECK(base_of(behind, "localhost:9000") == "https://robot.example");
+}
+
+TEST_CASE("with a forwarded port only a page of that port is this server's", "[engine][security]") {
+  for (const char* public_base : {"", "https://robot.example"}) {
+    Bases bases(public_base, {});
+    bases.listens_on("127.0.0.1", 8080, false);
+    const auto is_own = [&](const std::string& origin, const std::string& host) {
+      RequestText text("POST /arm\nHost: " + host);
+      const std::size_t base = bases.of(text.get(), http::split_target("/arm").value()).value();
+      return bases.is_own_origin(origin, base, text.get());
+    };
+    CHECK(is_own("http://localhost:9000", "localhost:9000"));
+    CHECK(is_own("http://localhost:8080", "localhost:8080"));
+    CHECK(is_own("http://localhost", "localhost:80"));
+    for (const char* origin : {"http://localhost:9001", "http://localhost:8080", "http://127.0.0.1:9000", "http://127.0.0.1:8080", "http://localhost",
+                               "https://localhost:9000", "https://robot.example", "null", "http://evil.example"}) {
+      CAPTURE(origin);
+      CHECK_FALSE(is_own(origin, "localhost:9000"));
+    }
+    CHECK_FALSE(is_own("http://localhost:9000", "localhost:8080"));
+  }
+}
+
+TEST_CASE("forwarded bases are few at a time, and none is replaced that is in use", "[engine][SPEC 3.7]") {
+  Bases bases({}, {}, 3);
+  bases.listens_on("127.0.0.1", 8080, false);
+  const auto number_of = [&](int port) {
+    RequestText text("GET /arm\nHost: localhost:" + std::to_string(port));
+    return bases.of(text.get(), http::split_target("/arm").value()).value();
+  };
+  const std::size_t first = number_of(1), second = number_of(2), third = number_of(3);
+  CHECK(bases.take_replaced().empty());
+  CHECK(bases.hold(0) == nullptr);
+  auto held = bases.hold(first);
+  CHECK(held != nullptr);
+  CHECK(number_of(2) == second);
+  CHECK(number_of(4) == third);  // used least recently, but for the one that is held
+  CHECK(bases.take_replaced() == std::vector<std::size_t>{third});
+  CHECK(bases[third] == "http://localhost:4");
+  CHECK(bases[first] == "http://localhost:1");
+  const auto others = {bases.hold(second), bases.hold(third)};
+  CHECK(number_of(5) == 0);  // all are in use: the listening address
+  CHECK(number_of(1) == first);
+  held = nullptr;
+  CHECK(number_of(5) == first);
+  CHECK(bases.take_replaced() == std::vector<std::size_t>{first});
+  for (int port = 10'000; port < 10'500; ++port) CHECK(bases[number_of(port)] == "http://localhost:" + std::to_string(port));
 }
 
 TEST_CASE("a base of a restored subscription is not served", "[engine][SPEC 3.7]") {

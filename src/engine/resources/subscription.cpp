@@ -28,6 +28,7 @@ SubscriptionResource::SubscriptionResource(std::string its_path, std::string its
       observed(*request.observed),
       protocol(request.protocol),
       base(its_base),
+      base_hold(parts.bases.hold(its_base)),
       its_variant(request.variant),
       created(at),
       audience(std::move(request.audience)),

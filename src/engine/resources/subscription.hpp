@@ -97,6 +97,7 @@ class SubscriptionResource final : public Resource, public Observer {
   Resource& observed;
   const Protocol protocol;
   const std::size_t base;  ///< of its representations (SPEC 3.7)
+  const std::shared_ptr<const void> base_hold;
   const Variant its_variant;
   const Utc created;
   Audience audience;          ///< its owner, whose rights apply to its notifications
