@@ -41,6 +41,48 @@ struct MountOptions {
 namespace lrt::detail {
 inline namespace v0 {
 
+/// The host's error handler is a private member of httplib::Server without a getter. An explicit instantiation may name it ([temp.explicit]).
+struct ErrorHandlerMember {
+  using Pointer = httplib::Server::HandlerWithResponse httplib::Server::*;
+  friend Pointer member_of(ErrorHandlerMember);
+};
+template <ErrorHandlerMember::Pointer member>
+struct ErrorHandlerAccess {
+  friend ErrorHandlerMember::Pointer member_of(ErrorHandlerMember) { return member; }
+};
+template struct ErrorHandlerAccess<&httplib::Server::error_handler_>;
+
+/// The host's error handler, which cpp-httplib calls for each status from 400 and which usually sets a body. For a response of lrt it gets a copy:
+/// it may log and count, and the report of lrt is sent.
+class ErrorHandler {
+ public:
+  explicit ErrorHandler(httplib::Server::HandlerWithResponse of_host) : of_host_(std::move(of_host)) {}
+
+  httplib::Server::HandlerResponse operator()(const httplib::Request& from, httplib::Response& to) const {
+    if (std::exchange(answered(), nullptr) != &to) return of_host_(from, to);
+    httplib::Response copy;
+    copy.version = to.version;
+    copy.status = to.status;
+    copy.headers = to.headers;
+    of_host_(from, copy);
+    return httplib::Server::HandlerResponse::Unhandled;
+  }
+
+  /// The response of lrt for which this thread will call the error handler next.
+  static const httplib::Response*& answered() {
+    static thread_local const httplib::Response* response = nullptr;
+    return response;
+  }
+  /// Puts an ErrorHandler in front of the host's, if it has one.
+  static void install(httplib::Server& http_server) {
+    httplib::Server::HandlerWithResponse& handler = http_server.*member_of(ErrorHandlerMember());
+    if (handler && !handler.target<ErrorHandler>()) handler = ErrorHandler(std::move(handler));
+  }
+
+ private:
+  httplib::Server::HandlerWithResponse of_host_;
+};
+
 class Mount {
  public:
   Mount(Server& server, std::string prefix, MountOptions options) : server_(server), prefix_(std::move(prefix)), options_(options) {}
@@ -201,6 +243,7 @@ class Mount {
 
   static void respond(const httplib::Request& from, httplib::Response& to, http::Response response) {
     const std::string content_type = put_fields(response, to);
+    ErrorHandler::answered() = response.status >= 400 ? &to : nullptr;
     const bool close = response.close;
     const std::shared_ptr<const std::string> body = std::move(response.body);
     if (body && !body->empty() && http::may_have_body(response.status)) {
@@ -276,8 +319,9 @@ inline namespace v0 {
 
 /// Mounts a server's Things into a host's cpp-httplib server (0.11.4 or later), below a prefix. With the prefix
 /// `/robot`, `/robot` is the server's root, and its representations have the base `http://HOST/robot`. The host keeps
-/// its threads, TLS and other routes. Its default fields, error handler and other handlers apply to these responses,
-/// too.
+/// its threads, TLS and other routes. Its default fields and handlers apply to these responses, too. Its error handler
+/// is called for a response of lrt with a copy of it, whose status and fields it may log: the client gets the report of
+/// lrt, whatever the handler sets. This holds for a handler that is set before http_server listens.
 ///
 /// Below a prefix the server gets every request. Without a prefix the host's routes precede if they were added before;
 /// then a POST, PUT or PATCH without Content-Length waits for the host's read timeout with some releases (0.11).
@@ -312,6 +356,12 @@ inline void mount(httplib::Server& http_server, Server& server, std::string pref
   const bool is_root = prefix.empty();
   const auto mounted = std::make_shared<detail::Mount>(server, std::move(prefix), options);
   const std::string pattern = mounted->pattern();
+  detail::ErrorHandler::install(http_server);
+  // cpp-httplib calls this when it begins to listen, before any request: the host may have set its error handler after mount().
+  http_server.new_task_queue = [&http_server, make = http_server.new_task_queue] {
+    detail::ErrorHandler::install(http_server);
+    return make();
+  };
   const auto without_reader = [mounted](const httplib::Request& from, httplib::Response& to) { mounted->serve(from, to, nullptr); };
   const auto with_reader = [mounted](const httplib::Request& from, httplib::Response& to, const httplib::ContentReader& reader) {
     mounted->serve(from, to, &reader);

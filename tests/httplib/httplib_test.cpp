@@ -153,6 +153,59 @@ TEST_CASE("the host's own routes and default fields stay", "[httplib]") {
   CHECK(robot.name == "new");
 }
 
+TEST_CASE("the reports of lrt reach the client whatever the host's error handler sets", "[httplib][R0.6]") {
+  std::atomic<int> called = 0, last = 0;
+  std::function<void(httplib::Server&)> set = [&](httplib::Server& http_server) {
+    http_server.Get("/mine", [](const httplib::Request&, httplib::Response& to) { to.status = 418; });
+    http_server.set_error_handler([&](const httplib::Request&, httplib::Response& to) {
+      ++called;
+      last = to.status;
+      to.status = 599;
+      to.set_content("the host's own page", "text/html");
+    });
+  };
+  const bool is_before = GENERATE(true, false);
+  CAPTURE(is_before);
+  // Another server on a host that sets its handler before or after mount().
+  Options options;
+  options.listen.transport = transport::no_network;
+  Server server = Server::create(std::move(options)).value();
+  Thing arm{"arm"};
+  std::string name;
+  arm.property("name", [&] { return name; }).on_write([&](const std::string& written) { name = written; });
+  server.add(std::move(arm)).value();
+  HttplibHost host([&](httplib::Server& http_server) {
+    if (is_before) set(http_server);
+    mount(http_server, server, "/robot");
+    mount(http_server, server, "/again");
+    if (!is_before) set(http_server);
+  });
+  Socket client(host.port());
+  const auto ask = [&](const std::string& line, const std::string& rest = {}) {
+    return client.ask(line + "\nHost: 127.0.0.1:" + std::to_string(host.port()) + rest, [&] { server.poll(); });
+  };
+  const auto is_report = [&](const Answer& answer, int status, const char* said) {
+    CHECK(answer.status == status);
+    CHECK(answer.field("Content-Type") == "application/problem+json");
+    CHECK(answer.says(said));
+    CHECK_FALSE(answer.says("the host's own page"));
+    CHECK(last == status);
+  };
+  is_report(ask("GET /robot/nowhere"), 404, "there is no resource");
+  is_report(ask("GET /again/nowhere"), 404, "there is no resource");
+  is_report(ask("PUT /robot/arm/name", "\nContent-Type: application/json\n\n17"), 422, "expected");
+  is_report(ask("DELETE /robot/arm/name"), 405, "not allowed");
+  CHECK(called == 4);
+  const Answer good = ask("GET /robot/arm/name", "\nAccept: application/json");
+  CHECK(good.status == 200);
+  CHECK(called == 4);
+  const Answer own = ask("GET /mine");  // on the same connection, so perhaps at the same place in memory
+  CHECK(own.status == 599);
+  CHECK(own.body == "the host's own page");
+  CHECK(ask("HEAD /robot/nowhere").status == 404);
+  CHECK(ask("GET /elsewhere").status == 599);
+}
+
 TEST_CASE("all methods come through", "[httplib][R0.5]") {
   Robot robot;
   const Answer get = robot.ask("GET /robot/arm/name?accept=text/plain");
