@@ -701,6 +701,40 @@ TEST_CASE("libwebsockets: a WebSocket is closed with the code of the reason", "[
   CHECK(code([](auto& client, auto&) { client.send(Frame{Frame::close, "xxx"}); }) == 1002);
 }
 
+TEST_CASE("libwebsockets: nothing follows a Close frame", "[transport][libwebsockets][websocket]") {
+  ChannelHost host([](transport::TransportOptions& options) { options.limits.max_websocket_messages = 3; });
+  WebSocketClient client(host.server->port());
+  client.send(client.handshake("/"));
+  REQUIRE(host.run(client, [&] { return client.status == 101; }));
+  const auto say = [&] {
+    if (host.handler.closed_count == 0) host.handler.say(host.handler.only(), std::string("too late"));
+  };
+  // libwebsockets refuses the first three by itself, and does not report it.
+  SECTION("of libwebsockets, after reserved bits") { client.send(Frame{Frame::text, "x", true, 1}); }
+  SECTION("of libwebsockets, after an opcode that does not exist") { client.send(Frame{3, "x"}); }
+  SECTION("of libwebsockets, after a continuation of nothing") { client.send(Frame{Frame::continuation, "x"}); }
+  SECTION("of the handler") { host.handler.say(host.handler.only(), Push{nullptr, true, 4001, "enough"}); }
+  SECTION("of the transport") { client.send_text("\xED\xA0\x80"); }
+  SECTION("that responds to the client's") { client.send_close(1000); }
+  // The client gets more messages than it reads, and sends on; it throws when something comes after the Close frame.
+  REQUIRE(host.run(client, [&] {
+    say();
+    return client.close_code() != 0 || client.ended;
+  }));
+  std::size_t turns = 0;
+  CHECK(host.run(client, [&] {
+    say();
+    host.wake();
+    if (turns % 10 == 0 && !client.ended) {
+      client.send(Frame{Frame::ping, "still there?"});
+      client.send_text("x");
+    }
+    return ++turns == 200 || client.ended;
+  }));
+  client.end();
+  CHECK(host.run(client, [&] { return host.handler.closed_count == 1; }));
+}
+
 TEST_CASE("libwebsockets: the handler hears of a WebSocket whose client breaks off", "[transport][libwebsockets][websocket]") {
   ChannelHost host;
   WebSocketClient client(host.server->port());

@@ -55,7 +55,7 @@ int WebSocket::on_open() {
 }
 
 int WebSocket::on_received(const char* bytes, std::size_t size) {
-  if (close_code_ != 0) return 0;
+  if (close_code_ != 0 || has_closed()) return 0;
   if (lws_is_first_fragment(wsi_) == 1) {
     text_ = lws_frame_is_binary(wsi_) == 0;
     message_.clear();
@@ -93,6 +93,7 @@ bool WebSocket::is_too_much(TimePoint now) {
 
 int WebSocket::on_writable() {
   pending_ = false;
+  if (has_closed()) return 0;  // nothing follows a Close frame (RFC 6455 5.5.1); the time for the client's is running
   lws_set_timeout(wsi_, NO_PENDING_TIMEOUT, 0);
   if (close_code_ != 0) return close(close_code_, close_reason_);
   if (!channel_) return 0;
@@ -123,11 +124,13 @@ void WebSocket::close_later(std::uint16_t code, std::string reason) {
 }
 
 void WebSocket::push() {
-  if (!open_ || std::exchange(pending_, true)) return;
+  if (!open_ || has_closed() || std::exchange(pending_, true)) return;
   // A client that does not read is disconnected. Each sent message restarts the time.
   lws_set_timeout(wsi_, PENDING_TIMEOUT_USER_OK, to_seconds(vhost_.options().limits.write_timeout));
   lws_callback_on_writable(wsi_);
 }
+
+bool WebSocket::has_closed() const noexcept { return open_ && lws_get_close_length(wsi_) > 0; }
 
 void WebSocket::begin_stop() { close_later(1001, {}); }
 

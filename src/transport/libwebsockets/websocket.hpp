@@ -55,6 +55,8 @@ class WebSocket {
   int close(std::uint16_t code, std::string_view reason);
   void close_later(std::uint16_t code, std::string reason);
   bool is_too_much(TimePoint now);
+  /// libwebsockets has sent a Close frame, or is about to, perhaps for a reason of its own, which it does not report.
+  bool has_closed() const noexcept;
 
   Vhost& vhost_;
   Connection& connection_;
