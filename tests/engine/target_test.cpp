@@ -94,6 +94,38 @@ TEST_CASE("IRIs follow the host of the request; a stranger's is 421", "[engine][
   CHECK(base("[FD00::3]:8080") == "http://[fd00::3]:8080/");
 }
 
+TEST_CASE("representations name the forwarded port of their request, and a subscription keeps its own", "[engine][R0.6][SPEC 3.7]") {
+  engine::EngineOptions options;
+  options.max_forwarded_bases = 2;
+  SampleRobot robot;
+  Bench bench(options);
+  bench.add(robot.arm());
+  const auto at = [](int port) { return "localhost:" + std::to_string(port); };
+  const auto channel = bench.open("/arm/angle", "Host: " + at(1) + "\n");
+  (void)bench.messages(channel);
+  for (const int port : {2, 3, 4, 2, 3, 5}) {  // each replaces the one before
+    CAPTURE(port);
+    for (const char* path : {"/", "/arm", "/arm/angle", "/arm/count"}) {
+      const Answer answer = bench.ask("GET " + std::string(path) + "\nHost: " + at(port));
+      CHECK(answer.status == 200);
+      CHECK(answer.says("http://" + at(port) + "/"));
+      for (const int other : {1, 2, 3, 4, 5})
+        if (other != port) CHECK_FALSE(answer.says("http://" + at(other) + "/"));
+    }
+    const std::string body = "<http://" + at(port) + "/arm/count> vom:numericalValue " + std::to_string(port) + " .";
+    CHECK(bench.turtle("PUT", "/arm/count", body, "Host: " + at(port) + "\n").status == 204);
+    CHECK(robot.count == port);
+    const Answer refused = bench.turtle("PUT", "/arm/count", "<> vom:numericalValue \"x\" .", "Host: " + at(port) + "\nAccept: text/turtle\n");
+    CHECK(refused.status == 422);
+    CHECK(refused.says("http://" + at(port) + "/"));
+  }
+  robot.angle_handle->publish(33);
+  bench.clock.advance(std::chrono::milliseconds(100));
+  const auto messages = bench.messages(channel);
+  REQUIRE_FALSE(messages.empty());
+  CHECK(messages.back().find("http://localhost:1/arm/angle") != std::string::npos);
+}
+
 TEST_CASE("an integrator names further hosts", "[engine][R0.6]") {
   engine::EngineOptions options;
   options.allowed_hosts = {"Robot.local", "gate.example:443"};
