@@ -799,7 +799,8 @@ TEST_CASE("the shape refuses values that do not fit, with their path", "[rdf][sh
   CHECK(report(said<double>("fast", Plain::text, degrees), number, degrees).find("vom:numericalValue") != std::string::npos);
   CHECK(report(said<double>("", Plain::text, degrees), number, degrees).find("vom:numericalValue") != std::string::npos);
   CHECK(report(said<double>("null", Plain::json, degrees), number, degrees).find("vom:numericalValue") != std::string::npos);
-  for (const char* body : {"1.5", "1e-1", "300", "300.0", "\"1\"", "-1", "-1.0"}) CHECK_FALSE(report(said<std::uint8_t>(body), traits<std::uint8_t>::type()).empty());
+  for (const char* body : {"1.5", "1e-1", "300", "300.0", "\"1\"", "-1", "-1.0"})
+    CHECK_FALSE(report(said<std::uint8_t>(body), traits<std::uint8_t>::type()).empty());
   for (const char* body : {"1", "true", "[\"a\"]"})
     CHECK(report(said<std::string>(body), traits<std::string>::type()).find("rdf:value") != std::string::npos);
   for (const char* body : {"\"true\"", "1"}) CHECK(report(said<bool>(body), traits<bool>::type()).find("rdf:value") != std::string::npos);
