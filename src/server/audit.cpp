@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <utility>
 
+#include <lrt/engine/query_service.hpp>
+
 #include "src/base/quote.hpp"
 #include "src/base/utf8.hpp"
 #include "src/http/target.hpp"
@@ -145,7 +147,8 @@ Audit::Record Audit::record_of(const http::Request& request, const Result<engine
 }
 
 bool Audit::is_wanted(const Record& record, int status, http::Denial denial, bool subscribes) const {
-  if (options_.reads || subscribes || !is_safe(record.method)) return true;
+  const bool is_query = record.method == "POST" && !query_path_.empty() && record.path == query_path_;
+  if (options_.reads || subscribes || !(is_safe(record.method) || is_query)) return true;
   return denial != http::Denial::none || status == 401 || status == 403 || status == 421 || status == 429;
 }
 
@@ -233,7 +236,8 @@ void Audit::changed(const engine::SubscriptionEvent& event, TimePoint now) {
 std::unique_ptr<Service> make_audit(SharedEngine& server) {
   const Options& options = server.options();
   if (!options.security.audit.sink && Audit::check(options.security.audit)) return nullptr;  // its prepare() reports wrong options
-  return std::make_unique<Audit>(options.security.audit, options.threads.own, server.clock(), server.waking_log());
+  return std::make_unique<Audit>(options.security.audit, options.threads.own, server.clock(), server.waking_log(),
+                                 options.query ? options.query->limits().path : std::string());
 }
 
 }  // namespace lrt

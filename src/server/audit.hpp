@@ -68,8 +68,9 @@ class Audit final : public Service, public RequestObserver {
  public:
   RequestObserver* observer() noexcept override { return this; }
 
-  Audit(const security::Audit& options, const ThreadOptions& threads, const Clock& clock, LogCallback log)
-      : options_(options), threads_(threads), clock_(clock), writer_(options, std::move(log)) {}
+  /// @param query_path  of the endpoint of queries, where a POST changes nothing; empty: there is none
+  Audit(const security::Audit& options, const ThreadOptions& threads, const Clock& clock, LogCallback log, std::string query_path = {})
+      : options_(options), threads_(threads), clock_(clock), query_path_(std::move(query_path)), writer_(options, std::move(log)) {}
 
   /// @par Errors  invalid_option
   static Result<void> check(const security::Audit& options);
@@ -111,6 +112,7 @@ class Audit final : public Service, public RequestObserver {
   const security::Audit& options_;
   const ThreadOptions& threads_;
   const Clock& clock_;
+  const std::string query_path_;
   std::unordered_map<std::uint64_t, Record> deferred_;           ///< by ticket
   std::unordered_map<std::string, Subscription> subscriptions_;  ///< by path; those that exist
   std::vector<std::string> made_;                                ///< whose request is still pending

@@ -15,6 +15,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <lrt/engine/query_service.hpp>
 #include <lrt/served.hpp>
 #include <lrt/transport/loopback.hpp>
 #include <lrt/transport/named.hpp>
@@ -72,6 +73,24 @@ class Lines {
   std::condition_variable changed_;
   std::vector<std::string> lines_;
   std::vector<std::thread::id> threads_;
+};
+
+/// An endpoint that refuses every query.
+class NoQueries final : public engine::QueryService {
+ public:
+  const Limits& limits() const noexcept override { return limits_; }
+  Result<std::shared_ptr<const engine::PreparedQuery>> parse(std::string_view, std::string_view, std::vector<std::string>,
+                                                             std::vector<std::string>) const override {
+    return unexpected(Errc::expected_rdf, "expected another query");
+  }
+  std::shared_ptr<engine::QueryData> make_data() const override { return nullptr; }
+  Result<std::shared_ptr<const engine::QueryAnswer>> evaluate(const engine::PreparedQuery&, engine::QueryData&, const std::atomic<bool>&, TimePoint,
+                                                              std::optional<std::size_t>) const override {
+    return unexpected(Errc::cancelled, "no query is evaluated");
+  }
+
+ private:
+  Limits limits_;
 };
 
 /// A robot with an audit.
@@ -148,6 +167,25 @@ TEST_CASE("the audit says who did what to which resource with which outcome", "[
   CHECK(lines[5] == line("bert", "GET", "/arm", 403, "origin"));
   CHECK(lines[6] == line("bert", "PUT", "/nothing", 404));
   CHECK(lines[7]["reason"] == "host");
+}
+
+TEST_CASE("a query by POST is a read in the audit", "[server][security]") {
+  const bool reads = GENERATE(false, true);
+  Audited g([&](Options& options) {
+    options.security.audit.reads = reads;
+    options.query = std::make_shared<NoQueries>();
+  });
+  const std::string type = "\nContent-Type: application/sparql-query\n\nASK {}";
+  CHECK(g.status("POST /sparql" + type, anna) == 400);
+  CHECK(g.status("POST /sparql" + type) == 401);
+  CHECK(g.status("POST /sparql/subscriptions" + type, bert) == 405);
+  CHECK(g.status("PUT /arm/angle" + number, bert) == 204);
+  const std::vector<Json> lines = g.lines.first(reads ? 4 : 3);
+  const std::size_t refused = reads ? 1 : 0;
+  if (reads) CHECK(lines[0]["status"] == 400);
+  CHECK(lines[refused]["status"] == 401);
+  CHECK(lines[refused + 1]["resource"] == "/sparql/subscriptions");
+  CHECK(lines[refused + 2]["resource"] == "/arm/angle");
 }
 
 TEST_CASE("the audit has reads if the option says so", "[server][security]") {
