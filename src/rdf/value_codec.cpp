@@ -382,7 +382,9 @@ std::string expected_of(const Type& type, const Facets& facets) {
       for (std::size_t i = 0; i < type.names.size(); ++i) text += (i ? ", \"" : " \"") + type.names[i] + '"';
       return text;
     }
-    case Kind::duration: return "a duration (xsd:dayTimeDuration)";
+    case Kind::duration:
+      return "a duration (xsd:dayTimeDuration) from " + lexical::format(std::chrono::nanoseconds::min()) + " to " +
+             lexical::format(std::chrono::nanoseconds::max());
     case Kind::instant: return "an instant with time zone (xsd:dateTime)";
     case Kind::list: return "an RDF list";
     case Kind::map: return "an RDF list of nodes with schema:name and schema:value";
