@@ -160,6 +160,16 @@ std::size_t Bases::intern_forwarded(std::string base, bool is_guest) {
   return oldest->number;
 }
 
+std::size_t Bases::restore(std::string base) {
+  const auto parts = http::split_target(base);
+  const auto host = parts && parts->absolute ? http::parse_host(parts->authority) : std::nullopt;
+  const bool is_known = std::find(bases_.begin(), bases_.end(), base) != bases_.end();
+  const bool names_another_port = host && is_loopback_name(host->host) && !accepts(canonical_host(parts->authority, parts->secure));
+  if (is_known || !public_base_.empty() || !names_another_port) return intern(std::move(base), false);
+  // Nothing is replaced here: what was made for it would be forgotten only with the next request.
+  return forwarded_.size() < max_forwarded_ ? intern_forwarded(std::move(base), false) : 0;
+}
+
 std::shared_ptr<const void> Bases::hold(std::size_t number) const {
   for (const Forwarded& one : forwarded_)
     if (one.number == number) return one.token;

@@ -42,6 +42,9 @@ class Bases {
   /// The number of a base IRI without a slash at the end.
   /// @param served  requests may name it; false for a base that only a restored subscription has
   std::size_t intern(std::string base, bool served);
+  /// The number of the base of a saved subscription. One that names a forwarded port counts among those; if there is no room, it is the listening
+  /// address.
+  std::size_t restore(std::string base);
   const std::string& operator[](std::size_t number) const { return bases_[number]; }
   /// Keeps the number of a forwarded base for as long as the result or a copy of it exists; nullptr for all other bases, which nothing replaces.
   std::shared_ptr<const void> hold(std::size_t number) const;

@@ -214,7 +214,7 @@ void SavedSubscriptions::resume() {
     }
     PendingRestore now = std::move(pending_[i]);
     pending_.erase(pending_.begin() + static_cast<std::ptrdiff_t>(i));
-    const std::size_t base = bases_.intern(std::move(now.base), false);
+    const std::size_t base = bases_.restore(std::move(now.base));
     now.request.observed = observed;
     now.request.audience = *std::move(audience);
     now.request.variant = *variant;

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "src/engine/bases.hpp"
 
+#include <memory>
 #include <string>
+#include <vector>
 
 #include "tests/support/catch.hpp"
 #include "tests/support/message.hpp"
@@ -199,6 +201,27 @@ TEST_CASE("forwarded bases are few at a time, and none is replaced that is in us
   CHECK(number_of(5) == first);
   CHECK(bases.take_replaced() == std::vector<std::size_t>{first});
   for (int port = 10'000; port < 10'500; ++port) CHECK(bases[number_of(port)] == "http://localhost:" + std::to_string(port));
+}
+
+TEST_CASE("saved subscriptions of forwarded ports have the same limit", "[engine][SPEC 3.7]") {
+  Bases bases({}, {}, 3);
+  bases.listens_on("127.0.0.1", 8080, false);
+  CHECK(bases.restore("http://127.0.0.1:8080") == 0);
+  CHECK(bases[bases.restore("http://localhost:8080")] == "http://localhost:8080");
+  std::vector<std::shared_ptr<const void>> held;
+  for (int port = 1; port <= 3; ++port) {
+    const std::size_t number = bases.restore("http://localhost:" + std::to_string(port));
+    CHECK(bases[number] == "http://localhost:" + std::to_string(port));
+    held.push_back(bases.hold(number));
+    CHECK(held.back() != nullptr);
+  }
+  for (int port = 4; port < 200; ++port) CHECK(bases.restore("http://localhost:" + std::to_string(port)) == 0);
+  CHECK(bases[bases.restore("http://localhost:2")] == "http://localhost:2");
+  CHECK(bases[bases.restore("http://robot.example:4")] == "http://robot.example:4");  // a name that the server had before
+  CHECK(base_of(bases, "localhost:3") == "http://localhost:3");
+  CHECK(base_of(bases, "localhost:4") == "http://127.0.0.1:8080");
+  held.clear();
+  CHECK(base_of(bases, "localhost:4") == "http://localhost:4");
 }
 
 TEST_CASE("a base of a restored subscription is not served", "[engine][SPEC 3.7]") {
