@@ -38,6 +38,16 @@ class PushedProperty : public model::PropertyHandle<PushedProperty<T>, T> {
     assert(this->slot_ && "lrt: the handle is empty; assign what Thing::property returns");
     if (this->slot_) model::publish_to(*this->slot_, value);
   }
+  /// The same for a value that is older than this call: that of a sensor with a clock of its own, or of another robot.
+  /// Representations and subscribers get `at` as the time of the value (SPEC 3.8). If the value is not a change, the
+  /// time stays as it was.
+  /// @param at  when the value became what it is, UTC
+  /// @par Time  As publish(value), without a look at the clock.
+  /// @par Implements  SPEC 3.6, 3.8
+  void publish(const T& value, std::chrono::system_clock::time_point at) noexcept {
+    assert(this->slot_ && "lrt: the handle is empty; assign what Thing::property returns");
+    if (this->slot_) model::publish_to(*this->slot_, value, at);
+  }
 
   /// Sets how many published values are kept between two scans of the engine while a subscriber has a queue. Such a
   /// subscriber gets each kept value. Values that a queue does not get count as dropped (lrt:dropped). The default

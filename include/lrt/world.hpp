@@ -138,6 +138,12 @@ class PublishedObject {
     assert(slot_ && "lrt: the handle is empty; assign what WorldGraph::published returns");
     if (slot_) slot_->publish(value);
   }
+  /// The same with the time of the value, see PushedProperty::publish().
+  /// @param at  when the value became what it is, UTC
+  void publish(const T& value, std::chrono::system_clock::time_point at) noexcept {
+    assert(slot_ && "lrt: the handle is empty; assign what WorldGraph::published returns");
+    if (slot_) slot_->publish(value, at);
+  }
   /// Removes the value from the graph. publish() then has no effect.
   /// @par Threads  Any but the control loop's, because it locks.
   void remove() noexcept {

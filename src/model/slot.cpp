@@ -146,10 +146,18 @@ NodeSlot::Node NodeSlot::node_of(const void* value) const {
 }
 
 void NodeSlot::publish_value(const void* value) noexcept {
+  pass(value, [this] { return now(); });
+}
+void NodeSlot::publish_value(const void* value, Utc at) noexcept {
+  pass(value, [this, at] { return given(at); });
+}
+
+template <class Time>
+void NodeSlot::pass(const void* value, Time time) noexcept {
   try {
     if (last_ && operations_.same(*last_, value) && !repeats_count()) return;
     Node node = node_of(value);
-    node->since = now();
+    node->since = time();
     node->number = number_ + 1;
     last_ = node_of(value);
     ++number_;

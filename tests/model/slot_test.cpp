@@ -34,6 +34,34 @@ struct lrt::rdf::traits<Copied> : lrt::rdf::Record<Copied> {
   static void describe(Record<Copied>& r) { r.field("value", &Copied::value); }
 };
 
+TEST_CASE("a value has the time that it is published with, and its number in the order of publication", "[model]") {
+  const auto check = [](auto& slot, auto one, auto two) {
+    test::FakeClock clock;
+    slot.set_clock(clock);
+    rdf::Value value;
+    Utc since;
+    slot.publish(one);
+    CHECK_FALSE(slot.has_source_times());
+    REQUIRE(slot.take(value, since));
+    CHECK(since == clock.now().utc);
+    CHECK(slot.taken() == 1);
+    const Utc then = clock.now().utc - std::chrono::hours(1);
+    slot.publish(one, then);  // bit-identical: not a change, and its time stays
+    CHECK_FALSE(slot.take(value, since));
+    slot.publish(two, then);
+    slot.publish(one, then + std::chrono::seconds(1));
+    slot.publish(two, then + std::chrono::seconds(2));
+    CHECK(slot.has_source_times());
+    REQUIRE(slot.take(value, since));
+    CHECK(since == then + std::chrono::seconds(2));
+    CHECK(slot.taken() == 4);
+  };
+  Slot<double> number;
+  check(number, 1.0, 2.0);
+  Slot<std::string> text;
+  check(text, std::string("one"), std::string("two"));
+}
+
 TEST_CASE("a slot gives the newest value once, with the time of its publication", "[model][R0.11]") {
   test::FakeClock clock;
   Slot<double> slot;

@@ -28,6 +28,8 @@ class LRT_API SlotBase : public ChangeSource {
   /// Takes the next value and the time of its publish(): the oldest kept value, or else the newest one. For the reader.
   /// @return  false: every value has been taken
   virtual bool take(rdf::Value& value, Utc& since) = 0;
+  /// The number of the value that take() returned last: in the order of publication, from 1. For the reader.
+  virtual std::uint64_t taken() const noexcept = 0;
   /// Drops all values that could be taken now except the newest; they count as lost. For the reader.
   virtual void skip_to_newest() noexcept = 0;
   /// Counts values that were taken but not used. For the reader.
@@ -65,6 +67,8 @@ class LRT_API SlotBase : public ChangeSource {
   void set_clock(const Clock& clock) noexcept { clock_.store(&clock, std::memory_order_release); }
   void set_every_sample() noexcept { every_sample_.store(true, std::memory_order_relaxed); }
   bool every_sample() const noexcept { return every_sample_.load(std::memory_order_relaxed); }
+  /// The user gives the time of a value, which is not the time of its publish().
+  bool has_source_times() const noexcept { return source_times_.load(std::memory_order_relaxed); }
 
  protected:
   static constexpr std::uint8_t index = 3, fresh = 4;
@@ -74,6 +78,10 @@ class LRT_API SlotBase : public ChangeSource {
            (forgotten_.load(std::memory_order_relaxed) && forgotten_.exchange(false, std::memory_order_acquire));
   }
   Utc now() const noexcept { return clock_.load(std::memory_order_acquire)->utc(); }
+  Utc given(Utc at) noexcept {
+    source_times_.store(true, std::memory_order_relaxed);
+    return at;
+  }
 
   std::atomic<bool> keeps_{false};
   std::atomic<std::uint64_t> lost_{0};
@@ -81,7 +89,7 @@ class LRT_API SlotBase : public ChangeSource {
   std::atomic<std::uint8_t> middle_{2};
 
  private:
-  std::atomic<bool> forgotten_{false}, every_sample_{false};
+  std::atomic<bool> forgotten_{false}, every_sample_{false}, source_times_{false};
   std::atomic<const Clock*> clock_{&system_clock()};
 };
 
@@ -151,6 +159,7 @@ class LRT_API KeepingSlot : public SlotBase {
   void hold() final;
   std::shared_ptr<const void> whole() const noexcept final { return held_ ? *held_ : nullptr; }
   bool runs_user_code() const noexcept final { return operations_.runs_user_code(); }
+  std::uint64_t taken() const noexcept final { return taken_; }
 
  protected:
   explicit KeepingSlot(const SampleOperations& operations) noexcept : operations_(operations) {}
@@ -202,8 +211,11 @@ class LRT_API NodeSlot : public KeepingSlot {
   ~NodeSlot() override;
   bool take(rdf::Value& value, Utc& since) final;
   void publish_value(const void* value) noexcept;
+  void publish_value(const void* value, Utc at) noexcept;
 
  private:
+  template <class Time>
+  void pass(const void* value, Time time) noexcept;
   using Node = std::unique_ptr<SampleHead, void (*)(SampleHead*) noexcept>;
   Node node_of(const void* value) const;
 
@@ -224,18 +236,26 @@ class Slot final : public CellSlot {
   }
 
   void publish(const T& value) noexcept {
+    pass(value, [this]() noexcept { return this->now(); });
+  }
+  void publish(const T& value, SlotBase::Utc at) noexcept {
+    pass(value, [this, at]() noexcept { return this->given(at); });
+  }
+
+ private:
+  template <class Time>
+  void pass(const T& value, Time time) noexcept {
     if (number_ != 0 && rdf::traits<T>::same(last_, value) && !repeats_count()) return;
     last_ = value;
     Sample<T>& cell = cells_[back_];
     cell.value = value;
-    cell.since = now();
+    cell.since = time();
     cell.number = ++number_;
     put(cell);
     back_ = middle_.exchange(back_ | fresh, std::memory_order_seq_cst) & index;
     signal();
   }
 
- private:
   T last_{};  // used by the writer
   Sample<T> cells_[3];
 };
@@ -245,6 +265,7 @@ class Slot<T, false> final : public NodeSlot {
  public:
   Slot() noexcept : NodeSlot(sample_operations<T>) {}
   void publish(const T& value) noexcept { publish_value(std::addressof(value)); }
+  void publish(const T& value, SlotBase::Utc at) noexcept { publish_value(std::addressof(value), at); }
 };
 
 /// The slot of a property.
@@ -258,6 +279,12 @@ template <class T>
 void publish_to(SlotBase& slot, const T& value) noexcept {
   if constexpr (std::is_trivially_destructible_v<T>) static_cast<Slot<T>&>(slot).publish(value);
   else static_cast<NodeSlot&>(slot).publish_value(std::addressof(value));
+}
+/// @param at  time of the value
+template <class T>
+void publish_to(SlotBase& slot, const T& value, SlotBase::Utc at) noexcept {
+  if constexpr (std::is_trivially_destructible_v<T>) static_cast<Slot<T>&>(slot).publish(value, at);
+  else static_cast<NodeSlot&>(slot).publish_value(std::addressof(value), at);
 }
 
 }  // namespace v0
