@@ -14,20 +14,21 @@ namespace lrt::http {
 namespace {
 
 /// Whether a member of a comma-separated list (RFC 9110 5.6.1) has `name` before the first `end`.
-bool lists(std::string_view list, std::string_view name, char end) noexcept {
+bool lists(std::string_view list, std::string_view name, char end, bool exact = false) noexcept {
   while (!list.empty()) {
     const std::size_t comma = list.find(',');
     const std::string_view member = detail::trim(list.substr(0, comma));
-    if (iequals(member.substr(0, member.find(end)), name)) return true;
+    const std::string_view found = member.substr(0, member.find(end));
+    if (exact ? found == name : iequals(found, name)) return true;
     list.remove_prefix(comma == std::string_view::npos ? list.size() : comma + 1);
   }
   return false;
 }
 
 /// The same for any of the fields of that name.
-bool has_member(const Request& request, std::string_view field_name, std::string_view name, char end) noexcept {
+bool has_member(const Request& request, std::string_view field_name, std::string_view name, char end, bool exact = false) noexcept {
   for (const Field& field : request.fields)
-    if (iequals(field.name, field_name) && lists(field.value, name, end)) return true;
+    if (iequals(field.name, field_name) && lists(field.value, name, end, exact)) return true;
   return false;
 }
 
@@ -78,6 +79,11 @@ std::array<unsigned char, 20> sha1(std::string message) {
 }  // namespace
 
 bool requests_upgrade(const Request& request, std::string_view protocol) noexcept { return has_member(request, "Upgrade", protocol, '/'); }
+
+bool offers_subprotocol(const Request& request, std::string_view name) noexcept {
+  // RFC 6455 4.2.2: the response repeats it as it was offered.
+  return has_member(request, "Sec-WebSocket-Protocol", name, ',', true);
+}
 
 std::optional<Refusal> check_websocket(const Request& request) {
   if (request.method != "GET") return Refusal{400, "WebSocket: expected the method GET (RFC 6455 4.1)"};

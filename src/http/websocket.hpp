@@ -26,6 +26,14 @@ bool requests_upgrade(const Request& request, std::string_view protocol) noexcep
 /// @par Implements  R0.12, RFC 6455 4.2.1, 4.4
 std::optional<Refusal> check_websocket(const Request& request);
 
+/// The subprotocol (RFC 6455 1.9) in which a text message with a stamp precedes each representation (SPEC 3.6).
+inline constexpr std::string_view stamped_protocol = "lrt.stamped";
+
+/// Whether the Sec-WebSocket-Protocol fields offer a subprotocol.
+/// @par Threads  Any.
+/// @par Time     Linear in the fields.
+bool offers_subprotocol(const Request& request, std::string_view name) noexcept;
+
 /// Whether a close frame may have this payload: nothing, or a status code that an endpoint may send, followed by a
 /// reason in UTF-8 (RFC 6455 5.5.1, 7.4; codes 1012 and 1013 are registered by IANA).
 /// @par Threads  Any.
