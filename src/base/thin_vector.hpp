@@ -44,6 +44,12 @@ class ThinVector {
     made->push_back(std::move(item));
     items_ = std::move(made);
   }
+  /// As std::vector: new items are T().
+  void resize(std::size_t size) {
+    if (size == 0) return clear();
+    if (!items_) items_ = std::make_unique<std::vector<T>>();
+    items_->resize(size);
+  }
   /// Removes all items and frees their memory.
   void clear() noexcept { items_ = nullptr; }
   /// Removes the first item that equals `item`.

@@ -124,9 +124,9 @@ bool ChangeScanner::scan_properties(TimePoint now) {
     values_.refresh_observed(property, until);
     irregular |= !pushed;
     if (!pushed || property.spec->slot->is_urgent()) continue;
-    // The wall clock may have been set since, and a value that the user's code encodes comes later.
+    // The wall clock may have been set since, a value that the user's code encodes comes later, and a user may give another time.
     const auto age = now.utc - property.modified;
-    const bool known = age >= std::chrono::seconds(0) && age < std::chrono::seconds(1);
+    const bool known = !property.spec->slot->has_source_times() && age >= std::chrono::seconds(0) && age < std::chrono::seconds(1);
     watched.rhythm.found(known ? now.steady - std::chrono::duration_cast<PublishRhythm::Duration>(age) : now.steady, now.steady);
     irregular |= !watched.rhythm.is_regular();
   }

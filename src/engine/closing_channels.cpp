@@ -14,7 +14,7 @@ void ClosingChannels::add_feed(Channel channel, ClosingChannel closing) {
   add(channel, std::move(closing));
   Closing& added = closing_.at(static_cast<std::uint64_t>(channel));
   if (added.items.empty()) return;
-  for (const subscription::Item& item : added.items) added.feed_bytes += item->body->size();
+  for (const LastMessage& item : added.items) added.feed_bytes += item.body->size();
   feed_bytes_ += added.feed_bytes;
   feeds_.insert(static_cast<std::uint64_t>(channel));
   limit_feeds();
@@ -33,7 +33,7 @@ void ClosingChannels::limit_feeds() {
   }
 }
 
-Push ClosingChannels::next(Channel channel) {
+Push ClosingChannels::next(Channel channel, subscription::Stamp* stamp) {
   Push push;
   const auto found = closing_.find(static_cast<std::uint64_t>(channel));
   if (found == closing_.end()) {
@@ -47,8 +47,9 @@ Push ClosingChannels::next(Channel channel) {
     closing_.erase(found);
     return push;
   }
-  push.message = closing.items.front()->body;
-  push.text = closing.text;
+  push.message = std::move(closing.items.front().body);
+  push.text = closing.items.front().text;
+  if (stamp) *stamp = closing.items.front().stamp;
   closing.items.pop_front();
   if (closing.feed_bytes != 0) {
     feed_bytes_ -= push.message->size();

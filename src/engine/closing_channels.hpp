@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -16,10 +17,16 @@
 
 namespace lrt::engine {
 
+/// A message of a subscription that has ended.
+struct LastMessage {
+  std::shared_ptr<const std::string> body;
+  bool text = false;
+  subscription::Stamp stamp{};
+};
+
 /// The end of a channel: its last items, then a close.
 struct ClosingChannel {
-  std::deque<subscription::Item> items;  ///< to be sent before the close
-  bool text = false;
+  std::deque<LastMessage> items;  ///< to be sent before the close
   std::uint16_t code = 0;
   std::string reason;
 };
@@ -38,7 +45,8 @@ class ClosingChannels {
   /// A host may never take the items of a feed. Beyond the limits, those of the feeds that have ended first are dropped.
   void add_feed(Channel channel, ClosingChannel closing);
   /// The next item of a channel, or its close, with which the channel is forgotten.
-  Push next(Channel channel);
+  /// @param stamp  receives that of the item
+  Push next(Channel channel, subscription::Stamp* stamp = nullptr);
   void forget(Channel channel);
 
   bool empty() const noexcept { return closing_.empty(); }

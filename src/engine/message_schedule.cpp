@@ -50,6 +50,7 @@ void MessageSchedule::fill(SubscriptionResource& s) {
 }
 
 void MessageSchedule::begin(SubscriptionResource& s) {
+  s.changes.begin(s.observed.change_number());
   if (!has_representation(s.observed)) return;
   if (s.queues()) enqueue(s, false);
   else changed(s);
@@ -90,8 +91,14 @@ void MessageSchedule::enqueue(SubscriptionResource& s, bool is_change) {
     return;
   }
   const std::string& last = s.backlog.newest() ? s.backlog.newest()->tag : s.last_tag;
-  if (representation->tag == last) return;
-  s.backlog.push(s.receiver->message_of(*representation, representations_));
+  if (representation->tag == last) {
+    if (is_change) s.changes.unchanged(s.observed.change_number());
+    else if (!s.backlog.newest()) s.changes.knows(s.observed.change_number());
+    return;
+  }
+  const subscription::Item& item = s.receiver->message_of(*representation, representations_);
+  s.changes.seen(item->stamp.number);
+  s.backlog.push(item);
   announce(s);
 }
 
@@ -161,9 +168,12 @@ subscription::Item MessageSchedule::next_item(SubscriptionResource& s, TimePoint
     Representation* representation = represent(s);
     if (!was_made) took(s.observed, before);
     if (representation && representation->tag != s.last_tag) item = s.receiver->message_of(*representation, representations_);
+    else if (representation) s.changes.unchanged(s.observed.change_number());
   }
   if (!item) return nullptr;
   s.ready_announced = true;
+  s.left_out = s.changes.sent(item->stamp.number);
+  ++s.messages;
   s.last_tag = item->tag;
   s.backlog.sent(now.steady);
   return item;

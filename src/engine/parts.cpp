@@ -2,7 +2,9 @@
 #include "src/engine/parts.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <iterator>
+#include <string>
 #include <utility>
 
 #include <lrt/base/ids.hpp>
@@ -57,6 +59,11 @@ bool move_all(std::vector<T>&& from, std::vector<T>& to) {
   return true;
 }
 
+/// Tells the change numbers of one engine from those of the next: a server that starts again counts from the beginning.
+std::string series_of(std::chrono::system_clock::time_point start) {
+  return std::to_string(std::chrono::duration_cast<std::chrono::microseconds>(start.time_since_epoch()).count());
+}
+
 }  // namespace
 
 Parts::Parts(EngineOptions given)
@@ -79,7 +86,7 @@ Parts::Parts(EngineOptions given)
       scanner(values, registry, calls, options.subscriptions, clock),
       callback_rules(options, bases, responses),
       schedule(registry, responses, representations, values, scanner, subscribers, clock),
-      receiver_parts{options, bases, responses, representations, callback_rules, saves, subscribers, schedule},
+      receiver_parts{options, bases, responses, representations, callback_rules, saves, subscribers, schedule, series_of(clock.utc())},
       subscription_requests(receiver_parts, registry, bodies, representations),
       subscriptions(receiver_parts, subscription_requests, registry, representations, values, scanner),
       access(options, bases, cors, responses, callback_rules, subscription_requests),

@@ -41,7 +41,7 @@ Encoding encoded(model::RepresentationSpec& spec, const void* whole) {
 }
 
 /// Runs encoders on a value. User code.
-void run_encoders(model::PropertySpec& spec, const std::vector<std::size_t>& encoders, const void* whole, std::vector<Encoding>& encodings) {
+void run_encoders(model::PropertySpec& spec, const std::vector<std::size_t>& encoders, const void* whole, ThinVector<Encoding>& encodings) {
   if (encodings.empty()) encodings.resize(spec.representations.size());
   for (const std::size_t i : encoders)
     if (!encodings[i].made) encodings[i] = encoded(spec.representations[i], whole);
@@ -58,6 +58,7 @@ void take_each(model::SlotBase& slot, const Clock& clock, PropertyValues::Instan
     Sample sample;
     if (!slot.take(sample.value, sample.since)) return;
     sample.whole = slot.whole();
+    sample.number = slot.taken();
     use(std::move(sample));
   }
 }
@@ -181,9 +182,7 @@ void PropertyValues::take_published(PropertyResource& property, Instant until) {
   model::SlotBase* slot = property.spec->slot.get();
   if (!slot || property.is_refreshing() || !slot->has_change() || needs_user_code(property)) return;
   // Each kept value is a change.
-  take_each(*slot, clock_, until, [&](Sample sample) {
-    if (slot->every_sample() || !rdf::same(sample.value, property.value)) set(property, std::move(sample));  // SPEC 3.8
-  });
+  take_each(*slot, clock_, until, [&](Sample sample) { set_published(property, std::move(sample)); });
   property.report_lost();
 }
 
@@ -295,8 +294,7 @@ void PropertyValues::were_taken(PropertyResource& property, Result<std::vector<S
       slot.count_lost(last - i);
       i = last;
     }
-    Sample& sample = (*samples)[i];
-    if (slot.every_sample() || !rdf::same(sample.value, property.value)) set(property, std::move(sample));
+    set_published(property, std::move((*samples)[i]));
   }
   property.report_lost();
   encode(property, std::nullopt, wanted_encoders(property));
@@ -314,20 +312,20 @@ void PropertyValues::encode(PropertyResource& property, std::optional<Sample> sa
     return end(property, {}, clock_.now());
   }
   const std::shared_ptr<const void> whole = sample ? sample->whole : property.whole;
-  property.refresh_state->token = calls_.call<std::vector<Encoding>>(
+  property.refresh_state->token = calls_.call<ThinVector<Encoding>>(
       Dispatch::io_thread,
-      [spec = property.spec, whole, encoders]() -> Result<std::vector<Encoding>> {
-        std::vector<Encoding> encodings;
+      [spec = property.spec, whole, encoders]() -> Result<ThinVector<Encoding>> {
+        ThinVector<Encoding> encodings;
         run_encoders(*spec, encoders, whole.get(), encodings);
         return encodings;
       },
-      [this, ref = Ref(property), sample = std::move(sample)](Result<std::vector<Encoding>> encodings, TimePoint now) mutable {
+      [this, ref = Ref(property), sample = std::move(sample)](Result<ThinVector<Encoding>> encodings, TimePoint now) mutable {
         PropertyResource* p = registry_.find(ref);
         if (p) ends_if_thrown(*p, [&] { were_encoded(*p, std::move(sample), std::move(encodings), now); });
       });
 }
 
-void PropertyValues::were_encoded(PropertyResource& property, std::optional<Sample> sample, Result<std::vector<Encoding>> encodings, TimePoint now) {
+void PropertyValues::were_encoded(PropertyResource& property, std::optional<Sample> sample, Result<ThinVector<Encoding>> encodings, TimePoint now) {
   if (!encodings) return end(property, Unexpected{encodings.error()}, now);
   if (sample) {
     sample->encodings = *std::move(encodings);
@@ -357,10 +355,13 @@ void PropertyValues::end(PropertyResource& property, const Result<void>& result,
 
 void PropertyValues::set(PropertyResource& property, Sample sample) {
   property.mark_changing();
+  property.count(sample.number);
   if (has_nameless(*property.spec->type, sample.value)) {  // it was published
     if (options_.log && !std::exchange(property.nameless, true))
       options_.log(LogLevel::error, "property \"" + property.path + "\" has no value: " + std::string(nameless));
-    sample = Sample{{}, nullptr, sample.since, {}};
+    sample.value = {};
+    sample.whole = nullptr;
+    sample.encodings.clear();
   } else {
     property.nameless = false;
   }
@@ -373,6 +374,11 @@ void PropertyValues::set(PropertyResource& property, Sample sample) {
   std::size_t left = options_.max_value_members;
   property.only_octets = spec.octets && !fits(property.value, left) && rdf::octets_of(*spec.type, property.value);
   property.mark_value_changed();
+}
+
+void PropertyValues::set_published(PropertyResource& property, Sample sample) {
+  if (property.spec->slot->every_sample() || !rdf::same(sample.value, property.value)) set(property, std::move(sample));
+  else property.count_unchanged(sample.number);
 }
 
 void PropertyValues::cancel(PropertyResource& property, TimePoint now) {

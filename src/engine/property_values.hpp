@@ -14,6 +14,7 @@
 #include <lrt/model/representation.hpp>
 #include <lrt/rdf/value.hpp>
 
+#include "src/base/thin_vector.hpp"
 #include "src/engine/host_calls.hpp"
 #include "src/engine/registry.hpp"
 #include "src/engine/variants.hpp"
@@ -44,7 +45,8 @@ struct Sample {
   rdf::Value value;
   std::shared_ptr<const void> whole;
   std::chrono::system_clock::time_point since{};
-  std::vector<Encoding> encodings;
+  ThinVector<Encoding> encodings;
+  std::uint64_t number = 0;  ///< of its slot; 0: it is not from a slot
 };
 
 /// A refresh of one property. At most one runs. Requests that arrive during it wait for the next one, because their value must not
@@ -92,6 +94,8 @@ class PropertyValues {
   void keep(Resource& resource, bool queued);
   /// Gives the property a value, of the robot or written by a client, and notifies its observers.
   void set(PropertyResource& property, Sample sample);
+  /// Gives it a published value, if that is a change (SPEC 3.8).
+  void set_published(PropertyResource& property, Sample sample);
   /// The property is removed: all waiters get Errc::closed.
   void cancel(PropertyResource& property, TimePoint now);
 
@@ -107,7 +111,7 @@ class PropertyValues {
   void encode(PropertyResource& property, std::optional<Sample> sample, std::vector<std::size_t> encoders);
   void was_read(PropertyResource& property, Result<model::Reading> reading, TimePoint now);
   void were_taken(PropertyResource& property, Result<std::vector<Sample>> samples, TimePoint now);
-  void were_encoded(PropertyResource& property, std::optional<Sample> sample, Result<std::vector<Encoding>> encodings, TimePoint now);
+  void were_encoded(PropertyResource& property, std::optional<Sample> sample, Result<ThinVector<Encoding>> encodings, TimePoint now);
   void end(PropertyResource& property, const Result<void>& result, TimePoint now);
   template <class Step>
   void ends_if_thrown(PropertyResource& property, Step step);

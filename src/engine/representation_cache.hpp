@@ -25,6 +25,8 @@ class RepresentationCache {
   void mark_used(Representation& kept) noexcept;
   /// A representation has grown.
   void grown(std::size_t bytes) noexcept { bytes_ += bytes; }
+  /// A part of one was replaced.
+  void shrunk(std::size_t bytes) noexcept { bytes_ -= bytes; }
   /// Removes all representations of a resource. Must be called before the resource is destroyed.
   void forget(Resource& resource) noexcept;
   /// Removes all representations of a base.

@@ -15,6 +15,7 @@
 #include "src/http/etag.hpp"
 #include "src/http/negotiate.hpp"
 #include "src/http/range.hpp"
+#include "src/http/stamp.hpp"
 #include "src/rdf/hash.hpp"
 
 namespace lrt::engine {
@@ -438,15 +439,21 @@ rdf::Graph Representations::shown(rdf::Graph graph, std::size_t base, const Audi
 }
 
 const subscription::Item& Representations::message_of(Representation& kept) {
-  if (!kept.message) kept.message = std::make_shared<const subscription::Message>(subscription::Message{kept.body, kept.tag});
+  if (!kept.message || kept.message->stamp.number != kept.resource->change_number())
+    kept.message = std::make_shared<const subscription::Message>(subscription::Message{kept.body, kept.tag, kept.resource->stamp()});
   return kept.message;
 }
 
 const subscription::Item& Representations::event_of(Representation& kept) {
-  if (kept.event) return kept.event;
+  if (kept.event && kept.event->stamp.number == kept.resource->change_number()) return kept.event;
   const std::string& body = *kept.body;
-  std::string event = "id: " + kept.tag + "\n";
-  event.reserve(event.size() + body.size() + 64);
+  const subscription::Stamp stamp = kept.resource->stamp();
+  std::string event;
+  event.reserve(kept.tag.size() + body.size() + 128);
+  const auto field = [&event](std::string_view name, std::string_view value) { event.append(name).append(": ").append(value).append("\n"); };
+  field("id", kept.tag);
+  if (stamp.at) field(http::event_time, to_xsd_date_time(*stamp.at));
+  field(http::event_sequence, std::to_string(stamp.number));
   // WHATWG HTML 9.2.6: a line of data for each line of the body. A line feed at the end makes an empty last line. A carriage return ends a
   // line, too, so that the rest of a text with one is not read as another field.
   for (std::size_t start = 0; start <= body.size();) {
@@ -456,7 +463,9 @@ const subscription::Item& Representations::event_of(Representation& kept) {
   }
   event += "\n";
   cache_.grown(event.size());
-  kept.event = std::make_shared<const subscription::Message>(subscription::Message{std::make_shared<const std::string>(std::move(event)), kept.tag});
+  if (kept.event) cache_.shrunk(kept.event->body->size());
+  kept.event =
+      std::make_shared<const subscription::Message>(subscription::Message{std::make_shared<const std::string>(std::move(event)), kept.tag, stamp});
   return kept.event;
 }
 

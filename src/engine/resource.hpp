@@ -222,6 +222,12 @@ class Resource {
   /// Changes whenever a representation might have changed.
   /// @param structure  Registry::structure()
   virtual std::uint64_t state(std::uint64_t structure) const noexcept { return structure; }
+  // What subscribers get with its representation (SPEC 3.6).
+  /// Its changes so far: a larger difference than 1 between two messages means that changes between them were not sent.
+  virtual std::uint64_t change_number() const noexcept { return revision; }
+  /// When its value became what it is; nullopt: it has no such time.
+  virtual std::optional<Utc> value_time() const noexcept { return std::nullopt; }
+  subscription::Stamp stamp() const noexcept { return {value_time(), change_number()}; }
   virtual std::string_view cache_control() const noexcept { return "no-cache"; }
 
   // The links of the resource (R0.9).

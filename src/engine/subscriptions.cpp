@@ -87,6 +87,7 @@ SubscriptionResource& Subscriptions::make(SubscriptionRequest request, std::size
                                                      created, *this, parts_);
   SubscriptionResource& s = *made;
   s.last_tag = std::move(known_tag);
+  s.changes.begin(s.observed.change_number());
   s.share = parts_.subscribers.clients.take(client);
   report(SubscriptionEvent::Kind::made, s, requested);
   parts_.subscribers.add(s);
@@ -195,12 +196,10 @@ std::optional<Push> Subscriptions::next_push(Channel channel, TimePoint now) {
   try {
     SubscriptionResource* const s = find(channel);
     if (!s) return closing_.next(channel);
+    if (std::optional<Push> rest = s->receiver->rest()) return rest;
     const subscription::Item item = take_item(*s, now);
     if (!item) return std::nullopt;
-    Push push;
-    push.message = item->body;
-    push.text = s->its_variant.is_text();
-    return push;
+    return s->receiver->push_of(item);
   } catch (const std::exception& e) {
     parts_.responses.log(LogLevel::error, std::string("a notification could not be encoded: ") + e.what());
     return std::nullopt;
@@ -219,12 +218,15 @@ std::optional<FeedMessage> Subscriptions::next_feed_message(Channel channel, Tim
   try {
     SubscriptionResource* const s = find(channel);
     if (!s) {
-      const Push last = closing_.next(channel);
       FeedMessage message;
+      subscription::Stamp stamp;
+      const Push last = closing_.next(channel, &stamp);
       message.channel = channel;
       message.body = last.message;
       message.end = last.close != 0;
       message.queued = !message.end;
+      message.at = stamp.at;
+      message.number = stamp.number;
       return message;
     }
     FeedReceiver* const feed = s->receiver->feed();

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -12,12 +14,51 @@
 
 namespace lrt::subscription {
 
+/// Time and number of what a resource shows.
+struct Stamp {
+  std::optional<std::chrono::system_clock::time_point> at{};  ///< when the value became what it is; nullopt: it has no such time
+  std::uint64_t number = 0;                                   ///< changes of the resource so far
+};
+
 /// One representation to be sent, shared by all subscribers that get it.
 struct Message {
   std::shared_ptr<const std::string> body;
   std::string tag;  ///< its entity tag
+  Stamp stamp{};
 };
 using Item = std::shared_ptr<const Message>;
+
+/// Counts for one subscriber the changes between two messages, which it was not sent: dropped from its queue, superseded by newer ones, or
+/// overwritten before the server saw them.
+class LeftOut {
+ public:
+  /// The subscription begins with the change of this number, which is to be sent first. 0: the resource has no value yet.
+  void begin(std::uint64_t number) noexcept { told_ = seen_ = number == 0 ? 0 : number - 1; }
+  /// The subscriber has the representation after this change already.
+  void knows(std::uint64_t number) noexcept { told_ = seen_ = number; }
+  /// There is a message for this change.
+  void seen(std::uint64_t number) noexcept { seen_ = std::max(seen_, number); }
+  /// The representation after this change is the one before: it is not sent, and not left out.
+  void unchanged(std::uint64_t number) noexcept {
+    if (number <= seen_) return;  // it has the same value
+    ++unchanged_;
+    seen_ = number;
+  }
+  /// A message is sent: the number of changes that were left out before it. A repeated message has none.
+  std::uint64_t sent(std::uint64_t number) noexcept {
+    seen(number);
+    if (number <= told_) return 0;
+    const std::uint64_t between = number - std::exchange(told_, number) - 1;
+    const std::uint64_t same = std::min(unchanged_, between);
+    unchanged_ -= same;
+    return between - same;
+  }
+
+ private:
+  std::uint64_t told_ = 0;       ///< the change of the last message
+  std::uint64_t seen_ = 0;       ///< the last change that was looked at
+  std::uint64_t unchanged_ = 0;  ///< those after the last message without a representation of their own
+};
 
 /// How one subscriber gets its notifications.
 struct Policy {

@@ -14,10 +14,7 @@ namespace {
 
 ClosingChannel closing(std::vector<std::string> items, std::uint16_t code = 1001) {
   ClosingChannel channel;
-  for (std::string& item : items)
-    channel.items.push_back(
-        std::make_shared<const subscription::Message>(subscription::Message{std::make_shared<const std::string>(std::move(item)), "\"1\""}));
-  channel.text = true;
+  for (std::string& item : items) channel.items.push_back({std::make_shared<const std::string>(std::move(item)), true, {}});
   channel.code = code;
   channel.reason = "the resource was removed";
   return channel;

@@ -148,14 +148,14 @@ TEST_CASE("value and encodings change together", "[engine][R0.11][R0.17]") {
   pushed.publish(2);  // while the call waits: it takes the newest
   v.step();
   CHECK(*v.property().value.integer() == 2);
-  CHECK(**v.property().encodings.at(0).bytes == "2");
+  CHECK(**v.property().encodings[0].bytes == "2");
   pushed.publish(3);
   v.refresh(v.property(), all());
   auto jobs = v.calls.take_jobs();
   for (auto& job : jobs) job.run();
   CHECK(*v.property().value.integer() == 2);  // until the result is there
   v.calls.inbox()->run_all(v.clock.now());
-  CHECK(**v.property().encodings.at(0).bytes == "3");
+  CHECK(**v.property().encodings[0].bytes == "3");
 }
 
 TEST_CASE("a refresh keeps what it made until its requests have been served, whoever comes next", "[engine][R0.11][R0.17]") {
@@ -185,8 +185,8 @@ TEST_CASE("an encoder that fails is no failed refresh", "[engine][R0.6]") {
   v.refresh(v.property(), all());
   v.step();
   CHECK(v.results == std::vector<std::string>{"done"});
-  REQUIRE(v.property().encodings.at(0).made);
-  CHECK(v.property().encodings.at(0).bytes.error().message.find("no film") != std::string::npos);
+  REQUIRE(v.property().encodings[0].made);
+  CHECK(v.property().encodings[0].bytes.error().message.find("no film") != std::string::npos);
 }
 
 TEST_CASE("a property that goes ends all its refreshes", "[engine][R0.6]") {

@@ -62,6 +62,9 @@ struct FeedMessage {
   bool end = false;                           ///< the resource or the right to it no longer exists: nothing follows on this channel
   bool queued = false;                        ///< the subscription has a queue
   std::uint64_t missed = 0;                   ///< changes since the last message that did not fit into the queue, or were superseded
+  /// When the value became what it is; nullopt: the resource has no such time, as an action has none.
+  std::optional<std::chrono::system_clock::time_point> at{};
+  std::uint64_t number = 0;  ///< changes of the resource so far, also those that no subscriber was sent. The same in a repeated message
 };
 
 }  // namespace v0

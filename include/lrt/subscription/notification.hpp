@@ -22,7 +22,7 @@ struct ReadyCallback {
 ///               `body` is immutable.
 struct Notification {
   std::string url;                          ///< http or https, of at most 2,048 bytes; AllowedHosts::names() is true for it
-  http::Fields fields;                      ///< Content-Type, ETag, Link (SPEC 3.6)
+  http::Fields fields;                      ///< Content-Type, ETag, Link, Value-Sequence and so on (SPEC 3.6)
   std::shared_ptr<const std::string> body;  ///< the representation
   std::string secret;                       ///< signs the body; empty: unsigned
   bool failed_before = false;               ///< the last delivery to this subscriber failed

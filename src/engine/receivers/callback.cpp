@@ -5,12 +5,14 @@
 #include <functional>
 #include <utility>
 
+#include <lrt/base/clock.hpp>
 #include <lrt/base/ids.hpp>
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/base/ascii.hpp"
 #include "src/engine/subscriptions.hpp"
 #include "src/http/link.hpp"
+#include "src/http/stamp.hpp"
 #include "src/subscription/callback_url.hpp"
 
 namespace lrt::engine {
@@ -141,6 +143,7 @@ std::optional<subscription::Notification> CallbackReceiver::next(TimePoint now) 
   notification.fields.add("Content-Type", content_type(s_.its_variant, s_.observed.variants().type_of(s_.its_variant), *item->body));
   notification.fields.add(notification_field, parts_.rules.sender(s_.base));
   notification.fields.add("ETag", item->tag);
+  add_stamp(notification.fields, item);
   http::LinkWriter links;
   links.add(parts_.bases[s_.base] + s_.observed.path, "about");
   links.add(parts_.bases[s_.base] + s_.path, "via");
@@ -148,6 +151,17 @@ std::optional<subscription::Notification> CallbackReceiver::next(TimePoint now) 
   under_way_ = std::move(item);
   s_.held = true;
   return notification;
+}
+
+/// A retried notification has the same. If another one is sent instead, the one that failed is left out, too.
+void CallbackReceiver::add_stamp(http::Fields& fields, const subscription::Item& item) {
+  const subscription::Stamp& stamp = item->stamp;
+  left_out_ = s_.left_out;
+  if (failed_) left_out_ = failed_->left_out + (failed_->number == stamp.number ? 0 : left_out_ + 1);
+  if (stamp.at) fields.add(http::time_field, to_xsd_date_time(*stamp.at));
+  fields.add(http::sequence_field, std::to_string(stamp.number));
+  if (left_out_ != 0) fields.add(http::left_out_field, std::to_string(left_out_));
+  fields.add(http::series_field, series(parts_));
 }
 
 /// Asks the receiver to confirm the subscription (WebSub 5.3).
@@ -171,6 +185,7 @@ subscription::Notification CallbackReceiver::confirmation() {
 }
 
 void CallbackReceiver::succeeded() {
+  failed_.reset();
   retry_.succeeded();
   s_.suspended = false;
   last_error_.clear();
@@ -206,6 +221,7 @@ bool CallbackReceiver::failed(const subscription::DeliveryResult& result, bool c
   const std::string& detail = result.error.empty() ? last_error_ : result.error;
   if (std::exchange(logged_error_, detail) != detail) parts_.responses.log(LogLevel::warning, s_.path + ": " + detail);
   ++s_.revision;
+  if (item) failed_ = Failed{item->stamp.number, left_out_};
   const bool may_confirm_later = result.status == 0 || result.status == 408 || result.status == 429 || result.status >= 500;
   if (result.status == 410 || result.refused || (confirming && !may_confirm_later)) {
     parts_.responses.log(LogLevel::info, s_.path + " ends: " + (confirming ? "the receiver did not confirm it: " : "") + detail);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -51,6 +52,7 @@ class CallbackReceiver final : public Receiver {
 
  private:
   subscription::Notification confirmation();
+  void add_stamp(http::Fields& fields, const subscription::Item& item);
   bool failed(const subscription::DeliveryResult& result, bool confirming, subscription::Item item, TimePoint now);
   void succeeded();
 
@@ -59,12 +61,18 @@ class CallbackReceiver final : public Receiver {
   const std::string host_;  ///< scheme, host and port of the URL
   subscription::RetryPolicy retry_;
   subscription::Item under_way_;
-  bool must_confirm_ = false;   ///< nothing is sent before the receiver has confirmed
-  bool has_confirmed_;          ///< the receiver has confirmed, perhaps before a restart
-  bool confirming_ = false;     ///< the receiver has been asked, and has not responded yet
-  std::string last_error_;      ///< the text for the subscriber
-  std::string logged_error_;    ///< the details for the operator
-  unsigned cancellations_ = 0;  ///< requests that wait until it is removed from the file
+  /// A message that was sent without success.
+  struct Failed {
+    std::uint64_t number, left_out;
+  };
+  std::uint64_t left_out_ = 0;    ///< changes before the one under way
+  std::optional<Failed> failed_;  ///< the last attempt
+  bool must_confirm_ = false;     ///< nothing is sent before the receiver has confirmed
+  bool has_confirmed_;            ///< the receiver has confirmed, perhaps before a restart
+  bool confirming_ = false;       ///< the receiver has been asked, and has not responded yet
+  std::string last_error_;        ///< the text for the subscriber
+  std::string logged_error_;      ///< the details for the operator
+  unsigned cancellations_ = 0;    ///< requests that wait until it is removed from the file
 };
 
 }  // namespace lrt::engine

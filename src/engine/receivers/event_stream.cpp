@@ -2,11 +2,14 @@
 #include "src/engine/receivers/event_stream.hpp"
 
 #include <algorithm>
+#include <memory>
+#include <string>
 #include <string_view>
 #include <utility>
 
 #include "src/base/ascii.hpp"
 #include "src/engine/subscriptions.hpp"
+#include "src/http/stamp.hpp"
 
 namespace lrt::engine {
 
@@ -22,7 +25,17 @@ Outcome EventStreamOpening::open(Context& context, SubscriptionRequest wanted, c
   if (const auto known = context.request().find("Last-Event-ID")) wanted.known_tag = std::string(*known);
   const SubscriptionResource& made = subscriptions.make(context, std::move(wanted));
   response.fields.add("Location", parts.responses.iri(context, made.path));
+  response.fields.add(http::series_field, made.receiver->series(parts));
   return Streamed{made.channel, std::move(response)};
+}
+
+Push EventStreamReceiver::push_of(const subscription::Item& item) {
+  Push push = Receiver::push_of(item);
+  if (s_.left_out == 0) return push;
+  std::string event(http::event_left_out);
+  event.append(": ").append(std::to_string(s_.left_out)).append("\n").append(*push.message);
+  push.message = std::make_shared<const std::string>(std::move(event));
+  return push;
 }
 
 bool names_event_stream(const http::Request& request) {

@@ -24,6 +24,8 @@ class EventStreamReceiver final : public Receiver {
   const subscription::Item& message_of(Representation& representation, Representations& representations) const override {
     return representations.event_of(representation);
   }
+  /// The event is shared. What only this subscriber gets precedes it.
+  Push push_of(const subscription::Item& item) override;
 };
 
 /// Accept names the media type of event streams, and the transport can send them. A wildcard does not count.

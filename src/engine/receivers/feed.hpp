@@ -34,6 +34,8 @@ class FeedReceiver final : public Receiver {
     message.channel = s_.channel;
     message.body = item->body;
     message.queued = s_.queues();
+    message.at = item->stamp.at;
+    message.number = item->stamp.number;
     message.missed = s_.backlog.dropped() - std::exchange(told_dropped_, s_.backlog.dropped());
     return message;
   }

@@ -15,14 +15,24 @@ Outcome Receiver::cancel(Context&, http::Response response, Subscriptions& owner
   return response;
 }
 
-ClosingChannel Receiver::closing_channel(std::uint16_t code, std::string reason) const {
+ClosingChannel Receiver::closing_channel(std::uint16_t code, std::string reason) {
   ClosingChannel closing;
-  closing.text = s_.its_variant.is_text();
   closing.code = code;
   closing.reason = std::move(reason);
-  if (code != cancelled_code)  // a cancelled subscription gets no more
-    while (auto item = s_.backlog.take_item()) closing.items.push_back(std::move(item));
+  while (auto part = rest()) closing.items.push_back({std::move(part->message), part->text, {}});
+  if (code == cancelled_code) return closing;  // a cancelled subscription gets no more
+  while (const auto item = s_.backlog.take_item()) {
+    s_.left_out = s_.changes.sent(item->stamp.number);
+    ++s_.messages;
+    Push part = push_of(item);
+    closing.items.push_back({std::move(part.message), part.text, item->stamp});
+    while (auto more = rest()) closing.items.push_back({std::move(more->message), more->text, item->stamp});
+  }
   return closing;
+}
+
+std::string Receiver::series(const ReceiverParts& parts) const {
+  return parts.series + "." + std::to_string(static_cast<std::uint64_t>(s_.observed.id));
 }
 
 }  // namespace lrt::engine

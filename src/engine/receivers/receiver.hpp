@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -35,6 +36,7 @@ struct ReceiverParts {
   PendingSaves& saves;
   Subscribers& subscribers;
   MessageSchedule& schedule;
+  const std::string series;  ///< of the change numbers of this engine: another one has other numbers
 };
 
 /// The receiving end of one subscription: what a message is, how it is handed over, how the subscription ends, what is described of it. Each
@@ -51,6 +53,15 @@ class Receiver {
   virtual const subscription::Item& message_of(Representation& representation, Representations& representations) const {
     return representations.message_of(representation);
   }
+  /// The message as it is sent to this receiver, or its first part.
+  virtual Push push_of(const subscription::Item& item) {
+    Push push;
+    push.message = item->body;
+    push.text = s_.its_variant.is_text();
+    return push;
+  }
+  /// The rest of the message whose first part was taken; nullopt: there is none.
+  virtual std::optional<Push> rest() { return std::nullopt; }
   /// Reports the channel to its sender.
   virtual void announce(ReadyChannels& ready) const { (s_.observed.observable()->is_urgent() ? ready.urgent : ready.others).push_back(s_.channel); }
   /// A client has chosen the media type, and expects that the value has it.
@@ -59,6 +70,9 @@ class Receiver {
   virtual bool waits_for_value() const noexcept { return false; }
   /// With a queue: a message may be repeated while the queue is empty.
   virtual bool repeats() const noexcept { return false; }
+
+  /// The numbers in its messages can be compared with those of the same series.
+  std::string series(const ReceiverParts& parts) const;
 
   // Begin and end.
   /// The subscription was made.
@@ -93,7 +107,7 @@ class Receiver {
 
  protected:
   /// How the channel ends. The items leave the queue.
-  ClosingChannel closing_channel(std::uint16_t code, std::string reason) const;
+  ClosingChannel closing_channel(std::uint16_t code, std::string reason);
 
   SubscriptionResource& s_;
 };

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
+
 #include "src/engine/receivers/protocols.hpp"
 #include "src/engine/receivers/receiver.hpp"
 
@@ -15,10 +17,18 @@ class WebSocketOpening final : public Opening {
   Outcome open(Context& context, SubscriptionRequest wanted, const ReceiverParts& parts, Subscriptions& subscriptions) const override;
 };
 
-/// A WebSocket: a message is the representation.
+/// A WebSocket: a message is the representation. In http::stamped_protocol a stamp precedes it.
 class WebSocketReceiver final : public Receiver {
  public:
-  WebSocketReceiver(SubscriptionResource& s, const SubscriptionRequest&, const ReceiverParts&) noexcept : Receiver(s) {}
+  WebSocketReceiver(SubscriptionResource& s, const SubscriptionRequest& request, const ReceiverParts& parts) noexcept
+      : Receiver(s), parts_(parts), stamped_(request.stamped) {}
+  Push push_of(const subscription::Item& item) override;
+  std::optional<Push> rest() override;
+
+ private:
+  const ReceiverParts& parts_;
+  const bool stamped_;
+  subscription::Item stamped_item_;  ///< its stamp was taken
 };
 
 }  // namespace lrt::engine

@@ -126,8 +126,25 @@ void PropertyResource::mark_readability_changed() {
 
 void PropertyResource::expire(Utc now) {
   if (!in_graph || in_graph->expires_after.count() == 0 || value.is_null() || now - modified < in_graph->expires_after) return;
+  count(0);
   value = rdf::Value();
   mark_value_changed();
+}
+
+void PropertyResource::add_changes(std::uint64_t changes) noexcept {
+  number_ += changes;
+  if (!in_graph && !spec->file) thing->state.number += changes;
+}
+
+void PropertyResource::count(std::uint64_t taken) noexcept {
+  if (taken == 0) return add_changes(1);
+  add_changes(taken - taken_);
+  taken_ = taken;
+}
+
+void PropertyResource::count_unchanged(std::uint64_t taken) noexcept {
+  add_changes(taken - taken_ - 1);
+  taken_ = taken;
 }
 
 void PropertyResource::report_lost() {

@@ -69,6 +69,15 @@ class PropertyResource final : public ValueResource {
   /// @pre it is a pushed property
   void report_lost();
 
+  /// Its changes so far, also those that the engine never saw because newer ones had overwritten them.
+  std::uint64_t change_number() const noexcept override { return number_; }
+  std::optional<Utc> value_time() const noexcept override { return value.is_null() ? std::nullopt : std::optional(modified); }
+  /// Its value is about to become another one.
+  /// @param taken  number of the value in the slot, which counts each publish(); 0: it is not from a slot
+  void count(std::uint64_t taken) noexcept;
+  /// A published value is the one that it has already. Those between count as changes.
+  void count_unchanged(std::uint64_t taken) noexcept;
+
   /// Called when the resource is removed. Requests that wait for a write get 404.
   void removed(Parts& parts);
 
@@ -80,7 +89,7 @@ class PropertyResource final : public ValueResource {
   bool only_octets = false;   ///< the value has too many members for RDF, which describes its octets instead
   bool nameless = false;      ///< what was published last has an enumerator without a name; this was logged
 
-  std::vector<Encoding> encodings;                 ///< of the present value, by the user's encoders; of the same index
+  ThinVector<Encoding> encodings;                  ///< of the present value, by the user's encoders; of the same index
   std::unique_ptr<PropertyRefresh> refresh_state;  ///< PropertyValues'; null: none was needed yet
   bool is_refreshing() const noexcept { return refresh_state && refresh_state->running; }
   /// The last read of a pulled property failed.
@@ -128,6 +137,10 @@ class PropertyResource final : public ValueResource {
     std::shared_ptr<CancelToken> token;
   };
 
+  void add_changes(std::uint64_t changes) noexcept;
+
+  std::uint64_t number_ = 0;                      ///< of its present value
+  std::uint64_t taken_ = 0;                       ///< of the slot, the value that was taken last
   std::unique_ptr<const Variants> own_variants_;  ///< nullptr: those of any value
   std::unique_ptr<Writes> writes_;                ///< nullptr: there are none
 };

@@ -45,6 +45,7 @@ struct SubscriptionRequest {
   Variant variant;
   subscription::Policy policy;
   bool provisional = false;                    ///< of a callback: held until it is saved
+  bool stamped = false;                        ///< of a WebSocket: a stamp precedes each representation
   bool has_confirmed = false;                  ///< of a callback: its receiver has confirmed it before
   bool restored = false;                       ///< from a file, without a request
   bool begins_with_refresh = false;            ///< the first notification waits until the value has been read
@@ -104,7 +105,10 @@ class SubscriptionResource final : public Resource, public Observer {
   ClientCounts::Share share;  ///< of its client
 
   subscription::Backlog backlog;
-  std::string last_tag;  ///< of the representation that was sent last
+  std::string last_tag;           ///< of the representation that was sent last
+  subscription::LeftOut changes;  ///< those that it was not sent
+  std::uint64_t left_out = 0;     ///< changes before the message that was handed out last
+  std::uint64_t messages = 0;     ///< that were handed out
   std::uint64_t delivered = 0;
   bool marked = false;                         ///< has a queue, and a change that is not in it yet
   bool awaits_value = false;                   ///< its first notification waits until the value has been read

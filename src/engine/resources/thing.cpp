@@ -168,6 +168,13 @@ std::uint64_t StateResource::state(std::uint64_t structure) const noexcept {
   return sum;
 }
 
+std::optional<Utc> StateResource::value_time() const noexcept {
+  std::optional<Utc> newest;
+  for (const PropertyResource* p : thing->in_state())
+    if (!p->value.is_null() && (!newest || *newest < p->modified)) newest = p->modified;
+  return newest;
+}
+
 void StateResource::link_related(http::LinkWriter& links, const std::string& base) const {
   for (PropertyResource* p : thing->in_state()) links.add(base + p->path, "related");
 }

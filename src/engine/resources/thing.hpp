@@ -73,6 +73,11 @@ class StateResource final : public ValueResource {
   Reads reads() const noexcept override { return Reads::values; }
   void for_each_property(FunctionRef<void(PropertyResource&)> visit) const override;
   void set_observed(bool observed, ChangeScanner& scanner) override;
+  std::uint64_t change_number() const noexcept override { return number; }
+  /// The time of the newest value.
+  std::optional<Utc> value_time() const noexcept override;
+
+  std::uint64_t number = 0;  ///< the changes of all its properties, which count them
 };
 
 /// The properties of a Thing that its state contains: all but files.
