@@ -26,7 +26,7 @@ inline namespace v0 {
 /// - The target is the one that libwebsockets has decoded, encoded anew: "//", "/./" and "/../" are resolved, `%2F` is
 ///   a slash, '+' in a path is a space, ';' in a query is '&'. A target with `%00` closes the connection without a
 ///   response.
-/// - A WebSocket handshake with Sec-WebSocket-Protocol gets 400. A handshake is never deferred
+/// - A WebSocket handshake with Sec-WebSocket-Protocol gets 400, unless it offers `lrt.stamped`. A handshake is never deferred
 ///   (Request::must_upgrade_now): the WebSocket opens before a pulled property has been read, and closes with 1011 if
 ///   that fails. If a handler defers the response anyway, the WebSocket opens without the fields of the response, and a
 ///   later refusal closes it: 1013 for 503, 1011 for another 5xx, else 1008.

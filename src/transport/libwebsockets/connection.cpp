@@ -159,8 +159,8 @@ int Connection::on_upgrade() {
   if (!refusal) refusal = http::check_websocket(request);
   if (!refusal && is_pipelined()) refusal = pipelined();
   if (!refusal && (only_stops_ || dying_)) refusal = http::Refusal{503, "too many connections"};
-  if (!refusal && request.find("Sec-WebSocket-Protocol"))
-    refusal = http::Refusal{400, "Sec-WebSocket-Protocol: expected none, this server has no subprotocols"};
+  if (!refusal && request.find("Sec-WebSocket-Protocol") && !http::offers_subprotocol(request, http::stamped_protocol))
+    refusal = http::Refusal{400, "Sec-WebSocket-Protocol: expected none or " + std::string(http::stamped_protocol)};
   if (refusal) return refuse(*std::move(refusal));
   incoming_.strip_framing_fields();
   request.body = {};

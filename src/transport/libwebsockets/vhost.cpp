@@ -11,12 +11,14 @@
 #include <cerrno>
 #include <cstring>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include <lrt/http/date.hpp>
 
 #include "src/base/client_key.hpp"
 #include "src/base/resolve.hpp"
+#include "src/http/websocket.hpp"
 #include "src/transport/libwebsockets/connection.hpp"
 #include "src/transport/libwebsockets/tls.hpp"
 
@@ -85,7 +87,10 @@ Result<void> Vhost::open(const std::shared_ptr<Vhost>& self, lws_context* contex
 }
 
 Result<void> Vhost::listen(lws_context* context, bool is_v6) {
-  static const lws_protocols protocols[] = {{name, &Vhost::on_lws, 0, 4096, 0, nullptr, 0}, {nullptr, nullptr, 0, 0, 0, nullptr, 0}};
+  static const std::string stamped(http::stamped_protocol);
+  static const lws_protocols protocols[] = {{name, &Vhost::on_lws, 0, 4096, 0, nullptr, 0},
+                                            {stamped.c_str(), &Vhost::on_lws, 0, 4096, 0, nullptr, 0},
+                                            {nullptr, nullptr, 0, 0, 0, nullptr, 0}};
   const auto& limits = options_.limits;
   lws_context_creation_info info{};
   info.port = options_.port;

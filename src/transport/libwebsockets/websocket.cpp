@@ -27,6 +27,7 @@ constexpr int unsent_bytes = 32 * 1024;
 void WebSocket::accept(engine::Channel channel, http::Fields fields) {
   channel_ = channel;
   fields_ = std::move(fields);
+  fields_.remove("Sec-WebSocket-Protocol");  // libwebsockets adds it
   vhost_.channels.emplace(static_cast<std::uint64_t>(channel), &connection_);
   push();
 }
