@@ -16,6 +16,7 @@
 #include "src/base/thread.hpp"
 #include "src/exchange/tls.hpp"
 #include "src/http/form.hpp"
+#include "src/http/stamp.hpp"
 #include "src/http/url.hpp"
 
 namespace lrt::client {
@@ -125,7 +126,9 @@ class State final : public engine::Handler, public std::enable_shared_from_this<
       }
     }
     ++notifications_;
-    callback->take({request.body, request.find("Content-Type").value_or(std::string_view()), request.find("ETag").value_or(std::string_view())});
+    const auto field = [&](std::string_view name) { return request.find(name).value_or(std::string_view()); };
+    callback->take({request.body, field("Content-Type"), field("ETag"), field(http::time_field), field(http::sequence_field),
+                    field(http::left_out_field), field(http::series_field)});
     http::Response response;
     response.status = 204;
     return response;

@@ -5,6 +5,8 @@
 #include <charconv>
 #include <utility>
 
+#include "src/http/stamp.hpp"
+
 namespace lrt::client {
 namespace {
 
@@ -53,9 +55,13 @@ bool EventParser::end_line(const std::function<bool(StreamEvent&& event)>& repor
     return take_field(line.substr(0, colon), value);
   }
   const bool is_event = std::exchange(has_data_, false);
-  StreamEvent event{std::exchange(event_.type, {}), std::exchange(event_.data, {}), event_.id};
+  StreamEvent event{std::exchange(event_.type, {}), std::exchange(event_.data, {}), event_.id, event_.stamp};
+  event_.stamp.at.reset();
+  event_.stamp.sequence.reset();
+  event_.stamp.left_out.reset();
   if (!is_event) return true;
-  event.data.pop_back();  // the line feed after the last line
+  if (event.stamp.sequence && !event.stamp.left_out) event.stamp.left_out = 0;  // the field is there only if there are any
+  event.data.pop_back();                                                        // the line feed after the last line
   if (event.type.empty()) event.type = "message";
   return report(std::move(event));
 }
@@ -69,6 +75,12 @@ bool EventParser::take_field(std::string_view name, std::string_view value) {
     event_.type = value;
   } else if (name == "id") {
     if (value.find('\0') == std::string_view::npos) event_.id = value;
+  } else if (name == http::event_time) {
+    event_.stamp.set_at(value);
+  } else if (name == http::event_sequence) {
+    event_.stamp.set_sequence(value);
+  } else if (name == http::event_left_out) {
+    event_.stamp.set_left_out(value);
   } else if (name == "retry") {
     std::uint64_t number = 0;
     const auto parsed = std::from_chars(value.data(), value.data() + value.size(), number);

@@ -9,6 +9,8 @@
 #include <string>
 #include <string_view>
 
+#include "src/client/stamp.hpp"
+
 namespace lrt::client {
 
 /// An event of an event stream.
@@ -16,6 +18,7 @@ struct StreamEvent {
   std::string type;  ///< "message" if the stream names none
   std::string data;
   std::string id;  ///< the last one that the stream has set
+  Stamp stamp{};   ///< without a series, which the response has
 };
 
 /// Parses text/event-stream (WHATWG HTML 9.2.6): any chunks, lines that end with CR, LF or CRLF, a byte order mark. An event without data is not

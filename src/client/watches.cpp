@@ -28,9 +28,12 @@
 #include "src/client/event_parser.hpp"
 #include "src/client/names.hpp"
 #include "src/client/representation.hpp"
+#include "src/client/stamp.hpp"
 #include "src/client/tasks.hpp"
 #include "src/client/websockets.hpp"
 #include "src/exchange/redirect.hpp"
+#include "src/http/stamp.hpp"
+#include "src/http/websocket.hpp"
 
 namespace lrt::client {
 inline namespace v0 {
@@ -128,6 +131,17 @@ Result<rdf::Graph> graph_of(std::string_view body, const std::string& type, cons
   options.max_triples = max_triples;
   if (*syntax == rdf::Syntax::json_ld) options.context = own_context(body, url);
   return rdf::read(body, *syntax, options);
+}
+
+/// Two numbers of values, either of which may be unknown, in one.
+std::optional<std::uint64_t> sum(std::optional<std::uint64_t> a, std::optional<std::uint64_t> b) noexcept {
+  return a && b ? std::optional(*a + *b) : std::nullopt;
+}
+
+/// Two gaps without a value between them are one.
+void merge_gap(Change& gap, const Change& later) {
+  gap.left_out = sum(gap.left_out, later.left_out);
+  if (!gap.reason) gap.reason = later.reason;
 }
 
 /// The first object of a predicate, of any subject.
@@ -244,8 +258,10 @@ class LRT_LOCAL Watch::Impl : public std::enable_shared_from_this<Watch::Impl> {
 
   // Events of the activities.
   void connected(Generation generation, std::string subscription);
-  std::optional<Change> connect();
-  void value(Generation generation, std::string body, std::string type, std::string entity_tag);
+  void connect();
+  void value(Generation generation, std::string body, std::string type, std::string entity_tag, const Stamp& stamp = {});
+  void count_left_out(Change& value, const Stamp& stamp);
+  void add_gap(Change gap);
   void lost(Generation generation, Error error, milliseconds min_pause = milliseconds(0));
   void refused(Generation generation, int status, Error error, std::optional<std::chrono::seconds> pause);
   void end(Generation generation, Error error);
@@ -315,9 +331,12 @@ class LRT_LOCAL Watch::Impl : public std::enable_shared_from_this<Watch::Impl> {
   // The activity.
   Generation generation_ = 1;
   std::size_t step_ = 0, type_ = 0;
-  unsigned failures_ = 0;   ///< since the last value
-  bool has_value_ = false;  ///< of this connection
-  unsigned empty_ = 0;      ///< connections in a row that opened and ended without a value, before the first one
+  unsigned failures_ = 0;      ///< since the last value
+  bool has_value_ = false;     ///< of this connection
+  unsigned empty_ = 0;         ///< connections in a row that opened and ended without a value, before the first one
+  std::optional<Change> gap_;  ///< of this connection: reported with its first value, when its number of values is known
+  Stamp last_;                 ///< of the last value
+  bool offers_stamps_ = true;
   bool asked_graph_ = false, asked_token_ = false;
   std::optional<Instant> not_found_since_;
   std::string websocket_url_;
@@ -379,18 +398,23 @@ void Watch::Impl::post(Lock& lock, Change made) {
   if (stopped_ || ended_) return;
   const std::size_t max = std::max<std::size_t>(context_->options().limits.max_waiting_changes, 1);
   if (made.kind == Change::Kind::ended) ended_ = true;
-  if (made.kind == Change::Kind::gap && !queue_.empty() && queue_.back().kind == Change::Kind::gap) return;  // nothing was between them
   queue_.push_back(std::move(made));
   if (queue_.size() > max) {
     const auto is_value = [](const Change& c) { return c.kind == Change::Kind::value; };
     const auto oldest = std::find_if(queue_.begin(), queue_.end(), is_value);
     if (oldest != queue_.end()) {
       const std::uint64_t dropped = oldest->dropped + 1;
+      const std::optional<std::uint64_t> left_out = oldest->left_out;
       ++counts_.dropped;
       const auto after = queue_.erase(oldest);
-      if (const auto next = std::find_if(after, queue_.end(), is_value); next != queue_.end()) next->dropped += dropped;
-      if (after != queue_.begin() && after != queue_.end() && after->kind == Change::Kind::gap && std::prev(after)->kind == Change::Kind::gap)
+      if (const auto next = std::find_if(after, queue_.end(), is_value); next != queue_.end()) {
+        next->dropped += dropped;
+        if (next->left_out) next->left_out = sum(next->left_out, left_out);
+      }
+      if (after != queue_.begin() && after != queue_.end() && after->kind == Change::Kind::gap && std::prev(after)->kind == Change::Kind::gap) {
+        merge_gap(*std::prev(after), *after);
         queue_.erase(after);
+      }
     }
   }
   if (delivery_ == Delivery::at_once) {
@@ -439,34 +463,58 @@ void Watch::Impl::connected(Generation generation, std::string subscription) {
   Lock lock(mutex_);
   if (stopped_ || generation != generation_) return;
   subscription_ = std::move(subscription);
-  std::optional<Change> gap = connect();
-  if (gap) post(lock, *std::move(gap));
+  connect();
 }
 
-/// Under the lock. The gap, if there was a value before.
-std::optional<Change> Watch::Impl::connect() {
-  if (connected_.exchange(true, std::memory_order_acq_rel)) return std::nullopt;
+/// Under the lock.
+void Watch::Impl::connect() {
+  if (connected_.exchange(true, std::memory_order_acq_rel)) return;
   via_ = steps_[step_];
   has_value_ = false;
   not_found_since_.reset();
   asked_token_ = false;
   std::optional<Error> why = std::exchange(last_error_, std::nullopt);
-  if (counts_.values == 0) return std::nullopt;
-  ++counts_.gaps;
-  Change gap = change(Change::Kind::gap);
-  gap.reason = std::move(why);
-  return gap;
+  if (counts_.values == 0 || gap_) return;
+  gap_ = change(Change::Kind::gap);
+  gap_->reason = std::move(why);
 }
 
-void Watch::Impl::value(Generation generation, std::string body, std::string type, std::string entity_tag) {
+/// Under the lock.
+void Watch::Impl::add_gap(Change gap) {
+  ++counts_.gaps;
+  if (!queue_.empty() && queue_.back().kind == Change::Kind::gap) merge_gap(queue_.back(), gap);
+  else queue_.push_back(std::move(gap));
+}
+
+/// Under the lock. Adds a gap before the value if there is one.
+void Watch::Impl::count_left_out(Change& value, const Stamp& stamp) {
+  value.left_out = stamp.left_out;
+  if (gap_) {
+    gap_->left_out = between(last_, stamp);
+    if (gap_->left_out) value.left_out = 0;  // what the new subscription has left out is among them
+    counts_.left_out += gap_->left_out.value_or(0);
+    add_gap(*std::exchange(gap_, std::nullopt));
+  }
+  counts_.left_out += value.left_out.value_or(0);
+  if (options_.queue_length > 0 && value.left_out.value_or(0) > 0) {
+    Change gap = change(Change::Kind::gap);
+    gap.left_out = std::exchange(value.left_out, 0);
+    add_gap(std::move(gap));
+  }
+  last_ = stamp;
+}
+
+void Watch::Impl::value(Generation generation, std::string body, std::string type, std::string entity_tag, const Stamp& stamp) {
   Change made = change(Change::Kind::value);
   made.media_type = std::move(type);
   made.entity_tag = std::move(entity_tag);
   made.body = std::make_shared<const std::string>(std::move(body));
+  made.at = stamp.at;
+  made.sequence = stamp.sequence;
   Lock lock(mutex_);
   if (stopped_ || generation != generation_) return;
-  std::optional<Change> gap = connect();  // the first notification of a callback may precede the response to its subscription
-  if (gap) queue_.push_back(*std::move(gap));
+  connect();  // the first notification of a callback may precede the response to its subscription
+  count_left_out(made, stamp);
   has_value_ = true;
   failures_ = 0;
   ++counts_.values;
@@ -496,11 +544,12 @@ void Watch::Impl::lost(Generation generation, Error error, milliseconds min_paus
 void Watch::Impl::refused(Generation generation, int status, Error error, std::optional<std::chrono::seconds> pause) {
   enum class Next { retry, type, step, end } next = Next::end;
   Via via = Via::any;
-  bool may_ask_token = false, may_ask_graph = false;
+  bool may_ask_token = false, may_ask_graph = false, has_offered = false;
   {
     const std::lock_guard lock(mutex_);
     if (stopped_ || generation != generation_) return;
     via = steps_[step_];
+    has_offered = via == Via::websocket && status == 400 && std::exchange(offers_stamps_, false);  // some servers refuse each subprotocol
     if (is_temporary(status)) next = Next::retry;
     else if (status == 404 && counts_.values > 0) {
       const Instant now = context_->clock.now().steady;
@@ -509,11 +558,12 @@ void Watch::Impl::refused(Generation generation, int status, Error error, std::o
     } else if (status == 0 && counts_.values > 0) next = Next::retry;
     else if (status == 406 && type_ + 1 < types_.size() && via != Via::polling) next = Next::type;
     else if (step_ + 1 < steps_.size()) next = Next::step;
-    const bool is_final = next == Next::step || next == Next::end;
+    const bool is_final = !has_offered && (next == Next::step || next == Next::end);
     may_ask_token = is_final && status == 401 && via != Via::polling && !std::exchange(asked_token_, true);
     may_ask_graph = is_final && via == Via::websocket && websocket_url_.empty() && status != 401 && status != 403 && status != 404 && status != 410 &&
                     !std::exchange(asked_graph_, true);
   }
+  if (has_offered) return void(again(generation, &Impl::same_step));
   if (next == Next::retry) return lost(generation, std::move(error), pause ? milliseconds(*pause) : milliseconds(0));
   if (next == Next::type) return void(again(generation, &Impl::next_type));
   if (may_ask_graph && find_websocket_url()) return void(again(generation, &Impl::same_step));
@@ -534,6 +584,7 @@ void Watch::Impl::end(Generation generation, Error error) {
   release_activity(lock);
   if (stopped_ || ended_) return;
   last_error_ = error;
+  if (gap_) add_gap(*std::exchange(gap_, std::nullopt));
   Change made = change(Change::Kind::ended);
   made.reason = std::move(error);
   post(lock, std::move(made));
@@ -626,7 +677,8 @@ std::string Watch::Impl::with_policy(std::string url) const {
 struct LRT_LOCAL Watch::Impl::SocketEvents final : WebSocketEvents {
   SocketEvents(std::weak_ptr<Impl> owner, Generation number, std::string type, std::string base_url)
       : watch(std::move(owner)), generation(number), media_type(std::move(type)), base(std::move(base_url)) {}
-  void opened(std::string location, std::string) override {
+  void opened(std::string location, std::string protocol) override {
+    is_stamped = protocol == http::stamped_protocol;
     const auto self = watch.lock();
     if (!self) return;
     const Result<std::string> url = location.empty() ? Result<std::string>(std::string()) : iri::resolve(base, location);
@@ -635,9 +687,17 @@ struct LRT_LOCAL Watch::Impl::SocketEvents final : WebSocketEvents {
   void received(std::string message) override {
     const auto self = watch.lock();
     if (!self) return;
+    if (is_stamped && !stamp) {
+      stamp = read_stamp(message);  // nullopt: a message of a later version, such as a heartbeat
+      if (!stamp) return;
+      if (stamp->series.empty()) stamp->series = series;
+      series = stamp->series;
+      return;
+    }
     std::string type = apparent_type(message, media_type);
     if (self->is_stray(generation, message, type)) return;
-    self->value(generation, std::move(message), std::move(type), {});
+    const Stamp of_this = std::exchange(stamp, std::nullopt).value_or(Stamp());
+    self->value(generation, std::move(message), std::move(type), {}, of_this);
   }
   void ended(const WebSocketEnd& end) override {
     if (const auto self = watch.lock()) self->socket_ended(generation, end);
@@ -645,6 +705,10 @@ struct LRT_LOCAL Watch::Impl::SocketEvents final : WebSocketEvents {
   const std::weak_ptr<Impl> watch;
   const Generation generation;
   const std::string media_type, base;
+  // Used by the thread of WebSockets.
+  bool is_stamped = false;
+  std::optional<Stamp> stamp;  ///< of the next message
+  std::string series;          ///< the last one
 };
 
 void Watch::Impl::open_websocket(Generation generation) {
@@ -665,6 +729,7 @@ void Watch::Impl::open_websocket(Generation generation) {
   WebSocketRequest request{*url, *std::move(addresses), request_fields(*url, type), options_.idle_time, context_->http->is_trusted(*url)};
   std::unique_lock lock(mutex_);
   if (stopped_ || generation != generation_) return;
+  if (offers_stamps_) request.protocol = http::stamped_protocol;
   // Under the lock: stop() then closes it.
   websocket_ = context_->websockets.open(std::move(request), std::move(events));
   if (websocket_ != 0) return;
@@ -763,6 +828,7 @@ void Watch::Impl::stream(Generation generation) {
 
   EventParser parser(limits.max_message_bytes);
   bool is_stream = false, is_elsewhere = false;
+  Stamp series;
   std::string body;
   exchange::Outcome outcome;
   exchange::Receiver receiver;
@@ -772,6 +838,7 @@ void Watch::Impl::stream(Generation generation) {
     if (!is_stream) return header.status != 200;  // the body of a refusal has its reason
     const auto location = header.fields.find("Location");
     const Result<std::string> url = location ? iri::resolve(target, *location) : Result<std::string>(std::string());
+    series.set_series(header.fields.find(http::series_field).value_or(std::string_view()));
     connected(generation, url ? *url : std::string());
     return true;
   };
@@ -780,7 +847,8 @@ void Watch::Impl::stream(Generation generation) {
     return parser.parse(bytes, [&](StreamEvent&& event) {
       if (event.type == "message") {
         std::string found = apparent_type(event.data, type);
-        value(generation, std::move(event.data), std::move(found), std::move(event.id));
+        event.stamp.series = series.series;
+        value(generation, std::move(event.data), std::move(found), std::move(event.id), event.stamp);
       }
       return is_current(generation);
     });
@@ -872,7 +940,13 @@ void Watch::Impl::subscribe(Generation generation) {
       const std::lock_guard lock(self->mutex_);
       self->last_notification_ = self->context_->clock.now().steady;
     }
-    self->value(generation, std::string(notification.body), essence(notification.content_type), std::string(notification.entity_tag));
+    Stamp stamp;
+    stamp.set_at(notification.time);
+    stamp.set_sequence(notification.sequence);
+    stamp.set_left_out(notification.left_out);
+    if (stamp.sequence && notification.left_out.empty()) stamp.left_out = 0;
+    stamp.set_series(notification.series);
+    self->value(generation, std::string(notification.body), essence(notification.content_type), std::string(notification.entity_tag), stamp);
   };
   /// Makes the subscription; the URL by which the server names it.
   const auto request = [&](const std::string& container) -> Result<Response> {

@@ -80,6 +80,10 @@ class LRT_API CallbackReceiver {
     /// The body, Content-Type and ETag.
     std::string_view body, content_type, entity_tag;
     /// @}
+    /// @{
+    /// Value-Time, Value-Sequence, Values-Left-Out and Value-Series (SPEC 3.6); empty: the server does not send it.
+    std::string_view time{}, sequence{}, left_out{}, series{};
+    /// @}
   };
   /// Makes a callback URL. Client uses it; a program that subscribes by itself may use it, too.
   /// @param secret  of the subscription; empty: notifications are not signed

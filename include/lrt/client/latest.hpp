@@ -68,6 +68,9 @@ class Latest {
     if (!shared_ || !shared_->was_taken) return std::chrono::nanoseconds::max();
     return std::chrono::steady_clock::now() - shared_->taken_received;
   }
+  /// When the value that was taken last became what it is, by the clock of the robot (Change::at). nullopt: none was taken,
+  /// or the server does not say it.
+  std::optional<std::chrono::system_clock::time_point> source_time() const noexcept { return shared_ ? shared_->taken_at : std::nullopt; }
   /// Whether the server is connected, as far as this program knows: see WatchOptions::idle_time. With Via::polling: the
   /// last request succeeded.
   bool is_connected() const noexcept { return watch_.is_connected(); }
@@ -88,6 +91,7 @@ class Latest {
   struct Cell {
     T value{};
     std::chrono::steady_clock::time_point received{};
+    std::optional<std::chrono::system_clock::time_point> at{};
   };
   struct Shared {
     static constexpr std::uint8_t fresh = 4, index = 3;
@@ -103,6 +107,7 @@ class Latest {
       }
       cells[back].value = *value;
       cells[back].received = change.received;
+      cells[back].at = change.at;
       back = middle.exchange(static_cast<std::uint8_t>(back | fresh), std::memory_order_acq_rel) & index;
       values.fetch_add(1, std::memory_order_relaxed);
     }
@@ -111,6 +116,7 @@ class Latest {
       front = middle.exchange(front, std::memory_order_acq_rel) & index;
       value = cells[front].value;
       taken_received = cells[front].received;
+      taken_at = cells[front].at;
       was_taken = true;
       return true;
     }
@@ -123,6 +129,7 @@ class Latest {
     std::uint8_t front = 1;  // used by the loop, as those below
     bool was_taken = false;
     std::chrono::steady_clock::time_point taken_received{};
+    std::optional<std::chrono::system_clock::time_point> taken_at{};
     Cell cells[3];
   };
 

@@ -61,7 +61,8 @@ struct LRT_API Change {
   /// What happened.
   enum class Kind : unsigned char {
     value,  ///< a representation, the same as GET would have received
-    gap,    ///< connected again: changes since the last value may be missing. The next value is the present one
+    gap,    ///< changes are missing, or may be: see `left_out`. The connection was lost, with the `reason`, and the next
+            ///< value is the present one; or, without a reason, the queue at the server was too short
     ended,  ///< the server has ended the subscription, or refuses it; `reason` says why. Nothing follows
   };
   Kind kind = Kind::value;                           ///< what happened
@@ -73,6 +74,16 @@ struct LRT_API Change {
   std::optional<Error> reason{};                     ///< of ended; of a gap: why the connection was lost
   std::chrono::steady_clock::time_point received{};  ///< when this program received it
   std::size_t max_triples = 500'000;                 ///< of graph(): Limits::max_triples
+  /// Of a value: when it became what it is, by the clock of the robot. nullopt: the server does not say it (SPEC 3.6).
+  std::optional<std::chrono::system_clock::time_point> at{};
+  /// Of a value: its number. The server counts the changes of each resource, also those that it sends to nobody. nullopt:
+  /// the server does not say it.
+  std::optional<std::uint64_t> sequence{};
+  /// Values that the server left out just before this one; nullopt: not known. With WatchOptions::queue_length each
+  /// value matters, so a gap precedes the value and has the number; that of the value is 0. Without a queue only the newest
+  /// value was asked for: the value has the number, and there is no gap. After a lost connection the gap has the number
+  /// in both cases, unless the server was started again.
+  std::optional<std::uint64_t> left_out{};
 
   /// The graph of the body. Each call parses the body.
   /// @par Errors  expected_rdf, limit_exceeded, unsupported_syntax: the body is not RDF
@@ -92,8 +103,11 @@ class LRT_API Watch {
   /// Numbers since the watch began.
   struct Counts {
     std::uint64_t values = 0;   ///< received values
-    std::uint64_t gaps = 0;     ///< connections after a loss
+    std::uint64_t gaps = 0;     ///< connections after a loss, and values that a queue at the server did not hold
     std::uint64_t dropped = 0;  ///< values that this program did not take in time
+    /// Values that the server left out, as far as it says so. With `values`, of which `dropped` are a part, these are all
+    /// changes of the resource.
+    std::uint64_t left_out = 0;
   };
 
   Watch() noexcept;
