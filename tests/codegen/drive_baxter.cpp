@@ -3,10 +3,12 @@
 
 #include "tests/codegen/baxter.hpp"
 
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <thread>
 #include <vector>
 
 namespace {
@@ -42,6 +44,20 @@ int main(int argc, char** argv) {
   expect(joint.friction.read().value() == 12.5, "the friction that was written");
   expect(!joint.friction.write(1e6), "a friction beyond its bounds to be refused");
   joint.friction.write(0).value();
+
+  // Watched with its type: each value has the time and the number that the robot gave it.
+  std::atomic<int> watched{0};
+  const auto watch = joint.position
+                         .watch({},
+                                [&](const lrt::Result<double>& value, const lrt::client::Change& change) {
+                                  if (value && std::isfinite(*value) && change.at && change.sequence && change.left_out) ++watched;
+                                })
+                         .value();
+  while (watched == 0) client.poll();
+  auto latest = joint.position.latest().value();
+  double newest = NAN;
+  while (!latest.take(newest)) std::this_thread::yield();
+  expect(std::isfinite(newest) && latest.source_time(), "the newest position with its time");
 
   const auto run = joint.rotate(1.0F).value();
   const auto ended = run.wait(std::chrono::seconds(20)).value();

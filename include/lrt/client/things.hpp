@@ -112,15 +112,26 @@ class LRT_API Property {
   /// @par Errors  expected_iri, invalid_option; closed: after Client::stop()
   template <class T>
   Result<Latest<T>> latest(const lrt::Unit& unit = lrt::unit::none, const WatchOptions& options = {}) const {
+    return latest<T>(rdf::traits<T>::type(), unit, options);
+  }
+  /// The same for values that the server writes in another form than rdf::traits<T>::type().
+  /// @param type  it must exist until the process ends
+  template <class T>
+  Result<Latest<T>> latest(const rdf::Type& type, const lrt::Unit& unit, const WatchOptions& options) const {
     return Latest<T>::follow([&](OnChange on_change) { return watch_at_once(options, std::move(on_change)); },
-                             [self = *this, unit](const Change& change) { return self.value_of<T>(change, unit); });
+                             [self = *this, &type, unit](const Change& change) { return self.value_of<T>(change, type, unit); });
   }
   /// Decodes the value of a change that a watch has reported.
   /// @par Errors  as read(); expected_rdf and others of Change::graph()
   /// @par Time    Sends no request.
   template <class T>
   Result<T> value_of(const Change& change, const lrt::Unit& unit = lrt::unit::none) const {
-    Result<rdf::Value> value = decode(change, rdf::traits<T>::type(), unit);
+    return value_of<T>(change, rdf::traits<T>::type(), unit);
+  }
+  /// The same for a value in another form than rdf::traits<T>::type().
+  template <class T>
+  Result<T> value_of(const Change& change, const rdf::Type& type, const lrt::Unit& unit) const {
+    Result<rdf::Value> value = decode(change, type, unit);
     if (!value) return Unexpected{std::move(value).error()};
     return rdf::traits<T>::decode(*value);
   }

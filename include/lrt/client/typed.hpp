@@ -11,7 +11,9 @@
 
 #include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
+#include <lrt/client/latest.hpp>
 #include <lrt/client/things.hpp>
+#include <lrt/client/watch.hpp>
 #include <lrt/rdf/traits.hpp>
 #include <lrt/rdf/type.hpp>
 #include <lrt/rdf/unit.hpp>
@@ -81,6 +83,33 @@ class Readable : public Untyped {
     const Result<rdf::Value> value = property->decode(representation, *form_.type, form_.unit);
     if (!value) return Unexpected{value.error()};
     return rdf::traits<T>::decode(*value);
+  }
+  /// Called with each change of a watch and its value. The value is an error if the change is a gap or the end, or if it
+  /// is not a T; `change.kind` tells which. Change::at is the time of the value, Change::left_out what is missing.
+  using OnValue = std::function<void(const Result<T>& value, const Change& change)>;
+  /// Begins to watch it.
+  ///
+  ///     auto watch = joint.position.watch({}, [](const lrt::Result<double>& value, const lrt::client::Change& change) {
+  ///       if (value) plot(change.at, *value);
+  ///     });
+  ///
+  /// @par Errors   unknown_path: exists() is false; those of Property::watch()
+  /// @par Threads  The callback: see Options::callbacks.
+  /// @par Time     Does not wait for the server.
+  Result<Watch> watch(const WatchOptions& options, OnValue on_value) const {
+    const Result<Property> property = this->property();
+    if (!property) return Unexpected{property.error()};
+    return property->watch(options, [property = *property, form = form_, on_value = std::move(on_value)](const Change& change) {
+      if (change.kind == Change::Kind::value) return on_value(property.template value_of<T>(change, *form.type, form.unit), change);
+      on_value(unexpected(Errc::expected_value, change.kind == Change::Kind::gap ? "a gap has no value" : "the watch has ended"), change);
+    });
+  }
+  /// The newest value for a control loop.
+  /// @par Errors  unknown_path: exists() is false; those of Property::latest()
+  Result<Latest<T>> latest(const WatchOptions& options = {}) const {
+    const Result<Property> property = this->property();
+    if (!property) return Unexpected{property.error()};
+    return property->template latest<T>(*form_.type, form_.unit, options);
   }
   /// Unit of its numbers; unit::none: none.
   const lrt::Unit& unit() const noexcept { return form_.unit; }
