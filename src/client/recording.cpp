@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <optional>
 
+#include <lrt/base/clock.hpp>
 #include <lrt/rdf/graph.hpp>
 #include <lrt/rdf/lexical.hpp>
 #include <lrt/rdf/value_codec.hpp>
@@ -86,6 +87,10 @@ std::optional<RecordedChange> change_of(std::string_view line) {
   if (value == Document::none) return std::nullopt;
   change.value = json_of(*document, value);
   change.unit = text_of(*document, "unit").value_or(std::string());
+  if (const std::optional<std::string> time = text_of(*document, "sourceTime")) {
+    using Utc = std::chrono::system_clock::time_point;
+    if (const auto since = rdf::lexical::parse_instant(*time)) change.source_time = Utc(std::chrono::floor<Utc::duration>(*since));
+  }
   return change;
 }
 
@@ -106,6 +111,7 @@ std::string to_line(const RecordedChange& change) {
   } else {
     line += ",\"value\":" + change.value;
     if (!change.unit.empty()) line += ",\"unit\":" + json_string(change.unit);
+    if (change.source_time) line += ",\"sourceTime\":\"" + to_xsd_date_time(*change.source_time) + "\"";
   }
   return line + "}" + std::string(line_feed);
 }

@@ -58,7 +58,11 @@ void Observer::take(std::size_t index, const Change& change) {
       has_ended_[index] = true;
       if (change.reason && !refusal_) refusal_ = change.reason;
     }
-    seen.reason = change.reason ? printable(change.reason->message) : "the connection was lost";
+    seen.reason = change.reason ? printable(change.reason->message) : change.left_out ? "" : "the connection was lost";
+    if (seen.kind == Observed::Kind::gap && change.left_out) {
+      if (!seen.reason.empty()) seen.reason += "; ";
+      seen.reason += std::to_string(*change.left_out) + (*change.left_out == 1 ? " value is missing" : " values are missing");
+    }
     changes_.push_back(std::move(seen));
     return;
   }
@@ -76,6 +80,7 @@ void Observer::take(std::size_t index, const Change& change) {
     seen.kind = Observed::Kind::gap;
     seen.reason = printable(node.error().message);
   } else {
+    seen.source_time = change.at;
     seen.value = value_at(*graph, *node, schemas_[index] ? &*schemas_[index] : nullptr);
   }
   changes_.push_back(std::move(seen));

@@ -28,8 +28,9 @@ void add_observe_options(CLI::App& command, ObserveOptions& options);
 struct Observed {
   enum class Kind : unsigned char { value, gap, ended };
   Kind kind = Kind::value;
-  std::size_t property = 0;  ///< number of the name
-  std::chrono::system_clock::time_point time{};
+  std::size_t property = 0;                                            ///< number of the name
+  std::chrono::system_clock::time_point time{};                        ///< when it was received
+  std::optional<std::chrono::system_clock::time_point> source_time{};  ///< by the clock of the robot, if it says it
   std::chrono::steady_clock::time_point received{};
   PlainValue value{};
   std::string reason{};  ///< of a gap and an end; printable

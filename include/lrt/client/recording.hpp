@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -21,11 +22,11 @@
 /// change:
 ///
 ///     {"lrt":"recording","version":1,"robot":"http://127.0.0.1:8080/","started":"2026-11-23T15:31:19Z"}
-///     {"at":0.0123,"name":"right_s1/position","value":0.27,"unit":"rad"}
+///     {"at":0.0123,"name":"right_s1/position","value":0.27,"unit":"rad","sourceTime":"2026-11-23T15:31:19.010250Z"}
 ///     {"at":1.5,"name":"right_s1/position","gap":"the connection was lost"}
 ///
 /// `at` is in seconds since the beginning. `value` is JSON; within it a number has its unit, {"value": 43.6, "unit": "deg"}; `unit` is the UCUM code of a
-/// number. `gap`: changes before this line may be missing. Unknown members are ignored.
+/// number. `sourceTime` is the time of the value by the clock of the robot, if it said it. `gap`: changes before this line may be missing. Unknown members are ignored.
 namespace lrt::client {
 inline namespace v0 {
 
@@ -36,6 +37,9 @@ struct RecordedChange {
   std::string value{};              ///< JSON; empty: a gap
   std::string unit{};               ///< UCUM code; empty: none
   std::string gap{};                ///< the reason why changes may be missing
+  /// When the value became what it is, by the clock of the robot; nullopt: it did not say it. Pass it to
+  /// PushedProperty::publish() to keep the time.
+  std::optional<std::chrono::system_clock::time_point> source_time{};
 
   bool is_gap() const noexcept { return value.empty(); }  ///< whether it has no value
 };

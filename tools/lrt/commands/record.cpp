@@ -74,6 +74,7 @@ Result<int> record(Session& session, RecordOptions& options) {
     if (seen.kind == Observed::Kind::value) {
       change.value = seen.value.json;
       change.unit = seen.value.unit;
+      change.source_time = seen.source_time;
       ++values;
     } else {
       change.gap = seen.reason;

@@ -32,6 +32,7 @@ std::string json_line(const std::string& name, const std::string& url, const Obs
   if (seen.kind == Observed::Kind::value) {
     line += ",\"value\":" + seen.value.json;
     if (!seen.value.unit.empty()) line += ",\"unit\":" + json_string(seen.value.unit);
+    if (seen.source_time) line += ",\"sourceTime\":\"" + to_xsd_date_time(*seen.source_time) + "\"";
   } else {
     line += std::string(seen.kind == Observed::Kind::gap ? ",\"gap\":" : ",\"ended\":") + json_string(seen.reason);
   }
