@@ -8,6 +8,7 @@
 
 #include "src/engine/receivers/receiver.hpp"
 #include "src/engine/resources/property.hpp"
+#include "src/engine/stamps.hpp"
 
 namespace lrt::engine {
 
@@ -50,7 +51,7 @@ void MessageSchedule::fill(SubscriptionResource& s) {
 }
 
 void MessageSchedule::begin(SubscriptionResource& s) {
-  s.changes.begin(s.observed.change_number());
+  s.changes.begin(change_number(s.observed, s.audience));
   if (!has_representation(s.observed)) return;
   if (s.queues()) enqueue(s, false);
   else changed(s);
@@ -92,8 +93,8 @@ void MessageSchedule::enqueue(SubscriptionResource& s, bool is_change) {
   }
   const std::string& last = s.backlog.newest() ? s.backlog.newest()->tag : s.last_tag;
   if (representation->tag == last) {
-    if (is_change) s.changes.unchanged(s.observed.change_number());
-    else if (!s.backlog.newest()) s.changes.knows(s.observed.change_number());
+    if (is_change) s.changes.unchanged(change_number(s.observed, s.audience));
+    else if (!s.backlog.newest()) s.changes.knows(change_number(s.observed, s.audience));
     return;
   }
   const subscription::Item& item = s.receiver->message_of(*representation, representations_);
@@ -168,7 +169,7 @@ subscription::Item MessageSchedule::next_item(SubscriptionResource& s, TimePoint
     Representation* representation = represent(s);
     if (!was_made) took(s.observed, before);
     if (representation && representation->tag != s.last_tag) item = s.receiver->message_of(*representation, representations_);
-    else if (representation) s.changes.unchanged(s.observed.change_number());
+    else if (representation) s.changes.unchanged(change_number(s.observed, s.audience));
   }
   if (!item) return nullptr;
   s.ready_announced = true;

@@ -12,6 +12,7 @@
 #include "src/engine/overview.hpp"
 #include "src/engine/resources/property.hpp"
 #include "src/engine/resources/thing.hpp"
+#include "src/engine/stamps.hpp"
 #include "src/http/etag.hpp"
 #include "src/http/negotiate.hpp"
 #include "src/http/range.hpp"
@@ -439,15 +440,17 @@ rdf::Graph Representations::shown(rdf::Graph graph, std::size_t base, const Audi
 }
 
 const subscription::Item& Representations::message_of(Representation& kept) {
-  if (!kept.message || kept.message->stamp.number != kept.resource->change_number())
-    kept.message = std::make_shared<const subscription::Message>(subscription::Message{kept.body, kept.tag, kept.resource->stamp()});
+  const Audience audience{kept.view, {}};
+  if (!kept.message || kept.message->stamp.number != change_number(*kept.resource, audience))
+    kept.message = std::make_shared<const subscription::Message>(subscription::Message{kept.body, kept.tag, stamp(*kept.resource, audience)});
   return kept.message;
 }
 
 const subscription::Item& Representations::event_of(Representation& kept) {
-  if (kept.event && kept.event->stamp.number == kept.resource->change_number()) return kept.event;
+  const Audience audience{kept.view, {}};
+  if (kept.event && kept.event->stamp.number == change_number(*kept.resource, audience)) return kept.event;
   const std::string& body = *kept.body;
-  const subscription::Stamp stamp = kept.resource->stamp();
+  const subscription::Stamp stamp = engine::stamp(*kept.resource, audience);
   std::string event;
   event.reserve(kept.tag.size() + body.size() + 128);
   const auto field = [&event](std::string_view name, std::string_view value) { event.append(name).append(": ").append(value).append("\n"); };

@@ -15,6 +15,7 @@
 #include "src/engine/receivers/protocols.hpp"
 #include "src/engine/resources/property.hpp"
 #include "src/engine/resources/thing.hpp"
+#include "src/engine/stamps.hpp"
 
 namespace lrt::engine {
 
@@ -87,7 +88,7 @@ SubscriptionResource& Subscriptions::make(SubscriptionRequest request, std::size
                                                      created, *this, parts_);
   SubscriptionResource& s = *made;
   s.last_tag = std::move(known_tag);
-  s.changes.begin(s.observed.change_number());
+  s.changes.begin(change_number(s.observed, s.audience));
   s.share = parts_.subscribers.clients.take(client);
   report(SubscriptionEvent::Kind::made, s, requested);
   parts_.subscribers.add(s);
@@ -155,6 +156,7 @@ void Subscriptions::renew_rights() {
       end(*s, 1008, "the right to observe this resource was withdrawn");
     } else if (audience->view != s->audience.view) {
       s->audience = *std::move(audience);
+      s->changes.knows(change_number(s->observed, s->audience));
       s->observed.subscriptions()->mark_changed();
       parts_.schedule.changed(*s);
     }

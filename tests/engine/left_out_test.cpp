@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -14,6 +15,7 @@
 
 #include "src/http/stamp.hpp"
 #include "src/http/websocket.hpp"
+#include "src/security/policy.hpp"
 #include "src/subscription/backlog.hpp"
 #include "tests/support/bench.hpp"
 #include "tests/support/catch.hpp"
@@ -189,6 +191,44 @@ TEST_CASE("a state counts the changes of its properties", "[engine][R0.12]") {
   CHECK(second[0].at("time") == "2027-01-15T08:00:01.123456Z");
   CHECK(number_in(second[0], "left-out") == 1);
   CHECK(number_in(second[0], "sequence") == number_in(first[0], "sequence") + 2);
+}
+
+TEST_CASE("neither the number nor the time shows what a reader may not see", "[engine][security][R0.12]") {
+  using security::View;
+  using Granted = View::Granted;
+  const security::Rights reads = security::Right::read | security::Right::subscribe;
+  const auto targets = [] {
+    auto made = std::make_shared<View::Targets>();
+    made->all = {{"/", false, true}, {"/other/hidden", true, false}};
+    for (std::size_t i = 0; i < made->all.size(); ++i) made->by_path.emplace(made->all[i].path, i);
+    return made;
+  }();
+  engine::EngineOptions options;
+  options.authorize =
+      [view = std::make_shared<const View>(targets, std::vector<Granted>{{reads, reads}, {security::Right::subscribe, {}}})](const http::Request&) {
+        engine::Caller caller;
+        caller.principal = std::make_shared<const security::Principal>(security::Principal{"anna", {}});
+        caller.view = view;
+        return caller;
+      };
+  Arm arm(std::move(options));
+  Thing other{"other"};
+  auto shown = other.property<double>("shown"), hidden = other.property<double>("hidden");
+  shown.publish(1, some_time);
+  hidden.publish(2, some_time + seconds(100));
+  arm.bench.add(std::move(other));
+  REQUIRE(arm.bench.ask("GET /other/shown").status == 200);
+  REQUIRE(arm.bench.ask("GET /other/hidden").status != 200);
+  const Channel channel = arm.bench.open_stream("/other/state" + json);
+  auto all = arm.events(channel);
+  for (int i = 0; i < 9; ++i) hidden.publish(3 + i, some_time + seconds(200));
+  shown.publish(2, some_time + seconds(1));
+  for (auto& event : arm.events(channel)) all.push_back(std::move(event));
+  REQUIRE(all.size() == 2);
+  CHECK(all[0].at("time") == "2027-01-15T08:00:00.123456Z");
+  CHECK(all[1].at("time") == "2027-01-15T08:00:01.123456Z");
+  CHECK(number_in(all[1], "sequence") == number_in(all[0], "sequence") + 1);
+  CHECK(all[1].count("left-out") == 0);
 }
 
 TEST_CASE("a WebSocket that offers the subprotocol gets a stamp before each representation", "[engine][R0.14]") {
