@@ -259,3 +259,19 @@ TEST_CASE("language ranges come in the order of their weights", "[http]") {
   for (int i = 0; i < 1000; ++i) many += "en-a" + std::to_string(i) + ",";
   CHECK(http::accepted_languages(many).size() == 32);
 }
+
+TEST_CASE("a text is chosen by the languages of the reader, the shorter forms of each before the next", "[rdf]") {
+  const std::vector<std::string_view> offered = {"fr", "de", "en-gb", ""};
+  const auto chosen = [&](const std::vector<std::string>& wanted) { return offered[rdf::choose_language(offered, wanted)]; };
+  CHECK(chosen({"de-Latn-CH-x-mine", "fr"}) == "de");
+  CHECK(chosen({"it", "fr"}) == "fr");
+  CHECK(chosen({"EN-GB"}) == "en-gb");
+  CHECK(chosen({"en"}).empty());  // "en-gb" is no answer to "en"; the text without a language precedes it
+  CHECK(chosen({"*", ""}).empty());
+  CHECK(rdf::choose_language({"fr", "en-gb"}, {}) == 1);
+  CHECK(rdf::choose_language({"fr", "de"}, {"en"}) == 0);
+  CHECK_FALSE(rdf::Facets().has_words());
+  CHECK(rdf::Facets().title("Width", "en").has_words());
+  CHECK(rdf::Facets().merge(rdf::Facets().description("Over all.")).words().descriptions.size() == 1);
+  CHECK(rdf::Facets().title("Width", "en").empty());  // words are no restriction
+}
