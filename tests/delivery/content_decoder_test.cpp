@@ -76,18 +76,19 @@ TEST_CASE("a body without a coding needs no decoder", "[delivery]") {
 
 TEST_CASE("a bomb ends at the limit of its size or its ratio", "[delivery][security]") {
   const std::string zeros(50'000'000, '\0');
+  const auto start = [](const std::string& text) { return text.substr(0, 100); };  // what a failure shows
   DecodingLimits limits;
   limits.max_bytes = 1'000'000;
   limits.max_ratio = 2'000;
-  CHECK(decode("gzip", compress(zeros), 4'096, limits) == "error: its response, decoded, is longer than 1000000 bytes");
+  CHECK(start(decode("gzip", compress(zeros), 4'096, limits)) == "error: its response, decoded, is longer than 1000000 bytes");
   // The bytes between two codings count, too: these decode to 50 MB that are no gzip.
   CHECK(decode("gzip, gzip", compress(zeros), 4'096, limits).find("error: ") == 0);
   limits = {};
-  CHECK(decode("gzip", compress(zeros), 4'096, limits) == "error: its response, decoded, is more than 200 times as long");
-  CHECK(decode("gzip, gzip", compress(compress(zeros)), 4'096, limits) == "error: its response, decoded, is more than 200 times as long");
+  CHECK(start(decode("gzip", compress(zeros), 4'096, limits)) == "error: its response, decoded, is more than 200 times as long");
+  CHECK(start(decode("gzip, gzip", compress(compress(zeros)), 4'096, limits)) == "error: its response, decoded, is more than 200 times as long");
   CHECK(decode("gzip, gzip, gzip", "", 1, limits) == "error: its response has more than 2 codings: \"gzip, gzip, gzip\"");
   // What is short may be dense.
-  CHECK(decode("gzip", compress(zeros.substr(0, 60'000)), 4'096, limits) == zeros.substr(0, 60'000));
+  CHECK((decode("gzip", compress(zeros.substr(0, 60'000)), 4'096, limits) == zeros.substr(0, 60'000)));
 }
 
 TEST_CASE("the one who takes the bytes may end decoding", "[delivery]") {
