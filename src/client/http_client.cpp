@@ -64,12 +64,13 @@ class HttpClientImpl final : public HttpClient {
 
   Result<Response> send(const Request& given) override {
     Request request = given;
+    const WaitLimit limit{std::chrono::steady_clock::now() + options_.limits.response_time, stop_descriptor_};  // of all redirects together
     bool has_new_token = false, is_elsewhere = false;
     for (unsigned redirects = 0;;) {
       if (const std::size_t mark = request.url.find('#'); mark != std::string::npos) request.url.resize(mark);
       const Result<http::Url> url = http::parse_url(request.url);
       if (!url) return unexpected(url.error().code, "\"" + request.url + "\": " + url.error().message);
-      Result<Response> response = once(request, *url, is_elsewhere);
+      Result<Response> response = once(request, *url, is_elsewhere, limit);
       log(request, response);
       if (!response) return response;
       response->url = request.url;
@@ -153,9 +154,8 @@ class HttpClientImpl final : public HttpClient {
   }
 
   /// One exchange, without regard to redirects.
-  Result<Response> once(const Request& request, const http::Url& url, bool is_elsewhere) {
+  Result<Response> once(const Request& request, const http::Url& url, bool is_elsewhere, WaitLimit limit) {
     if (stopped_) return unexpected(Errc::cancelled, "\"" + request.url + "\": the client stops");
-    const WaitLimit limit{std::chrono::steady_clock::now() + options_.limits.response_time, stop_descriptor_};
     const auto identity = is_elsewhere ? std::vector<std::pair<std::string, std::string>>() : identity_fields(url);
     exchange::Request sent{request.method, url.target, url.authority, {}, request.body};
     for (const auto& [name, value] : request.fields) sent.fields.push_back({name, value});

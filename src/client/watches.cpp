@@ -854,9 +854,10 @@ void Watch::Impl::stream(Generation generation) {
     });
   };
   Result<http::Url> url = http::parse_url(target);
+  const auto until = std::chrono::steady_clock::now() + limits.response_time;  // for all redirects together
   for (unsigned redirects = 0;; ++redirects) {
     if (!url) return refused(generation, 0, {Errc::expected_iri, "\"" + target + "\": " + url.error().message}, {});
-    exchange::WaitLimit limit{std::chrono::steady_clock::now() + limits.response_time, stop->descriptor()};
+    exchange::WaitLimit limit{until, stop->descriptor()};
     Result<std::unique_ptr<exchange::Wire>> wire = context_->http->connect(*url, limit, is_elsewhere);
     if (!wire) return lost(generation, std::move(wire).error());
     auto fields = request_fields(*url, "text/event-stream");

@@ -364,6 +364,15 @@ TEST_CASE("redirects are followed within limits, and the identity stays at its o
   CHECK(other.requests().front().find("secret-token") == std::string::npos);
 }
 
+TEST_CASE("redirects have the time of one exchange together", "[client]") {
+  Site site({{"/loop", answer(302, {}, "Location: /loop\r\n")}});
+  client::Options options = quick();
+  options.limits.response_time = milliseconds(200);
+  options.limits.max_redirects = 100'000;  // more than are possible in that time
+  Client client = Client::create(options).value();
+  CHECK(client.send({"GET", site.url("/loop"), {}, {}}).error().code == Errc::timed_out);
+}
+
 TEST_CASE("a binding to another server is not followed", "[client]") {
   Site victim({{"/", turtle("<> a hybrit:RoboticThing .")}});
   Site site({});

@@ -33,7 +33,6 @@ http::ResponseLimits limits() {
 
 struct Parsed {
   std::string text, error;  ///< all that was found
-  Errc code{};
   std::size_t consumed = 0;
   bool is_complete = false;
 };
@@ -73,7 +72,6 @@ Parsed parse(std::string_view bytes, std::size_t size, std::string_view method, 
       case Step::failed: break;
     }
     result.error = parser.error().message;
-    result.code = parser.error().code;
     require(!result.error.empty() && !parser.keeps_connection());
     require(std::all_of(result.error.begin(), result.error.end(), [](char c) { return c >= ' ' && c <= '~'; }));
     return false;
@@ -103,7 +101,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::string_view method = (data[0] & 0x80U) != 0 ? "HEAD" : "GET";
   const bool may_switch = (data[0] & 0x40U) != 0;
   const Parsed whole = parse(bytes, bytes.size() + 1, method, may_switch), pieces = parse(bytes, 1U + data[0] % 32U, method, may_switch);
-  require(whole.is_complete == pieces.is_complete && whole.code == pieces.code);
+  require(whole.is_complete == pieces.is_complete);  // which of two faults is found first may differ
   if (!whole.is_complete) return 0;
   require(whole.consumed == pieces.consumed && whole.text == pieces.text);
   // What follows is not read.

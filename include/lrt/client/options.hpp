@@ -34,7 +34,7 @@ struct Identity {
 struct Limits {
   std::chrono::milliseconds resolve_time{2'000};    ///< for the address of a name
   std::chrono::milliseconds connect_time{2'000};    ///< for connecting, including the TLS handshake
-  std::chrono::milliseconds response_time{10'000};  ///< for a whole exchange; of a stream: until its header section is complete
+  std::chrono::milliseconds response_time{10'000};  ///< for a whole exchange with its redirects; of a stream: until its header section is complete
   unsigned max_redirects = 5;                       ///< of one request
   std::size_t max_header_bytes = 64 * 1024;         ///< of a response
   std::size_t max_body_bytes = 16 * 1024 * 1024;    ///< of a response, also of its decoded form
