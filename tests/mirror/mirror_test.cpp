@@ -23,6 +23,7 @@
 #include "src/mirror/state.hpp"
 #include "src/exchange/http_authentication.hpp"
 #include "tests/client/robot_host.hpp"
+#include "tests/delivery/compress.hpp"
 #include "tests/delivery/receiver.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/fields.hpp"
@@ -477,6 +478,21 @@ TEST_CASE("a mirror logs in by Digest, Basic or a token, and says when the store
   CHECK(copy(options).value().sent == counts.sent);
   options.store.endpoint = "http://store.example/store";
   CHECK_FALSE(Mirror::create(options).has_value());  // the token could be read on the way
+}
+
+TEST_CASE("robots are asked for gzip, and what they send in it is read", "[mirror]") {
+  std::atomic<bool> is_always_asked{true};
+  const std::string coded = compress("<> a <https://hybr-it-projekt.de/ns/hybr-it#RoboticThing> .");
+  Receiver robot([&](Peer& peer) {
+    for (std::string request = peer.read_request(); !request.empty(); request = peer.read_request()) {
+      if (request.find("\r\nAccept-Encoding: gzip\r\n") == std::string::npos) is_always_asked = false;
+      if (!peer.send(answer(200, coded, "Content-Type: text/turtle\r\nContent-Encoding: gzip\r\n"))) return;
+    }
+  });
+  Store store;
+  CHECK(copy(options_for({robot.url()}, store.url())).has_value());
+  CHECK(is_always_asked);
+  CHECK(store.graphs()[robot.url()].find("RoboticThing") != std::string::npos);
 }
 
 TEST_CASE("a redirect of the store is followed within its origin only", "[mirror]") {
