@@ -76,7 +76,9 @@ TlsSession ClientTls::session(int descriptor, const std::string& host) const {
   const bool is_address = ::inet_pton(AF_INET, name.c_str(), ignored.data()) == 1 || ::inet_pton(AF_INET6, name.c_str(), ignored.data()) == 1;
   const bool set = is_address ? X509_VERIFY_PARAM_set1_ip_asc(SSL_get0_param(ssl), name.c_str()) == 1
                               : SSL_set1_host(ssl, name.c_str()) == 1 && SSL_set_tlsext_host_name(ssl, name.c_str()) == 1;
-  if (!set) return nullptr;  // otherwise a certificate of any host would be accepted
+  if (!set) return nullptr;                                                                  // otherwise a certificate of any host would be accepted
+  static constexpr unsigned char protocols[] = {8, 'h', 't', 't', 'p', '/', '1', '.', '1'};  // RFC 7301: no HTTP/2 here
+  if (SSL_set_alpn_protos(ssl, protocols, sizeof protocols) != 0) return nullptr;
   SSL_set_connect_state(ssl);
   return result;
 }

@@ -28,7 +28,7 @@ class LRT_INTERNAL_API ClientTls {
   static Result<std::shared_ptr<const ClientTls>> make(const std::string& ca_file, const std::string& certificate_file = {},
                                                        const std::string& key_file = {});
 
-  /// A session on a connected socket, TLS 1.2 or later. Only a certificate for this host is accepted.
+  /// A session on a connected socket, TLS 1.2 or later, for HTTP/1.1 (ALPN). Only a certificate for this host is accepted.
   /// @param host  as in a URL: a name (sent as SNI) or an address (not sent, RFC 6066 3)
   /// @return      nullptr: out of memory
   TlsSession session(int descriptor, const std::string& host) const;

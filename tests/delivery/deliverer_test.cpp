@@ -815,6 +815,31 @@ TEST_CASE("SNI is a name and never an address", "[delivery]") {
   CHECK(names.list == std::vector<std::string>{"receiver.example", "(none)"});
 }
 
+TEST_CASE("a server with HTTP/2 and HTTP/1.1 on a port is told to use HTTP/1.1", "[delivery]") {
+  struct Protocols {
+    std::mutex mutex;
+    std::string offered;
+  } protocols;
+  Https https;
+  const TlsContext context = tls_server(make_certificate({"x", "IP:127.0.0.1"}, &https.authority));
+  SSL_CTX_set_alpn_select_cb(
+      context.get(),
+      +[](SSL*, const unsigned char** chosen, unsigned char* size, const unsigned char* in, unsigned in_size, void* to) {
+        auto& found = *static_cast<Protocols*>(to);
+        const std::lock_guard lock(found.mutex);
+        found.offered.assign(in, in + in_size);
+        *chosen = in + 1;
+        *size = in[0];
+        return SSL_TLSEXT_ERR_OK;
+      },
+      &protocols);
+  const Receiver receiver(std::ref(https.recorder), context.get());
+  Rig rig(https.options, https.details);
+  CHECK(rig.deliver(notification(receiver.url("127.0.0.1"))).status == 204);
+  const std::lock_guard lock(protocols.mutex);
+  CHECK(protocols.offered == "\x08http/1.1");
+}
+
 TEST_CASE("TLS 1.1 is too old", "[delivery]") {
   Https https;
   const TlsContext context = tls_server(make_certificate({"x", "DNS:localhost"}, &https.authority), TLS1_1_VERSION);
