@@ -23,7 +23,7 @@ std::vector<std::string> names(const Recording& recording) {
 
 TEST_CASE("a recording reads back what was written", "[client]") {
   const std::vector<RecordedChange> changes = {
-      {microseconds(12'300), "arm/angle", "0.27", "rad", {}},
+      {microseconds(12'300), "arm/angle", "0.27", "rad", {}, std::chrono::system_clock::time_point(microseconds(1'795'881'552'418'635))},
       {microseconds(2'000'001), "arm/\"pose\"\n", R"({"x":{"value":1.5,"unit":"m"},"name":"a\"b","on":[true,null]})", {}, {}},
       {microseconds(3'000'000), "arm/angle", {}, {}, "the connection was lost"}};
   std::string text = to_line(client::RecordingHeader{"http://robot/", "2026-11-23T15:31:19Z"});
@@ -32,6 +32,7 @@ TEST_CASE("a recording reads back what was written", "[client]") {
   const Recording read = Recording::parse(text).value();
   CHECK(read.header().robot == "http://robot/");
   CHECK(read.damaged_lines() == 0);
+  CHECK(text.find("\"unit\":\"rad\",\"sourceTime\":\"2026-11-28T15:59:12.418635Z\"}\n") != std::string::npos);
   REQUIRE(read.changes().size() == changes.size());
   for (std::size_t i = 0; i < changes.size(); ++i) {
     CHECK(read.changes()[i].at == changes[i].at);
@@ -39,6 +40,7 @@ TEST_CASE("a recording reads back what was written", "[client]") {
     CHECK(read.changes()[i].value == changes[i].value);
     CHECK(read.changes()[i].unit == changes[i].unit);
     CHECK(read.changes()[i].gap == changes[i].gap);
+    CHECK(read.changes()[i].source_time == changes[i].source_time);
   }
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <csignal>
 
+#include <lrt/base/clock.hpp>
+
 #include "tools/lrt/observing.hpp"
 #include "tools/lrt/plot.hpp"
 
