@@ -33,6 +33,9 @@ struct MountOptions {
   /// default.
   std::size_t max_event_streams = 4;
   std::chrono::milliseconds ping_interval{15'000};  ///< an event stream gets a comment after this time without an event
+  /// The host's own post-routing handler, if it has one: mount() takes the place that cpp-httplib has for it. Of several
+  /// mounts in one host the last one has it.
+  httplib::Server::Handler post_routing{};
 };
 
 }  // namespace v0
@@ -41,46 +44,30 @@ struct MountOptions {
 namespace lrt::detail {
 inline namespace v0 {
 
-/// The host's error handler is a private member of httplib::Server without a getter. An explicit instantiation may name it ([temp.explicit]).
-struct ErrorHandlerMember {
-  using Pointer = httplib::Server::HandlerWithResponse httplib::Server::*;
-  friend Pointer member_of(ErrorHandlerMember);
-};
-template <ErrorHandlerMember::Pointer member>
-struct ErrorHandlerAccess {
-  friend ErrorHandlerMember::Pointer member_of(ErrorHandlerMember) { return member; }
-};
-template struct ErrorHandlerAccess<&httplib::Server::error_handler_>;
+/// The last response of lrt on this thread, as it was before the host's error handler, which cpp-httplib calls for each status from 400 and which usually sets
+/// a body.
+struct Report {
+  const httplib::Response* response = nullptr;
+  int status = 0;
+  httplib::Headers fields;
+  std::optional<std::size_t> length;  ///< of the body; nullopt: HEAD
 
-/// The host's error handler, which cpp-httplib calls for each status from 400 and which usually sets a body. For a response of lrt it gets a copy:
-/// it may log and count, and the report of lrt is sent.
-class ErrorHandler {
- public:
-  explicit ErrorHandler(httplib::Server::HandlerWithResponse of_host) : of_host_(std::move(of_host)) {}
-
-  httplib::Server::HandlerResponse operator()(const httplib::Request& from, httplib::Response& to) const {
-    if (std::exchange(answered(), nullptr) != &to) return of_host_(from, to);
-    httplib::Response copy;
-    copy.version = to.version;
-    copy.status = to.status;
-    copy.headers = to.headers;
-    of_host_(from, copy);
-    return httplib::Server::HandlerResponse::Unhandled;
+  static Report& of_this_thread() {
+    static thread_local Report report;
+    return report;
   }
-
-  /// The response of lrt for which this thread will call the error handler next.
-  static const httplib::Response*& answered() {
-    static thread_local const httplib::Response* response = nullptr;
-    return response;
+  /// Puts back what the handler has replaced. Fields that it or cpp-httplib has added stay.
+  static void restore(httplib::Response& to) {
+    Report& report = of_this_thread();
+    if (std::exchange(report.response, nullptr) != &to || report.status < 400) return;
+    if (to.body.empty() && to.status == report.status) return;  // no handler has set anything
+    to.body.clear();
+    to.status = report.status;
+    for (const char* const name : {"Content-Type", "Content-Encoding", "Content-Length"}) to.headers.erase(name);
+    for (const auto& field : report.fields) to.headers.erase(field.first);
+    to.headers.insert(report.fields.begin(), report.fields.end());
+    if (report.length) to.set_header("Content-Length", std::to_string(*report.length));
   }
-  /// Puts an ErrorHandler in front of the host's, if it has one.
-  static void install(httplib::Server& http_server) {
-    httplib::Server::HandlerWithResponse& handler = http_server.*member_of(ErrorHandlerMember());
-    if (handler && !handler.target<ErrorHandler>()) handler = ErrorHandler(std::move(handler));
-  }
-
- private:
-  httplib::Server::HandlerWithResponse of_host_;
 };
 
 class Mount {
@@ -243,7 +230,6 @@ class Mount {
 
   static void respond(const httplib::Request& from, httplib::Response& to, http::Response response) {
     const std::string content_type = put_fields(response, to);
-    ErrorHandler::answered() = response.status >= 400 ? &to : nullptr;
     const bool close = response.close;
     const std::shared_ptr<const std::string> body = std::move(response.body);
     if (body && !body->empty() && http::may_have_body(response.status)) {
@@ -256,6 +242,9 @@ class Mount {
     } else if (!content_type.empty()) {
       to.set_header("Content-Type", content_type);
     }
+    if (response.status < 400) return;
+    const std::size_t length = body ? body->size() : 0;
+    Report::of_this_thread() = {&to, response.status, to.headers, from.method == "HEAD" ? std::nullopt : std::optional(length)};
   }
 
   void stream(const httplib::Request& from, httplib::Response& to, Served served) {
@@ -320,8 +309,10 @@ inline namespace v0 {
 /// Mounts a server's Things into a host's cpp-httplib server (0.11.4 or later), below a prefix. With the prefix
 /// `/robot`, `/robot` is the server's root, and its representations have the base `http://HOST/robot`. The host keeps
 /// its threads, TLS and other routes. Its default fields and handlers apply to these responses, too. Its error handler
-/// is called for a response of lrt with a copy of it, whose status and fields it may log: the client gets the report of
-/// lrt, whatever the handler sets. This holds for a handler that is set before http_server listens.
+/// may log a response of lrt and add fields: the client gets status, fields and body of lrt, whatever the handler sets.
+/// For that mount() sets the post-routing handler of http_server. A host that has one passes it as
+/// MountOptions::post_routing; if it calls set_post_routing_handler() after mount(), its error handler replaces the
+/// reports of lrt.
 ///
 /// Below a prefix the server gets every request. Without a prefix the host's routes precede if they were added before;
 /// then a POST, PUT or PATCH without Content-Length waits for the host's read timeout with some releases (0.11).
@@ -354,14 +345,13 @@ inline namespace v0 {
 inline void mount(httplib::Server& http_server, Server& server, std::string prefix = {}, MountOptions options = {}) {
   while (!prefix.empty() && prefix.back() == '/') prefix.pop_back();
   const bool is_root = prefix.empty();
+  auto of_host = std::move(options.post_routing);
   const auto mounted = std::make_shared<detail::Mount>(server, std::move(prefix), options);
   const std::string pattern = mounted->pattern();
-  detail::ErrorHandler::install(http_server);
-  // cpp-httplib calls this when it begins to listen, before any request: the host may have set its error handler after mount().
-  http_server.new_task_queue = [&http_server, make = http_server.new_task_queue] {
-    detail::ErrorHandler::install(http_server);
-    return make();
-  };
+  http_server.set_post_routing_handler([of_host = std::move(of_host)](const httplib::Request& from, httplib::Response& to) {
+    detail::Report::restore(to);
+    if (of_host) of_host(from, to);
+  });
   const auto without_reader = [mounted](const httplib::Request& from, httplib::Response& to) { mounted->serve(from, to, nullptr); };
   const auto with_reader = [mounted](const httplib::Request& from, httplib::Response& to, const httplib::ContentReader& reader) {
     mounted->serve(from, to, &reader);

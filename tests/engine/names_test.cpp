@@ -280,7 +280,7 @@ TEST_CASE("the paths that remain reserved are named in the error", "[engine][jso
     REQUIRE_FALSE(added);
     CHECK(added.error().code == Errc::duplicate_path);
     CHECK(added.error().message == "path \"" + std::string(path) +
-                                       "\" is reserved, as are \"ns/lrt\", \"ns/vocabulary\", \"ns/context.jsonld\" and, with tokens, \"ns/session\" "
+                                       "\" is reserved, as are \"ns/lrt\", \"ns/vocabulary\", \"ns/context.jsonld\", \".well-known/void\" and, with tokens, \"ns/session\" "
                                        "and \"ns/ticket\", and the path of the SPARQL endpoint: choose another name");
   }
   bench.add(arm());

@@ -154,7 +154,7 @@ TEST_CASE("the host's own routes and default fields stay", "[httplib]") {
 }
 
 TEST_CASE("the reports of lrt reach the client whatever the host's error handler sets", "[httplib][R0.6]") {
-  std::atomic<int> called = 0, last = 0;
+  std::atomic<int> called = 0, last = 0, routed = 0;
   std::function<void(httplib::Server&)> set = [&](httplib::Server& http_server) {
     http_server.Get("/mine", [](const httplib::Request&, httplib::Response& to) { to.status = 418; });
     http_server.set_error_handler([&](const httplib::Request&, httplib::Response& to) {
@@ -177,7 +177,9 @@ TEST_CASE("the reports of lrt reach the client whatever the host's error handler
   HttplibHost host([&](httplib::Server& http_server) {
     if (is_before) set(http_server);
     mount(http_server, server, "/robot");
-    mount(http_server, server, "/again");
+    MountOptions options;
+    options.post_routing = [&](const httplib::Request&, httplib::Response& to) { to.set_header("X-Host", std::to_string(++routed)); };
+    mount(http_server, server, "/again", std::move(options));
     if (!is_before) set(http_server);
   });
   Socket client(host.port());
@@ -190,6 +192,7 @@ TEST_CASE("the reports of lrt reach the client whatever the host's error handler
     CHECK(answer.says(said));
     CHECK_FALSE(answer.says("the host's own page"));
     CHECK(last == status);
+    CHECK(answer.has("X-Host"));
   };
   is_report(ask("GET /robot/nowhere"), 404, "there is no resource");
   is_report(ask("GET /again/nowhere"), 404, "there is no resource");
