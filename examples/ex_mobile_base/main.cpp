@@ -73,7 +73,7 @@ int main(int argc, char** argv) {
   pose.title("Pose", "en")
       .title("Lage", "de")
       .description("Where the base is, seen from where it was switched on.", "en")
-      .description("Wo die Plattform steht, vom Ort des Einschaltens aus gesehen.", "de");
+      .description("Wo der Roboter steht, vom Ort des Einschaltens aus gesehen.", "de");
   thing
       .property(
           "speed", [&] { return base.speed(); }, lrt::unit::metre_per_second)

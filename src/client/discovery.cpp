@@ -185,10 +185,16 @@ Thing Discovery::thing_of(const Found& found) const {
     parts.push_back(std::move(made));
     return parts.back();
   };
-  const auto name = [](Names& names, const Graph& from, TermId node, std::string_view predicate) {
+  std::set<std::string_view> seen, several;  // a predicate to several parts is the name of none
+  for (const Triple& t : graph.match(self, std::nullopt, std::nullopt))
+    if (const std::string_view predicate = graph.term(t.predicate).text; graph.term(t.object).is_iri() && !seen.insert(predicate).second)
+      several.insert(predicate);
+  const auto name = [&several](Names& names, const Graph& from, TermId node, std::string_view predicate) {
     for (std::string& title : names_of(from, node).titles)
       if (std::find(names.titles.begin(), names.titles.end(), title) == names.titles.end()) names.titles.push_back(std::move(title));
-    const bool is_general = predicate.empty() || predicate == vocab::hybrit::property.text || predicate == vocab::hybrit::action.text;
+    // By its local name: the paper names hybrit:property without the IRI of its vocabulary.
+    const std::string_view local = local_name(predicate);
+    const bool is_general = local.empty() || local == "property" || local == "action" || several.count(predicate) != 0;
     if (!is_general && std::find(names.predicates.begin(), names.predicates.end(), predicate) == names.predicates.end())
       names.predicates.emplace_back(predicate);
   };

@@ -11,6 +11,7 @@
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/client/binding.hpp"
+#include "src/client/representation.hpp"
 
 namespace lrt::client {
 
@@ -21,20 +22,20 @@ using rdf::Triple;
 
 namespace {
 
-/// Predicates from a node to the literal that is its value.
-constexpr Iri value_predicates[] = {vocab::vom::numericalValue, vocab::rdf_::value, Iri{"http://qudt.org/schema/qudt/numericValue"},
-                                    vocab::schema::value, Iri{"http://www.w3.org/ns/sosa/hasSimpleResult"}};
+/// Whether a predicate leads from a node to the literal that is its value, by its local name: the paper names vom:numericalValue without the IRI of its
+/// vocabulary.
+bool is_value_predicate(std::string_view predicate) {
+  const std::string_view name = local_name(predicate);
+  return name == "numericalValue" || name == "numericValue" || name == "value" || name == "hasSimpleResult";
+}
 
 /// The only triple with the literal that is a node's value; nullptr: there is none, or there are several.
 const Triple* value_triple(const Graph& graph, TermId node) {
   const Triple* found = nullptr;
-  for (const Iri predicate : value_predicates) {
-    const std::optional<TermId> id = graph.find(predicate);
-    if (!id) continue;
-    for (const Triple& t : graph.match(node, id, std::nullopt)) {
-      if (!graph.term(t.object).is_literal() || found) return nullptr;
-      found = &t;
-    }
+  for (const Triple& t : graph.match(node, std::nullopt, std::nullopt)) {
+    if (!is_value_predicate(graph.term(t.predicate).text)) continue;
+    if (!graph.term(t.object).is_literal() || found) return nullptr;
+    found = &t;
   }
   return found;
 }

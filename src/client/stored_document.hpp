@@ -13,7 +13,7 @@ namespace lrt::client {
 /// with the new value in it is sent, so that the other statements stay.
 ///
 /// A number or a text replaces the literal that the node has for its value, in the datatype that this one has, whatever its predicate is (vom:numericalValue,
-/// rdf:value, qudt:numericValue, schema:value, sosa:hasSimpleResult). Anything else replaces the statements with the predicates of the new value, with
+/// rdf:value, qudt:numericValue, schema:value, sosa:hasSimpleResult, or one of such a local name in another vocabulary). Anything else replaces the statements with the predicates of the new value, with
 /// the blank nodes that only they used.
 /// @param present  the document
 /// @param node     of the value in it

@@ -141,11 +141,11 @@ class Gantry {
     all_ = whole.property<std::vector<double>>("positions");
     all_->predicate(lrt::vocab::lrt_::positions);
     server.add(std::move(whole)).value();
-    Opening opening;
+
     lrt::Thing door{"door"};  // with words in two languages
     door.title("Door", "en").title("Tür", "de").description("The way into the cell.", "en");
-    door.property("opening", [&] { return opening; })
-        .on_write([&](Opening v) { opening = v; })
+    door.property("opening", [this] { return opening_; })
+        .on_write([this](Opening v) { opening_ = v; })
         .title("Opening", "en")
         .title("Öffnung", "de")
         .description("What the door closes.", "en")
@@ -193,6 +193,7 @@ class Gantry {
   }
   std::array<double, 4> positions_{};
   std::optional<lrt::PushedProperty<std::vector<double>>> all_;
+  Opening opening_;
 };
 
 }  // namespace

@@ -13,7 +13,7 @@
 namespace lrt::rdf {
 inline namespace v0 {
 class Graph;
-}
+}  // namespace v0
 }  // namespace lrt::rdf
 
 namespace lrt::engine {

@@ -47,6 +47,7 @@ struct RegisteredContexts;
 ///     contexts.add("https://www.w3.org/2022/wot/td/v1.1", text_of_the_file).value();
 ///
 /// Copies share the texts.
+/// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
 class LRT_API Contexts {
  public:
   static constexpr std::size_t max_contexts = 100;       ///< in one object
@@ -56,12 +57,12 @@ class LRT_API Contexts {
   /// depend on those before it.
   ///
   /// @param iri   by which documents refer to it, absolute. References in it are relative to this IRI.
-  /// @param text  a document in JSON: an object with the member @context. Its other members are ignored.
-  /// @par Errors   expected_iri; expected_rdf with the place: JSON that is not valid, or has no @context; limit_exceeded;
+  /// @param text  a document in JSON: an object with the member `\@context`. Its other members are ignored.
+  /// @par Errors   expected_iri; expected_rdf with the place: JSON that is not valid, or has no `\@context`; limit_exceeded;
   ///               unsupported_syntax: a build without JSON-LD. Nothing has changed then.
   /// @par Threads  One thread at a time.
   Result<void> add(std::string_view iri, std::string_view text);
-  bool empty() const noexcept { return kept_ == nullptr; }
+  bool empty() const noexcept { return kept_ == nullptr; }  ///< whether no context is registered
 
   /// @private  for readers
   const RegisteredContexts* kept() const noexcept { return kept_.get(); }

@@ -11,7 +11,6 @@
 #include <cerrno>
 #include <cstring>
 #include <optional>
-#include <string>
 #include <utility>
 
 #include <lrt/http/date.hpp>
@@ -87,9 +86,8 @@ Result<void> Vhost::open(const std::shared_ptr<Vhost>& self, lws_context* contex
 }
 
 Result<void> Vhost::listen(lws_context* context, bool is_v6) {
-  static const std::string stamped(http::stamped_protocol);
   static const lws_protocols protocols[] = {{name, &Vhost::on_lws, 0, 4096, 0, nullptr, 0},
-                                            {stamped.c_str(), &Vhost::on_lws, 0, 4096, 0, nullptr, 0},
+                                            {http::stamped_protocol.data(), &Vhost::on_lws, 0, 4096, 0, nullptr, 0},
                                             {nullptr, nullptr, 0, 0, 0, nullptr, 0}};
   const auto& limits = options_.limits;
   lws_context_creation_info info{};
