@@ -229,8 +229,8 @@ Thing Discovery::thing_of(const Found& found) const {
   return thing;
 }
 
-/// For servers whose documents have no terms that are known. What leads nowhere is a part: an action if it can be posted to and not written, else a
-/// property. What has a part is a Thing. Where nothing has one, the first document is about a Thing.
+/// For servers whose documents have no terms that are known. What can be posted to, and neither written nor listed, is an action. What leads nowhere
+/// is a property. What has a part is a Thing. Where nothing has one, the first document is about a Thing.
 void Discovery::assume_kinds() {
   const auto is_thing = [](const auto& entry) { return entry.second.kind == ResourceKind::thing; };
   if (std::any_of(found_.begin(), found_.end(), is_thing)) return;
@@ -242,9 +242,11 @@ void Discovery::assume_kinds() {
     return std::all_of(linked.begin(), linked.end(), [&](const std::string& url) { return place.count(url) == 0 || place.at(url) <= own; });
   };
   for (auto& [url, found] : found_) {
-    if (found.kind != ResourceKind::unknown || url == start_ || !is_leaf(found)) continue;
+    if (found.kind != ResourceKind::unknown || url == start_) continue;
     const Representation& r = *found.representation;
-    found.kind = r.allows("POST") && !r.allows("PUT") ? ResourceKind::action : ResourceKind::property;
+    const bool is_list = r.graph.find(vocab::ldp::contains).has_value();
+    if (r.allows("POST") && !r.allows("PUT") && !is_list) found.kind = ResourceKind::action;
+    else if (is_leaf(found)) found.kind = ResourceKind::property;
   }
   const auto is_part = [&](const std::string& url) {
     const auto other = found_.find(url);

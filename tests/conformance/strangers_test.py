@@ -36,7 +36,7 @@ app.use((q, a, next) => { if (links[q.path]) a.set('Link', `<${links[q.path]}>; 
 app.get('/', (q, a) => a.json(['lamp'])); app.get('/lamp', (q, a) => a.json({name: 'lamp'}));
 app.route('/lamp/level').all((q, a, next) => { a.set('Allow', 'GET, HEAD, PUT'); next(); })
   .get((q, a) => a.json(level)).put((q, a) => { if (typeof q.body !== 'number') return a.status(422).json({title: 'expected a number'}); level = q.body; a.status(204).end(); });
-const server = app.listen(+process.argv[2], '127.0.0.1');
+const server = app.listen(+process.argv[1], '127.0.0.1');
 """
 
 
