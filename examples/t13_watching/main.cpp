@@ -47,6 +47,7 @@ int main() {
 // message:
 // <http://127.0.0.1:8080/arm/joint/temperature> a hybrit:Property, maths:Scalar ;
 //     vom:numericalValue "36.5"^^xsd:double ;
+//     lrt:datatype xsd:double ;
 //     hybrit:subscriptions <http://127.0.0.1:8080/arm/joint/subscriptions> ;
 //     hybrit:websocketUrl "ws://127.0.0.1:8080/arm/joint/temperature"^^xsd:anyURI .
 //
@@ -58,6 +59,7 @@ int main() {
 // message:
 // <http://127.0.0.1:8080/arm/joint/temperature> a hybrit:Property, maths:Scalar ;
 //     vom:numericalValue "36.75"^^xsd:double ;
+//     lrt:datatype xsd:double ;
 //     hybrit:subscriptions <http://127.0.0.1:8080/arm/joint/subscriptions> ;
 //     hybrit:websocketUrl "ws://127.0.0.1:8080/arm/joint/temperature"^^xsd:anyURI .
 //
@@ -81,5 +83,6 @@ int main() {
 // message:
 // <http://127.0.0.1:8080/arm/joint/angle> a hybrit:Property, maths:Scalar ;
 //     vom:numericalValue "1"^^xsd:double ;
+//     lrt:datatype xsd:double ;
 //     hybrit:subscriptions <http://127.0.0.1:8080/arm/joint/subscriptions> ;
 //     hybrit:websocketUrl "ws://127.0.0.1:8080/arm/joint/angle"^^xsd:anyURI .

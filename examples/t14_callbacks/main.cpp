@@ -60,6 +60,7 @@ int main() {
 // Link: <http://127.0.0.1:8080/arm/joint/angle>; rel="about", <http://127.0.0.1:8080/arm/joint/subscriptions/id-1>; rel="via"
 // <http://127.0.0.1:8080/arm/joint/angle> a hybrit:Property, maths:Scalar ;
 //     vom:numericalValue "0.5"^^xsd:double ;
+//     lrt:datatype xsd:double ;
 //     hybrit:subscriptions <http://127.0.0.1:8080/arm/joint/subscriptions> ;
 //     hybrit:websocketUrl "ws://127.0.0.1:8080/arm/joint/angle"^^xsd:anyURI .
 //
@@ -73,6 +74,7 @@ int main() {
 // Link: <http://127.0.0.1:8080/arm/joint/angle>; rel="about", <http://127.0.0.1:8080/arm/joint/subscriptions/id-1>; rel="via"
 // <http://127.0.0.1:8080/arm/joint/angle> a hybrit:Property, maths:Scalar ;
 //     vom:numericalValue "1.5"^^xsd:double ;
+//     lrt:datatype xsd:double ;
 //     hybrit:subscriptions <http://127.0.0.1:8080/arm/joint/subscriptions> ;
 //     hybrit:websocketUrl "ws://127.0.0.1:8080/arm/joint/angle"^^xsd:anyURI .
 //
@@ -97,6 +99,7 @@ int main() {
 // X-Hub-Signature: sha256=<hmac of the body>
 // <http://127.0.0.1:8080/arm/joint/angle> a hybrit:Property, maths:Scalar ;
 //     vom:numericalValue "1.5"^^xsd:double ;
+//     lrt:datatype xsd:double ;
 //     hybrit:subscriptions <http://127.0.0.1:8080/arm/joint/subscriptions> ;
 //     hybrit:websocketUrl "ws://127.0.0.1:8080/arm/joint/angle"^^xsd:anyURI .
 //

@@ -127,7 +127,7 @@ int main() {
 //   DELETE WHERE { ?task ?has ?anything }
 // 422 Unprocessable Content
 // Content-Type: application/problem+json
-// {"type":"about:blank","title":"Unprocessable Content","status":422,"detail":"body: line 24, column 8: DELETE WHERE is not supported, only INSERT DATA and DELETE DATA"}
+// {"type":"about:blank","title":"Unprocessable Content","status":422,"detail":"body: line 25, column 8: DELETE WHERE is not supported, only INSERT DATA and DELETE DATA"}
 //
 // GET /world?default
 // 200 OK
