@@ -12,7 +12,7 @@ import sys
 import tempfile
 
 # Bytes of text (code, constants and tables of exceptions) of 40 records of 6 fields, GCC 12, -O2.
-MAX_TEXT = {"pulled": 120_000, "pushed": 155_000}
+MAX_TEXT = {"pulled": 122_000, "pushed": 155_000}
 # Functions that a further record brings: of its struct, its traits and its property, none of its fields.
 MAX_FUNCTIONS = {"pulled": 9, "pushed": 17}
 # Of larger structs the compiler does not inline all constructors and destructors: two for each of four.
