@@ -242,7 +242,7 @@ class Link {
   static std::vector<Link> all(const lrt::client::Robot& robot) { return lrt::client::all_of<Link>(robot); }
 
   lrt::client::Thing thing;
-  /// inertial.
+  /// Inertia. Mass, centre of mass and moments of inertia of the link.
   lrt::client::Readable<Inertia> inertial;
   /// Pose. Where the link is, seen from the root link.
   lrt::client::Readable<SpatialRelationship> pose;

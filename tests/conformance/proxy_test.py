@@ -177,10 +177,12 @@ def a_body_that_is_too_large_gets_the_robots_response(robot):
 
 @case
 def another_host_is_refused(robot):
-    for host in ("evil.example", "evil.example:443", f"localhost.evil.example:{robot.port}", "localhost:1"):
+    for host in ("evil.example", "evil.example:443", f"localhost.evil.example:{robot.port}"):
         answer = robot.get(POSITION, Host=host)
         # Caddy selects the site by Host, and so responds by itself, with an empty body.
         assert answer.status == 421 or (robot.proxy == "caddy" and answer.status == 200 and not answer.body), answer
+    if robot.proxy != "caddy":  # another port of this machine may be forwarded here; the document has the public base
+        assert f"<{robot.at(POSITION)}>" in robot.get(POSITION, Host="localhost:1", Accept="application/n-triples").expect(200).body
     direct = f"http://127.0.0.1:{robot.direct_port}/{POSITION}"
     http_request("GET", direct, headers={"Host": "evil.example"}).expect(421)
     local = http_request("GET", direct, headers={"Accept": "application/n-triples"}).expect(200)

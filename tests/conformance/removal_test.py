@@ -38,7 +38,7 @@ OF_A_GEOMETRY = "which of them there are depends on lrt:geometryType"
 STATED = {
     "in the user's Turtle": "the Blueprint requires the link to a blank node of the user's own Turtle, not what the user says there",
     "hasUnit beside vom:unit": "either of two vocabularies says the unit; the Blueprint requires the first",
-    "dataType beside a value": "sh:datatype of the value in the Blueprint",
+    "datatype beside a value": "sh:datatype of the value in the Blueprint",
     "elementType beside a value": "sh:datatype of the elements in the Blueprint",
     QUDT + "hasQuantityKind": "follows from the unit, which the Blueprint requires",
     VOM + "quantityKind": "follows from the class, which the Blueprint requires",
@@ -82,7 +82,7 @@ def stated(state, subject, what, predicate, of):
         entry = "of a World"
     elif name == QUDT + "hasUnit":
         entry = "hasUnit beside vom:unit" if (subject, rdflib.URIRef(VOM + "unit"), None) in state else None
-    elif name in (QUDT + "dataType", LRT + "elementType"):
+    elif name in (LRT + "datatype", LRT + "elementType"):
         entry = name.replace("/", "#").rpartition("#")[2] + " beside a value" if has_value else None
     else:
         entry = name.rpartition("/ns/vocabulary#")[2] if "/ns/vocabulary#" in name else name

@@ -33,6 +33,7 @@ BY_PREFIX = {
     "http://qudt.org/vocab/quantitykind/": "kinds of quantity",
     "http://www.w3.org/2011/http-methods#": "the methods of HTTP in RDF",
     "http://www.w3.org/ns/formats/": "media types, as sd:resultFormat wants them",
+    "http://xmlns.com/foaf/0.1/": "foaf:primaryTopic of a description of the dataset",
     "http://www.ontologydesignpatterns.org/ont/dul/DUL.owl#": "statements of examples",
     "http://www.ease-crc.org/ont/SOMA.owl#": "rdfs:seeAlso of the terms of robot descriptions",
     "http://example.org/": "the terms of examples' own",

@@ -407,7 +407,8 @@ TEST_CASE("the service lists its graphs, and VoID says what the dataset is", "[q
     }
     for (const std::string& name : graphs) {
       CAPTURE(name);
-      CHECK(named.count(name) == 1);
+      const bool comes_and_goes = name == base + "/world/map/cup";  // a published value: only those that stay are listed
+      CHECK(named.count(name) == (comes_and_goes ? 0 : 1));
     }
     CHECK((named.count(base + "/hidden") == 1) == (who == "carl"));
     const Answer about = robot.bench.ask("GET /.well-known/void\nAccept: text/turtle\n" + Robot::by(who));

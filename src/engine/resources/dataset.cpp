@@ -15,8 +15,11 @@ namespace of_void {
 constexpr Iri Dataset("http://rdfs.org/ns/void#Dataset"), DatasetDescription("http://rdfs.org/ns/void#DatasetDescription"),
     sparqlEndpoint("http://rdfs.org/ns/void#sparqlEndpoint"), rootResource("http://rdfs.org/ns/void#rootResource"),
     exampleResource("http://rdfs.org/ns/void#exampleResource"), vocabulary("http://rdfs.org/ns/void#vocabulary"),
-    inDataset("http://rdfs.org/ns/void#inDataset"), uriSpace("http://rdfs.org/ns/void#uriSpace"), feature("http://rdfs.org/ns/void#feature");
+    uriSpace("http://rdfs.org/ns/void#uriSpace"), feature("http://rdfs.org/ns/void#feature");
 }  // namespace of_void
+
+/// As VoID 6.1 leads from a description to its dataset.
+constexpr Iri primary_topic("http://xmlns.com/foaf/0.1/primaryTopic");
 
 /// The vocabularies of which all robots use terms.
 constexpr std::string_view vocabularies[] = {
@@ -50,11 +53,11 @@ Example example_for(const Audience& audience, const Registry& registry) {
 void DatasetResource::describe(const Description& d) const {
   About about(d.graph, d.base + path);
   describe_types(about, d);
-  about.add(vocab::dcterms::title, rdf::literal("What the data of this server are"));
+  about.add(vocab::dcterms::title, rdf::tagged_literal("What the data of this server are", "en"));
   const std::string iri = d.base + path + std::string(fragment);
-  about.link(of_void::inDataset, iri);
+  about.link(primary_topic, iri);
   About dataset(d.graph, iri);
-  dataset.a(of_void::Dataset).add(vocab::dcterms::title, rdf::literal("Robotic Things"));
+  dataset.a(of_void::Dataset).add(vocab::dcterms::title, rdf::tagged_literal("Robotic Things", "en"));
   dataset.add(of_void::uriSpace, rdf::literal(d.base + "/"));
   dataset.link(of_void::rootResource, d.base + "/");
   if (!query_.empty()) dataset.link(of_void::sparqlEndpoint, d.base + query_);
