@@ -31,7 +31,7 @@ SEED = int(os.environ.get("LRT_DESCRIPTIONS_SEED", "23"))
 INPUTS = int(os.environ.get("LRT_DESCRIPTIONS", "200"))
 EFFECTS = int(os.environ.get("LRT_DESCRIPTIONS_EFFECTS", "2"))
 
-SSN, DCTERMS = "http://www.w3.org/ns/ssn/", "http://purl.org/dc/terms/"
+SOSA, DCTERMS = "http://www.w3.org/ns/sosa/", "http://purl.org/dc/terms/"
 ENDED = {"succeeded", "failed", "cancelled"}
 RADIANS = {"RAD": 1, "DEG": math.pi / 180}
 METRES = {"M": 1, "MilliM": 0.001}
@@ -64,8 +64,8 @@ class Action:
         self.input = None
         if self.shape:
             self.input = Document(program.n_triples(urllib.parse.urldefrag(self.shape[1:-1]).url) + self.document.text)
-        self.effects = [s for s in self.document.objects(iri(url), iri(HYBRIT + "produces")) if self.document.object(s, iri(SSN + "forProperty"))]
-        self.properties = {self.document.object(s, iri(SSN + "forProperty")) for s in self.effects}
+        self.effects = [s for s in self.document.objects(iri(url), iri(HYBRIT + "produces")) if self.document.object(s, iri(SOSA + "forProperty"))]
+        self.properties = {self.document.object(s, iri(SOSA + "forProperty")) for s in self.effects}
         self.is_stop = iri(LRT + "StopAction") in self.document.objects(iri(url), TYPE)
 
     def read(self):
@@ -312,7 +312,7 @@ class Run:
                         self.check_effect(action, effect, body)
 
     def check_effect(self, action, effect, body):
-        url = action.document.object(effect, iri(SSN + "forProperty"))
+        url = action.document.object(effect, iri(SOSA + "forProperty"))
         fault = fault_of(action.document, effect, Document(self.program.n_triples(url[1:-1])), url, Sent(body))
         self.counts["effects"] += 1
         if fault:

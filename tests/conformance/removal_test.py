@@ -54,6 +54,7 @@ STATED = {
     "http://vocab.arvida.de/2015/06/spatial/vocab#scaling": OF_A_GEOMETRY,
     "Grip/item": "std::optional in t04_structs_and_enums",
     "http://purl.org/dc/terms/hasFormat": "the formats depend on the value",
+    "http://purl.org/dc/terms/description": "what is said of one Thing for people; its kind does not demand it",
     "class of the Blueprint": "by this the Blueprint finds its Things",
     "http://purl.org/dc/terms/hasPart": CAN_GO_AWAY,
     "http://purl.org/dc/terms/isPartOf": CAN_GO_AWAY,
