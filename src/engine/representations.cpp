@@ -355,7 +355,7 @@ Result<Representation*> Representations::make(Resource& resource, std::size_t ba
   std::string tag = own ? own->entity_tag(type, view_.bases[base], audience, false) : std::string();
   const bool is_of_state = !tag.empty();
   if (!is_of_state) tag = http::entity_tag(type, **body);
-  Representation made{&resource, base,           variant,         page, audience.view, std::string(audience.name_in(resource)), state,
+  Representation made{&resource, base,           variant,          page,   audience.view, std::string(audience.name_in(resource)), state,
                       structure, std::move(tag), *std::move(body), is_page};
   if (const std::vector<std::string>& offered = texts.offered(); !offered.empty() || !texts.language().empty()) {
     const std::string wanted = languages && !offered.empty() ? languages->wanted_of(offered) : std::string();

@@ -279,9 +279,10 @@ TEST_CASE("the paths that remain reserved are named in the error", "[engine][jso
     const Result<void> added = bench.engine.add(Thing{path});
     REQUIRE_FALSE(added);
     CHECK(added.error().code == Errc::duplicate_path);
-    CHECK(added.error().message == "path \"" + std::string(path) +
-                                       "\" is reserved, as are \"ns/lrt\", \"ns/vocabulary\", \"ns/context.jsonld\", \".well-known/void\" and, with tokens, \"ns/session\" "
-                                       "and \"ns/ticket\", and the path of the SPARQL endpoint: choose another name");
+    CHECK(added.error().message ==
+          "path \"" + std::string(path) +
+              "\" is reserved, as are \"ns/lrt\", \"ns/vocabulary\", \"ns/context.jsonld\", \".well-known/void\" and, with tokens, \"ns/session\" "
+              "and \"ns/ticket\", and the path of the SPARQL endpoint: choose another name");
   }
   bench.add(arm());
   CHECK(bench.engine.add(Thing{"arm/angle"}).error().message == "path \"arm/angle\" is already in use, in the thing \"arm\": choose another name");
