@@ -101,8 +101,9 @@ void Overview::json(std::string_view key, std::string_view written) {
 
 void Overview::schema(std::string_view key, const rdf::Type* type, const rdf::Facets& facets) {
   if (!type) return;
-  const rdf::ChooseText choose = [this](const rdf::Texts& texts) { return texts_.choose(texts); };
-  json(key, rdf::write_schema(*type, facets, &choose));
+  const auto choose = [this](const rdf::Texts& texts) { return texts_.choose(texts); };
+  const rdf::ChooseText chosen = choose;  // refers to it
+  json(key, rdf::write_schema(*type, facets, &chosen));
 }
 
 void Overview::described(const std::vector<Statement>& statements, const std::vector<std::string>& classes, const rdf::Type* type) {
