@@ -54,7 +54,7 @@ STATED = {
     "http://vocab.arvida.de/2015/06/spatial/vocab#scaling": OF_A_GEOMETRY,
     "Grip/item": "std::optional in t04_structs_and_enums",
     "http://purl.org/dc/terms/hasFormat": "the formats depend on the value",
-    "http://purl.org/dc/terms/description": "what is said of one Thing for people; its kind does not demand it",
+    "description of a Thing": "what is said of one Thing for people; its kind does not demand it",
     "class of the Blueprint": "by this the Blueprint finds its Things",
     "http://purl.org/dc/terms/hasPart": CAN_GO_AWAY,
     "http://purl.org/dc/terms/isPartOf": CAN_GO_AWAY,
@@ -81,6 +81,8 @@ def stated(state, subject, what, predicate, of):
     elif (subject, RDF.type, rdflib.URIRef(LRT + "World")) in state and predicate in (RDF.type, rdflib.URIRef("http://www.w3.org/ns/ldp#contains"),
                                                                                     rdflib.URIRef(LRT + "allGraphs")):
         entry = "of a World"
+    elif name == "http://purl.org/dc/terms/description":
+        entry = "description of a Thing" if what == "Thing" else None
     elif name == QUDT + "hasUnit":
         entry = "hasUnit beside vom:unit" if (subject, rdflib.URIRef(VOM + "unit"), None) in state else None
     elif name in (LRT + "datatype", LRT + "elementType"):
