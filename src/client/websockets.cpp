@@ -383,12 +383,12 @@ void WebSockets::Impl::step(Connection& c) {
 Result<Needs> WebSockets::Impl::go_on(Connection& c) {
   switch (c.phase) {
     case Phase::connecting: {
-      const Result<Needs> needs = c.wire->try_connect();
+      Result<Needs> needs = c.wire->try_connect();
       if (!needs || *needs != Needs::nothing) return needs;
       return c.request.url.secure ? secure(c) : begin_opening(c);
     }
     case Phase::securing: {
-      const Result<Needs> needs = c.wire->try_secure();
+      Result<Needs> needs = c.wire->try_secure();
       return needs && *needs == Needs::nothing ? begin_opening(c) : needs;
     }
     case Phase::opening: return exchange_opening(c);
@@ -478,7 +478,7 @@ Result<Needs> WebSockets::Impl::take_response(Connection& c, std::string_view by
 
 Result<Needs> WebSockets::Impl::exchange_frames(Connection& c) {
   for (int i = 0; i < max_reads; ++i) {
-    const Result<Needs> flushed = flush(c);
+    Result<Needs> flushed = flush(c);
     if (!flushed || *flushed != Needs::nothing) return flushed;
     if (c.frames->state() == WebSocketFrames::State::closed) return Needs::nothing;
     const Result<Moved> got = c.wire->try_read(scratch.data(), scratch.size());

@@ -280,7 +280,7 @@ Bodies::Read Bodies::read_graphs(Context& context, const GraphOptions& limits, s
   return defer(context, bytes, bytes, std::move(work), false);
 }
 
-Bodies::Read Bodies::prepare_graphs(Context& context, std::shared_ptr<DatasetChange> change) {
+Bodies::Read Bodies::prepare_graphs(Context& context, const std::shared_ptr<DatasetChange>& change) {
   std::size_t triples = 0;
   for (const DatasetChange::Part& part : change->parts) triples += part.write.graph.size() + part.state->version().graph->size();
   const bool is_small = triples <= small_graph && change->times_prepared == 0;

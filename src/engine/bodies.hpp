@@ -64,7 +64,7 @@ class Bodies {
   /// @pre may_have_graphs() of its syntax
   Read read_graphs(Context& context, const GraphOptions& limits, std::string one_path);
   /// Makes and judges the graphs of DatasetChange::parts, at once or in a BodyJob.
-  Read prepare_graphs(Context& context, std::shared_ptr<DatasetChange> change);
+  Read prepare_graphs(Context& context, const std::shared_ptr<DatasetChange>& change);
   /// Whether the body of a request is in a syntax with named graphs; the response if it is in none that is read.
   std::variant<bool, http::Response> has_graphs(const Context& context) const;
   /// The response to a change that was refused.

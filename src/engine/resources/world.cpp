@@ -63,7 +63,7 @@ std::string unrepeated(const rdf::Dataset& dataset) {
   for (const auto& [name, graph] : dataset.named)
     for (const rdf::Triple& t : graph.triples()) named.insert(text_of(graph, t));
   for (const rdf::Triple& t : dataset.default_graph.triples())
-    if (const std::string text = text_of(dataset.default_graph, t); named.count(text) == 0) return text;
+    if (std::string text = text_of(dataset.default_graph, t); named.count(text) == 0) return text;
   return {};
 }
 
@@ -450,7 +450,9 @@ std::optional<http::Response> WorldResource::plan(const Context& context, const 
   const bool replaces = context.request().method == "PUT";
   std::set<std::string> paths;
   std::size_t created = 0;
-  for (auto& [name, graph] : change.graphs.named) {
+  for (auto& named : change.graphs.named) {
+    const auto& name = named.first;
+    auto& graph = named.second;
     const auto refuse = [&](int status, const std::string& sentence) {
       return parts.responses.problem(context, status, "the graph <" + shortened(name, max_shown_name) + ">: " + sentence);
     };
