@@ -624,14 +624,16 @@ bool Watch::Impl::attempt_at(std::optional<Instant> due, Generation generation) 
 
 /// The activity continues with its next step, at once.
 bool Watch::Impl::again(Generation generation, void (Impl::*next)()) {
+  std::uint64_t socket = 0;
   {
     const std::lock_guard lock(mutex_);
     if (stopped_ || generation != generation_) return false;
     generation = ++generation_;
     connected_.store(false, std::memory_order_release);  // a WebSocket may be open for a moment before its refusal
     (this->*next)();
-    websocket_ = 0;
+    socket = std::exchange(websocket_, 0);
   }
+  if (socket != 0) context_->websockets.close(socket);  // it is still open if it has sent what is no representation
   return attempt_at(std::nullopt, generation);
 }
 

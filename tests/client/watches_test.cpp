@@ -2,6 +2,7 @@
 #include "src/client/watches.hpp"
 
 #include <atomic>
+#include <future>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -522,12 +523,14 @@ TEST_CASE("hybrit:websocketUrl is followed where the resource itself has no WebS
 TEST_CASE("a WebSocket of another protocol is left for what the server has besides", "[client][R1.6]") {
   const test::Watchdog watchdog("watch");
   SECTION("it sends messages that are no representations") {
-    test::Receiver server([](Peer& peer) {  // as the Community Solid Server on each URL
+    std::promise<void> closed;
+    test::Receiver server([&](Peer& peer) {  // as the Community Solid Server on each URL
       for (std::string request = peer.read_request(); !request.empty(); request = peer.read_request()) {
         if (request.find("Upgrade: websocket") != std::string::npos) {
           peer.send(opening_response(request) + frame("warning Missing Sec-WebSocket-Protocol header, expected value solid-0.1") +
                     frame("protocol solid-0.1"));
-          return peer.hang();
+          peer.hang();
+          return closed.set_value();
         }
         if (field_of(request, "Accept") == "text/event-stream") peer.send(test::answer(406));
         else
@@ -536,10 +539,13 @@ TEST_CASE("a WebSocket of another protocol is left for what the server has besid
     });
     Watches watches(http_client(background()));
     Changes changes;
-    const Watch watch = watches.watch(server.url(), by(Via::any), changes.callback()).value();
+    WatchOptions options = by(Via::any);
+    options.idle_time = std::chrono::minutes(10);  // longer than the watchdog: only the watch ends the WebSocket
+    const Watch watch = watches.watch(server.url(), options, changes.callback()).value();
     CHECK(changes.wait(1)[0].kind == Kind::value);
     CHECK(changes.all()[0].body->find("value> 5") != std::string::npos);
     CHECK(watch.via() == Via::polling);
+    closed.get_future().wait();  // the WebSocket does not stay open beside
   }
   SECTION("it opens and closes each without a message") {
     std::atomic<int> opened{0};
