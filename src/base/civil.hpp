@@ -6,6 +6,25 @@
 
 namespace lrt::detail {
 
+/// A date in the proleptic Gregorian calendar.
+struct CivilDate {
+  std::int64_t year;
+  unsigned month, day;  ///< 1-based
+};
+
+/// The opposite of days_from_civil().
+inline CivilDate civil_from_days(std::int64_t days) noexcept {
+  // Years are counted from March in eras of 400 years (146097 days), so a leap day is the last day of its year.
+  const std::int64_t shifted = days + 719'468;  // days since 0000-03-01
+  const std::int64_t era = (shifted >= 0 ? shifted : shifted - 146'096) / 146'097;
+  const auto day_of_era = static_cast<unsigned>(shifted - era * 146'097);
+  const unsigned year_of_era = (day_of_era - day_of_era / 1'460 + day_of_era / 36'524 - day_of_era / 146'096) / 365;
+  const unsigned day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+  const unsigned march_month = (5 * day_of_year + 2) / 153;
+  const unsigned month = march_month < 10 ? march_month + 3 : march_month - 9;
+  return {static_cast<std::int64_t>(year_of_era) + era * 400 + (month <= 2 ? 1 : 0), month, day_of_year - (153 * march_month + 2) / 5 + 1};
+}
+
 /// A UTC instant in the proleptic Gregorian calendar.
 struct Civil {
   std::int64_t year;
@@ -23,19 +42,11 @@ inline Civil to_civil(std::chrono::system_clock::time_point utc) noexcept {
   const std::int64_t micros = floor<std::chrono::microseconds>(since_epoch).count() - days * 86'400'000'000;
   const auto second_of_day = static_cast<unsigned>(micros / 1'000'000);
 
-  // Years are counted from March in eras of 400 years (146097 days), so a leap day is the last day of its year.
-  const std::int64_t shifted = days + 719'468;  // days since 0000-03-01
-  const std::int64_t era = (shifted >= 0 ? shifted : shifted - 146'096) / 146'097;
-  const auto day_of_era = static_cast<unsigned>(shifted - era * 146'097);
-  const unsigned year_of_era = (day_of_era - day_of_era / 1'460 + day_of_era / 36'524 - day_of_era / 146'096) / 365;
-  const unsigned day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
-  const unsigned march_month = (5 * day_of_year + 2) / 153;
-  const unsigned month = march_month < 10 ? march_month + 3 : march_month - 9;
-
+  const CivilDate date = civil_from_days(days);
   Civil result{};
-  result.year = static_cast<std::int64_t>(year_of_era) + era * 400 + (month <= 2 ? 1 : 0);
-  result.month = month;
-  result.day = day_of_year - (153 * march_month + 2) / 5 + 1;
+  result.year = date.year;
+  result.month = date.month;
+  result.day = date.day;
   result.hour = second_of_day / 3600;
   result.minute = second_of_day / 60 % 60;
   result.second = second_of_day % 60;

@@ -133,23 +133,6 @@ std::optional<TimeResult> written(const Length& length) {
   return TimeResult{std::move(text), vocab::xsd::dayTimeDuration};
 }
 
-struct Date {
-  std::int64_t year;
-  unsigned month, day;
-};
-
-/// The opposite of days_from_civil().
-Date date_of(std::int64_t days) {
-  const std::int64_t shifted = days + 719'468;
-  const std::int64_t era = (shifted >= 0 ? shifted : shifted - 146'096) / 146'097;
-  const auto day_of_era = static_cast<unsigned>(shifted - era * 146'097);
-  const unsigned year_of_era = (day_of_era - day_of_era / 1'460 + day_of_era / 36'524 - day_of_era / 146'096) / 365;
-  const unsigned day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
-  const unsigned march_month = (5 * day_of_year + 2) / 153;
-  const unsigned month = march_month < 10 ? march_month + 3 : march_month - 9;
-  return {static_cast<std::int64_t>(year_of_era) + era * 400 + (month <= 2 ? 1 : 0), month, day_of_year - (153 * march_month + 2) / 5 + 1};
-}
-
 unsigned days_in(std::int64_t year, unsigned month) {
   constexpr unsigned lengths[] = {31, 28, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31};
   return month == 2 && year % 4 == 0 && (year % 100 != 0 || year % 400 == 0) ? 29 : lengths[month - 1];
@@ -167,7 +150,7 @@ std::optional<TimeResult> written(const Point& point, const Decimal& local, std:
   if (point.type == Datatype::time) return TimeResult{clock.append(point.zone), Iri("http://www.w3.org/2001/XMLSchema#time")};
   constexpr std::int64_t most_days = (max_year + 1) * 366;
   if (days > most_days || days < -most_days) return std::nullopt;
-  Date date = date_of(days);
+  lrt::detail::CivilDate date = lrt::detail::civil_from_days(days);
   if (months != 0) {
     constexpr std::int64_t most_months = 24 * (max_year + 1);
     if (months > most_months || months < -most_months) return std::nullopt;
