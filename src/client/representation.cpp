@@ -184,13 +184,11 @@ Result<RepresentationPtr> read_representation(const Response& response, const Op
 }
 
 std::optional<std::string> plain_text_of(const Graph& graph, TermId focus, std::string_view media_type) {
-  const TermView* literal = nullptr;
-  TermView found;
+  std::optional<TermView> literal;
   for (const Triple& t : graph.match(focus, std::nullopt, std::nullopt)) {
     if (!graph.term(t.object).is_literal()) continue;
     if (literal) return std::nullopt;
-    found = graph.term(t.object);
-    literal = &found;
+    literal = graph.term(t.object);
   }
   if (!literal) return std::nullopt;
   if (media_type == "text/plain") return std::string(literal->text);

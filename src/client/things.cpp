@@ -161,7 +161,7 @@ std::optional<TermView> literal_of(const Representation& representation, Iri pre
 
 /// Whether a server describes its actions with the terms of lrt: its invocations then have an lrt:status.
 bool uses_own_terms(const Graph& graph) {
-  const std::string_view space = vocab::lrt_::status.text.substr(0, vocab::lrt_::status.text.size() - std::string_view("status").size());
+  const std::string_view space = vocab::lrt_::status.text.substr(0, vocab::lrt_::status.text.find('#') + 1);
   for (const Triple& t : graph.triples())
     if (graph.term(t.predicate).text.substr(0, space.size()) == space || graph.term(t.object).text.substr(0, space.size()) == space) return true;
   return false;
