@@ -23,7 +23,7 @@ import tempfile
 import urllib.parse
 
 sys.dont_write_bytecode = True  # nothing is left in the source tree
-from examples_graphs_test import LEFT_OUT, linked, start
+from examples_graphs_test import LEFT_OUT, resources, start
 from random_bodies_test import HAS_UNIT, INTEGERS, MATHS, NUMERICAL, RDF_VALUE, SELF, TYPE, UNIT, VOM_UNIT, Maker, Shapes, iri, literal, parts, sh
 from robot_process import HYBRIT, LRT, Program, http_request, plain, until
 
@@ -133,17 +133,8 @@ def beyond(bound, datatype, sign, exclusive):
 
 def actions_of(program):
     """The Actions that can be found now, by links from the root. An Action that is not available is not linked."""
-    known, todo, found = {program.url}, [program.url], []
-    while todo:
-        url = todo.pop()
-        answer = program.get(url, Accept="application/n-triples")
-        if answer.status != 200:
-            continue
-        if (iri(url), TYPE, iri(HYBRIT + "Action")) in [(s, p, o) for (s, p), all_o in Shapes(answer.body).of.items() for o in all_o]:
-            found.append(url)
-        new = {u for u in linked(program, url, answer) if not re.search(r"/(all|state|subscriptions)$|/ns/", u)} - known
-        known |= new
-        todo += sorted(new)
+    found = [url for url, answer in resources(program, r"/(all|state|subscriptions)$|/ns/")
+             if (iri(url), TYPE, iri(HYBRIT + "Action")) in [(s, p, o) for (s, p), all_o in Shapes(answer.body).of.items() for o in all_o]]
     return [Action(program, url) for url in sorted(found)]
 
 

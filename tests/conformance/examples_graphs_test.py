@@ -94,6 +94,20 @@ def linked(program, url, answer):
     return {target for target in absolute if target.startswith(program.url) and "accept=" not in target}
 
 
+def resources(program, left_out):
+    """URL and response in N-Triples of each resource that links from the root lead to; `left_out` is a pattern of URLs."""
+    known, todo = {program.url}, [program.url]
+    while todo:
+        url = todo.pop()
+        answer = program.get(url, Accept="application/n-triples")
+        if answer.status != 200:
+            continue
+        yield url, answer
+        new = {u for u in linked(program, url, answer) if not re.search(left_out, u)} - known
+        known |= new
+        todo += sorted(new)
+
+
 def crawl(program, folder):
     """Writes what json_ld_test.py compares; how many resources and triples there are."""
     (folder / "context.jsonld").write_text(program.get("ns/context.jsonld", Accept="application/ld+json").expect(200).body)

@@ -10,7 +10,6 @@ there afterwards. random_bodies_robot has a Property of each type; it gets value
 import json
 import os
 import pathlib
-import re
 import signal
 import sys
 import tempfile
@@ -18,7 +17,7 @@ import urllib.error
 import urllib.request
 
 sys.dont_write_bytecode = True  # nothing is left in the source tree
-from examples_graphs_test import linked, start
+from examples_graphs_test import resources, start
 from robot_process import Program
 
 FORMATS = ("text/turtle", "application/n-triples", "application/ld+json", "application/rdf+xml", "application/trig", "application/n-quads",
@@ -71,18 +70,8 @@ def request(method, url, body=None, **headers):
 
 def writable(program):
     """Properties, by links from the root."""
-    known, todo, found = {program.url}, [program.url], []
-    while todo:
-        url = todo.pop()
-        answer = program.get(url, Accept="application/n-triples")
-        if answer.status != 200:
-            continue
-        if "PUT" in answer.field("Allow").split(", ") and "hybr-it#Property>" in answer.body:
-            found.append(url)
-        new = {u for u in linked(program, url, answer) if not re.search(r"/(all|state|subscriptions)$|/ns/|/blueprints/", u)} - known
-        known |= new
-        todo += sorted(new)
-    return sorted(found)
+    return sorted(url for url, answer in resources(program, r"/(all|state|subscriptions)$|/ns/|/blueprints/")
+                  if "PUT" in answer.field("Allow").split(", ") and "hybr-it#Property>" in answer.body)
 
 
 def put_back(url, faults):

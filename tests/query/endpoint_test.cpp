@@ -25,6 +25,7 @@
 #include <lrt/world.hpp>
 
 #include "tests/delivery/receiver.hpp"
+#include "tests/query/requests.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/event_stream.hpp"
 #include "tests/support/message.hpp"
@@ -46,31 +47,6 @@ const std::string prefixes =
 constexpr Iri height{"http://example.org/height"};
 /// Answered never: there are some hundred triples.
 const std::string endless = "SELECT (COUNT(*) AS ?n) { ?a ?b ?c . ?d ?e ?f . ?g ?h ?i . ?j ?k ?l . ?m ?o ?p }";
-
-std::string encoded(std::string_view text) {
-  static constexpr char digits[] = "0123456789ABCDEF";
-  std::string all;
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if ((c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9')) all += c;
-    else (all += '%').append({digits[byte >> 4], digits[byte & 15]});
-  }
-  return all;
-}
-
-/// The lines of CSV without the first, which has the names.
-std::multiset<std::string> rows(const Answer& answer) {
-  INFO(answer.body);
-  CHECK(answer.status == 200);
-  std::multiset<std::string> all;
-  for (std::size_t at = answer.body.find("\r\n"); at != std::string::npos && at + 2 < answer.body.size();) {
-    const std::size_t end = answer.body.find("\r\n", at + 2);
-    all.insert(answer.body.substr(at + 2, end - at - 2));
-    at = end;
-  }
-  return all;
-}
-using Rows = std::multiset<std::string>;
 
 /// Limits that no query of a test reaches, so that only what the test does ends one.
 query::EndpointOptions unlimited() {

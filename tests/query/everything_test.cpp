@@ -20,6 +20,7 @@
 #include <lrt/world.hpp>
 
 #include "src/security/policy.hpp"
+#include "tests/query/requests.hpp"
 #include "tests/support/bench.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/event_stream.hpp"
@@ -37,33 +38,7 @@ const std::string prefixes =
     "PREFIX sd: <http://www.w3.org/ns/sparql-service-description#> PREFIX void: <http://rdfs.org/ns/void#> "
     "PREFIX xsd: <http://www.w3.org/2001/XMLSchema#> ";
 
-std::string encoded(std::string_view text) {
-  static constexpr char digits[] = "0123456789ABCDEF";
-  std::string all;
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if ((c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9')) all += c;
-    else (all += '%').append({digits[byte >> 4], digits[byte & 15]});
-  }
-  return all;
-}
-
-using Rows = std::multiset<std::string>;
-
-/// The lines of CSV without the first, which has the names.
-Rows rows(const Answer& answer) {
-  INFO(answer.body);
-  CHECK(answer.status == 200);
-  Rows all;
-  for (std::size_t at = answer.body.find("\r\n"); at != std::string::npos && at + 2 < answer.body.size();) {
-    const std::size_t end = answer.body.find("\r\n", at + 2);
-    all.insert(answer.body.substr(at + 2, end - at - 2));
-    at = end;
-  }
-  return all;
-}
-
-/// Documents that repeat others: `/arm/state`, `/arm/all`, `/all`. In the default graph their blank nodes would be there twice.
+/// Documents that repeat others, and would be described again with each value: `/arm/state`, `/arm/all`, `/all`.
 bool repeats_others(const std::string& path) {
   const auto ends_with = [&](std::string_view end) {
     return path.size() >= end.size() && path.compare(path.size() - end.size(), end.size(), end) == 0;
