@@ -350,7 +350,8 @@ Bodies::Read Bodies::as_read(const Context& context, JudgedBody judged) const {
   if (auto* body = std::get_if<Body>(&judged)) return std::move(*body);
   const BodyFault& fault = std::get<BodyFault>(judged);
   if (fault.report) return responses_.violation(context, *fault.report, fault.errors);
-  return responses_.problem(context, fault.status, fault.detail, fault.errors.empty() ? std::string() : json_of(fault.errors));
+  return responses_.problem(context,
+                            {fault.status, fault.detail, fault.errors.empty() ? std::string() : json_of(fault.errors), std::string(fault.type)});
 }
 
 http::Response Bodies::too_many(const Context& context) const {

@@ -46,6 +46,7 @@ struct BodyFault {
   std::string detail{};
   std::vector<BodyError> errors{};        ///< its parts; empty: there are none
   std::optional<shacl::Report> report{};  ///< the shape refused it
+  std::string_view type{};                ///< problem type, a constant; empty: none of its own
 };
 
 using JudgedBody = std::variant<Body, BodyFault>;

@@ -14,6 +14,7 @@
 
 #include "src/engine/audience.hpp"
 #include "src/engine/body_task.hpp"
+#include "src/engine/expiry.hpp"
 #include "src/engine/resource.hpp"
 #include "src/http/prefer.hpp"
 
@@ -69,6 +70,7 @@ class Context {
   security::Rights rights = security::Rights::all();  ///< of these at `resource`
   std::optional<Ticket> ticket{};                     ///< of a request that is deferred
   std::shared_ptr<JudgedBody> judged{};               ///< its body, from a BodyJob; nullptr: not validated, or consumed
+  Expiry expiry{};                                    ///< of a command, once CommandRules has judged it
   std::string client{};                               ///< Caller::client
   bool by_cookie = false;                             ///< Caller::by_cookie
   bool ignores_conditions = false;                    ///< If-Match and If-None-Match were already evaluated

@@ -237,6 +237,7 @@ std::optional<http::Response> Engine::Impl::refused_body(Context& context, std::
     }
   }
   if (auto response = too_large(context, body_bytes.value_or(0))) return response;
+  if (auto response = parts.rules.judge(context)) return response;
   return context.is_safe() ? std::nullopt : failed_known_precondition(context);
 }
 
@@ -272,12 +273,15 @@ Outcome Engine::Impl::dispatch(Context& context) {
     return parts.representations.get(context);
   }
   if (method == "OPTIONS") return parts.representations.options(context);
-  const Methods allowed = resource.methods();
-  if (method == "PUT" && allowed.put) return resource.put(context, parts);
-  if (method == "POST" && allowed.post) return resource.post(context, parts);
-  if (method == "DELETE" && allowed.remove) return resource.remove(context, parts);
-  if (method == "PATCH" && allowed.patch) return resource.patch(context, parts);
-  return method_not_allowed(context);
+  if (!is_allowed(context)) return method_not_allowed(context);
+  // A graph of a World may be written already; its write was judged just before.
+  const bool may_be_done = context.judged && resource.thing && resource.thing->spec->world;
+  if (!may_be_done)
+    if (auto response = parts.rules.judge(context)) return *std::move(response);
+  if (method == "PUT") return resource.put(context, parts);
+  if (method == "POST") return resource.post(context, parts);
+  if (method == "DELETE") return resource.remove(context, parts);
+  return resource.patch(context, parts);
 }
 
 /// Continues a deferred request after its body was validated.

@@ -45,6 +45,7 @@ BodyFault fault_of(model::GraphRefusal refusal, const std::string& name, const s
 
 std::optional<JudgedBody> GraphTask::carry_out(bool waits) {
   if (auto fault = parse()) return JudgedBody(*std::move(fault));
+  if (!passes(check)) return JudgedBody(CommandRules::fault(check->refusal()));
   std::optional<model::GraphRefusal> refused = state->write(write, waits);
   if (refused && refused->kind == model::GraphRefusal::Kind::busy) return std::nullopt;
   if (refused) return JudgedBody(fault_of(*std::move(refused)));

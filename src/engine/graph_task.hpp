@@ -10,6 +10,7 @@
 #include <lrt/rdf/codec.hpp>
 
 #include "src/engine/body_task.hpp"
+#include "src/engine/command_rules.hpp"
 #include "src/model/graph_state.hpp"
 
 namespace lrt::engine {
@@ -23,6 +24,7 @@ struct GraphTask {
   std::shared_ptr<model::GraphState> state{};
   model::GraphWrite write{};
   bool creates = false;  ///< the graph is not registered yet
+  SharedCheck check{};   ///< asked just before the write
 
   /// The body was parsed before: this is its graph.
   void set_graph(rdf::Graph graph) {

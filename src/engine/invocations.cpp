@@ -83,12 +83,14 @@ Outcome Invocations::invoke(ActionResource& action, Context& context) {
   });
   invocation.control->attach(scanner_.wake_signal());
   invocation.input = std::move(input);
+  invocation.check = rules_.judge_before_call(context);
+  if (invocation.check && (!waits || must_queue)) invocation.check->expiry().accept();
   if (!is_stop) invocation.share = clients_.take(context.client);
   invocation.created = context.now.utc;
   action.invocations.push_back(std::move(made));
   action.mark_changed();
   try {
-    if (must_queue) action.queue.push_back(&invocation);
+    if (must_queue) wait_in_queue(invocation);
     else launch(invocation, context.now);
   } catch (const std::exception& e) {
     finished(invocation, unexpected(Errc::failed, std::string("internal server error: ") + e.what()), context.now);
@@ -141,11 +143,25 @@ std::optional<http::Response> Invocations::refused_client(const ActionResource& 
   return response;
 }
 
+void Invocations::wait_in_queue(InvocationResource& invocation) {
+  invocation.action.queue.push_back(&invocation);
+  if (const auto deadline = invocation.check ? invocation.check->expiry().deadline() : std::nullopt)
+    start_deadlines_.set(invocation.start_deadline, *deadline, invocation.id);
+}
+
+/// The earlier of the host's deadline and that of the client.
+void Invocations::set_start_deadline(InvocationResource& invocation) {
+  auto first = invocation.host_deadline;
+  if (const auto deadline = invocation.check ? invocation.check->expiry().deadline() : std::nullopt) first = std::min(first, *deadline);
+  start_deadlines_.set(invocation.start_deadline, first, invocation.id);
+}
+
 /// Calls the start lambda on the thread that its Dispatch names.
 void Invocations::launch(InvocationResource& invocation, TimePoint now) {
   ActionResource& action = invocation.action;
   auto token = std::make_shared<CancelToken>();
-  start_deadlines_.set(invocation.start_deadline, now.steady + options_.host_timeout, invocation.id);
+  invocation.host_deadline = now.steady + options_.host_timeout;
+  set_start_deadline(invocation);
   ++action.active;
   invocation.token = std::move(token);
   Inbox::Reserved begins = Inbox::reserve([this, ref = Ref(invocation)](TimePoint at) {
@@ -154,11 +170,18 @@ void Invocations::launch(InvocationResource& invocation, TimePoint now) {
   Inbox::Reserved returned = Inbox::reserve([this, ref = Ref(invocation)](TimePoint at) {
     if (InvocationResource* i = registry_.find(ref)) start_returned(*i, at);
   });
+  Inbox::Reserved refused;
+  if (invocation.check)
+    refused = Inbox::reserve([this, ref = Ref(invocation), check = invocation.check](TimePoint at) {
+      if (InvocationResource* i = registry_.find(ref)) never_begun(*i, check->refusal(), at);
+    });
   calls_.run(
       action.thing->where(*action.spec),
-      [inbox = calls_.inbox(), begins = std::move(begins), returned = std::move(returned), spec = action.spec, control = invocation.control,
-       token = invocation.token, input = std::make_shared<const rdf::Value>(invocation.input)]() mutable {
+      [inbox = calls_.inbox(), check = invocation.check, refused = std::move(refused), begins = std::move(begins), returned = std::move(returned),
+       spec = action.spec, control = invocation.control, token = invocation.token,
+       input = std::make_shared<const rdf::Value>(invocation.input)]() mutable {
         if (!token->take()) return;
+        if (!passes(check)) return inbox->put(std::move(refused));
         Result<bool> offered = guarded<bool>([&]() -> Result<bool> {
           if (auto error = unavailable(*spec)) return Unexpected{*std::move(error)};
           return true;
@@ -227,12 +250,15 @@ void Invocations::cancel(InvocationResource& invocation, TimePoint now) {
   ended(invocation, now);
 }
 
-/// The host did not start it in time, and must not start it later.
-void Invocations::never_begun(InvocationResource& invocation, TimePoint now) {
+/// The host did not start it in time or a rule refuses it now, and it must not start later.
+void Invocations::never_begun(InvocationResource& invocation, Refusal why, TimePoint now) {
+  if (invocation.finished()) return;
   leave_queue(invocation);
   (void)invocation.control->cancel();
-  respond_to(std::exchange(invocation.waiting, {}), now, [&](const Context& context) { return responses_.timed_out(context); });
-  invocation.result = unexpected(Errc::timed_out, "the robot's program did not start the action in time");
+  respond_to(std::exchange(invocation.waiting, {}), now,
+             [&](const Context& context) { return why == Refusal::none ? responses_.timed_out(context) : rules_.refused(context, why); });
+  invocation.result =
+      unexpected(Errc::timed_out, why == Refusal::none ? "the robot's program did not start the action in time" : CommandRules::reason(why));
   invocation.status = Status::failed;
   ended(invocation, now);
 }
@@ -258,11 +284,19 @@ void Invocations::wait_is_over(Ticket ticket, Context& context, ResourceId id, b
   waiting.erase(std::remove_if(waiting.begin(), waiting.end(), [&](const WaitingRequest& w) { return w.ticket == ticket; }), waiting.end());
   // A call that the host has started continues, even if the engine has not been notified: 202, because it may still be refused.
   if (may_take_long || invocation->status == Status::running || (invocation->token && !invocation->token->cancel()))
-    return pending_.respond(ticket, accepted(context, *invocation));
+    return pending_.respond(ticket, accept(*invocation) ? accepted(context, *invocation) : rules_.refused(context, Refusal::late));
   // The client is asked to retry, so the invocation must not start later.
   const TimePoint now = context.now;
   pending_.respond(ticket, responses_.timed_out(context));  // the context is gone now
-  never_begun(*invocation, now);
+  never_begun(*invocation, Refusal::none, now);
+}
+
+/// Its client is told that it was accepted, so it is not late any more. False: it was refused just before its lambda, of which a message is on its way.
+bool Invocations::accept(InvocationResource& invocation) {
+  if (!invocation.check) return true;
+  if (!invocation.check->expiry().accept()) return false;
+  if (invocation.token && invocation.status == Status::pending) set_start_deadline(invocation);
+  return true;
 }
 
 void Invocations::expire(TimePoint now) {
@@ -270,7 +304,10 @@ void Invocations::expire(TimePoint now) {
     auto* invocation = static_cast<InvocationResource*>(registry_.find(*id));
     if (!invocation) continue;
     invocation->start_deadline.reset();
-    if (invocation->status == Status::pending && invocation->token && invocation->token->cancel()) never_begun(*invocation, now);
+    const bool is_open = invocation->status == Status::pending && (!invocation->token || invocation->token->cancel());
+    if (!is_open) continue;
+    const auto late = invocation->check ? invocation->check->expiry().deadline() : std::nullopt;
+    never_begun(*invocation, late && *late <= now.steady ? Refusal::late : Refusal::none, now);
   }
 }
 

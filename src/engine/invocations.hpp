@@ -10,6 +10,7 @@
 #include "src/engine/bodies.hpp"
 #include "src/engine/change_scanner.hpp"
 #include "src/engine/client_counts.hpp"
+#include "src/engine/command_rules.hpp"
 #include "src/engine/context.hpp"
 #include "src/engine/deadline_queue.hpp"
 #include "src/engine/host_calls.hpp"
@@ -24,12 +25,13 @@ namespace lrt::engine {
 class Invocations {
  public:
   Invocations(const EngineOptions& options, Registry& registry, HostCalls& calls, PendingRequests& pending, const Responses& responses,
-              Representations& representations, Bodies& bodies, ChangeScanner& scanner)
+              const CommandRules& rules, Representations& representations, Bodies& bodies, ChangeScanner& scanner)
       : options_(options),
         registry_(registry),
         calls_(calls),
         pending_(pending),
         responses_(responses),
+        rules_(rules),
         representations_(representations),
         bodies_(bodies),
         scanner_(scanner) {}
@@ -51,13 +53,16 @@ class Invocations {
   void cancel_oldest(ActionResource& action, TimePoint now);
   /// The response if the policy excludes another invocation now.
   std::optional<http::Response> refused_by_policy(const ActionResource& action, const Context& context) const;
+  void wait_in_queue(InvocationResource& invocation);
   void launch(InvocationResource& invocation, TimePoint now);
   void started(InvocationResource& invocation, TimePoint now);
   void start_returned(InvocationResource& invocation, TimePoint now);
   void finished(InvocationResource& invocation, Result<rdf::Value> result, TimePoint now);
   void cancel_on_host(InvocationResource& invocation);
   void cancel(InvocationResource& invocation, TimePoint now);
-  void never_begun(InvocationResource& invocation, TimePoint now);
+  void never_begun(InvocationResource& invocation, Refusal why, TimePoint now);
+  void set_start_deadline(InvocationResource& invocation);
+  bool accept(InvocationResource& invocation);
   void ended(InvocationResource& invocation, TimePoint now);
   void wait_is_over(Ticket ticket, Context& context, ResourceId invocation, bool may_take_long);
   template <class MakeResponse>
@@ -77,6 +82,7 @@ class Invocations {
   HostCalls& calls_;
   PendingRequests& pending_;
   const Responses& responses_;
+  const CommandRules& rules_;
   Representations& representations_;
   Bodies& bodies_;
   ChangeScanner& scanner_;

@@ -69,6 +69,7 @@ std::string series_of(std::chrono::system_clock::time_point start) {
 Parts::Parts(EngineOptions given)
     : options(completed(std::move(given))),
       clock(options.clock ? *options.clock : system_clock()),
+      run_time(clock),
       bases(options.public_base, options.allowed_hosts, options.max_forwarded_bases),
       cors(options),
       cache(options.max_cache_bytes),
@@ -78,6 +79,7 @@ Parts::Parts(EngineOptions given)
       pending(registry, calls, cors, options.max_waiting_requests),
       context_text(rdf::json_ld_context(options.prefixes)),
       responses(options, bases, TermsResource::location, std::string(ContextResource::location) + "?v=" + version_of(context_text)),
+      rules(responses, run_time),
       saves(options.save_timeout, options.max_waiting_requests, pending, responses),
       values(calls, registry, options, clock),
       view{options, registry, bases, !options.callbacks.allow.empty()},
@@ -91,7 +93,7 @@ Parts::Parts(EngineOptions given)
       subscriptions(receiver_parts, subscription_requests, registry, representations, values, scanner),
       access(options, bases, cors, responses, callback_rules, subscription_requests),
       saved(options, registry, bases, responses, callback_rules, subscriptions, saves, clock),
-      invocations(options, registry, calls, pending, responses, representations, bodies, scanner),
+      invocations(options, registry, calls, pending, responses, rules, representations, bodies, scanner),
       tree("/all", nullptr, &registry),
       root(registry, TermsResource::location, tree, options.sessions ? SessionResource::location : "",
            options.query ? options.query->limits().path : ""),
@@ -212,8 +214,16 @@ void Parts::respond_gone(Ticket ticket) {
 
 PendingRequests::Timeout Parts::timed_out() {
   return [this](Ticket ticket, Context& late, bool runs) {
-    pending.respond(ticket, runs ? responses.no_content(late, 202) : responses.timed_out(late));
+    if (runs) return pending.respond(ticket, responses.no_content(late, 202));
+    const bool is_late = late.expiry.is_late(late.now.steady);
+    pending.respond(ticket, is_late ? rules.refused(late, Refusal::late) : responses.timed_out(late));
   };
+}
+
+std::optional<Ticket> Parts::defer_command(const Context& command, Dispatch where) {
+  const auto ticket = pending.defer(command, options.host_timeout, timed_out(), where);
+  if (ticket && command.expiry.valid_until) pending.must_begin_by(*ticket, *command.expiry.valid_until);
+  return ticket;
 }
 
 }  // namespace lrt::engine

@@ -16,6 +16,7 @@
 #include "src/engine/bodies.hpp"
 #include "src/engine/callback_rules.hpp"
 #include "src/engine/change_scanner.hpp"
+#include "src/engine/command_rules.hpp"
 #include "src/engine/cors.hpp"
 #include "src/engine/description.hpp"
 #include "src/engine/host_calls.hpp"
@@ -63,11 +64,15 @@ struct Parts {
   std::vector<ObservableResource> observable_resources() const;
   /// Responds 404 to a waiting request whose resource was removed.
   void respond_gone(Ticket ticket);
-  /// The response when the host has not executed a change in time: 202 if its lambda is running, else 503, and the call is cancelled.
+  /// The response when the host has not executed a change in time: 202 if its lambda is running, else the call is cancelled, and
+  /// the response is 412 if the command is late, and 503 if the host is.
   PendingRequests::Timeout timed_out();
+  /// Keeps a command until the host has executed it, with that timeout. nullopt: too many requests wait (503).
+  std::optional<Ticket> defer_command(const Context& command, Dispatch where);
 
   const EngineOptions options;
   const Clock& clock;
+  const RunTime run_time;           ///< by which commands expire
   Bases bases;                      ///< hosts and base IRIs
   const Cors cors;                  ///< pages of other origins
   RepresentationCache cache;        ///< representations that are kept
@@ -78,6 +83,7 @@ struct Parts {
   PendingRequests pending;          ///< requests that wait
   const std::string context_text;   ///< of the JSON-LD context; empty: this build has no JSON-LD
   Responses responses;              ///< errors, and responses that are no representation
+  const CommandRules rules;         ///< which commands are carried out now
   PendingSaves saves;               ///< requests that wait until callbacks are saved
   PropertyValues values;            ///< reading properties
   const EngineView view;            ///< what descriptions read

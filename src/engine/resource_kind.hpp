@@ -27,15 +27,16 @@ struct Observable {
 
 enum class Trait : std::uint16_t {
   none = 0,
-  placeholder = 1,    ///< for a resource that a request may create: it has no representation yet
-  about_caller = 2,   ///< it is about the caller instead of the robot: it needs a principal and no right
-  no_rdf_source = 4,  ///< it is no ldp:RDFSource
-  fixed_links = 8,    ///< its links depend only on the structure, not on its state
-  plain_bodies = 16,  ///< bodies may be plain values, not only RDF
-  by_principal = 32,  ///< its representation depends on the principal, not only on the rights
-  stop = 64,          ///< POST stops the robot (Action::stop()), and its body is ignored
-  term_list = 128,    ///< its page has its terms: PageSource::terms()
-  query = 256,        ///< POST is a query: it changes nothing
+  placeholder = 1,            ///< for a resource that a request may create: it has no representation yet
+  about_caller = 2,           ///< it is about the caller instead of the robot: it needs a principal and no right
+  no_rdf_source = 4,          ///< it is no ldp:RDFSource
+  fixed_links = 8,            ///< its links depend only on the structure, not on its state
+  plain_bodies = 16,          ///< bodies may be plain values, not only RDF
+  by_principal = 32,          ///< its representation depends on the principal, not only on the rights
+  stop = 64,                  ///< POST stops the robot (Action::stop()), and its body is ignored
+  term_list = 128,            ///< its page has its terms: PageSource::terms()
+  query = 256,                ///< POST is a query: it changes nothing
+  cancelled_by_delete = 512,  ///< DELETE ends what it stands for, and is never too late
 };
 
 constexpr Trait operator|(Trait a, Trait b) noexcept { return static_cast<Trait>(static_cast<unsigned>(a) | static_cast<unsigned>(b)); }

@@ -29,22 +29,24 @@ std::string cut(std::string detail) {
   return detail + " (cut)";
 }
 
-rdf::Graph problem_graph(int status, const std::string& detail) {
+rdf::Graph problem_graph(const http::Problem& problem) {
   rdf::Graph graph;
   const rdf::TermId node = graph.fresh_blank();
   const auto add = [&](Iri predicate, const rdf::TermView& object) { graph.add(node, graph.intern(predicate), graph.intern(object)); };
-  const std::string code = std::to_string(status);
+  const std::string code = std::to_string(problem.status);
   add(vocab::rdf_::type, vocab::http_core::Response);
+  if (!problem.type.empty()) add(vocab::rdf_::type, rdf::iri(problem.type));
   add(vocab::http_core::statusCodeValue, rdf::literal(code, vocab::xsd::integer));
-  add(vocab::http_core::reasonPhrase, rdf::literal(http::reason_phrase(status)));
-  add(vocab::dcterms::description, rdf::literal(detail));
+  add(vocab::http_core::reasonPhrase, rdf::literal(http::reason_phrase(problem.status)));
+  add(vocab::dcterms::description, rdf::literal(problem.detail));
   return graph;
 }
 
 }  // namespace
 
-http::Response Responses::problem(const Context& context, int status, std::string detail, std::string errors) const {
-  detail = cut(std::move(detail));
+http::Response Responses::problem(const Context& context, http::Problem problem) const {
+  const int status = problem.status;
+  const std::string& detail = problem.detail = cut(std::move(problem.detail));
   static const Immortal<std::vector<std::string_view>> offers(
       std::vector<std::string_view>{"application/problem+json", "text/turtle", "application/json", page_type});
   const http::Request& request = context.request();
@@ -53,7 +55,7 @@ http::Response Responses::problem(const Context& context, int status, std::strin
   std::size_t choice = 0;
   if (request.find("Accept")) choice = http::negotiate(std::string_view(request.joined("Accept")), *offers).value_or(0);
   if (choice == 1) {
-    if (Result<std::string> text = rdf::write(problem_graph(status, detail), rdf::Syntax::turtle, options_.prefixes)) {
+    if (Result<std::string> text = rdf::write(problem_graph(problem), rdf::Syntax::turtle, options_.prefixes)) {
       response.fields.add("Content-Type", content_type(Variant(), rdf::media_type(rdf::Syntax::turtle), *text));
       response.set_body(*std::move(text));
     }
@@ -68,7 +70,7 @@ http::Response Responses::problem(const Context& context, int status, std::strin
   }
   if (!response.body) {
     response.fields.add("Content-Type", choice == 2 ? "application/json" : "application/problem+json");
-    response.set_body(http::to_json({status, std::move(detail), std::move(errors)}));
+    response.set_body(http::to_json(problem));
   }
   if (context.resource && (status == 405 || request.method == "OPTIONS")) add_allow(response.fields, *context.resource, context.audience);
   add_types(response.fields, context.resource);

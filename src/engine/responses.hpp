@@ -7,6 +7,7 @@
 #include <lrt/base/error.hpp>
 #include <lrt/engine/engine.hpp>
 #include <lrt/http/message.hpp>
+#include <lrt/http/problem.hpp>
 #include <lrt/rdf/graph.hpp>
 #include <lrt/shacl/report.hpp>
 
@@ -26,7 +27,10 @@ class Responses {
 
   /// An error with its details (SPEC 3.4): RFC 9457 problem details as JSON, or as Turtle or HTML where the client prefers that. Never 406.
   /// @param errors  the extension member `errors` of problem details in JSON: json_of()
-  http::Response problem(const Context& context, int status, std::string detail, std::string errors = {}) const;
+  http::Response problem(const Context& context, int status, std::string detail, std::string errors = {}) const {
+    return problem(context, {status, std::move(detail), std::move(errors)});
+  }
+  http::Response problem(const Context& context, http::Problem problem) const;
   http::Response denied(const Context& context, http::Denial why, int status, std::string detail) const {
     http::Response response = problem(context, status, std::move(detail));
     response.denial = why;

@@ -13,7 +13,9 @@ namespace {}  // namespace
 std::string json_string(std::string_view text) { return lrt::json_string(text); }
 
 std::string to_json(const Problem& problem) {
-  std::string result = R"({"type":"about:blank","title":)";
+  std::string result = "{\"type\":";
+  append_json_string(result, problem.type.empty() ? std::string_view("about:blank") : std::string_view(problem.type));
+  result += ",\"title\":";
   append_json_string(result, reason_phrase(problem.status));
   result += ",\"status\":" + std::to_string(problem.status);
   if (!problem.detail.empty()) {

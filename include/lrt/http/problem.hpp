@@ -10,11 +10,12 @@
 namespace lrt::http {
 inline namespace v0 {
 
-/// Problem details (RFC 9457 3.1). `type` is about:blank, `title` is the reason phrase of the status.
+/// Problem details (RFC 9457 3.1). `title` is the reason phrase of the status.
 struct Problem {
   int status = 500;         ///< status code of the response
   std::string detail;       ///< a sentence for people: what was found, where, and what was expected
   std::string errors = {};  ///< value of the extension member `errors`, as JSON (RFC 9457 3.2); empty: none
+  std::string type = {};    ///< IRI of the problem type; empty: about:blank, the status says it all
 };
 
 /// A problem as a document of type application/problem+json.

@@ -14,6 +14,7 @@
 #include <lrt/base/result.hpp>
 
 #include "src/engine/client_counts.hpp"
+#include "src/engine/command_rules.hpp"
 #include "src/engine/deadline_queue.hpp"
 #include "src/engine/invocation_control.hpp"
 #include "src/engine/resource.hpp"
@@ -48,7 +49,7 @@ class InvocationResource final : public ValueResource {
   void describe_types(About& about, const Description& d) const override;
   const ResourceKind& kind() const noexcept override {
     static constexpr Observable observable{{}, Observable::Order::urgent, true};
-    static constexpr ResourceKind kind{"invocation", Trait::none, &observable, security::Right::invoke};
+    static constexpr ResourceKind kind{"invocation", Trait::cancelled_by_delete, &observable, security::Right::invoke};
     return kind;
   }
   const Variants& variants() const override { return value_variants(); }
@@ -69,7 +70,9 @@ class InvocationResource final : public ValueResource {
   Result<rdf::Value> result{rdf::Value()};
   Utc created{}, started{}, ended{};
   std::shared_ptr<CancelToken> token;  ///< of the call that starts it, once there is one
+  SharedCheck check;                   ///< of the call that starts it; null: nothing is judged then
   DeadlineQueue<ResourceId>::Place start_deadline;
+  std::chrono::steady_clock::time_point host_deadline{};  ///< by which the host must have started it, once there is a call
   std::vector<WaitingRequest> waiting;
   ClientCounts::Share share;  ///< of its client, until it has ended
 };

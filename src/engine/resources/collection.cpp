@@ -45,13 +45,15 @@ Methods MemberResource::methods() const noexcept {
 Outcome MemberResource::remove(Context& context, Parts& parts) {
   if (auto response = parts.representations.failed_precondition(context)) return *std::move(response);
   if (removing_) return parts.responses.problem(context, 409, "the member is being removed already");
-  const auto ticket = parts.pending.defer(context, parts.options.host_timeout, parts.timed_out(), thing->where(*collection.spec));
+  const auto ticket = parts.defer_command(context, thing->where(*collection.spec));
   if (!ticket) return parts.responses.overloaded(context);
   removing_ = true;
+  const SharedCheck check = parts.rules.judge_before_call(context);
   auto token = parts.calls.call<void>(
-      thing->where(*collection.spec), [spec = collection.spec, known_id = member_id] { return spec->remove(known_id); },
-      [ref = Ref(*this), &parts, ticket = *ticket](const Result<void>& result, TimePoint now) {
-        if (MemberResource* member = parts.registry.find(ref)) member->removed(result, ticket, parts, now);
+      thing->where(*collection.spec),
+      [spec = collection.spec, known_id = member_id, check] { return call_if_passes<void>(check, [&] { return spec->remove(known_id); }); },
+      [ref = Ref(*this), &parts, ticket = *ticket, check](const Result<void>& result, TimePoint now) {
+        if (MemberResource* member = parts.registry.find(ref)) member->removed(result, refusal_of(check), ticket, parts, now);
         else parts.respond_gone(ticket);
       });
   parts.pending.waits_for(*ticket, token);
@@ -59,13 +61,14 @@ Outcome MemberResource::remove(Context& context, Parts& parts) {
   return Deferred{*ticket};
 }
 
-void MemberResource::removed(const Result<void>& result, Ticket ticket, Parts& parts, TimePoint now) {
+void MemberResource::removed(const Result<void>& result, Refusal refusal, Ticket ticket, Parts& parts, TimePoint now) {
   CollectionResource& its_collection = collection;
   its_collection.calls_.erase(ticket);
   removing_ = false;
   if (const Context* context = parts.pending.resume(ticket, now)) {
-    parts.pending.respond(ticket, result ? parts.responses.no_content(*context)
-                                         : parts.responses.refused(*context, "the member \"" + path + "\" was not removed", result.error()));
+    parts.pending.respond(ticket, refusal != Refusal::none ? parts.rules.refused(*context, refusal)
+                                  : result                 ? parts.responses.no_content(*context)
+                                           : parts.responses.refused(*context, "the member \"" + path + "\" was not removed", result.error()));
   }
   if (!result) return;
   parts.registry.remove(*this);
@@ -117,15 +120,17 @@ Outcome CollectionResource::post(Context& context, Parts& parts) {
   if (auto response = parts.representations.failed_precondition(context)) return *std::move(response);
   if (members_.size() + creating_ >= spec->max_members)
     return parts.responses.problem(context, 409, "the collection has reached its maximum of " + std::to_string(spec->max_members) + " members");
-  const auto ticket = parts.pending.defer(context, parts.options.host_timeout, parts.timed_out(), thing->where(*spec));
+  const auto ticket = parts.defer_command(context, thing->where(*spec));
   if (!ticket) return parts.responses.overloaded(context);
   const std::string new_id = parts.options.ids->next();
   const auto value = std::make_shared<const rdf::Value>(std::move(std::get<Body>(read).value));
   std::shared_ptr<CancelToken>& call = calls_[*ticket];
+  const SharedCheck check = parts.rules.judge_before_call(context);
   call = parts.calls.call<void>(
-      thing->where(*spec), [s = spec, new_id, value] { return s->create(new_id, *value); },
-      [ref = Ref(*this), &parts, new_id, value, ticket = *ticket](const Result<void>& result, TimePoint now) {
-        if (CollectionResource* collection = parts.registry.find(ref)) collection->created(new_id, *value, result, ticket, parts, now);
+      thing->where(*spec), [s = spec, new_id, value, check] { return call_if_passes<void>(check, [&] { return s->create(new_id, *value); }); },
+      [ref = Ref(*this), &parts, new_id, value, ticket = *ticket, check](const Result<void>& result, TimePoint now) {
+        if (CollectionResource* collection = parts.registry.find(ref))
+          collection->created(new_id, *value, result, refusal_of(check), ticket, parts, now);
         else parts.respond_gone(ticket);
       });
   ++creating_;
@@ -133,8 +138,8 @@ Outcome CollectionResource::post(Context& context, Parts& parts) {
   return Deferred{*ticket};
 }
 
-void CollectionResource::created(const std::string& new_id, rdf::Value value, const Result<void>& result, Ticket ticket, Parts& parts,
-                                 TimePoint now) {
+void CollectionResource::created(const std::string& new_id, rdf::Value value, const Result<void>& result, Refusal refusal, Ticket ticket,
+                                 Parts& parts, TimePoint now) {
   calls_.erase(ticket);
   --creating_;
   MemberResource* member = nullptr;
@@ -148,6 +153,7 @@ void CollectionResource::created(const std::string& new_id, rdf::Value value, co
   }
   const Context* context = parts.pending.resume(ticket, now);
   if (!context) return;
+  if (refusal != Refusal::none) return parts.pending.respond(ticket, parts.rules.refused(*context, refusal));
   if (!member)
     return parts.pending.respond(ticket,
                                  parts.responses.refused(*context, "the collection \"" + path + "\" did not accept the member", result.error()));

@@ -9,6 +9,7 @@
 
 #include <lrt/base/result.hpp>
 
+#include "src/engine/command_rules.hpp"
 #include "src/engine/host_calls.hpp"
 #include "src/engine/resource.hpp"
 #include "src/model/spec.hpp"
@@ -43,7 +44,7 @@ class MemberResource final : public ValueResource {
   const rdf::Value value;
 
  private:
-  void removed(const Result<void>& result, Ticket ticket, Parts& parts, TimePoint now);
+  void removed(const Result<void>& result, Refusal refusal, Ticket ticket, Parts& parts, TimePoint now);
   bool removing_ = false;
 };
 
@@ -78,7 +79,7 @@ class CollectionResource final : public Resource, public Container {
 
  private:
   friend class MemberResource;
-  void created(const std::string& new_id, rdf::Value value, const Result<void>& result, Ticket ticket, Parts& parts, TimePoint now);
+  void created(const std::string& new_id, rdf::Value value, const Result<void>& result, Refusal refusal, Ticket ticket, Parts& parts, TimePoint now);
 
   std::vector<std::unique_ptr<MemberResource>> members_;
   std::size_t creating_ = 0;                              ///< in the create lambda

@@ -161,7 +161,7 @@ Outcome PropertyResource::put(Context& context, Parts& parts) {
   auto read = parts.bodies.read_value(context, *spec->type, spec->facets, spec);
   if (auto outcome = outcome_of(read)) return *std::move(outcome);
   auto written = std::make_shared<const rdf::Value>(std::move(std::get<Body>(read).value));
-  const auto ticket = parts.pending.defer(context, parts.options.host_timeout, parts.timed_out(), thing->where(*spec));
+  const auto ticket = parts.defer_command(context, thing->where(*spec));
   if (!ticket) return parts.responses.overloaded(context);
   if (!writes_) writes_ = std::make_unique<Writes>();
   std::vector<Write>& queue = writes_->queue;
@@ -243,28 +243,31 @@ void PropertyResource::judge_write(Ticket ticket, Parts& parts, TimePoint now, b
     return begin_next_write(parts, now);
   }
   context->ignores_conditions = true;
+  const SharedCheck check = parts.rules.judge_before_call(*context);
   writes_->token = parts.calls.call<Written>(
       thing->where(*spec),
-      [s = spec, value = writes_->queue.front().value]() -> Result<Written> {
-        if (s->slot) s->slot->forget();
-        if (Result<void> result = s->write(*value); !result) return Unexpected{std::move(result).error()};
-        // The write has succeeded: without a T of its own the value just has no encodings.
-        auto decoded =
-            guarded<std::shared_ptr<const void>>([&]() -> Result<std::shared_ptr<const void>> { return s->whole ? s->whole(*value) : nullptr; });
-        return Written{decoded ? *std::move(decoded) : nullptr};
+      [s = spec, value = writes_->queue.front().value, check] {
+        return call_if_passes<Written>(check, [&]() -> Result<Written> {
+          if (s->slot) s->slot->forget();
+          if (Result<void> result = s->write(*value); !result) return Unexpected{std::move(result).error()};
+          // The write has succeeded: without a T of its own the value just has no encodings.
+          auto decoded =
+              guarded<std::shared_ptr<const void>>([&]() -> Result<std::shared_ptr<const void>> { return s->whole ? s->whole(*value) : nullptr; });
+          return Written{decoded ? *std::move(decoded) : nullptr};
+        });
       },
-      [this, &parts, ref = Ref(*this)](Result<Written> written, TimePoint at) {
-        if (parts.registry.find(ref)) end_write(std::move(written), parts, at);
+      [this, &parts, ref = Ref(*this), check](Result<Written> written, TimePoint at) {
+        if (parts.registry.find(ref)) end_write(std::move(written), refusal_of(check), parts, at);
       });
   parts.pending.waits_for(ticket, writes_->token);
 }
 
-void PropertyResource::end_write(Result<Written> written, Parts& parts, TimePoint now) {
+void PropertyResource::end_write(Result<Written> written, Refusal refusal, Parts& parts, TimePoint now) {
   writes_->token = nullptr;
   const Write write = std::move(writes_->queue.front());
   writes_->queue.erase(writes_->queue.begin());
   try {
-    respond_to(write, std::move(written), parts, now);
+    respond_to(write, std::move(written), refusal, parts, now);
   } catch (const std::exception& e) {
     // The client gets 202 or 503 at its time limit.
     parts.responses.log(LogLevel::error, std::string("internal error while making a response: ") + e.what());
@@ -272,7 +275,7 @@ void PropertyResource::end_write(Result<Written> written, Parts& parts, TimePoin
   begin_next_write(parts, now);
 }
 
-void PropertyResource::respond_to(const Write& write, Result<Written> written, Parts& parts, TimePoint now) {
+void PropertyResource::respond_to(const Write& write, Result<Written> written, Refusal refusal, Parts& parts, TimePoint now) {
   if (written && spec->slot) {
     // A value published since the lambda began has priority, even if it is the old value. Otherwise the written value is shown until the next
     // publish.
@@ -281,7 +284,9 @@ void PropertyResource::respond_to(const Write& write, Result<Written> written, P
     if (!published && !rdf::same(value, *write.value)) parts.values.set(*this, {*write.value, std::move(written->whole), now.utc, {}});
   }
   const Context* context = parts.pending.resume(write.ticket, now);
-  if (context && !written) {
+  if (context && refusal != Refusal::none) {
+    parts.pending.respond(write.ticket, parts.rules.refused(*context, refusal));
+  } else if (context && !written) {
     parts.pending.respond(write.ticket, parts.responses.refused(*context, "property \"" + path + "\" was not written", written.error()));
   } else if (context && context->wants_representation()) {
     parts.representations.respond_when_read(write.ticket, *this, [&parts](Context& c) {

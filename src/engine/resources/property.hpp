@@ -12,6 +12,7 @@
 #include <lrt/base/result.hpp>
 #include <lrt/model/representation.hpp>
 
+#include "src/engine/command_rules.hpp"
 #include "src/engine/deadline_queue.hpp"
 #include "src/engine/property_values.hpp"
 #include "src/engine/resource.hpp"
@@ -124,8 +125,8 @@ class PropertyResource final : public ValueResource {
   void judge_after_refresh(Encodings wanted, Parts& parts);
   void judge_write(Parts& parts, TimePoint now, bool encoded);
   void judge_write(Ticket ticket, Parts& parts, TimePoint now, bool encoded);
-  void end_write(Result<Written> written, Parts& parts, TimePoint now);
-  void respond_to(const Write& write, Result<Written> written, Parts& parts, TimePoint now);
+  void end_write(Result<Written> written, Refusal refusal, Parts& parts, TimePoint now);
+  void respond_to(const Write& write, Result<Written> written, Refusal refusal, Parts& parts, TimePoint now);
   template <class Step>
   void drops_if_thrown(Ticket ticket, Step step);
   void drop_write();

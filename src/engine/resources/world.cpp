@@ -120,6 +120,7 @@ Outcome WorldGraphResource::write(Context& context, Parts& parts, GraphWrite::Ki
   if (auto* response = std::get_if<http::Response>(&made)) return std::move(*response);
   GraphTask& task = std::get<GraphTask>(made);
   task.write.kind = kind;
+  task.check = parts.rules.judge_before_call(context);
   if (requires_state(context.request())) task.write.expected = version_.revision;
   return execute(context, parts, std::move(task));
 }
@@ -142,6 +143,7 @@ Outcome WorldGraphResource::take_new(Context& context, Parts& parts) {
   task.base = parts.bases[context.base];
   task.state = graph_state;
   task.write.kind = context.request().method == "PUT" ? GraphWrite::Kind::replace : GraphWrite::Kind::merge;
+  task.check = parts.rules.judge_before_call(context);
   task.set_graph(*std::get<Body>(judged).made_graph->version().graph);
   return execute(context, parts, std::move(task));
 }
@@ -519,6 +521,7 @@ void WorldResource::remove_last(std::size_t count, Parts& parts) {
 }
 
 Outcome WorldResource::commit(Context& context, Parts& parts, const std::shared_ptr<DatasetChange>& change) {
+  if (const SharedCheck check = parts.rules.judge_before_call(context); !passes(check)) return parts.rules.refused(context, check->refusal());
   std::vector<GraphState::Prepared> all;
   for (const DatasetChange::Part& part : change->parts) all.push_back({part.state.get(), &part.prepared});
   const std::size_t before = graphs_.size();
@@ -564,6 +567,7 @@ Outcome WorldResource::make_graph(Context& context, Parts& parts, const std::str
   }
   auto judged = parts.bodies.changed_graph(context);
   if (auto outcome = outcome_of(judged)) return *std::move(outcome);
+  if (const SharedCheck check = parts.rules.judge_before_call(context); !passes(check)) return parts.rules.refused(context, check->refusal());
   auto graph = std::make_unique<WorldGraphResource>(*this, std::get<Body>(judged).made_graph, true);
   WorldGraphResource& added = *graph;
   graphs_.reserve(graphs_.size() + 1);
