@@ -102,6 +102,14 @@ class LRT_API Action : public model::ResourceHandle<Action, model::ActionSetup> 
     return *this;
   }
 
+  /// Requires that each invocation says until when it is worth carrying out (the request field Valid-Until): without it
+  /// the response is 428, and says how curl sends it. lrt::Client, the command `lrt` and the console page always do. A
+  /// stop and the cancelling of an invocation never need it. See Thing::requires_expiry().
+  Action& requires_expiry() {
+    if (is_editable("requires_expiry")) set_requires_expiry();
+    return *this;
+  }
+
   /// @{
   /// States the effect: what a successful invocation changes. Clients can search for the action that leads to their
   /// goal. The action gets hybrit:produces with a shape that refers to the property by sosa:forProperty. The property's

@@ -84,6 +84,12 @@ class LRT_API Thing {
   Thing& shapes_from_file(const std::string& path);
   /// Sets where the thing's lambdas run.
   Thing& dispatch(Dispatch where);
+  /// Requires that each command for this thing and for the things below it says until when it is worth carrying out: POST
+  /// of an action or of a member of a collection, PUT, PATCH and DELETE. Its sender adds to the stamp in the field
+  /// Robot-Time of a response how long the command may take, and sends that in the field Valid-Until. Without it the
+  /// response is 428, and says how curl sends it. A command that comes later, or just before its lambda would run is
+  /// later, gets 412 and has no effect. A stop and the cancelling of an invocation never need it.
+  Thing& requires_expiry();
   /// Sets max_age() for the representations of the thing and of its state (lrt:state), which contains all its values.
   /// See model::PropertyHandle::max_age().
   Thing& max_age(std::chrono::milliseconds age, std::chrono::milliseconds while_revalidating = {});

@@ -350,8 +350,10 @@ Bodies::Read Bodies::as_read(const Context& context, JudgedBody judged) const {
   if (auto* body = std::get_if<Body>(&judged)) return std::move(*body);
   const BodyFault& fault = std::get<BodyFault>(judged);
   if (fault.report) return responses_.violation(context, *fault.report, fault.errors);
-  return responses_.problem(context,
-                            {fault.status, fault.detail, fault.errors.empty() ? std::string() : json_of(fault.errors), std::string(fault.type)});
+  http::Problem problem{fault.status, fault.detail, fault.errors.empty() ? std::string() : json_of(fault.errors), std::string(fault.type)};
+  http::Response response = responses_.problem(context, std::move(problem));
+  response.denial = fault.denial;
+  return response;
 }
 
 http::Response Bodies::too_many(const Context& context) const {

@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include <lrt/http/message.hpp>
 #include <lrt/rdf/codec.hpp>
 #include <lrt/rdf/graph.hpp>
 #include <lrt/rdf/type.hpp>
@@ -47,6 +48,7 @@ struct BodyFault {
   std::vector<BodyError> errors{};        ///< its parts; empty: there are none
   std::optional<shacl::Report> report{};  ///< the shape refused it
   std::string_view type{};                ///< problem type, a constant; empty: none of its own
+  http::Denial denial = http::Denial::none;
 };
 
 using JudgedBody = std::variant<Body, BodyFault>;

@@ -3,8 +3,21 @@
 
 #include <string>
 
+#include "src/engine/resources/thing.hpp"
+#include "src/model/spec.hpp"
+
 namespace lrt::engine {
 inline namespace v0 {
+
+bool requires_expiry(const Resource& resource) noexcept {
+  using security::Right;
+  const Right right = resource.kind().right_to_change;
+  if (!resource.thing || (right != Right::write && right != Right::invoke)) return false;
+  if (resource.kind().is(Trait::requires_expiry)) return true;
+  for (const ThingNode* thing = resource.thing; thing; thing = thing->parent)
+    if (thing->spec->requires_expiry) return true;
+  return false;
+}
 
 /// A stop must stop the robot whenever it arrives, and whoever cancels an invocation wants that it does not run.
 bool CommandRules::always_passes(const Context& context) noexcept {
@@ -17,8 +30,23 @@ std::optional<http::Response> CommandRules::judge(Context& context) const {
   auto read = time_.expiry_of(context.request());
   if (const auto* wrong = std::get_if<std::string>(&read)) return responses_.problem(context, 400, *wrong);
   context.expiry = std::get<Expiry>(read);
+  if (auto response = lacks_expiry(context)) return response;
   if (context.expiry.is_late(context.now.steady) || context.expiry.begins_late(context.now.steady)) return refused(context, Refusal::late);
   return std::nullopt;
+}
+
+std::optional<http::Response> CommandRules::lacks_expiry(const Context& context) const {
+  if (context.expiry.valid_until || !requires_expiry(*context.resource)) return std::nullopt;
+  const http::Request& request = context.request();
+  const std::string method(request.method), base = responses_.iri(context, "/"), target = responses_.iri(context, context.resource->path);
+  return responses_.problem(
+      context,
+      {428,
+       "Valid-Until: this command must say until when it is valid, by the clock of this server: the field Robot-Time of a response, with "
+       "milliseconds added. With curl: T=$(curl -sI " +
+           base + " | tr -d '\\r' | sed -n 's/^Robot-Time: //p'); curl -X " + method + " -H \"Valid-Until: ${T%/*}/$((${T#*/} + 2000))\" " + target,
+       {},
+       std::string(http::expiry_required_type)});
 }
 
 SharedCheck CommandRules::judge_before_call(const Context& context) const {
@@ -28,13 +56,16 @@ SharedCheck CommandRules::judge_before_call(const Context& context) const {
 
 http::Response CommandRules::refused(const Context& context, Refusal why) const {
   const BodyFault what = fault(why);
-  return responses_.problem(context, {what.status, what.detail, {}, std::string(what.type)});
+  http::Response response = responses_.problem(context, {what.status, what.detail, {}, std::string(what.type)});
+  response.denial = what.denial;
+  return response;
 }
 
 BodyFault CommandRules::fault(Refusal why) {
   (void)why;
   BodyFault fault{412, "the time until which this command was valid has passed, or was given by another run of the server; it was not carried out"};
   fault.type = http::late_command_type;
+  fault.denial = http::Denial::late;
   return fault;
 }
 

@@ -56,6 +56,9 @@ Result<T> call_if_passes(const SharedCheck& check, F lambda) {
   return lambda();
 }
 
+/// Whether commands for a resource must say until when they are valid: the host requires it of the action, or of a Thing that the resource is below.
+bool requires_expiry(const Resource& resource) noexcept;
+
 /// Judges commands: requests that would change something. Their sender may send them (AccessControl has judged that before). The rules are asked in this
 /// order, and each has a file of its own: expiry.
 ///
@@ -81,6 +84,7 @@ class CommandRules {
 
  private:
   static bool always_passes(const Context& context) noexcept;
+  std::optional<http::Response> lacks_expiry(const Context& context) const;
 
   const Responses& responses_;
   const RunTime& time_;

@@ -470,6 +470,9 @@ EngineCounts Engine::counts() const {
   return counts;
 }
 
+std::string Engine::robot_time(TimePoint now) const { return impl_->parts.run_time.at(now.steady).text(); }
+const http::Fields* Engine::common_fields(TimePoint now) { return &impl_->parts.stamped_fields.at(now); }
+
 void Engine::stop() {
   impl_->stopped = true;
   const Parts& parts = impl_->parts;

@@ -14,6 +14,9 @@ namespace {
 using std::chrono::duration_cast;
 using std::chrono::milliseconds;
 
+/// A response may have a stamp that is that much older than it is.
+constexpr milliseconds stamp_life{50};
+
 std::uint64_t random_instance() {
   unsigned char bytes[8];
   fill_random(bytes, sizeof bytes);
@@ -52,6 +55,14 @@ std::variant<Expiry, std::string> RunTime::expiry_of(const http::Request& reques
     *instant = this->instant(*stamp);
   }
   return expiry;
+}
+
+const http::Fields& StampedFields::at(TimePoint now) {
+  if (fields_.block().empty() || now.steady < made_ || now.steady - made_ > stamp_life) {
+    made_ = now.steady;
+    fields_.set(http::robot_time_field, time_.at(made_).text());
+  }
+  return fields_;
 }
 
 }  // namespace v0

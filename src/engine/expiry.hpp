@@ -84,5 +84,19 @@ class RunTime {
   const std::uint64_t instance_;
 };
 
+/// The header field with the stamp of a response. It is made at most each 50 ms: an older stamp makes clients stricter.
+/// @par Threads  One thread at a time.
+class StampedFields {
+ public:
+  explicit StampedFields(const RunTime& time) : time_(time) {}
+
+  const http::Fields& at(TimePoint now);
+
+ private:
+  const RunTime& time_;
+  Expiry::Instant made_{};
+  http::Fields fields_;
+};
+
 }  // namespace v0
 }  // namespace lrt::engine

@@ -138,6 +138,11 @@ void MessageSchedule::announce(SubscriptionResource& s) {
   s.receiver->announce(ready_);
 }
 
+void MessageSchedule::announce_heartbeat(SubscriptionResource& s) {
+  if (std::exchange(s.ready_announced, true)) return;
+  s.receiver->announce(ready_);
+}
+
 subscription::Item MessageSchedule::next_item(SubscriptionResource& s, TimePoint now) {
   s.ready_announced = false;
   if (s.awaits_value) return nullptr;

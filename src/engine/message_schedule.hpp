@@ -54,6 +54,8 @@ class MessageSchedule {
   // Messages.
   /// Reports the channel, unless it was reported already.
   void announce(SubscriptionResource& s);
+  /// The same for a heartbeat, also while no message may be sent.
+  void announce_heartbeat(SubscriptionResource& s);
   /// nullptr: none may be sent now
   subscription::Item next_item(SubscriptionResource& s, TimePoint now);
   /// Reports the channel when its next message is due.

@@ -73,6 +73,7 @@ struct Parts {
   const EngineOptions options;
   const Clock& clock;
   const RunTime run_time;           ///< by which commands expire
+  StampedFields stamped_fields;     ///< with the time of each response
   Bases bases;                      ///< hosts and base IRIs
   const Cors cors;                  ///< pages of other origins
   RepresentationCache cache;        ///< representations that are kept

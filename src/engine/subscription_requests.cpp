@@ -12,6 +12,8 @@
 #include <lrt/rdf/lexical.hpp>
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/base/quote.hpp"
+#include "src/engine/heartbeats.hpp"
 #include "src/engine/receivers/event_stream.hpp"
 #include "src/engine/receivers/protocols.hpp"
 #include "src/engine/resources/thing.hpp"
@@ -135,6 +137,14 @@ std::optional<http::Response> SubscriptionRequests::read_query(const Context& co
       return parts_.responses.problem(context, 400,
                                       "queueLength: expected a number from 0 to " + std::to_string(parts_.options.subscriptions.max_queue_length));
     wanted.policy.queue_length = static_cast<std::size_t>(*parsed);
+  }
+  if (const auto seconds = http::query_parameter(target, "heartbeat")) {
+    const auto parsed = rdf::lexical::parse_double(*seconds);
+    if (!parsed || !(*parsed > 0))
+      return parts_.responses.problem(context, 400, "heartbeat: expected a number of seconds above 0, found " + quoted(*seconds));
+    if (const std::string_view lacks = opening_of(wanted.protocol).lacks_heartbeat(wanted); !lacks.empty())
+      return parts_.responses.problem(context, 400, "heartbeat: " + std::string(lacks));
+    wanted.heartbeat = std::clamp(interval_of(*seconds).value_or(Heartbeats::longest), Heartbeats::shortest, Heartbeats::longest);
   }
   return std::nullopt;
 }

@@ -75,7 +75,10 @@ Result<Subscribed> Subscriptions::make_feed(FeedSubscription wanted, TimePoint n
 }
 
 SubscriptionResource& Subscriptions::make(const Context& context, SubscriptionRequest request) {
-  return make(std::move(request), context.base, parts_.options.ids->next(), context.now.utc);
+  const auto heartbeat = request.heartbeat;
+  SubscriptionResource& made = make(std::move(request), context.base, parts_.options.ids->next(), context.now.utc);
+  if (heartbeat.count() > 0) heartbeats_.begin(made.channel, heartbeat, context.now.steady);
+  return made;
 }
 
 SubscriptionResource& Subscriptions::make(SubscriptionRequest request, std::size_t base, std::string id, Utc created) {
@@ -126,6 +129,7 @@ void Subscriptions::end(SubscriptionResource& s, std::uint16_t code, std::string
   if (code != 0 && s.receiver->gets_close()) s.receiver->close(closing_, code, std::move(reason));
   report(SubscriptionEvent::Kind::ended, s, true);
   parts_.schedule.forget(s);
+  heartbeats_.forget(s.channel);
   parts_.subscribers.remove(s);
   keep_values(s, false);
   s.observed.remove_observer(s, scanner_);
@@ -165,8 +169,26 @@ void Subscriptions::renew_rights() {
 
 // ------------------------------------------------------------------------------------------------------------ transports
 
-std::optional<Channel> Subscriptions::next_ready(TimePoint now) {
+void Subscriptions::scan(TimePoint now) {
+  heartbeats_.take_due(now.steady, [this](Channel channel) {
+    if (SubscriptionResource* const s = find(channel)) parts_.schedule.announce_heartbeat(*s);
+  });
   parts_.schedule.scan(now);
+}
+
+std::optional<std::chrono::steady_clock::time_point> Subscriptions::next_deadline() const {
+  const auto message = parts_.schedule.next_deadline(), heartbeat = heartbeats_.next_deadline();
+  return message && heartbeat ? std::min(*message, *heartbeat) : message ? message : heartbeat;
+}
+
+Push Subscriptions::heartbeat(const SubscriptionResource& s, TimePoint now) const {
+  Push push;
+  push.message = std::make_shared<const std::string>(s.receiver->heartbeat(parts_.time.at(now.steady).text()));
+  return push;
+}
+
+std::optional<Channel> Subscriptions::next_ready(TimePoint now) {
+  scan(now);
   ReadyChannels& ready = parts_.schedule.ready();
   for (std::deque<Channel>* list : {&ready.urgent, &ready.others}) {  // commands and closes first
     while (!list->empty()) {
@@ -179,7 +201,7 @@ std::optional<Channel> Subscriptions::next_ready(TimePoint now) {
 }
 
 void Subscriptions::take_ready(std::vector<ReadyChannel>& channels, TimePoint now) {
-  parts_.schedule.scan(now);
+  scan(now);
   ReadyChannels& ready = parts_.schedule.ready();
   for (const Channel channel : std::exchange(ready.urgent, {})) channels.push_back({channel, true});
   for (const Channel channel : std::exchange(ready.others, {})) channels.push_back({channel, false});
@@ -199,6 +221,7 @@ std::optional<Push> Subscriptions::next_push(Channel channel, TimePoint now) {
     SubscriptionResource* const s = find(channel);
     if (!s) return closing_.next(channel);
     if (std::optional<Push> rest = s->receiver->rest()) return rest;
+    if (heartbeats_.take(channel)) return heartbeat(*s, now);
     const subscription::Item item = take_item(*s, now);
     if (!item) return std::nullopt;
     return s->receiver->push_of(item);

@@ -15,6 +15,7 @@
 
 #include "src/engine/change_scanner.hpp"
 #include "src/engine/closing_channels.hpp"
+#include "src/engine/heartbeats.hpp"
 #include "src/engine/property_values.hpp"
 #include "src/engine/receivers/receiver.hpp"
 #include "src/engine/registry.hpp"
@@ -68,7 +69,7 @@ class Subscriptions {
   void take_ready(std::vector<ReadyChannel>& channels, TimePoint now);
   std::optional<Push> next_push(Channel channel, TimePoint now);
   void closed(Channel channel);
-  std::optional<std::chrono::steady_clock::time_point> next_deadline() const { return parts_.schedule.next_deadline(); }
+  std::optional<std::chrono::steady_clock::time_point> next_deadline() const;
 
   // Feeds.
   std::optional<FeedMessage> next_feed_message(Channel channel, TimePoint now);
@@ -84,6 +85,8 @@ class Subscriptions {
  private:
   SubscriptionResource* find(Channel channel) const { return parts_.subscribers.find(channel); }
   void read_first_value(SubscriptionResource& s);
+  void scan(TimePoint now);
+  Push heartbeat(const SubscriptionResource& s, TimePoint now) const;
   subscription::Item take_item(SubscriptionResource& s, TimePoint now);
   void keep_values(const SubscriptionResource& s, bool keep);
   void report(SubscriptionEvent::Kind kind, const SubscriptionResource& s, bool requested);
@@ -95,6 +98,7 @@ class Subscriptions {
   PropertyValues& values_;
   ChangeScanner& scanner_;
   ClosingChannels closing_;
+  Heartbeats heartbeats_;
   std::vector<SubscriptionEvent> events_;
 };
 

@@ -173,8 +173,8 @@ std::vector<Field> Fields::list() const {
 }
 
 std::string_view to_string(Denial denial) noexcept {
-  static constexpr std::array<std::string_view, denial_count> names = {"",         "credentials", "right", "origin",      "notification",
-                                                                       "receiver", "host",        "rate",  "invocations", "subscriptions"};
+  static constexpr std::array<std::string_view, denial_count> names = {
+      "", "credentials", "right", "origin", "notification", "receiver", "host", "rate", "invocations", "subscriptions", "late"};
   return names[static_cast<std::size_t>(denial)];
 }
 
@@ -244,7 +244,8 @@ AddedFields added_fields(const Response& response, bool keep_alive, int version)
   return added;
 }
 
-void write_response_header(std::string& out, const Response& response, std::string_view date, bool keep_alive, int version, BodyEnd end) {
+void write_response_header(std::string& out, const Response& response, std::string_view date, bool keep_alive, int version, BodyEnd end,
+                           const Fields* more) {
   const AddedFields added = added_fields(response, keep_alive, version);
   Line line;
   line.put("HTTP/1.1 ");
@@ -266,8 +267,9 @@ void write_response_header(std::string& out, const Response& response, std::stri
   }
   line.put("\r\n");
   const std::string& block = response.fields.block();
-  out.reserve(out.size() + line.size() + block.size() + 2);
-  out.append(line.text()).append(block).append("\r\n", 2);
+  const std::string_view rest = more ? std::string_view(more->block()) : std::string_view();
+  out.reserve(out.size() + line.size() + block.size() + rest.size() + 2);
+  out.append(line.text()).append(block).append(rest).append("\r\n", 2);
 }
 
 }  // namespace v0

@@ -20,5 +20,8 @@ inline constexpr std::string_view time_field = "Value-Time", sequence_field = "V
 /// Members of the JSON object that precedes each representation on a WebSocket with http::stamped_protocol.
 inline constexpr std::string_view time_member = "time", sequence_member = "sequence", left_out_member = "leftOut", series_member = "series";
 /// @}
+/// Name of the event of a heartbeat, and of the only member of the JSON object that is one on a WebSocket with http::stamped_protocol: its value is the
+/// time of the server (SPEC 3.20).
+inline constexpr std::string_view heartbeat_name = "heartbeat";
 
 }  // namespace lrt::http

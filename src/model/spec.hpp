@@ -120,7 +120,8 @@ struct ActionSpec : ResourceSpec {
   rdf::Facets facets, output_facets;  ///< of the input and of the output
   ActionPolicy policy;
   bool asynchronous = false;
-  bool stop = false;  ///< Action::stop()
+  bool stop = false;             ///< Action::stop()
+  bool requires_expiry = false;  ///< Action::requires_expiry()
   Availability availability;
   std::vector<EffectSpec> effects;
   std::vector<std::string> effect_turtle;                    ///< documents; their base is the action
@@ -154,6 +155,7 @@ struct ThingSpec {
   ThinVector<std::string> shapes;  ///< Turtle documents; their base is the blueprint
   Dispatch dispatch = Dispatch::as_server;
   bool has_plain_title = false;  ///< the user gave `title`
+  bool requires_expiry = false;  ///< Thing::requires_expiry()
   std::vector<std::shared_ptr<PropertySpec>> properties;
   ThinVector<std::shared_ptr<ActionSpec>> actions;
   ThinVector<std::shared_ptr<CollectionSpec>> collections;

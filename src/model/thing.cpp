@@ -191,6 +191,7 @@ Thing& Thing::max_age(std::chrono::milliseconds age, std::chrono::milliseconds w
   return spec_->cache_control = model::cache_control_of(age, while_revalidating), *this;
 }
 Thing& Thing::dispatch(Dispatch where) { return spec_->dispatch = where, *this; }
+Thing& Thing::requires_expiry() { return spec_->requires_expiry = true, *this; }
 
 void Thing::remember(Error error) {
   if (!spec_->first_error) spec_->first_error = std::make_unique<const Error>(std::move(error));

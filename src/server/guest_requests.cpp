@@ -6,6 +6,7 @@
 #include <utility>
 #include <variant>
 
+#include "src/http/robot_time.hpp"
 #include "src/server/shared_engine.hpp"
 
 namespace lrt {
@@ -17,6 +18,12 @@ constexpr std::chrono::milliseconds longest_wait{50};
 }  // namespace
 
 http::Response GuestRequests::serve(const http::Request& request, std::optional<engine::Channel>& channel) {
+  http::Response response = respond(request, channel);
+  if (server_.is_own_process()) response.fields.set(http::robot_time_field, server_.robot_time());
+  return response;
+}
+
+http::Response GuestRequests::respond(const http::Request& request, std::optional<engine::Channel>& channel) {
   if (!server_.is_own_process()) return closed_response();
   const TimePoint now = server_.clock().now();
   const Result<engine::Caller> caller = server_.admit(request, now);

@@ -40,6 +40,7 @@ class GuestRequests final : public Service, public Receiver {
   void wake_all() noexcept override { changed_.notify_all(); }
 
  private:
+  http::Response respond(const http::Request& request, std::optional<engine::Channel>& channel);
   engine::Reply wait_for_reply(engine::Ticket ticket);
   std::optional<engine::Reply> take_reply(engine::Ticket ticket);
   bool is_ready(engine::Channel channel);

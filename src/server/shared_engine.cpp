@@ -216,6 +216,9 @@ engine::Outcome SharedEngine::handle(const http::Request& request, TimePoint now
   return use([&] { return handle(request, caller, now); });
 }
 
+/// Without the lock: only the transport's thread calls it.
+const http::Fields* SharedEngine::common_fields(TimePoint now) { return engine_.common_fields(now); }
+
 std::optional<engine::Reply> SharedEngine::next_reply(TimePoint now) {
   for (TurnWork* work : turn_works_) work->turn(now);
   return use([&]() -> std::optional<engine::Reply> {

@@ -114,6 +114,8 @@ class SharedEngine final : public engine::Handler {
   Result<engine::Caller> admit(const http::Request& request, TimePoint now) { return admit(request, !request.body.empty(), now); }
   /// @pre the lock is held
   engine::Outcome handle(const http::Request& request, const Result<engine::Caller>& caller, TimePoint now);
+  /// Engine::robot_time() of now.
+  std::string robot_time() const { return engine_.robot_time(clock_.now()); }
   /// Distributes the replies that are ready; those of the transport are kept for next_reply().
   /// @pre the lock is held
   void collect_replies(TimePoint now);
@@ -134,6 +136,7 @@ class SharedEngine final : public engine::Handler {
   engine::HeaderVerdict judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes, TimePoint now) override;
   bool is_stop(const http::Request& request) noexcept override;
   engine::Outcome handle(const http::Request& request, TimePoint now) override;
+  const http::Fields* common_fields(TimePoint now) override;
   std::optional<engine::Reply> next_reply(TimePoint now) override;
   std::optional<std::chrono::steady_clock::time_point> next_deadline() const override;
   void abandon(engine::Ticket ticket) noexcept override;

@@ -238,6 +238,11 @@ class LRT_API Engine final : public Handler {
   bool take_outputs(Outputs& outputs);
   /// Present numbers.
   EngineCounts counts() const;
+  /// The stamp of an instant, "0123456789abcdef/73521": this run, and the milliseconds since it began. Commands say in
+  /// such stamps until when they are valid (SPEC 3.20).
+  /// @par Threads  Any.
+  std::string robot_time(TimePoint now) const;
+  const http::Fields* common_fields(TimePoint now) override;
   /// Stops: every waiting and every new request gets 503.
   void stop();
 

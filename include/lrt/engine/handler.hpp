@@ -117,6 +117,12 @@ class LRT_API Handler {
   /// Responds to a complete request or defers the response. Never throws, and does not call the transport. The views of
   /// `request` are valid during the call.
   virtual Outcome handle(const http::Request& request, TimePoint now) = 0;
+  /// Header fields that each response at `now` has besides its own, also a response that the transport makes itself;
+  /// nullptr: none. Valid until the next call.
+  virtual const http::Fields* common_fields(TimePoint now) {
+    (void)now;
+    return nullptr;
+  }
   /// The next deferred response that is ready or overdue at `now`. Call it until it returns nullopt, after wake() and
   /// after next_deadline().
   virtual std::optional<Reply> next_reply(TimePoint now) = 0;

@@ -119,8 +119,9 @@ enum class Denial : std::uint8_t {
   rate,           ///< 429: the client sends too much
   invocations,    ///< 429: the client has too many invocations
   subscriptions,  ///< 429: the client has too many subscriptions
+  late,           ///< 412: the time until which the command was valid has passed
 };
-inline constexpr std::size_t denial_count = 10;  ///< the number of enumerators of Denial, `none` included
+inline constexpr std::size_t denial_count = 11;  ///< the number of enumerators of Denial, `none` included
 /// The enumerator's name; empty for `none`.
 /// @par Threads  Any.
 /// @par Time     Constant. The view is valid until the process ends.
@@ -179,11 +180,12 @@ enum class BodyEnd : std::uint8_t {
 /// @param date        an IMF-fixdate, see to_http_date()
 /// @param keep_alive  whether the connection stays open
 /// @param version     version of the request, 10 or 11
+/// @param more        further fields; nullptr: none
 /// @par Threads  Any.
 /// @par Time     Linear in the fields.
 /// @par Implements  RFC 9112 4, 5, 6
 LRT_API void write_response_header(std::string& out, const Response& response, std::string_view date, bool keep_alive, int version,
-                                   BodyEnd end = BodyEnd::length);
+                                   BodyEnd end = BodyEnd::length, const Fields* more = nullptr);
 
 }  // namespace v0
 }  // namespace lrt::http

@@ -147,6 +147,7 @@ class LRT_API ActionSetup : public ResourceSetup {
   rdf::Facets& output_facets_of() noexcept;
   void set_policy(ActionPolicy policy) noexcept;
   void set_stop() noexcept;
+  void set_requires_expiry() noexcept;
   void merge_field_facets(std::string_view field, const rdf::Facets& facets);
   /// @param from_input  nullptr: any other value
   void add_effect(const ResourceSetup& property, const FromInput* from_input);

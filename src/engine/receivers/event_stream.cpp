@@ -38,6 +38,10 @@ Push EventStreamReceiver::push_of(const subscription::Item& item) {
   return push;
 }
 
+std::string EventStreamReceiver::heartbeat(const std::string& stamp) const {
+  return std::string("event: ").append(http::heartbeat_name).append("\ndata: ").append(stamp).append("\n\n");
+}
+
 bool names_event_stream(const http::Request& request) {
   if (!request.can_stream) return false;
   const auto names_it = [](std::string_view accept) {

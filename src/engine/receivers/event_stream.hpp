@@ -14,6 +14,7 @@ class EventStreamOpening final : public Opening {
   /// Accept selects the stream itself. The query selects the media type in its events.
   std::optional<std::string> accept(const Context& context) const override { return http::query_parameter(context.request().target, "accept"); }
   bool needs_text() const noexcept override { return true; }
+  std::string_view lacks_heartbeat(const SubscriptionRequest&) const noexcept override { return {}; }
   Outcome open(Context& context, SubscriptionRequest wanted, const ReceiverParts& parts, Subscriptions& subscriptions) const override;
 };
 
@@ -26,6 +27,7 @@ class EventStreamReceiver final : public Receiver {
   }
   /// The event is shared. What only this subscriber gets precedes it.
   Push push_of(const subscription::Item& item) override;
+  std::string heartbeat(const std::string& stamp) const override;
 };
 
 /// Accept names the media type of event streams, and the transport can send them. A wildcard does not count.

@@ -27,6 +27,11 @@ class Opening {
     const std::optional<std::string_view> accept = context.accept();
     return accept ? std::optional<std::string>(*accept) : std::nullopt;
   }
+  /// Why the subscription cannot have heartbeats; empty: it can.
+  virtual std::string_view lacks_heartbeat(const SubscriptionRequest& wanted) const noexcept {
+    (void)wanted;
+    return "a web callback has no heartbeat";
+  }
   /// Messages have the media types that are text.
   virtual bool needs_text() const noexcept { return false; }
   /// The response cannot wait for the first value.

@@ -13,6 +13,7 @@
 #include "src/engine/closing_channels.hpp"
 #include "src/engine/context.hpp"
 #include "src/engine/description.hpp"
+#include "src/engine/expiry.hpp"
 #include "src/engine/message_schedule.hpp"
 #include "src/engine/overview.hpp"
 #include "src/engine/pending_saves.hpp"
@@ -36,6 +37,7 @@ struct ReceiverParts {
   PendingSaves& saves;
   Subscribers& subscribers;
   MessageSchedule& schedule;
+  const RunTime& time;       ///< of heartbeats
   const std::string series;  ///< of the change numbers of this engine: another one has other numbers
 };
 
@@ -59,6 +61,11 @@ class Receiver {
     push.message = item->body;
     push.text = s_.its_variant.is_text();
     return push;
+  }
+  /// The message of a heartbeat with that stamp.
+  virtual std::string heartbeat(const std::string& stamp) const {
+    (void)stamp;
+    return {};
   }
   /// The rest of the message whose first part was taken; nullopt: there is none.
   virtual std::optional<Push> rest() { return std::nullopt; }

@@ -53,6 +53,10 @@ Push WebSocketReceiver::push_of(const subscription::Item& item) {
   return stamp;
 }
 
+std::string WebSocketReceiver::heartbeat(const std::string& stamp) const {
+  return std::string("{\"").append(http::heartbeat_name).append("\":\"").append(stamp).append("\"}");
+}
+
 std::optional<Push> WebSocketReceiver::rest() {
   if (!stamped_item_) return std::nullopt;
   return Receiver::push_of(std::exchange(stamped_item_, nullptr));

@@ -14,6 +14,10 @@ class WebSocketOpening final : public Opening {
   constexpr WebSocketOpening() noexcept = default;
   std::optional<http::Response> check(const Context& context, SubscriptionRequest& wanted, const ReceiverParts& parts) const override;
   bool must_open_now(const Context& context) const override { return context.request().must_upgrade_now; }
+  std::string_view lacks_heartbeat(const SubscriptionRequest& wanted) const noexcept override {
+    return wanted.stamped ? std::string_view()
+                          : "expected a WebSocket with the subprotocol lrt.stamped; a message of another one is a representation";
+  }
   Outcome open(Context& context, SubscriptionRequest wanted, const ReceiverParts& parts, Subscriptions& subscriptions) const override;
 };
 
@@ -24,6 +28,7 @@ class WebSocketReceiver final : public Receiver {
       : Receiver(s), parts_(parts), stamped_(request.stamped) {}
   Push push_of(const subscription::Item& item) override;
   std::optional<Push> rest() override;
+  std::string heartbeat(const std::string& stamp) const override;
 
  private:
   const ReceiverParts& parts_;

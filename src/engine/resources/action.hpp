@@ -96,7 +96,8 @@ class ActionResource final : public Resource {
     static constexpr Observable observable{vocab::hybrit::Action, Observable::Order::urgent};
     static constexpr ResourceKind usual{"action", Trait::plain_bodies, &observable, security::Right::invoke};
     static constexpr ResourceKind stop{"action", Trait::plain_bodies | Trait::stop, &observable, security::Right::invoke};
-    return spec->stop ? stop : usual;
+    static constexpr ResourceKind expiring{"action", Trait::plain_bodies | Trait::requires_expiry, &observable, security::Right::invoke};
+    return spec->stop ? stop : spec->requires_expiry ? expiring : usual;
   }
   void summarize(Overview& o) const override;
   void overview(Overview& o) const override;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -44,6 +45,7 @@ struct SubscriptionRequest {
   std::string url, secret;  ///< of a callback
   Variant variant;
   subscription::Policy policy;
+  std::chrono::milliseconds heartbeat{0};      ///< interval of heartbeats; 0: there are none
   bool provisional = false;                    ///< of a callback: held until it is saved
   bool stamped = false;                        ///< of a WebSocket: a stamp precedes each representation
   bool has_confirmed = false;                  ///< of a callback: its receiver has confirmed it before

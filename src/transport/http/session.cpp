@@ -186,6 +186,7 @@ class LRT_LOCAL Session::State {
   void keep_header(std::string_view header);
   void remove_framing_fields();
   void dispatch(TimePoint now);
+  const http::Fields* common_fields(TimePoint now) const;
   void respond(http::Response response, TimePoint now);
   void finish_response(TimePoint now);
   void keep_handshake();
@@ -642,10 +643,12 @@ void Session::State::refuse(http::Response response, TimePoint now) {
   respond(std::move(response), now);
 }
 
+const http::Fields* Session::State::common_fields(TimePoint now) const { return context_.handler ? context_.handler->common_fields(now) : nullptr; }
+
 void Session::State::respond(http::Response response, TimePoint now) {
   Exchange& x = *exchange_;
   if (response.close || context_.stopping) keep_alive_ = false;
-  http::write_response_header(x.out, response, context_.date(now.utc), keep_alive_, version_);
+  http::write_response_header(x.out, response, context_.date(now.utc), keep_alive_, version_, http::BodyEnd::length, common_fields(now));
   if (response.body && !header_only_ && http::may_have_body(response.status)) {
     if (response.body->size() <= copied_body_bytes) x.out += *response.body;
     else x.out_body = std::move(response.body);
@@ -712,7 +715,7 @@ void Session::State::accept_stream(engine::Channel channel, http::Response respo
   keep_alive_ = keep_alive_ && version_ == 11;
   response.body.reset();
   const auto end = version_ == 11 ? http::BodyEnd::chunked : http::BodyEnd::close;
-  http::write_response_header(exchange_->out, response, context_.date(now.utc), keep_alive_, version_, end);
+  http::write_response_header(exchange_->out, response, context_.date(now.utc), keep_alive_, version_, end, common_fields(now));
   if (!header_only_) channel_ = channel;
   enter(Phase::writing);
 }

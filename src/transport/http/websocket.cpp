@@ -31,7 +31,8 @@ WebSocket::WebSocket(Loop& loop, Session::Upgrade upgrade, TimePoint now)
   response.close = false;
   response.fields.set("Sec-WebSocket-Accept", http::websocket_accept(upgrade.key));
   response.fields.set("Upgrade", "websocket");
-  http::write_response_header(header_, response, loop.context.date(now.utc), true, 11);
+  const http::Fields* const more = loop.context.handler ? loop.context.handler->common_fields(now) : nullptr;
+  http::write_response_header(header_, response, loop.context.date(now.utc), true, 11, http::BodyEnd::length, more);
 }
 
 void WebSocket::take(Socket socket, Addresses::Place place, std::unique_ptr<TlsStream> tls) noexcept {

@@ -239,7 +239,8 @@ void Connection::prepare(http::Response response) {
   const auto& request = incoming_.request;
   body_.clear();
   if (response.close || vhost_.is_stopping()) reusable_ = false;
-  http::write_response_header(out_, response, vhost_.date(vhost_.now()), reusable_, request.version);
+  const TimePoint now = vhost_.now();
+  http::write_response_header(out_, response, vhost_.date(now), reusable_, request.version, http::BodyEnd::length, vhost_.common_fields(now));
   if (request.method != "HEAD" && http::may_have_body(response.status)) out_body_ = std::move(response.body);
   phase_ = Phase::writing;
 }
@@ -247,8 +248,11 @@ void Connection::prepare(http::Response response) {
 /// The end of the connection is the end of the stream.
 void Connection::prepare_stream(engine::Channel channel, const http::Response& response) {
   out_ = "HTTP/1.1 200 OK\r\nDate: ";
-  out_ += vhost_.date(vhost_.now());
-  out_ += "\r\nConnection: close\r\n" + response.fields.block() + "\r\n";
+  const TimePoint now = vhost_.now();
+  out_ += vhost_.date(now);
+  out_ += "\r\nConnection: close\r\n" + response.fields.block();
+  if (const http::Fields* const more = vhost_.common_fields(now)) out_ += more->block();
+  out_ += "\r\n";
   stream_ = channel;
   vhost_.channels.emplace(static_cast<std::uint64_t>(channel), this);
   phase_ = Phase::streaming;

@@ -89,6 +89,8 @@ class Vhost {
   TimePoint now() const noexcept { return clock_.now(); }
   bool is_stopping() const noexcept { return stopping_; }
   std::string_view date(TimePoint now);
+  /// engine::Handler::common_fields()
+  const http::Fields* common_fields(TimePoint now) { return handler_ ? handler_->common_fields(now) : nullptr; }
   /// The memory budget for the bodies that the connections receive.
   transport::BodyBudget& bodies() noexcept { return bodies_; }
   /// A buffer for `size` bytes, with what libwebsockets needs before them.

@@ -38,7 +38,9 @@ void WebSocket::refuse(const http::Response& response) {
 }
 
 int WebSocket::add_fields(lws_process_html_args& to) {
-  fields_.set("Date", vhost_.date(vhost_.now()));
+  const TimePoint now = vhost_.now();
+  fields_.set("Date", vhost_.date(now));
+  if (const http::Fields* const more = vhost_.common_fields(now)) fields_.append(*more);
   const std::string& block = fields_.block();
   if (static_cast<std::size_t>(std::max(to.max_len, 0)) < block.size() + 2) return -1;
   std::memcpy(to.p, block.data(), block.size());

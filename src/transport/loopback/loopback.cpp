@@ -46,6 +46,11 @@ struct LRT_LOCAL Loopback::Impl {
 
   explicit Impl(TransportOptions given) : options(std::move(given)), clock(options.clock ? *options.clock : system_clock()) {}
 
+  /// Gives a response to its client, with the fields of all responses.
+  void give(const Done& done, engine::Reply reply) {
+    if (const http::Fields* const more = handler ? handler->common_fields(clock.now()) : nullptr) reply.response.fields.append(*more);
+    done(std::move(reply));
+  }
   void handle(const http::Request& request, const Done& done, std::optional<engine::Ticket>* ticket);
   void begin(StreamId id, engine::Reply reply);
   void push(StreamId id, TimePoint now);
@@ -86,11 +91,11 @@ void Loopback::Impl::handle(const http::Request& request, const Done& done, std:
     if (ticket) *ticket = deferred->ticket;
     tickets.emplace(static_cast<std::uint64_t>(deferred->ticket), done);
   } else if (auto* const upgraded = std::get_if<engine::Upgraded>(&outcome)) {
-    done({{}, std::move(upgraded->response), upgraded->channel});
+    give(done, {{}, std::move(upgraded->response), upgraded->channel});
   } else if (auto* const streamed = std::get_if<engine::Streamed>(&outcome)) {
-    done({{}, std::move(streamed->response), streamed->channel});
+    give(done, {{}, std::move(streamed->response), streamed->channel});
   } else {
-    done({{}, std::get<http::Response>(std::move(outcome))});
+    give(done, {{}, std::get<http::Response>(std::move(outcome))});
   }
 }
 
@@ -156,7 +161,7 @@ void Loopback::Impl::deliver(TimePoint now) {
     if (found != tickets.end()) {
       const auto done = std::move(found->second);
       tickets.erase(found);
-      done(*std::move(reply));
+      give(done, *std::move(reply));
     } else if (reply->channel) {
       handler->closed(*reply->channel);
     }
