@@ -70,6 +70,7 @@ Outcome Invocations::invoke(ActionResource& action, Context& context) {
     };
     ticket = is_stop ? pending_.defer_stop(context, max_time, on_timeout) : pending_.defer(context, max_time, on_timeout, where);
     if (!ticket) return responses_.overloaded(context);
+    if (context.expiry.valid_until && !preferences.wait) pending_.answer_by(*ticket, *context.expiry.valid_until);
     invocation.waiting.push_back({*ticket, until_end});
   }
   if (action.spec->policy.kind == ActionPolicy::Kind::preempt) {
@@ -282,13 +283,15 @@ void Invocations::wait_is_over(Ticket ticket, Context& context, ResourceId id, b
   if (!invocation) return pending_.respond(ticket, responses_.timed_out(context));
   auto& waiting = invocation->waiting;
   waiting.erase(std::remove_if(waiting.begin(), waiting.end(), [&](const WaitingRequest& w) { return w.ticket == ticket; }), waiting.end());
+  const bool is_late = context.expiry.is_late(context.now.steady);
+  const bool is_queued = !invocation->token;
   // A call that the host has started continues, even if the engine has not been notified: 202, because it may still be refused.
-  if (may_take_long || invocation->status == Status::running || (invocation->token && !invocation->token->cancel()))
+  if (may_take_long || invocation->status == Status::running || (is_queued ? is_late : !invocation->token->cancel()))
     return pending_.respond(ticket, accept(*invocation) ? accepted(context, *invocation) : rules_.refused(context, Refusal::late));
-  // The client is asked to retry, so the invocation must not start later.
+  // It must not start later: the client is asked to retry, or it is late.
   const TimePoint now = context.now;
-  pending_.respond(ticket, responses_.timed_out(context));  // the context is gone now
-  never_begun(*invocation, Refusal::none, now);
+  pending_.respond(ticket, is_late ? rules_.refused(context, Refusal::late) : responses_.timed_out(context));  // the context is gone now
+  never_begun(*invocation, is_late ? Refusal::late : Refusal::none, now);
 }
 
 /// Its client is told that it was accepted, so it is not late any more. False: it was refused just before its lambda, of which a message is on its way.

@@ -223,7 +223,7 @@ PendingRequests::Timeout Parts::timed_out() {
 
 std::optional<Ticket> Parts::defer_command(const Context& command, Dispatch where) {
   const auto ticket = pending.defer(command, options.host_timeout, timed_out(), where);
-  if (ticket && command.expiry.valid_until) pending.must_begin_by(*ticket, *command.expiry.valid_until);
+  if (ticket && command.expiry.valid_until) pending.answer_by(*ticket, *command.expiry.valid_until);
   return ticket;
 }
 

@@ -24,7 +24,7 @@ std::optional<Ticket> PendingRequests::keep(const Context& context, std::chrono:
   if (waiting >= max_pending_ && what != WaitsFor::stop) return std::nullopt;
   const auto known = context.ticket ? pending_.find(static_cast<std::uint64_t>(*context.ticket)) : pending_.end();
   const Ticket ticket = known != pending_.end() ? *context.ticket : Ticket{next_ticket_++};
-  Pending kept{context.kept(), std::move(on_timeout), nullptr, nullptr, {}, what, {}};
+  Pending kept{context.kept(), std::move(on_timeout), nullptr, nullptr, {}, what};
   const auto deadline = deadlines_.emplace(context.now.steady + max_time, ticket);
   kept.deadline = deadline;
   if (known != pending_.end()) {
@@ -48,11 +48,10 @@ void PendingRequests::waits_for(Ticket ticket, std::shared_ptr<CancelToken> toke
   if (found != pending_.end()) found->second.token = std::move(token);
 }
 
-void PendingRequests::must_begin_by(Ticket ticket, Instant time) {
+void PendingRequests::answer_by(Ticket ticket, Instant time) {
   const auto found = pending_.find(static_cast<std::uint64_t>(ticket));
   if (found == pending_.end() || found->second.deadline->first <= time) return;
   const auto earlier = deadlines_.emplace(time, ticket);
-  found->second.if_begun = found->second.deadline->first;
   deadlines_.erase(std::exchange(found->second.deadline, earlier));
 }
 
@@ -114,11 +113,6 @@ void PendingRequests::expire(TimePoint now) {
     Context& context = *resume(ticket, now);
     Pending& pending = pending_.at(static_cast<std::uint64_t>(ticket));
     const bool runs = pending.token && !pending.token->cancel();
-    if (runs && pending.if_begun > now.steady) {
-      const auto later = deadlines_.emplace(pending.if_begun, ticket);
-      deadlines_.erase(std::exchange(pending.deadline, later));
-      continue;
-    }
     Timeout on_timeout = std::move(pending.on_timeout);
     try {
       on_timeout(ticket, context, runs);

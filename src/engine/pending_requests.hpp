@@ -46,8 +46,8 @@ class PendingRequests {
   std::optional<Ticket> defer_for_disk(const Context& context, std::chrono::milliseconds max_time, Timeout on_timeout);
   /// Sets the call that the request waits for. It is cancelled when the client disconnects or the time is over.
   void waits_for(Ticket ticket, std::shared_ptr<CancelToken> token);
-  /// If the call has not begun by then, it is cancelled and the request has reached its deadline.
-  void must_begin_by(Ticket ticket, Instant time);
+  /// Its deadline is not later than that.
+  void answer_by(Ticket ticket, Instant time);
   /// Sets `ended` when the request has its response or its client has closed the connection, so that the computation can stop.
   void tell_end(Ticket ticket, std::shared_ptr<std::atomic<bool>> ended);
   bool is_pending(Ticket ticket) const { return pending_.count(static_cast<std::uint64_t>(ticket)) != 0; }
@@ -82,7 +82,6 @@ class PendingRequests {
     std::shared_ptr<std::atomic<bool>> ended;
     std::multimap<Instant, Ticket>::iterator deadline;
     WaitsFor waits_for;
-    Instant if_begun{};  ///< deadline of a request whose call has begun; before `deadline`: the same
   };
   using Requests = std::unordered_map<std::uint64_t, Pending>;
 
