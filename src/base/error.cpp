@@ -26,6 +26,7 @@ std::string_view to_string(Errc code) noexcept {
     case Errc::dropped: return "dropped";
     case Errc::failed: return "failed";
     case Errc::closed: return "closed";
+    case Errc::unconfirmed: return "unconfirmed";
   }
   return "unknown";
 }

@@ -18,11 +18,13 @@
 #include "src/base/read_file.hpp"
 #include "src/base/utf8.hpp"
 #include "src/client/names.hpp"
+#include "src/client/robot_times.hpp"
 #include "src/exchange/connect.hpp"
 #include "src/exchange/idle_wires.hpp"
 #include "src/exchange/no_sigpipe.hpp"
 #include "src/exchange/redirect.hpp"
 #include "src/http/host.hpp"
+#include "src/http/robot_time.hpp"
 
 namespace lrt::client {
 inline namespace v0 {
@@ -35,7 +37,30 @@ using lrt::detail::iequals_ascii;
 
 constexpr std::chrono::seconds connection_idle_time{15};
 
-bool is_idempotent(std::string_view method) noexcept { return method != "POST" && method != "PATCH"; }
+bool is_safe(std::string_view method) noexcept { return method == "GET" || method == "HEAD" || method == "OPTIONS"; }
+
+const std::string* field_of(const Request& request, std::string_view name) noexcept {
+  for (const auto& [known, value] : request.fields)
+    if (iequals_ascii(known, name)) return &value;
+  return nullptr;
+}
+
+/// A request that may change something. A query in a POST changes nothing (SPARQL 1.1 Protocol 2.1).
+bool is_command(const Request& request) {
+  if (is_safe(request.method)) return false;
+  const std::string* const type = request.method == "POST" ? field_of(request, "Content-Type") : nullptr;
+  return !type || (type->rfind("application/sparql-query", 0) != 0 && type->rfind("application/x-www-form-urlencoded", 0) != 0);
+}
+
+/// The client waits for the response itself, however long the robot needs (RFC 7240 4.3).
+bool waits(const Request& request) {
+  for (const auto& [name, value] : request.fields)
+    if (iequals_ascii(name, "Prefer") && lrt::detail::lower(value).find("wait") != std::string::npos) return true;
+  return false;
+}
+
+/// A response is expected that much before the end of a command's life: it may be at the end that a server says how far the command is.
+std::chrono::milliseconds way_back(std::chrono::milliseconds life) { return std::min(life / 8, std::chrono::milliseconds(100)); }
 
 Result<std::string> read_token(const std::string& file) {
   constexpr std::size_t longest = 64 * 1024;
@@ -45,6 +70,13 @@ Result<std::string> read_token(const std::string& file) {
   const std::string token(lrt::detail::trim(line.substr(0, line.find_first_of("\r\n"))));
   if (token.empty()) return unexpected(Errc::invalid_option, "token file \"" + file + "\": expected a token in the first line");
   return token;
+}
+
+/// What its sender is told of a command that was sent, or in part.
+std::string not_confirmed(const Request& request) {
+  const bool expires = field_of(request, http::valid_until_field) != nullptr;
+  return std::string("; the ") + request.method + " is not confirmed: it may have been carried out" +
+         (expires ? ", and will not be carried out later" : "") + "; read what it changes";
 }
 
 class HttpClientImpl final : public HttpClient {
@@ -64,7 +96,8 @@ class HttpClientImpl final : public HttpClient {
 
   Result<Response> send(const Request& given) override {
     Request request = given;
-    const WaitLimit limit{std::chrono::steady_clock::now() + options_.limits.response_time, stop_descriptor_};  // of all redirects together
+    WaitLimit limit{std::chrono::steady_clock::now() + options_.limits.response_time, stop_descriptor_};  // of all redirects together
+    if (Result<void> limited = set_life(request, limit); !limited) return unexpected(std::move(limited).error());
     bool has_new_token = false, is_elsewhere = false;
     for (unsigned redirects = 0;;) {
       if (const std::size_t mark = request.url.find('#'); mark != std::string::npos) request.url.resize(mark);
@@ -132,7 +165,33 @@ class HttpClientImpl final : public HttpClient {
   }
   int stop_descriptor() const noexcept override { return stop_descriptor_; }
 
+  RobotTimes& robot_times() noexcept override { return times_; }
+
  private:
+  /// Gives a command the time until which it is worth carrying out, and its sender a limit to wait for the response.
+  Result<void> set_life(Request& request, WaitLimit& limit) {
+    const auto life = request.life.value_or(options_.command_life);
+    if (life.count() <= 0 || !is_command(request) || field_of(request, http::valid_until_field)) return {};
+    const Result<http::Url> url = http::parse_url(request.url);
+    if (!url) return {};  // send() says what is wrong with it
+    const Instant begin = std::chrono::steady_clock::now();
+    const std::string origin = url->origin();
+    if (times_.must_ask(origin, url->target, life, begin)) {
+      const Request question{"OPTIONS", request.url, {}, {}};
+      Result<Response> answer = once(question, *url, false, {std::min(limit.until, begin + life), stop_descriptor_});
+      log(question, answer);
+      if (!answer) return unexpected(answer.error().code, answer.error().message + "; the command was not sent");
+    }
+    // The question has taken a part of the life.
+    const Instant now = std::chrono::steady_clock::now();
+    const auto rest = life - way_back(life) - std::chrono::duration_cast<std::chrono::milliseconds>(now - begin);
+    const auto until = times_.until(origin, url->target, std::max(rest, std::chrono::milliseconds(0)), now);
+    if (!until) return {};
+    request.fields.emplace_back(http::valid_until_field, *until);
+    if (!waits(request)) limit.until = std::min(limit.until, begin + life);
+    return {};
+  }
+
   Result<std::unique_ptr<Wire>> open(const http::Url& url, WaitLimit limit, bool anonymous) {
     const Instant now = std::chrono::steady_clock::now();
     const Result<std::vector<Address>> found = names_.find(url.host, {std::min(limit.until, now + options_.limits.resolve_time), stop_descriptor_});
@@ -168,7 +227,7 @@ class HttpClientImpl final : public HttpClient {
     const std::string peer = (anonymous ? "anonymous " : "own ") + url.origin();
     // A server may close an idle connection at the moment when it is used again. A request that must not be sent twice gets a new one
     // (RFC 9112 9.3.1).
-    std::unique_ptr<Wire> wire = is_idempotent(request.method) ? take_idle(peer) : nullptr;
+    std::unique_ptr<Wire> wire = is_safe(request.method) ? take_idle(peer) : nullptr;
     while (true) {
       const bool is_fresh = wire == nullptr;
       if (is_fresh) {
@@ -191,7 +250,12 @@ class HttpClientImpl final : public HttpClient {
       }
       if (outcome.keep) put_idle(peer, std::move(wire));
       else wire->end();
-      if (outcome.header.status == 0) return unexpected(outcome.code, "\"" + request.url + "\": " + outcome.error);
+      if (outcome.header.status == 0) {
+        const bool may_be_done = is_command(request) && outcome.code != Errc::cancelled;
+        return unexpected(may_be_done ? Errc::unconfirmed : outcome.code,
+                          "\"" + request.url + "\": " + outcome.error + (may_be_done ? not_confirmed(request) : std::string()));
+      }
+      times_.heard(url.origin(), url.target, outcome.header.fields.find(http::robot_time_field), std::chrono::steady_clock::now());
       return Response{outcome.header.status, std::move(outcome.header.fields), std::move(body), {}};
     }
   }
@@ -231,6 +295,7 @@ class HttpClientImpl final : public HttpClient {
   std::string token_;
   std::set<std::string> trusted_;
   exchange::IdleWires idle_;
+  RobotTimes times_;
   const int stop_descriptor_;
   std::atomic<bool> stopped_{false};
 };

@@ -21,6 +21,8 @@
 namespace lrt::client {
 inline namespace v0 {
 
+class RobotTimes;
+
 /// Sends requests, within the limits of the options: connections, TLS, names, identity, redirects.
 /// @par Threads  Any. send() blocks the calling thread, which must not be a control loop.
 class LRT_INTERNAL_API HttpClient {
@@ -29,9 +31,10 @@ class LRT_INTERNAL_API HttpClient {
   static Result<std::shared_ptr<HttpClient>> create(const Options& options);
   virtual ~HttpClient() = default;
 
-  /// Sends a request and follows redirects (exchange::redirect_of()). Sent once more on a new connection if an idle one turns out to be closed and the
-  /// method is idempotent. A coding of the response's body is undone, also one that no Accept-Encoding of the request has asked for.
-  /// @par Errors  expected_iri: the URL, or that of a redirect; refused: a redirect of a command to another origin; io_error, closed, timed_out,
+  /// Sends a request and follows redirects (exchange::redirect_of()). A safe request is sent once more on a new connection if an idle one turns out to be
+  /// closed; a command never is. It gets Valid-Until (Options::command_life), for which the time of its server is asked first if it is not known. A coding of the response's body is undone, also one that no Accept-Encoding of the request has asked for.
+  /// @par Errors  expected_iri: the URL, or that of a redirect; refused: a redirect of a command to another origin; unconfirmed: a command was
+  ///              sent, and no response has come; io_error, closed, timed_out,
   ///              limit_exceeded, expected_http, cancelled (stop())
   virtual Result<Response> send(const Request& request) = 0;
   /// A new connection for bytes of the caller's own: what an event stream or a check of a server sends.
@@ -43,6 +46,8 @@ class LRT_INTERNAL_API HttpClient {
   virtual bool is_trusted(const http::Url& url) const = 0;
   /// Adds an origin that gets the identity.
   virtual void trust(const http::Url& url) = 0;
+  /// What is known of the time of servers, from all responses and from heartbeats.
+  virtual RobotTimes& robot_times() noexcept = 0;
   /// Ends all exchanges with Errc::cancelled; later ones, too.
   virtual void stop() noexcept = 0;
   /// Readable once stop() has been called, for WaitLimit.

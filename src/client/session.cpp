@@ -131,6 +131,10 @@ Error error_of(const Response& response, const std::string& method, const std::s
     case 413:
     case 429:
     case 503: code = Errc::limit_exceeded; break;
+    case 502:
+    case 504:  // of a gateway, which does not know
+      if (method != "GET" && method != "HEAD") code = Errc::unconfirmed;
+      break;
     default: break;
   }
   return {code, method + " " + url + ": " + std::to_string(response.status) + ": " + response.reason()};

@@ -52,6 +52,14 @@ std::optional<Stamp> read_stamp(std::string_view json) {
   return stamp;
 }
 
+std::string read_heartbeat(std::string_view json) {
+  std::string expected("{\"");
+  expected.append(http::heartbeat_name).append("\":\"");
+  if (json.size() > max_series_bytes || json.substr(0, expected.size()) != expected) return {};
+  json.remove_prefix(expected.size());
+  return std::string(json.substr(0, json.find('"')));
+}
+
 std::optional<std::uint64_t> between(const Stamp& last, const Stamp& next) noexcept {
   if (!last.sequence || !next.sequence || last.series.empty() || last.series != next.series || *next.sequence < *last.sequence) return std::nullopt;
   return *next.sequence == *last.sequence ? 0 : *next.sequence - *last.sequence - 1;

@@ -27,6 +27,10 @@ struct Stamp {
 /// @return  nullopt: it is another message, which no representation follows
 std::optional<Stamp> read_stamp(std::string_view json);
 
+/// Reads a message of http::stamped_protocol that may be a heartbeat: the time of the server.
+/// @return  empty: it is another message
+std::string read_heartbeat(std::string_view json);
+
 /// How many values between two were not received; nullopt: not known.
 std::optional<std::uint64_t> between(const Stamp& last, const Stamp& next) noexcept;
 

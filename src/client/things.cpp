@@ -16,6 +16,7 @@
 #include "src/client/binding.hpp"
 #include "src/client/session.hpp"
 #include "src/client/stored_document.hpp"
+#include "src/http/robot_time.hpp"
 
 namespace lrt::client {
 inline namespace v0 {
@@ -411,6 +412,8 @@ Result<void> Property::put(const Graph& graph, TermId focus, const std::optional
   if (!response) return unexpected(response.error());
   session_->forget(url_);
   if (!response->ok()) return unexpected(error_of(*response, "PUT", request.url));
+  if (response->status == 202)
+    return unexpected(Errc::unconfirmed, "PUT " + request.url + ": the robot has begun to write it and has not said yet whether it succeeded");
   return {};
 }
 
@@ -440,7 +443,9 @@ Result<void> Property::put_in_document(const Graph& value, TermId focus, const W
     if (!response) return unexpected(response.error());
     session_->forget(url_);
     if (response->ok()) return {};
-    if (response->status != 412 || !options.if_match.empty() || attempt == max_attempts) return unexpected(error_of(*response, "PUT", url_));
+    const bool is_late = response->body.find(http::late_command_type) != std::string::npos;
+    if (response->status != 412 || is_late || !options.if_match.empty() || attempt == max_attempts)
+      return unexpected(error_of(*response, "PUT", url_));
   }
 }
 
@@ -542,6 +547,16 @@ Result<Invocation> Action::invoke(const Graph& input, TermId focus, const Invoke
   return send(&input, options);
 }
 
+namespace {
+
+/// A stop never expires: it is to be carried out whenever it arrives.
+bool is_stop(const Representation& action) {
+  const std::vector<std::string> types = action.types();
+  return std::find(types.begin(), types.end(), vocab::lrt_::StopAction.text) != types.end();
+}
+
+}  // namespace
+
 Result<Invocation> Action::send(const Graph* input, const InvokeOptions& options) const {
   const Result<RepresentationPtr> found = session_->described(url_);
   if (!found) return unexpected(found.error());
@@ -552,6 +567,7 @@ Result<Invocation> Action::send(const Graph* input, const InvokeOptions& options
     request.fields = std::move(bindings.front().fields);
   }
   if (Result<void> here = must_be_here(request.url, url_); !here) return unexpected(std::move(here).error());
+  if (is_stop(**found)) request.life = std::chrono::milliseconds(0);
   if (options.async) request.fields.emplace_back("Prefer", "respond-async");
   request.fields.insert(request.fields.end(), options.fields.begin(), options.fields.end());
   if (!input) {
@@ -620,7 +636,7 @@ Result<Invocation::State> Invocation::wait(milliseconds at_most, const std::func
 
 Result<void> Invocation::cancel() const {
   if (url_.empty()) return unexpected(Errc::unknown_path, "the invocation has ended and has no resource");
-  const Result<Response> response = session_->change({"DELETE", url_, {}, {}});
+  const Result<Response> response = session_->change({"DELETE", url_, {}, {}, std::chrono::milliseconds(0)});
   if (!response) return unexpected(response.error());
   return {};
 }

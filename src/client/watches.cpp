@@ -28,10 +28,12 @@
 #include "src/client/event_parser.hpp"
 #include "src/client/names.hpp"
 #include "src/client/representation.hpp"
+#include "src/client/robot_times.hpp"
 #include "src/client/stamp.hpp"
 #include "src/client/tasks.hpp"
 #include "src/client/websockets.hpp"
 #include "src/exchange/redirect.hpp"
+#include "src/http/robot_time.hpp"
 #include "src/http/stamp.hpp"
 #include "src/http/websocket.hpp"
 
@@ -231,6 +233,11 @@ class LRT_LOCAL Watch::Impl : public std::enable_shared_from_this<Watch::Impl> {
         websocket_url_(as_http(options_.websocket_url)) {}
 
   bool start() { return attempt_at(std::nullopt, 1); }
+  std::optional<milliseconds> age() const noexcept {
+    const std::lock_guard lock(mutex_);
+    if (!last_word_) return std::nullopt;
+    return std::chrono::duration_cast<milliseconds>(context_->clock.now().steady - *last_word_);
+  }
   void stop() noexcept;
   bool is_connected() const noexcept { return connected_.load(std::memory_order_acquire); }
   Via via() const noexcept { return via_.load(std::memory_order_relaxed); }
@@ -262,6 +269,10 @@ class LRT_LOCAL Watch::Impl : public std::enable_shared_from_this<Watch::Impl> {
   void value(Generation generation, std::string body, std::string type, std::string entity_tag, const Stamp& stamp = {});
   void count_left_out(Change& value, const Stamp& stamp);
   void add_gap(Change gap);
+  void heartbeat(Generation generation, const std::string& stamp);
+  void word(Lock& lock);
+  void listen(Lock& lock);
+  void check_silence();
   void lost(Generation generation, Error error, milliseconds min_pause = milliseconds(0));
   void refused(Generation generation, int status, Error error, std::optional<std::chrono::seconds> pause);
   void end(Generation generation, Error error);
@@ -279,7 +290,7 @@ class LRT_LOCAL Watch::Impl : public std::enable_shared_from_this<Watch::Impl> {
   void delete_subscription(std::string url) noexcept;
   bool again(Generation generation, void (Impl::*next)());
 
-  std::string with_policy(std::string url) const;
+  std::string with_policy(std::string url, bool heartbeats = false) const;
   std::string accept() const {
     const std::lock_guard lock(mutex_);
     return types_[type_];
@@ -331,11 +342,15 @@ class LRT_LOCAL Watch::Impl : public std::enable_shared_from_this<Watch::Impl> {
   // The activity.
   Generation generation_ = 1;
   std::size_t step_ = 0, type_ = 0;
-  unsigned failures_ = 0;      ///< since the last value
-  bool has_value_ = false;     ///< of this connection
-  unsigned empty_ = 0;         ///< connections in a row that opened and ended without a value, before the first one
-  std::optional<Change> gap_;  ///< of this connection: reported with its first value, when its number of values is known
-  Stamp last_;                 ///< of the last value
+  unsigned failures_ = 0;             ///< since the last value
+  bool has_value_ = false;            ///< of this connection
+  unsigned empty_ = 0;                ///< connections in a row that opened and ended without a value, before the first one
+  std::optional<Change> gap_;         ///< of this connection: reported with its first value, when its number of values is known
+  Stamp last_;                        ///< of the last value
+  std::optional<Instant> last_word_;  ///< of the server, by the clock of the context
+  bool beats_ = false;                ///< it has sent a heartbeat
+  bool silent_ = false;               ///< Change::Kind::silent was reported
+  bool checks_silence_ = false;       ///< a task will
   bool offers_stamps_ = true;
   bool asked_graph_ = false, asked_token_ = false;
   std::optional<Instant> not_found_since_;
@@ -518,6 +533,43 @@ void Watch::Impl::value(Generation generation, std::string body, std::string typ
   has_value_ = true;
   failures_ = 0;
   ++counts_.values;
+  silent_ = false;  // the value says it
+  word(lock);
+  post(lock, std::move(made));
+}
+
+void Watch::Impl::heartbeat(Generation generation, const std::string& stamp) {
+  context_->http->robot_times().heard(parsed_.origin(), parsed_.target, stamp, std::chrono::steady_clock::now());
+  Lock lock(mutex_);
+  if (stopped_ || generation != generation_) return;
+  beats_ = true;
+  word(lock);
+}
+
+/// The server has said something. Under the lock, which may be released.
+void Watch::Impl::word(Lock& lock) {
+  last_word_ = context_->clock.now().steady;
+  if (!beats_ || ended_) return;
+  const bool was_silent = std::exchange(silent_, false);
+  if (!std::exchange(checks_silence_, true)) listen(lock);
+  if (was_silent && lock.owns_lock()) post(lock, change(Change::Kind::heard));
+}
+
+/// Checks after the time of silence. Under the lock.
+void Watch::Impl::listen(Lock&) {
+  checks_silence_ = context_->tasks.run_at(*last_word_ + options_.silence, [weak = weak_from_this()] {
+    if (const auto self = weak.lock()) self->check_silence();
+  });
+}
+
+void Watch::Impl::check_silence() {
+  Lock lock(mutex_);
+  if (stopped_ || ended_) return;
+  if (context_->clock.now().steady < *last_word_ + options_.silence) return listen(lock);
+  checks_silence_ = false;
+  silent_ = true;
+  Change made = change(Change::Kind::silent);
+  made.reason = Error{Errc::timed_out, "\"" + url_ + "\": no word for " + seconds_of(options_.silence) + " s"};
   post(lock, std::move(made));
 }
 
@@ -666,11 +718,12 @@ std::vector<std::pair<std::string, std::string>> Watch::Impl::request_fields(con
 }
 
 /// The URL with what the subscription asks for.
-std::string Watch::Impl::with_policy(std::string url) const {
+std::string Watch::Impl::with_policy(std::string url, bool heartbeats) const {
   url.resize(std::min(url.find('#'), url.size()));
   const auto add = [&](const std::string& text) { url += (url.find('?') == std::string::npos ? "?" : "&") + text; };
   if (options_.minimum_interval.count() > 0) add("minimumInterval=" + seconds_of(options_.minimum_interval));
   if (options_.queue_length > 0) add("queueLength=" + std::to_string(options_.queue_length));
+  if (heartbeats && options_.heartbeat.count() > 0) add("heartbeat=" + seconds_of(options_.heartbeat));
   return url;
 }
 
@@ -690,8 +743,11 @@ struct LRT_LOCAL Watch::Impl::SocketEvents final : WebSocketEvents {
     const auto self = watch.lock();
     if (!self) return;
     if (is_stamped && !stamp) {
-      stamp = read_stamp(message);  // nullopt: a message of a later version, such as a heartbeat
-      if (!stamp) return;
+      stamp = read_stamp(message);
+      if (!stamp) {  // a heartbeat, or a message of a later version
+        if (const std::string time = read_heartbeat(message); !time.empty()) self->heartbeat(generation, time);
+        return;
+      }
       if (stamp->series.empty()) stamp->series = series;
       series = stamp->series;
       return;
@@ -715,11 +771,13 @@ struct LRT_LOCAL Watch::Impl::SocketEvents final : WebSocketEvents {
 
 void Watch::Impl::open_websocket(Generation generation) {
   std::string target;
+  bool offers_stamps = false;
   {
     const std::lock_guard lock(mutex_);
     target = websocket_url_.empty() ? url_ : websocket_url_;
+    offers_stamps = offers_stamps_;
   }
-  target = with_policy(std::move(target));
+  target = with_policy(std::move(target), offers_stamps);
   const Result<http::Url> url = http::parse_url(target);
   if (!url) return refused(generation, 0, {url.error().code, "hybrit:websocketUrl \"" + target + "\": " + url.error().message}, {});
   const Limits& limits = context_->options().limits;
@@ -731,7 +789,7 @@ void Watch::Impl::open_websocket(Generation generation) {
   WebSocketRequest request{*url, *std::move(addresses), request_fields(*url, type), options_.idle_time, context_->http->is_trusted(*url)};
   std::unique_lock lock(mutex_);
   if (stopped_ || generation != generation_) return;
-  if (offers_stamps_) request.protocol = http::stamped_protocol;
+  if (offers_stamps) request.protocol = http::stamped_protocol;
   // Under the lock: stop() then closes it.
   websocket_ = context_->websockets.open(std::move(request), std::move(events));
   if (websocket_ != 0) return;
@@ -825,7 +883,7 @@ void Watch::Impl::stream(Generation generation) {
     if (stopped_ || generation != generation_) return;
     stream_end_ = stop;
   }
-  std::string target = with_policy(url_);
+  std::string target = with_policy(url_, true);
   if (type != "text/turtle") target += (target.find('?') == std::string::npos ? "?accept=" : "&accept=") + percent_encoded(type);
 
   EventParser parser(limits.max_message_bytes);
@@ -837,6 +895,8 @@ void Watch::Impl::stream(Generation generation) {
   receiver.header = [&](const exchange::Header& header) {
     body.clear();
     is_stream = header.status == 200 && essence(header.fields.find("Content-Type").value_or(std::string_view())) == "text/event-stream";
+    context_->http->robot_times().heard(parsed_.origin(), parsed_.target, header.fields.find(http::robot_time_field),
+                                        std::chrono::steady_clock::now());
     if (!is_stream) return header.status != 200;  // the body of a refusal has its reason
     const auto location = header.fields.find("Location");
     const Result<std::string> url = location ? iri::resolve(target, *location) : Result<std::string>(std::string());
@@ -847,7 +907,9 @@ void Watch::Impl::stream(Generation generation) {
   receiver.body = [&](std::string_view bytes) {
     if (!is_stream) return body.append(bytes.substr(0, max_reason_bytes - body.size())).size() < max_reason_bytes;
     return parser.parse(bytes, [&](StreamEvent&& event) {
-      if (event.type == "message") {
+      if (event.type == http::heartbeat_name) {
+        heartbeat(generation, event.data);
+      } else if (event.type == "message") {
         std::string found = apparent_type(event.data, type);
         event.stamp.series = series.series;
         value(generation, std::move(event.data), std::move(found), std::move(event.id), event.stamp);
@@ -928,6 +990,7 @@ void Watch::Impl::poll(Generation generation) {
   } else {
     const std::lock_guard lock(mutex_);
     failures_ = 0;
+    last_word_ = context_->clock.now().steady;
   }
   attempt_at(context_->clock.now().steady + std::max({options_.poll_period, options_.minimum_interval, milliseconds(1)}), generation);
 }
@@ -972,7 +1035,7 @@ void Watch::Impl::subscribe(Generation generation) {
       body += " ;\n " + iri_of(vocab::lrt_::minimumInterval) + " " + json_string(seconds_of(options_.minimum_interval)) + "^^" +
               iri_of(vocab::xsd::decimal);
     if (options_.queue_length > 0) body += " ;\n " + iri_of(vocab::lrt_::queueLength) + " " + std::to_string(options_.queue_length);
-    return context_->http->send({"POST", container, {{"Content-Type", "text/turtle"}, {"Accept", "text/turtle"}}, body + " .\n"});
+    return context_->http->send({"POST", container, {{"Content-Type", "text/turtle"}, {"Accept", "text/turtle"}}, body + " .\n", milliseconds(0)});
   };
   const auto made_one = [&](const Result<Response>& response) {
     if (!response || !response->ok()) return false;
@@ -1096,7 +1159,7 @@ void Watch::Impl::delete_subscription(std::string url) noexcept {
     const bool runs = context->tasks.run([weak = std::weak_ptr<WatchContext>(context), url = std::move(url), done] {
       const auto shared = weak.lock();
       if (!shared) return;
-      const Result<Response> response = shared->http->send({"DELETE", url, {}, {}});
+      const Result<Response> response = shared->http->send({"DELETE", url, {}, {}, milliseconds(0)});
       if (!response) shared->log(LogLevel::info, "a subscription could not be deleted: " + response.error().message);
       done(*shared);
     });
@@ -1140,6 +1203,7 @@ void Watch::stop() noexcept {
 bool Watch::is_connected() const noexcept { return impl_ && impl_->is_connected(); }
 Via Watch::via() const noexcept { return impl_ ? impl_->via() : Via::any; }
 std::string Watch::subscription() const { return impl_ ? impl_->subscription() : std::string(); }
+std::optional<std::chrono::milliseconds> Watch::age() const noexcept { return impl_ ? impl_->age() : std::nullopt; }
 Watch::Counts Watch::counts() const noexcept { return impl_ ? impl_->counts() : Counts{}; }
 std::optional<Error> Watch::last_error() const { return impl_ ? impl_->last_error() : std::nullopt; }
 
@@ -1162,8 +1226,10 @@ Result<Watch> Watches::watch(std::string url, const WatchOptions& options, OnCha
   for (const auto& [time, name] : {std::pair{options.poll_period, "poll_period"},
                                    {options.first_pause, "first_pause"},
                                    {options.max_pause, "max_pause"},
-                                   {options.idle_time, "idle_time"}})
+                                   {options.idle_time, "idle_time"},
+                                   {options.silence, "silence"}})
     if (time.count() <= 0) return unexpected(Errc::invalid_option, std::string(name) + " of a watch: expected more than 0");
+  if (options.heartbeat.count() < 0) return unexpected(Errc::invalid_option, "heartbeat of a watch: expected 0 or more");
   if (options.minimum_interval.count() < 0) return unexpected(Errc::invalid_option, "minimum_interval of a watch: expected 0 or more");
   if (options.via == Via::callback && !options.receiver) return unexpected(Errc::invalid_option, "Via::callback needs WatchOptions::receiver");
   if (!options.subscriptions_url.empty() && !same_origin(options.subscriptions_url, url))

@@ -55,6 +55,7 @@ Result<std::unique_ptr<GraphStore>> GraphStore::create(const StoreOptions& optio
   client.limits.response_time = options.response_time;
   client.limits.max_idle_connections = max_requests;
   client.limits.max_body_bytes = std::size_t{1024} * 1024;  // of a response, whose content is ignored
+  client.command_life = std::chrono::milliseconds(0);       // what a store is to have is sent again until it has it
   client.log = log;
   Result<std::shared_ptr<client::HttpClient>> http = client::HttpClient::create(client);
   if (!http) return unexpected(std::move(http).error());

@@ -76,6 +76,7 @@ int exit_of(Errc code) noexcept {
     case Errc::io_error:
     case Errc::timed_out:
     case Errc::closed:
+    case Errc::unconfirmed:
     case Errc::expected_http: return Exit::unreachable;
     default: return Exit::failure;
   }
@@ -119,6 +120,7 @@ Result<client::Options> Session::client_options() const {
   }
   const auto time = std::chrono::milliseconds(static_cast<std::int64_t>(options_.timeout * 1000));
   options.limits.response_time = time;
+  options.command_life = std::chrono::milliseconds(static_cast<std::int64_t>(options_.valid_for * 1000));
   options.limits.connect_time = std::min(time, options.limits.connect_time);
   options.limits.resolve_time = std::min(time, options.limits.resolve_time);
   if (options_.verbose) options.log = [this](LogLevel, std::string_view text) { terminal_.print_error(printable(text) + "\n"); };

@@ -35,7 +35,7 @@ int exit_of(Errc code) noexcept;
 struct GlobalOptions {
   std::string robot, token_file, user, password_file, ca, certificate, key;
   std::vector<std::string> fields;
-  double timeout = 10;
+  double timeout = 10, valid_for = 2;  ///< [s]
   Terminal::Colour colour = Terminal::Colour::automatic;
   bool verbose = false;
 };

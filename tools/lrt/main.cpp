@@ -38,6 +38,13 @@ void add_global_options(CommandLine& line) {
       ->type_size(1)
       ->expected(1);
   app.add_option("--timeout", options.timeout, "The time for one response, 10 s by default")->type_name("SECONDS")->check(CLI::Range(0.001, 86400.0));
+  app.add_option(
+         "--valid-for", options.valid_for,
+         "How long a command is worth carrying out, 2s by default: the robot does not carry it out later, and within that time it is said whether "
+         "it is confirmed; 0: without a limit")
+      ->type_name("DURATION")
+      ->transform(CLI::AsNumberWithUnit(std::map<std::string, double>{{"ms", 0.001}, {"s", 1}, {"min", 60}}).description(""))
+      ->check(CLI::Range(0.0, 86400.0).description(""));
   app.add_option("--color", options.colour, "Colours: auto, always or never")
       ->type_name("WHEN")
       ->transform(CLI::CheckedTransformer(std::map<std::string, Terminal::Colour>{{"auto", Terminal::Colour::automatic},

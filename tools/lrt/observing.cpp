@@ -16,6 +16,17 @@ using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 using std::chrono::system_clock;
 
+constexpr std::chrono::seconds silence{3};  ///< then people are told that the robot says nothing
+
+const char* name_of(Observed::Kind kind) noexcept {
+  switch (kind) {
+    case Observed::Kind::gap: return "gap";
+    case Observed::Kind::silent: return "silent";
+    case Observed::Kind::heard: return "heard";
+    default: return "ended";
+  }
+}
+
 void add_observe_options(CLI::App& command, ObserveOptions& options) {
   command.add_option("NAME", options.words, "Names of properties, or their URLs")->required()->type_name("[ROBOT] NAME...")->expected(1, 1000);
   command.add_option("--count", options.count, "End after this number of values")
@@ -66,6 +77,14 @@ void Observer::take(std::size_t index, const Change& change) {
     changes_.push_back(std::move(seen));
     return;
   }
+  if (change.kind == Change::Kind::silent || change.kind == Change::Kind::heard) {
+    const bool is_silent = change.kind == Change::Kind::silent;
+    seen.kind = is_silent ? Observed::Kind::silent : Observed::Kind::heard;
+    seen.reason =
+        is_silent ? "no word for " + std::to_string(silence.count()) + " s; the value may be another one by now" : "the robot responds again";
+    changes_.push_back(std::move(seen));
+    return;
+  }
   if (change.dropped > 0) {
     Observed gap = seen;
     gap.kind = Observed::Kind::gap;
@@ -97,6 +116,13 @@ void Observer::report_connections(const ObserveHooks& hooks) {
   }
 }
 
+std::optional<milliseconds> Observer::age() const {
+  std::optional<milliseconds> oldest;
+  for (const client::Watch& watch : watches_)
+    if (const auto age = watch.age()) oldest = std::max(oldest.value_or(*age), *age);
+  return oldest;
+}
+
 Result<int> Observer::run(const ObserveHooks& hooks) {
   const Result<Client*> client = session_.client();
   if (!client) return unexpected(client.error());
@@ -106,6 +132,10 @@ Result<int> Observer::run(const ObserveHooks& hooks) {
   options.queue_length = 100;
   options.first_pause = milliseconds(100);
   options.max_pause = milliseconds(2'000);  // standard output is a terminal
+  if (session_.terminal().is_for_people()) {
+    options.heartbeat = milliseconds(1'000);
+    options.silence = silence;
+  }
   has_ended_.assign(properties_.size(), false);
   was_connected_.assign(properties_.size(), false);
   for (std::size_t i = 0; i < properties_.size(); ++i) {

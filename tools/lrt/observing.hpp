@@ -24,17 +24,19 @@ struct ObserveOptions {
 /// The options of it.
 void add_observe_options(CLI::App& command, ObserveOptions& options);
 
-/// A change of a property, a gap, or an end.
+/// A change of a property, a gap, a silence of the server and its end, or an end.
 struct Observed {
-  enum class Kind : unsigned char { value, gap, ended };
+  enum class Kind : unsigned char { value, gap, silent, heard, ended };
   Kind kind = Kind::value;
   std::size_t property = 0;                                            ///< number of the name
   std::chrono::system_clock::time_point time{};                        ///< when it was received
   std::optional<std::chrono::system_clock::time_point> source_time{};  ///< by the clock of the robot, if it says it
   std::chrono::steady_clock::time_point received{};
   PlainValue value{};
-  std::string reason{};  ///< of a gap and an end; printable
+  std::string reason{};  ///< of another kind than a value; printable
 };
+/// "gap", "silent", "heard" or "ended".
+const char* name_of(Observed::Kind kind) noexcept;
 
 /// The function that a command calls between changes.
 struct ObserveHooks {
@@ -57,6 +59,8 @@ class Observer {
   /// As a person writes it: "right_s1/position".
   const std::string& name(std::size_t property) const { return names_[property]; }
   const std::string& url(std::size_t property) const { return properties_[property].url(); }
+  /// The time since the last word of the robot, of the property for which it is longest; nullopt: there was none.
+  std::optional<std::chrono::milliseconds> age() const;
   /// @return  the exit status
   Result<int> run(const ObserveHooks& hooks);
 

@@ -35,6 +35,7 @@ enum class Errc : std::uint8_t {
   dropped,              ///< a Responder was destroyed before succeed() or fail()
   failed,               ///< the robot tried and failed, or user code threw an exception
   closed,               ///< the server, thing or connection is closed
+  unconfirmed,          ///< a command was sent and no response has come: it may have been carried out
 };
 
 /// The enumerator's name, "expected_iri".

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
+#include <chrono>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -19,6 +21,9 @@ struct Request {
   std::string url;                                            ///< absolute http or https URL; a fragment is not sent
   std::vector<std::pair<std::string, std::string>> fields{};  ///< Content-Type, Accept, If-Match, ...
   std::string body{};                                         ///< empty: none
+  /// How long a command (POST, PUT, PATCH, DELETE) is worth carrying out; 0: it does not expire, as a stop and the
+  /// cancelling of an invocation. nullopt: Options::command_life.
+  std::optional<std::chrono::milliseconds> life{};
 };
 
 /// A complete response.

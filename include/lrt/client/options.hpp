@@ -64,6 +64,13 @@ struct Options {
   /// Value of Accept for representations. If a server has none of these types and responds with another one, it is read
   /// if it is RDF.
   std::string accept = "text/turtle, application/n-triples;q=0.9, application/ld+json;q=0.8, application/rdf+xml;q=0.5";
+  /// How long a command is worth carrying out, but for a stop and the cancelling of an invocation. It is sent with the
+  /// time by the clock of its server (Valid-Until), so that it is not carried out later than that, and its sender is told
+  /// within that time that it is not confirmed (Errc::unconfirmed). For that the client needs a response or a heartbeat of
+  /// that server; if it has none, or none of the last hundred lives, it sends one request more (OPTIONS). A server without
+  /// the field Robot-Time gets neither, and the limit for its response is Limits::response_time. 0: commands do not expire.
+  /// A command with a large body needs a longer life: Request::life.
+  std::chrono::milliseconds command_life{2'000};
   bool validate = true;                      ///< an input that violates the published shape is not sent
   Callbacks callbacks = Callbacks::in_poll;  ///< where callbacks run
   ThreadOptions threads;                     ///< of the threads of the client

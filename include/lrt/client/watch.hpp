@@ -45,6 +45,13 @@ struct WatchOptions {
   /// Without a message, a pong or a comment for this time, the connection counts as lost. Via::callback: the client
   /// then reads the subscription.
   std::chrono::milliseconds idle_time{60'000};
+  /// Asks the server for a word that often (at most each second; longer times count as that), also when nothing changes,
+  /// so that Watch::age() says how old the newest word is. 0: it is not asked. A heartbeat also tells the client the time
+  /// of the server, see Options::command_life. Not for Via::callback.
+  std::chrono::milliseconds heartbeat{0};
+  /// With `heartbeat`: after that time without a word of a server that sends heartbeats, the watch reports
+  /// Change::Kind::silent, once until it hears something again.
+  std::chrono::milliseconds silence{3'000};
   /// `hybrit:websocketUrl` of the resource, if it is known. Empty: the client tries the URL of the resource, and if the
   /// server refuses, reads its graph.
   std::string websocket_url{};
@@ -60,10 +67,13 @@ struct WatchOptions {
 struct LRT_API Change {
   /// What happened.
   enum class Kind : unsigned char {
-    value,  ///< a representation, the same as GET would have received
-    gap,    ///< changes are missing, or may be: see `left_out`. The connection was lost, with the `reason`, and the next
-            ///< value is the present one; or, without a reason, the queue at the server was too short
-    ended,  ///< the server has ended the subscription, or refuses it; `reason` says why. Nothing follows
+    value,   ///< a representation, the same as GET would have received
+    gap,     ///< changes are missing, or may be: see `left_out`. The connection was lost, with the `reason`, and the next
+             ///< value is the present one; or, without a reason, the queue at the server was too short
+    silent,  ///< with WatchOptions::heartbeat: no word of the server for WatchOptions::silence; what was received last may be
+             ///< wrong by now. The watch goes on, and the next change of another kind ends the silence
+    heard,   ///< a word has come again: the silence is over
+    ended,   ///< the server has ended the subscription, or refuses it; `reason` says why. Nothing follows
   };
   Kind kind = Kind::value;                           ///< what happened
   std::string url{};                                 ///< of the resource
@@ -121,6 +131,9 @@ class LRT_API Watch {
   Via via() const noexcept;
   /// URL of the subscription, as the server has named it; empty: not known yet, or it has none.
   std::string subscription() const;
+  /// The time since the last word of the server: a value, a heartbeat, or the response of a poll; nullopt: none yet. It is
+  /// the age of what this watch shows. Without WatchOptions::heartbeat a server says nothing while nothing changes.
+  std::optional<std::chrono::milliseconds> age() const noexcept;
   Counts counts() const noexcept;  ///< numbers since the watch began
   /// The reason why the last connection was lost, or the last attempt failed; nullopt: none, or it is connected again.
   std::optional<Error> last_error() const;

@@ -36,7 +36,7 @@ std::string json_line(const std::string& name, const std::string& url, const Obs
     if (!seen.value.unit.empty()) line += ",\"unit\":" + json_string(seen.value.unit);
     if (seen.source_time) line += ",\"sourceTime\":\"" + to_xsd_date_time(*seen.source_time) + "\"";
   } else {
-    line += std::string(seen.kind == Observed::Kind::gap ? ",\"gap\":" : ",\"ended\":") + json_string(seen.reason);
+    line += std::string(",\"") + name_of(seen.kind) + "\":" + json_string(seen.reason);
   }
   return line + "}";
 }
@@ -44,12 +44,11 @@ std::string json_line(const std::string& name, const std::string& url, const Obs
 std::string csv_line(const std::string& name, const Observed& seen) {
   const bool is_value = seen.kind == Observed::Kind::value;
   return utc(seen.time) + "," + csv_field(name) + "," + (is_value ? csv_field(seen.value.text) : "") + "," +
-         (is_value ? csv_field(seen.value.unit) : "") + "," +
-         (is_value ? "" : csv_field((seen.kind == Observed::Kind::gap ? "gap: " : "ended: ") + seen.reason));
+         (is_value ? csv_field(seen.value.unit) : "") + "," + (is_value ? "" : csv_field(std::string(name_of(seen.kind)) + ": " + seen.reason));
 }
 
 std::string text_line(const Terminal& terminal, const std::string& name, const Observed& seen) {
-  const char* const kind = seen.kind == Observed::Kind::gap ? "gap" : "ended";
+  const char* const kind = name_of(seen.kind);
   if (!terminal.is_for_people()) {
     if (seen.kind != Observed::Kind::value) return utc(seen.time) + "\t" + name + "\t" + kind + ": " + seen.reason + "\t";
     return utc(seen.time) + "\t" + name + "\t" + seen.value.text + "\t" + seen.value.unit;
@@ -73,7 +72,7 @@ Result<int> watch_plot(Session& session, Observer& observer, const WatchOptions&
   hooks.on_change = [&](const Observed& seen) {
     if (seen.kind != Observed::Kind::value) {
       plot.gap(seen.property, seen.received);
-      message = observer.name(seen.property) + (seen.kind == Observed::Kind::gap ? ": gap: " : ": ended: ") + seen.reason;
+      message = seen.kind == Observed::Kind::heard ? "" : observer.name(seen.property) + ": " + name_of(seen.kind) + ": " + seen.reason;
       return true;
     }
     message.clear();
@@ -92,7 +91,10 @@ Result<int> watch_plot(Session& session, Observer& observer, const WatchOptions&
     constexpr std::chrono::milliseconds frame{50};
     next_frame = now + frame;
     const std::size_t width = terminal.width(), height = terminal.height();
-    const std::string last = cut(message.empty() ? "q or Ctrl-C ends" : message, width > 1 ? width - 1 : 0);
+    const auto age = observer.age();
+    const std::string word =
+        age ? "; the newest word is " + std::to_string(age->count() / 1000) + "." + std::to_string(age->count() / 100 % 10) + " s old" : "";
+    const std::string last = cut(message.empty() ? "q or Ctrl-C ends" + word : message, width > 1 ? width - 1 : 0);
     std::string text = "\033[?2026h\033[H";  // as one update, if the terminal supports it
     for (const char c : plot.draw(width, height > 1 ? height - 1 : 1, now)) {
       if (c == '\n') text += "\033[K\r\n";
