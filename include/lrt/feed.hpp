@@ -98,6 +98,9 @@ class LRT_API Feed {
 
   /// The base IRI of its representations, without a slash at the end: Listen::public_base, or where the server listens.
   std::string base() const;
+  /// The stamp of the present time, "0123456789abcdef/73521": this run of the server, and milliseconds since it began.
+  /// A request says in such stamps until when it is valid (Valid-Until, SPEC 3.20).
+  std::string robot_time() const;
   /// Whether the server's security restricts requests without credentials.
   bool is_protected() const;
 

@@ -102,6 +102,14 @@ struct Description {
 /// type, the user properties `status` and `response-of` (the prefix), and `location`, `etag`, `retry-after` and
 /// `www-authenticate` if the response has them.
 ///
+/// A command says until when it is worth carrying out in the user property `valid-until`: a stamp of the robot with
+/// milliseconds added. PREFIX/ns/time has the robot's stamp (Commands::time_interval), and each response has one in the
+/// user property `robot-time`; a client adds the time that has passed since for itself, and how long the command may take.
+/// A message without user properties (MQTT 3.1.1) has it in its payload: {"validUntil": STAMP, "value": VALUE}, or for a
+/// record {"validUntil": STAMP, MEMBERS}; `validUntil` is the first member. The message expiry of MQTT 5 counts as well,
+/// from when the bridge receives the message. A command that is late is not carried out, and its response is 412. A stop
+/// and the cancelling of an invocation never expire.
+///
 /// Retained messages and responses of other bridges are not carried out. Messages that are sent while the robot is not
 /// connected are lost.
 struct Commands {
@@ -121,6 +129,7 @@ struct Commands {
   std::size_t max_user_properties = 32;                   ///< more get 400
   std::size_t max_property_bytes = 8'192;                 ///< of one user property or content type; longer: 400
   std::chrono::seconds response_expiry{60};               ///< message expiry of responses
+  std::chrono::milliseconds time_interval{1'000};         ///< between two messages to PREFIX/ns/time; 0: there are none
   /// Patterns of the response topics that are allowed, with `*` and `**` as in Publication::paths. A command with another
   /// one is dropped, because who may publish a command could have the robot publish anywhere with its rights at the broker.
   std::vector<std::string> response_topics = {"replies/**"};

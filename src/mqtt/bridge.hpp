@@ -98,6 +98,8 @@ class BridgeCore final : private Link::Events {
   void publish_own(OutMessage message);
   void request_description();
   void answer(std::uint64_t number, const http::Response& response);
+  bool sends_time() const noexcept { return options_.commands.enabled && options_.commands.time_interval.count() > 0; }
+  std::string valid_until_of(InMessage& message) const;
   void carry_out(InMessage message);
   void see_status(const InMessage& message);
   std::optional<std::string> refused_command(const InMessage& message) const;
@@ -124,7 +126,7 @@ class BridgeCore final : private Link::Events {
   bool newest_first_ = false;  ///< set after connecting: the newest values are sent before queued changes
   std::string last_reason_;    ///< of a connection that failed, logged once
   bool is_status_due_ = false;
-  Instant status_at_{};                                     ///< not before
+  Instant status_at_{}, time_at_{};                         ///< not before
   std::unordered_map<int, Unacknowledged> unacknowledged_;  ///< by id, of the present connection
   std::size_t unacknowledged_bytes_ = 0;
   std::uint64_t last_number_ = 0;

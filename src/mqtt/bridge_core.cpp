@@ -15,6 +15,7 @@
 
 #include "src/base/back_off.hpp"
 #include "src/base/charset.hpp"
+#include "src/http/robot_time.hpp"
 #include "src/http/target.hpp"
 #include "src/mqtt/bridge.hpp"
 
@@ -54,8 +55,48 @@ bool is_token68(std::string_view text) noexcept {
 }
 
 /// User properties that become header fields.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 4> fields = {
-    {{"accept", "Accept"}, {"if-match", "If-Match"}, {"if-none-match", "If-None-Match"}, {"prefer", "Prefer"}}};
+constexpr std::array<std::pair<std::string_view, std::string_view>, 5> fields = {{{"accept", "Accept"},
+                                                                                  {"if-match", "If-Match"},
+                                                                                  {"if-none-match", "If-None-Match"},
+                                                                                  {"prefer", "Prefer"},
+                                                                                  {"start-before", http::start_before_field}}};
+constexpr std::string_view valid_until = "valid-until", robot_time = "robot-time";
+
+std::string_view without_space(std::string_view text) noexcept {
+  constexpr std::string_view space = " \t\r\n";
+  text.remove_prefix(std::min(text.find_first_not_of(space), text.size()));
+  return text.substr(0, text.find_last_not_of(space) + 1);
+}
+
+/// Takes a token and the white space around it off a JSON text.
+bool take(std::string_view& text, std::string_view token) noexcept {
+  std::string_view rest = without_space(text);
+  if (rest.substr(0, token.size()) != token) return false;
+  text = without_space(rest.substr(token.size()));
+  return true;
+}
+
+/// Takes the member `validUntil` off a payload of a client that has no user properties: `{"validUntil":STAMP,"value":VALUE}` becomes VALUE, a record
+/// loses it, and nothing is left of `{"validUntil":STAMP}`.
+/// @return  nullopt: the payload does not begin with it, and stays as it is
+std::optional<std::string> take_valid_until(std::string& payload) {
+  std::string_view text = payload;
+  if (!take(text, "{") || !take(text, "\"validUntil\"") || !take(text, ":") || !take(text, "\"")) return std::nullopt;
+  const std::size_t end = text.find('"');
+  if (end == std::string_view::npos || text.back() != '}') return std::nullopt;
+  std::string stamp(text.substr(0, end));
+  text.remove_prefix(end + 1);
+  std::string rest;
+  if (take(text, ",")) {
+    std::string_view value = text;
+    if (take(value, "\"value\"") && take(value, ":")) rest = value.substr(0, value.size() - 1);
+    else rest = "{" + std::string(text);
+  } else if (!take(text, "}") || !text.empty()) {
+    return std::nullopt;
+  }
+  payload = std::move(rest);
+  return stamp;
+}
 
 Result<void> check(const Options& options) {
   const auto invalid = [](const std::string& what) { return unexpected(Errc::invalid_option, what); };
@@ -257,6 +298,8 @@ milliseconds BridgeCore::advance(Instant now, std::chrono::microseconds budget) 
   }
   if (is_status_due_ && phase_ == Phase::online && now < status_at_) rest = std::min(rest, std::chrono::ceil<milliseconds>(status_at_ - now));
   if (more) return milliseconds(0);
+  if (sends_time() && phase_ == Phase::online && may_publish())
+    rest = std::min(rest, std::chrono::ceil<milliseconds>(std::max(time_at_ - now, Instant::duration(0))));
   if (phase_ == Phase::waiting) rest = std::min(rest, std::chrono::ceil<milliseconds>(std::max(retry_at_ - now, Instant::duration(0))));
   else rest = std::min(rest, link_->step_interval());
   return rest;
@@ -267,6 +310,13 @@ void BridgeCore::publish_waiting() {
   if (is_status_due_ && now_ >= status_at_ && may_publish() && publish(status(true), Sending::once)) {
     is_status_due_ = false;
     status_at_ = now_ + status_interval;
+  }
+  if (sends_time() && now_ >= time_at_ && may_publish()) {
+    OutMessage time;
+    time.topic = topics_.time();
+    time.content_type = "text/plain";
+    time.payload = std::make_shared<const std::string>(feed_.robot_time());
+    if (publish(time, Sending::once)) time_at_ = now_ + options_.commands.time_interval;
   }
   while (!repeats_.empty() && may_publish()) {
     const OutMessage message = std::move(repeats_.front());
@@ -323,7 +373,7 @@ void BridgeCore::connected(const Agreement& agreement) {
   if (const Result<void> subscribed = link_->subscribe(topics_.status(), 1); !subscribed)
     subscription_refused(topics_.status(), subscribed.error().message);
   is_status_due_ = true;
-  status_at_ = now_;
+  status_at_ = time_at_ = now_;
   is_description_due_ = options_.description.publish;
   description_ = nullptr;
   description_at_ = now_;
@@ -557,6 +607,22 @@ void BridgeCore::drop_command(const std::string& why) {
   log_once("a command was dropped: " + why);
 }
 
+/// Until when a command is valid: what it says, and what is left of its message expiry, whichever is earlier; empty: for ever.
+std::string BridgeCore::valid_until_of(InMessage& message) const {
+  std::string said;
+  for (const auto& [name, value] : message.user)
+    if (name == valid_until) said += (said.empty() ? "" : ", ") + value;  // two of them: the server says what is wrong with that
+  const std::string& type = message.content_type.empty() ? options_.commands.default_content_type : message.content_type;
+  if (said.empty() && type.find("json") != std::string::npos) said = take_valid_until(message.payload).value_or("");
+  if (!message.expiry) return said;
+  std::optional<http::RobotTime> end = http::RobotTime::parse(feed_.robot_time());
+  if (!end) return said;
+  end->milliseconds += static_cast<std::uint64_t>(std::chrono::milliseconds(*message.expiry).count());
+  if (said.empty()) return end->text();
+  const auto stated = http::RobotTime::parse(said);
+  return stated && stated->instance == end->instance && end->milliseconds < stated->milliseconds ? end->text() : said;
+}
+
 void BridgeCore::carry_out(InMessage message) {
   const Commands& bounds = options_.commands;
   if (!bounds.enabled) return drop_command("commands are not enabled");
@@ -584,6 +650,7 @@ void BridgeCore::carry_out(InMessage message) {
   if (const auto why = refused_command(message)) return refuse(400, *why);
   if (message.has_payload_limit) return refuse(413, "the payload has more than " + std::to_string(bounds.max_payload_bytes) + " bytes");
   if (waiting_.size() >= bounds.max_waiting) return refuse(503, "too many commands wait for their response");
+  const std::string until = valid_until_of(message);
 
   const std::string base = feed_.base();
   const auto target = http::split_target(base);
@@ -603,6 +670,7 @@ void BridgeCore::carry_out(InMessage message) {
     accepts = accepts || name == "accept";
   }
   if (!accepts) request.fields.push_back({"Accept", "application/problem+json, application/json;q=0.9, text/turtle;q=0.5, */*;q=0.1"});
+  if (!until.empty()) request.fields.push_back({http::valid_until_field, until});
   if (!token.empty()) request.fields.push_back({"Authorization", token});
   const std::string& type = message.content_type.empty() ? bounds.default_content_type : message.content_type;
   if (!message.payload.empty()) request.fields.push_back({"Content-Type", type});
@@ -622,8 +690,8 @@ std::optional<std::string> BridgeCore::refused_command(const InMessage& message)
       if (!is_token68(value)) return "the token is not one of RFC 6750";
     }
     const std::string_view key = name;
-    if (std::any_of(fields.begin(), fields.end(), [&](const auto& field) { return field.first == key; }) && !is_header_value(value))
-      return "the user property " + name + " has characters that a header field must not contain";
+    const bool is_field = key == valid_until || std::any_of(fields.begin(), fields.end(), [&](const auto& field) { return field.first == key; });
+    if (is_field && !is_header_value(value)) return "the user property " + name + " has characters that a header field must not contain";
   }
   return std::nullopt;
 }
@@ -636,6 +704,7 @@ void BridgeCore::respond(const Waiting& to, int status, OutMessage message) {
   message.expiry = options_.commands.response_expiry;
   message.user.emplace_back("status", std::to_string(status));
   message.user.emplace_back("response-of", options_.prefix);
+  message.user.emplace_back(robot_time, feed_.robot_time());
   publish_own(std::move(message));
 }
 

@@ -37,6 +37,7 @@ struct OutMessage {
 struct InMessage {
   std::string topic, payload, content_type, response_topic, correlation;
   UserProperties user;
+  std::optional<std::chrono::seconds> expiry{};  ///< what is left of the message expiry; nullopt: it has none
   bool retained = false;
   bool has_payload_limit = false;   ///< the payload is longer than allowed, and not here
   bool has_property_limit = false;  ///< there are more properties, or longer ones, than allowed

@@ -422,6 +422,11 @@ class MosquittoLink final : public Link {
           std::free(bytes);
           break;
         }
+        case MQTT_PROP_MESSAGE_EXPIRY_INTERVAL: {
+          std::uint32_t seconds = 0;
+          if (::mosquitto_property_read_int32(list, MQTT_PROP_MESSAGE_EXPIRY_INTERVAL, &seconds, false)) made.expiry = std::chrono::seconds(seconds);
+          break;
+        }
         case MQTT_PROP_USER_PROPERTY:
           if (made.user.size() >= bounds.max_user_properties) made.has_property_limit = true;
           else if (::mosquitto_property_read_string_pair(list, MQTT_PROP_USER_PROPERTY, &name, &value, false))

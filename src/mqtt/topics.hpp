@@ -34,6 +34,7 @@ class Topics {
 
   std::string of(std::string_view path) const;
   std::string status() const { return own("status"); }
+  std::string time() const { return own("time"); }
   std::string description() const { return own("description"); }
   /// The topic for commands to a resource.
   std::string of(Command command, std::string_view path) const;

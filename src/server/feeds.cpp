@@ -164,6 +164,7 @@ std::string Feeds::base() const {
   return server_.engine().base();
 }
 
+std::string Feeds::robot_time() const { return server_.robot_time(); }
 bool Feeds::is_protected() const { return server_.callers() != nullptr; }
 
 void Feeds::take(engine::Outputs& outputs) {
@@ -246,6 +247,7 @@ Feed::Batch Feed::take(const Bounds& bounds) { return state_->feeds.take(*state_
 int Feed::descriptor() const noexcept { return state_->waker->descriptor(); }
 std::shared_ptr<Waker> Feed::waker() const { return state_->waker; }
 std::string Feed::base() const { return state_->feeds.base(); }
+std::string Feed::robot_time() const { return state_->feeds.robot_time(); }
 bool Feed::is_protected() const { return state_->feeds.is_protected(); }
 
 std::unique_ptr<Service> make_feeds(SharedEngine& server) { return std::make_unique<Feeds>(server); }

@@ -63,6 +63,7 @@ class Feeds final : public Service, public Receiver {
   std::uint64_t send(Feed::State& feed, const http::Request& request, Feed::As as);
   Feed::Batch take(Feed::State& feed, const Feed::Bounds& bounds);
   std::string base() const;
+  std::string robot_time() const;
   bool is_protected() const;
 
   void take(engine::Outputs& outputs) override;
