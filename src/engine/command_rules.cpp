@@ -12,7 +12,7 @@ inline namespace v0 {
 bool requires_expiry(const Resource& resource) noexcept {
   using security::Right;
   const Right right = resource.kind().right_to_change;
-  if (!resource.thing || (right != Right::write && right != Right::invoke)) return false;
+  if (!resource.thing || (right != Right::write && right != Right::invoke) || resource.kind().is(Trait::stop)) return false;
   if (resource.kind().is(Trait::requires_expiry)) return true;
   for (const ThingNode* thing = resource.thing; thing; thing = thing->parent)
     if (thing->spec->requires_expiry) return true;

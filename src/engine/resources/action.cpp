@@ -188,6 +188,7 @@ void ActionResource::describe(const Description& d) const {
   }
   about.add(vocab::lrt_::policy, rdf::literal(policy_name(*spec)));
   if (!unavailable.empty()) about.add(vocab::lrt_::unavailable, rdf::literal(unavailable));
+  if (requires_expiry(*this)) about.add(Iri("https://w3id.org/lrt/ns#requiresExpiry"), rdf::literal("true", vocab::xsd::boolean));
   about.statements(spec->statements, d.base);
   for (const auto& i : invocations) about.link(vocab::lrt_::invocation, d.base + i->path);
   if (spec->input) describe_value_shape(d, *thing, input_shape());
@@ -355,6 +356,7 @@ void ActionResource::summarize(Overview& o) const {
   o.schema("output", spec->output, spec->output_facets);
   o.json("asynchronous", spec->asynchronous ? "true" : "false");
   if (spec->stop) o.json("stop", "true");
+  if (requires_expiry(*this)) o.json("requiresExpiry", "true");
   o.text("unavailable", unavailable);
 }
 
