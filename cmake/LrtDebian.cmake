@@ -72,8 +72,9 @@ set(CPACK_DEBIAN_LRT_DEV_DEBUGINFO_PACKAGE OFF)
 set(CPACK_DEBIAN_LRT_DEV_PACKAGE_SUGGESTS "libeigen3-dev, libcpp-httplib-dev, libboost-dev")  # of hosts of lrt/eigen.hpp, lrt/httplib.hpp, asio_loop.hpp
 if(TARGET lrt_command)
   lrt_debian_binary(lrt_tools lrt-tools utils "robots as Linked Robotic Things (command lrt)"
-                    "This package has the command lrt, which lists, reads, commands, watches and\nchecks Linked Robotic Things."
+                    "This package has the command lrt, which lists, reads, commands, watches and\nchecks Linked Robotic Things, and the module lrt of Python."
                     "liblrt${LRT_ABI} ${lrt_this_version}")
+  set(CPACK_DEBIAN_LRT_TOOLS_PACKAGE_SUGGESTS python3)
 endif()
 # dpkg-shlibdeps finds the libraries of one package, which is not installed, for another one.
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR}/src ${PROJECT_BINARY_DIR}/src/client ${PROJECT_BINARY_DIR}/src/query)

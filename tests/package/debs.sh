@@ -113,6 +113,7 @@ consumers() {
   "$work/program" "$version"
   echo "pkg-config: a consumer was built and run"
   "$root/usr/bin/lrt" --version
+  PYTHONPATH=$root/usr/lib/python3/dist-packages python3 -B -c 'import lrt; print("Python:", lrt.__file__)'
 }
 
 if [[ ${2:-} != --root ]]; then

@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A link to a robot that a test can freeze, thaw and cut: a TCP proxy on the loopback interface."""
+
+import selectors
+import socket
+import threading
+
+
+class Link:
+    """Forwards bytes to `port`. While a direction is frozen its bytes are kept; they arrive when it thaws."""
+
+    def __init__(self, port):
+        self._target = port
+        self._listener = socket.create_server(("127.0.0.1", 0))
+        self.port = self._listener.getsockname()[1]
+        self.url = "http://127.0.0.1:%d/" % self.port
+        self._wake, self._woken = socket.socketpair()
+        self._lock = threading.Lock()
+        self._frozen = {"up": False, "down": False}  # to the robot, from it
+        self._cut = self._end = False
+        self.connections = 0  # how many were opened
+        self._done = threading.Event()
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def freeze(self, *directions):
+        self._set(lambda: self._frozen.update(dict.fromkeys(directions or ("up", "down"), True)))
+
+    def thaw(self):
+        self._set(lambda: self._frozen.update(up=False, down=False))
+
+    def cut(self):
+        """Ends all connections. New ones are accepted."""
+        self._set(lambda: setattr(self, "_cut", True))
+
+    def close(self):
+        self._set(lambda: setattr(self, "_end", True))
+        self._thread.join()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    def _set(self, change):
+        with self._lock:
+            change()
+            self._done.clear()
+        self._wake.send(b"x")
+        self._done.wait()  # what is sent after this call finds the link as it is now
+
+    def _run(self):
+        peers, waiting = {}, {}  # socket -> (peer, direction); socket -> bytes for it
+        while True:
+            with self._lock:
+                frozen, cut, end, self._cut = dict(self._frozen), self._cut, self._end, False
+                self._done.set()
+            if cut or end:
+                for each in peers:
+                    each.close()
+                peers, waiting = {}, {}
+            if end:
+                self._listener.close()
+                return
+            with selectors.DefaultSelector() as selector:
+                selector.register(self._listener, selectors.EVENT_READ)
+                selector.register(self._woken, selectors.EVENT_READ)
+                for each, (peer, direction) in peers.items():
+                    events = selectors.EVENT_READ if not frozen[direction] and len(waiting[peer]) < 1 << 16 else 0
+                    back = peers[peer][1]
+                    events |= selectors.EVENT_WRITE if waiting[each] and not frozen[back] else 0
+                    if events:
+                        selector.register(each, events)
+                ready = selector.select()
+            for key, events in ready:
+                each = key.fileobj
+                if each is self._woken:
+                    each.recv(4096)
+                elif each is self._listener:
+                    client = each.accept()[0]
+                    self.connections += 1
+                    try:
+                        robot = socket.create_connection(("127.0.0.1", self._target))
+                    except OSError:
+                        client.close()
+                        continue
+                    peers.update({client: (robot, "up"), robot: (client, "down")})
+                    waiting.update({client: b"", robot: b""})
+                elif each in peers:
+                    peer = peers[each][0]
+                    try:
+                        if events & selectors.EVENT_WRITE:
+                            waiting[each] = waiting[each][each.send(waiting[each]) :]
+                        if events & selectors.EVENT_READ:
+                            data = each.recv(1 << 16)
+                            if not data:
+                                raise OSError("closed")
+                            waiting[peer] += data
+                    except OSError:
+                        for one in (each, peer):
+                            one.close()
+                            del peers[one], waiting[one]

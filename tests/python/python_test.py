@@ -1,0 +1,258 @@
+# SPDX-License-Identifier: Apache-2.0
+"""tools/python/lrt.py with examples/baxter and examples/ex_mobile_base.
+
+    python_test.py BAXTER MOBILE_BASE [NAME...]
+"""
+
+import asyncio
+import contextlib
+import os
+import re
+import subprocess
+import sys
+import threading
+import time
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path[:0] = [os.path.join(HERE, "..", "..", "tools", "python"), HERE]
+
+import lrt  # noqa: E402
+from link import Link  # noqa: E402
+
+PATIENCE = 30  # [s] for what has to come
+CASES = []
+
+
+def case(function):
+    CASES.append(function)
+    return function
+
+
+@contextlib.contextmanager
+def program(*arguments):
+    process = subprocess.Popen([*arguments, "--port", "0"], stdout=subprocess.PIPE, text=True)
+    try:
+        yield re.search(r"http://\S+/", process.stdout.readline()).group()
+    finally:
+        process.terminate()
+        process.wait(PATIENCE)
+
+
+def baxter():
+    return program(sys.argv[1])
+
+
+def mobile_base():
+    return program(sys.argv[2])
+
+
+def port(url):
+    return int(re.search(r":(\d+)/", url)[1])
+
+
+def until(condition):
+    """Waits for what a robot does in a moment."""
+    end = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < end, "it does not come"
+        time.sleep(0.01)
+
+
+def raised(error, call, *words):
+    """The error that a call raises, whose text has all these words."""
+    try:
+        result = call()
+    except error as found:
+        for word in words:
+            assert word in str(found), "expected %r in %r" % (word, str(found))
+        return found
+    raise AssertionError("expected %s, got %r" % (error.__name__, result))
+
+
+@case
+def thirty_lines_drive_baxter():
+    example = os.path.join(HERE, "drive_baxter.py")
+    with baxter() as url, open(example, encoding="utf-8") as file:
+        assert len(file.readlines()) <= 30
+        path = {**os.environ, "PYTHONPATH": os.path.dirname(lrt.__file__)}
+        done = subprocess.run([sys.executable, "-B", example, url], env=path, capture_output=True, text=True, timeout=2 * PATIENCE)
+        assert done.returncode == 0, done.stderr
+        for expected in ("joints: baxter/right_s0 baxter/right_s1", "at 10.0 deg", "at 20.0 deg", "at 0.0 deg", "beyond 5 deg at 2", "at most 59.98"):
+            assert expected in done.stdout, done.stdout
+
+
+@case
+def the_example_of_the_documentation_runs():
+    with baxter() as url, open(os.path.join(HERE, "..", "..", "docs", "clients.md"), encoding="utf-8") as file:
+        text = re.search(r"## In Python\n.*?```python\n(.*?)```", file.read(), re.S)[1]
+        exec(text.replace("http://127.0.0.1:8080/", url), {})
+
+
+@case
+def names_are_those_that_people_write():
+    with baxter() as url:
+        robot = lrt.open(url)
+        joint = robot["right_s1"]
+        assert joint.name == "baxter/right_s1" and joint.name in robot.names()
+        assert robot["baxter/right_s1"].url == robot[joint.url].url == robot["/baxter/right_s1/"].url == joint.url
+        assert robot["Baxter's right arm"].name == "baxter"
+        assert joint.read("Friction") == joint.read("friction")
+        raised(lrt.NotFound, lambda: robot["right_s9"], "no Thing right_s9", "is it baxter/right_s1")
+        raised(lrt.NotFound, lambda: joint.read("frictoin"), "no Property frictoin", "is it friction?")
+        raised(lrt.NotFound, lambda: joint.invoke("fly"), "it has rotate")
+        raised(KeyError, lambda: robot["nobody"])
+
+
+@case
+def values_have_the_unit_that_is_asked_for():
+    with baxter() as url:
+        joint = lrt.open(url)["right_s1"]
+        joint.invoke("rotate", 10 / 360, "turn").wait(PATIENCE)
+        assert abs(joint.read("position") - 0.17453292519943295) < 1e-6
+        assert abs(joint.read("position", "°") - 10) < 1e-4
+        joint.write("position", 20, "deg")
+        until(lambda: abs(joint.read("position", "turn") - 20 / 360) < 1e-6)  # its loop moves it there
+        assert joint.read("limits")["lower"] == -2.147 and joint.read()["friction"] == joint.read("friction")
+        raised(lrt.Error, lambda: joint.read("position", "kg"), "is in rad", "cannot be in kg", "deg")
+        raised(lrt.Error, lambda: joint.read("limits", "deg"), "no number with a unit")
+        raised(lrt.Error, lambda: joint.write("velocity", 1), "cannot be written")
+        assert lrt._factor({"type": "number", "unit": "K"}, "°F")[0] * 212 + lrt._factor({"type": "number", "unit": "K"}, "°F")[1] - 373.15 < 1e-9
+
+
+@case
+def errors_carry_the_report():
+    with baxter() as url:
+        joint = lrt.open(url)["right_s1"]
+        error = raised(lrt.Refused, lambda: joint.write("friction", "x"), 'expected a number, found "x"')
+        assert error.status == 422 and error.report["errors"][0]["constraint"] == "sh:DatatypeConstraintComponent"
+        tag = joint.tag("friction")
+        joint.write("friction", 0.5, if_match=tag)
+        assert raised(lrt.Refused, lambda: joint.write("friction", 0.6, if_match=tag)).status == 412
+        assert joint.read("friction") == 0.5
+        raised(ValueError, lambda: joint.write("friction", float("nan")))
+    raised(lrt.NotReached, lambda: lrt.open(url), "refused")
+    raised(lrt.Error, lambda: lrt.open("ftp://robot/"), "expected the URL of a robot")
+
+
+@case
+def a_run_is_waited_for_watched_and_cancelled():
+    with mobile_base() as url:
+        robot = lrt.open(url)
+        base = robot["base"]
+        run = base.invoke("driveTo", {"x": 0.1, "y": 0})
+        statuses = [status["status"] for status in run.changes()]
+        assert statuses[-1] == "succeeded", statuses
+        assert run.wait(PATIENCE) is None and abs(base.read("pose")["x"] - 0.1) < 0.01
+        run = base.invoke("driveTo", {"x": 50, "y": 0})
+        raised(TimeoutError, lambda: run.wait(0.05), "has not ended")
+        run.cancel()
+        assert raised(lrt.Failed, lambda: run.wait(PATIENCE)).status["status"] == "cancelled"
+        run.cancel()  # it has ended: nothing happens
+        try:
+            with base.invoke("driveTo", {"x": 50, "y": 0}) as run:
+                raise RuntimeError("the program fails")
+        except RuntimeError:
+            raised(lrt.Failed, lambda: run.wait(PATIENCE))
+
+
+@case
+def a_lost_connection_is_a_gap_with_its_number():
+    with baxter() as url, Link(port(url)) as link:
+        direct, joint = lrt.open(url)["right_s1"], lrt.open(link.url)["right_s1"]
+        witness, changes = direct.watch("friction", queue=10), joint.watch("friction", queue=10)
+        first = [next(witness), next(changes)][1]
+        direct.write("friction", 1)
+        second = [next(witness), next(changes)][1]
+        assert (second.value, second.sequence, second.left_out) == (1, first.sequence + 1, 0) and second.time, second
+        link.freeze()
+        for value in (2, 3, 4):
+            direct.write("friction", value)
+            assert next(witness).value == value
+        link.cut()
+        link.thaw()
+        gap, last = next(changes), next(changes)
+        assert isinstance(gap, lrt.Gap) and gap.left_out == 2 and gap.reason, gap
+        assert last.value == 4 and last.sequence == second.sequence + 3, last
+        changes.close()
+        once = joint.watch("friction", reconnect=False)
+        next(once)
+        link.cut()
+        raised(lrt.NotReached, lambda: next(once), "ended the stream")
+
+
+@case
+def values_are_watched_in_asyncio_too():
+    async def follow(joint):
+        found = []
+        async for change in joint.watch_async("position", "deg"):
+            found.append(change)
+            if change.value > 9.9:
+                return found
+
+    with baxter() as url:
+        robot = lrt.open(url)
+        joint = robot["right_s1"]
+        joint.invoke("rotate", 10)
+        found = asyncio.run(asyncio.wait_for(follow(joint), PATIENCE))
+        assert found and [f.sequence for f in found] == sorted(f.sequence for f in found)
+
+        async def wrong():
+            async for _ in joint.watch_async("position", "kg"):
+                pass
+
+        raised(lrt.Error, lambda: asyncio.run(wrong()), "cannot be in kg")
+
+
+@case
+def a_command_without_an_answer_is_unconfirmed_and_sent_once():
+    with baxter() as url, Link(port(url)) as link:
+        direct, robot = lrt.open(url)["right_s1"], lrt.open(link.url, valid_for=0.3)
+        joint = robot["right_s1"]
+        direct.write("friction", 1)
+        link.freeze("down")  # the command arrives, its answer does not
+        before = link.connections
+        raised(lrt.Unconfirmed, lambda: joint.write("friction", 2), "no answer within 0.3 s")
+        assert link.connections == before + 1
+        link.thaw()
+        assert direct.read("friction") == 2
+
+
+@case
+def one_robot_serves_many_threads():
+    with baxter() as url:
+        joint, wrong = lrt.open(url)["right_s1"], []
+
+        def use():
+            try:
+                for _ in range(20):
+                    assert joint.read("friction") > 0
+                    joint.write("friction", 0.5)
+            except Exception as error:  # it is reported by the main thread
+                wrong.append(error)
+
+        threads = [threading.Thread(target=use) for _ in range(8)]
+        for each in threads:
+            each.start()
+        for each in threads:
+            each.join(PATIENCE)
+        assert not wrong, wrong
+
+
+@case
+def nothing_is_sent_to_another_host():
+    with baxter() as url:
+        robot = lrt.open(url, token="secret")
+        raised(lrt.Error, lambda: robot._get("http://127.0.0.1:1/x"), "is not at http://127.0.0.1")
+
+
+def main():
+    chosen = [each for each in CASES if not sys.argv[3:] or each.__name__ in sys.argv[3:]]
+    for each in chosen:
+        begin = time.monotonic()
+        each()
+        print("%5.1f s  %s" % (time.monotonic() - begin, each.__name__.replace("_", " ")), flush=True)
+    print("%d cases" % len(chosen))
+
+
+if __name__ == "__main__":
+    main()
