@@ -101,6 +101,44 @@ class LRT_API Action : public model::ResourceHandle<Action, model::ActionSetup> 
     if (is_editable("stop")) set_stop();
     return *this;
   }
+  /// The same, and declares the stop state of the Thing: clients see whether it is stopped, since when and by whom, and
+  /// while it is stopped, what moves is unavailable.
+  ///
+  ///     lrt::Action release = base.action("release", [&] { stopped = false; });
+  ///     base.action("stop", [&] { stopped = true; }).stop([&] { return stopped.load(); }, release);
+  ///
+  /// - The host's word is the truth. `state` is read before the first command, and then as an observed Property is: a
+  ///   lambda at each SubscriptionOptions::sample_period, where the lambdas of the Thing run; a Property as it is
+  ///   published, or where and as often as it says. So a stop that is pressed at the hardware shows, too. While the state
+  ///   is unknown or its lambda throws, the Thing counts as stopped.
+  /// - A POST of any stop of the Thing counts at once, before its lambda has run, until `state` confirms it with true. If
+  ///   `state` never does, the Thing remains stopped until a release succeeds or the server restarts.
+  /// - The Thing gets a read-only Property "stopped" (lrt:StopState), which is observed like others. lrt:stopState links
+  ///   to it from the Thing and from the root; in JSON it is in their `stopStates`.
+  /// - While it is stopped, each Action, each writable Property and each Collection of the Thing and of all Things below
+  ///   it is unavailable, except those that are harmless(), stops and releases: 409. Invocations that wait or run end as
+  ///   failed, and their responders see cancelled(). Graphs of Worlds are not concerned.
+  /// - `release` needs the right security::Right::release, and a time until which it is valid. It succeeds when its
+  ///   lambda has, and `state` then says false within a second; else it fails with 409, and the Thing remains stopped.
+  ///   A stop fails each release that was sent before it.
+  ///
+  /// @param state    a callable `bool()`, or a handle of a Property of bool of the same Thing: true while it is stopped
+  /// @param release  the Action of the same Thing that ends the stop; empty: only the robot itself does
+  /// @par Errors  invalid_option, from Server::add(): see stop(); the Property or the release belongs to another Thing;
+  ///              the Thing has a stop state already; the release is a stop
+  /// @par Threads  `state` runs where the Thing's Dispatch says. A Property may have another: then that counts.
+  template <class State>
+  Action& stop(State state, const Action& release = Action()) {
+    if constexpr (std::is_same_v<State, PushedProperty<bool>> || std::is_same_v<State, PulledProperty<bool>>) {
+      if (is_editable("stop")) set_stop_state(not_empty(state), release);
+    } else if constexpr (std::is_invocable_r_v<bool, State&>) {
+      if (is_editable("stop")) set_stop_state(UniqueFunction<bool()>([state = std::move(state)]() mutable -> bool { return state(); }), release);
+    } else {
+      static_assert(rdf::detail::always_false<State>,
+                    "lrt: stop expects what says whether the robot is stopped: a callable that returns bool, or a Property of bool");
+    }
+    return *this;
+  }
 
   /// Requires that each invocation says until when it is worth carrying out (the request field Valid-Until): without it
   /// the response is 428, and says how curl sends it. lrt::Client, the command `lrt` and the console page always do. A

@@ -29,6 +29,7 @@ enum class Right : std::uint8_t {
   invoke = 4,     ///< invokes an Action, and cancels or deletes its invocations
   subscribe = 8,  ///< makes a WebSocket, event stream or web callback, and cancels its own subscriptions
   manage = 16,    ///< sees and cancels the subscriptions of others
+  release = 32,   ///< ends a stop, by the Action that Action::stop() names
 };
 
 /// A set of rights: `Right::read | Right::subscribe`.
@@ -37,7 +38,7 @@ class Rights {
   constexpr Rights() noexcept = default;
   /// A set of one right.
   constexpr Rights(Right right) noexcept : bits_(static_cast<std::uint8_t>(right)) {}                         // NOLINT: one right is a set
-  static constexpr Rights all() noexcept { return Rights(std::uint8_t{0x1F}); }                               ///< every right
+  static constexpr Rights all() noexcept { return Rights(std::uint8_t{0x3F}); }                               ///< every right
   constexpr bool has(Right right) const noexcept { return (bits_ & static_cast<std::uint8_t>(right)) != 0; }  ///< whether it contains a right
   constexpr bool empty() const noexcept { return bits_ == 0; }                                                ///< whether it contains no right
   constexpr std::uint8_t bits() const noexcept { return bits_; }                                              ///< the values of Right, added
@@ -102,7 +103,7 @@ class View;
 /// Reads rules from Turtle (Web Access Control): each acl:Authorization with acl:accessTo or acl:default (`</arm>`, a
 /// path of the server), acl:agent (`<#anna>`, the principal of that name; any other IRI is a name as a whole),
 /// acl:agentGroup (`<#operator>`, the role) or acl:agentClass (foaf:Agent, acl:AuthenticatedAgent), and acl:mode:
-/// acl:Read, acl:Write, acl:Control (Right::manage), lrt:Invoke, lrt:Subscribe.
+/// acl:Read, acl:Write, acl:Control (Right::manage), lrt:Invoke, lrt:Release, lrt:Subscribe.
 /// @par Errors   expected_rdf; invalid_option: names the authorization and what is wrong with it
 /// @par Threads  Any.
 LRT_API Result<std::vector<Rule>> parse_rules(std::string_view turtle);

@@ -32,7 +32,7 @@ std::optional<http::Response> CommandRules::judge(Context& context) const {
   context.expiry = std::get<Expiry>(read);
   if (auto response = lacks_expiry(context)) return response;
   if (context.expiry.is_late(context.now.steady) || context.expiry.begins_late(context.now.steady)) return refused(context, Refusal::late);
-  return std::nullopt;
+  return judge_stop(context, responses_);
 }
 
 std::optional<http::Response> CommandRules::lacks_expiry(const Context& context) const {
@@ -50,11 +50,15 @@ std::optional<http::Response> CommandRules::lacks_expiry(const Context& context)
 }
 
 SharedCheck CommandRules::judge_before_call(const Context& context) const {
-  if (!context.expiry.valid_until && !context.expiry.start_before) return nullptr;
-  return std::make_shared<CommandCheck>(time_.clock(), context.expiry);
+  const Resource& resource = *context.resource;
+  const model::ResourceSpec* const command = resource.command();
+  auto stops = command ? holds_of(*resource.thing, *command) : std::vector<std::shared_ptr<const StopHold>>();
+  if (!context.expiry.valid_until && !context.expiry.start_before && stops.empty()) return nullptr;
+  return std::make_shared<CommandCheck>(time_.clock(), context.expiry, std::move(stops));
 }
 
 http::Response CommandRules::refused(const Context& context, Refusal why) const {
+  if (why == Refusal::stopped) return refused_by_stop(context, responses_);
   const BodyFault what = fault(why);
   http::Response response = responses_.problem(context, {what.status, what.detail, {}, std::string(what.type)});
   response.denial = what.denial;
@@ -70,7 +74,7 @@ BodyFault CommandRules::fault(Refusal why) {
 }
 
 std::string CommandRules::reason(Refusal why) {
-  (void)why;
+  if (why == Refusal::stopped) return "the robot was stopped";
   return "it was to begin before a time that has passed";
 }
 

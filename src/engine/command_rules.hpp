@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include <lrt/base/result.hpp>
 #include <lrt/engine/engine.hpp>
@@ -14,17 +16,20 @@
 #include "src/engine/context.hpp"
 #include "src/engine/expiry.hpp"
 #include "src/engine/responses.hpp"
+#include "src/engine/stop_state.hpp"
 
 namespace lrt::engine {
 inline namespace v0 {
 
 /// Why a command is not carried out although its sender may send it and its body is right.
-enum class Refusal : std::uint8_t { none, late };
+enum class Refusal : std::uint8_t { none, late, stopped };
 
 /// What is judged once more just before the host's lambda runs, because the command has waited for the host since. Each rule has a member here.
 class CommandCheck {
  public:
-  CommandCheck(const Clock& clock, const Expiry& expiry) : expiry_(clock, expiry) {}
+  /// @param stops  the stop states that the command is subject to
+  CommandCheck(const Clock& clock, const Expiry& expiry, std::vector<std::shared_ptr<const StopHold>> stops)
+      : expiry_(clock, expiry), stops_(std::move(stops)) {}
 
   /// Judges the command. The thread of the lambda calls it once, just before the lambda. Does not lock or allocate.
   bool passes() noexcept {
@@ -37,9 +42,13 @@ class CommandCheck {
   ExpiryCheck& expiry() noexcept { return expiry_; }
 
  private:
-  Refusal judge() noexcept { return expiry_.passes() ? Refusal::none : Refusal::late; }
+  Refusal judge() noexcept {
+    if (!expiry_.passes()) return Refusal::late;
+    return std::any_of(stops_.begin(), stops_.end(), [](const auto& stop) { return stop->holds(); }) ? Refusal::stopped : Refusal::none;
+  }
 
   ExpiryCheck expiry_;
+  const std::vector<std::shared_ptr<const StopHold>> stops_;
   Refusal refusal_ = Refusal::none;
 };
 
@@ -60,7 +69,7 @@ Result<T> call_if_passes(const SharedCheck& check, F lambda) {
 bool requires_expiry(const Resource& resource) noexcept;
 
 /// Judges commands: requests that would change something. Their sender may send them (AccessControl has judged that before). The rules are asked in this
-/// order, and each has a file of its own: expiry.
+/// order, and each has a file of its own: expiry, stop_state.
 ///
 /// A command is judged at two moments: judge() on the engine's thread, when its header section is complete and when its body is; judge_before_call() just
 /// before the host's lambda runs. A stop and the cancelling of an invocation always pass.

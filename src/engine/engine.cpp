@@ -317,6 +317,7 @@ Result<void> Engine::Impl::add(std::vector<Thing> things) {
     }
     added.push_back(std::move(path));
   }
+  if (parts.stops) parts.stops->report(added);
   parts.saved.resume();
   // Observers of the structure are notified in the transport's next turn.
   if (!parts.subscriptions.empty()) parts.calls.inbox()->put([](TimePoint) {});
@@ -391,6 +392,7 @@ std::optional<Reply> Engine::next_reply(TimePoint now) {
     impl_->take_messages(now);
     parts.pending.expire(now);
     parts.invocations.expire(now);
+    if (parts.stops && !impl_->stopped) parts.stops->advance(now);
     if (parts.queries && !impl_->stopped) parts.queries->advance(now);
   } catch (const std::exception& e) { parts.responses.log(LogLevel::error, std::string("internal error while making a response: ") + e.what()); }
   return parts.pending.take_reply();
@@ -401,7 +403,9 @@ std::optional<std::chrono::steady_clock::time_point> Engine::next_deadline() con
   if (!parts.calls.inbox()->empty()) return std::chrono::steady_clock::time_point{};  // guest engines check deadlines themselves
   auto first = parts.pending.next_deadline();
   const auto of_queries = parts.queries ? parts.queries->next_deadline() : std::nullopt;
-  for (const auto& other : {parts.invocations.next_deadline(), parts.subscriptions.next_deadline(), parts.scanner.next_deadline(), of_queries})
+  const auto of_stops = parts.stops ? parts.stops->next_deadline() : std::nullopt;
+  for (const auto& other :
+       {parts.invocations.next_deadline(), parts.subscriptions.next_deadline(), parts.scanner.next_deadline(), of_queries, of_stops})
     if (other && (!first || *other < *first)) first = other;
   return first;
 }

@@ -90,6 +90,7 @@ Outcome Invocations::invoke(ActionResource& action, Context& context) {
   invocation.created = context.now.utc;
   action.invocations.push_back(std::move(made));
   action.mark_changed();
+  if (is_stop && stops_) stops_->sent(action, context);
   try {
     if (must_queue) wait_in_queue(invocation);
     else launch(invocation, context.now);
@@ -223,13 +224,47 @@ void Invocations::respond_to(const std::vector<WaitingRequest>& requests, TimePo
 }
 
 void Invocations::finished(InvocationResource& invocation, Result<rdf::Value> result, TimePoint now) {
-  if (invocation.finished()) return;
+  if (invocation.finished() || invocation.is_concluding) return;
   if (result && invocation.action.spec->output && has_nameless(*invocation.action.spec->output, *result))
     result = unexpected(Errc::failed, "an enumerator in the output has no name; give it one in the traits of its enum");
+  invocation.result = std::move(result);
+  if (!invocation.result || !invocation.action.spec->releases || !stops_) return conclude(invocation, now);
+  invocation.is_concluding = true;
+  stops_->released(invocation, now);
+}
+
+void Invocations::conclude(InvocationResource& invocation, TimePoint now) {
+  const Result<rdf::Value>& result = invocation.result;
   invocation.status = result ? Status::succeeded : Status::failed;
   invocation.progress = result ? 1 : invocation.control->fraction();
   if (!result) responses_.log(LogLevel::info, invocation.path + " failed: " + result.error().message);
-  invocation.result = std::move(result);
+  ended(invocation, now);
+}
+
+void Invocations::conclude_release(InvocationResource& release, bool ends, TimePoint now) {
+  if (release.finished()) return;
+  if (ends) return conclude(release, now);
+  respond_to(std::exchange(release.waiting, {}), now, [&](const Context& context) { return rules_.refused(context, Refusal::stopped); });
+  release.result = unexpected(Errc::refused, "the robot says that it is still stopped");
+  conclude(release, now);
+}
+
+/// Those in the queue first, so that none begins in place of one that has ended.
+void Invocations::end_by_stop(ActionResource& action, TimePoint now) {
+  std::vector<InvocationResource*> open;
+  for (const auto& i : action.invocations)
+    if (!i->finished()) open.push_back(i.get());
+  std::stable_partition(open.begin(), open.end(), [](const InvocationResource* i) { return !i->token; });
+  for (InvocationResource* i : open) end_by_stop(*i, now);
+}
+
+void Invocations::end_by_stop(InvocationResource& invocation, TimePoint now) {
+  leave_queue(invocation);
+  cancel_on_host(invocation);
+  invocation.progress = invocation.control->fraction();
+  invocation.status = Status::failed;
+  invocation.result = unexpected(Errc::refused, CommandRules::reason(Refusal::stopped));
+  respond_to(std::exchange(invocation.waiting, {}), now, [&](const Context& context) { return rules_.refused(context, Refusal::stopped); });
   ended(invocation, now);
 }
 
@@ -273,6 +308,7 @@ void Invocations::ended(InvocationResource& invocation, TimePoint now) {
   if (invocation.token) --action.active;
   respond_to(std::exchange(invocation.waiting, {}), now, [&](const Context& context) { return response_for(context, invocation); });
   start_deadlines_.clear(invocation.start_deadline);
+  if (action.spec->stop && stops_) stops_->ended(action, now);
   launch_next(action, now);
   prune(action);
 }

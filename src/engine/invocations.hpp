@@ -18,6 +18,7 @@
 #include "src/engine/registry.hpp"
 #include "src/engine/representations.hpp"
 #include "src/engine/resources/action.hpp"
+#include "src/engine/stop_states.hpp"
 
 namespace lrt::engine {
 
@@ -25,7 +26,8 @@ namespace lrt::engine {
 class Invocations {
  public:
   Invocations(const EngineOptions& options, Registry& registry, HostCalls& calls, PendingRequests& pending, const Responses& responses,
-              const CommandRules& rules, Representations& representations, Bodies& bodies, ChangeScanner& scanner)
+              const CommandRules& rules, Representations& representations, Bodies& bodies, ChangeScanner& scanner,
+              const std::unique_ptr<StopStates>& stops)
       : options_(options),
         registry_(registry),
         calls_(calls),
@@ -34,7 +36,8 @@ class Invocations {
         rules_(rules),
         representations_(representations),
         bodies_(bodies),
-        scanner_(scanner) {}
+        scanner_(scanner),
+        stops_(stops) {}
 
   /// POST to an Action.
   Outcome invoke(ActionResource& action, Context& context);
@@ -42,6 +45,10 @@ class Invocations {
   Outcome remove(InvocationResource& invocation, Context& context);
   /// The Action is removed. Requests that wait for its invocations get 404.
   void removed(ActionResource& action, TimePoint now);
+  /// A stop ends those of an Action that wait or run: they fail.
+  void end_by_stop(ActionResource& action, TimePoint now);
+  /// An invocation of a release has ended the stop, or not.
+  void conclude_release(InvocationResource& release, bool ends, TimePoint now);
   /// The engine stops: invocations that the host has not started never start.
   void stop();
 
@@ -60,6 +67,8 @@ class Invocations {
   void finished(InvocationResource& invocation, Result<rdf::Value> result, TimePoint now);
   void cancel_on_host(InvocationResource& invocation);
   void cancel(InvocationResource& invocation, TimePoint now);
+  void end_by_stop(InvocationResource& invocation, TimePoint now);
+  void conclude(InvocationResource& invocation, TimePoint now);
   void never_begun(InvocationResource& invocation, Refusal why, TimePoint now);
   void set_start_deadline(InvocationResource& invocation);
   bool accept(InvocationResource& invocation);
@@ -86,6 +95,7 @@ class Invocations {
   Representations& representations_;
   Bodies& bodies_;
   ChangeScanner& scanner_;
+  const std::unique_ptr<StopStates>& stops_;
   DeadlineQueue<ResourceId> start_deadlines_;  ///< the time by which an invocation must start
   ClientCounts clients_;                       ///< clients with unfinished invocations
 };

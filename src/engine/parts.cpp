@@ -46,6 +46,12 @@ Error path_taken(const std::string& path, const Resource& holder) {
   return {Errc::duplicate_path, std::move(message)};
 }
 
+const model::StopStateSpec* stop_state_of(const model::ThingSpec& thing) noexcept {
+  for (const auto& a : thing.actions)
+    if (a->stop_state) return a->stop_state.get();
+  return nullptr;
+}
+
 ObservableResource observable(const Resource& resource) {
   return {static_cast<std::uint64_t>(resource.id), resource.path, resource.kind().name, resource.observable()->wants_queues()};
 }
@@ -94,7 +100,7 @@ Parts::Parts(EngineOptions given)
       subscriptions(receiver_parts, subscription_requests, registry, representations, values, scanner),
       access(options, bases, cors, responses, callback_rules, subscription_requests),
       saved(options, registry, bases, responses, callback_rules, subscriptions, saves, clock),
-      invocations(options, registry, calls, pending, responses, rules, representations, bodies, scanner),
+      invocations(options, registry, calls, pending, responses, rules, representations, bodies, scanner, stops),
       tree("/all", nullptr, &registry),
       root(registry, TermsResource::location, tree, options.sessions ? SessionResource::location : "",
            options.query ? options.query->limits().path : ""),
@@ -162,16 +168,21 @@ Result<void> Parts::add(Thing thing) {
     a->seal();
     a->availability.attach(scanner.availability_signal());
   }
-  for (const auto& a : node.actions) a->take_availability();
   for (const auto& c : node.spec->collections) c->seal();
   vocabulary.add(*node.spec);
   registry.add_thing(*std::move(built));
+  for (const auto& a : node.actions) a->take_availability();  // now that it has its place in the tree
   for (const auto& p : node.properties) values.take_published(*p);  // what was published before
   node.self.attach(*this);
+  if (const model::StopStateSpec* const declared = stop_state_of(*node.spec)) {
+    if (!stops) stops = StopExtension::of(*declared).make(*this);
+    stops->add(node);
+  }
   return {};
 }
 
 void Parts::remove(ThingNode& thing) {
+  if (thing.stop_state) stops->remove(thing);
   for (const auto& p : thing.properties) p->removed(*this);
   for (const auto& a : thing.actions) invocations.removed(*a, clock.now());
   for (const auto& c : thing.collections) c->removed(*this);

@@ -37,6 +37,7 @@
 #include "src/engine/resources/tree.hpp"
 #include "src/engine/responses.hpp"
 #include "src/engine/saved_subscriptions.hpp"
+#include "src/engine/stop_states.hpp"
 #include "src/engine/subscribers.hpp"
 #include "src/engine/subscription_requests.hpp"
 #include "src/engine/subscriptions.hpp"
@@ -99,6 +100,7 @@ struct Parts {
   Subscriptions subscriptions;                 ///< subscriptions that begin, take messages and end
   const AccessControl access;                  ///< who may send a request
   SavedSubscriptions saved;                    ///< callbacks over a restart
+  std::unique_ptr<StopStates> stops;           ///< which Things are stopped; nullptr: none says it
   Invocations invocations;                     ///< the life of commands
   TreeResource tree;                           ///< all Things as one document
   RootResource root;

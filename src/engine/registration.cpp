@@ -20,6 +20,7 @@
 #include "src/engine/enumerators.hpp"
 #include "src/engine/named_blank.hpp"
 #include "src/engine/resources/action.hpp"
+#include "src/engine/stop_states.hpp"
 #include "src/engine/variants.hpp"
 #include "src/rdf/plain.hpp"
 #include "src/rdf/words.hpp"
@@ -343,6 +344,9 @@ Result<std::unique_ptr<ThingNode>> build_thing(std::unique_ptr<model::ThingSpec>
   if (!spec) return unexpected(Errc::closed, "Server::add(): expected a Thing, found one that was moved from; make a new Thing");
   if (spec->first_error) return Unexpected{*spec->first_error};
   if (Result<void> checked = check(*spec); !checked) return Unexpected{std::move(checked).error()};
+  for (const auto& a : spec->actions)
+    if (a->stop_state)
+      if (Result<void> made = StopExtension::of(*a->stop_state).complete(*spec); !made) return Unexpected{std::move(made).error()};
   const std::string path = "/" + spec->path;
   Result<rdf::Graph> statements = read_documents(spec->turtle, path, "thing \"" + spec->path + "\", its Turtle", true);
   if (!statements) return Unexpected{std::move(statements).error()};

@@ -200,6 +200,9 @@ class Resource {
   /// The fragment of the shape for its bodies, "rotation" or "actions/rotate/input".
   virtual std::string input_shape() const { return {}; }
 
+  /// What the user has registered, if commands to this resource may move the robot; nullptr: they do not.
+  virtual const model::ResourceSpec* command() const noexcept { return nullptr; }
+
   /// Whether an audience with rights at its path may know of it.
   virtual bool is_shown_to(const Audience& audience) const {
     (void)audience;

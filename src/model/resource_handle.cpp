@@ -104,6 +104,7 @@ rdf::Facets& ResourceSetup::facets_of() noexcept {
 }
 void ResourceSetup::set_dispatch(Dispatch where) noexcept { spec_->dispatch = where; }
 void ResourceSetup::set_max_body_bytes(std::size_t n) noexcept { spec_->max_body_bytes = n; }
+void ResourceSetup::set_harmless() noexcept { spec_->harmless = true; }
 void ResourceSetup::add_predicate(std::string iri) { spec_->predicates.push_back(std::move(iri)); }
 void ResourceSetup::add_class(std::string iri) { spec_->classes.push_back(std::move(iri)); }
 void ResourceSetup::add_text(Iri predicate, std::string text, std::string language) {

@@ -72,6 +72,8 @@ struct ResourceSpec {
   std::optional<std::size_t> max_body_bytes;  ///< nullopt: what the type needs
   const Kind kind;
   std::optional<Dispatch> dispatch;  ///< nullopt: as the thing
+  bool harmless = false;             ///< stays available while the thing is stopped
+  bool is_generated = false;         ///< lrt made it: the user's names have precedence
   std::atomic<bool> sealed{false};   ///< registered: set-up calls of the handle have no effect
 
   /// Its usual path below the root: "/arm/angle", "/arm/actions/turn".
@@ -113,6 +115,21 @@ struct EffectSpec {
   std::optional<rdf::Value> value{};
 };
 
+/// What the engine has for stop states. It derives its own from this, and only the functions that declare a stop state name that: a linker leaves out
+/// of a program without one what only these need.
+class StopExtension {
+ protected:
+  ~StopExtension() = default;
+};
+
+/// A stop state that the user has declared.
+struct StopStateSpec {
+  const StopExtension& extension;
+  UniqueFunction<bool()> read;             ///< empty: `property`
+  std::shared_ptr<ResourceSpec> property;  ///< of bool; null: `read`
+  std::shared_ptr<ResourceSpec> release;   ///< null: none
+};
+
 struct ActionSpec : ResourceSpec {
   ActionSpec() noexcept : ResourceSpec(Kind::action) {}
   const rdf::Type* input = nullptr;   ///< nullptr: no input
@@ -120,8 +137,10 @@ struct ActionSpec : ResourceSpec {
   rdf::Facets facets, output_facets;  ///< of the input and of the output
   ActionPolicy policy;
   bool asynchronous = false;
-  bool stop = false;             ///< Action::stop()
-  bool requires_expiry = false;  ///< Action::requires_expiry()
+  bool stop = false;                          ///< Action::stop()
+  bool releases = false;                      ///< it ends a stop
+  bool requires_expiry = false;               ///< Action::requires_expiry()
+  std::shared_ptr<StopStateSpec> stop_state;  ///< of a stop; null: none is declared
   Availability availability;
   std::vector<EffectSpec> effects;
   std::vector<std::string> effect_turtle;                    ///< documents; their base is the action

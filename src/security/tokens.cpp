@@ -73,7 +73,7 @@ Result<std::vector<std::string>> roles_in(std::string_view word) {
 
 Roles default_roles() {
   return {{"reader", Right::read | Right::subscribe},
-          {"operator", Right::read | Right::write | Right::invoke | Right::subscribe},
+          {"operator", Right::read | Right::write | Right::invoke | Right::subscribe | Right::release},
           {"administrator", Rights::all()}};
 }
 

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include <lrt/base/abi.hpp>
+#include <lrt/base/unique_function.hpp>
 #include <lrt/model/detail/callables.hpp>
 #include <lrt/model/dispatch.hpp>
 #include <lrt/model/statement.hpp>
@@ -76,6 +77,7 @@ class LRT_API ResourceSetup {
   rdf::Facets& facets_of() noexcept;
   void set_dispatch(Dispatch where) noexcept;
   void set_max_body_bytes(std::size_t n) noexcept;
+  void set_harmless() noexcept;
   void add_predicate(std::string iri);
   void add_class(std::string iri);
   void add_statement(std::string predicate, Object object);
@@ -148,6 +150,11 @@ class LRT_API ActionSetup : public ResourceSetup {
   void set_policy(ActionPolicy policy) noexcept;
   void set_stop() noexcept;
   void set_requires_expiry() noexcept;
+  /// @{
+  /// Declares a stop state.
+  void set_stop_state(UniqueFunction<bool()> state, const ResourceSetup& release);
+  void set_stop_state(const ResourceSetup& property, const ResourceSetup& release);
+  /// @}
   void merge_field_facets(std::string_view field, const rdf::Facets& facets);
   /// @param from_input  nullptr: any other value
   void add_effect(const ResourceSetup& property, const FromInput* from_input);
@@ -242,6 +249,13 @@ class ResourceHandle : public Setup {
   /// type needs (engine::Limits::max_scalar_body_bytes). transport::Limits::max_body_bytes also applies.
   Self& max_body_bytes(std::size_t n) {
     if (this->is_editable("max_body_bytes")) this->set_max_body_bytes(n);
+    return self();
+  }
+
+  /// States that what clients command here moves nothing: it stays available while the Thing, or one above it, is stopped
+  /// (Action::stop). Examples: to switch on a lamp, to save a log, to set a name. Without a stop state it has no effect.
+  Self& harmless() {
+    if (this->is_editable("harmless")) this->set_harmless();
     return self();
   }
 

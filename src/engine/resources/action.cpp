@@ -22,6 +22,7 @@
 #include "src/engine/resources/blueprint.hpp"
 #include "src/engine/resources/property.hpp"
 #include "src/engine/resources/thing.hpp"
+#include "src/engine/stop_state.hpp"
 #include "src/rdf/plain.hpp"
 
 namespace lrt::engine {
@@ -347,6 +348,7 @@ void ActionResource::describe_types(About& about, const Description&) const {
   about.a(vocab::hybrit::Action);
   if (spec->asynchronous) about.a(vocab::hybrit::AsynchronousAction);
   if (spec->stop) about.a(vocab::lrt_::StopAction);
+  if (spec->releases) about.a(vocab::lrt_::ReleaseAction);
   about.a(spec->classes);
 }
 
@@ -357,6 +359,7 @@ void ActionResource::summarize(Overview& o) const {
   o.json("asynchronous", spec->asynchronous ? "true" : "false");
   if (spec->stop) o.json("stop", "true");
   if (requires_expiry(*this)) o.json("requiresExpiry", "true");
+  if (spec->releases) o.json("release", "true");
   o.text("unavailable", unavailable);
 }
 
@@ -410,6 +413,8 @@ bool ActionResource::take_availability() {
   std::string_view now = reason ? reason : "";
   now = now.substr(0, utf8::find_invalid(now).value_or(now.size()));
   if (reason && now.empty()) now = "not available";
+  const std::string of_stop = reason_of_stop(*thing, *spec);
+  if (!of_stop.empty()) now = of_stop;
   if (now == unavailable) return false;
   unavailable = now;
   return true;

@@ -74,6 +74,7 @@ class InvocationResource final : public ValueResource {
   DeadlineQueue<ResourceId>::Place start_deadline;
   std::chrono::steady_clock::time_point host_deadline{};  ///< by which the host must have started it, once there is a call
   std::vector<WaitingRequest> waiting;
+  bool is_concluding = false;  ///< its lambda has succeeded, and the host is asked whether the robot is still stopped
   ClientCounts::Share share;  ///< of its client, until it has ended
 };
 
@@ -97,8 +98,10 @@ class ActionResource final : public Resource {
     static constexpr ResourceKind usual{"action", Trait::plain_bodies, &observable, security::Right::invoke};
     static constexpr ResourceKind stop{"action", Trait::plain_bodies | Trait::stop, &observable, security::Right::invoke};
     static constexpr ResourceKind expiring{"action", Trait::plain_bodies | Trait::requires_expiry, &observable, security::Right::invoke};
-    return spec->stop ? stop : spec->requires_expiry ? expiring : usual;
+    static constexpr ResourceKind release{"action", Trait::plain_bodies | Trait::requires_expiry, &observable, security::Right::release};
+    return spec->stop ? stop : spec->releases ? release : spec->requires_expiry ? expiring : usual;
   }
+  const model::ResourceSpec* command() const noexcept override { return spec.get(); }
   void summarize(Overview& o) const override;
   void overview(Overview& o) const override;
   std::uint64_t state(std::uint64_t structure) const noexcept override { return structure + revision; }

@@ -10,6 +10,7 @@
 #include "src/engine/overview.hpp"
 #include "src/engine/parts.hpp"
 #include "src/engine/resources/thing.hpp"
+#include "src/engine/stop_state.hpp"
 
 namespace lrt::engine {
 inline namespace v0 {
@@ -96,6 +97,8 @@ void MemberResource::summarize(Overview& o) const {
   if (const Result<std::string> json = rdf::write_plain(*collection.spec->type, collection.spec->facets, value, rdf::Plain::json))
     o.json("value", *json);
 }
+
+const model::ResourceSpec* MemberResource::command() const noexcept { return collection.spec.get(); }
 
 std::string MemberResource::up() const { return collection.path; }
 
@@ -191,6 +194,8 @@ void CollectionResource::describe(const Description& d) const {
 
 void CollectionResource::describe_controls(About& about, const Description& d) const {
   Resource::describe_controls(about, d);
+  if (!methods().post) return;
+  if (const std::string reason = reason_of_stop(*thing, *spec); !reason.empty()) about.add(vocab::lrt_::unavailable, rdf::literal(reason));
   if (d.audience.methods(*this).post)
     describe_binding(about, d, *this, vocab::http_methods::POST, {rdf::target_class(*spec->type, d.engine.vocabulary(d.base))});
 }
@@ -200,6 +205,7 @@ void CollectionResource::describe_types(About& about, const Description&) const 
 void CollectionResource::summarize(Overview& o) const {
   o.described(spec->statements, spec->classes, nullptr);
   o.schema("schema", spec->type, spec->facets);
+  if (methods().post) o.text("unavailable", reason_of_stop(*thing, *spec));
 }
 
 void CollectionResource::overview(Overview& o) const { o.members("members", *this); }

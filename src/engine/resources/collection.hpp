@@ -32,6 +32,7 @@ class MemberResource final : public ValueResource {
     static constexpr ResourceKind kind{"member"};
     return kind;
   }
+  const model::ResourceSpec* command() const noexcept override;
   void summarize(Overview& o) const override;
   const Variants& variants() const override { return value_variants(); }
   std::optional<PlainValue> plain_value(const Audience& audience) const override;
@@ -65,6 +66,7 @@ class CollectionResource final : public Resource, public Container {
     static constexpr ResourceKind kind{"collection", Trait::plain_bodies};
     return kind;
   }
+  const model::ResourceSpec* command() const noexcept override { return spec.get(); }
   void summarize(Overview& o) const override;
   void overview(Overview& o) const override;
   std::uint64_t state(std::uint64_t) const noexcept override { return revision; }

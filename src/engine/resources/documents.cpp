@@ -12,7 +12,9 @@
 #include "src/engine/resources/action.hpp"
 #include "src/engine/resources/collection.hpp"
 #include "src/engine/resources/dataset.hpp"
+#include "src/engine/resources/property.hpp"
 #include "src/engine/resources/thing.hpp"
+#include "src/engine/stop_state.hpp"
 #include "src/engine/terms.hpp"
 #include "src/engine/vocabulary.hpp"
 
@@ -36,7 +38,18 @@ void RootResource::describe(const Description& d) const {
     about.link(vocab::lrt_::stop, d.base + stop->path);
     describe_types_of(*stop, d);
   }
+  for (const StopState* state : stop_states()) {
+    about.link(vocab::lrt_::stopState, d.base + state->shown.path);
+    state->shown.describe(d);
+  }
   describe_container(about, *this, d);
+}
+
+std::vector<const StopState*> RootResource::stop_states() const {
+  std::vector<const StopState*> all;
+  for (const auto& entry : registry_.things())
+    if (entry.second->stop_state) all.push_back(entry.second->stop_state);
+  return all;
 }
 
 std::vector<const ActionResource*> RootResource::stops() const {
@@ -61,6 +74,7 @@ void RootResource::overview(Overview& o) const {
     for (const ActionResource* stop : all) o.link({}, *stop);
     o.end_array();
   }
+  write_stop_states(o, stop_states());
   o.members("things", *this);
 }
 

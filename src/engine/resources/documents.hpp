@@ -11,6 +11,7 @@ namespace lrt::engine {
 inline namespace v0 {
 
 class ActionResource;
+struct StopState;
 
 /// "/": the list of Things (R0.4).
 class RootResource final : public Resource, public Container {
@@ -34,6 +35,7 @@ class RootResource final : public Resource, public Container {
 
  private:
   std::vector<const ActionResource*> stops() const;
+  std::vector<const StopState*> stop_states() const;
 
   const Registry& registry_;
   const std::string terms_;

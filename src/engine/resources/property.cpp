@@ -9,15 +9,17 @@
 #include "src/engine/description.hpp"
 #include "src/engine/overview.hpp"
 #include "src/engine/parts.hpp"
+#include "src/engine/resources/action.hpp"
 #include "src/engine/resources/thing.hpp"
+#include "src/engine/stop_state.hpp"
 #include "src/rdf/named_cells.hpp"
 
 namespace lrt::engine {
 
 PropertyResource::PropertyResource(std::string its_path, ThingNode* its_thing, std::shared_ptr<model::PropertySpec> s)
-    : ValueResource(std::move(its_path), its_thing),
+    : ValueResource(its_path, its_thing, s->is_generated ? its_path.size() : 0),
       spec(std::move(s)),
-      promises_value((spec->read || (spec->slot && spec->slot->has_change())) && !spec->octets && !spec->file) {
+      promises_value((spec->is_generated || spec->read || (spec->slot && spec->slot->has_change())) && !spec->octets && !spec->file) {
   if (spec->octets || !spec->representations.empty()) own_variants_ = std::make_unique<const Variants>(variants_of(*spec));
 }
 
@@ -41,10 +43,14 @@ void PropertyResource::describe(const Description& d) const {
   if (spec->frame) about.add(frame_predicate(*spec->type), object_term(d.graph, *spec->frame, d.base));
   about.statements(spec->statements, d.base);
   describe_formats(about, d);
+  if (const StopState* const state = spec->is_generated ? thing->stop_state : nullptr; state && state->release)
+    about.link(vocab::lrt_::release, d.base + state->release->path);
 }
 
 void PropertyResource::describe_controls(About& about, const Description& d) const {
   Resource::describe_controls(about, d);
+  if (!methods().put) return;
+  if (const std::string reason = reason_of_stop(*thing, *spec); !reason.empty()) about.add(vocab::lrt_::unavailable, rdf::literal(reason));
   if (d.audience.methods(*this).put)
     describe_binding(about, d, *this, vocab::http_methods::PUT, {rdf::target_class(*spec->type, d.engine.vocabulary(d.base))});
 }
@@ -59,6 +65,7 @@ void PropertyResource::summarize(Overview& o) const {
   o.described(spec->statements, spec->classes, spec->type);
   o.schema("schema", spec->type, spec->facets);
   if (spec->frame) o.text("frame", o.iri(*spec->frame));
+  if (methods().put) o.text("unavailable", reason_of_stop(*thing, *spec));
   std::vector<std::string> formats;
   for (const model::RepresentationSpec& r : spec->representations) formats.push_back(r.media_type);
   if (spec->octets) formats.emplace_back(rdf::media_type(rdf::Plain::octets));

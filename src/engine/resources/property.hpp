@@ -42,6 +42,7 @@ class PropertyResource final : public ValueResource {
     static constexpr ResourceKind kind{"property", Trait::fixed_links | Trait::plain_bodies, &observable};
     return kind;
   }
+  const model::ResourceSpec* command() const noexcept override { return in_graph ? nullptr : spec.get(); }
   void summarize(Overview& o) const override;
   const Variants& variants() const override { return own_variants_ ? *own_variants_ : value_variants(); }
   std::optional<PlainValue> plain_value(const Audience&) const override { return PlainValue{spec->type, &spec->facets, &value}; }

@@ -16,6 +16,7 @@
 #include "src/engine/resources/collection.hpp"
 #include "src/engine/resources/kind.hpp"
 #include "src/engine/resources/property.hpp"
+#include "src/engine/stop_state.hpp"
 #include "src/engine/vocabulary.hpp"
 #include "src/engine/world_extension.hpp"
 
@@ -96,6 +97,7 @@ void ThingResource::overview(Overview& o) const {
   if (node.bounds) o.link("boundsBlueprint", *node.bounds);
   if (node.adds_shapes()) o.link("ownBlueprint", node.blueprint);
   o.link("subscriptions", node.subscriptions);
+  write_stop_states(o, stop_states_of(node));
   o.links("properties", node.properties);
   o.links("actions", node.available_actions());
   o.links("collections", node.collections);

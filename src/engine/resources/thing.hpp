@@ -26,6 +26,7 @@ class BoundsResource;
 class CollectionResource;
 class KindResource;
 class PropertyResource;
+struct StopState;
 
 /// A Thing: links, the types of what it links to, and static triples, without values (SPEC 2).
 class ThingResource : public Resource {
@@ -163,6 +164,7 @@ struct ThingNode {
   ThinVector<std::unique_ptr<ActionResource>> actions;
   ThinVector<std::unique_ptr<CollectionResource>> collections;
   KindResource* kind = nullptr;      ///< set while it is registered
+  const StopState* stop_state = nullptr;  ///< StopStates'; nullptr: none is declared
   BoundsResource* bounds = nullptr;  ///< set with the kind; null: no number has bounds
   ThingNode* parent = nullptr;       ///< nullptr: below the root
   ThinVector<ThingNode*> children;   ///< in the order of registration
