@@ -134,6 +134,12 @@ class Client {
   Response post(const std::string& path, const std::string& turtle = {}, const std::string& fields = {}) {
     return shown("POST", path, turtle, fields);
   }
+  /// The header field that makes a command valid for a time from now on, by the clock of the server.
+  std::string valid_for(std::chrono::milliseconds time) const {
+    const std::string now = ask("HEAD", "/", {}, {}).field("Robot-Time");
+    const std::size_t slash = std::min(now.find('/'), now.size() - 1);
+    return "Valid-Until: " + now.substr(0, slash + 1) + std::to_string(std::stoll(now.substr(slash + 1)) + time.count()) + "\r\n";
+  }
   Response remove(const std::string& path) { return shown("DELETE", path, {}, {}); }
   /// PATCH in SPARQL 1.1 Update, with the prefixes declared.
   Response patch(const std::string& path, const std::string& update) {
@@ -262,6 +268,8 @@ class Client {
   void print(const std::string& method, const std::string& path, const std::string& turtle, const std::string& fields, const Response& response) {
     std::string text = method + " " + without_base(path) + "\n" + fields;
     if (const std::size_t tag = text.find('"'); tag != std::string::npos) text.replace(tag, text.find('"', tag + 1) - tag + 1, "<tag>");
+    if (const std::size_t until = text.find("Valid-Until: "); until != std::string::npos)
+      text.replace(until, text.find('\r', until) - until, "Valid-Until: <time>");
     if (!turtle.empty()) text += "  " + turtle + "\n";
     text += response.header.substr(9, response.header.find("\r\n") - 9) + "\n";  // without "HTTP/1.1 "
     for (const std::string name : {"Content-Type", "Allow", "Location"})

@@ -41,6 +41,7 @@ lrt::Result<std::array<JointParameters, joint_count>> LinkedArm::parameters(cons
 
 LinkedArm::LinkedArm(RightArm& arm, lrt::urdf::Robot description) : arm_(arm), robot_(std::move(description)) {
   robot_.thing().title("Baxter's right arm", "en").description("Seven joints, from the shoulder to the wrist.", "en");
+  add_stop();
   lrt::Action move_all = robot_.thing()
                              .action("moveTo", [this](const JointAngles& target, lrt::Responder done) { move_to(target, done); })
                              .title("Move all joints", "en")
@@ -63,6 +64,7 @@ LinkedArm::LinkedArm(RightArm& arm, lrt::urdf::Robot description) : arm_(arm), r
         .description("The coefficient of viscous friction that the control loop uses.", "en")
         .predicate(vocab::ros::friction)
         .between(0, arm_.greatest_friction(i))
+        .harmless()
         .on_write([this, i](double coefficient) { arm_.set_friction(i, coefficient); });
     lrt::Action rotate_one = joint.action("rotate", [this, i](float target_deg, lrt::Responder done) { rotate(i, target_deg, std::move(done)); })
                                  .title("Rotate", "en")
@@ -76,6 +78,17 @@ LinkedArm::LinkedArm(RightArm& arm, lrt::urdf::Robot description) : arm_(arm), r
         .effect(position, lrt::from_input.field(RightArm::name(i)).within(tolerance_rad))
         .effect(rotation);
   }
+}
+
+/// The stop of the arm: publish() obeys the flag in each period.
+void LinkedArm::add_stop() {
+  lrt::Action release = robot_.thing().action("release", [this] { stopped_ = false; });
+  release.title("Release", "en").description("Ends the stop. The arm stays where it is until the next command.", "en");
+  robot_.thing()
+      .action("stop", [this] { stopped_ = true; })
+      .title("Stop", "en")
+      .description("All joints brake, and take no command until the release.", "en")
+      .stop([this] { return stopped_.load(); }, release);
 }
 
 double LinkedArm::target_rad(std::size_t index, double target_deg) const noexcept {
@@ -113,6 +126,8 @@ void LinkedArm::publish() noexcept {
     velocities[i] = arm_.velocity(i);
   }
   robot_.publish(positions, velocities);
+  if (stopped_)
+    for (std::size_t i = 0; i < joint_count; ++i) arm_.stop(i);
   for (std::size_t i = 0; i < joint_count; ++i) {
     lrt::Responder& move = moves_[i];
     if (!move) continue;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstddef>
 #include <string>
 
@@ -37,6 +38,7 @@ class LinkedArm {
   void publish() noexcept;
 
  private:
+  void add_stop();
   double target_rad(std::size_t index, double target_deg) const noexcept;
   void rotate(std::size_t index, double target_deg, lrt::Responder done);
   void move_to(const JointAngles& target, const lrt::Responder& done);
@@ -45,6 +47,7 @@ class LinkedArm {
 
   RightArm& arm_;
   lrt::urdf::Robot robot_;
+  std::atomic<bool> stopped_{false};               ///< set on the thread of the server
   std::array<lrt::Responder, joint_count> moves_;  ///< of each joint: its running `rotate` or its part of a running `moveTo`, or empty
 };
 

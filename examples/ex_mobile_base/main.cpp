@@ -91,39 +91,29 @@ int main(int argc, char** argv) {
       .title("Reglerverstärkungen", "de");
   auto stopped = thing.property("stopped", [&] { return base.isStopped(); });
   stopped.title("Stopped", "en").title("Angehalten", "de");
-  lrt::Action drive = thing.action("driveTo", [&](const Target& to, lrt::Responder done) {
-    const double distance = std::hypot(to.x - base.pose().x(), to.y - base.pose().y());
-    const auto progress = [done, distance](double left) { done.progress(distance > 0 ? 1 - left / distance : 1); };
-    const auto finished = [done](bool arrived, const std::string& why) { arrived ? done.succeed() : done.fail(why); };
-    if (!base.driveTo(to.x, to.y, progress, finished)) return done.fail(refused());
-    done.on_cancel([&] { base.cancelDrive(); });
-  });
-  drive.title("Drive to", "en")
+  thing
+      .action("driveTo",
+              [&](const Target& to, lrt::Responder done) {
+                const double distance = std::hypot(to.x - base.pose().x(), to.y - base.pose().y());
+                const auto progress = [done, distance](double left) { done.progress(distance > 0 ? 1 - left / distance : 1); };
+                const auto finished = [done](bool arrived, const std::string& why) { arrived ? done.succeed() : done.fail(why); };
+                if (!base.driveTo(to.x, to.y, progress, finished)) return done.fail(refused());
+                done.on_cancel([&] { base.cancelDrive(); });
+              })
+      .title("Drive to", "en")
       .title("Fahren nach", "de")
       .description("Drives on a straight line to a point on the floor.", "en")
       .description("Fährt geradeaus zu einem Punkt auf dem Boden.", "de")
       .policy(lrt::ActionPolicy::preempt())
       .effect(pose, lrt::from_input.field("x", "x").within(arrival))
       .effect(pose, lrt::from_input.field("y", "y").within(arrival));
-  thing
-      .action("emergencyStop",
-              [&] {
-                base.emergencyStop();
-                drive.available(false, "the emergency stop is pressed");
-              })
+  lrt::Action release = thing.action("release", [&] { base.release(); });
+  release.title("Release", "en").title("Freigeben", "de").effect(stopped, false);
+  thing.action("emergencyStop", [&] { base.emergencyStop(); })
       .title("Emergency stop", "en")
       .title("Not-Halt", "de")
-      .stop()
+      .stop(stopped, release)  // the base itself knows, also if its button was pressed
       .effect(stopped, true);
-  thing
-      .action("release",
-              [&] {
-                base.release();
-                drive.available(true);
-              })
-      .title("Release", "en")
-      .title("Freigeben", "de")
-      .effect(stopped, false);
 
   lrt::Options options;
   options.title = {{"Mobile base", "en"}, {"Mobile Plattform", "de"}};

@@ -21,6 +21,14 @@ MovingRobot::MovingRobot(lrt::urdf::Robot robot, std::optional<Trajectory> traje
     variables_[v].target = positions_[v];
     if (!trajectory_) command(v);
   }
+  if (!trajectory_) add_stop();
+}
+
+/// What moves is unavailable until the release, and step() obeys the flag.
+void MovingRobot::add_stop() {
+  lrt::Action release = robot_.thing().action("release", [this] { stopped_ = false; });
+  release.title("Release", "en");
+  robot_.thing().action("stop", [this] { stopped_ = true; }).title("Stop", "en").stop([this] { return stopped_.load(); }, release);
 }
 
 /// Lets clients set the target of a joint.
@@ -52,6 +60,7 @@ void MovingRobot::command(std::size_t variable) {
 void MovingRobot::follow_commands() noexcept {
   for (std::size_t i = 0; i < variables_.size(); ++i) {
     Variable& v = variables_[i];
+    if (stopped_) v.target = positions_[i];
     const double most = v.velocity * step_period_s, way = std::clamp(v.target - positions_[i], -most, most);
     positions_[i] += way;
     velocities_[i] = way / step_period_s;

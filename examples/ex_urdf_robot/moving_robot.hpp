@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <optional>
 #include <vector>
@@ -36,6 +37,7 @@ class MovingRobot {
     lrt::Responder move;                         ///< the running move, or empty
   };
   void command(std::size_t variable);
+  void add_stop();
   void follow_commands() noexcept;
   static void report(Variable& v, double position) noexcept;
 
@@ -44,6 +46,7 @@ class MovingRobot {
   std::vector<Variable> variables_;
   std::vector<double> positions_, velocities_, efforts_;
   std::size_t steps_ = 0;
+  std::atomic<bool> stopped_{false};  ///< set on the thread of the server
 };
 
 }  // namespace ex_urdf_robot

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // An emergency stop that works while everything else is busy: a long action runs, and the host computes and does not poll. The lambda of the
-// stop runs on the thread of lrt (Action::stop). It only sets an atomic flag, which the control loop obeys in its next period, and says why the base
-// cannot drive now. It is also served when connections and waiting requests are at their limits, and the page for people has a button for it.
+// stop runs on the thread of lrt (Action::stop). It only sets an atomic flag, which the control loop obeys in its next period. The flag is also the
+// state of the stop: each client sees that the base is stopped, since when and by whom, and what moves is unavailable until the release. A stop is also
+// served when connections and waiting requests are at their limits, and the page for people has a button for it.
 #include <atomic>
 #include <chrono>
 #include <optional>
@@ -23,25 +24,23 @@ int main() {
 
   std::optional<lrt::Responder> driving;
   lrt::Thing base{"base"};
-  lrt::Action drive = base.action("drive", [&](double to, lrt::Responder done) {
-    target = to;
-    driving = done;
-  });
-  drive.unit(lrt::unit::metre_per_second).between(-1, 1);
-  base.action("plan", [&] {  // takes long, in the host's thread
-    for (int i = 0; i < 10'000 && planning; ++i) sleep_one_period();
-  });
-  base.action("release", [&] {
+  base.action("drive",
+              [&](double to, lrt::Responder done) {
+                target = to;
+                driving = done;
+              })
+      .unit(lrt::unit::metre_per_second)
+      .between(-1, 1);
+  base.action("plan",
+              [&] {  // takes long, in the host's thread
+                for (int i = 0; i < 10'000 && planning; ++i) sleep_one_period();
+              })
+      .harmless();  // it moves nothing, so it goes on
+  lrt::Action release = base.action("release", [&] {
     target = 0;
     stopped = false;
-    drive.available(true);
   });
-  base.action("stop",
-              [&] {
-                stopped = true;
-                drive.available(false, "the base is stopped: invoke release first");
-              })
-      .stop();
+  base.action("stop", [&] { stopped = true; }).stop([&] { return stopped.load(); }, release);
   base.property(
           "speed", [&] { return speed.load(); }, lrt::unit::metre_per_second)
       .dispatch(lrt::Dispatch::io_thread);
@@ -51,7 +50,7 @@ int main() {
   server.add(std::move(base)).value();
 
   lesson::Visitor visitor(server, [&](lesson::Client& client) {
-    client.only({"vom:numericalValue", "lrt:status", "lrt:error"});
+    client.only({"vom:numericalValue", "lrt:status", "lrt:error", "lrt:stopped"});
     const std::string fast = "<> vom:numericalValue 0.5 ; qudt:hasUnit unit:M-PER-SEC .";
     const std::string started = client.post("/base/actions/drive", fast).field("Location");
     client.get_until("/base/speed", "0.5");
@@ -60,17 +59,18 @@ int main() {
     client.get("/base/battery");  // waits for the host, in vain
     client.post("/base/actions/stop");
     client.get_until("/base/speed", "\"0\"");
+    client.get("/base/stopped");
+    client.get(started);
+    client.post("/base/actions/drive", fast);
     planning = false;
-    client.get_until(started, "failed");
+    client.post("/base/actions/release", {}, client.valid_for(std::chrono::seconds(10)));
+    client.get("/base/stopped");
     client.post("/base/actions/drive", fast);
   });
 
   while (visitor.is_here()) {
     server.poll();
-    if (stopped && driving) {
-      driving->fail("the emergency stop was invoked");
-      driving.reset();
-    }
+    if (driving && driving->cancelled()) driving.reset();  // by the stop
     sleep_one_period();
   }
   on = false;

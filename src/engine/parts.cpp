@@ -171,7 +171,7 @@ Result<void> Parts::add(Thing thing) {
   for (const auto& c : node.spec->collections) c->seal();
   vocabulary.add(*node.spec);
   registry.add_thing(*std::move(built));
-  for (const auto& a : node.actions) a->take_availability();  // now that it has its place in the tree
+  for (const auto& a : node.actions) a->take_availability();        // now that it has its place in the tree
   for (const auto& p : node.properties) values.take_published(*p);  // what was published before
   node.self.attach(*this);
   if (const model::StopStateSpec* const declared = stop_state_of(*node.spec)) {

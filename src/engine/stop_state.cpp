@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include <lrt/base/clock.hpp>
+#include <lrt/rdf/lexical.hpp>
 
 #include "src/engine/context.hpp"
 #include "src/engine/overview.hpp"
@@ -60,13 +60,16 @@ bool is_release(const model::ResourceSpec& command) noexcept {
   return command.kind == model::ResourceSpec::Kind::action && static_cast<const model::ActionSpec&>(command).releases;
 }
 
+/// A time as the value of a Property has it.
+std::string time_of(Utc time) { return rdf::lexical::format_instant(time.time_since_epoch()); }
+
 /// Since when and by whom, as far as the sender may see it, and what ends it.
 std::string sentence(const StopState& state, const Context& context, const Responses& responses) {
   std::string text = "\"" + state.thing.self.path + "\" is stopped";
   const Audience& audience = context.audience;
   if (audience.sees(state.shown)) {
     const StopValue& value = state.value;
-    if (value.since) text += " since " + to_xsd_date_time(*value.since);
+    if (value.since) text += " since " + time_of(*value.since);
     if (value.by) text += " by " + *value.by;
     text += "; see " + responses.iri(context, state.shown.path);
   }
@@ -131,7 +134,7 @@ void write_stop_states(Overview& o, const std::vector<const StopState*>& states)
     o.text("thing", o.iri(s->thing.self));
     o.text("state", o.iri(s->shown));
     o.json("stopped", s->value.stopped ? "true" : "false");
-    if (s->value.since) o.text("since", to_xsd_date_time(*s->value.since));
+    if (s->value.since) o.text("since", time_of(*s->value.since));
     if (s->value.by) o.text("by", *s->value.by);
     if (s->release && o.sees(*s->release)) o.text("release", o.iri(*s->release));
     o.end_object();

@@ -36,7 +36,7 @@ struct ThingNode;
 struct StopHold {
   enum class Word : std::uint8_t { unknown, moves, stopped };
 
-  std::atomic<bool> latched{false};          ///< a stop was sent, and the host has not confirmed it
+  std::atomic<bool> latched{false};           ///< a stop was sent, and the host has not confirmed it
   std::atomic<Word> reported{Word::unknown};  ///< by the host
 
   bool holds() const noexcept { return latched || reported != Word::moves; }
@@ -54,8 +54,8 @@ struct StopValue {
 /// The stop state of a Thing, as descriptions read it. StopStates changes it.
 struct StopState {
   ThingNode& thing;
-  PropertyResource& shown;                                          ///< "stopped"
-  ActionResource* release = nullptr;                                ///< nullptr: none is declared
+  PropertyResource& shown;            ///< "stopped"
+  ActionResource* release = nullptr;  ///< nullptr: none is declared
   const std::shared_ptr<StopHold> hold = std::make_shared<StopHold>();
   StopValue value{};
   bool first_read = false;  ///< the host is being asked for the first time: commands are judged just before their lambda

@@ -57,12 +57,12 @@ struct Watched final : StopState, Observer {
   PropertyResource* source = nullptr;  ///< that says it; nullptr: the lambda of `spec`
   // Questions to the host are numbered, so that an answer can be told from one that the host may have given before.
   std::uint64_t asked = 0;
-  bool is_asking = false, asks_again = false;  ///< the lambda
-  bool fails = false;                          ///< the last answer was none
-  std::size_t open_stops = 0;                  ///< invocations of stops that have not ended
-  std::uint64_t confirms = never;              ///< the first answer that can confirm the newest stop
-  bool overtook_release = false;               ///< the lambda of a release may have run after it: no answer can confirm it
-  bool is_unconfirmed = false;                 ///< such an answer did not; this was logged
+  bool is_asking = false, asks_again = false;     ///< the lambda
+  bool fails = false;                             ///< the last answer was none
+  std::size_t open_stops = 0;                     ///< invocations of stops that have not ended
+  std::uint64_t confirms = never;                 ///< the first answer that can confirm the newest stop
+  bool overtook_release = false;                  ///< the lambda of a release may have run after it: no answer can confirm it
+  bool is_unconfirmed = false;                    ///< such an answer did not; this was logged
   std::vector<Ref<InvocationResource>> releases;  ///< whose lambdas have succeeded
   std::uint64_t releases_from = never;            ///< the first answer that can end the stop
   Instant release_until{};
@@ -271,7 +271,8 @@ void States::ask_lambda(Watched& state) {
         if (!s) return;
         s->is_asking = false;
         if (!is && !s->fails)
-          parts_.responses.log(LogLevel::warning, "\"" + s->thing.self.path + "\" counts as stopped: its state could not be read: " + is.error().message);
+          parts_.responses.log(LogLevel::warning,
+                               "\"" + s->thing.self.path + "\" counts as stopped: its state could not be read: " + is.error().message);
         answered(*s, !is ? Word::unknown : *is ? Word::stopped : Word::moves, number, now);
         if (std::exchange(s->asks_again, false)) ask_lambda(*s);
       });
@@ -286,8 +287,9 @@ void States::answered(Watched& state, Word word, std::uint64_t number, TimePoint
     if (word == Word::stopped) {
       hold.latched = false;
     } else if (word == Word::moves && state.releases.empty() && !std::exchange(state.is_unconfirmed, true)) {
-      parts_.responses.log(LogLevel::error, "\"" + state.thing.self.path +
-                                                "\" was stopped, but its state does not say so: it counts as stopped until that says so or a release succeeds");
+      parts_.responses.log(LogLevel::error,
+                           "\"" + state.thing.self.path +
+                               "\" was stopped, but its state does not say so: it counts as stopped until that says so or a release succeeds");
     }
   }
   std::vector<Ref<InvocationResource>> settled;
@@ -368,17 +370,21 @@ Result<void> Extension::complete(model::ThingSpec& thing) const {
   const model::ActionSpec* stop = nullptr;
   for (const auto& a : thing.actions) {
     if (!a->stop_state) continue;
-    if (stop) return unexpected(Errc::invalid_option, "thing \"" + thing.path + "\": its stop state is declared twice; for its other stops call stop() without arguments");
+    if (stop)
+      return unexpected(Errc::invalid_option,
+                        "thing \"" + thing.path + "\": its stop state is declared twice; for its other stops call stop() without arguments");
     stop = a.get();
   }
   const std::string name = "action \"" + stop->location().substr(1) + "\": stop(): ";
   const auto is_in = [](const auto& all, const auto& one) { return std::find(all.begin(), all.end(), one) != all.end(); };
   const model::StopStateSpec& declared = *stop->stop_state;
   if (declared.property && !is_in(thing.properties, declared.property))
-    return unexpected(Errc::invalid_option, name + "expected a Property of the same thing, found \"" + declared.property->location().substr(1) + "\"");
+    return unexpected(Errc::invalid_option,
+                      name + "expected a Property of the same thing, found \"" + declared.property->location().substr(1) + "\"");
   if (declared.release) {
     if (!is_in(thing.actions, declared.release))
-      return unexpected(Errc::invalid_option, name + "expected a release of the same thing, found \"" + declared.release->location().substr(1) + "\"");
+      return unexpected(Errc::invalid_option,
+                        name + "expected a release of the same thing, found \"" + declared.release->location().substr(1) + "\"");
     if (static_cast<const model::ActionSpec&>(*declared.release).stop) return unexpected(Errc::invalid_option, name + "the release is a stop");
   }
   auto shown = std::make_shared<model::PropertySpec>();
@@ -393,9 +399,7 @@ Result<void> Extension::complete(model::ThingSpec& thing) const {
   shown->slot = model::new_slot<StopValue>();
   shown->slot->set_urgent();
   shown->predicates.push_back(std::string(vocab::lrt_::stopState.text));
-  const auto say = [&](Iri predicate, const char* text) {
-    shown->statements.push_back({std::string(predicate.text), Object::tagged(text, "en")});
-  };
+  const auto say = [&](Iri predicate, const char* text) { shown->statements.push_back({std::string(predicate.text), Object::tagged(text, "en")}); };
   say(vocab::dcterms::title, "Stopped");
   say(vocab::dcterms::description, "Whether the robot is stopped, since when and by whom. What moves is unavailable meanwhile.");
   thing.properties.push_back(std::move(shown));

@@ -163,11 +163,11 @@ struct ThingNode {
   std::vector<std::unique_ptr<PropertyResource>> properties;
   ThinVector<std::unique_ptr<ActionResource>> actions;
   ThinVector<std::unique_ptr<CollectionResource>> collections;
-  KindResource* kind = nullptr;      ///< set while it is registered
+  KindResource* kind = nullptr;           ///< set while it is registered
   const StopState* stop_state = nullptr;  ///< StopStates'; nullptr: none is declared
-  BoundsResource* bounds = nullptr;  ///< set with the kind; null: no number has bounds
-  ThingNode* parent = nullptr;       ///< nullptr: below the root
-  ThinVector<ThingNode*> children;   ///< in the order of registration
+  BoundsResource* bounds = nullptr;       ///< set with the kind; null: no number has bounds
+  ThingNode* parent = nullptr;            ///< nullptr: below the root
+  ThinVector<ThingNode*> children;        ///< in the order of registration
 };
 
 }  // namespace v0
