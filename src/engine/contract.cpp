@@ -124,6 +124,7 @@ std::string signature_of(const ThingNode& thing, const Registry& registry) {
   for (const auto& p : spec.properties) {
     s.text(p->path).texts(p->predicates).texts(p->classes).number(p->file).number(p->octets).number(p->frame != nullptr);
     s.number(static_cast<bool>(p->write)).value(p->type, p->facets);
+    if (p->life) s.text("life").number(static_cast<std::size_t>(p->life->life().count()));
     s.number(p->statements.size());
     for (const Statement& statement : p->statements) {
       s.text(statement.predicate);

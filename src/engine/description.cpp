@@ -2,6 +2,7 @@
 #include "src/engine/description.hpp"
 
 #include <lrt/engine/engine.hpp>
+#include <lrt/rdf/lexical.hpp>
 #include <lrt/rdf/value_codec.hpp>
 
 #include "src/engine/resources/thing.hpp"
@@ -67,6 +68,8 @@ void describe_binding(About& about, const Description& d, const Resource& resour
     if (!of.empty()) About(d.graph, body).a(Iri(std::string_view(of)));
   About(d.graph, body).link(vocab::dcterms::conformsTo, resource.thing->shape_iri(d.base, resource.input_shape()));
 }
+
+std::string seconds(std::chrono::milliseconds time) { return rdf::lexical::format(std::chrono::duration<double>(time).count()); }
 
 Quantity quantity_of(const rdf::Type& type, const rdf::Facets& facets) {
   using Kind = rdf::Type::Kind;

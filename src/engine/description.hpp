@@ -81,6 +81,9 @@ void describe_unit(About& about, const Unit& unit);
 /// The predicate of the frame that values refer to: that of ARVIDA for poses, else lrt:frame.
 Iri frame_predicate(const rdf::Type& type) noexcept;
 
+/// A time as a number of seconds, for RDF and JSON: "0.2".
+std::string seconds(std::chrono::milliseconds time);
+
 /// The request that writes to a resource or adds a member to it, with the shape of its body (HTTP Vocabulary in RDF 1.0; R1.7).
 /// @param body_classes  of the focus node of a body; the empty class is none
 void describe_binding(About& about, const Description& d, const Resource& resource, Iri method, const std::vector<std::string>& body_classes);

@@ -466,6 +466,7 @@ std::string Engine::base() const { return impl_->parts.bases[0]; }
 
 void Engine::renew_rights() { impl_->parts.subscriptions.renew_rights(); }
 
+Lapses& Engine::lapses() const noexcept { return *impl_->parts.lapses; }
 bool Engine::take_outputs(Outputs& outputs) { return impl_->parts.take(outputs); }
 EngineCounts Engine::counts() const {
   EngineCounts counts = impl_->parts.subscriptions.counts();

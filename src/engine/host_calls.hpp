@@ -126,6 +126,8 @@ class HostCalls {
         {where == Dispatch::as_server ? dispatch_ : where, [job = std::move(job), counted = std::move(counted)]() mutable { job(); }, is_stop});
   }
 
+  /// Where a call runs: not Dispatch::as_server.
+  Dispatch resolved(Dispatch where) const noexcept { return where == Dispatch::as_server ? dispatch_ : where; }
   /// False: the I/O thread runs the call, however busy the host is.
   bool waits_for_host(Dispatch where) const noexcept { return (where == Dispatch::as_server ? dispatch_ : where) != Dispatch::io_thread; }
   /// True if too many calls are waiting for the host to poll.

@@ -21,6 +21,7 @@
 #include "src/engine/description.hpp"
 #include "src/engine/host_calls.hpp"
 #include "src/engine/invocations.hpp"
+#include "src/engine/lapses.hpp"
 #include "src/engine/message_schedule.hpp"
 #include "src/engine/pending_requests.hpp"
 #include "src/engine/pending_saves.hpp"
@@ -82,6 +83,7 @@ struct Parts {
   Kinds kinds;                      ///< Blueprints of equal Things
   Vocabulary vocabulary;            ///< terms that are made of C++ types
   HostCalls calls;                  ///< into user code and back
+  const std::shared_ptr<Lapses> lapses = std::make_shared<Lapses>();  ///< written values that have a life
   PendingRequests pending;          ///< requests that wait
   const std::string context_text;   ///< of the JSON-LD context; empty: this build has no JSON-LD
   Responses responses;              ///< errors, and responses that are no representation

@@ -110,6 +110,15 @@ Result<void> check_formats(model::PropertySpec& property, const std::string& nam
   return {};
 }
 
+/// A life needs writes that begin it.
+Result<void> check_life(const model::PropertySpec& property, const std::string& name) {
+  if (!property.life) return {};
+  if (!property.write) return unexpected(Errc::invalid_option, name + ": expires() needs on_write(): only a written value has a life");
+  const auto life = property.life->life();
+  if (life >= std::chrono::milliseconds(1) && life <= std::chrono::hours(1)) return {};
+  return unexpected(Errc::invalid_option, name + ": expires(): expected 1 ms to 1 h, found " + std::to_string(life.count()) + " ms");
+}
+
 /// The names of a read-only field in values of the type and of the records around it, "pose/x"; empty: there is none.
 std::string read_only_field(const rdf::Type& type) {
   if (type.element) return read_only_field(*type.element);
@@ -293,6 +302,7 @@ Result<void> check(model::ThingSpec& described) {
       if (Result<void> e = check_input("property \"" + spec->path + "/" + p->path + "\"", *p->type); !e) return e;
     if (p->frame)
       if (Result<void> e = check_statements({{std::string(vocab::lrt_::frame.text), *p->frame}}); !e) return e;
+    if (Result<void> e = check_life(*p, "property \"" + spec->path + "/" + p->path + "\""); !e) return e;
     if (Result<void> e = check_formats(*p, "property \"" + spec->path + "/" + p->path + "\""); !e) return e;
   }
   for (const auto& a : spec->actions) {

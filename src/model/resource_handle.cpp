@@ -114,6 +114,9 @@ void ResourceSetup::add_statement(std::string predicate, Object object) { spec_-
 std::string ResourceSetup::location() const { return spec_ ? spec_->location() : std::string(); }
 
 void PropertySetup::set_write(WriteFunction write) { property_of(spec_).write = std::move(write); }
+void PropertySetup::set_life(std::chrono::milliseconds life, LapseFunction lapse) {
+  property_of(spec_).life = std::make_unique<ValueLife>(life, std::move(lapse));
+}
 void PropertySetup::set_frame(Object system) { property_of(spec_).frame = std::make_unique<const Object>(std::move(system)); }
 void PropertySetup::set_max_age(std::chrono::milliseconds age, std::chrono::milliseconds while_revalidating) {
   property_of(spec_).cache_control = cache_control_of(age, while_revalidating);

@@ -26,6 +26,7 @@
 
 #include "src/base/thin_vector.hpp"
 #include "src/model/availability.hpp"
+#include "src/model/value_life.hpp"
 
 namespace lrt::model {
 inline namespace v0 {
@@ -95,6 +96,7 @@ struct PropertySpec : ResourceSpec {
   std::shared_ptr<ChangeSignal> changes;                   ///< of a pulled property
   std::optional<std::chrono::milliseconds> sample_period;  ///< of a pulled property; nullopt: SubscriptionOptions::sample_period
   WriteFunction write;                                     ///< empty: read-only
+  std::unique_ptr<ValueLife> life;                         ///< of a written value; null: it has no end
   ThinVector<RepresentationSpec> representations;
   WholeFunction whole;                               ///< makes the T of a written value; returns null if it cannot
   std::unique_ptr<const Object> frame;               ///< null: none

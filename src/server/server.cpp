@@ -90,13 +90,14 @@ class LRT_LOCAL Server::Impl final : public SharedEngine::Loop {
       if (!serves && rest_.is_awake()) rest_.clear();
       if (serves) rest = serve_once(budget, std::chrono::milliseconds(0));
       bool ran = false;
-      while (!engine_.is_stopping() && jobs_.run_next()) {
+      for (bool stopping; stopping = engine_.is_stopping(), jobs_.run_next(stopping);) {
         ran = true;
-        if (std::chrono::steady_clock::now() >= end) break;
+        if (!stopping && std::chrono::steady_clock::now() >= end) break;
       }
       // The results of the lambdas are sent in the same step.
       if (serves && ran) rest = serve_once(std::chrono::microseconds(0), std::chrono::milliseconds(0));
-      if (jobs_.empty()) return rest;
+      rest = std::min(rest, jobs_.until_lapse());
+      if (jobs_.empty() && rest.count() > 0) return rest;
       if (descriptor_is_used_) wake();  // so that it shows that there is more to do
       return std::chrono::milliseconds(0);
     } catch (...) { return std::chrono::milliseconds(0); }
@@ -111,6 +112,7 @@ class LRT_LOCAL Server::Impl final : public SharedEngine::Loop {
         else rest_.wait(rest);
       } catch (...) {}
     }
+    if (engine_.is_own_process()) jobs_.end_lapses_of_host();
   }
 
   int descriptor() noexcept {
@@ -135,6 +137,7 @@ class LRT_LOCAL Server::Impl final : public SharedEngine::Loop {
     if (!engine_.is_own_process()) return;
     engine_.begin_stop();
     rest_.wake();
+    jobs_.end_lapses_of_host();
     if (is_serving()) return;  // from a lambda: the serving thread finishes when it returns
     // Each thread is joined by the first caller, without a lock: a lambda on one of them may be stopping too.
     Thread io, runner;
@@ -275,6 +278,7 @@ class LRT_LOCAL Server::Impl final : public SharedEngine::Loop {
       engine_.use([this] { engine_.engine().stop(); });
       transport_->stop();
     } catch (...) {}
+    jobs_.end_lapses_of_io();
     engine_.finish();
     const std::lock_guard lock(threads_mutex_);
     finished_ = true;

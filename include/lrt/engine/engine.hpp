@@ -41,6 +41,8 @@ class Sessions;
 namespace lrt::engine {
 inline namespace v0 {
 
+class Lapses;
+
 /// The authenticated client of a request, as far as it is known before the resource is found.
 struct Caller {
   /// A caller without a principal. Implicit, because an Authorizer returns only the verdict.
@@ -232,6 +234,9 @@ class LRT_API Engine final : public Handler {
   /// ends.
   void renew_rights();
 
+  /// The written values that have a life (model::PropertyHandle::expires()). Who runs jobs also runs their lapses.
+  /// @par Threads  Any.
+  Lapses& lapses() const noexcept;
   /// Adds to `outputs` what the engine hands out since the last call. Cheap if that is nothing. Discarded Things that
   /// are not taken are destroyed by the next add() or remove().
   /// @return  false: nothing was added

@@ -84,6 +84,42 @@ class PropertyHandle : public ResourceHandle<Self, typename SetupOf<Self>::type>
     }
   }
 
+  /// Gives a written value a life: unless a client writes the property again in time, `lapse` is called, once for each
+  /// lapse. So a drive command without a driver stops the base:
+  ///
+  ///     auto drive = base.property<double>("drive", unit::metre_per_second);
+  ///     drive.on_write([&](double speed) { wheels.set(speed); });
+  ///     drive.expires(std::chrono::milliseconds(200), [&]() noexcept { wheels.set(0); });
+  ///
+  /// A write renews the life when `on_write` has returned without an error, also with an equal value; the life counts from
+  /// the call of `on_write`. A refused write renews nothing. If `on_write` throws, the value may have been set: it has a
+  /// life as before, or a new one. What the robot itself publishes or returns renews nothing and ends no life. Clients read
+  /// the life as lrt:expiresAfter, in seconds, and write about three times in it.
+  ///
+  /// Time is that of the server's monotonic clock. If the host's loop is late, `lapse` is called before the next write is
+  /// carried out. When the server stops, nobody can renew a value: each life is over at once, and `lapse` is called by
+  /// stop() if that runs on the thread that polls, else by run() or the next poll(). If the thing is removed, `lapse` is not called.
+  /// A loop that hangs calls nothing: only a watchdog of the hardware stops such a robot (docs/safety.md).
+  ///
+  /// @param life   1 ms to 1 h
+  /// @param lapse  callable without parameters. If it throws, the log says so, and it is not called again for this lapse.
+  ///               Publish what it has set: until then clients read the written value.
+  /// @par Errors   invalid_option (no on_write(), or the life is out of range): from Server::add()
+  /// @par Threads  `lapse` runs where `on_write` runs: in poll() within its budget, on lrt's thread with Dispatch::io_thread.
+  ///               Never concurrently with `on_write`, except with Dispatch::executor.
+  /// @par Time     poll() takes no lock and allocates nothing for it, and checks the clock while a value has a life.
+  /// @par Implements  SPEC 3.18
+  template <class F>
+  Self& expires(std::chrono::milliseconds life, F lapse) {
+    if constexpr (!std::is_invocable_v<F&>) {
+      static_assert(rdf::detail::always_false<F>, "lrt: expires expects a callable without parameters; write [] { stop(); }");
+      return static_cast<Self&>(*this);
+    } else {
+      if (this->is_editable("expires")) this->set_life(life, [lapse = std::move(lapse)]() mutable { (void)lapse(); });
+      return this->self();
+    }
+  }
+
   /// Sets unit and bounds together. What `f` does not set stays as it is.
   Self& facets(const rdf::Facets& f) {
     if (this->is_editable("facets")) this->facets_of().merge(f);

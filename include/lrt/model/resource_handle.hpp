@@ -100,6 +100,7 @@ class LRT_API PropertySetup : public ResourceSetup {
   PropertySetup() noexcept = default;
 
   void set_write(WriteFunction write);
+  void set_life(std::chrono::milliseconds life, LapseFunction lapse);
   void set_frame(Object system);
   void set_max_age(std::chrono::milliseconds age, std::chrono::milliseconds while_revalidating);
   /// @param whole  of a value that a client writes

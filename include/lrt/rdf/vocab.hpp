@@ -553,6 +553,7 @@ LRT_TERM(lrt, period);
 LRT_TERM(lrt, all);
 LRT_TERM(lrt, invocationOf);
 LRT_TERM(lrt, unreachableSince);
+LRT_TERM(lrt, expiresAfter);
 }  // namespace lrt_
 
 #undef LRT_TERM

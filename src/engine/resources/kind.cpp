@@ -261,6 +261,8 @@ void describe_kind(const Description& d, const std::string& self, const std::str
     constraint.add(vocab::sh::node, promised && p.type->kind != rdf::Type::Kind::optional ? with_value : any);
     Structure more(graph, constraint.subject());
     if (p.frame) more.path(frame_predicate(*p.type), 1, 1);
+    if (p.life)  // clients learn from it how often they have to write
+      more.path(vocab::lrt_::expiresAfter, 1, 1).add(vocab::sh::hasValue, rdf::literal(seconds(p.life->life()), vocab::xsd::double_));
     // The triples of the Property about its values, where their shape has none.
     const Quantity quantity = quantity_of(*p.type, p.facets);
     const bool has_unit_in_shape = has_shape && promised && (p.type->is_number() || p.type->kind == rdf::Type::Kind::record);

@@ -41,6 +41,7 @@ void PropertyResource::describe(const Description& d) const {
   describe_quantity(about, *spec->type, spec->facets);
   about.when(vocab::dcterms::modified, modified);
   if (spec->frame) about.add(frame_predicate(*spec->type), object_term(d.graph, *spec->frame, d.base));
+  if (spec->life) about.add(vocab::lrt_::expiresAfter, rdf::literal(seconds(spec->life->life()), vocab::xsd::double_));
   about.statements(spec->statements, d.base);
   describe_formats(about, d);
   if (const StopState* const state = spec->is_generated ? thing->stop_state : nullptr; state && state->release)
@@ -66,6 +67,7 @@ void PropertyResource::summarize(Overview& o) const {
   o.schema("schema", spec->type, spec->facets);
   if (spec->frame) o.text("frame", o.iri(*spec->frame));
   if (methods().put) o.text("unavailable", reason_of_stop(*thing, *spec));
+  if (spec->life) o.json("expiresAfter", seconds(spec->life->life()));
   std::vector<std::string> formats;
   for (const model::RepresentationSpec& r : spec->representations) formats.push_back(r.media_type);
   if (spec->octets) formats.emplace_back(rdf::media_type(rdf::Plain::octets));
@@ -232,6 +234,24 @@ void PropertyResource::judge_write(Parts& parts, TimePoint now, bool encoded) {
   drops_if_thrown(ticket, [&] { judge_write(ticket, parts, now, encoded); });
 }
 
+namespace {
+
+/// A write that gives the value a life.
+Result<void> write_with_life(const std::shared_ptr<model::PropertySpec>& property, const rdf::Value& value, Lapses& lapses, Dispatch where,
+                             const Clock& clock) {
+  const auto begin = clock.now().steady;
+  try {
+    Result<void> result = property->write(value);
+    if (result) lapses.written(property, where, begin, true);
+    return result;
+  } catch (...) {
+    lapses.written(property, where, begin, false);
+    throw;
+  }
+}
+
+}  // namespace
+
 void PropertyResource::judge_write(Ticket ticket, Parts& parts, TimePoint now, bool encoded) {
   Context* context = parts.pending.resume(ticket, now);
   std::optional<http::Response> failed;
@@ -253,10 +273,12 @@ void PropertyResource::judge_write(Ticket ticket, Parts& parts, TimePoint now, b
   const SharedCheck check = parts.rules.judge_before_call(*context);
   writes_->token = parts.calls.call<Written>(
       thing->where(*spec),
-      [s = spec, value = writes_->queue.front().value, check] {
+      [s = spec, value = writes_->queue.front().value, check, lapses = spec->life ? parts.lapses : nullptr,
+       where = parts.calls.resolved(thing->where(*spec)), &clock = parts.clock] {
         return call_if_passes<Written>(check, [&]() -> Result<Written> {
           if (s->slot) s->slot->forget();
-          if (Result<void> result = s->write(*value); !result) return Unexpected{std::move(result).error()};
+          if (Result<void> result = lapses ? write_with_life(s, *value, *lapses, where, clock) : s->write(*value); !result)
+            return Unexpected{std::move(result).error()};
           // The write has succeeded: without a T of its own the value just has no encodings.
           auto decoded =
               guarded<std::shared_ptr<const void>>([&]() -> Result<std::shared_ptr<const void>> { return s->whole ? s->whole(*value) : nullptr; });
@@ -314,6 +336,7 @@ void PropertyResource::drop_write() {
 }
 
 void PropertyResource::removed(Parts& parts) {
+  if (spec->life) spec->life->end();
   if (writes_) {
     for (const Write& w : writes_->queue) parts.respond_gone(w.ticket);
     writes_->queue.clear();

@@ -97,6 +97,7 @@ constexpr Term terms[] = {
     link("inputField", v::lrt_::inputField),
     link("tolerance", v::lrt_::tolerance),
     link("period", v::lrt_::period),
+    typed("expiresAfter", v::lrt_::expiresAfter, v::xsd::double_),
     link("forProperty", v::sosa::forProperty),
 
     plain("numericalValue", v::vom::numericalValue),

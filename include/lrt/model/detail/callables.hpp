@@ -48,6 +48,7 @@ using EncodeFunction = UniqueFunction<Result<Bytes>(const void*)>;              
 using StartFunction = UniqueFunction<void(const rdf::Value&, const std::shared_ptr<InvocationLink>&)>;  ///< it or a responder finishes the link
 using CreateFunction = UniqueFunction<Result<void>(const std::string& id, const rdf::Value&)>;
 using RemoveFunction = UniqueFunction<Result<void>(const std::string& id)>;
+using LapseFunction = UniqueFunction<void()>;  ///< a written value has lapsed
 /// @}
 
 }  // namespace v0
