@@ -30,6 +30,7 @@ enum class Right : std::uint8_t {
   subscribe = 8,  ///< makes a WebSocket, event stream or web callback, and cancels its own subscriptions
   manage = 16,    ///< sees and cancels the subscriptions of others
   release = 32,   ///< ends a stop, by the Action that Action::stop() names
+  control = 64,   ///< takes over control from another client (Thing::control())
 };
 
 /// A set of rights: `Right::read | Right::subscribe`.
@@ -38,7 +39,7 @@ class Rights {
   constexpr Rights() noexcept = default;
   /// A set of one right.
   constexpr Rights(Right right) noexcept : bits_(static_cast<std::uint8_t>(right)) {}                         // NOLINT: one right is a set
-  static constexpr Rights all() noexcept { return Rights(std::uint8_t{0x3F}); }                               ///< every right
+  static constexpr Rights all() noexcept { return Rights(std::uint8_t{0x7F}); }                               ///< every right
   constexpr bool has(Right right) const noexcept { return (bits_ & static_cast<std::uint8_t>(right)) != 0; }  ///< whether it contains a right
   constexpr bool empty() const noexcept { return bits_ == 0; }                                                ///< whether it contains no right
   constexpr std::uint8_t bits() const noexcept { return bits_; }                                              ///< the values of Right, added
@@ -62,7 +63,7 @@ struct Principal {
 /// What each role may do. A role that is missing may do nothing.
 using Roles = std::map<std::string, Rights, std::less<>>;
 
-/// `reader`: read and subscribe. `operator`: all rights but manage. `administrator`: all rights.
+/// `reader`: read and subscribe. `operator`: all rights but manage and control. `administrator`: all rights.
 /// @par Threads  Any.
 LRT_API Roles default_roles();
 
@@ -103,7 +104,7 @@ class View;
 /// Reads rules from Turtle (Web Access Control): each acl:Authorization with acl:accessTo or acl:default (`</arm>`, a
 /// path of the server), acl:agent (`<#anna>`, the principal of that name; any other IRI is a name as a whole),
 /// acl:agentGroup (`<#operator>`, the role) or acl:agentClass (foaf:Agent, acl:AuthenticatedAgent), and acl:mode:
-/// acl:Read, acl:Write, acl:Control (Right::manage), lrt:Invoke, lrt:Release, lrt:Subscribe.
+/// acl:Read, acl:Write, acl:Control (Right::manage), lrt:Invoke, lrt:Release, lrt:Subscribe, lrt:TakeOver (Right::control).
 /// @par Errors   expected_rdf; invalid_option: names the authorization and what is wrong with it
 /// @par Threads  Any.
 LRT_API Result<std::vector<Rule>> parse_rules(std::string_view turtle);

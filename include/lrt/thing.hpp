@@ -11,6 +11,7 @@
 #include <lrt/action.hpp>
 #include <lrt/base/abi.hpp>
 #include <lrt/collection.hpp>
+#include <lrt/control.hpp>
 #include <lrt/model/detail/callables.hpp>
 #include <lrt/model/detail/slot.hpp>
 #include <lrt/model/dispatch.hpp>
@@ -38,7 +39,7 @@ inline namespace v0 {
 ///     });
 ///
 /// @par Names    Things, properties, actions and collections may have any name. lrt uses names of its own below a
-///               thing: `state`, `blueprint`, `subscriptions`, `all`, and `actions/` before the name of an action. If
+///               thing: `state`, `blueprint`, `subscriptions`, `all`, `control`, and `actions/` before the name of an action. If
 ///               the user gives one of these paths to something else, also later and as the path of another Thing,
 ///               lrt's resource gets `-lrt` after its name ("arm/state-lrt", "arm/actions-lrt/turn") as long as the
 ///               user's resource exists. The same holds for the Blueprints of kinds below "blueprints". Clients follow
@@ -93,6 +94,19 @@ class LRT_API Thing {
   /// Sets max_age() for the representations of the thing and of its state (lrt:state), which contains all its values.
   /// See model::PropertyHandle::max_age().
   Thing& max_age(std::chrono::milliseconds age, std::chrono::milliseconds while_revalidating = {});
+
+  /// Lets clients take control of the thing and of all things below it. A lease, the resource `control` below the thing,
+  /// is held by one client at a time; while it is held, commands of other clients get 409, which says who has control and
+  /// until when: POST of actions, PUT of properties, changes of collections. A stop, the release of a stop and
+  /// the cancelling of an invocation need no control, nor do the graphs of a World.
+  ///
+  /// A client takes control by POST for 10 s (`?life=`, 1 to 60), renews it by PUT and gives it back by DELETE. A client with a
+  /// principal has control by its name. Another one gets a secret id (128 bits), and sends it with each command in the
+  /// field Control-Id. A client with the right security::Right::control takes over from another one (`Take-Over: ?1`). Nobody else
+  /// has control of a thing above or below meanwhile. No lease survives the server.
+  /// docs/actions.md has examples.
+  /// @par Implements  SPEC 3.19
+  Thing& control(ControlOptions options = {});
 
   /// Exposes a readable value as a pulled Property: GET calls `read` and renders the result with rdf::traits<T>.
   ///

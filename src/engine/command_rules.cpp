@@ -3,6 +3,8 @@
 
 #include <string>
 
+#include <lrt/rdf/vocab.hpp>
+
 #include "src/engine/resources/thing.hpp"
 #include "src/model/spec.hpp"
 
@@ -32,7 +34,8 @@ std::optional<http::Response> CommandRules::judge(Context& context) const {
   context.expiry = std::get<Expiry>(read);
   if (auto response = lacks_expiry(context)) return response;
   if (context.expiry.is_late(context.now.steady) || context.expiry.begins_late(context.now.steady)) return refused(context, Refusal::late);
-  return judge_stop(context, responses_);
+  if (auto response = judge_stop(context, responses_)) return response;
+  return refused_by_control(context, responses_);
 }
 
 std::optional<http::Response> CommandRules::lacks_expiry(const Context& context) const {
@@ -50,15 +53,19 @@ std::optional<http::Response> CommandRules::lacks_expiry(const Context& context)
 }
 
 SharedCheck CommandRules::judge_before_call(const Context& context) const {
+  if (always_passes(context)) return nullptr;
   const Resource& resource = *context.resource;
   const model::ResourceSpec* const command = resource.command();
   auto stops = command ? holds_of(*resource.thing, *command) : std::vector<std::shared_ptr<const StopHold>>();
-  if (!context.expiry.valid_until && !context.expiry.start_before && stops.empty()) return nullptr;
-  return std::make_shared<CommandCheck>(time_.clock(), context.expiry, std::move(stops));
+  ControlCheck control(context);
+  if (!context.expiry.valid_until && !context.expiry.start_before && stops.empty() && !control.is_needed()) return nullptr;
+  return std::make_shared<CommandCheck>(time_.clock(), context.expiry, std::move(stops), std::move(control));
 }
 
 http::Response CommandRules::refused(const Context& context, Refusal why) const {
   if (why == Refusal::stopped) return refused_by_stop(context, responses_);
+  if (why == Refusal::control)
+    if (auto response = refused_by_control(context, responses_)) return *std::move(response);
   const BodyFault what = fault(why);
   http::Response response = responses_.problem(context, {what.status, what.detail, {}, std::string(what.type)});
   response.denial = what.denial;
@@ -66,7 +73,11 @@ http::Response CommandRules::refused(const Context& context, Refusal why) const 
 }
 
 BodyFault CommandRules::fault(Refusal why) {
-  (void)why;
+  if (why == Refusal::control) {
+    BodyFault fault{409, "another client has taken control while this command waited; it was not carried out"};
+    fault.type = vocab::lrt_::ControlledByAnother.text;
+    return fault;
+  }
   BodyFault fault{412, "the time until which this command was valid has passed, or was given by another run of the server; it was not carried out"};
   fault.type = http::late_command_type;
   fault.denial = http::Denial::late;
@@ -75,7 +86,7 @@ BodyFault CommandRules::fault(Refusal why) {
 
 std::string CommandRules::reason(Refusal why) {
   if (why == Refusal::stopped) return "the robot was stopped";
-  return "it was to begin before a time that has passed";
+  return why == Refusal::control ? "another client has taken control before it began" : "it was to begin before a time that has passed";
 }
 
 }  // namespace v0

@@ -14,6 +14,7 @@
 #include <lrt/http/message.hpp>
 
 #include "src/engine/context.hpp"
+#include "src/engine/control.hpp"
 #include "src/engine/expiry.hpp"
 #include "src/engine/responses.hpp"
 #include "src/engine/stop_state.hpp"
@@ -22,14 +23,14 @@ namespace lrt::engine {
 inline namespace v0 {
 
 /// Why a command is not carried out although its sender may send it and its body is right.
-enum class Refusal : std::uint8_t { none, late, stopped };
+enum class Refusal : std::uint8_t { none, late, stopped, control };
 
 /// What is judged once more just before the host's lambda runs, because the command has waited for the host since. Each rule has a member here.
 class CommandCheck {
  public:
   /// @param stops  the stop states that the command is subject to
-  CommandCheck(const Clock& clock, const Expiry& expiry, std::vector<std::shared_ptr<const StopHold>> stops)
-      : expiry_(clock, expiry), stops_(std::move(stops)) {}
+  CommandCheck(const Clock& clock, const Expiry& expiry, std::vector<std::shared_ptr<const StopHold>> stops, ControlCheck control)
+      : expiry_(clock, expiry), stops_(std::move(stops)), control_(std::move(control)) {}
 
   /// Judges the command. The thread of the lambda calls it once, just before the lambda. Does not lock or allocate.
   bool passes() noexcept {
@@ -44,11 +45,13 @@ class CommandCheck {
  private:
   Refusal judge() noexcept {
     if (!expiry_.passes()) return Refusal::late;
-    return std::any_of(stops_.begin(), stops_.end(), [](const auto& stop) { return stop->holds(); }) ? Refusal::stopped : Refusal::none;
+    if (std::any_of(stops_.begin(), stops_.end(), [](const auto& stop) { return stop->holds(); })) return Refusal::stopped;
+    return control_.passes() ? Refusal::none : Refusal::control;
   }
 
   ExpiryCheck expiry_;
   const std::vector<std::shared_ptr<const StopHold>> stops_;
+  ControlCheck control_;
   Refusal refusal_ = Refusal::none;
 };
 
@@ -69,7 +72,7 @@ Result<T> call_if_passes(const SharedCheck& check, F lambda) {
 bool requires_expiry(const Resource& resource) noexcept;
 
 /// Judges commands: requests that would change something. Their sender may send them (AccessControl has judged that before). The rules are asked in this
-/// order, and each has a file of its own: expiry, stop_state.
+/// order, and each has a file of its own: expiry, stop_state, control.
 ///
 /// A command is judged at two moments: judge() on the engine's thread, when its header section is complete and when its body is; judge_before_call() just
 /// before the host's lambda runs. A stop and the cancelling of an invocation always pass.

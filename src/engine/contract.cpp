@@ -133,6 +133,7 @@ std::string signature_of(const ThingNode& thing, const Registry& registry) {
       if (is_text) s.text(statement.object.text()).text(statement.object.language());
     }
   }
+  if (spec.control) s.text("control");
   s.number(spec.actions.size());
   for (const auto& a : spec.actions)
     s.text(a->path).texts(a->predicates).texts(a->classes).number(a->stop).value(a->input, a->facets).value(a->output, a->output_facets);

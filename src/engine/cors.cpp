@@ -10,12 +10,12 @@ namespace lrt::engine {
 namespace {
 
 constexpr std::string_view exposed =
-    "Accept-Patch, Accept-Post, Accept-Put, Allow, Content-Location, Content-Range, ETag, Link, Location, Preference-Applied, Retry-After, "
+    "Accept-Patch, Accept-Post, Accept-Put, Allow, Content-Location, Content-Range, Control-Id, ETag, Link, Location, Preference-Applied, Retry-After, "
     "Robot-Time, "
     "Upgrade, Value-Series, Vary, WWW-Authenticate";
 constexpr std::string_view request_fields =
-    "Accept, Authorization, Content-Type, If-Match, If-None-Match, Last-Event-ID, Link, Prefer, Range, "
-    "Start-Before, Valid-Until";
+    "Accept, Authorization, Content-Type, Control-Id, If-Match, If-None-Match, Last-Event-ID, Link, Prefer, Range, "
+    "Start-Before, Take-Over, Valid-Until";
 constexpr std::string_view preflight_seconds = "600";
 /// The Content-Security-Policy of other documents than lrt's page: an opaque origin, no scripts, no loading. An SVG image keeps its styles.
 constexpr std::string_view document_policy = "sandbox; default-src 'none'; style-src 'unsafe-inline'; img-src data:";

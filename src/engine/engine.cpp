@@ -392,6 +392,7 @@ std::optional<Reply> Engine::next_reply(TimePoint now) {
     impl_->take_messages(now);
     parts.pending.expire(now);
     parts.invocations.expire(now);
+    while (const auto id = parts.leases.take_due(now.steady)) static_cast<ControlBase*>(parts.registry.find(*id))->expire(now, parts.leases);
     if (parts.stops && !impl_->stopped) parts.stops->advance(now);
     if (parts.queries && !impl_->stopped) parts.queries->advance(now);
   } catch (const std::exception& e) { parts.responses.log(LogLevel::error, std::string("internal error while making a response: ") + e.what()); }
@@ -404,8 +405,8 @@ std::optional<std::chrono::steady_clock::time_point> Engine::next_deadline() con
   auto first = parts.pending.next_deadline();
   const auto of_queries = parts.queries ? parts.queries->next_deadline() : std::nullopt;
   const auto of_stops = parts.stops ? parts.stops->next_deadline() : std::nullopt;
-  for (const auto& other :
-       {parts.invocations.next_deadline(), parts.subscriptions.next_deadline(), parts.scanner.next_deadline(), of_queries, of_stops})
+  for (const auto& other : {parts.invocations.next_deadline(), parts.leases.next(), parts.subscriptions.next_deadline(), parts.scanner.next_deadline(),
+                            of_queries, of_stops})
     if (other && (!first || *other < *first)) first = other;
   return first;
 }

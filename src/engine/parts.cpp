@@ -186,6 +186,7 @@ void Parts::remove(ThingNode& thing) {
   for (const auto& p : thing.properties) p->removed(*this);
   for (const auto& a : thing.actions) invocations.removed(*a, clock.now());
   for (const auto& c : thing.collections) c->removed(*this);
+  if (thing.control) leases.clear(thing.control->lease_end);
   thing.self.removed(*this);
   kinds.leave(thing);
   for (Resource* r : thing.resources()) registry.remove(*r);

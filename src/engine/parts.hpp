@@ -93,6 +93,7 @@ struct Parts {
   const EngineView view;            ///< what descriptions read
   Representations representations;  ///< GET, HEAD, OPTIONS, conditions
   Bodies bodies;                    ///< bytes to values
+  DeadlineQueue<ResourceId> leases;  ///< when control of Things ends
   ChangeScanner scanner;            ///< finding changes of observed resources
   CallbackRules callback_rules;     ///< which receivers callbacks may reach
   Subscribers subscribers;          ///< the present subscriptions

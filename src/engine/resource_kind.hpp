@@ -38,6 +38,7 @@ enum class Trait : std::uint16_t {
   query = 256,                ///< POST is a query: it changes nothing
   cancelled_by_delete = 512,  ///< DELETE ends what it stands for, and is never too late
   requires_expiry = 1024,     ///< POST must say until when it is valid
+  commands = 2048,            ///< unsafe methods command the robot: who has control of its Thing may send them (Thing::control())
 };
 
 constexpr Trait operator|(Trait a, Trait b) noexcept { return static_cast<Trait>(static_cast<unsigned>(a) | static_cast<unsigned>(b)); }

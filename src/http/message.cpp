@@ -174,7 +174,7 @@ std::vector<Field> Fields::list() const {
 
 std::string_view to_string(Denial denial) noexcept {
   static constexpr std::array<std::string_view, denial_count> names = {
-      "", "credentials", "right", "origin", "notification", "receiver", "host", "rate", "invocations", "subscriptions", "late"};
+      "", "credentials", "right", "origin", "notification", "receiver", "host", "rate", "invocations", "subscriptions", "late", "control"};
   return names[static_cast<std::size_t>(denial)];
 }
 

@@ -16,6 +16,7 @@
 #include <lrt/base/error.hpp>
 #include <lrt/base/log.hpp>
 #include <lrt/base/result.hpp>
+#include <lrt/control.hpp>
 #include <lrt/model/detail/callables.hpp>
 #include <lrt/model/detail/slot.hpp>
 #include <lrt/model/dispatch.hpp>
@@ -164,6 +165,18 @@ struct CollectionSpec : ResourceSpec {
 
 struct WorldSpec;
 
+/// What modules above this one do for a Thing with control, as WorldExtension does for a World.
+class ControlExtension {
+ protected:
+  ~ControlExtension() = default;
+};
+
+/// Thing::control()
+struct ControlSpec {
+  const ControlExtension& extension;
+  ControlOptions options;
+};
+
 struct ThingSpec {
   std::string path;                        ///< percent-encoded, without leading or trailing '/'
   std::shared_ptr<HandleContext> handles;  ///< null: it has no resources
@@ -182,6 +195,7 @@ struct ThingSpec {
   ThinVector<std::shared_ptr<CollectionSpec>> collections;
   std::unique_ptr<const Error> first_error;          ///< null: none
   std::shared_ptr<WorldSpec> world;                  ///< of a World; null: it is no World
+  std::unique_ptr<const ControlSpec> control;        ///< null: clients do not take control of it
   std::unique_ptr<const std::string> cache_control;  ///< of the Thing and its state; null: "no-cache"
 };
 

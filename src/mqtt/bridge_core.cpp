@@ -55,7 +55,9 @@ bool is_token68(std::string_view text) noexcept {
 }
 
 /// User properties that become header fields.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 5> fields = {{{"accept", "Accept"},
+constexpr std::array<std::pair<std::string_view, std::string_view>, 7> fields = {{{"accept", "Accept"},
+                                                                                  {"control-id", "Control-Id"},
+                                                                                  {"take-over", "Take-Over"},
                                                                                   {"if-match", "If-Match"},
                                                                                   {"if-none-match", "If-None-Match"},
                                                                                   {"prefer", "Prefer"},

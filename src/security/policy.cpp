@@ -108,7 +108,8 @@ class AuthorizationReader {
       const std::optional<Right> right = right_of(iri);
       if (!right)
         return unexpected(Errc::invalid_option,
-                          "acl:mode: expected acl:Read, acl:Write, acl:Control, lrt:Invoke, lrt:Release or lrt:Subscribe, found <" + relative(iri.text) + ">");
+                          "acl:mode: expected acl:Read, acl:Write, acl:Control, lrt:Invoke, lrt:Release, lrt:Subscribe or lrt:TakeOver, found <" +
+                              relative(iri.text) + ">");
       rights = rights | *right;
     } else {
       return unexpected(Errc::invalid_option, "acl:" + local + " is not supported");
@@ -123,6 +124,7 @@ class AuthorizationReader {
     if (mode == vocab::lrt_::Invoke) return Right::invoke;
     if (mode == vocab::lrt_::Release) return Right::release;
     if (mode == vocab::lrt_::Subscribe) return Right::subscribe;
+    if (mode == vocab::lrt_::TakeOver) return Right::control;
     return std::nullopt;
   }
 

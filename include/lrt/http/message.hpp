@@ -120,8 +120,9 @@ enum class Denial : std::uint8_t {
   invocations,    ///< 429: the client has too many invocations
   subscriptions,  ///< 429: the client has too many subscriptions
   late,           ///< 412: the time until which the command was valid has passed
+  control,        ///< 409, 428: the client does not have control (Thing::control())
 };
-inline constexpr std::size_t denial_count = 11;  ///< the number of enumerators of Denial, `none` included
+inline constexpr std::size_t denial_count = 12;  ///< the number of enumerators of Denial, `none` included
 /// The enumerator's name; empty for `none`.
 /// @par Threads  Any.
 /// @par Time     Constant. The view is valid until the process ends.

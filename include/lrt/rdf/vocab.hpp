@@ -554,6 +554,15 @@ LRT_TERM(lrt, all);
 LRT_TERM(lrt, invocationOf);
 LRT_TERM(lrt, unreachableSince);
 LRT_TERM(lrt, expiresAfter);
+LRT_TERM(lrt, control);
+LRT_TERM(lrt, Control);
+LRT_TERM(lrt, held);
+LRT_TERM(lrt, heldBy);
+LRT_TERM(lrt, until);
+LRT_TERM(lrt, controlRequired);
+LRT_TERM(lrt, ControlledByAnother);
+LRT_TERM(lrt, ControlRequired);
+LRT_TERM(lrt, TakeOver);
 }  // namespace lrt_
 
 #undef LRT_TERM

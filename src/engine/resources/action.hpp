@@ -95,9 +95,10 @@ class ActionResource final : public Resource {
   void describe_types(About& about, const Description& d) const override;
   const ResourceKind& kind() const noexcept override {
     static constexpr Observable observable{vocab::hybrit::Action, Observable::Order::urgent};
-    static constexpr ResourceKind usual{"action", Trait::plain_bodies, &observable, security::Right::invoke};
+    static constexpr ResourceKind usual{"action", Trait::plain_bodies | Trait::commands, &observable, security::Right::invoke};
     static constexpr ResourceKind stop{"action", Trait::plain_bodies | Trait::stop, &observable, security::Right::invoke};
-    static constexpr ResourceKind expiring{"action", Trait::plain_bodies | Trait::requires_expiry, &observable, security::Right::invoke};
+    static constexpr ResourceKind expiring{"action", Trait::plain_bodies | Trait::commands | Trait::requires_expiry, &observable, security::Right::invoke};
+    // Who may release need not have control: it moves nothing.
     static constexpr ResourceKind release{"action", Trait::plain_bodies | Trait::requires_expiry, &observable, security::Right::release};
     return spec->stop ? stop : spec->releases ? release : spec->requires_expiry ? expiring : usual;
   }

@@ -29,7 +29,7 @@ class MemberResource final : public ValueResource {
   void describe(const Description& d) const override;
   void describe_types(About& about, const Description& d) const override;
   const ResourceKind& kind() const noexcept override {
-    static constexpr ResourceKind kind{"member"};
+    static constexpr ResourceKind kind{"member", Trait::commands};
     return kind;
   }
   const model::ResourceSpec* command() const noexcept override;
@@ -63,7 +63,7 @@ class CollectionResource final : public Resource, public Container {
   void describe_controls(About& about, const Description& d) const override;
   void describe_types(About& about, const Description& d) const override;
   const ResourceKind& kind() const noexcept override {
-    static constexpr ResourceKind kind{"collection", Trait::plain_bodies};
+    static constexpr ResourceKind kind{"collection", Trait::plain_bodies | Trait::commands};
     return kind;
   }
   const model::ResourceSpec* command() const noexcept override { return spec.get(); }

@@ -211,6 +211,8 @@ void describe_kind(const Description& d, const std::string& self, const std::str
   structure.path(vocab::hybrit::blueprint, 1);
   if (least([&](const ThingNode& t) { return d.audience.sees(t.subscriptions); }) > 0) structure.path(vocab::hybrit::subscriptions, 1, 1);
   if (least([&](const ThingNode& t) { return d.audience.sees(t.state); }) > 0) structure.path(vocab::lrt_::state, 1, 1);
+  if (spec.control && least([&](const ThingNode& t) { return d.audience.sees(*t.control); }) > 0)
+    structure.path(vocab::lrt_::control, 1, 1, vocab::lrt_::Control);
   if (spec.path.find('/') != std::string::npos) structure.path(vocab::dcterms::isPartOf, 0, 1, vocab::hybrit::RoboticThing);
   if (is_seen_somewhere([&](const ThingNode& t) { return seen(t.actions) > 0; })) structure.path(vocab::hybrit::action, 0, 0, vocab::hybrit::Action);
   const auto has_stop = [&](const ThingNode& t) {

@@ -39,7 +39,7 @@ class PropertyResource final : public ValueResource {
   void describe_types(About& about, const Description& d) const override;
   const ResourceKind& kind() const noexcept override {
     static constexpr Observable observable{vocab::hybrit::Property};
-    static constexpr ResourceKind kind{"property", Trait::fixed_links | Trait::plain_bodies, &observable};
+    static constexpr ResourceKind kind{"property", Trait::fixed_links | Trait::plain_bodies | Trait::commands, &observable};
     return kind;
   }
   const model::ResourceSpec* command() const noexcept override { return in_graph ? nullptr : spec.get(); }

@@ -9,6 +9,7 @@
 
 #include "src/engine/change_scanner.hpp"
 #include "src/engine/contract.hpp"
+#include "src/engine/control_extension.hpp"
 #include "src/engine/description.hpp"
 #include "src/engine/overview.hpp"
 #include "src/engine/registry.hpp"
@@ -46,6 +47,7 @@ void ThingResource::describe(const Description& d) const {
   about.link(vocab::hybrit::subscriptions, d.base + node.subscriptions.path);  // R1.8
   about.link(vocab::lrt_::state, d.base + node.state.path);
   if (!node.children.empty()) about.link(vocab::lrt_::all, d.base + node.tree.path);
+  if (node.control) about.link(vocab::lrt_::control, d.base + node.control->path);
   if (node.parent) about.link(vocab::dcterms::isPartOf, d.base + node.parent->self.path);
   for (const ActionResource* a : actions) about.link(vocab::hybrit::action, d.base + a->path);  // R1.10
   for (const ActionResource* a : actions)
@@ -71,6 +73,7 @@ void ThingResource::describe(const Description& d) const {
   for (const auto& p : node.properties) describe_types_of(*p, d);
   for (const auto& c : node.collections) describe_types_of(*c, d);
   for (const ThingNode* child : node.children) describe_types_of(child->self, d);
+  if (node.control) describe_types_of(*node.control, d);
   if (node.parent) describe_types_of(node.parent->self, d);
   for (const Statement& s : spec.statements) {
     if (s.object.kind() != Object::Kind::resource) continue;
@@ -92,6 +95,7 @@ void ThingResource::overview(Overview& o) const {
   const ThingNode& node = *thing;
   o.link("state", node.state);
   if (!node.children.empty()) o.link("all", node.tree);
+  if (node.control) o.link("control", *node.control);
   if (node.spec->blueprint.empty()) o.link("blueprint", *node.kind);
   else o.link("blueprint", node.spec->blueprint, node.blueprint.kind().name);
   if (node.bounds) o.link("boundsBlueprint", *node.bounds);
@@ -116,6 +120,10 @@ void ThingResource::link_related(http::LinkWriter& links, const std::string& bas
   if (!node.children.empty()) {
     links.add(base + node.tree.path, "related");
     links.add(base + node.tree.path, vocab::lrt_::all.text);
+  }
+  if (node.control) {
+    links.add(base + node.control->path, "related");
+    links.add(base + node.control->path, vocab::lrt_::control.text);
   }
   for (const ActionResource* a : node.available_actions()) links.add(base + a->path, "related");
   for (const auto& p : node.properties) links.add(base + p->path, "related");
@@ -205,6 +213,11 @@ std::unique_ptr<ThingResource> make_self(const model::ThingSpec& spec, ThingNode
   return std::make_unique<ThingResource>("/" + spec.path, thing);
 }
 
+std::unique_ptr<ControlBase> make_control(const model::ThingSpec& spec, ThingNode* thing) {
+  if (!spec.control) return nullptr;
+  return ControlExtension::of(*spec.control).make_resource("/" + spec.path + "/control", thing, spec.control->options);
+}
+
 }  // namespace
 
 ThingNode::ThingNode(std::unique_ptr<model::ThingSpec> s)
@@ -214,7 +227,8 @@ ThingNode::ThingNode(std::unique_ptr<model::ThingSpec> s)
       state(self.path + "/state", this, (self.path + "/state").size()),
       blueprint(self.path + "/blueprint", this, (self.path + "/blueprint").size()),
       subscriptions(self.path + "/subscriptions", this, (self.path + "/subscriptions").size()),
-      tree(self.path + "/all", this) {
+      tree(self.path + "/all", this),
+      control(make_control(*spec, this)) {
   for (const auto& p : spec->properties) properties.push_back(std::make_unique<PropertyResource>(self.path + "/" + p->path, this, p));
   for (const auto& a : spec->actions) actions.push_back(std::make_unique<ActionResource>(self.path + "/actions/" + a->path, this, a));
   for (const auto& c : spec->collections) collections.push_back(std::make_unique<CollectionResource>(self.path + "/" + c->path, this, c));
@@ -268,6 +282,7 @@ std::vector<Resource*> ThingNode::resources() {
   for (const auto& p : properties) all.push_back(p.get());
   for (const auto& a : actions) all.push_back(a.get());
   for (const auto& c : collections) all.push_back(c.get());
+  if (control) all.push_back(control.get());
   for (Resource* r : self.more_resources()) all.push_back(r);
   return all;
 }

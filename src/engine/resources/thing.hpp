@@ -12,6 +12,7 @@
 #include <lrt/rdf/type.hpp>
 
 #include "src/base/thin_vector.hpp"
+#include "src/engine/control.hpp"
 #include "src/engine/resource.hpp"
 #include "src/engine/resources/blueprint.hpp"
 #include "src/engine/resources/subscription.hpp"
@@ -163,11 +164,12 @@ struct ThingNode {
   std::vector<std::unique_ptr<PropertyResource>> properties;
   ThinVector<std::unique_ptr<ActionResource>> actions;
   ThinVector<std::unique_ptr<CollectionResource>> collections;
-  KindResource* kind = nullptr;           ///< set while it is registered
-  const StopState* stop_state = nullptr;  ///< StopStates'; nullptr: none is declared
-  BoundsResource* bounds = nullptr;       ///< set with the kind; null: no number has bounds
-  ThingNode* parent = nullptr;            ///< nullptr: below the root
-  ThinVector<ThingNode*> children;        ///< in the order of registration
+  const std::unique_ptr<ControlBase> control;  ///< null: clients do not take control of it
+  KindResource* kind = nullptr;                ///< set while it is registered
+  const StopState* stop_state = nullptr;       ///< StopStates'; nullptr: none is declared
+  BoundsResource* bounds = nullptr;            ///< set with the kind; null: no number has bounds
+  ThingNode* parent = nullptr;                 ///< nullptr: below the root
+  ThinVector<ThingNode*> children;             ///< in the order of registration
 };
 
 }  // namespace v0

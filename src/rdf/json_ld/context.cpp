@@ -97,6 +97,12 @@ constexpr Term terms[] = {
     link("inputField", v::lrt_::inputField),
     link("tolerance", v::lrt_::tolerance),
     link("period", v::lrt_::period),
+    link("control", v::lrt_::control),
+    plain("Control", v::lrt_::Control),
+    typed("held", v::lrt_::held, v::xsd::boolean),
+    plain("heldBy", v::lrt_::heldBy),
+    typed("until", v::lrt_::until, v::xsd::dateTime),
+    typed("controlRequired", v::lrt_::controlRequired, v::xsd::boolean),
     typed("expiresAfter", v::lrt_::expiresAfter, v::xsd::double_),
     link("forProperty", v::sosa::forProperty),
 
