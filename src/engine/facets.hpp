@@ -42,6 +42,19 @@ class Container {
   ~Container() = default;
 };
 
+/// A resource that is cut into pages and is no container, and that can be searched.
+class Paged {
+ public:
+  /// How many pages it has, 1 or more.
+  virtual std::size_t pages(const Audience& audience) const = 0;
+  /// The resource with what a text finds in it. It exists until other texts are searched.
+  /// @par Errors  for a 400
+  virtual Result<Resource*> search(const std::string& text) = 0;
+
+ protected:
+  ~Paged() = default;
+};
+
 /// A resource that holds graphs.
 class GraphStore {
  public:

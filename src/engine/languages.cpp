@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include <lrt/base/immortal.hpp>
+
 #include "src/http/negotiate.hpp"
 #include "src/rdf/words.hpp"
 
@@ -29,15 +31,32 @@ const rdf::Text* ChosenTexts::choose(const rdf::Texts& texts) {
   if (texts.empty()) return nullptr;
   const rdf::Text* chosen = texts.begin().operator->();
   if (texts.size() > 1) {
-    for (const rdf::Text& t : texts)
-      if (std::find(offered_.begin(), offered_.end(), t.language) == offered_.end()) offered_.push_back(t.language);
-    chosen = texts.choose(languages_ ? languages_->wanted() : std::vector<std::string>());
+    for (const rdf::Text& t : texts) offer(t.language);
+    chosen = texts.choose(wanted());
   }
-  if (!chosen->language.empty()) {
-    is_mixed_ = is_mixed_ || (!language_.empty() && language_ != chosen->language);
-    language_ = chosen->language;
-  }
+  use(chosen->language);
   return chosen;
+}
+
+void ChosenTexts::take(const ChosenTexts& part) {
+  for (const std::string& language : part.offered_) offer(language);
+  use(part.language_);
+  is_mixed_ = is_mixed_ || part.is_mixed_;
+}
+
+const std::vector<std::string>& ChosenTexts::wanted() const {
+  static const Immortal<std::vector<std::string>> none;
+  return languages_ ? languages_->wanted() : *none;
+}
+
+void ChosenTexts::offer(const std::string& language) {
+  if (std::find(offered_.begin(), offered_.end(), language) == offered_.end()) offered_.push_back(language);
+}
+
+void ChosenTexts::use(const std::string& language) {
+  if (language.empty()) return;
+  is_mixed_ = is_mixed_ || (!language_.empty() && language_ != language);
+  language_ = language;
 }
 
 }  // namespace lrt::engine

@@ -34,6 +34,10 @@ class ChosenTexts {
 
   /// The text that the representation shows; nullptr: there is none.
   const rdf::Text* choose(const rdf::Texts& texts);
+  /// Records what was chosen for a part of the representation that was written before.
+  void take(const ChosenTexts& part);
+  /// Languages that are wanted, the best first.
+  const std::vector<std::string>& wanted() const;
 
   /// Languages of the texts of which one was chosen, each once; empty: the representation is the same in all languages.
   const std::vector<std::string>& offered() const noexcept { return offered_; }
@@ -41,6 +45,9 @@ class ChosenTexts {
   std::string_view language() const noexcept { return is_mixed_ ? std::string_view() : language_; }
 
  private:
+  void offer(const std::string& language);
+  void use(const std::string& language);
+
   const Languages* languages_;
   std::vector<std::string> offered_;
   std::string language_;

@@ -67,13 +67,17 @@ void Overview::members(std::string_view key, const Resource& container) {
   begin_array(key);
   for (std::size_t i = first; i < last; ++i) link({}, *all[i]);
   end_array();
-  const auto page = [&](std::string_view name, std::size_t n) {
+  pages_around(container, page_, page_count(all.size(), size));
+}
+
+void Overview::pages_around(const Resource& resource, std::size_t page, std::size_t pages) {
+  const auto add = [&](std::string_view name, std::size_t n) {
     begin_object(name);
-    text("href", variant_iri(base_ + container.path, rdf::media_type(rdf::Plain::json), n));
+    text("href", variant_iri(iri(resource), rdf::media_type(rdf::Plain::json), n));
     end_object();
   };
-  if (page_ > 1) page("previous", page_ - 1);
-  if (last < all.size()) page("next", page_ + 1);
+  if (page > 1) add("previous", page - 1);
+  if (page < pages) add("next", page + 1);
 }
 
 void Overview::text(std::string_view key, std::string_view value) {
@@ -94,6 +98,31 @@ void Overview::words(const rdf::Words& words) {
   if (const rdf::Text* description = texts_.choose(words.descriptions)) text("description", description->text);
 }
 
+void Overview::all_words(const rdf::Words& words) {
+  all_texts("title", "titles", words.titles);
+  all_texts("description", "descriptions", words.descriptions);
+}
+
+void Overview::all_texts(std::string_view one, std::string_view several, const rdf::Texts& texts) {
+  const rdf::Text* const chosen = texts_.choose(texts);
+  if (!chosen) return;
+  text(one, chosen->text);
+  if (texts.size() == 1) return;
+  begin_object(several);
+  for (const rdf::Text& t : texts) text(t.language.empty() ? "@none" : std::string_view(t.language), t.text);
+  end_object();
+}
+
+void Overview::types(const std::vector<std::string>& classes, const rdf::Type* type) {
+  std::vector<std::string> all = classes;
+  if (type)
+    for (const std::string& c : type->classes) {
+      std::string iri = rdf::term_iri(c, vocabulary());
+      if (std::find(all.begin(), all.end(), iri) == all.end()) all.push_back(std::move(iri));
+    }
+  texts("types", all);
+}
+
 void Overview::json(std::string_view key, std::string_view written) {
   separate(key);
   out_ += written;
@@ -108,13 +137,7 @@ void Overview::schema(std::string_view key, const rdf::Type* type, const rdf::Fa
 
 void Overview::described(const std::vector<Statement>& statements, const std::vector<std::string>& classes, const rdf::Type* type) {
   words({model::texts_of(statements, vocab::dcterms::title), model::texts_of(statements, vocab::dcterms::description)});
-  std::vector<std::string> all = classes;
-  if (type)
-    for (const std::string& c : type->classes) {
-      std::string iri = rdf::term_iri(c, engine_.vocabulary(base_));
-      if (std::find(all.begin(), all.end(), iri) == all.end()) all.push_back(std::move(iri));
-    }
-  texts("types", all);
+  types(classes, type);
 }
 
 std::string Overview::iri(const Object& object) const {

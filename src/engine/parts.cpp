@@ -41,7 +41,8 @@ Error path_taken(const std::string& path, const Resource& holder) {
   if (holder.thing) message += "is already in use, in the thing \"" + holder.thing->spec->path + "\": choose another name";
   else
     message +=
-        "is reserved, as are \"ns/lrt\", \"ns/vocabulary\", \"ns/context.jsonld\", \".well-known/void\" and, with tokens, \"ns/session\" and "
+        "is reserved, as are \"ns/lrt\", \"ns/vocabulary\", \"ns/context.jsonld\", \"ns/structure\", \".well-known/void\" and, with tokens, "
+        "\"ns/session\" and "
         "\"ns/ticket\", and the path of the SPARQL endpoint: choose another name";
   return {Errc::duplicate_path, std::move(message)};
 }
@@ -102,6 +103,7 @@ Parts::Parts(EngineOptions given)
       saved(options, registry, bases, responses, callback_rules, subscriptions, saves, clock),
       invocations(options, registry, calls, pending, responses, rules, representations, bodies, scanner, stops),
       tree("/all", nullptr, &registry),
+      structure(registry, cache, options),
       root(registry, TermsResource::location, tree, options.sessions ? SessionResource::location : "",
            options.query ? options.query->limits().path : ""),
       context(context_text),
@@ -110,6 +112,7 @@ Parts::Parts(EngineOptions given)
       queries(options.query ? QueryExtension::of(*options.query).make_queries(*options.query, *this) : nullptr),
       handle_log(std::make_shared<model::HandleLog>(options.log)) {
   registry.add(tree);
+  registry.add(structure);
   registry.add(root);
   registry.add(terms);
   if (!context_text.empty()) registry.add(context);

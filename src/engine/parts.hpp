@@ -35,6 +35,7 @@
 #include "src/engine/resources/documents.hpp"
 #include "src/engine/resources/kind.hpp"
 #include "src/engine/resources/session.hpp"
+#include "src/engine/resources/structure.hpp"
 #include "src/engine/resources/tree.hpp"
 #include "src/engine/responses.hpp"
 #include "src/engine/saved_subscriptions.hpp"
@@ -106,6 +107,7 @@ struct Parts {
   std::unique_ptr<StopStates> stops;           ///< which Things are stopped; nullptr: none says it
   Invocations invocations;                     ///< the life of commands
   TreeResource tree;                           ///< all Things as one document
+  StructureResource structure;                 ///< the same without values
   RootResource root;
   TermsResource terms;
   ContextResource context;

@@ -548,16 +548,18 @@ void Representations::add_links(http::Fields& fields, const Resource& resource, 
     links.add(resource.thing->shapes_of(base, resource.input_shape()), vocab::ldp::constrainedBy.text);
   if (container && page == minimal_page) return links.finish(fields, self, "describedby");
   links.skip(first_link);
+  const auto add_pages = [&](std::size_t pages) {
+    if (pages < 2) return;
+    const auto page_iri = [&](std::size_t n) { return self + (self.find('?') == std::string::npos ? "?page=" : "&page=") + std::to_string(n); };
+    links.add(page_iri(1), "first");
+    links.add(page_iri(pages), "last");
+    if (page > 1) links.add(page_iri(page - 1), "prev");
+    if (page < pages) links.add(page_iri(page + 1), "next");
+  };
+  if (const Paged* const paged = resource.paged()) add_pages(paged->pages(audience));
   if (container) {
     const std::vector<Resource*> members = container->members(audience);
-    const std::size_t pages = page_count(members.size(), options_.max_page_members);
-    if (pages > 1) {
-      const auto page_iri = [&](std::size_t n) { return self + "?page=" + std::to_string(n); };
-      links.add(page_iri(1), "first");
-      links.add(page_iri(pages), "last");
-      if (page > 1) links.add(page_iri(page - 1), "prev");
-      if (page < pages) links.add(page_iri(page + 1), "next");
-    }
+    add_pages(page_count(members.size(), options_.max_page_members));
     const std::size_t first = std::min(members.size(), (page - 1) * options_.max_page_members);
     const std::size_t last = std::min(members.size(), first + options_.max_page_members);
     for (std::size_t i = first; i < last; ++i) links.add(base + members[i]->path, "related");

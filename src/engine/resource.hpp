@@ -183,6 +183,8 @@ class Resource {
   virtual ValueResource* values() noexcept { return nullptr; }
   const ValueResource* values() const noexcept { return const_cast<Resource*>(this)->values(); }
   virtual const Container* container() const noexcept { return nullptr; }
+  virtual Paged* paged() noexcept { return nullptr; }
+  const Paged* paged() const noexcept { return const_cast<Resource*>(this)->paged(); }
   virtual GraphStore* graph_store() noexcept { return nullptr; }
   const GraphStore* graph_store() const noexcept { return const_cast<Resource*>(this)->graph_store(); }
   virtual OwnProtocol* own_protocol() noexcept { return nullptr; }

@@ -65,10 +65,17 @@ std::optional<http::Response> Targets::find(Context& context, const http::Target
     if (!first) return parts_.responses.problem(context, 400, "links: expected a number from 0");
     context.first_link = static_cast<std::size_t>(std::min<std::uint64_t>(*first, std::numeric_limits<std::size_t>::max()));
   }
-  return context.resource->container() ? read_page(context, target.query) : std::nullopt;
+  if (Paged* const paged = context.resource->paged()) {
+    if (const auto text = http::query_parameter(context.request().target, "q", http::Plus::space)) {
+      const Result<Resource*> part = paged->search(*text);
+      if (!part) return parts_.responses.problem(context, 400, part.error().message);
+      context.resource = *part;
+    }
+  }
+  return context.resource->container() || context.resource->paged() ? read_page(context, target.query) : std::nullopt;
 }
 
-/// The parameter `page` of a container.
+/// The parameter `page` of what has pages.
 std::optional<http::Response> Targets::read_page(Context& context, std::string_view query) const {
   while (!query.empty()) {
     const std::string_view one = query.substr(0, query.find('&'));
@@ -79,7 +86,9 @@ std::optional<http::Response> Targets::read_page(Context& context, std::string_v
       if (c < '0' || c > '9' || page > 1'000'000) return parts_.responses.problem(context, 400, "page: expected a number from 1");
       page = page * 10 + static_cast<std::size_t>(c - '0');
     }
-    const std::size_t pages = page_count(context.resource->container()->members(context.audience).size(), parts_.options.max_page_members);
+    const Container* const container = context.resource->container();
+    const std::size_t pages = container ? page_count(container->members(context.audience).size(), parts_.options.max_page_members)
+                                        : context.resource->paged()->pages(context.audience);
     if (page == 0 || page > pages) return parts_.responses.problem(context, 404, "page: expected a number from 1 to " + std::to_string(pages));
     context.page = page;
   }

@@ -281,8 +281,8 @@ TEST_CASE("the paths that remain reserved are named in the error", "[engine][jso
     CHECK(added.error().code == Errc::duplicate_path);
     CHECK(added.error().message ==
           "path \"" + std::string(path) +
-              "\" is reserved, as are \"ns/lrt\", \"ns/vocabulary\", \"ns/context.jsonld\", \".well-known/void\" and, with tokens, \"ns/session\" "
-              "and \"ns/ticket\", and the path of the SPARQL endpoint: choose another name");
+              "\" is reserved, as are \"ns/lrt\", \"ns/vocabulary\", \"ns/context.jsonld\", \"ns/structure\", \".well-known/void\" and, with tokens, "
+              "\"ns/session\" and \"ns/ticket\", and the path of the SPARQL endpoint: choose another name");
   }
   bench.add(arm());
   CHECK(bench.engine.add(Thing{"arm/angle"}).error().message == "path \"arm/angle\" is already in use, in the thing \"arm\": choose another name");

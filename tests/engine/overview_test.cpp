@@ -36,6 +36,7 @@ bool contains(const std::string& text, const std::string& part) { return text.fi
 TEST_CASE("the overview of the root links to the Things", "[engine][R0.4]") {
   Robot r;
   CHECK(r.json("/") == R"({"href":"http://localhost/","kind":"root","methods":["GET","HEAD","OPTIONS"],"title":"Robotic Things",)"
+                       R"("structure":{"href":"http://localhost/ns/structure","kind":"structure","methods":["GET","HEAD","OPTIONS"]},)"
                        R"("all":{"href":"http://localhost/all","kind":"all","methods":["GET","HEAD","OPTIONS"]},"count":1,)"
                        R"("things":[{"href":"http://localhost/arm","kind":"thing","methods":["GET","HEAD","OPTIONS"],"title":"arm",)"
                        R"("types":["http://ros.org/#RevoluteJoint"]}]})");

@@ -13,6 +13,7 @@
 #include "src/engine/resources/collection.hpp"
 #include "src/engine/resources/dataset.hpp"
 #include "src/engine/resources/property.hpp"
+#include "src/engine/resources/structure.hpp"
 #include "src/engine/resources/thing.hpp"
 #include "src/engine/stop_state.hpp"
 #include "src/engine/terms.hpp"
@@ -32,6 +33,7 @@ void RootResource::describe(const Description& d) const {
   about.texts(vocab::dcterms::description, options.description);
   about.link(vocab::rdfs::seeAlso, d.base + terms_).link(vocab::rdfs::seeAlso, d.base + VocabularyResource::location);
   about.link(vocab::rdfs::seeAlso, d.base + DatasetResource::location);
+  about.link(structure_term, d.base + StructureResource::location);
   if (!registry_.roots().empty()) about.link(vocab::lrt_::all, d.base + all_.path);
   if (!query_.empty()) about.link(vocab::lrt_::query, d.base + query_);
   for (const ActionResource* stop : stops()) {
@@ -66,6 +68,7 @@ void RootResource::overview(Overview& o) const {
   const EngineOptions& options = o.options();
   if (options.title.empty()) o.text("title", title);
   o.words({options.title, options.description});
+  if (const Resource* const structure = registry_.find(StructureResource::location)) o.link("structure", *structure);
   if (!registry_.roots().empty()) o.link("all", all_);
   auto all = stops();
   all.erase(std::remove_if(all.begin(), all.end(), [&](const ActionResource* stop) { return !o.sees(*stop); }), all.end());
@@ -81,6 +84,7 @@ void RootResource::overview(Overview& o) const {
 void RootResource::link_related(http::LinkWriter& links, const std::string& base) const {
   if (!session_.empty()) links.add(base + session_, vocab::lrt_::session.text);
   if (!query_.empty()) links.add(base + query_, vocab::lrt_::query.text);
+  links.add(base + StructureResource::location, structure_term.text);
   if (registry_.roots().empty()) return;
   links.add(base + all_.path, "related");
   links.add(base + all_.path, vocab::lrt_::all.text);
