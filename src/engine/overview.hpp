@@ -15,6 +15,7 @@
 #include "src/engine/description.hpp"
 #include "src/engine/languages.hpp"
 #include "src/engine/resource.hpp"
+#include "src/model/plain_name.hpp"
 
 namespace lrt::engine {
 inline namespace v0 {
@@ -38,7 +39,7 @@ class Overview {
   template <class Resources>
   void links(std::string_view key, const Resources& resources) {
     begin_object(key);
-    for (const auto& r : resources) link(r->spec->path, *r);
+    for (const auto& r : resources) link(model::plain_name(r->spec->path), *r);
     end_object();
   }
   /// The members of a container on this page, how many there are, and the pages before and after.

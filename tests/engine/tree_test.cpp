@@ -147,8 +147,8 @@ TEST_CASE("TriG and N-Quads have a graph for each resource, and all of them as t
 
 TEST_CASE("as JSON a Thing's state has a member for each Thing below it", "[engine][R1.2]") {
   Robot r;
-  CHECK(r.get("/robot/all", "application/json").body == R"({"battery":77,"arm":{"j%201":{"angle":10,"encoder":42}}})");
-  CHECK(r.get("/all", "application/json").body == R"({"robot":{"battery":77,"arm":{"j%201":{"angle":10,"encoder":42}}},"lamp":{"on":true}})");
+  CHECK(r.get("/robot/all", "application/json").body == R"({"battery":77,"arm":{"j 1":{"angle":10,"encoder":42}}})");
+  CHECK(r.get("/all", "application/json").body == R"({"robot":{"battery":77,"arm":{"j 1":{"angle":10,"encoder":42}}},"lamp":{"on":true}})");
   CHECK(r.get("/lamp/all", "application/json").body == r.get("/lamp/state", "application/json").body);
 }
 
@@ -180,7 +180,7 @@ TEST_CASE("one property that cannot be read does not hide the robot; it has no v
                 "<robot/arm/j%201> hybrit:property <robot/arm/j%201/encoder> . <robot/arm/j%201/angle> vom:numericalValue "
                 "\"10\"^^xsd:double .") == "");
   CHECK(missing(partial, "<robot/arm/j%201/encoder> vom:numericalValue [] .") != "");
-  CHECK(r.get("/robot/all", "application/json").body == R"({"battery":77,"arm":{"j%201":{"angle":10}}})");
+  CHECK(r.get("/robot/all", "application/json").body == R"({"battery":77,"arm":{"j 1":{"angle":10}}})");
   r.broken = false;
   CHECK(r.bench.get("/robot/all").tag() == whole.tag());
 }
@@ -221,4 +221,21 @@ TEST_CASE("a name of the user has precedence over \"all\", and the document cann
   CHECK(missing(r.bench.get("/"), "<> lrt:all <all-lrt> .") == "");
   CHECK(r.get("/all-lrt", "application/json").says("\"all\":{\"all\":3}"));
   CHECK(r.bench.ask("GET /robot/all\nUpgrade: callback\nCallback: http://127.0.0.1:9/").status == 200);
+}
+
+TEST_CASE("members in JSON have the names that people gave, without percent-encoding", "[engine]") {
+  Bench bench;
+  Thing odd{"x y"};
+  odd.property("val ue+", [] { return 1; });
+  odd.property("gr\xC3\xB6\xC3\x9F" "e/max \"1\"", [] { return 2; });
+  odd.property("%FF", [] { return 3; });
+  odd.action("turn left", [] {});
+  bench.add(std::move(odd));
+  const auto get = [&](const std::string& path) { return bench.ask("GET " + path + "\nAccept: application/json"); };
+  const std::string members = "{\"val ue+\":1,\"gr\xC3\xB6\xC3\x9F" "e/max \\\"1\\\"\":2,\"%FF\":3}";
+  CHECK(get("/x%20y/state").body == members);
+  CHECK(get("/x%20y/all").body == members);
+  CHECK(get("/all").body == "{\"x y\":" + members + "}");
+  CHECK(get("/x%20y").says("\"val ue+\":{\"href\":\"http://localhost/x%20y/val%20ue+\""));
+  CHECK(get("/x%20y").says("\"turn left\":{\"href\":\"http://localhost/x%20y/actions/turn%20left\""));
 }

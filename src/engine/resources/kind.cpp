@@ -27,6 +27,7 @@
 #include "src/engine/resources/subscription.hpp"
 #include "src/engine/resources/thing.hpp"
 #include "src/engine/vocabulary.hpp"
+#include "src/model/plain_name.hpp"
 
 namespace lrt::engine {
 inline namespace v0 {
@@ -153,7 +154,7 @@ const rdf::Type& KindResource::state_type() const {
     auto record = std::make_unique<rdf::Type>();
     record->kind = rdf::Type::Kind::record;
     for (const auto& p : things.front()->spec->properties)
-      if (!p->file) record->fields.push_back({p->path, "#" + p->path, p->type, p->facets});
+      if (!p->file) record->fields.push_back({model::plain_name(p->path), "#" + p->path, p->type, p->facets});
     state_type_ = std::move(record);
   }
   return *state_type_;

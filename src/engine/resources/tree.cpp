@@ -10,6 +10,7 @@
 #include "src/engine/resources/kind.hpp"
 #include "src/engine/resources/property.hpp"
 #include "src/engine/resources/thing.hpp"
+#include "src/model/plain_name.hpp"
 
 namespace lrt::engine {
 
@@ -85,7 +86,7 @@ void TreeResource::add_member(rdf::Type& record, rdf::Value::Sequence& values, c
   rdf::Value::Sequence own;
   add_to(type, own, member, member.spec->path.size() + 1, audience);
   const std::string name = member.spec->path.substr(prefix);
-  record.fields.push_back({name, "#" + name, &type, {}});
+  record.fields.push_back({model::plain_name(name), "#" + name, &type, {}});
   values.push_back(rdf::Value(std::move(own)));
 }
 
