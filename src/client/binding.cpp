@@ -98,7 +98,8 @@ std::optional<Binding> binding_at(const Graph& graph, TermId node) {
 /// The unit with these IRIs: one of lrt's, or one that is kept for the life of the process. Servers cannot make that grow without end.
 std::optional<lrt::Unit> unit_of(std::string_view qudt, std::string_view vom) {
   if (qudt.empty() && vom.empty()) return std::nullopt;
-  if (const lrt::Unit known = find_unit(vom, qudt); !known.ucum.empty()) return known;
+  // Not one whose IRI is a view of the argument: it is kept, as others are.
+  if (const lrt::Unit known = find_unit(vom, qudt); !known.ucum.empty() && known.qudt.text.data() != qudt.data()) return known;
   struct Kept {
     std::mutex mutex;
     std::set<std::pair<std::string, std::string>> names;
@@ -110,7 +111,7 @@ std::optional<lrt::Unit> unit_of(std::string_view qudt, std::string_view vom) {
   std::pair<std::string, std::string> name(qudt, vom);
   if (kept->names.count(name) == 0 && kept->names.size() >= max_kept) return std::nullopt;
   const auto& [qudt_iri, vom_iri] = *kept->names.insert(std::move(name)).first;
-  return lrt::Unit{Iri(qudt_iri), Iri(vom_iri), {}, {}};
+  return find_unit(vom_iri, qudt_iri);
 }
 
 /// Collects the property shapes of a shape, of the shapes in its sh:node and of its parts and alternatives; with `nested` also those for the values

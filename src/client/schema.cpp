@@ -353,10 +353,13 @@ class SchemaReader {
           of.is_iri() && iri::is_absolute(of.text) && std::find(t.classes.begin(), t.classes.end(), of.text) == t.classes.end())
         t.classes.emplace_back(of.text);
   }
-  static std::string name_of(const std::string& predicate, const Constraints& c) {
+  std::string name_of(const std::string& predicate, const Constraints& c) const {
     std::string last = last_part(predicate);
     for (const std::string& name : c.names)
       if (iri::encode_segment(name) == last) return name;
+    if (options_.stated_names)
+      for (const std::string& name : c.names)
+        if (!name.empty() && name.find_first_of(" \t\r\n") == std::string::npos) return name;
     return last.empty() ? predicate : last;
   }
 

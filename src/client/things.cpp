@@ -44,17 +44,30 @@ bool ends_with_path(std::string_view url, std::string_view name) noexcept {
   return url.substr(url.size() - name.size()) == name && (before == '/' || before == '#');
 }
 
+/// As people write it: without percent-encoding, if that is UTF-8.
+std::string decoded(std::string_view text) {
+  if (text.find('%') == std::string_view::npos) return std::string(text);
+  Result<std::string> name = iri::decode(text);
+  return name ? *std::move(name) : std::string(text);
+}
+
 /// 2: the text is an IRI of the resource or of its predicate. 1: it is one of its shorter names. 0: it names something else.
 int fits(std::string_view url, const Names& names, std::string_view text) {
   if (url == text || std::find(names.predicates.begin(), names.predicates.end(), text) != names.predicates.end()) return 2;
   if (std::find(names.titles.begin(), names.titles.end(), text) != names.titles.end() || ends_with_path(url, text)) return 1;
-  return std::any_of(names.predicates.begin(), names.predicates.end(), [&](const std::string& p) { return local_name(p) == text; }) ? 1 : 0;
+  if (url.find('%') != std::string_view::npos && ends_with_path(decoded(url), text)) return 1;
+  const auto is_its_name = [&](const std::string& p) {
+    const std::string_view local = local_name(p);
+    return local == text || (local.find('%') != std::string_view::npos && decoded(local) == text);
+  };
+  return std::any_of(names.predicates.begin(), names.predicates.end(), is_its_name) ? 1 : 0;
 }
 
+/// By the predicate to it. lrt:stop says what an action is for, and is the name of none.
 std::string short_name(std::string_view url, const Names& names) {
-  if (!names.predicates.empty()) return std::string(local_name(names.predicates.front()));
-  const Result<std::string> decoded = iri::decode(local_name(url));
-  return decoded ? *decoded : std::string(local_name(url));
+  for (const std::string& predicate : names.predicates)
+    if (predicate != vocab::lrt_::stop.text) return decoded(local_name(predicate));
+  return decoded(local_name(url));
 }
 
 /// The only one of `all` with a name.

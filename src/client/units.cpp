@@ -34,13 +34,29 @@ enum class Of : std::uint8_t {
   voltage,
   current,
   frequency,
-  ratio
+  ratio,
+  acceleration,
+  angular_acceleration,
+  rotational_damping,
+  rotational_stiffness,
+  damping,
+  stiffness,
+  inertia,
+  area,
+  volume,
+  density,
+  flow,
+  pressure,
+  power,
+  energy,
+  charge,
+  resistance
 };
 
 /// A unit as (a x + b) / c of the base unit of its kind, for those with `per_two_pi` divided by 2 pi.
 struct Scale {
   std::string_view code;                 ///< UCUM
-  std::array<std::string_view, 4> also;  ///< further names; the first is shown to people instead of the code
+  std::array<std::string_view, 5> also;  ///< further names; the first is shown to people instead of the code
   std::string_view qudt;                 ///< local name in QUDT
   Of of;
   std::int64_t a, b, c;
@@ -48,12 +64,14 @@ struct Scale {
 };
 
 constexpr Scale scales[] = {
-    {"rad", {}, "RAD", Of::angle, 1, 0, 1, true},
-    {"deg", {"deg", "\xC2\xB0"}, "DEG", Of::angle, 1, 0, 360},
+    {"rad", {"rad", "radian", "radians"}, "RAD", Of::angle, 1, 0, 1, true},
+    {"deg", {"deg", "\xC2\xB0", "degree", "degrees"}, "DEG", Of::angle, 1, 0, 360},
     {"circ", {"turn", "rev"}, "REV", Of::angle, 1, 0, 1},
+    {"mrad", {}, "MilliRAD", Of::angle, 1, 0, 1000, true},
     {"rad/s", {}, "RAD-PER-SEC", Of::angular_velocity, 1, 0, 1, true},
     {"deg/s", {"deg/s", "\xC2\xB0/s"}, "DEG-PER-SEC", Of::angular_velocity, 1, 0, 360},
-    {"circ/min", {"rpm", "rev/min", "{rev}/min"}, "REV-PER-MIN", Of::angular_velocity, 1, 0, 60},
+    {"mrad/s", {}, "MilliRAD-PER-SEC", Of::angular_velocity, 1, 0, 1000, true},
+    {"circ/min", {"rpm", "rev/min", "{rev}/min", "RPM"}, "REV-PER-MIN", Of::angular_velocity, 1, 0, 60},
     {"m", {}, "M", Of::length, 1, 0, 1},
     {"mm", {}, "MilliM", Of::length, 1, 0, 1000},
     {"cm", {}, "CentiM", Of::length, 1, 0, 100},
@@ -63,7 +81,7 @@ constexpr Scale scales[] = {
     {"[ft_i]", {"ft"}, "FT", Of::length, 3048, 0, 10'000},
     {"m/s", {}, "M-PER-SEC", Of::velocity, 1, 0, 1},
     {"mm/s", {}, "MilliM-PER-SEC", Of::velocity, 1, 0, 1000},
-    {"km/h", {"km/h", "kph"}, "KiloM-PER-HR", Of::velocity, 10, 0, 36},
+    {"km/h", {"km/h", "kph", "kmh"}, "KiloM-PER-HR", Of::velocity, 10, 0, 36},
     {"s", {}, "SEC", Of::time, 1, 0, 1},
     {"ms", {}, "MilliSEC", Of::time, 1, 0, 1000},
     {"us", {"us", "\xC2\xB5s"}, "MicroSEC", Of::time, 1, 0, 1'000'000},
@@ -103,33 +121,69 @@ constexpr Scale scales[] = {
     {"kHz", {}, "KiloHZ", Of::frequency, 1000, 0, 1},
     {"1", {}, "UNITLESS", Of::ratio, 1, 0, 1},
     {"%", {}, "PERCENT", Of::ratio, 1, 0, 100},
+    {"m/s2", {"m/s2", "m/s^2", "m/s\xC2\xB2"}, "M-PER-SEC2", Of::acceleration, 1, 0, 1},
+    {"mm/s2", {"mm/s2", "mm/s^2"}, "MilliM-PER-SEC2", Of::acceleration, 1, 0, 1000},
+    {"rad/s2", {"rad/s2", "rad/s^2", "rad/s\xC2\xB2"}, "RAD-PER-SEC2", Of::angular_acceleration, 1, 0, 1, true},
+    {"deg/s2", {"deg/s2", "deg/s^2", "\xC2\xB0/s\xC2\xB2"}, "DEG-PER-SEC2", Of::angular_acceleration, 1, 0, 360},
+    {"N.m.s/rad", {"N.m.s/rad", "Nms/rad"}, "N-M-SEC-PER-RAD", Of::rotational_damping, 1, 0, 1},
+    {"N.m/rad", {"N.m/rad", "Nm/rad"}, "N-M-PER-RAD", Of::rotational_stiffness, 1, 0, 1},
+    {"N.s/m", {"N.s/m", "Ns/m"}, "N-SEC-PER-M", Of::damping, 1, 0, 1},
+    {"N/m", {}, "N-PER-M", Of::stiffness, 1, 0, 1},
+    {"N/mm", {}, "N-PER-MilliM", Of::stiffness, 1000, 0, 1},
+    {"kg.m2", {"kg.m2", "kg m2", "kgm2"}, "KiloGM-M2", Of::inertia, 1, 0, 1},
+    {"m2", {"m2", "m^2", "m\xC2\xB2"}, "M2", Of::area, 1, 0, 1},
+    {"m3", {"m3", "m^3", "m\xC2\xB3"}, "M3", Of::volume, 1, 0, 1},
+    {"L", {"L", "l"}, "L", Of::volume, 1, 0, 1000},
+    {"mL", {"mL", "ml"}, "MilliL", Of::volume, 1, 0, 1'000'000},
+    {"kg/m3", {}, "KiloGM-PER-M3", Of::density, 1, 0, 1},
+    {"L/min", {"L/min", "l/min"}, "L-PER-MIN", Of::flow, 1, 0, 1},
+    {"Pa", {}, "PA", Of::pressure, 1, 0, 1},
+    {"kPa", {}, "KiloPA", Of::pressure, 1000, 0, 1},
+    {"bar", {}, "BAR", Of::pressure, 100'000, 0, 1},
+    {"W", {}, "W", Of::power, 1, 0, 1},
+    {"kW", {}, "KiloW", Of::power, 1000, 0, 1},
+    {"J", {}, "J", Of::energy, 1, 0, 1},
+    {"W.h", {"W.h", "Wh"}, "W-HR", Of::energy, 3600, 0, 1},
+    {"A.h", {"A.h", "Ah"}, "A-HR", Of::charge, 3600, 0, 1},
+    {"Ohm", {"Ohm", "\xCE\xA9"}, "OHM", Of::resistance, 1, 0, 1},
 };
 
 constexpr long double two_pi = 6.283185307179586476925286766559005768L;
 
 std::string_view symbol_of(const Scale& s) noexcept { return s.also[0].empty() ? s.code : s.also[0]; }
 
+constexpr std::string_view qudt_space = "http://qudt.org/vocab/unit/";
+
+const Scale* find_qudt(std::string_view local_name) noexcept {
+  for (const Scale& s : scales)
+    if (s.qudt == local_name) return &s;
+  return nullptr;
+}
+
+/// By its code, or another name, or as QUDT names it: "DEG", "unit:DEG", "http://qudt.org/vocab/unit/DEG".
 const Scale* find_scale(std::string_view name) noexcept {
   if (name.empty()) return nullptr;
   for (const Scale& s : scales)
     if (s.code == name || std::find(s.also.begin(), s.also.end(), name) != s.also.end()) return &s;
-  return nullptr;
+  for (const std::string_view space : {qudt_space, std::string_view("unit:")})
+    if (name.substr(0, space.size()) == space) return find_qudt(name.substr(space.size()));
+  return name.size() > 1 ? find_qudt(name) : nullptr;  // a single letter of QUDT may be the prefix of another unit
 }
 
 const Scale* scale_of(const Unit& unit) noexcept {
   if (const Scale* s = find_scale(unit.ucum)) return s;
-  constexpr std::string_view space = "http://qudt.org/vocab/unit/";
-  if (unit.qudt.text.substr(0, space.size()) == space)
-    for (const Scale& s : scales)
-      if (s.qudt == unit.qudt.text.substr(space.size())) return &s;
-  return nullptr;
+  return unit.qudt.text.substr(0, qudt_space.size()) == qudt_space ? find_qudt(unit.qudt.text.substr(qudt_space.size())) : nullptr;
 }
 
-/// The names of the units of a kind, or of all: "rad, deg, turn".
+/// The names of the units of a kind, or the first of all: "rad, deg, turn".
 std::string names_of(std::optional<Of> kind) {
+  constexpr std::size_t longest = 200;
   std::string text;
-  for (const Scale& s : scales)
-    if (!kind || s.of == *kind) text.append(text.empty() ? "" : ", ").append(symbol_of(s));
+  for (const Scale& s : scales) {
+    if (kind && s.of != *kind) continue;
+    if (text.size() > longest) return text + ", ...";
+    text.append(text.empty() ? "" : ", ").append(symbol_of(s));
+  }
   return text;
 }
 
@@ -286,6 +340,8 @@ Unit find_unit(std::string_view vom, std::string_view qudt) {
   Unit other;
   other.vom = Iri(vom);
   other.qudt = Iri(qudt);
+  if (vom.empty())
+    if (const Scale* scale = scale_of(other)) other.ucum = scale->code;
   return other;
 }
 

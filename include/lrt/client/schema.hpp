@@ -30,6 +30,8 @@ struct SchemaOptions {
   std::size_t max_depth = 24;       ///< nesting of records and lists, of sh:node and of sh:and
   std::size_t max_text = 8'192;     ///< bytes of one IRI or literal that is stored
   std::size_t max_warnings = 100;   ///< further ones are counted in the last warning
+  /// A field has its sh:name without a language and without white space as its name, if it has one: a server of lrt has the same name in its JSON.
+  bool stated_names = false;
 };
 
 /// The description of a value by a published shape, as an rdf::Type and rdf::Facets. With them a program reads, writes
