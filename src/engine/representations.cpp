@@ -88,8 +88,22 @@ http::Response Representations::options(const Context& context) const {
   response.status = 204;
   responses_.add_allow(response.fields, *context.resource, context.audience);
   add_upgrade(response.fields, context);
+  add_class(response.fields, *context.resource);
   add_links(response.fields, *context.resource, context.base, context.audience, context.page, context.first_link);
   return response;
+}
+
+/// What the resource is: the class of its kind, as a link with rel="type". A representation says it, too, but may have triples that clients have
+/// written. Only OPTIONS has it, so that responses with values stay short.
+void Representations::add_class(http::Fields& fields, const Resource& resource) {
+  static constexpr std::pair<std::string_view, const Iri*> classes[] = {
+      {"thing", &vocab::hybrit::RoboticThing},        {"world", &vocab::lrt_::World},      {"graph", &vocab::lrt_::WorldGraph},
+      {"property", &vocab::hybrit::Property},         {"action", &vocab::hybrit::Action},  {"invocation", &vocab::lrt_::Invocation},
+      {"subscription", &vocab::hybrit::Subscription}, {"blueprint", &vocab::sh::NodeShape}};
+  http::LinkWriter links;
+  for (const auto& [kind, its_class] : classes)
+    if (kind == resource.kind().name) links.add(its_class->text, "type");
+  links.finish(fields, {});
 }
 
 http::Response Representations::respond(Context& context) {

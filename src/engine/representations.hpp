@@ -94,6 +94,7 @@ class Representations {
   rdf::Dataset dataset_of(const ValueResource& resource, std::size_t base, const Audience& audience, rdf::Graph all) const;
   rdf::Graph shown(rdf::Graph graph, std::size_t base, const Audience& audience) const;
   /// @param first  of its links after those that each response has
+  static void add_class(http::Fields& fields, const Resource& resource);
   void add_links(http::Fields& fields, const Resource& resource, std::size_t base, const Audience& audience, std::size_t page,
                  std::size_t first = 0) const;
   std::string limited(const Audience& audience, std::string_view cache_control) const;

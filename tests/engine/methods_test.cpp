@@ -76,6 +76,20 @@ TEST_CASE("OPTIONS on every resource has the methods that it allows, and GET and
   CHECK(r.bench.ask("OPTIONS /nowhere").status == 404);
 }
 
+TEST_CASE("OPTIONS links to the class of the resource's kind, which no representation can change", "[engine][R0.9]") {
+  Robot r;
+  const std::string hybrit = "https://hybr-it-projekt.de/ns/hybr-it#", lrt = "https://w3id.org/lrt/ns#";
+  for (const auto& [path, its_class] : std::vector<std::pair<std::string, std::string>>{{"/arm", hybrit + "RoboticThing"},
+                                                                                        {"/arm/angle", hybrit + "Property"},
+                                                                                        {"/arm/actions/turn", hybrit + "Action"},
+                                                                                        {"/arm/actions/home/i1", lrt + "Invocation"}}) {
+    CAPTURE(path);
+    CHECK(r.bench.ask("OPTIONS " + path).links_to(its_class, "type"));
+  }
+  for (const std::string path : {"/", "/arm/state", "/arm/waypoints", "/arm/waypoints/i2"})
+    for (const char* name : {"RoboticThing", "Property", "Action"}) CHECK_FALSE(r.bench.ask("OPTIONS " + path).links_to(hybrit + name, "type"));
+}
+
 TEST_CASE("OPTIONS * has the methods of the server", "[engine][R0.10]") {
   Robot r;
   const Answer a = r.bench.ask("OPTIONS *");
