@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-# Generates one C++ file of the library from page.html, error.html, login.html, page.css, page.js, skeleton.js and login.js.
+# Generates one C++ file of the library from page.html, error.html, login.html, page.css, login.js and the files of the page's script.
 
 set(page_folder ${CMAKE_CURRENT_LIST_DIR})
-set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS
-             ${page_folder}/page.html ${page_folder}/error.html ${page_folder}/login.html ${page_folder}/page.css
-             ${page_folder}/page.js ${page_folder}/skeleton.js ${page_folder}/login.js ${page_folder}/parts.cpp.in)
+# One module: the last file begins to act.
+set(page_scripts rdf.js elements.js requests.js watch.js values.js forms.js resources.js skeleton.js tree.js stops.js page.js)
+foreach(file IN ITEMS page.html error.html login.html page.css login.js parts.cpp.in ${page_scripts})
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${page_folder}/${file})
+endforeach()
 
 # SHA-256 in base64, for a Content-Security-Policy. CMake computes hexadecimal digits; three of them are two digits of base64.
 function(page_hash text result)
@@ -116,7 +118,7 @@ function(page_read result)
   set(${result} "${text}" PARENT_SCOPE)
 endfunction()
 page_read(page_style page.css)
-page_read(page_script page.js skeleton.js)
+page_read(page_script ${page_scripts})
 page_read(login_script login.js)
 page_hash("${login_script}" LRT_PAGE_LOGIN_HASH)
 page_hash("${page_style}" LRT_PAGE_STYLE_HASH)
