@@ -20,13 +20,15 @@ const setText = (element, text) => { if (element.textContent !== text) element.t
 let lastId = 0;
 const freshId = () => "i" + ++lastId;
 
-const isWeb = (iri) => /^https?:/i.test(iri);
-function linkTo(iri, text) {
-  if (isOurs(iri)) return h("a", { href: local(iri), title: iri }, text ?? pathText(iri));
-  return isWeb(iri) ? h("a", { href: iri, title: iri, rel: "noreferrer" }, text ?? localName(iri)) : h("span", { title: iri }, text ?? iri);
+const isWeb = (iri) => /^https?:[/][/]/i.test(iri) && originOf(iri) !== "";
+/// A link to a resource of this robot.
+const linkTo = (iri, text) => h("a", { href: local(iri), title: iri }, text ?? pathText(iri));
+/// An IRI in data. The text of a link is where it leads: a resource of this robot by its path, an address elsewhere in full. Others are text.
+function iriIn(iri) {
+  if (isOurs(iri)) return linkTo(iri);
+  return isWeb(iri) ? h("a.foreign", { href: iri, title: `elsewhere: ${iri}`, rel: "noreferrer noopener" }, iri) : h("span", { title: iri }, iri);
 }
-/// The types of a node, without classes that are its Blueprints.
-const chips = (g, node) => g.ids(node, rdf("type")).filter((t) => !g.ids(node, hybrit("blueprint")).includes(withoutHash(t))).map((t) => h("span.chip", { title: t }, localName(t)));
+const chips = (types) => types.map((t) => h("span.chip", { title: t }, localName(t)));
 
 function copyable(text) {
   const code = h("code", text), copy = button("Copy", async () => {

@@ -238,30 +238,72 @@ function jsonOf(g, o) {
 }
 const shellQuoted = (text) => `'${text.replaceAll("'", "'\\''")}'`;
 
-/// A form with its submit button and the result of the request. done(response) may return the text of the result.
-function formElement({ target, model, method, title, name, done }) {
+/// A button that acts only if it is held for a second, by pointer or by key.
+function holdButton(words, act) {
+  let timer;
+  const release = () => {
+    clearTimeout(timer);
+    element.classList.remove("held");
+  };
+  const hold = () => {
+    release();
+    element.classList.add("held");
+    timer = setTimeout(() => { release(); act(); }, 1000);
+  };
+  const isKey = (event) => [" ", "Enter"].includes(event.key);
+  const element = h("button.hold", { type: "button", onpointerdown: hold, onpointerup: release, onpointerleave: release, onpointercancel: release, onblur: release, oncontextmenu: (event) => event.preventDefault(),
+    onkeydown: (event) => { if (isKey(event) && !event.repeat) hold(); }, onkeyup: (event) => { if (isKey(event)) release(); } }, words);
+  return element;
+}
+
+/// A form with its submit button and the result of the command. Its target is the address of the resource.
+///
+/// @param done        gets the response; may return the text of the result
+/// @param mustBeHeld  whether the command needs a second, deliberate gesture now
+function formElement({ target, model, method, title, name, done, mustBeHeld = () => false }) {
   const form = new Form(withoutHash(target), model), result = h("p.answer", { role: "status" }), alert = h("p.answer.bad", { role: "alert" });
-  const submit = h("button.primary", { type: "submit" }, title);
+  const submit = h("button.primary", { type: "submit" }, title), reason = h("p.reason", { hidden: true, id: freshId() }), guard = h("div.guard", { hidden: true });
+  const askToHold = () => {
+    guard.hidden = false;
+    guard.replaceChildren(h("p", "After this the robot moves when it is told to. Is everybody clear of it?"), h("div.line", holdButton(`Hold for a second: ${title}`, send), button("Leave it as it is", () => { guard.hidden = true; })));
+    guard.querySelector("button").focus();
+  };
   const bodyOf = () => model.fields.length || model.fixed.length ? form.body() : undefined;
   const showCurl = () => {
     const body = bodyOf();
     if (curl.open) curl.lastChild.replaceChildren(copyable(`curl -X ${method} ${body ? `-H 'Content-Type: ${JSON_TYPE}' -d ${shellQuoted(jsonOf(parse(body), { id: form.target }))} ` : ""}${shellQuoted(local(target))}`));
   };
   const curl = h("details.curl", { ontoggle: showCurl }, h("summary", "as curl"), h("div"));
-  const element = h("form", { novalidate: true, "aria-label": name, oninput: () => { form.dirty = true; showCurl(); }, onsubmit: async (event) => {
+  const element = h("form", { novalidate: true, "aria-label": name, oninput: () => { form.dirty = true; showCurl(); }, onsubmit: (event) => {
     event.preventDefault();
+    if (mustBeHeld()) askToHold();
+    else send();
+  } }, form.element, h("div.line", submit, curl), reason, guard, result, alert);
+  let busy = false;
+  const send = async () => {
+    guard.hidden = true;
     setText(result, "");
     setText(alert, "");
     form.clear();
-    submit.disabled = true;
+    submit.disabled = busy = true;
     try {
-      const response = await sendRequest(method, target, { body: bodyOf() });
+      const response = await sendCommand(method, target, { body: bodyOf(), tell: (words) => setText(alert, words) });
       form.dirty = false;
+      setText(alert, "");
       setText(result, await done(response, form) ?? "Done");
     } catch (e) {
       setText(alert, e.report ? `Not accepted (${e.status}). ${form.showReport(e.report)}` : problemText(e));
     }
-    submit.disabled = false;
-  } }, form.element, h("div.line", submit, curl), result, alert);
-  return Object.assign(form, { whole: element });
+    busy = false;
+    submit.disabled = !reason.hidden;
+  };
+  /// Why the command cannot be given now; nothing: it can.
+  const setReason = (words) => {
+    reason.hidden = !words;
+    setText(reason, words ?? "");
+    submit.disabled = busy || !!words;
+    if (words) submit.setAttribute("aria-describedby", reason.id);
+    else submit.removeAttribute("aria-describedby");
+  };
+  return Object.assign(form, { whole: element, setReason });
 }

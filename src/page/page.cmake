@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-# Generates one C++ file of the library from page.html, error.html, login.html, page.css, login.js and the files of the page's script.
+# Generates one C++ file of the library from page.html, login.html, page.css, login.js and the files of the page's script.
 
 set(page_folder ${CMAKE_CURRENT_LIST_DIR})
 # One module: the last file begins to act.
-set(page_scripts rdf.js elements.js requests.js watch.js values.js forms.js resources.js skeleton.js tree.js stops.js page.js)
-foreach(file IN ITEMS page.html error.html login.html page.css login.js parts.cpp.in ${page_scripts})
+set(page_scripts rdf.js elements.js requests.js watch.js values.js forms.js resources.js skeleton.js tree.js stops.js control.js page.js)
+foreach(file IN ITEMS page.html login.html page.css login.js parts.cpp.in ${page_scripts})
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${page_folder}/${file})
 endforeach()
 
@@ -26,7 +26,7 @@ function(page_hash text result)
   set(${result} "sha256-${base64}" PARENT_SCOPE)
 endfunction()
 
-# Adjacent raw string literals, split at line ends: compilers need not accept a literal above 16 KiB.
+# Adjacent raw string literals, split at line ends or semicolons: compilers need not accept a literal above 16 KiB.
 function(page_literal text result)
   set(literals "")
   string(LENGTH "${text}" left)
@@ -35,6 +35,9 @@ function(page_literal text result)
     if(left GREATER 8000)
       string(SUBSTRING "${text}" 0 8000 piece)
       string(FIND "${piece}" "\n" end REVERSE)
+      if(end EQUAL -1)  # a long line
+        string(FIND "${piece}" ";" end REVERSE)
+      endif()
       math(EXPR end "${end} + 1")
       string(SUBSTRING "${text}" 0 ${end} piece)
       string(SUBSTRING "${text}" ${end} -1 text)
@@ -47,19 +50,8 @@ function(page_literal text result)
   set(${result} "${literals}" PARENT_SCOPE)
 endfunction()
 
-# Names of the script that may be shortened although they are short or are names of members. They must not occur in texts, classes,
-# attributes or the browser's API. The most frequent first.
-set(page_own iri element field subject response kind watch model shown socket here hybrit view inner rows about cells dcterms points words found
-             local objects predicate space minValues names humanised isList report update things content controls items notice chain choices fields
-             steps subjects depth classes container moved isClosed finished JSON_TYPE redraw member schedule leaves listed N_TRIPLES pointers
-             buttons enableMotion sliders numbers setState thingGraph address onVisibility isNumber named observer suspendedWatches socketAfter
-             scrolled power showPosition command cross places watches NO_ROTATION properties interval unescape maxValues allowsSocket poseOf posedIn
-             project rotated vector motionLine motionEnds frameRequest moving chips openOrPoll candidates unplaced segments maxInvocations minItems
-             isSubscriptions showStatus addInvocation shownPath showReport product AXIS_COLORS quoted retryLater maxItems maxSockets statements
-             onCancelled)
-
 # Reads and minifies files. Removes comments, indentation, and spaces beside operators that have no spaces beside them in texts of the page.
-# Shortens names: those in `page_own`, and names declared at the outermost level of the script unless a member has the same name.
+# Shortens names that are declared at the outermost level of the script, unless a member has the same name.
 function(page_read result)
   set(text "")
   foreach(file IN LISTS ARGN)
@@ -67,7 +59,6 @@ function(page_read result)
     string(APPEND text "\n${part}")
   endforeach()
   string(REGEX MATCHALL "\n(async )?(const|let|function|class) [A-Za-z]+[A-Z_][A-Za-z_]+" names "${text}")
-  list(PREPEND names ${page_own})
   string(REGEX REPLACE "\n *(//|/\\*)[^\n]*" "" text "${text}")
   string(REGEX REPLACE "  // [^\n]*" "" text "${text}")
   string(REGEX REPLACE "\n[ \n]+" "\n" text "${text}")
@@ -105,9 +96,9 @@ function(page_read result)
     foreach(name IN LISTS names)
       string(REGEX REPLACE ".* " "" name "${name}")
       if(text MATCHES "[\"`}][^\"`(){}\n]* ${name}[ \"`]|[\"`]${name} ")
-        message(FATAL_ERROR "${name} occurs in a text of the page: remove it from page_own or rename it: ${CMAKE_MATCH_0}")
+        message(FATAL_ERROR "${name} occurs in a text of the page: rename it: ${CMAKE_MATCH_0}")
       endif()
-      if(NOT text MATCHES "[^.][.]${name}[^A-Za-z0-9]|[\"'#]${name}[^A-Za-z0-9]|[{,]${name}[,:}]" OR name IN_LIST page_own)
+      if(NOT text MATCHES "[^.][.]${name}[^A-Za-z0-9]|[\"'#]${name}[^A-Za-z0-9]|[{,]${name}[,:}]")
         foreach(twice IN ITEMS 1 2)
           string(REGEX REPLACE "([^A-Za-z0-9_$])${name}([^A-Za-z0-9_$])" "\\1$${number}\\2" text "${text}")
         endforeach()
@@ -123,7 +114,7 @@ page_read(login_script login.js)
 page_hash("${login_script}" LRT_PAGE_LOGIN_HASH)
 page_hash("${page_style}" LRT_PAGE_STYLE_HASH)
 page_hash("${page_script}" LRT_PAGE_SCRIPT_HASH)
-foreach(name IN ITEMS page error login)
+foreach(name IN ITEMS page login)
   file(READ ${page_folder}/${name}.html page_text)
   string(REGEX REPLACE "^<!--[^\n]*-->\n" "" page_text "${page_text}")  # a page begins with its doctype
   string(REPLACE "{{style}}" "${page_style}" page_text "${page_text}")
@@ -132,7 +123,6 @@ foreach(name IN ITEMS page error login)
   page_literal("${page_text}" page_${name})
 endforeach()
 set(LRT_PAGE "${page_page}")
-set(LRT_ERROR_PAGE "${page_error}")
 set(LRT_LOGIN_PAGE "${page_login}")
 configure_file(${page_folder}/parts.cpp.in ${CMAKE_CURRENT_BINARY_DIR}/page_parts.cpp @ONLY)
 target_sources(lrt PRIVATE ${CMAKE_CURRENT_BINARY_DIR}/page_parts.cpp)

@@ -1,49 +1,49 @@
 // SPDX-License-Identifier: Apache-2.0
-// The HTML page of the robot. It is the same for every resource: it requests its own address as N-Triples and follows the links in the
-// response. It assumes no paths. Changes arrive by WebSocket, or by polling if there is none.
+// The HTML page of the robot. It is the same for every resource: it asks for the header fields and the content of its own address. What the
+// resource is and may do is in the fields, and in the documents of the robot they link to; the content is shown as data. The page assumes no
+// paths. Changes arrive by WebSocket, or by polling if there is none.
 
-// ---- the content for a resource, by its types
+// ---- the content for a resource, by its class
+
+/// What the page of a resource shows: { title, lang, name, said, types, content }. `self` is its IRI, `is` its header fields, `up` the resource above.
+async function contentOf({ self, is, g, up }) {
+  const name = humanised(localName(self)), above = up && await optionsOf(up), isThing = (o) => o?.isA(hybrit("RoboticThing")) || o?.isA(lrt("World"));
+  if (isThing(is)) return thingContent(self, g);
+  const parent = isThing(above) ? await overviewOf(up) : {}, link = linkIn(parent, self) ?? { href: self };
+  const member = { title: isNamed(link), name, said: saidOfLink(link), types: link.types };
+  if (is.isA(hybrit("Property"))) {
+    const shown = propertyCard(link, true);
+    watchProperty(shown);
+    return { ...member, content: [shown.element] };
+  }
+  if (is.isA(hybrit("Action"))) return { ...member, content: [actionCard({ ...link, ...await overviewOf(self) }, true)] };
+  if (is.isA(lrt("Invocation"))) return { title: `Invocation of ${humanised(localName(up))}`, content: [h("div.card", invocationRow(self, true))] };
+  if (is.isA(hybrit("Subscription"))) return { title: "Subscription", content: [table(SUBSCRIPTION, subscriptionRow(self, () => navigate(local(up))), ".subscriptions")] };
+  if (is.isA(sh("NodeShape"))) return { title: `Blueprint of ${localName(self)}`.replace(/(-[0-9a-f]{8})+$/, ""), content: showBlueprint(g) };
+  if (parent.state?.href === self) return thingContent(up, g);
+  if (is.isA(ldp("Container")) && !up) return { title: "Robotic Things", content: showRoot(await overviewOf(withoutHash(location.href))) };
+  if (is.isA(ldp("Container"))) return parent.subscriptions?.href === self ? { title: `Subscriptions of ${isNamed(parent)}`, content: [subscriptions(self)] } : { ...member, content: [collectionCard(link, true)] };
+  return { ...member, content: showData(g, self) };  // the graph of a World, a member of a collection, or a document
+}
+async function thingContent(iri, g) {
+  const overview = await overviewOf(iri), { title, description } = wordsOf(g, iri), name = humanised(localName(iri));
+  return { title: title?.value ?? isNamed(overview), lang: title?.lang, said: description && h("p.said", h("span", { lang: description.lang }, description.value)), name, types: overview.types, content: showThing(iri, overview, g) };
+}
 
 async function show(focus) {
-  const here = newView(), main = $("main"), address = withoutHash(location.href), plain = address.split("?")[0];
+  const here = newView(), main = $("main"), address = withoutHash(location.href);
   main.setAttribute("aria-busy", "true");
   try {
-    const response = await sendRequest("GET", address), g = response.g;
-    // The IRI of the resource: its address, or the same path below the robot's public base.
-    const self = g.about.has(plain) ? plain : [...g.about.keys()].find((s) => isWeb(s) && plain.endsWith(new URL(s).pathname)) ?? plain;
-    if (g.about.has(self)) robotOrigin = new URL(self).origin;
-    const subject = g.subjects(lrt("state"), self)[0] ?? g.subjects(rdf("type"), "http://www.w3.org/2002/07/owl#Ontology")[0] ?? self, chain = await ancestorsOf(self);
-    const up = chain.at(-1), is = (t) => g.is(subject, t), upper = is(ldp("Container")) && up ? (await cachedRequest(up)).g : new Graph();
+    const [response, is] = await Promise.all([sendRequest("GET", address), optionsOf(address)]), plain = new URL(address.split("?")[0]);
+    if (is.origin) robotOrigin = is.origin;
+    // The IRI of the resource: the robot writes it into its header fields. If there are too many, it is the address below the public origin.
+    const self = is.alternates[0]?.href.split("?")[0] ?? robotOrigin + plain.pathname, chain = await ancestorsOf(address), up = chain.at(-1);
+    const { title, lang, said, types, content } = await contentOf({ self, is, g: response.g, up });
     if (here.isClosed) return;
-    const name = humanised(localName(subject)), isMember = is(hybrit("Property")) || is(hybrit("Action")), words = wordsOf(g, subject);
-    let content, title = isMember ? words.title?.value ?? name : titleOf(g, subject);
-    if (is(hybrit("RoboticThing"))) content = showThing(subject, g);
-    else if (is(hybrit("Property"))) {
-      const shown = propertyCard(subject, true);
-      here.watch(shown.element, subject, { g: shown.update, problem: shown.fail });
-      content = [shown.element];
-    } else if (is(hybrit("Action"))) {
-      content = [actionCard(subject, true, g)];
-    } else if (is(lrt("Invocation"))) {
-      title = `Invocation of ${humanised(localName(up))}`;
-      content = [h("div.card", invocationRow(subject, true))];
-    } else if (is(hybrit("Subscription"))) {
-      title = "Subscription";
-      content = [table(SUBSCRIPTION, subscriptionRow(subject, () => navigate(local(up))), ".subscriptions")];
-    } else if (is(ldp("Container"))) {
-      const isSubscriptions = upper.subjects(hybrit("subscriptions"), subject).length;
-      if (isSubscriptions) title = `Subscriptions of ${titleOf(upper, up)}`;
-      content = !up ? showRoot(subject, g) : isSubscriptions ? [subscriptions(subject)] : [collectionCard(subject, true)];
-      content.push(h("nav.line", { "aria-label": "Pages" }, ["first", "prev", "next", "last"].flatMap((rel) => links(response, rel).map((l) => linkTo(l, rel)))));
-    } else if (g.subjects(rdf("type"), sh("NodeShape")).length) {
-      title = `Blueprint of ${plain.includes("/blueprints") ? titleOf(g, self) : localName(up)}`;
-      content = showBlueprint(g);
-    } else {  // a member of a collection, the vocabulary, or a resource of an unknown type
-      content = [g.about.has(subject) && h("div.card", self === subject ? valueOf(g, subject) : facts(g, subject, [])), ...[...g.about.keys()].filter((s) => !isBlank(s) && s !== subject && withoutHash(s) !== self).slice(0, 300).map((s) => section(localName(s), facts(g, s, [])))];
-    }
     document.title = `${title} – robot`;
-    const heading = h("h1", { tabindex: "-1", lang: title === words.title?.value && words.title.lang }, title), said = saidOf(isMember ? words : { description: words.description }, name);
-    main.replaceChildren(...[h("nav.crumbs", { "aria-label": "Breadcrumbs" }, chain.flatMap((c, i) => [i ? " › " : "", linkTo(c, i ? localName(c) : "Things")])), heading, h("p", up && chips(g, subject)), said.some(Boolean) && h("p.said", said), ...content.flat(), source(response, address)].filter(Boolean));
+    const heading = h("h1", { tabindex: "-1", lang }, title), pages = ["first", "prev", "next", "last"].flatMap((rel) => links(response, rel).map((l) => linkTo(l, rel)));
+    main.replaceChildren(...[h("nav.crumbs", { "aria-label": "Breadcrumbs" }, chain.flatMap((c, i) => [i ? " › " : "", linkTo(c, i ? localName(c) : "Things")])), heading, up && types && h("p", chips(types)), said, ...content.flat(),
+      pages.length && h("nav.line", { "aria-label": "Pages" }, pages), source(response, address)].filter(Boolean));
     if (focus) heading.focus({ preventScroll: true });
     tree(chain[0] ?? self, [...chain, self]).catch(() => {});
   } catch (e) {
@@ -94,9 +94,9 @@ addEventListener("popstate", () => {
   if (isTermList(location.pathname)) location.reload();
   else showAddress();
 });
-// The server writes the content of a list of terms, for readers without scripts.
-const listOfTerms = $("main").dataset.of;
-if (listOfTerms) {
-  robotOrigin = new URL(listOfTerms).origin;
-  tree(`${robotOrigin}/`, []).catch(() => {});
+// The server writes the content of a list of terms and of an error, for readers without scripts.
+const { of: listOfTerms, home } = $("main").dataset;
+if (listOfTerms ?? home) {
+  robotOrigin = originOf(listOfTerms ?? home);
+  tree(home ?? `${robotOrigin}/`, []).catch(() => {});
 } else show();

@@ -65,9 +65,10 @@ class Graph {
 }
 
 const ESCAPES = { t: "\t", b: "\b", n: "\n", r: "\r", f: "\f" };
+const characterOf = (code) => code < 0x110000 ? String.fromCodePoint(code) : "\ufffd";
 const unescape = (text) => !text.includes("\\") ? text
   : text.replace(/\\(?:u([0-9A-Fa-f]{4})|U([0-9A-Fa-f]{8})|(.))/g,
-    (_, u, U, c) => c ? ESCAPES[c] ?? c : String.fromCodePoint(parseInt(u ?? U, 16)));
+    (_, u, U, c) => c ? ESCAPES[c] ?? c : characterOf(parseInt(u ?? U, 16)));
 
 function parse(text) {
   const g = new Graph();
@@ -99,7 +100,7 @@ function toNumber(text) {
 }
 const isNumeric = (o) => NUMBER_TYPES.includes(o.type) || isIntegerType(o.type);
 
-// ---- names, units and numbers as text
+// ---- names, units and numbers as text. Data may have any IRI, a malformed one, too.
 
 const localName = (iri) => {
   const name = iri.replace(/[/#]+$/, "").split(/[/#]/).pop();
@@ -110,8 +111,8 @@ const humanised = (name) => name.replace(/([a-z0-9])([A-Z])(?![A-Z])/g, (_, a, b
 const UNITS = { RAD: "rad", DEG: "°", M: "m", MilliM: "mm", CentiM: "cm", KiloM: "km", SEC: "s", MilliSEC: "ms", MIN: "min", HR: "h",
   KiloGM: "kg", GM: "g", DEG_C: "°C", PERCENT: "%", UNITLESS: "", NUM: "", HZ: "Hz", PA: "Pa", OHM: "Ω", Radian: "rad", Degree: "°" };
 const unitPart = (part) => {
-  const [, name, power] = /^(.+?)([2-4]?)$/.exec(part);
-  return (UNITS[name] ?? name) + (power && "²³⁴"[power - 2]);
+  const [, name, power] = /^(.*?)([2-4]?)$/.exec(part) ?? ["", part, ""];
+  return (Object.hasOwn(UNITS, name) ? UNITS[name] : name) + (power && "²³⁴"[power - 2]);
 };
 const unitText = (iri) => !iri ? "" : localName(iri).split("-PER-").map((side) => side.split("-").map(unitPart).join("·")).join("/");
 

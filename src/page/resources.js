@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // ---- the current view
 
-let view = { watches: new Set(), ticks: [] };
+let view = { watches: new Set(), ticks: [], onStops: [] };
 
 function newView() {
   view.isClosed = true;
   view.watches.forEach((w) => w.stop());
   view.observer?.disconnect();
   plots.clear();
-  suspendedWatches = [];
+  suspendedWatches = suspendedWatches.filter((w) => !view.watches.has(w));
   const seen = new Map();  // element -> [called when it becomes visible, called when it is hidden], ...
   const observer = new IntersectionObserver((entries) => {
     for (const e of entries) seen.get(e.target).forEach((act) => act[e.isIntersecting ? 0 : 1]());
@@ -19,7 +19,7 @@ function newView() {
     observer.unobserve(element);  // observe() then reports its visibility again
     observer.observe(element);
   };
-  view = { watches: new Set(), ticks: [], observer, onVisibility,
+  view = { watches: new Set(), ticks: [], onStops: [], observer, onVisibility,
     /// Watches a resource while an element is visible.
     watch(element, iri, on, options) {
       const w = new Watch(iri, on, options);
@@ -32,26 +32,26 @@ function newView() {
 }
 setInterval(() => view.ticks.forEach((tick) => tick()), 1000);
 
-const problemText = (e) => e instanceof Problem && e.message !== e.title ? `${e.title}: ${e.message}` : e.message;
 const notice = (e) => h("p.bad", { role: "alert" }, problemText(e));
 const wordsOf = (g, node) => ({ title: g.said(node, dcterms("title")), description: g.said(node, dcterms("description")) });
 const titleOf = (g, node) => [dcterms("title"), rdfs("label"), sh("name")].map((p) => g.said(node, p)).find(Boolean)?.value ?? localName(g.id(node, sh("targetClass")) ?? node);
 /// What people say of a resource, below its title: its name, if the title is another one, and its description.
 const saidOf = ({ title, description }, name) => [title && title.value !== name && h("code.name", name), description && h("span", { lang: description.lang }, description.value)];
-/// Shows the words of a property or action in its card, whose heading has the name until its description has come.
-function showWords(element, g, iri) {
-  const words = wordsOf(g, iri), heading = element.querySelector("h3"), { title } = words;
-  if (element.said || !(title || words.description)) return;
-  element.said = h("p.said.quiet", saidOf(words, humanised(localName(iri))));
-  if (title && heading) Object.assign(heading.querySelector("a") ?? heading, { textContent: title.value, lang: title.lang ?? "" });
-  if (heading) heading.after(element.said);
-}
+const isNamed = (link) => link.title ?? humanised(localName(link.href));
+/// The same for a link of an overview, whose words the robot has chosen by Accept-Language.
+const saidOfLink = ({ title, description, href }) => {
+  const name = humanised(localName(href)), said = [title && title !== name && h("code.name", name), description && h("span", description)];
+  return said.some(Boolean) && h("p.said.quiet", said);
+};
 const quiet = (...words) => h("p.quiet", ...words);
-/// A button for a request. An error is shown in `failed`.
+/// A button for a request. An error is shown in `failed`, and what the user has to know meanwhile: act() gets a function for it.
 function command(words, act, failed, more) {
   const b = button(words, async () => {
     b.disabled = true;
-    try { await act(); } catch (e) { failed.replaceChildren(notice(e)); }
+    try {
+      await act((told) => failed.replaceChildren(notice(new Error(told))));
+      failed.replaceChildren();
+    } catch (e) { failed.replaceChildren(notice(e)); }
     b.disabled = false;
   }, more);
   return b;
@@ -63,11 +63,16 @@ function valueOf(g, node) {
   return value.element;
 }
 
-/// The triples of a node, except for predicates that other parts of the page show.
+/// The triples of a node, except for predicates that other parts of the page show. They are data: nothing of them is more than text or a link
+/// that says where it leads.
 function facts(g, node, hidden) {
   const rows = new Map();
   for (const [p, o] of g.of(node)) {
-    if (!hidden.includes(p)) rows.set(p, [...(rows.get(p) ?? []), isInside(g, node, o) ? valueOf(g, o.id) : o.id ? linkTo(o.id) : h("span", { lang: o.lang }, o.value)]);
+    if (hidden.includes(p)) continue;
+    if (!rows.has(p)) rows.set(p, []);
+    const shown = rows.get(p);
+    if (shown.length < 50) shown.push(isInside(g, node, o) ? valueOf(g, o.id) : o.id ? iriIn(o.id) : h("span", { lang: o.lang }, o.value));
+    else if (shown.length === 50) shown.push("…");
   }
   return rows.size ? h("dl.facts", [...rows].map(([p, os]) => [h("dt", { title: p }, humanised(localName(p))), h("dd", os.flatMap((o, i) => i ? [", ", o] : o))])) : null;
 }
@@ -93,8 +98,7 @@ function source(response, iri) {
   };
   const details = h("details.source", { ontoggle: () => {
     if (!details.open || buttons.firstChild) return;
-    const named = [...response.field("Link").matchAll(/<([^>]*)>;\s*rel="alternate";\s*type="([^"]*)"/g)];
-    for (const [, href, type] of named.sort((a, b) => (b[2] === JSON_TYPE) - (a[2] === JSON_TYPE)))
+    for (const { href, type } of alternates(response).sort((a, b) => (b.type === JSON_TYPE) - (a.type === JSON_TYPE)))
       buttons.append(/^text|json|[+]xml|[/]n-|trig/.test(type) ? button(type, () => choose(type), { value: type }) : h("a", { href: local(href), rel: "alternate" }, type));
     choose(buttons.firstChild?.value ?? "text/turtle");
   } }, h("summary", "Formats and curl"), buttons, curl, h("pre", { tabindex: "0", "aria-label": "as text" }, code));
@@ -103,18 +107,19 @@ function source(response, iri) {
 
 // ---- properties
 
-/// The form model for the body of a request to a resource, from the shapes that its Link rel=constrainedBy refers to.
-async function bodyModelOf(iri) {
-  const { constrainedBy } = await optionsOf(iri);
-  const g = (await cachedRequest(constrainedBy)).g;
-  // The shape that targets the resource, or the shape whose fragment is the path of the resource below its Thing.
-  const shape = g.subjects(sh("targetNode"), iri)[0] ?? [...g.about.keys()].find((s) => s.includes("#") && iri.endsWith("/" + s.split("#")[1]));
+/// The form model for the body of a request to a resource, from the Blueprint of this robot that its Link rel=constrainedBy refers to.
+async function bodyModelOf(iri, part = "") {
+  const { constrainedBy } = await optionsOf(iri), blueprint = constrainedBy && withoutHash(constrainedBy);
+  if (!blueprint || !isOurs(blueprint)) return nodeModel(new Graph());
+  const { g } = await cachedRequest(blueprint), named = iri.replace(/-lrt(?=[/]|$)/g, "") + part;
+  // The shape that targets the resource, or the shape of the Blueprint whose fragment is the path of the resource below its Thing.
+  const shape = (!part && g.subjects(sh("targetNode"), iri)[0]) || [...g.about.keys()].find((s) => s.startsWith(blueprint + "#") && [iri + part, named].some((i) => i.endsWith("/" + s.split("#")[1])));
   return nodeModel(g, shape);
 }
 
-/// The image format of a property. A change reloads it: one request at a time, at most ten a second. Formats that the browser cannot display
-/// are left out.
-function picture(name) {
+/// The image format that a property offers in its header fields. A change reloads it: one request at a time, at most ten a second. Formats that
+/// the browser cannot display are left out.
+function picture(name, iri) {
   let at = 0, busy, newest;
   const load = () => {
     busy = newest;
@@ -126,16 +131,21 @@ function picture(name) {
     setTimeout(load, 100);
   };
   const element = h("img.picture", { alt: `${name} as it is now`, hidden: true, onload: next(true), onerror: next(false) });
-  return { element, update: (g, iri) => {
-    newest = g.ids(iri, dcterms("hasFormat")).filter((f) => g.text(f, dcterms("format"))?.startsWith("image/")).map(local)[0];
+  return { element, update: async () => {
+    const image = (await optionsOf(iri).catch(() => ({}))).alternates?.find(({ type }) => type.startsWith("image/"));
+    if (!image) return;
+    newest = local(image.href);
     if (!busy) load();
   } };
 }
 
 /// A property as a card: its value, age and plot; with a form if it is writable.
-function propertyCard(iri, large) {
-  const value = new ValueView(), plot = new Plot(), when = h("p.age.quiet"), write = h("div.write"), name = humanised(localName(iri)), image = picture(name), frame = h("p.hint");
-  const element = card(large ? "property.large" : "property", large ? 2 : 3, !large && iri, large ? "Value" : name, image.element, value.element, frame, when, plot.element, write);
+///
+/// @param link  of the overview of its Thing
+function propertyCard(link, large) {
+  const iri = link.href, value = new ValueView(), plot = new Plot(), when = h("p.age.quiet"), write = h("div.write"), name = humanised(localName(iri)), image = picture(name, iri);
+  const element = card(large ? "property.large" : "property", large ? 2 : 3, !large && iri, large ? "Value" : isNamed(link), !large && saidOfLink(link), image.element, value.element,
+    link.frame && h("p.hint", "in the frame of ", isOurs(link.frame) ? linkTo(link.frame, localName(link.frame)) : iriIn(link.frame)), when, plot.element, write);
   let last, form;
   const tick = () => {
     const modified = last?.text(iri, dcterms("modified"));
@@ -147,13 +157,10 @@ function propertyCard(iri, large) {
   const prefill = () => { if (form && last && !form.dirty && !form.whole.contains(document.activeElement)) form.read(last, iri); };
   const update = (g) => {
     last = g;
-    showWords(element, g, iri);
     const all = leaves(g, iri);
     plot.add(all);
     value.show(all, plot);
-    image.update(g, iri);
-    const base = g.id(iri, lrt("frame")) ?? g.id(iri, spatial("sourceCoordinateSystem"));
-    if (base && !frame.firstChild) frame.append("in the frame of ", linkTo(base, localName(base)));
+    image.update();
     tick();
     prefill();
   };
@@ -170,20 +177,18 @@ function propertyCard(iri, large) {
       return "Set";
     } });
     write.append(form.parts.length ? form.whole : quiet("There is no form for this shape."));
+    onStops(() => form.setReason(stoppedReason(iri, link)));
     prefill();
   })().catch((e) => write.replaceChildren(notice(e)));
-  return { element, update, fail };
+  return { iri, element, plot, update, fail };
 }
 
 /// A property in one line, for the card of a Thing.
-function propertyRow(iri) {
-  const value = new ValueView(), plot = Object.assign(new Plot(), { small: true }), name = humanised(localName(iri)), link = h("a", { href: local(iri) }, name);
-  const element = h("div.row", link, value.element, plot.element);
+function propertyRow(link) {
+  const iri = link.href, value = new ValueView(), plot = Object.assign(new Plot(), { small: true });
+  const element = h("div.row", h("a", { href: local(iri), title: [localName(iri), link.description].filter(Boolean).join(": ") }, isNamed(link)), value.element, plot.element);
   view.plot(plot);
-  return { element, fail: () => {}, update: (g) => {
-    const { title, description } = wordsOf(g, iri);
-    if (title) Object.assign(link, { title: [name, description?.value].filter(Boolean).join(": "), lang: title.lang ?? "" });
-    setText(link, title?.value ?? name);
+  return { iri, element, plot, fail: () => {}, update: (g) => {
     const all = leaves(g, iri);
     plot.add(all);
     const one = all.find((l) => plot.moves(l)) ?? all[0];
@@ -212,7 +217,7 @@ function invocationRow(iri, large) {
   const watch = view.watch(element, iri, {
     g: (g) => {
       last = g;
-      const name = localName(g.id(iri, lrt("status")) ?? "?"), error = g.text(iri, lrt("error"));
+      const states = g.ids(iri, lrt("status")), name = states.length === 1 ? localName(states[0]) : "?", error = g.text(iri, lrt("error"));
       watch.finished = ["succeeded", "failed", "cancelled"].includes(name);
       showStatus(name, watch.finished);
       bar.value = g.number(iri, lrt("progress")) ?? 0;
@@ -233,36 +238,38 @@ function invocationRow(iri, large) {
   return element;
 }
 
-function actionCard(iri, large, first) {
-  const name = humanised(localName(iri)), body = h("div"), list = h("ul.invocations", { role: "list", "aria-label": "Invocations" }), seen = new Set(), maxInvocations = large ? 40 : 5;
-  const element = card("action", large ? 2 : 3, !large && iri, large ? "Run" : name, body, list);
+/// An action with its form and its invocations. A POST to its own address invokes it.
+///
+/// @param link  of the overview of its Thing, or its own overview
+function actionCard(link, large) {
+  const iri = link.href, name = humanised(localName(iri)), body = h("div", quiet("…")), list = h("ul.invocations", { role: "list", "aria-label": "Invocations" }), seen = new Set(), maxInvocations = large ? 40 : 5;
+  const element = card("action", large ? 2 : 3, !large && iri, large ? "Run" : isNamed(link), !large && saidOfLink(link), body, list);
+  let form, unavailable = link.unavailable;
   const addInvocation = (invocation) => {
     if (seen.has(invocation)) return;
     seen.add(invocation);
     list.prepend(invocationRow(invocation));
     while (list.childElementCount > maxInvocations) list.lastChild.remove();
   };
-  const update = (g) => {
-    showWords(element, g, iri);
-    if (!body.firstChild) {
-      const binding = g.id(iri, hybrit("binding")), shape = g.id(iri, hybrit("consumes"));
-      const show = (shapes) => body.replaceChildren(formElement({ target: g.text(binding, http("requestURI")) ?? iri, method: localName(g.id(binding, http("mthd")) ?? "POST"),
-        model: nodeModel(shapes, shape), title: name, name: `Run ${name}`, done: (response) => {
-          const made = response.field("Location");
-          if (made) addInvocation(made);
-          return "Sent";
-        } }).whole);
-      // The shape of a list is in the Blueprint only.
-      if (!shape || g.about.has(shape)) show(g);
-      else {
-        body.append(quiet("…"));
-        cachedRequest(shape.split("#")[0]).then((response) => show(response.g)).catch((e) => body.replaceChildren(notice(e)));
-      }
-    }
-    g.ids(iri, lrt("invocation")).slice(-maxInvocations).forEach(addInvocation);
+  const showReason = () => form?.setReason(unavailable ?? stoppedReason(iri, link));
+  const update = (overview) => {
+    unavailable = overview.unavailable;
+    showReason();
+    overview.invocations?.slice(-maxInvocations).forEach((i) => addInvocation(i.href));
   };
-  if (first) update(first);
-  view.watch(element, iri, { g: update, problem: (e) => list.replaceChildren(notice(e)) });
+  const done = (response) => {
+    const made = response.field("Location");
+    if (isOurs(made)) addInvocation(made);
+    return "Sent";
+  };
+  (async () => {
+    if (!(await optionsOf(iri)).allows("POST")) return body.replaceChildren(quiet("You may not run it."));
+    const model = link.input ? await bodyModelOf(iri, "/input") : nodeModel(new Graph());
+    form = formElement({ target: iri, model, method: "POST", title: name, name: `Run ${name}`, done, mustBeHeld: () => isRelease(iri) });
+    body.replaceChildren(form.whole);
+    onStops(showReason);
+  })().catch((e) => body.replaceChildren(notice(e)));
+  view.watch(element, iri, { g: update, problem: (e) => list.replaceChildren(notice(e)) }, { accept: JSON_TYPE });
   return element;
 }
 
@@ -272,7 +279,7 @@ function actionCard(iri, large, first) {
 function members(element, list, container, make, every) {
   const rows = new Map();
   return view.watch(element, container, { problem: (e) => list.replaceChildren(notice(e)), g: (g) => {
-    const now = g.ids(container, ldp("contains"));
+    const now = (g.members ?? []).map((m) => m.href);
     for (const [m, row] of rows) if (!now.includes(m)) { row.remove(); rows.delete(m); }
     for (const m of now) {
       if (rows.has(m)) continue;
@@ -280,17 +287,17 @@ function members(element, list, container, make, every) {
       list.append(rows.get(m));
     }
     element.classList.toggle("empty", !now.length);
-  } }, { socket: false, every });
+  } }, { socket: false, every, accept: JSON_TYPE });
 }
 
 const SUBSCRIPTION = ["Resource", "To", "Delivered", "Dropped", "Since", "Last error", ""];
 function subscriptionRow(iri, onCancelled) {
   const cells = SUBSCRIPTION.map((name) => h("td", { "data-label": name || null })), [what, how, delivered, dropped, since, error, last] = cells;
   const element = h("tr", cells);
-  last.append(command("Cancel", async () => { await sendRequest("DELETE", iri); onCancelled(); }, error));
+  last.append(command("Cancel", async (tell) => { await sendCommand("DELETE", iri, { tell }); onCancelled(); }, error));
   view.watch(element, iri, { problem: () => {}, g: (g) => {
     const text = (p) => g.text(iri, p) ?? "", of = text(hybrit("onResource")), queue = text(lrt("queueLength"));
-    if (what.title !== of) what.replaceChildren(linkTo(what.title = of));
+    if (what.title !== of) what.replaceChildren(iriIn(what.title = of));
     setText(how, [text(hybrit("callbackURL")) || "WebSocket", text(hybrit("mediaType")), queue ? `queue of ${queue}` : "latest value", text(lrt("suspended")) && "suspended", text(lrt("confirmed")) === "false" && "unconfirmed"].filter(Boolean).join(", "));
     setText(delivered, text(lrt("delivered")));
     setText(dropped, text(lrt("dropped")));
@@ -305,11 +312,11 @@ function subscriptions(container) {
   return element;
 }
 
-function collectionCard(iri, large) {
-  const name = humanised(localName(iri)), list = h("ul.members", { role: "list" }), form = h("div");
-  const element = card("action", large ? 2 : 3, !large && iri, large ? "Members" : name, list, h("p.none.quiet", "empty"), form);
+function collectionCard(link, large) {
+  const iri = link.href, name = humanised(localName(iri)), list = h("ul.members", { role: "list" }), form = h("div");
+  const element = card("action", large ? 2 : 3, !large && iri, large ? "Members" : isNamed(link), !large && saidOfLink(link), list, h("p.none.quiet", "empty"), form);
   const watch = members(element, list, iri, (member) => {
-    const value = h("div"), error = h("p"), remove = command("Remove", async () => { await sendRequest("DELETE", member); watch.schedule(0); }, error, { hidden: true });
+    const value = h("div"), error = h("p"), remove = command("Remove", async (tell) => { await sendCommand("DELETE", member, { tell }); watch.schedule(0); }, error, { hidden: true });
     optionsOf(member).then((o) => { remove.hidden = !o.allows("DELETE"); }, () => {});
     sendRequest("GET", member).then((a) => value.append(valueOf(a.g, member)), () => {});
     return h("li", h("div.line", h("a", { href: local(member) }, localName(member)), remove), value, error);
@@ -325,67 +332,79 @@ function collectionCard(iri, large) {
 
 /// Updates properties from the state of their Thing. If the state fails because of one property, each property is watched by itself.
 function watchState(element, state, shown, cancelled) {
-  const watch = view.watch(element, state, { g: (g) => shown.forEach((p) => p.update(g)), state: (s) => cancelled?.(s === "cancelled"),
+  const watch = view.watch(element, state, { g: (g) => shown.forEach((p) => p.update(g)), state: (s) => cancelled?.(s === "cancelled"), silence: (from) => shown.forEach((p) => p.plot.silence(from)),
     problem: () => {
       watch.finished = true;
       watch.stop();
-      for (const p of shown) view.watch(p.element, p.iri, { g: p.update, problem: p.fail });
+      shown.forEach(watchProperty);
     } });
+  for (const p of shown) p.plot.watch = watch;
   return watch;
 }
-const shownProperties = (g, iri, make) => g.ids(iri, hybrit("property")).map((p) => ({ iri: p, ...make(p) }));
+function watchProperty({ iri, element, plot, update, fail }) {
+  plot.watch = view.watch(element, iri, { g: update, problem: fail, silence: (from) => plot.silence(from) });
+}
 
 /// A Thing as a card. It is requested when the card becomes visible.
-function thingCard(iri, g, level = 3) {
-  const element = card("thing", level, iri, titleOf(g, iri), h("p", chips(g, iri).slice(1))), here = view;
+function thingCard(link, level = 3) {
+  const iri = link.href, element = card("thing", level, iri, isNamed(link), h("p", chips(link.types ?? []))), here = view;
   let begun;
   view.onVisibility(element, async () => {
     if (begun) return;
     begun = true;
     try {
-      const thingGraph = (await cachedRequest(iri)).g;
+      const { properties = {}, actions = {}, things = [], graphs = [], state } = await overviewOf(iri);
       if (here.isClosed) return;
-      setText(element.querySelector("a"), titleOf(thingGraph, iri));
-      const shown = shownProperties(thingGraph, iri, propertyRow), actions = thingGraph.ids(iri, hybrit("action")), parts = thingGraph.ids(iri, dcterms("hasPart")).length;
+      const shown = Object.values(properties).map(propertyRow), named = Object.values(actions), parts = things.length;
       element.append(...shown.map((p) => p.element));
-      if (actions.length) element.append(h("p.actions", h("span.quiet", "actions:"), " ", actions.flatMap((a, i) => [i ? ", " : "", linkTo(a, humanised(localName(a)))])));
+      if (named.length) element.append(h("p.actions", h("span.quiet", "actions:"), " ", named.flatMap((a, i) => [i ? ", " : "", linkTo(a.href, humanised(localName(a.href)))])));
       if (parts) element.append(quiet(`${parts} parts`));
-      element.classList.toggle("plain", !shown.length && !actions.length && !parts);
-      if (shown.length) watchState(element, thingGraph.id(iri, lrt("state")), shown);
+      if (graphs.length) element.append(quiet(`${graphs.length} graphs`));
+      element.classList.toggle("plain", !shown.length && !named.length && !parts && !graphs.length);
+      if (shown.length) watchState(element, state.href, shown);
     } catch (e) { element.append(notice(e)); }
   }, () => {});
   return element;
 }
-const thingCards = (g, things, level) => h("div.cards", things.map((t) => thingCard(t, g, level)));
+const thingCards = (things, level) => h("div.cards", things.map((t) => thingCard(t, level)));
 
-function showThing(iri, g) {
-  const shown = shownProperties(g, iri, propertyCard), ids = (p) => g.ids(iri, p), actions = ids(hybrit("action")), collections = ids(lrt("collection")), parts = ids(dcterms("hasPart"));
+/// The page of a Thing: what its overview links to, and the triples about it as data.
+function showThing(iri, overview, g) {
+  const of = (part) => Object.values(overview[part] ?? {}), actions = of("actions"), collections = of("collections"), parts = of("things"), graphs = overview.graphs ?? [];
+  const shown = of("properties").map((p) => propertyCard(p)), grid = h("div.cards", shown.map((p) => p.element));
   const stopped = h("p.bad", { hidden: true }, "This page's subscription was cancelled. ", button("Watch again", () => { watch.finished = false; watch.start(); }));
-  const grid = h("div.cards", shown.map((p) => p.element));
-  const watch = shown.length && watchState(grid, g.id(iri, lrt("state")), shown, (is) => { stopped.hidden = !is; });
-  const list = subscriptionsOf(g.id(iri, hybrit("subscriptions")), g.ids(iri, hybrit("blueprint")));
+  const watch = shown.length && watchState(grid, overview.state.href, shown, (is) => { stopped.hidden = !is; });
   // Predicates whose objects are all shown elsewhere: ros:rotation in addition to hybrit:property.
-  const all = [...ids(hybrit("property")), ...actions, ...collections], domain = g.of(iri).map(([p]) => p).filter((p) => g.all(iri, p).every((o) => all.includes(o.id)));
-  const about = facts(g, iri, [...THING_PARTS, ...domain]);
-  return [g.is(iri, ros("Robot")) && g.id(iri, lrt("rootLink")) && section("Skeleton", skeleton(iri, g)), shown.length && section("Properties", stopped, grid), actions.length && section("Actions", h("div.cards.wide", actions.map((a) => actionCard(a)))),
-    collections.length && section("Collections", h("div.cards.wide", collections.map((c) => collectionCard(c)))), parts.length && section("Parts", thingCards(g, parts)),
-    about && section("About", about), list];
+  const all = [...of("properties"), ...actions, ...collections].map((l) => l.href), domain = g.of(iri).map(([p]) => p).filter((p) => g.all(iri, p).every((o) => all.includes(o.id)));
+  const about = facts(g, iri, [...THING_PARTS, ...domain]), blueprints = ["blueprint", "boundsBlueprint", "ownBlueprint"].flatMap((b) => overview[b]?.href ?? []);
+  return [overview.types?.includes(ros("Robot")) && g.id(iri, lrt("rootLink")) && section("Skeleton", skeleton(iri, overview, g)), shown.length && section("Properties", stopped, grid),
+    actions.length && section("Actions", h("div.cards.wide", actions.map((a) => actionCard(a)))), collections.length && section("Collections", h("div.cards.wide", collections.map((c) => collectionCard(c)))),
+    graphs.length && section("Graphs", h("div.cards", graphs.map(graphCard))), parts.length && section("Parts", thingCards(parts)), about && section("About", about),
+    overview.subscriptions && subscriptionsOf(overview.subscriptions.href, blueprints)];
 }
-const THING_PARTS = [rdf("type"), lrt("state"), lrt("collection"), ...["title", "description", "hasPart", "isPartOf"].map(dcterms), ...["property", "action", "subscriptions", "blueprint", "websocketUrl"].map(hybrit)];
+const THING_PARTS = [rdf("type"), lrt("state"), lrt("collection"), ldp("contains"), ...["title", "description", "hasPart", "isPartOf"].map(dcterms), ...["property", "action", "subscriptions", "blueprint", "websocketUrl"].map(hybrit)];
+const graphCard = (link) => card("graph", 3, link.href, isNamed(link), saidOfLink(link), quiet(`${link.triples} triples`));
 
 function subscriptionsOf(container, blueprints) {
   const details = h("details", { ontoggle: () => { if (!details.children[1]) details.append(subscriptions(container)); } }, h("summary", "Subscribers"));
   return section("Subscriptions and shapes", details, h("p", linkTo(container, "All subscriptions"), blueprints.map((b, i) => [" · ", linkTo(b, "Blueprint" + (i ? ` ${i + 1}` : ""))])));
 }
 
-function showRoot(iri, g) {
-  const things = g.ids(iri, ldp("contains")), here = view, box = h("div", thingCards(g, things, 2));
+function showRoot(overview) {
+  const { things = [] } = overview, here = view, box = h("div", thingCards(things, 2));
   // If there are few robots, their parts are shown, too.
-  if (things.length <= 3) for (const t of things) cachedRequest(t).then(({ g }) => {
-    const parts = g.ids(t, dcterms("hasPart"));
-    if (parts.length && !here.isClosed) box.append(section(`Parts of ${titleOf(g, t)}`, thingCards(g, parts)));
+  if (things.length <= 3) for (const t of things) overviewOf(t.href).then(({ things: parts = [] }) => {
+    if (parts.length && !here.isClosed) box.append(section(`Parts of ${isNamed(t)}`, thingCards(parts)));
   }, () => {});
   return [box];
+}
+
+/// Triples as data: what others have written, too. Nothing of them decides what the page offers.
+function showData(g, base) {
+  const subjects = [...g.about.keys()].filter((s) => !isBlank(s)), whole = subjects.slice(0, 300);
+  const name = (s) => s.startsWith(base + "#") ? s.slice(base.length) : isOurs(s) ? "/" + pathText(s) : s;
+  return [h("p.note", "Data. The robot shows what is written here, and does not judge it."), ...whole.map((s) => h("section.data", h("h2", h("code", name(s))), facts(g, s, []))),
+    subjects.length > whole.length && quiet(`${subjects.length - whole.length} more subjects: see the formats below.`)];
 }
 
 function showBlueprint(g) {
@@ -396,7 +415,7 @@ function showBlueprint(g) {
   });
   return g.subjects(rdf("type"), sh("NodeShape")).filter((s) => !isBlank(s)).map((s) => {
     const target = g.id(s, sh("targetNode")), lines = rows(nodeModel(g, s), "");
-    return section(titleOf(g, s), target && h("p", h("span.quiet", "of "), linkTo(target)),
+    return section(titleOf(g, s), target && h("p", h("span.quiet", "of "), iriIn(target)),
       lines.length ? table(["Property", "Kind", "Limits", "Unit"], lines.map((l) => h("tr", l.map((c) => h("td", c))))) : quiet("links and types"));
   });
 }

@@ -24,7 +24,7 @@ async function forEachLimited(items, work) {
 }
 
 /// Lines between joints, drawn at the robot's present positions. Dragging or the arrow keys turn the view. Writable joints have sliders.
-function skeleton(iri, robot) {
+function skeleton(iri, overview, robot) {
   const here = view, root = robot.id(iri, lrt("rootLink")), order = robot.list(robot.id(iri, lrt("positionsOf"))).map((o) => o.id), joints = [], steps = [], pointers = new Map();
   let positions = [], yaw = 0.9, pitch = 0.3, zoom = 1, frameRequest, centre, size;
   const redraw = () => { frameRequest ||= requestAnimationFrame(draw); };
@@ -127,7 +127,7 @@ function skeleton(iri, robot) {
         newer = false;
         form.clear();
         try {
-          await sendRequest("PUT", step.position, { body: form.body() });
+          await sendCommand("PUT", step.position, { body: form.body(), tell: (words) => setText(alert, words) });
           setText(alert, "");
         } catch (e) { setText(alert, e.report ? form.showReport(e.report) : problemText(e)); }
       }
@@ -147,10 +147,10 @@ function skeleton(iri, robot) {
     };
   }
   (async () => {
-    await forEachLimited(robot.ids(iri, dcterms("hasPart")).filter((part) => robot.is(part, ros("Joint"))), async (joint) => {
-      const { g } = await sendRequest("GET", (await cachedRequest(joint)).g.id(joint, lrt("state"))), id = (p) => g.id(joint, ros(p)), is = (type) => g.is(joint, ros(type));
+    await forEachLimited(overview.things.filter((part) => part.types?.includes(ros("Joint"))), async ({ href: joint, types }) => {
+      const { properties = {}, state } = await overviewOf(joint), { g } = await sendRequest("GET", state.href), id = (p) => g.id(joint, ros(p)), is = (type) => types.includes(ros(type));
       joints.push({ iri: joint, from: id("preceedingLink"), to: id("succeedingLink"), origin: poseOf(g, id("jointReferenceFrame")), axis: vector(g, g.id(joint, lrt("axis")), "xyz") ?? ORIGIN,
-        slides: is("PrismaticJoint"), free: is("FloatingJoint") || is("PlanarJoint"), index: order.indexOf(joint), position: id("position") });
+        slides: is("PrismaticJoint"), free: is("FloatingJoint") || is("PlanarJoint"), index: order.indexOf(joint), position: Object.values(properties).find((p) => p.href === id("position"))?.href });
     });
     const links = [root];
     for (const link of links) for (const j of joints) if (j.from === link && !links.includes(j.to)) {

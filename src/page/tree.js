@@ -6,15 +6,15 @@ let treeRoot;
 async function tree(root, current) {
   const nav = $("tree");
   if (treeRoot !== root) {
-    const things = [];
+    const all = [];
     for (let page = root, n = 0; page && n < 20; ++n) {
-      const response = await sendRequest("GET", page);
-      things.push(...response.g.ids(root, ldp("contains")));
-      page = links(response, "next")[0];
+      const { things = [], next } = await overviewOf(page);
+      all.push(...things);
+      page = next?.href;
     }
     treeRoot = root;
     $("home").href = local(root);
-    nav.replaceChildren(branch(things, things.length <= 3));
+    nav.replaceChildren(branch(all, all.length <= 3));
   }
   nav.shownPath = current;
   markCurrent();
@@ -32,8 +32,8 @@ function markCurrent() {
   nearest?.children[1].setAttribute("aria-current", "page");
 }
 function branch(things, expanded) {
-  return h("ul", things.map((iri) => {
-    const a = h("a", { href: local(iri) }, localName(iri)), twist = h("button.twist", { type: "button", "aria-expanded": "false", "aria-label": `Parts of ${localName(iri)}`, hidden: true });
+  return h("ul", things.map((link) => {
+    const iri = link.href, name = link.title ?? localName(iri), a = h("a", { href: local(iri) }, name), twist = h("button.twist", { type: "button", "aria-expanded": "false", "aria-label": `Parts of ${name}`, hidden: true });
     const item = Object.assign(h("li", twist, a), { iri, expand(yes) {
       if (yes && !item.children[2] && item.parts?.length) {
         item.append(branch(item.parts));
@@ -43,10 +43,9 @@ function branch(things, expanded) {
       twist.setAttribute("aria-expanded", String(yes));
     } });
     twist.addEventListener("click", () => item.expand(twist.getAttribute("aria-expanded") !== "true"));
-    cachedRequest(iri).then(({ g }) => {
-      setText(a, titleOf(g, iri));
-      item.parts = g.ids(iri, dcterms("hasPart"));
-      twist.hidden = !item.parts.length;
+    overviewOf(iri).then(({ things: parts = [] }) => {
+      item.parts = parts;
+      twist.hidden = !parts.length;
       if (expanded) item.expand(true);
       markCurrent();
     }, () => {});

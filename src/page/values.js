@@ -4,23 +4,24 @@
 const NOT_VALUES = new Set([rdf("type"), rdfs("seeAlso"), rdfs("label"), rdfs("comment"), dcterms("modified"), dcterms("title"),
   dcterms("description"), dcterms("hasFormat"), vom("quantityKind"), ...["dataType", "hasQuantityKind"].map(qudt), ...["frame", "datatype", "elementType"].map(lrt),
   ...["source", "target"].map((end) => spatial(end + "CoordinateSystem")), ...UNIT_PREDICATES]);
+const MAX_DEPTH = 20;  // of nodes inside each other: data of others may have any depth
 const UNNAMED = new Set([vom("numericalValue"), vom("quantityValue"), rdf("value")]);
 
 /// The values of a node as a flat list of { path: [words], objects, names, unit }. A vector or a list of scalars is one entry.
-function leaves(g, node, path = [], seen = new Set(), outer) {
-  if (seen.has(node)) return [];
+function leaves(g, node, path = [], seen = new Set(), outer = "", depth = 0) {
+  if (seen.has(node) || depth > MAX_DEPTH) return [];
   seen.add(node);
   const unit = unitText(UNIT_PREDICATES.map((p) => g.id(node, p)).find(Boolean)) || outer;
   return g.of(node).filter(([p]) => !NOT_VALUES.has(p) && !p.startsWith(hybrit(""))).flatMap(([p, o]) => {
     const here = UNNAMED.has(p) ? path : [...path, humanised(localName(p))];
     if (o.id && g.isList(o.id)) {
       const items = g.list(o.id).map((item) => g.isList(item.id) ? [{ path: [], objects: g.list(item.id), isList: true }]
-        : isInside(g, node, item) ? leaves(g, item.id, [], seen) : [{ path: [], objects: [item], unit }]);
+        : isInside(g, node, item) ? leaves(g, item.id, [], seen, "", depth + 1) : [{ path: [], objects: [item], unit }]);
       if (items.every((i) => i.length === 1 && i[0].objects.length === 1)) return [{ path: here, objects: items.map((i) => i[0].objects[0]), isList: true, unit: unit || items[0]?.[0].unit }];
       return items.flatMap((inner, i) => inner.map((leaf) => ({ ...leaf, path: [...here, String(i + 1), ...leaf.path] })));
     }
     if (!isInside(g, node, o)) return [{ path: here, objects: [o], unit }];
-    const inner = leaves(g, o.id, here, seen, unit), names = inner.map((l) => l.path.at(-1));
+    const inner = leaves(g, o.id, here, seen, unit, depth + 1), names = inner.map((l) => l.path.at(-1));
     const isVector = inner.length > 1 && inner.length < 5 && inner.every((l) => l.path.length === here.length + 1 && l.path.at(-1).length < 3 && l.unit === inner[0].unit && l.objects.length === 1 && !l.isList);
     return isVector ? [{ path: here, objects: inner.map((l) => l.objects[0]), names, unit: inner[0].unit }] : inner;
   });
@@ -85,7 +86,16 @@ class Plot {
       while (points.length > 2 && points[1][0] < now - MINUTE) points.shift();
     });
   }
-  moved() { return [...this.series].filter(([, points]) => points.some((p) => p[1] !== points[0][1])); }
+  /// Nothing was heard since that time: the lines end there, and begin anew with the next value.
+  silence(from) {
+    for (const points of this.series.values()) points.push([Math.max(from, points.at(-1)[0]), NaN]);
+  }
+  moved() {
+    return [...this.series].filter(([, points]) => {
+      const numbers = points.map((p) => p[1]).filter(Number.isFinite);
+      return numbers.some((n) => n !== numbers[0]);
+    });
+  }
   moves({ path, words = path }) { return this.moved().some(([name, points]) => points.length > 5 && name.startsWith(words.join(" › "))); }
   draw() {
     // The series that have moved. Without one: a single series is drawn, several are not.
@@ -94,7 +104,7 @@ class Plot {
     if (!lines.length) return;
     const { canvas } = this, { pen, width, height, color } = drawingContext(canvas);
     if (!pen) return;
-    const now = performance.now(), numbers = lines.flatMap(([, points]) => points.map((p) => p[1]));
+    const now = performance.now(), numbers = lines.flatMap(([, points]) => points.map((p) => p[1])).filter(Number.isFinite);
     let low = Math.min(...numbers), high = Math.max(...numbers);
     if (low === high) { low -= Math.abs(low) * 0.1 || 1; high += Math.abs(high) * 0.1 || 1; }
     const label = (n) => String(Number(n.toPrecision(3)));
@@ -122,13 +132,14 @@ class Plot {
     lines.forEach(([, points], i) => {
       pen.strokeStyle = color(`--series${i}`);
       pen.beginPath();
-      points.forEach(([t, n], j) => {
-        // Unchanged values are not sent: a value is valid until the next one.
-        if (j > 0 && t - points[j - 1][0] > 700) pen.lineTo(x(t), y(points[j - 1][1]));
-        if (j === 0) pen.moveTo(x(t), y(n));
-        else pen.lineTo(x(t), y(n));
-      });
-      pen.lineTo(x(now), y(points.at(-1)[1]));
+      let last = NaN, since;
+      for (const [t, n] of [...points, [Math.max(this.watch?.knownUntil() ?? now, points.at(-1)[0]), NaN]]) {
+        const begins = Number.isNaN(last), ends = Number.isNaN(n);
+        // Unchanged values are not sent: a value is valid until the next one, or until nothing was heard.
+        if (!begins && (ends || t - since > 700)) pen.lineTo(x(t), y(last));
+        if (!ends) pen[begins ? "moveTo" : "lineTo"](x(t), y(n));
+        [last, since] = [n, t];
+      }
       pen.stroke();
     });
     pen.restore();
@@ -139,6 +150,7 @@ class Plot {
         key.style.color = `var(--series${i})`;
         return key;
       }) : []));
+    canvas.dataset.gaps = lines.reduce((sum, [, points]) => sum + points.filter((p) => Number.isNaN(p[1])).length, 0);
     canvas.setAttribute("aria-label", `between ${label(low)} and ${label(high)} in the last minute`);
   }
 }
