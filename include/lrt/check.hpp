@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstddef>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -107,14 +108,23 @@ struct Invocation {
   bool send_empty = false;                 ///< the action has no input, and may be invoked with an empty body
 };
 
+/// What a check does at the moment.
+struct Progress {
+  std::string url;                      ///< of the request that is sent now
+  std::size_t requests = 0;             ///< so far, with this one
+  std::chrono::milliseconds elapsed{};  ///< since the check began
+  std::chrono::milliseconds usual{};    ///< that a response of the server takes
+};
+
 /// Options and limits of a check. By default it changes nothing on the robot.
 struct CheckOptions {
   client::Options client;  ///< identity, certificate authorities, limits of one request
   /// URL of the root resource (R0.4). Empty: "/", or if that is 404, the nearest path above the checked URL that ends
   /// with "/".
   std::string root;
-  /// Resources whose present representation may be sent back by PUT, and to which bodies may be sent that the server
-  /// must refuse.
+  /// Resources that may be written. Their present representation is sent back by PUT, and bodies that the server must
+  /// refuse are sent. A number in them is changed by a thousandth, an integer by one, and put back, so that there is a
+  /// change of which subscriptions must tell.
   std::vector<std::string> write;
   std::vector<Invocation> invoke;  ///< actions that may be invoked
   /// Address and port where the check receives callbacks, "192.168.1.5:0"; the server must reach it. Empty: 127.0.0.1
@@ -137,6 +147,9 @@ struct CheckOptions {
   std::size_t max_merged_steps = 20'000'000;     ///< of the validation of the merged documents
   std::size_t max_described_actions = 50;        ///< whose bindings are tried with OPTIONS
   std::size_t max_results = 100;                 ///< named of one check of the merged documents
+
+  std::chrono::milliseconds slow_time{1'000};          ///< a server whose usual response takes longer is reported as slow
+  std::function<void(const Progress& now)> progress;  ///< called by run() before each request; empty: not
 };
 
 /// Checks a server. Without `write` and `invoke` it sends GET, HEAD and OPTIONS, requests that a correct server

@@ -70,6 +70,28 @@ constexpr Check checks[] = {
     {"http.long-target", "R0.1", should, "a very long target is answered",
      "A target that is longer than the server wants to parse gets 414; others work.", "RFC 9112 3, RFC 9110 15.5.15"},
     {"http.alive", "R0.1", must, "the server serves after all of this", "Requests that were refused leave the server as it was.", "RFC 9110 2.2"},
+    {"http.slow", "R0.1", may, "responses come soon", "A slow server is not a wrong one. Clients wait, and some give up.", "RFC 9110 9.2.2, 15.5.9"},
+    {"head.length", "R0.1", must, "Content-Length of HEAD is that of GET",
+     "A response to HEAD has no Content-Length, or the number of bytes that GET would have had.", "RFC 9110 8.6, 9.3.2"},
+    {"head.fields", "R0.1", should, "HEAD has the fields of GET", "The response to HEAD has the header fields that GET would have had.",
+     "RFC 9110 9.3.2"},
+    {"alternates.bytes", "R0.1", must, "the bytes are what Content-Type says", "Content-Type is the media type of the representation.", "RFC 9110 8.3"},
+    {"date.syntax", "R0.1", must, "dates have the format of HTTP", "Date and Last-Modified are in IMF-fixdate.", "RFC 9110 5.6.7, 6.6.1, 8.8.2"},
+    {"date.moves", "R0.1", must, "Date moves with the time", "Date is when the response was generated.", "RFC 9110 6.6.1"},
+    {"date.clock", "R0.1", may, "Date is right", "Times of a server whose clock is wrong mean nothing to others.", "RFC 9110 6.6.1"},
+    {"modified.future", "R0.1", must, "Last-Modified is not after Date", "A server with a clock sends no Last-Modified that is later than Date.",
+     "RFC 9110 8.8.2.1"},
+    {"modified.changes", "R0.1", should, "Last-Modified moves with the representation",
+     "What has changed after a response has a Last-Modified that is not before it.", "RFC 9110 8.8.2.1"},
+    {"modified.condition", "R0.1", should, "If-Modified-Since is evaluated",
+     "With the present Last-Modified GET is answered with 304, with an earlier date not.", "RFC 9110 13.1.3"},
+    {"range.announced", "R0.1", should, "Accept-Ranges is true", "A server that announces ranges sends them.", "RFC 9110 14.2, 14.3"},
+    {"range.bytes", "R0.1", must, "a part has the bytes that Content-Range says", "A 206 has the bytes of the representation at the range that it states.",
+     "RFC 9110 14.4, 15.3.7"},
+    {"range.if-range", "R0.1", must, "If-Range with another tag gets the whole", "If the condition is false, the Range is ignored.", "RFC 9110 13.1.5"},
+    {"range.unsatisfiable", "R0.1", should, "a range behind the end gets 416 with the length",
+     "A range that cannot be satisfied gets 416 with Content-Range, or the whole.", "RFC 9110 14.4, 15.5.17"},
+    {"prefer.applied", "R0.1", must, "Preference-Applied is true", "The field names the preferences that the server has applied.", "RFC 7240 3"},
     // ---- R0.2 to R0.8
     {"tls.https", "R0.2", should, "the connection is protected by TLS",
      "A server should offer HTTPS; one on the Internet must, or have another protection.", "paper R0.2, RFC 9110 4.2.2"},
@@ -82,6 +104,8 @@ constexpr Check checks[] = {
     {"methods.refused", "R0.5", must, "a method that Allow lacks is refused",
      "What a resource does not allow is answered with an error of the client, usually 405.", "RFC 9110 9.1, 15.5.6"},
     {"methods.allow-of-405", "R0.5 R0.10", must, "405 has Allow", "A 405 lists the methods that the resource supports.", "RFC 9110 15.5.6"},
+    {"methods.announced", "R0.5 R0.10", must, "a method that Allow lists is not refused as unknown", "Allow lists the methods that a resource supports.",
+     "RFC 9110 10.2.1, 15.5.6"},
     {"status.not-found", "R0.6", must, "an unknown URI gets an error of the client",
      "Status codes tell success from errors of the client; what does not exist gets 404.", "paper R0.6, RFC 9110 15.5.5"},
     {"status.bad-request", "R0.6", must, "400 is implemented", "400 tells that the request is wrong.", "paper R0.6, RFC 9110 15.5.1"},
@@ -114,10 +138,23 @@ constexpr Check checks[] = {
     // ---- R0.9 to R0.11
     {"link.related", "R0.9", must, "sub-resources are advertised by Link with rel=related",
      "The response of a Robotic Thing links to its sub-resources with the relation related.", "paper R0.9, RFC 8288 3"},
+    {"link.targets", "R0.9", should, "what links lead to exists", "A link leads from a resource to another one.", "RFC 8288 3"},
+    {"link.describedby", "R0.9", should, "what rel=describedby leads to describes", "The target of describedby gives information about the resource.",
+     "RFC 8288 3, LDP 4.2.1.6"},
+    {"alternates.get", "R0.9", should, "alternates are there in the media type of their link", "A link with rel=alternate leads to another representation.",
+     "RFC 8288 3.4.1"},
     {"options.success", "R0.10", must, "OPTIONS is supported by each resource", "OPTIONS is supported for each exposed resource.",
      "paper R0.10, RFC 9110 9.3.7"},
     {"options.allow", "R0.10", must, "the response to OPTIONS has Allow with what works", "Allow advertises the permitted methods.",
      "paper R0.10, RFC 9110 10.2.1"},
+    {"options.agrees", "R0.10", should, "Allow is the same in all responses", "GET, OPTIONS and 405 tell the same methods.", "RFC 9110 10.2.1"},
+    {"options.complete", "R0.10", should, "a method that works is in Allow", "Allow advertises the permitted methods.", "paper R0.10, RFC 9110 10.2.1"},
+    {"accept-post.options", "R0.10", should, "containers that permit POST have Accept-Post in OPTIONS", "Accept-Post tells what may be sent.",
+     "LDP 5.2.3.14, 7.1"},
+    {"accept-post.media-types", "R0.10", must, "a media type of Accept-Post is not refused", "Accept-Post lists the media types that POST accepts.",
+     "LDP 7.1"},
+    {"accept-patch.announced", "R0.10", should, "Accept-Patch and PATCH in Allow go together", "Accept-Patch tells that PATCH is allowed, and what may be sent.",
+     "RFC 5789 3.1"},
     {"etag.get", "R0.11", must, "GET has an ETag", "Responses with representations have an entity tag.", "paper R0.11, RFC 9110 8.8.3"},
     {"etag.head", "R0.11", must, "HEAD has the ETag of GET", "Responses to HEAD have an entity tag, the one that GET would have.",
      "paper R0.11, RFC 9110 9.3.2"},
@@ -131,6 +168,11 @@ constexpr Check checks[] = {
     {"etag.304", "R0.11", must, "If-None-Match with the present tag gets 304", "If the condition is false, GET is answered with 304.",
      "RFC 9110 13.1.2"},
     {"etag.304-tag", "R0.11", must, "304 has the ETag", "A 304 has the ETag that a 200 would have.", "RFC 9110 15.4.5"},
+    {"etag.304-fields", "R0.11", must, "304 has Vary and Cache-Control of 200", "A 304 has the fields for caches that a 200 would have had.",
+     "RFC 9110 15.4.5"},
+    {"etag.304-false", "R0.11", must, "304 means that nothing has changed", "If-None-Match with a tag that is not the present one gets the representation.",
+     "RFC 9110 13.1.2"},
+    {"etag.list", "R0.11", must, "If-None-Match may be a list", "The condition is false if one of the tags is the present one.", "RFC 9110 13.1.2"},
     // ---- R0.12 to R0.17
     {"ws.handshake", "R0.15 R0.12 R0.14", must, "GET with `Upgrade: websocket` opens a WebSocket",
      "The Upgrade field creates subscriptions; its value websocket results in a WebSocket.", "paper R0.12, R0.14, R0.15; RFC 6455 4"},
@@ -146,6 +188,7 @@ constexpr Check checks[] = {
     {"ws.first-message", "R0.15", may, "the first message is the present representation",
      "The paper does not ask for it. Without it a subscriber needs a GET and can miss a change in between.", "paper 5.3"},
     {"ws.notified", "R0.15", must, "a change is sent to the subscriber", "A subscription notifies of changes.", "paper 5.3, R0.15"},
+    {"ws.content", "R0.15", must, "a message has the content after the change", "A notification carries what GET responds now.", "paper 5.3, R0.15"},
     {"ws.media-type", "R0.17", should, "Accept chooses the media type of messages", "Accept of the request that subscribes negotiates the content.",
      "paper R0.17"},
     {"callback.created", "R0.13 R0.16 R0.14", should, "GET with `Upgrade: callback` creates a callback",
@@ -153,10 +196,16 @@ constexpr Check checks[] = {
      "paper R0.13, R0.14, R0.16"},
     {"callback.requires-uri", "R0.16", must, "`Upgrade: callback` without Callback is refused", "The field Callback is required.", "paper R0.16"},
     {"callback.delivered", "R0.16", must, "the callback is called", "A callback that was created is called with changes.", "paper R0.16, 5.3"},
+    {"callback.content", "R0.16", must, "a notification has the content after the change", "A notification carries what GET responds now.",
+     "paper R0.16, 5.3"},
     {"callback.media-type", "R0.17", should, "Accept chooses the media type of notifications",
      "Accept of the request that subscribes negotiates the content.", "paper R0.17"},
     {"callback.cancel", "R0.5 R1.8", must, "DELETE cancels the subscription", "A subscription is a resource, and DELETE cancels it.",
      "paper R0.5, 5.3"},
+    {"callback.ends", "R1.8", must, "after DELETE there is no notification", "A subscription that was cancelled has ended.", "paper 5.3"},
+    {"container.created", "R1.8", must, "a new subscription is listed", "The Subscriptions resource lists the subscriptions.", "paper R1.8, 5.3; LDP 5.2.3.2"},
+    {"container.removed", "R1.8", must, "a deleted subscription is not listed", "The Subscriptions resource lists the subscriptions that are there.",
+     "paper R1.8, 5.3; LDP 5.2.5.1"},
     // ---- R1
     {"rdf.turtle", "R1.2", must, "Turtle is the default", "Without Accept the representation of a Linked Robotic Thing is Turtle.",
      "paper R1.2, LDP 4.3.2.2"},
@@ -169,6 +218,7 @@ constexpr Check checks[] = {
     {"negotiate.vary", "R1.2", should, "Vary names Accept", "Caches must know that the response depends on Accept.", "RFC 9110 12.5.5"},
     {"negotiate.not-acceptable", "R1.2", may, "Accept with no offered type gets 406",
      "A server may send what it has, but a client cannot tell that from success.", "RFC 9110 12.5.1, 15.5.7"},
+    {"negotiate.listed", "R1.2", should, "what a 406 lists is sent", "A 406 has a list of the representations that are available.", "RFC 9110 15.5.7"},
     {"rdf.type", "R1.3", must, "each Thing has an rdf:type", "At least one rdf:type is set explicitly.", "paper R1.3, LDP 4.2.1.4"},
     {"rdf.vocabularies", "R1.5", should, "standard vocabularies are used",
      "Existing vocabularies such as RDFS, Dublin Core and LDP are used where possible: several, and no own term for what they have.",
@@ -177,10 +227,13 @@ constexpr Check checks[] = {
      "A triple hybrit:subscriptions leads from the Thing to its Subscriptions container.", "paper R1.8"},
     {"subscriptions.container", "R1.8", must, "the Subscriptions resource is a container",
      "It is a Linked Data Platform container that lists the subscriptions.", "paper R1.8, 5.3; LDP 5.2.1"},
+    {"container.members", "R1.8", must, "what ldp:contains lists exists", "A container lists documents that are there.", "LDP 5.2.1, 5.2.5.1"},
     {"subscription.described", "R1.8", should, "a subscription is described",
      "A subscription is described by its type, its media type, its target and the data of its protocol.", "paper 5.3"},
     {"property.triples", "R1.9", should, "each Property has a triple hybrit:property",
      "Triples hybrit:property lead from the Thing to its Properties.", "paper R1.9"},
+    {"modified.triple", "R1.9", should, "dcterms:modified is when the value has changed", "It moves with the value, and is not in the future.",
+     "DCMI Metadata Terms"},
     {"action.triples", "R1.10", should, "each Action has a triple hybrit:action", "Triples hybrit:action lead from the Thing to its Actions.",
      "paper R1.10"},
     {"action.described", "R1.10", should, "an Action describes its input, its output and a binding that works",
@@ -200,6 +253,21 @@ constexpr Check checks[] = {
      "Clients with and without inference read the same: a domain or range gives a node no class that is neither stated nor above one.",
      "paper R1.7, RDF 1.1 Semantics 9.2.1"},
     {"metadata", "R1.12", may, "there are labels, descriptions or units", "Further meta data may describe the meaning of the parts.", "paper R1.12"},
+    // ---- what lrt adds
+    {"expiry.clock", "lrt", must, "Robot-Time moves on", "Robot-Time is a stamp of one run, and its milliseconds never go back.", "docs/specification.md"},
+    {"expiry.late", "lrt", must, "a command that is late is refused", "A command whose Valid-Until is over gets 412 and is not carried out.",
+     "docs/specification.md"},
+    {"expiry.instance", "lrt", must, "a command for another run is refused", "Valid-Until of another run of the server gets 412 and is not carried out.",
+     "docs/specification.md"},
+    {"expiry.valid", "lrt", must, "a command in time is carried out", "Valid-Until that is ahead changes nothing.", "docs/specification.md"},
+    {"expiry.problem", "lrt", should, "the refusal of a late command says so", "The problem type of the 412 is lrt:LateCommand.", "docs/specification.md"},
+    {"heartbeat.comes", "lrt", must, "a heartbeat that was asked for comes", "An event stream with the parameter heartbeat has events of that type.",
+     "docs/specification.md"},
+    {"heartbeat.refused", "lrt", should, "a heartbeat that is no number is refused", "A value of heartbeat that is no number gets 400.",
+     "docs/specification.md"},
+    {"stop.state", "lrt", must, "a stop state can be read", "lrt:stopState leads to it, and the root says the same.", "docs/specification.md"},
+    {"stop.refuses", "lrt", must, "what moves is refused while stopped", "A command to a stopped Thing gets 409 with the problem type lrt:Stopped.",
+     "docs/specification.md"},
 };
 
 constexpr PaperRequirement requirements[] = {
@@ -277,6 +345,16 @@ void Verdicts::pass(std::string_view id, const Exchange* exchange, const std::st
 }
 
 void Verdicts::fail(std::string_view id, const std::string& detail, const Exchange* exchange, Certainty certainty) {
+  if (exchange != nullptr && exchange->reply.timed_out()) return not_testable(id, "there was no response in time, which http.slow tells", exchange);
+  add_failure(id, detail, exchange, certainty);
+}
+
+void Verdicts::fail_silent(std::string_view id, const std::string& detail, const Exchange& exchange, bool is_fast) {
+  if (is_fast || !exchange.reply.timed_out()) return add_failure(id, detail, &exchange, Certainty::certain);
+  not_testable(id, "there was no response in time, and the server is slow", &exchange);
+}
+
+void Verdicts::add_failure(std::string_view id, const std::string& detail, const Exchange* exchange, Certainty certainty) {
   Finding& f = finding(id);
   ++f.tried;
   ++f.failed;

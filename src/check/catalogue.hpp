@@ -18,7 +18,18 @@ struct Table {
   const T* end() const noexcept { return last; }
 };
 
-/// The requirement of one check, and its source.
+/// The requirement of one check, and its source. The part of the id before its dot tells where the check is:
+///
+///     http status.blame tls                 http_checks.cpp             bytes, connections, lengths, times
+///     uri root link methods options accept  resource_checks.cpp         what a resource announces, and what it does
+///     alternates prefer container           resource_checks.cpp
+///     etag head modified date range         caching_checks.cpp          tags, dates, parts, HEAD
+///     write invoke post                     write_checks.cpp            requests that change something
+///     ws callback subscription              subscription_checks.cpp     WebSockets and callbacks, by notifications.cpp
+///     rdf negotiate subscriptions metadata  linked_data_checks.cpp      representations in RDF
+///     property action blueprint             linked_data_checks.cpp
+///     merge, what needs all documents       merging_checks.cpp
+///     expiry heartbeat stop                 extension_checks.cpp        what is lrt's own, where a server announces it
 struct Check {
   std::string_view id, requirements;  ///< requirements separated by spaces, the main one first
   Level level;
@@ -41,7 +52,10 @@ Table<PaperRequirement> paper_requirements() noexcept;
 class Verdicts {
  public:
   void pass(std::string_view id, const Exchange* exchange = nullptr, const std::string& detail = {});
+  /// A response that did not come in time shows that a server is slow, not that it is wrong: not testable then.
   void fail(std::string_view id, const std::string& detail, const Exchange* exchange = nullptr, Certainty certainty = Certainty::certain);
+  /// Fails because there is no response. `is_fast`: the server is so fast that its silence is a fault; otherwise not testable.
+  void fail_silent(std::string_view id, const std::string& detail, const Exchange& exchange, bool is_fast);
   /// Fails with several results, of which these are the first. @pre 0 < count <= tried
   void fail_all(std::string_view id, const std::vector<std::string>& results, std::size_t count, std::size_t tried, const Exchange* exchange);
   /// `exchange` is evidence of the reason.
@@ -56,6 +70,7 @@ class Verdicts {
 
  private:
   Finding& finding(std::string_view id);
+  void add_failure(std::string_view id, const std::string& detail, const Exchange* exchange, Certainty certainty);
   std::map<std::string, Finding, std::less<>> findings_;
 };
 

@@ -51,12 +51,16 @@ Result<Report> run(const std::string& url, const CheckOptions& options) {
   Verdicts verdicts;
   Context context{options, probe, verdicts, without_fragment(url)};
   if (Result<void> visited = survey(context); !visited) return unexpected(std::move(visited).error());
+  check_caching(context);
   check_resources(context);
   check_linked_data(context);
   check_subscriptions(context);
   check_writes(context);
+  check_extensions(context);
   check_merging(context);
-  check_http(context);  // last: it checks properties of all responses
+  check_http(context);  // last but for what is of all responses
+  check_ended_subscriptions(context);
+  check_moments(context);
 
   const std::string limit = probe.limit_reached();
   if (!limit.empty()) context.notes.push_back(limit);

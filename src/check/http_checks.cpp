@@ -2,6 +2,7 @@
 // R0.1 and R0.2: what the bytes of a connection show.
 
 #include <algorithm>
+#include <cstdio>
 
 #include "src/base/ascii.hpp"
 #include "src/base/resolve.hpp"
@@ -38,7 +39,8 @@ Conversation converse(Context& context, const std::string& url, const std::strin
   (void)connection->write(bytes, context.probe.until());
   for (const std::string& method : methods) {
     // Bytes after the first response must not be the response to a hidden request.
-    const exchange::Instant until = found.replies.empty() || !wait_for_end ? context.probe.until() : context.probe.within(context.options.close_time);
+    const exchange::Instant until =
+        found.replies.empty() || !wait_for_end ? context.probe.until() : context.probe.patiently(context.options.close_time);
     Reply reply = connection->read(method, until, false, context.options.close_time);
     if (found.replies.empty()) found.exchange.reply = reply;
     if (reply.error) break;
@@ -46,12 +48,8 @@ Conversation converse(Context& context, const std::string& url, const std::strin
     found.replies.push_back(std::move(reply));
     if (!found.replies.back().framing_fault.empty() || found.replies.back().truncated) break;
   }
-  found.ended = wait_for_end ? connection->ends(context.probe.within(context.options.close_time)) : connection->ended();
+  found.ended = wait_for_end ? connection->ends(context.probe.patiently(context.options.close_time)) : connection->ended();
   return found;
-}
-
-bool timed_out(const Exchange& exchange) {
-  return exchange.reply.error && (exchange.reply.error->code == Errc::timed_out || exchange.reply.error->code == Errc::limit_exceeded);
 }
 
 /// A request that must be refused. 4xx and 501 refuse it, and so does the end of the connection without a response; `wanted` is what the RFC names.
@@ -123,7 +121,9 @@ void check_refusals(Context& context, const Target& t) {
   if (!context.probe.exhausted()) {
     const Exchange exchange = context.probe.raw(t.url, "GET /" + std::string(20'000, 'a') + " HTTP/1.1\r\n" + t.own + "Connection: close\r\n\r\n");
     const Reply& reply = exchange.reply;
-    if (reply.error) context.verdicts.fail("http.long-target", "a target of 20,000 bytes has no response: " + reply.error->message, &exchange);
+    if (reply.error)
+      context.verdicts.fail_silent("http.long-target", "a target of 20,000 bytes has no response: " + reply.error->message, exchange,
+                                   context.probe.is_fast());
     else if (reply.status >= 500 && reply.status != 501)
       context.verdicts.fail("http.long-target", "a target of 20,000 bytes gets " + std::to_string(reply.status), &exchange);
     else context.verdicts.pass("http.long-target", &exchange);
@@ -152,7 +152,11 @@ void check_connections(Context& context, const Target& t) {
       const Reply second = connection->read("GET", context.probe.until(), false, context.options.close_time);
       persistent = !second.error;
       if (persistent) context.verdicts.pass("http.persistent", &exchange);
-      else context.verdicts.fail("http.persistent", "the second request on a connection has no response: " + second.error->message, &exchange);
+      else {
+        exchange.reply.error = second.error;
+        context.verdicts.fail_silent("http.persistent", "the second request on a connection has no response: " + second.error->message, exchange,
+                                     context.probe.is_fast());
+      }
     }
   }
   const char* const none = "the server closes the connection after each response";
@@ -167,6 +171,8 @@ void check_connections(Context& context, const Target& t) {
         !said.replies.empty() && lrt::detail::lower(said.replies.back().fields.joined("Connection")).find("close") != std::string::npos;
     if (said.replies.size() < 3 && announced)
       context.verdicts.not_testable("http.pipelining", "the server ends the connection, as it says, before it has answered all", &said.exchange);
+    else if (said.replies.size() < 3 && !context.probe.is_fast())
+      context.verdicts.not_testable("http.pipelining", "not all responses came in time, and the server is slow", &said.exchange);
     else if (said.replies.size() < 3)
       context.verdicts.fail("http.pipelining", "of three requests that were sent at once " + std::to_string(said.replies.size()) + " have a response",
                             &said.exchange);
@@ -186,7 +192,8 @@ void check_connections(Context& context, const Target& t) {
     if (reply.error && reply.error->code == Errc::closed)
       context.verdicts.not_testable("http.chunked-request", "a GET with a body is refused by closing the connection", &with_body.exchange);
     else if (reply.error)
-      context.verdicts.fail("http.chunked-request", "a request with a chunked body has no response: " + reply.error->message, &with_body.exchange);
+      context.verdicts.fail_silent("http.chunked-request", "a request with a chunked body has no response: " + reply.error->message,
+                                   with_body.exchange, context.probe.is_fast());
     else if (reply.status == 501) context.verdicts.fail("http.chunked-request", "the chunked coding is not implemented", &with_body.exchange);
     else if (reply.status >= 400)
       context.verdicts.not_testable("http.chunked-request", "a GET with a body is refused with " + std::to_string(reply.status), &with_body.exchange);
@@ -198,34 +205,47 @@ void check_connections(Context& context, const Target& t) {
     else context.verdicts.pass("http.chunked-request", &with_body.exchange);
   }
   if (!context.probe.exhausted()) {  // the body is never sent, so that the request has no effect
-    const std::string bytes = "PUT " + std::string(hidden_target) + " HTTP/1.1\r\n" + t.own +
-                              "Content-Type: application/x-lrt-check\r\nContent-Length: 1\r\nExpect: 100-continue\r\nIf-Match: \"lrt-check\"\r\n\r\n";
-    Result<Connection> connection = context.probe.connect(t.url);
-    Exchange exchange{t.url, context.probe.shown(t.url, bytes), {}};
-    if (connection) {
-      (void)connection->write(bytes, context.probe.until());
-      // An interim response is enough: after it nothing is sent.
-      while (connection->received().find("\r\n\r\n") == std::string::npos && connection->receive(context.probe.until())) {}
-      const std::string& received = connection->received();
-      if (received.compare(0, 12, "HTTP/1.1 100") == 0) exchange.reply.status = 100, exchange.reply.version = "HTTP/1.1";
-      else exchange.reply = connection->read("PUT", context.probe.until(), false, context.options.close_time);
-    } else {
-      exchange.reply.error = connection.error();
-    }
+    const Exchange exchange = context.probe.ask_without_body("PUT", url_of(t.url)->origin() + hidden_target,
+                                                             {{"Content-Type", "application/x-lrt-check"}, {"If-Match", "\"lrt-check\""}});
     if (exchange.reply.error)
-      context.verdicts.fail("http.expect", "there is neither 100 nor a final response before the body: " + exchange.reply.error->message, &exchange);
+      context.verdicts.fail_silent("http.expect", "there is neither 100 nor a final response before the body: " + exchange.reply.error->message,
+                                   exchange, context.probe.is_fast());
     else context.verdicts.pass("http.expect", &exchange);
   }
   if (!context.probe.exhausted()) {
     const Conversation said = converse(context, t.url, t.line("GET", "HTTP/1.0") + t.own + "\r\n", {"GET"}, true);
     const Reply& reply = said.exchange.reply;
-    if (reply.error) context.verdicts.fail("http.version-1.0", "there is no response: " + reply.error->message, &said.exchange);
+    if (reply.error)
+      context.verdicts.fail_silent("http.version-1.0", "there is no response: " + reply.error->message, said.exchange, context.probe.is_fast());
     else if (reply.status == 505 || reply.status == 426) context.verdicts.pass("http.version-1.0", &said.exchange, "HTTP/1.0 is refused");
     else if (reply.fields.find("Transfer-Encoding"))
       context.verdicts.fail("http.version-1.0", "the response to HTTP/1.0 has Transfer-Encoding", &said.exchange);
     else if (!said.ended) context.verdicts.fail("http.version-1.0", "the connection of HTTP/1.0 stays open", &said.exchange);
     else context.verdicts.pass("http.version-1.0", &said.exchange);
   }
+}
+
+std::string seconds_text(std::chrono::milliseconds time) {
+  char text[32];
+  std::snprintf(text, sizeof text, time.count() < 100 ? "%.3f s" : "%.1f s", static_cast<double>(time.count()) / 1000);
+  return text;
+}
+
+/// A slow server is no wrong one: this is the finding for it.
+void check_time(Context& context) {
+  const Probe& probe = context.probe;
+  if (!probe.slowest) return context.verdicts.not_testable("http.slow", "there was no response");
+  const std::string line = probe.slowest->sent.substr(0, probe.slowest->sent.find("\r\n"));
+  const std::string times = "a response usually takes " + seconds_text(probe.usual_time()) + "; the slowest, to " + excerpt(line, 100) + ", took " +
+                            seconds_text(probe.slowest->reply.took);
+  if (probe.timed_out > 0)
+    context.verdicts.fail("http.slow",
+                          times + "; " + std::to_string(probe.timed_out) + " requests had no response within " +
+                              seconds_text(context.options.client.limits.response_time) + ", the first of them " +
+                              excerpt(probe.first_timed_out->sent.substr(0, probe.first_timed_out->sent.find("\r\n")), 100),
+                          &*probe.slowest);
+  else if (probe.usual_time() > context.options.slow_time) context.verdicts.fail("http.slow", times, &*probe.slowest);
+  else context.verdicts.pass("http.slow", &*probe.slowest, times);
 }
 
 /// Checks of all responses to ordinary requests.
@@ -292,12 +312,14 @@ void check_http(Context& context) {
   check_blame(context);
   if (!context.probe.exhausted()) {
     const Exchange exchange = context.probe.ask("GET", context.url);
-    if (timed_out(exchange) || exchange.reply.error) context.verdicts.fail("http.alive", "after the checks, " + outcome_of(exchange), &exchange);
+    if (exchange.reply.error)
+      context.verdicts.fail_silent("http.alive", "after the checks, " + outcome_of(exchange), exchange, context.probe.is_fast());
     else if (exchange.reply.status != context.resources.front().get.reply.status)
       context.verdicts.fail("http.alive", "the checked URL now gets " + std::to_string(exchange.reply.status), &exchange, Certainty::likely);
     else context.verdicts.pass("http.alive", &exchange);
   }
   check_responses(context);
+  check_time(context);
 }
 
 }  // namespace lrt::check

@@ -55,6 +55,43 @@ void check_turtle(Context& context) {
   v.otherwise("rdf.valid", Outcome::not_testable, "there is no representation in a syntax of RDF that this check reads");
 }
 
+/// The media types that a text names, as a 406 does.
+std::vector<std::string> named_types(const std::string& text) {
+  constexpr std::size_t max = 12;
+  std::vector<std::string> types;
+  const auto is_part = [](char c) { return lrt::detail::is_alpha(c) || (c >= '0' && c <= '9') || c == '+' || c == '-' || c == '.'; };
+  for (std::size_t at = text.find('/'); at != std::string::npos && types.size() < max; at = text.find('/', at + 1)) {
+    std::size_t from = at, to = at + 1;
+    while (from > 0 && is_part(text[from - 1])) --from;
+    while (to < text.size() && is_part(text[to])) ++to;
+    while (to > at + 1 && text[to - 1] == '.') --to;
+    const std::string type = lrt::detail::lower(text.substr(from, to - from)), top = type.substr(0, type.find('/'));
+    const bool known = top == "text" || top == "application" || top == "image" || top == "audio" || top == "video" || top == "multipart";
+    const bool is_other = type.find("problem+") != std::string::npos || type.find("x-lrt-check") != std::string::npos;
+    if (known && type.size() > top.size() + 1 && !is_other && std::find(types.begin(), types.end(), type) == types.end()) types.push_back(type);
+  }
+  return types;
+}
+
+/// What a 406 lists as available is sent.
+void check_listed(Context& context, const Resource& r, const Exchange& none) {
+  Verdicts& v = context.verdicts;
+  std::vector<std::string> types = named_types(none.reply.body);
+  for (const client::Link& link : client::links(none.reply.fields, r.url))
+    if (link.relation == "alternate" && !link.type.empty()) types.push_back(media_type_of(link.type));
+  for (const std::string& type : types) {
+    if (context.probe.exhausted()) return;
+    const Exchange exchange = context.probe.ask("GET", r.url, {{"Accept", type}});
+    if (exchange.reply.ok() && exchange.reply.media_type() == type) v.pass("negotiate.listed", &exchange);
+    else if (exchange.reply.ok() || exchange.reply.status == 406)
+      v.fail("negotiate.listed", "the 406 of GET " + r.url + " lists " + type + ", and `Accept: " + type + "` gets " +
+                                     (exchange.reply.ok() ? exchange.reply.media_type() : std::to_string(exchange.reply.status)), &exchange,
+             Certainty::likely);
+    else v.not_testable("negotiate.listed", outcome_of(exchange), &exchange);
+  }
+  v.otherwise("negotiate.listed", Outcome::not_applicable, "the 406 lists no media types");
+}
+
 void check_negotiation(Context& context) {
   Verdicts& v = context.verdicts;
   const Resource& r = *context.things().front();
@@ -112,7 +149,7 @@ void check_negotiation(Context& context) {
   if (v.failed("negotiate.accept")) return v.not_applicable("negotiate.not-acceptable", "Accept is ignored");
   const Exchange none = context.probe.ask("GET", r.url, {{"Accept", "application/x-lrt-check"}});
   context.bad_requests.push_back(none);
-  if (none.reply.status == 406) v.pass("negotiate.not-acceptable", &none);
+  if (none.reply.status == 406) v.pass("negotiate.not-acceptable", &none), check_listed(context, r, none);
   else if (none.reply.ok())
     v.fail("negotiate.not-acceptable", "the response is " + std::to_string(none.reply.status) + " with " + none.reply.media_type(), &none);
   else v.not_testable("negotiate.not-acceptable", "the response is " + std::to_string(none.reply.status), &none);
@@ -293,6 +330,7 @@ void check_vocabularies(Context& context) {
 void check_linked_data(Context& context) {
   check_turtle(context);
   check_negotiation(context);
+  context.verdicts.otherwise("negotiate.listed", Outcome::not_applicable, "there was no 406");
   for (const Resource* r : context.things()) {
     if (!r->graph) continue;
     if (r->graph->object(rdf::iri(r->url), vocab::rdf_::type)) context.verdicts.pass("rdf.type", &r->get);

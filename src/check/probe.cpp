@@ -2,6 +2,8 @@
 #include "src/check/probe.hpp"
 
 #include <algorithm>
+#include <charconv>
+#include <functional>
 
 #include "src/base/ascii.hpp"
 #include "src/base/utf8.hpp"
@@ -22,10 +24,14 @@ Instant now() { return std::chrono::steady_clock::now(); }
 bool matters(std::string_view name) {
   static constexpr std::string_view names[] = {"allow",
                                                "accept",
+                                               "accept-patch",
                                                "accept-post",
+                                               "accept-ranges",
                                                "callback",
                                                "connection",
                                                "content-length",
+                                               "content-location",
+                                               "content-range",
                                                "content-type",
                                                "date",
                                                "etag",
@@ -33,8 +39,11 @@ bool matters(std::string_view name) {
                                                "host",
                                                "if-match",
                                                "if-none-match",
+                                               "last-modified",
                                                "link",
                                                "location",
+                                               "preference-applied",
+                                               "robot-time",
                                                "sec-websocket-accept",
                                                "sec-websocket-key",
                                                "sec-websocket-version",
@@ -54,6 +63,17 @@ std::string excerpt(std::string_view text, std::size_t max) {
     if ((static_cast<unsigned char>(c) < 0x20 && c != '\n') || c == 0x7F) c = ' ';
   while (const auto invalid = utf8::find_invalid(result)) result[*invalid] = '?';
   return result;
+}
+
+std::vector<std::string> list_of(const std::string& value) {
+  std::vector<std::string> all;
+  std::string_view rest = value;
+  while (!rest.empty()) {
+    const std::size_t end = std::min(rest.find(','), rest.size());
+    if (const std::string_view one = trim(rest.substr(0, end)); !one.empty()) all.emplace_back(one);
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+  }
+  return all;
 }
 
 std::string without_fragment(const std::string& url) { return url.substr(0, url.find('#')); }
@@ -187,7 +207,9 @@ bool Connection::read_response(Reply& reply, std::string_view method, Instant un
 
 Reply Connection::read(std::string_view method, Instant until, bool close, milliseconds close_time) {
   Reply reply;
-  if (!read_response(reply, method, until) || reply.error) {
+  const bool complete = read_response(reply, method, until);
+  reply.took = std::chrono::duration_cast<milliseconds>(now() - begun_);
+  if (!complete || reply.error) {
     reply.closed = ended_;
     return reply;
   }
@@ -207,9 +229,19 @@ Reply Connection::read(std::string_view method, Instant until, bool close, milli
 
 // ----------------------------------------------------------------------------------------------------------------------------- Probe
 
-Probe::Probe(client::HttpClient& http, const CheckOptions& options) : http_(http), options_(options), end_(now() + options.total_time) {}
+Probe::Probe(client::HttpClient& http, const CheckOptions& options)
+    : http_(http), options_(options), end_(now() + options.total_time), begin_(now()) {}
 
-Instant Probe::until() const { return within(options_.client.limits.response_time); }
+milliseconds Probe::usual_time() const {
+  if (times_.empty()) return milliseconds(0);
+  std::vector<milliseconds> sorted = times_;
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  return *middle;
+}
+bool Probe::is_fast() const { return 4 * usual_time() < options_.client.limits.response_time; }
+
+Instant Probe::until() const { return within(std::max(options_.client.limits.response_time, 4 * usual_time())); }
 Instant Probe::within(milliseconds time) const { return std::min(end_, now() + time); }
 bool Probe::exhausted() const { return requests_ >= options_.max_requests || now() >= end_; }
 
@@ -225,10 +257,14 @@ Result<Connection> Probe::connect(const std::string& url) {
   if (!parts) return unexpected(parts.error());
   if (exhausted()) return unexpected(Errc::limit_exceeded, limit_reached());
   ++requests_;
+  const Instant begun = now();
+  if (options_.progress) options_.progress({url, requests_, std::chrono::duration_cast<milliseconds>(begun - begin_), usual_time()});
   Result<std::unique_ptr<exchange::Wire>> wire =
       http_.connect(*parts, {within(options_.client.limits.resolve_time + options_.client.limits.connect_time), http_.stop_descriptor()}, false);
   if (!wire) return unexpected(std::move(wire).error());
-  return Connection(*std::move(wire), http_.stop_descriptor(), options_);
+  Connection connection(*std::move(wire), http_.stop_descriptor(), options_);
+  connection.begun(begun);
+  return connection;
 }
 
 std::string Probe::own_fields(const std::string& url) {
@@ -267,7 +303,33 @@ Exchange Probe::ask(const std::string& method, const std::string& url, const Fie
   if (!body.empty() || method == "POST" || method == "PUT") own.add("Content-Length", std::to_string(body.size()));
   const std::string bytes = method + " " + parts->target + " HTTP/1.1\r\n" + own_fields(url) + own.block() + "\r\n" + body;
   exchange = raw(url, bytes, method);
-  record(exchange, method);
+  record(exchange, method, fields);
+  return exchange;
+}
+
+Exchange Probe::ask_without_body(const std::string& method, const std::string& url, const FieldList& fields) {
+  Exchange exchange{url, {}, {}};
+  const Result<http::Url> parts = url_of(url);
+  if (!parts) {
+    exchange.reply.error = parts.error();
+    return exchange;
+  }
+  http::Fields own;
+  for (const auto& [name, value] : fields) own.add(name, value);
+  const std::string bytes = method + " " + parts->target + " HTTP/1.1\r\n" + own_fields(url) + own.block() +
+                            "Content-Length: 1\r\nExpect: 100-continue\r\n\r\n";
+  exchange.sent = shown(url, bytes);
+  Result<Connection> connection = connect(url);
+  if (!connection) {
+    exchange.reply.error = connection.error();
+    return exchange;
+  }
+  (void)connection->write(bytes, until());
+  // An interim response is enough: after it nothing is sent.
+  while (connection->received().find("\r\n\r\n") == std::string::npos && connection->receive(until())) {}
+  if (connection->received().compare(0, 12, "HTTP/1.1 100") == 0) exchange.reply.status = 100, exchange.reply.version = "HTTP/1.1";
+  else exchange.reply = connection->read(method, until(), false, options_.close_time);
+  if (!exchange.reply.error) statuses.push_back(exchange.reply.status);
   return exchange;
 }
 
@@ -281,14 +343,71 @@ Exchange Probe::raw(const std::string& url, const std::string& bytes, std::strin
   // An error of write() is not final: a server may refuse a request before it has read all of it.
   (void)connection->write(bytes, until());
   const bool close = bytes.find("Connection: close") != std::string::npos;
-  exchange.reply = connection->read(method, until(), close, closes_ ? options_.close_time : std::min(options_.close_time, milliseconds(20)));
+  exchange.reply =
+      connection->read(method, until(), close, closes_ ? options_.close_time + 2 * usual_time() : std::min(options_.close_time, milliseconds(20)));
   if (!exchange.reply.error) statuses.push_back(exchange.reply.status);
   return exchange;
 }
 
-void Probe::record(const Exchange& exchange, const std::string& method) {
+void Probe::record_time(const Exchange& exchange) {
+  if (exchange.reply.timed_out()) {
+    ++timed_out;
+    if (!first_timed_out) first_timed_out = exchange;
+  }
+  if (exchange.reply.error) return;
+  times_.push_back(exchange.reply.took);
+  if (!slowest || slowest->reply.took < exchange.reply.took) slowest = exchange;
+}
+
+void Probe::record_dates(const Exchange& exchange) {
+  const std::string date = exchange.reply.field("Date");
+  if (date.empty()) return;
+  const std::optional<long long> seconds = http_seconds(date);
+  if (!seconds) {
+    if (invalid_dates.size() < max_kept) invalid_dates.push_back(exchange);
+    return;
+  }
+  const auto here = std::chrono::duration_cast<std::chrono::seconds>(std::chrono::system_clock::now().time_since_epoch()).count();
+  const long long offset = *seconds - here;
+  if (!first_dated) first_dated = exchange, date_offset_first = offset, date_begin_ = now();
+  // A second that begins between two responses of a farm of servers is no step back.
+  if (last_dated && *seconds + 1 < *http_seconds(last_dated->reply.field("Date")) && !date_back) date_back = Pair{*last_dated, exchange};
+  last_dated = exchange;
+  date_offset_last = offset;
+  dated_for = std::chrono::duration_cast<std::chrono::seconds>(now() - date_begin_);
+  const std::string last_modified = exchange.reply.field("Last-Modified");
+  if (last_modified.empty()) return;
+  if (!has_last_modified) has_last_modified = exchange;
+  const std::optional<long long> modified = http_seconds(last_modified);
+  if (!modified) {
+    if (invalid_dates.size() < max_kept) invalid_dates.push_back(exchange);
+  } else if (*modified > *seconds && modified_later.size() < max_kept) {
+    modified_later.push_back(exchange);
+  }
+}
+
+void Probe::record_robot_time(const Exchange& exchange) {
+  const std::string value = exchange.reply.field("Robot-Time");
+  if (value.empty()) return;
+  const std::optional<RobotTime> time = RobotTime::parse(value);
+  ++robot_times;
+  if (!with_robot_time) with_robot_time = exchange;
+  std::string fault;
+  if (!time) fault = "Robot-Time is \"" + excerpt(value, 60) + "\", expected 16 hexadecimal digits, \"/\" and milliseconds";
+  else if (robot_time && time->instance != robot_time->instance)
+    fault = "Robot-Time changes from " + robot_time->text() + " to " + time->text() + ": another run";
+  else if (robot_time && time->ms < robot_time->ms) fault = "Robot-Time goes back from " + robot_time->text() + " to " + time->text();
+  if (!fault.empty() && robot_time_fault.empty()) robot_time_fault = fault, robot_time_evidence = exchange;
+  if (time) robot_time = time;
+}
+
+void Probe::record(const Exchange& exchange, const std::string& method, const FieldList& fields) {
   const Reply& reply = exchange.reply;
+  record_time(exchange);
   if (reply.error) return;
+  record_dates(exchange);
+  record_robot_time(exchange);
+  record_representation(exchange, method, fields);
   const auto keep = [&](std::vector<Exchange>& list) {
     if (list.size() < max_kept) list.push_back(exchange);
   };
@@ -306,6 +425,82 @@ void Probe::record(const Exchange& exchange, const std::string& method) {
     keep(not_closed);
     closes_ = false;
   }
+}
+
+/// Compares a representation with the one before of the same URL and negotiation.
+void Probe::record_representation(const Exchange& exchange, const std::string& method, const FieldList& fields) {
+  const Reply& reply = exchange.reply;
+  if (method != "GET" || reply.status != 200 || reply.truncated || !reply.framing_fault.empty()) return;
+  std::string key = exchange.url;
+  for (const auto& [name, value] : fields) {
+    if (iequals_ascii(name, "Accept")) key += "\n" + value;
+    else if (!iequals_ascii(name, "If-None-Match") && !iequals_ascii(name, "If-Modified-Since")) return;  // another representation
+  }
+  Seen now;
+  now.exchange = exchange;
+  now.exchange.reply.body.resize(std::min<std::size_t>(reply.body.size(), 1'000));
+  now.tag = reply.field("ETag");
+  now.media_type = reply.media_type();
+  now.hash = std::hash<std::string>()(reply.body);
+  now.date = http_seconds(reply.field("Date"));
+  now.last_modified = http_seconds(reply.field("Last-Modified"));
+  const auto [found, is_new] = seen_.try_emplace(key);
+  if (!is_new) {
+    const Seen& before = found->second;
+    const bool same = before.hash == now.hash && before.media_type == now.media_type, weak = now.tag.compare(0, 2, "W/") == 0;
+    if (!same && before.tag == now.tag && !now.tag.empty() && !weak && tag_stays.size() < max_kept) tag_stays.push_back({before.exchange, now.exchange});
+    if (same && before.tag != now.tag && !before.tag.empty() && !now.tag.empty() && weak == (before.tag.compare(0, 2, "W/") == 0) &&
+        tag_moves.size() < max_kept)
+      tag_moves.push_back({before.exchange, now.exchange});
+    // What has changed after the first response has been modified after it; a second is the resolution.
+    if (!same && now.last_modified && before.date) {
+      if (*now.last_modified + 1 >= *before.date) last_modified_moves = now.exchange;
+      else if (!last_modified_back) last_modified_back = Pair{before.exchange, now.exchange};
+    }
+  }
+  found->second = std::move(now);
+}
+
+FieldList Probe::command_fields() const {
+  if (!robot_time) return {};
+  constexpr unsigned long long life = 60'000;  // ms
+  return {{"Valid-Until", robot_time->instance + "/" + std::to_string(robot_time->ms + life)}};
+}
+
+std::optional<RobotTime> RobotTime::parse(std::string_view text) {
+  constexpr std::size_t digits = 16;
+  if (text.size() < digits + 2 || text[digits] != '/') return std::nullopt;
+  for (const char c : text.substr(0, digits))
+    if (!((c >= '0' && c <= '9') || (c >= 'a' && c <= 'f') || (c >= 'A' && c <= 'F'))) return std::nullopt;
+  RobotTime time{std::string(text.substr(0, digits)), 0};
+  const std::string_view ms = text.substr(digits + 1);
+  const auto result = std::from_chars(ms.data(), ms.data() + ms.size(), time.ms);
+  if (result.ec != std::errc() || result.ptr != ms.data() + ms.size()) return std::nullopt;
+  return time;
+}
+
+std::optional<long long> http_seconds(std::string_view text) {
+  constexpr std::string_view months = "JanFebMarAprMayJunJulAugSepOctNovDec", days = "MonTueWedThuFriSatSun";
+  constexpr std::string_view form = "aaa, 00 aaa 0000 00:00:00 GMT";
+  if (text.size() != form.size()) return std::nullopt;
+  for (std::size_t i = 0; i < form.size(); ++i) {
+    const bool digit = text[i] >= '0' && text[i] <= '9';
+    if (form[i] == '0' ? !digit : form[i] != 'a' && form[i] != text[i]) return std::nullopt;
+  }
+  const auto number = [text](std::size_t at, std::size_t size) {
+    long long n = 0;
+    for (const char c : text.substr(at, size)) n = 10 * n + (c - '0');
+    return n;
+  };
+  const std::size_t month = months.find(text.substr(8, 3)), day_name = days.find(text.substr(0, 3));
+  if (month == months.npos || month % 3 != 0 || day_name == days.npos || day_name % 3 != 0) return std::nullopt;
+  const long long day = number(5, 2), year = number(12, 4), hour = number(17, 2), minute = number(20, 2), second = number(23, 2);
+  if (day < 1 || day > 31 || hour > 23 || minute > 59 || second > 60) return std::nullopt;
+  // Days from the civil date; years begin in March.
+  const long long m = static_cast<long long>(month / 3) + 1, y = year - (m <= 2 ? 1 : 0), era = y / 400, of_era = y - era * 400;
+  const long long of_year = (153 * (m + (m > 2 ? -3 : 9)) + 2) / 5 + day - 1;
+  const long long date = era * 146'097 + of_era * 365 + of_era / 4 - of_era / 100 + of_year - 719'468;
+  return ((date * 24 + hour) * 60 + minute) * 60 + second;
 }
 
 }  // namespace lrt::check

@@ -28,6 +28,7 @@ using std::chrono::milliseconds;
 
 constexpr milliseconds connection_time{5'000};  // of one connection of the server
 constexpr std::size_t max_header_bytes = 64 * 1024;
+constexpr std::size_t max_notifications = 100;
 
 std::string system_message() { return std::system_category().message(errno); }
 
@@ -181,7 +182,7 @@ void Receiver::serve(int connection) {
     response = "HTTP/1.1 204 No Content\r\nConnection: close\r\n\r\n";
     notification.text = header + "\r\n" + notification.body;
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (!notification_) notification_ = std::move(notification);
+    if (notifications_.size() < max_notifications) notifications_.push_back(std::move(notification));
     arrived_.notify_all();
   } else if (mine && method == "GET") {
     const std::string challenge = http::query_parameter(target, "hub.challenge", http::Plus::space).value_or("");
@@ -193,8 +194,10 @@ void Receiver::serve(int connection) {
 
 std::optional<Receiver::Notification> Receiver::wait(Instant until) {
   std::unique_lock<std::mutex> lock(mutex_);
-  arrived_.wait_until(lock, until, [this] { return notification_.has_value(); });
-  return std::exchange(notification_, std::nullopt);
+  if (!arrived_.wait_until(lock, until, [this] { return !notifications_.empty(); })) return std::nullopt;
+  std::optional<Notification> first = std::move(notifications_.front());
+  notifications_.pop_front();
+  return first;
 }
 
 }  // namespace lrt::check

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -35,7 +36,7 @@ class Receiver {
 
   /// Where notifications are expected; other paths get 404.
   const std::string& url() const noexcept { return url_; }
-  /// The first notification since the last call.
+  /// The next notification. Of very many only the first ones are kept.
   std::optional<Notification> wait(std::chrono::steady_clock::time_point until);
 
  private:
@@ -48,7 +49,7 @@ class Receiver {
   std::string url_, path_;
   std::mutex mutex_;
   std::condition_variable arrived_;
-  std::optional<Notification> notification_;
+  std::deque<Notification> notifications_;
   Thread thread_;
 };
 

@@ -131,6 +131,21 @@ std::vector<Resource*> Context::linked_data() {
   return found;
 }
 
+std::vector<Resource*> Context::sample() {
+  constexpr std::size_t max_of_kind = 2;
+  const bool all = 4 * probe.usual_time() <= options.slow_time;
+  std::map<std::string, std::size_t> kinds;
+  std::vector<Resource*> found;
+  for (Resource& r : resources) {
+    if (!r.exists()) continue;
+    const char* const kind = r.property ? "property" : r.action ? "action" : r.subscriptions ? "subscriptions" : r.blueprint ? "blueprint" : r.thing ? "thing" : "";
+    if (all || ++kinds[kind] <= max_of_kind || may_write(r.url)) found.push_back(&r);
+  }
+  return found;
+}
+
+bool Context::may_write(const std::string& of) const { return std::find(options.write.begin(), options.write.end(), of) != options.write.end(); }
+
 Exchange get(Context& context, const std::string& url, const FieldList& fields) {
   std::string at = without_fragment(url);
   for (unsigned redirects = 0;; ++redirects) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -11,9 +12,13 @@
 
 #include "src/check/catalogue.hpp"
 #include "src/check/probe.hpp"
+#include "src/check/receiver.hpp"
 #include "src/client/representation.hpp"
 
 namespace lrt::check {
+
+/// An entity tag that no response has.
+inline constexpr const char* never_a_tag = "\"lrt-check\"";
 
 /// A resource that was visited.
 struct Resource {
@@ -27,6 +32,7 @@ struct Resource {
   bool thing = false, property = false, action = false, subscriptions = false, subscription = false, blueprint = false;
   std::set<std::string> allow;  ///< of OPTIONS
   std::string etag;             ///< present one
+  bool changes = false;         ///< two GETs have had different representations
 
   bool exists() const noexcept { return get.reply.ok(); }
   /// The media type of a link of this resource to its own representations is offered.
@@ -41,12 +47,22 @@ struct Context {
   std::string url;                    ///< the checked one, after redirects
   std::vector<Resource> resources{};  ///< the first is that of `url`
   std::vector<std::string> notes{};
+  std::optional<Exchange> root{};  ///< GET of the root, if it is not among the resources
+  /// Of a callback that was cancelled.
+  struct {
+    std::unique_ptr<Receiver> receiver;
+    std::string url;
+  } ended{};
   std::vector<Exchange> bad_requests{};  ///< responses to requests that are the client's fault
 
   /// Things; if none was found, the checked resource, which is to be one.
   std::vector<Resource*> things();
   /// The resources of which RDF is expected: Things and their sub-resources.
   std::vector<Resource*> linked_data();
+  /// The resources that exist; of a slow server two of each kind.
+  std::vector<Resource*> sample();
+  /// Whether the user permits to write that resource.
+  bool may_write(const std::string& of) const;
 };
 
 /// GET that follows redirects within the limits of the client. The URL of the result is that of the last one.
@@ -61,11 +77,19 @@ std::optional<rdf::Graph> graph_of(const Context& context, const Exchange& excha
 Result<void> survey(Context& context);
 
 // The groups of checks, in the order in which they are called.
-void check_resources(Context& context);      ///< R0.3 to R0.11
+void check_resources(Context& context);      ///< R0.3 to R0.10
+void check_caching(Context& context);        ///< R0.11
 void check_linked_data(Context& context);    ///< R1
 void check_http(Context& context);           ///< R0.1, R0.2
 void check_subscriptions(Context& context);  ///< R0.12 to R0.17
 void check_writes(Context& context);         ///< R0.5 to R0.8, for resources that the user named
 void check_merging(Context& context);        ///< R1.7 to R1.11, of all documents together
+void check_extensions(Context& context);     ///< what lrt adds, where a server announces it
+void check_ended_subscriptions(Context& context);
+void check_moments(Context& context);        ///< of all responses together: tags and dates
+
+/// If-None-Match with a tag that is not the present one must not get 304.
+/// @param former  the tag of `then`, which was another representation; empty: a tag that no response had
+void check_former_tag(Context& context, const std::string& url, const std::string& former, const Exchange& then);
 
 }  // namespace lrt::check

@@ -7,6 +7,7 @@
 #include <lrt/rdf/codec.hpp>
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/check/notifications.hpp"
 #include "src/check/survey.hpp"
 
 namespace lrt::check {
@@ -57,13 +58,44 @@ bool has_blueprint(const Context& context) {
   return std::any_of(context.resources.begin(), context.resources.end(), [](const Resource& r) { return r.blueprint && r.exists(); });
 }
 
+/// A method that has worked is in Allow.
+void check_works(Context& context, const std::string& method, const std::string& url, const Exchange& exchange) {
+  for (const Resource& r : context.resources) {
+    if (r.url != url || r.allow.empty()) continue;
+    if (r.allow.count(method) != 0) context.verdicts.pass("options.complete", &exchange);
+    else
+      context.verdicts.fail("options.complete", method + " " + url + " gets " + std::to_string(exchange.reply.status) + " and is not in Allow", &exchange);
+  }
+}
+
+/// A server that says it has applied a preference has done so.
+void check_preference(Context& context, const std::string& url, const Exchange& present) {
+  Verdicts& v = context.verdicts;
+  FieldList fields = context.probe.command_fields();
+  fields.emplace_back("Content-Type", present.reply.field("Content-Type"));
+  fields.emplace_back("Prefer", "return=representation");
+  fields.emplace_back("Accept", "text/turtle, */*;q=0.5");
+  const Exchange put = context.probe.ask("PUT", url, fields, present.reply.body);
+  const std::string applied = put.reply.fields.joined("Preference-Applied");
+  if (!put.reply.ok() || applied.find("return=representation") == std::string::npos) return;
+  const Exchange now = context.probe.ask("GET", url, {{"Accept", "text/turtle, */*;q=0.5"}});
+  if (put.reply.body.empty())
+    v.fail("prefer.applied", "PUT " + url + " with Prefer: return=representation: \"Preference-Applied: " + excerpt(applied, 60) +
+                                 "\", and the response (" + std::to_string(put.reply.status) + ") has no body", &put);
+  else if (put.reply.media_type() == now.reply.media_type() && !same_content(put.reply.body, now.reply.body, now.reply.media_type(), url) &&
+           put.reply.field("ETag") == now.reply.field("ETag"))
+    v.fail("prefer.applied", "PUT " + url + " with Prefer: return=representation: the body is not what GET responds", &put);
+  else v.pass("prefer.applied", &put);
+}
+
 void check_put(Context& context, const std::string& url) {
   Verdicts& v = context.verdicts;
   const Exchange present = context.probe.ask("GET", url, {{"Accept", "text/turtle, */*;q=0.5"}});
   if (!present.reply.ok()) return v.not_testable("write.put", url + ": GET: " + outcome_of(present), &present);
   const std::string tag = present.reply.field("ETag"), type = present.reply.field("Content-Type");
   const auto with = [&](const std::string& condition, const std::string& media_type) {
-    FieldList fields = {{"Content-Type", media_type}};
+    FieldList fields = context.probe.command_fields();
+    fields.emplace_back("Content-Type", media_type);
     if (!condition.empty()) fields.emplace_back("If-Match", condition);
     return fields;
   };
@@ -104,9 +136,11 @@ void check_put(Context& context, const std::string& url) {
     v.fail("write.put", url + ": " + outcome_of(put) + (put.reply.error ? "" : "; the server may want less than the whole representation"), &put,
            Certainty::likely);
   if (!put.reply.ok()) return v.not_applicable("write.no-content", "no PUT succeeded");
+  check_works(context, "PUT", url, put);
   if (put.reply.status == 204) v.pass("write.no-content", &put);
   else if (put.reply.status == 202) v.pass("write.no-content", &put, "202: the change is not complete yet");
   else v.fail("write.no-content", url + ": a PUT that asks for nothing more gets " + std::to_string(put.reply.status), &put);
+  check_preference(context, url, present);
 }
 
 void judge_success(Context& context, const Exchange& posted) {
@@ -136,8 +170,10 @@ void check_post(Context& context, const Invocation& invocation) {
   const Exchange action = get(context, invocation.url, {{"Accept", turtle_type}});
   const std::optional<rdf::Graph> graph = graph_of(context, action);
   const bool consumes = !invocation.body.empty() || (graph && graph->object(rdf::iri(action.url), vocab::hybrit::consumes));
+  FieldList as_turtle = context.probe.command_fields();
+  as_turtle.emplace_back("Content-Type", turtle_type);
   if (consumes) {
-    const Exchange bad = context.probe.ask("POST", invocation.url, {{"Content-Type", turtle_type}}, no_rdf);
+    const Exchange bad = context.probe.ask("POST", invocation.url, as_turtle, no_rdf);
     must_be_refused(context, "invoke.bad-rdf", bad, "a body that is no Turtle");
     rdf::ReadOptions options;
     options.base = invocation.url;
@@ -150,7 +186,7 @@ void check_post(Context& context, const Invocation& invocation) {
     } else if (wrong.empty()) {
       v.not_testable("invoke.shape", "the given input has no literal value that could be replaced by a wrong one");
     } else {
-      const Exchange violation = context.probe.ask("POST", invocation.url, {{"Content-Type", turtle_type}}, wrong);
+      const Exchange violation = context.probe.ask("POST", invocation.url, as_turtle, wrong);
       must_be_refused(context, "invoke.shape", violation, "a value of another datatype");
     }
   } else {
@@ -158,7 +194,7 @@ void check_post(Context& context, const Invocation& invocation) {
     v.not_applicable("invoke.shape", "the action states no input");
   }
   if (invocation.body.empty() && !invocation.send_empty) return;
-  FieldList fields;
+  FieldList fields = context.probe.command_fields();
   if (!invocation.body.empty()) fields.emplace_back("Content-Type", invocation.media_type);
   const Exchange posted = context.probe.ask("POST", invocation.url, fields, invocation.body);
   const int status = posted.reply.status;
@@ -166,7 +202,9 @@ void check_post(Context& context, const Invocation& invocation) {
   else if (status == 401 || status == 403 || status == 409 || status == 429 || status == 503)
     v.not_testable("invoke.post", outcome_of(posted), &posted);
   else v.fail("invoke.post", invocation.url + ": " + outcome_of(posted), &posted, Certainty::likely);
-  if (posted.reply.ok()) judge_success(context, posted);
+  if (!posted.reply.ok()) return;
+  check_works(context, "POST", invocation.url, posted);
+  judge_success(context, posted);
 }
 
 }  // namespace
@@ -176,6 +214,7 @@ void check_writes(Context& context) {
     if (!context.probe.exhausted()) check_put(context, url);
   for (const Invocation& invocation : context.options.invoke)
     if (!context.probe.exhausted()) check_post(context, invocation);
+  context.verdicts.otherwise("prefer.applied", Outcome::not_applicable, "no response has Preference-Applied");
   for (const char* id : {"write.put", "write.no-content", "write.if-match", "write.bad-rdf", "write.media-type", "write.shape", "write.unchanged"})
     context.verdicts.otherwise(id, Outcome::not_testable,
                                context.options.write.empty() ? "nothing may be written: no resource was named for it" : "no response shows it");

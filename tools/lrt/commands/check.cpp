@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <lrt/check.hpp>
 
+#include <algorithm>
+#include <chrono>
+
 #include "tools/lrt/command_line.hpp"
 
 namespace lrt::tool {
@@ -14,6 +17,36 @@ struct CheckOptions {
   double seconds = 120, merge_seconds = 60;
   std::size_t resources = lrt::check::CheckOptions{}.max_resources, documents = lrt::check::CheckOptions{}.max_merged_documents,
               triples = lrt::check::CheckOptions{}.max_merged_triples;
+};
+
+/// A line on a terminal that says what the check does, from its first request on.
+class ProgressLine {
+ public:
+  explicit ProgressLine(const Terminal& terminal) : terminal_(terminal), shows_(terminal.shows_progress()) {}
+  ~ProgressLine() {
+    if (shown_) terminal_.print_error("\r\033[K");
+  }
+  ProgressLine(const ProgressLine&) = delete;
+  ProgressLine& operator=(const ProgressLine&) = delete;
+
+  void show(const lrt::check::Progress& now) {
+    constexpr std::chrono::milliseconds interval{100};
+    const auto time = std::chrono::steady_clock::now();
+    if (!shows_ || (shown_ && time < next_)) return;
+    shown_ = true;
+    next_ = time + interval;
+    std::string line = std::to_string(now.elapsed.count() / 1000) + " s, " + std::to_string(now.requests) + (now.requests == 1 ? " request: " : " requests: ") +
+                       printable(now.url);
+    constexpr std::chrono::milliseconds slow{1'000};
+    if (now.usual >= slow) line += " (a response takes " + std::to_string(now.usual.count() / 1000) + " s)";
+    terminal_.print_error("\r\033[K" + cut(line, std::max<std::size_t>(terminal_.width(), 20) - 1));
+  }
+
+ private:
+  const Terminal& terminal_;
+  const bool shows_;
+  bool shown_ = false;
+  std::chrono::steady_clock::time_point next_{};
 };
 
 Result<int> check(Session& session, CheckOptions& options) {
@@ -46,9 +79,13 @@ Result<int> check(Session& session, CheckOptions& options) {
     }
     how.invoke.push_back(std::move(invocation));
   }
-  const Result<lrt::check::Report> report = lrt::check::run(url, how);
-  if (!report) return unexpected(report.error());
   Terminal& terminal = session.terminal();
+  const Result<lrt::check::Report> report = [&] {
+    ProgressLine line(terminal);
+    how.progress = [&line](const lrt::check::Progress& now) { line.show(now); };
+    return lrt::check::run(url, how);
+  }();
+  if (!report) return unexpected(report.error());
   lrt::check::TextOptions text;
   text.colour = terminal.has_colours();
   text.all = options.all;
@@ -80,7 +117,7 @@ void add_check(CommandLine& line) {
       ->check(CLI::IsMember({"text", "json", "earl"}));
   command->add_flag("--all", options->all, "Also print the fulfilled requirements, with their evidence");
   command->add_flag("--strict", options->strict, "Exit status 1 also if a SHOULD is not fulfilled");
-  command->add_option("--write", options->write, "A resource whose present representation may be sent back")
+  command->add_option("--write", options->write, "A resource that may be written: its value is changed a little and put back")
       ->type_name("URL")
       ->take_all()
       ->type_size(1)
