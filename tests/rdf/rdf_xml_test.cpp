@@ -92,6 +92,18 @@ TEST_CASE("RDF/XML with invalid UTF-8, an illegal IRI or a language tag beyond t
   CHECK(says(refusal(tagged(longest + "y")), "language tag of more than 255 bytes"));
 }
 
+TEST_CASE("a prefix in RDF/XML that no open element declares is refused with its place", "[rdf][rdf_xml]") {
+  CHECK(accepted(rdf_xml("<e:T rdf:about='a:'><n:p xmlns:n='http://n/' n:q='1' xml:lang='en'/></e:T>")).size() == 3);
+  CHECK(accepted(rdf_xml("<e:T rdf:about='a:' n:q='1' xmlns:n='http://n/'/>")).size() == 2);  // declared behind its use
+  CHECK(accepted("<R:RDF xmlns:R='http://www.w3.org/1999/02/22-rdf-syntax-ns#'><T xmlns='http://e/' R:about='a:'/></R:RDF>").size() == 1);
+  for (const char* const content : {"<e:T ref:about='a:'/>", "<ref:T/>", "<e:T rdf:about='a:'><e:p xmlns:ref='http://n/'/><e:p ref:q='1'/></e:T>",
+                                    "<e:T rdf:about='a:'><e:p xmlns:ref='http://n/'>x</e:p><ref:p>x</ref:p></e:T>"}) {
+    const lrt::Error error = refusal(rdf_xml(content));
+    CHECK(says(error, "the prefix ref is not declared"));
+    CHECK(says(error, "line 2"));
+  }
+}
+
 TEST_CASE("RDF/XML of more triples than allowed is refused while reading", "[rdf][rdf_xml]") {
   std::string xml;
   for (int i = 0; i < 1000; ++i) xml += "<e:T rdf:about='http://e/" + std::to_string(i) + "'/>";

@@ -2,8 +2,13 @@
 #include "src/rdf/redland/rdf_xml_scan.hpp"
 
 #include <algorithm>
+#include <string>
+#include <unordered_map>
+#include <utility>
+#include <vector>
 
 #include "src/base/ascii.hpp"
+#include "src/base/quote.hpp"
 #include "src/base/utf8.hpp"
 #include "src/rdf/limits.hpp"
 
@@ -24,7 +29,7 @@ std::string_view attribute_value(std::string_view text, std::size_t behind_name,
   return text.substr(from, end == npos ? npos : end - from);
 }
 
-/// Checks the number, depth and attributes of tags. libxml2 checks everything else.
+/// Checks the number, depth, attributes and prefixes of tags. libxml2 checks everything else.
 class TagScanner {
  public:
   TagScanner(std::string_view text, const ReadOptions& options) : text_(text), options_(options) {}
@@ -50,8 +55,24 @@ class TagScanner {
     at_ = found == npos ? text_.size() : found + end.size();
   }
   void end_tag() {
-    if (depth_ > 0) --depth_;
+    leave_element();
     skip_behind(">", 2);
+  }
+  /// What the element has declared is no longer in scope (Namespaces in XML 6.1).
+  void leave_element() {
+    for (; !declared_.empty() && declared_.back().first == depth_; declared_.pop_back()) --in_scope_[declared_.back().second];
+    if (depth_ > 0) --depth_;
+  }
+  /// The prefix of a name in the present tag, which may declare it further on.
+  void use(std::string_view name) {
+    if (const std::size_t colon = name.find(':'); colon != npos) used_.push_back(name.substr(0, colon));
+  }
+  /// Namespaces in XML 5: libxml2 goes on with a name without a namespace, and Raptor 2.0 loses memory over it.
+  Result<void> judge_prefixes() {
+    for (const std::string_view prefix : std::exchange(used_, {}))
+      if (const auto found = in_scope_.find(prefix); prefix != "xml" && (found == in_scope_.end() || found->second == 0))
+        return misread(text_, static_cast<std::size_t>(prefix.data() - text_.data()), "the prefix " + shortened(prefix) + " is not declared");
+    return {};
   }
   Unexpected exceeds(const char* what, std::size_t limit, const char* unit) const {
     return misread(text_, at_, std::string(what) + "more than " + std::to_string(limit) + unit, Errc::limit_exceeded);
@@ -67,15 +88,18 @@ class TagScanner {
     const std::size_t most = elements_per_triple * std::max<std::size_t>(options_.max_triples, 4);
     if (++elements_ > most) return exceeds("", most, " elements");
     std::size_t attributes = 0;
-    at_ = std::min(text_.find_first_of(" \t\r\n/><=\"'", at_ + 1), text_.size());
+    const std::size_t begin = at_ + 1;
+    at_ = std::min(text_.find_first_of(" \t\r\n/><=\"'", begin), text_.size());
+    use(text_.substr(begin, at_ - begin));
     for (;;) {
       if (!count_name()) return exceeds("names of ", options_.max_bytes, " bytes when written out");
       at_ = text_.find_first_not_of(spaces, at_);
       if (at_ == npos) return misread(text_, text_.size(), "unterminated tag");
-      if (text_[at_] == '>') return ++at_, Result<void>();
-      if (text_.substr(at_, 2) == "/>") {
-        --depth_;
-        at_ += 2;
+      const bool ends = text_.substr(at_, 2) == "/>";
+      if (ends || text_[at_] == '>') {
+        if (Result<void> good = judge_prefixes(); !good) return good;
+        if (ends) leave_element();
+        at_ += ends ? 2 : 1;
         return {};
       }
       const std::size_t name_end = text_.find_first_of(" \t\r\n/><=\"'", at_);
@@ -103,11 +127,14 @@ class TagScanner {
     if (declares) {
       if (++namespaces_ > max_namespaces) return exceeds("", max_namespaces, " namespace declarations");
       longest_namespace_ = std::max(longest_namespace_, value.size());
+      declared_.emplace_back(depth_, colon == npos ? std::string_view() : local);
+      ++in_scope_[declared_.back().second];
     } else if (base) {
       std::size_t dots = 0;
       for (std::size_t i = 0; i < value.size(); ++i) dots += value[i] == '.' && (i == 0 || value[i - 1] == '/');
       if (dots > max_base_dots) return exceeds("base of ", max_base_dots, " dot segments");
     }
+    if (!declares) use(name);
     return {};
   }
 
@@ -115,6 +142,9 @@ class TagScanner {
   const ReadOptions& options_;
   std::size_t at_ = 0;
   std::size_t depth_ = 0, elements_ = 0, namespaces_ = 0, longest_namespace_ = 0, bytes_ = 0;
+  std::vector<std::pair<std::size_t, std::string_view>> declared_;  ///< prefixes in scope, each with the depth of its element
+  std::unordered_map<std::string_view, std::size_t> in_scope_;      ///< how many of the open elements declare a prefix
+  std::vector<std::string_view> used_;                              ///< prefixes of the names in the present tag
 };
 
 }  // namespace
