@@ -310,6 +310,13 @@ class Client {
       for (std::size_t at = 0; (at = text.find(mine, at)) != std::string::npos; ++at)
         text.replace(at, mine.size(), std::string("127.0.0.1:") + shown);
     }
+    const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
+    for (std::size_t at = 0; (at = text.find('.', at)) != std::string::npos; ++at) {  // times with another number of decimals get six
+      std::size_t end = at + 1;
+      while (end < text.size() && is_digit(text[end])) ++end;
+      const bool is_time = at >= 9 && text[at - 3] == ':' && text[at - 6] == ':' && text[at - 9] == 'T' && end < text.size() && text[end] == 'Z';
+      if (is_time) text.replace(at, end - at, ".000000");
+    }
     const auto replace = [&text](std::string_view pattern, bool (*fits)(char), auto with) {  // 'x' in a pattern: any character that fits
       for (std::size_t at = 0; at + pattern.size() <= text.size(); ++at) {
         std::size_t i = 0;

@@ -112,15 +112,37 @@ int main() {
 // Content-Type: text/turtle
 //     vom:numericalValue "0"^^xsd:double ;
 //
+// GET /base/stopped
+// 200 OK
+// Content-Type: text/turtle
+//     lrt:stopped true ;
+//     lrt:stoppedSince "<time>"^^xsd:dateTime ;
+//     lrt:stoppedBy "somebody" ;
+//
 // GET /base/actions/drive/id-1
 // 200 OK
 // Content-Type: text/turtle
 //     lrt:status lrt:failed ;
-//     lrt:error "the emergency stop was invoked" ;
+//     lrt:error "the robot was stopped" ;
 //     vom:numericalValue "0.5"^^xsd:double ;
 //
 // POST /base/actions/drive
 //   <> vom:numericalValue 0.5 ; qudt:hasUnit unit:M-PER-SEC .
 // 409 Conflict
 // Content-Type: application/problem+json
-// {"type":"about:blank","title":"Conflict","status":409,"detail":"action \"/base/actions/drive\" is not available now: the base is stopped: invoke release first"}
+// {"type":"https://w3id.org/lrt/ns#Stopped","title":"Conflict","status":409,"detail":"this was not carried out: \"/base\" is stopped since <time> by somebody; see http://127.0.0.1:8080/base/stopped; what ends the stop is http://127.0.0.1:8080/base/actions/release"}
+//
+// POST /base/actions/release
+// Valid-Until: <time>
+// 204 No Content
+// Location: http://127.0.0.1:8080/base/actions/release/id-4
+//
+// GET /base/stopped
+// 200 OK
+// Content-Type: text/turtle
+//     lrt:stopped false ;
+//
+// POST /base/actions/drive
+//   <> vom:numericalValue 0.5 ; qudt:hasUnit unit:M-PER-SEC .
+// 204 No Content
+// Location: http://127.0.0.1:8080/base/actions/drive/id-5

@@ -38,11 +38,7 @@ bool may_move(const model::ResourceSpec& command) noexcept {
 
 std::string reason_of_stop(const ThingNode& thing, const model::ResourceSpec& command) {
   if (!may_move(command)) return {};
-  const StopState* const state = stopped_by(thing);
-  if (!state) return {};
-  std::string reason = "\"" + state->thing.self.path + "\" is stopped; see " + state->shown.path;
-  if (state->release) reason += "; " + state->release->path + " releases it";
-  return reason;
+  return stopped_by(thing) ? "the robot is stopped" : "";
 }
 
 std::vector<std::shared_ptr<const StopHold>> holds_of(const ThingNode& thing, const model::ResourceSpec& command) {
@@ -65,8 +61,9 @@ std::string time_of(Utc time) { return rdf::lexical::format_instant(time.time_si
 
 /// Since when and by whom, as far as the sender may see it, and what ends it.
 std::string sentence(const StopState& state, const Context& context, const Responses& responses) {
-  std::string text = "\"" + state.thing.self.path + "\" is stopped";
   const Audience& audience = context.audience;
+  std::string text = audience.sees(state.thing.self) ? "\"" + state.thing.self.path + "\"" : "the robot";
+  text += " is stopped";
   if (audience.sees(state.shown)) {
     const StopValue& value = state.value;
     if (value.since) text += " since " + time_of(*value.since);

@@ -67,7 +67,7 @@ const StopState* stopped_by(const ThingNode& thing) noexcept;
 const StopState* refused_by(const ThingNode& thing) noexcept;
 /// A command to it may move the robot: it is none that the user has called harmless, no stop and no release.
 bool may_move(const model::ResourceSpec& command) noexcept;
-/// Why commands to a resource are refused now, a sentence; empty: they are not refused by a stop.
+/// Why commands to a resource are refused now, a sentence for all who see it; empty: they are not refused by a stop.
 std::string reason_of_stop(const ThingNode& thing, const model::ResourceSpec& command);
 /// The holds of the stop states that a command is subject to; empty: none.
 std::vector<std::shared_ptr<const StopHold>> holds_of(const ThingNode& thing, const model::ResourceSpec& command);

@@ -32,6 +32,9 @@ constexpr std::chrono::milliseconds release_time{1000}, release_period{20};
 constexpr std::uint64_t never = std::numeric_limits<std::uint64_t>::max();
 constexpr std::size_t max_reported = 20;
 
+/// In milliseconds: people read it.
+Utc rounded(Utc time) noexcept { return std::chrono::time_point_cast<std::chrono::milliseconds>(time); }
+
 Word word_of(const rdf::Value& value) noexcept {
   const bool* const is = value.boolean();
   return !is ? Word::unknown : *is ? Word::stopped : Word::moves;
@@ -122,7 +125,7 @@ void States::add(ThingNode& thing) {
   const TimePoint now = parts_.clock.now();
   for (const auto& a : thing.actions)
     if (a->spec == state.spec->release) state.release = a.get();
-  state.value = {true, now.utc, std::string(itself)};
+  state.value = {true, rounded(now.utc), std::string(itself)};
   states_.push_back(std::move(made));
   thing.stop_state = &state;
   if (state.spec->property) {
@@ -192,7 +195,7 @@ void States::sent(ActionResource& stop, const Context& context) {
   state.confirms = never;
   state.is_unconfirmed = false;
   if (!was_known || !state.value.stopped)
-    state.value = {true, context.now.utc, context.audience.principal ? context.audience.principal->name : std::string(without_name)};
+    state.value = {true, rounded(context.now.utc), context.audience.principal ? context.audience.principal->name : std::string(without_name)};
   parts_.calls.inbox()->put([this, ref = Ref(state.shown)](TimePoint now) {
     if (Watched* const s = find(ref)) show(*s, now);
   });
@@ -329,7 +332,7 @@ void States::advance(TimePoint now) {
 void States::update(Watched& state, TimePoint now) {
   const bool is = state.hold->holds();
   if (is == state.value.stopped) return;
-  if (is) state.value = {true, now.utc, std::string(itself)};
+  if (is) state.value = {true, rounded(now.utc), std::string(itself)};
   else state.value = {false, {}, {}};
   show(state, now);
 }

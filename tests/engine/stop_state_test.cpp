@@ -256,8 +256,8 @@ TEST_CASE("what is unavailable says so, with the reason, until it is released", 
     CAPTURE(path);
     CHECK_FALSE(robot.bench.get(path).says("lrt:unavailable"));
   }
-  CHECK(robot.bench.ask("GET /base/actions/drive\nAccept: application/json").says(R"("unavailable":"\"/base\" is stopped; see /base/stopped)"));
-  CHECK(robot.bench.ask("GET /base\nAccept: application/json").says(R"("unavailable":"\"/base\" is stopped)"));
+  CHECK(robot.bench.ask("GET /base/actions/drive\nAccept: application/json").says(R"("unavailable":"the robot is stopped")"));
+  CHECK(robot.bench.ask("GET /base\nAccept: application/json").says(R"("unavailable":"the robot is stopped")"));
   CHECK(robot.release().status == 204);
   for (const char* const path : {"/base/speed", "/base/points", "/base/actions/drive", "/base/arm/actions/turn"})
     CHECK_FALSE(robot.bench.get(path).says("lrt:unavailable"));
@@ -646,6 +646,25 @@ TEST_CASE("a release needs its right: the matrix", "[engine][stop][security]") {
   CHECK(Rights::all().has(Right::release));
   CHECK(security::default_roles().at("operator").has(Right::release));
   CHECK_FALSE(security::default_roles().at("reader").has(Right::release));
+}
+
+TEST_CASE("a refusal names nothing that its sender may not see", "[engine][stop][security]") {
+  Robot robot;
+  auto targets = std::make_shared<security::View::Targets>();
+  targets->all = {{"/", false, true}, {"/base/arm", true, true}};
+  for (std::size_t i = 0; i < targets->all.size(); ++i) targets->by_path.emplace(targets->all[i].path, i);
+  const Rights all = Right::read | Right::invoke;
+  robot.rights["anna"] = std::make_shared<const security::View>(targets, std::vector<security::View::Granted>{{{}, {}}, {all, all}});
+  robot.stop("\nWho: bert");
+  for (const char* const text : {"POST /base/arm/actions/turn", "GET /base/arm/actions/turn", "GET /base/arm/angle", "GET /base/arm", "GET /"})
+    for (const char* const type : {"application/json", "text/turtle"}) {
+      CAPTURE(text, type);
+      const Answer answer = robot.bench.ask(std::string(text) + "\nWho: anna\nAccept: " + type);
+      CHECK_FALSE(answer.says("bert"));
+      CHECK_FALSE(answer.says("base/stopped"));
+      CHECK_FALSE(answer.says("/release"));
+    }
+  check_stopped(robot.bench.ask("POST /base/arm/actions/turn\nWho: anna"));
 }
 
 TEST_CASE("the name of the property gives way to the user's", "[engine][stop]") {

@@ -578,3 +578,24 @@ TEST_CASE("a bridge with the default publications sends properties and states, a
   const std::vector<std::string> topics = bench.wire.topics();
   CHECK(std::count_if(topics.begin(), topics.end(), [](const std::string& topic) { return topic.find("r/arm") == 0; }) == 3);
 }
+
+TEST_CASE("a broker keeps whether the robot is stopped, as each client sees it", "[mqtt][stop]") {
+  Bench bench;
+  bool flag = false;
+  Thing base{"base"};
+  base.action("stop", [&] { flag = true; }).stop([&] { return flag; });
+  bench.server->add(std::move(base)).value();
+  const auto says = [&](const std::string& text) {
+    bench.clock.advance(milliseconds(150));
+    bench.turns(20);
+    const OutMessage* const newest = bench.wire.newest("r/base/stopped");
+    REQUIRE(newest);
+    CHECK(newest->retain);
+    CHECK(newest->payload->find(text) != std::string::npos);
+  };
+  says(R"({"stopped":false})");
+  flag = true;  // at the hardware
+  says(R"("by":"the robot itself")");
+  flag = false;
+  says(R"({"stopped":false})");
+}
