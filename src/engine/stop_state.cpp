@@ -52,21 +52,21 @@ std::vector<std::shared_ptr<const StopHold>> holds_of(const ThingNode& thing, co
 namespace {
 
 /// Of the resource that a command names.
-bool is_release(const model::ResourceSpec& command) noexcept {
+bool ends_a_stop(const model::ResourceSpec& command) noexcept {
   return command.kind == model::ResourceSpec::Kind::action && static_cast<const model::ActionSpec&>(command).releases;
 }
 
 /// A time as the value of a Property has it.
-std::string time_of(Utc time) { return rdf::lexical::format_instant(time.time_since_epoch()); }
+std::string stop_time(Utc time) { return rdf::lexical::format_instant(time.time_since_epoch()); }
 
 /// Since when and by whom, as far as the sender may see it, and what ends it.
-std::string sentence(const StopState& state, const Context& context, const Responses& responses) {
+std::string stop_sentence(const StopState& state, const Context& context, const Responses& responses) {
   const Audience& audience = context.audience;
   std::string text = audience.sees(state.thing.self) ? "\"" + state.thing.self.path + "\"" : "the robot";
   text += " is stopped";
   if (audience.sees(state.shown)) {
     const StopValue& value = state.value;
-    if (value.since) text += " since " + time_of(*value.since);
+    if (value.since) text += " since " + stop_time(*value.since);
     if (value.by) text += " by " + *value.by;
     text += "; see " + responses.iri(context, state.shown.path);
   }
@@ -74,7 +74,7 @@ std::string sentence(const StopState& state, const Context& context, const Respo
   return text;
 }
 
-http::Response refusal(const Context& context, const Responses& responses, std::string detail) {
+http::Response stop_refusal(const Context& context, const Responses& responses, std::string detail) {
   return responses.problem(context, {409, std::move(detail), {}, std::string(vocab::lrt_::Stopped.text)});
 }
 
@@ -100,18 +100,18 @@ std::optional<http::Response> judge_stop(const Context& context, const Responses
   if (is_release(*command)) return context.expiry.valid_until ? std::nullopt : std::optional(needs_expiry(context, responses));
   const StopState* const state = may_move(*command) ? refused_by(*resource.thing) : nullptr;
   if (!state) return std::nullopt;
-  return refusal(context, responses, "this was not carried out: " + sentence(*state, context, responses));
+  return stop_refusal(context, responses, "this was not carried out: " + stop_sentence(*state, context, responses));
 }
 
 http::Response refused_by_stop(const Context& context, const Responses& responses) {
   const Resource* const resource = context.resource;
   const StopState* const state = resource && resource->thing ? stopped_by(*resource->thing) : nullptr;
   const model::ResourceSpec* const command = resource ? resource->command() : nullptr;
-  const bool releases = command && is_release(*command);
+  const bool releases = command && ends_a_stop(*command);
   std::string detail = releases ? "this did not end the stop, because the robot says that it is still stopped, or a stop came after it"
                                 : "this was not carried out to its end, because the robot was stopped";
-  if (state) detail += ": " + sentence(*state, context, responses);
-  return refusal(context, responses, std::move(detail));
+  if (state) detail += ": " + stop_sentence(*state, context, responses);
+  return stop_refusal(context, responses, std::move(detail));
 }
 
 std::vector<const StopState*> stop_states_of(const ThingNode& thing) {
@@ -131,7 +131,7 @@ void write_stop_states(Overview& o, const std::vector<const StopState*>& states)
     o.text("thing", o.iri(s->thing.self));
     o.text("state", o.iri(s->shown));
     o.json("stopped", s->value.stopped ? "true" : "false");
-    if (s->value.since) o.text("since", time_of(*s->value.since));
+    if (s->value.since) o.text("since", stop_time(*s->value.since));
     if (s->value.by) o.text("by", *s->value.by);
     if (s->release && o.sees(*s->release)) o.text("release", o.iri(*s->release));
     o.end_object();

@@ -25,11 +25,11 @@ using Instant = std::chrono::steady_clock::time_point;
 using Word = StopHold::Word;
 
 /// Who stopped a Thing, if no client did.
-constexpr std::string_view itself = "the robot itself", without_name = "somebody";
+constexpr std::string_view by_itself = "the robot itself", by_somebody = "somebody";
 /// How long the host may still say that the robot is stopped after the lambda of a release has succeeded, and how often it is asked meanwhile.
 constexpr std::chrono::milliseconds release_time{1000}, release_period{20};
 /// No answer has this number.
-constexpr std::uint64_t never = std::numeric_limits<std::uint64_t>::max();
+constexpr std::uint64_t no_answer = std::numeric_limits<std::uint64_t>::max();
 constexpr std::size_t max_reported = 20;
 
 /// In milliseconds: people read it.
@@ -63,11 +63,11 @@ struct Watched final : StopState, Observer {
   bool is_asking = false, asks_again = false;     ///< the lambda
   bool fails = false;                             ///< the last answer was none
   std::size_t open_stops = 0;                     ///< invocations of stops that have not ended
-  std::uint64_t confirms = never;                 ///< the first answer that can confirm the newest stop
+  std::uint64_t confirms = no_answer;             ///< the first answer that can confirm the newest stop
   bool overtook_release = false;                  ///< the lambda of a release may have run after it: no answer can confirm it
   bool is_unconfirmed = false;                    ///< such an answer did not; this was logged
   std::vector<Ref<InvocationResource>> releases;  ///< whose lambdas have succeeded
-  std::uint64_t releases_from = never;            ///< the first answer that can end the stop
+  std::uint64_t releases_from = no_answer;        ///< the first answer that can end the stop
   Instant release_until{};
   DeadlineQueue<Ref<PropertyResource>>::Place next_question;
 };
@@ -125,7 +125,7 @@ void States::add(ThingNode& thing) {
   const TimePoint now = parts_.clock.now();
   for (const auto& a : thing.actions)
     if (a->spec == state.spec->release) state.release = a.get();
-  state.value = {true, rounded(now.utc), std::string(itself)};
+  state.value = {true, rounded(now.utc), std::string(by_itself)};
   states_.push_back(std::move(made));
   thing.stop_state = &state;
   if (state.spec->property) {
@@ -192,10 +192,10 @@ void States::sent(ActionResource& stop, const Context& context) {
   const bool was_known = state.hold->latched || state.hold->reported == Word::stopped;
   state.hold->latched = true;
   ++state.open_stops;
-  state.confirms = never;
+  state.confirms = no_answer;
   state.is_unconfirmed = false;
   if (!was_known || !state.value.stopped)
-    state.value = {true, rounded(context.now.utc), context.audience.principal ? context.audience.principal->name : std::string(without_name)};
+    state.value = {true, rounded(context.now.utc), context.audience.principal ? context.audience.principal->name : std::string(by_somebody)};
   parts_.calls.inbox()->put([this, ref = Ref(state.shown)](TimePoint now) {
     if (Watched* const s = find(ref)) show(*s, now);
   });
@@ -205,7 +205,7 @@ void States::sent(ActionResource& stop, const Context& context) {
   const auto may_run = [](const auto& i) { return !i->finished() && !i->is_concluding && i->token && !i->token->cancel(); };
   if (std::any_of(open.begin(), open.end(), may_run)) state.overtook_release = true;
   state.releases.clear();
-  state.releases_from = never;
+  state.releases_from = no_answer;
   parts_.invocations.end_by_stop(*state.release, context.now);
 }
 
@@ -332,7 +332,7 @@ void States::advance(TimePoint now) {
 void States::update(Watched& state, TimePoint now) {
   const bool is = state.hold->holds();
   if (is == state.value.stopped) return;
-  if (is) state.value = {true, rounded(now.utc), std::string(itself)};
+  if (is) state.value = {true, rounded(now.utc), std::string(by_itself)};
   else state.value = {false, {}, {}};
   show(state, now);
 }
@@ -362,14 +362,14 @@ void States::end_motion(ThingNode& thing, TimePoint now) {
 }
 
 /// Only ActionSetup::set_stop_state() names this.
-class Extension final : public StopExtension {
+class StateExtension final : public StopExtension {
  public:
   std::unique_ptr<StopStates> make(Parts& parts) const override { return std::make_unique<States>(parts); }
   Result<void> complete(model::ThingSpec& thing) const override;
 };
-constexpr Extension extension;
+constexpr StateExtension state_extension;
 
-Result<void> Extension::complete(model::ThingSpec& thing) const {
+Result<void> StateExtension::complete(model::ThingSpec& thing) const {
   const model::ActionSpec* stop = nullptr;
   for (const auto& a : thing.actions) {
     if (!a->stop_state) continue;
@@ -420,7 +420,7 @@ inline namespace v0 {
 void ActionSetup::set_stop_state(UniqueFunction<bool()> state, const ResourceSetup& release) {
   set_stop();
   auto& action = static_cast<ActionSpec&>(*spec_);
-  action.stop_state = std::make_shared<StopStateSpec>(StopStateSpec{engine::extension, std::move(state), nullptr, release.spec_});
+  action.stop_state = std::make_shared<StopStateSpec>(StopStateSpec{engine::state_extension, std::move(state), nullptr, release.spec_});
   if (release.spec_ && release.spec_->thing == spec_->thing) static_cast<ActionSpec&>(*release.spec_).releases = true;
 }
 
