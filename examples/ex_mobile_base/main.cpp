@@ -3,6 +3,7 @@
 // records, their callbacks answer commands, lrt logs to their logger, and the emergency stop works while everything else is busy.
 //
 //   ex_mobile_base [--port N]
+#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
@@ -79,6 +80,18 @@ int main(int argc, char** argv) {
           "speed", [&] { return base.speed(); }, lrt::unit::metre_per_second)
       .title("Speed", "en")
       .title("Geschwindigkeit", "de");
+  // A driver writes it again and again. Without one the base stops: for the 200 ms of one missed command it goes 16 cm at most.
+  thing
+      .property(
+          "drive", [&] { return base.wantedSpeed(); }, lrt::unit::metre_per_second)
+      .on_write([&](double speed) -> lrt::Result<void> {
+        if (base.setSpeed(speed)) return {};
+        return lrt::Unexpected{refused()};
+      })
+      .expires(std::chrono::milliseconds(200), [&] { if (base.wantedSpeed() != 0) base.setSpeed(0); })
+      .between(0, 0.8)
+      .title("Drive straight ahead", "en")
+      .title("Geradeaus fahren", "de");
   thing.property("battery", [&] { return base.battery(); }).title("Battery", "en").title("Batterie", "de");
   thing.property("bumper", [&] { return base.bumperPressed(); }).title("Bumper pressed", "en").title("Stoßleiste gedrückt", "de");
   thing.property("scan", [&] { return base.scan(); }).title("Laser scan", "en").title("Laserscan", "de");

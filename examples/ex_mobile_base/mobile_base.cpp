@@ -77,6 +77,7 @@ bool MobileBase::driveTo(double x, double y, Progress progress, Finished finishe
     if (bumper_) return refuse("the bumper is pressed");
     if (std::abs(x) > hall || std::abs(y) > hall) return refuse("the target is outside the hall");
     if (driving_) finish(false, "another target came", call);
+    wanted_speed_ = 0;
     to_x_ = x, to_y_ = y;
     start_distance_ = std::hypot(x - x_, y - y_);
     progress_ = std::move(progress);
@@ -94,6 +95,25 @@ void MobileBase::cancelDrive() {
     if (driving_) finish(false, "cancelled", call);
   }
   if (call) call();
+}
+
+bool MobileBase::setSpeed(double speed) {
+  std::function<void()> call;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (speed != 0 && stopped_) return refuse("the emergency stop is pressed");
+    if (speed != 0 && bumper_) return refuse("the bumper is pressed");
+    if (speed < 0 || speed > top_speed) return refuse("the speed is out of range");
+    if (driving_) finish(false, "a speed came", call);
+    wanted_speed_ = speed;
+  }
+  if (call) call();
+  return true;
+}
+
+double MobileBase::wantedSpeed() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return wanted_speed_;
 }
 
 std::string MobileBase::lastError() const {
@@ -116,12 +136,15 @@ void MobileBase::step(double seconds, std::function<void()>& call) {
   const std::lock_guard<std::mutex> lock(mutex_);
   volts_ = std::max(20.0, volts_ - seconds * (0.0001 + 0.001 * speed_));
   if (stopped_ || bumper_) {
-    speed_ = 0;
+    speed_ = wanted_speed_ = 0;
     if (driving_) finish(false, stopped_ ? "emergency stop" : "the bumper was pressed", call);
     return;
   }
   if (!driving_) {
-    speed_ = std::max(0.0, speed_ - acceleration * seconds);
+    speed_ += std::clamp(wanted_speed_ - speed_, -acceleration * seconds, acceleration * seconds);
+    const double x = x_ + std::cos(heading_) * speed_ * seconds, y = y_ + std::sin(heading_) * speed_ * seconds;
+    if (std::abs(x) > hall || std::abs(y) > hall) speed_ = wanted_speed_ = 0;
+    else x_ = x, y_ = y;
     return;
   }
   const double dx = to_x_ - x_, dy = to_y_ - y_, distance = std::hypot(dx, dy);

@@ -98,6 +98,9 @@ class MobileBase {
   /// A new target ends the present one.
   bool driveTo(double x, double y, Progress progress, Finished finished);
   void cancelDrive();
+  /// Drives straight ahead at this speed until another one comes [m/s]; 0: stops. False: refused, see lastError(). Ends driveTo().
+  bool setSpeed(double speed);
+  double wantedSpeed() const;  // [m/s]
 
   /// Blocks the wheels at once, and until release(). Takes no lock.
   void emergencyStop() { stopped_ = true; }
@@ -116,7 +119,7 @@ class MobileBase {
 
   Logger& logger_;
   mutable std::mutex mutex_;  // guards what follows
-  double x_ = 0, y_ = 0, heading_ = 0, speed_ = 0, volts_ = 25.2, start_distance_ = 0;
+  double x_ = 0, y_ = 0, heading_ = 0, speed_ = 0, wanted_speed_ = 0, volts_ = 25.2, start_distance_ = 0;
   PidGains gains_;
   bool driving_ = false;
   double to_x_ = 0, to_y_ = 0;

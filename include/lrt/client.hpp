@@ -10,6 +10,7 @@
 #include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/base/unique_function.hpp>
+#include <lrt/client/control.hpp>
 #include <lrt/client/http.hpp>
 #include <lrt/client/options.hpp>
 #include <lrt/client/things.hpp>
@@ -73,6 +74,14 @@ class LRT_API Client {
   /// thread of Options::callbacks. The identity of the options is sent to its origin.
   /// @par Errors  expected_iri, invalid_option; closed: after stop(); io_error: no thread for it
   Result<client::Watch> watch(const std::string& url, const client::WatchOptions& options, client::OnChange on_change);
+
+  /// Takes control of a Thing and of all Things below it (lrt:control), and renews it until the result is destroyed.
+  /// Commands of this client to the server of the Thing then have control, and those of others get 409.
+  /// @param thing    URL of the Thing. The identity of the options is sent to its origin
+  /// @param on_lost  see client::OnControlLost; on the thread of Options::callbacks. Empty: none
+  /// @par Errors  unknown_path: the Thing has no control; refused: another client has control, or the right is missing, with
+  ///              the server's reason; invalid_option; of an exchange
+  Result<client::Control> control(const std::string& thing, const client::ControlOptions& options = {}, client::OnControlLost on_lost = {});
 
   /// Runs `work`, which may block, on a thread of the client, and calls `done` with its result: in poll(), or with
   /// Callbacks::in_background on that thread.

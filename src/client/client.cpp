@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "src/client/control.hpp"
 #include "src/client/discovery.hpp"
 #include "src/client/session.hpp"
 #include "src/http/url.hpp"
@@ -85,6 +86,11 @@ Result<client::Response> Client::send(const client::Request& request) { return s
 Result<client::Watch> Client::watch(const std::string& url, const client::WatchOptions& options, client::OnChange on_change) {
   if (Result<void> good = trust(url); !good) return unexpected(std::move(good).error());
   return session_->watches().watch(url, options, std::move(on_change));
+}
+
+Result<client::Control> Client::control(const std::string& thing, const client::ControlOptions& options, client::OnControlLost on_lost) {
+  if (Result<void> good = trust(thing); !good) return unexpected(std::move(good).error());
+  return client::take_control(session_, thing, options, std::move(on_lost));
 }
 
 bool Client::post(UniqueFunction<UniqueFunction<void()>()> work) { return session_->workers().post(std::move(work)); }

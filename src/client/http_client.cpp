@@ -119,7 +119,7 @@ class HttpClientImpl final : public HttpClient {
       exchange::Redirect& next = **found;
       if (next.leaves_origin) {
         is_elsewhere = true;
-        const auto secret = [](const auto& field) { return iequals_ascii(field.first, "Authorization") || iequals_ascii(field.first, "Cookie"); };
+        const auto secret = [](const auto& field) { return iequals_ascii(field.first, "Authorization") || iequals_ascii(field.first, "Cookie") || iequals_ascii(field.first, "Control-Id"); };
         request.fields.erase(std::remove_if(request.fields.begin(), request.fields.end(), secret), request.fields.end());
       }
       if (next.method != request.method) {
@@ -157,6 +157,15 @@ class HttpClientImpl final : public HttpClient {
   void trust(const http::Url& url) override {
     const std::lock_guard lock(mutex_);
     trusted_.insert(url.origin());
+  }
+  void add_control(const std::string& origin, const std::string& id) override {
+    const std::lock_guard lock(mutex_);
+    if (!id.empty()) controls_.emplace_back(origin, id);
+  }
+  void remove_control(const std::string& origin, const std::string& id) noexcept override {
+    const std::lock_guard lock(mutex_);
+    const auto found = std::find_if(controls_.begin(), controls_.end(), [&](const auto& c) { return c.first == origin && c.second == id; });
+    if (found != controls_.end()) controls_.erase(found);
   }
   void stop() noexcept override {
     stopped_ = true;
@@ -222,6 +231,8 @@ class HttpClientImpl final : public HttpClient {
       const bool given = std::any_of(request.fields.begin(), request.fields.end(), [&](const auto& f) { return iequals_ascii(f.first, own.first); });
       if (!given) sent.fields.push_back({own.first, own.second});
     }
+    const std::string control = is_elsewhere || request.method == "GET" || request.method == "HEAD" ? std::string() : control_id(request, url);
+    if (!control.empty()) sent.fields.push_back({"Control-Id", control});
     // A certificate is shown by the connection, so a request without the identity needs one of its own.
     const bool anonymous = is_elsewhere || !is_trusted(url);
     const std::string peer = (anonymous ? "anonymous " : "own ") + url.origin();
@@ -260,6 +271,16 @@ class HttpClientImpl final : public HttpClient {
     }
   }
 
+  /// What a command to this origin adds; empty: nothing.
+  std::string control_id(const Request& request, const http::Url& url) const {
+    for (const auto& [name, value] : request.fields)
+      if (iequals_ascii(name, "Control-Id")) return {};
+    const std::lock_guard lock(mutex_);
+    for (const auto& [origin, id] : controls_)
+      if (origin == url.origin()) return id;
+    return {};
+  }
+
   std::unique_ptr<Wire> take_idle(const std::string& peer) {
     while (true) {
       std::unique_ptr<Wire> wire;
@@ -294,6 +315,7 @@ class HttpClientImpl final : public HttpClient {
   mutable std::mutex mutex_;
   std::string token_;
   std::set<std::string> trusted_;
+  std::vector<std::pair<std::string, std::string>> controls_;  ///< origins and ids of control
   exchange::IdleWires idle_;
   RobotTimes times_;
   const int stop_descriptor_;

@@ -48,6 +48,9 @@ class LRT_INTERNAL_API HttpClient {
   virtual void trust(const http::Url& url) = 0;
   /// What is known of the time of servers, from all responses and from heartbeats.
   virtual RobotTimes& robot_times() noexcept = 0;
+  /// Commands to this origin have this id of control from now on, until it is removed as often. Of several, the first is sent. Nothing for an empty id.
+  virtual void add_control(const std::string& origin, const std::string& id) { (void)origin, (void)id; }
+  virtual void remove_control(const std::string& origin, const std::string& id) noexcept { (void)origin, (void)id; }
   /// Ends all exchanges with Errc::cancelled; later ones, too.
   virtual void stop() noexcept = 0;
   /// Readable once stop() has been called, for WaitLimit.

@@ -61,6 +61,21 @@ def main():
         assert base.invocation(far)["status"] == "cancelled"
         until(lambda: base.json("base/speed") == 0, "the base stands")
 
+        # A driver writes a speed again and again. When it is silent, the base stops by itself.
+        life = json.loads(base.get("base", Accept="application/json").expect(200).body)["properties"]["drive"]["expiresAfter"]
+        assert life == 0.2, life
+        start = base.json("base/pose")
+
+        def drives():
+            base.send("PUT", "base/drive", 0.4).expect(204)
+            return base.json("base/speed") > 0
+
+        until(drives, "the base drives")
+        until(lambda: base.json("base/drive") == 0, "the last command has lapsed")
+        until(lambda: base.json("base/speed") == 0, "the base stands")
+        assert base.json("base/pose") != start, start
+        base.send("PUT", "base/drive", 5).expect(422)
+
         # The emergency stop, as `curl -d ''` sends it. What was under way fails, and what comes is refused at once.
         far = base.drive(40, 0).expect(204)
         http_request("POST", base.at("base/actions/emergencyStop"), "", {"Content-Type": "application/x-www-form-urlencoded"}).expect(204)

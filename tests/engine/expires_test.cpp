@@ -27,7 +27,7 @@ TEST_CASE("the life of a written value is in the RDF and the JSON of the propert
   drive.publish(0);
   thing.property("speed", [] { return 0.0; });
   bench.add(std::move(thing));
-  CHECK(bench.get("/base/drive").says("lrt:expiresAfter 0.2e0"));
+  CHECK(lrt::test::missing(bench.get("/base/drive"), "<base/drive> lrt:expiresAfter \"0.2\"^^xsd:double .") == "");
   CHECK_FALSE(bench.get("/base/speed").says("expiresAfter"));
   CHECK(bench.ask("GET /base\nAccept: application/json").says("\"expiresAfter\":0.2"));
   const std::string thing_json = bench.ask("GET /base\nAccept: application/json").body;
@@ -35,7 +35,7 @@ TEST_CASE("the life of a written value is in the RDF and the JSON of the propert
   REQUIRE(at != std::string::npos);
   const Answer blueprint = bench.get(thing_json.substr(at, thing_json.find('"', at) - at));
   CHECK(blueprint.says("sh:path lrt:expiresAfter"));
-  CHECK(blueprint.says("sh:hasValue 0.2e0"));
+  CHECK(blueprint.says("sh:hasValue \"0.2\"^^xsd:double"));
 }
 
 TEST_CASE("things that differ in the life of a value are of two kinds", "[engine]") {

@@ -147,7 +147,7 @@ Outcome ControlResource::post(Context& context, Parts& parts) {
       // A client that has control of another Thing uses the same id for both.
       const auto sends_own = [&] {
         bool is_own = false;
-        for (const auto& [path, other] : parts.registry.things())
+        for (const auto& [at, other] : parts.registry.things())
           if (other->control && other->control->holder(context) == Holder::sender) is_own = true;
         return is_own;
       };
