@@ -88,7 +88,10 @@ int main(int argc, char** argv) {
         if (base.setSpeed(speed)) return {};
         return lrt::Unexpected{refused()};
       })
-      .expires(std::chrono::milliseconds(200), [&] { if (base.wantedSpeed() != 0) base.setSpeed(0); })
+      .expires(std::chrono::milliseconds(200),
+               [&] {
+                 if (base.wantedSpeed() != 0) base.setSpeed(0);
+               })
       .between(0, 0.8)
       .title("Drive straight ahead", "en")
       .title("Geradeaus fahren", "de");

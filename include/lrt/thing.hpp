@@ -105,7 +105,7 @@ class LRT_API Thing {
   /// field Control-Id. A client with the right security::Right::control takes over from another one (`Take-Over: ?1`). Nobody else
   /// has control of a thing above or below meanwhile. No lease survives the server.
   /// docs/actions.md has examples.
-  /// @par Implements  SPEC 3.19
+  /// @par Implements  SPEC 3.23
   Thing& control(ControlOptions options = {});
 
   /// Exposes a readable value as a pulled Property: GET calls `read` and renders the result with rdf::traits<T>.

@@ -151,7 +151,8 @@ void Control::give_back() noexcept {
   if (impl_) impl_->give_back();
 }
 
-Result<Control> take_control(const std::shared_ptr<Session>& session, const std::string& thing, const ControlOptions& options, OnControlLost on_lost) {
+Result<Control> take_control(const std::shared_ptr<Session>& session, const std::string& thing, const ControlOptions& options,
+                             OnControlLost on_lost) {
   if (options.life < std::chrono::seconds(1) || options.life > std::chrono::seconds(60))
     return unexpected(Errc::invalid_option, "control: expected a life of 1 s to 60 s, found " + std::to_string(options.life.count()) + " ms");
   const Result<RepresentationPtr> read = session->get(thing);

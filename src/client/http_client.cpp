@@ -119,7 +119,9 @@ class HttpClientImpl final : public HttpClient {
       exchange::Redirect& next = **found;
       if (next.leaves_origin) {
         is_elsewhere = true;
-        const auto secret = [](const auto& field) { return iequals_ascii(field.first, "Authorization") || iequals_ascii(field.first, "Cookie") || iequals_ascii(field.first, "Control-Id"); };
+        const auto secret = [](const auto& field) {
+          return iequals_ascii(field.first, "Authorization") || iequals_ascii(field.first, "Cookie") || iequals_ascii(field.first, "Control-Id");
+        };
         request.fields.erase(std::remove_if(request.fields.begin(), request.fields.end(), secret), request.fields.end());
       }
       if (next.method != request.method) {

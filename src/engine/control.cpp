@@ -55,18 +55,21 @@ std::optional<http::Response> refused_by_control(const Context& context, const R
 
 http::Response controlled_by_another(const Context& context, const Responses& responses, const ControlBase& control) {
   const bool is_shown = context.audience.sees(control);
-  http::Response response = responses.problem(
-      context, {409, is_shown ? control.holder_text(context) : "another client has control of this part of the robot", {},
-                std::string(vocab::lrt_::ControlledByAnother.text)});
+  http::Response response =
+      responses.problem(context, {409,
+                                  is_shown ? control.holder_text(context) : "another client has control of this part of the robot",
+                                  {},
+                                  std::string(vocab::lrt_::ControlledByAnother.text)});
   response.denial = http::Denial::control;
   return response;
 }
 
 http::Response control_required(const Context& context, const Responses& responses, const ControlBase& control, int status) {
-  http::Response response =
-      responses.problem(context, {status, "a command needs control, and this client does not have it; take it by POST to " +
-                                              responses.iri(context, control.path) + " and send its Control-Id with each command",
-                                  {}, std::string(vocab::lrt_::ControlRequired.text)});
+  http::Response response = responses.problem(context, {status,
+                                                        "a command needs control, and this client does not have it; take it by POST to " +
+                                                            responses.iri(context, control.path) + " and send its Control-Id with each command",
+                                                        {},
+                                                        std::string(vocab::lrt_::ControlRequired.text)});
   response.denial = http::Denial::control;
   return response;
 }

@@ -11,7 +11,8 @@ namespace {
 /// Only Thing::control() names this, so that a program without control does not link it.
 class Extension final : public engine::ControlExtension {
  public:
-  std::unique_ptr<engine::ControlBase> make_resource(const std::string& path, engine::ThingNode* thing, const ControlOptions& options) const override {
+  std::unique_ptr<engine::ControlBase> make_resource(const std::string& path, engine::ThingNode* thing,
+                                                     const ControlOptions& options) const override {
     return std::make_unique<engine::ControlResource>(path, thing, options);
   }
 };

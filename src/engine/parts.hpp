@@ -85,20 +85,20 @@ struct Parts {
   Vocabulary vocabulary;            ///< terms that are made of C++ types
   HostCalls calls;                  ///< into user code and back
   const std::shared_ptr<Lapses> lapses = std::make_shared<Lapses>();  ///< written values that have a life
-  PendingRequests pending;          ///< requests that wait
-  const std::string context_text;   ///< of the JSON-LD context; empty: this build has no JSON-LD
-  Responses responses;              ///< errors, and responses that are no representation
-  const CommandRules rules;         ///< which commands are carried out now
-  PendingSaves saves;               ///< requests that wait until callbacks are saved
-  PropertyValues values;            ///< reading properties
-  const EngineView view;            ///< what descriptions read
-  Representations representations;  ///< GET, HEAD, OPTIONS, conditions
-  Bodies bodies;                    ///< bytes to values
-  DeadlineQueue<ResourceId> leases;  ///< when control of Things ends
-  ChangeScanner scanner;            ///< finding changes of observed resources
-  CallbackRules callback_rules;     ///< which receivers callbacks may reach
-  Subscribers subscribers;          ///< the present subscriptions
-  MessageSchedule schedule;         ///< which of them have a message, and when it may be sent
+  PendingRequests pending;                                            ///< requests that wait
+  const std::string context_text;                                     ///< of the JSON-LD context; empty: this build has no JSON-LD
+  Responses responses;                                                ///< errors, and responses that are no representation
+  const CommandRules rules;                                           ///< which commands are carried out now
+  PendingSaves saves;                                                 ///< requests that wait until callbacks are saved
+  PropertyValues values;                                              ///< reading properties
+  const EngineView view;                                              ///< what descriptions read
+  Representations representations;                                    ///< GET, HEAD, OPTIONS, conditions
+  Bodies bodies;                                                      ///< bytes to values
+  DeadlineQueue<ResourceId> leases;                                   ///< when control of Things ends
+  ChangeScanner scanner;                                              ///< finding changes of observed resources
+  CallbackRules callback_rules;                                       ///< which receivers callbacks may reach
+  Subscribers subscribers;                                            ///< the present subscriptions
+  MessageSchedule schedule;                                           ///< which of them have a message, and when it may be sent
   const ReceiverParts receiver_parts;
   SubscriptionRequests subscription_requests;  ///< requests for subscriptions
   Subscriptions subscriptions;                 ///< subscriptions that begin, take messages and end

@@ -737,7 +737,7 @@ void BridgeCore::answer(std::uint64_t number, const http::Response& response) {
   out.payload = response.body;
   out.content_type = std::string(response.fields.find("Content-Type").value_or(std::string_view()));
   for (const auto& [field, property] : {std::pair("Location", "location"), std::pair("ETag", "etag"), std::pair("Retry-After", "retry-after"),
-                                        std::pair("WWW-Authenticate", "www-authenticate")})
+                                        std::pair("WWW-Authenticate", "www-authenticate"), std::pair("Control-Id", "control-id")})
     if (const auto value = response.fields.find(field); value && is_text(*value)) out.user.emplace_back(property, std::string(*value));
   respond(found->second, response.status, std::move(out));
   waiting_.erase(found);

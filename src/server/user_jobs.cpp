@@ -147,7 +147,8 @@ void UserJobs::end_lapses_of_host() noexcept {
 void UserJobs::end_lapses_of_io() noexcept {
   try {
     run_lapses_of_io(end_of_time);
-  } catch (const std::exception& e) { server_.log(LogLevel::error, std::string("the executor threw: ") + e.what()); } catch (...) {}
+  } catch (const std::exception& e) { server_.log(LogLevel::error, std::string("the executor threw: ") + e.what()); } catch (...) {
+  }
 }
 
 /// Jobs run one after the other, never nested, because they may use the same mutex of the user.

@@ -123,8 +123,8 @@ TEST_CASE("every kind of command of others is refused, and says who has control 
   const auto refused = [&](const std::string& line, const std::string& body = "") {
     CAPTURE(line);
     for (const std::string& with : {std::string(), std::string(32, 'a'), id + "0", id.substr(1)}) {
-      const Answer answer = robot.ask(line + Robot::fields(with, "application/problem+json") +
-                                      (body.empty() ? "" : "\nContent-Type: application/json\n\n" + body));
+      const Answer answer =
+          robot.ask(line + Robot::fields(with, "application/problem+json") + (body.empty() ? "" : "\nContent-Type: application/json\n\n" + body));
       CHECK(answer.status == 409);
       CHECK(answer.says(another));
       CHECK(answer.says("\\\"anna\\\" has control of \\\"base\\\" until 2026-11-21T10:38:49"));
@@ -264,7 +264,8 @@ TEST_CASE("an invocation in a queue does not begin after another client has take
   const std::string first = robot.take("base");
   std::vector<std::string> invocations;
   for (int i = 0; i < 2; ++i)
-    invocations.push_back(std::string(robot.ask("POST /base/actions/long\nPrefer: respond-async" + Robot::fields(first)).fields.find("Location").value_or("")));
+    invocations.push_back(
+        std::string(robot.ask("POST /base/actions/long\nPrefer: respond-async" + Robot::fields(first)).fields.find("Location").value_or("")));
   REQUIRE(robot.running.size() == 1);
   CHECK(robot.ask("POST /base/control\nTake-Over: ?1" + Robot::fields("")).status == 200);
   CHECK(robot.get(invocations[0].substr(16)).says("lrt:running"));  // who takes over may cancel it
@@ -364,14 +365,15 @@ engine::EngineOptions with_principals() {
   using security::Right;
   using security::Scope;
   using security::Who;
-  static const auto policy = security::Policy::create({
-                                                          {"/", Scope::tree, {Who::Kind::role, "operator"}, Right::read | Right::write | Right::invoke | Right::subscribe},
-                                                          {"/", Scope::tree, {Who::Kind::role, "chief"}, security::Rights::all()},
-                                                          {"/", Scope::tree, {Who::Kind::role, "reader"}, Right::read},
-                                                          {"/base/arm", Scope::tree, {Who::Kind::role, "gripper"}, Right::read | Right::write | Right::invoke},
-                                                          {"/base/arm", Scope::tree, {Who::Kind::role, "operator"}, security::Rights::all()},
-                                                      })
-                                 .value();
+  static const auto policy =
+      security::Policy::create({
+                                   {"/", Scope::tree, {Who::Kind::role, "operator"}, Right::read | Right::write | Right::invoke | Right::subscribe},
+                                   {"/", Scope::tree, {Who::Kind::role, "chief"}, security::Rights::all()},
+                                   {"/", Scope::tree, {Who::Kind::role, "reader"}, Right::read},
+                                   {"/base/arm", Scope::tree, {Who::Kind::role, "gripper"}, Right::read | Right::write | Right::invoke},
+                                   {"/base/arm", Scope::tree, {Who::Kind::role, "operator"}, security::Rights::all()},
+                               })
+          .value();
   engine::EngineOptions options;
   options.authorize = [](const http::Request& request) -> engine::Caller {
     const auto name = request.find("Authorization");

@@ -66,7 +66,8 @@ TEST_CASE("a life needs on_write, and is 1 ms to 1 h", "[engine]") {
   };
   CHECK(error_of([](auto& p) { p.expires(milliseconds(200), [] {}); }).find("needs on_write()") != std::string::npos);
   for (const int ms : {0, -5, 3'600'001})
-    CHECK(error_of([&](auto& p) { p.on_write([](double) {}), p.expires(milliseconds(ms), [] {}); }).find("expected 1 ms to 1 h") != std::string::npos);
+    CHECK(error_of([&](auto& p) { p.on_write([](double) {}), p.expires(milliseconds(ms), [] {}); }).find("expected 1 ms to 1 h") !=
+          std::string::npos);
   for (const int ms : {1, 3'600'000}) CHECK(error_of([&](auto& p) { p.on_write([](double) {}), p.expires(milliseconds(ms), [] {}); }).empty());
 }
 

@@ -303,6 +303,35 @@ TEST_CASE("commands without a token have one limit together", "[mqtt][security]"
   CHECK(arm.command(client.watcher, "put/arm/speed", "4", with_token(operator_token)).property("status") == "204");
 }
 
+TEST_CASE("a client of the broker takes control, and commands with its id", "[mqtt]") {
+  if (!has_mosquitto()) return;
+  Mosquitto broker;
+  Arm arm(
+      broker.port(), [](mqtt::Options& o) { o.commands.allow_unprotected = true; }, [](lrt::Options& o) { o.security.token_file.clear(); });
+  double drive = 0;
+  Thing base{"base"};
+  base.control();
+  base.property("drive", [&] { return drive; }).on_write([&](double value) { drive = value; });
+  arm.server->add(std::move(base)).value();
+  Client client(broker, arm);
+  client.watcher.subscribe("robots/r1/base/control");
+  const auto taken = arm.command(client.watcher, "post/base/control", "");
+  CHECK(taken.property("status") == "200");
+  const std::string id = taken.property("control-id");
+  CHECK(id.size() == 32);
+  arm.until(client.watcher, [&] { return client.watcher.payload("robots/r1/base/control").find("\"held\":true") != std::string::npos; });
+  CHECK(client.watcher.payload("robots/r1/base/control").find(id) == std::string::npos);
+  const auto refused = arm.command(client.watcher, "put/base/drive", "0.5");
+  CHECK(refused.property("status") == "409");
+  CHECK(refused.payload.find("ControlledByAnother") != std::string::npos);
+  Watcher::Properties with_id;
+  with_id.user.emplace_back("control-id", id);
+  CHECK(arm.command(client.watcher, "put/base/drive", "0.5", with_id).property("status") == "204");
+  CHECK(drive == 0.5);
+  CHECK(arm.command(client.watcher, "delete/base/control", "", with_id).property("status") == "204");
+  CHECK(arm.command(client.watcher, "put/base/drive", "0.6").property("status") == "204");
+}
+
 TEST_CASE("commands that nothing restricts are refused when the bridge is made", "[mqtt]") {
   lrt::Options server_options;
   server_options.listen.port = 0;

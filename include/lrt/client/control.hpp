@@ -33,8 +33,8 @@ using OnControlLost = UniqueFunction<void(const Error& why)>;
 /// @par Threads  is_held, until, why_lost: any. The others: one thread at a time.
 class LRT_API Control {
  public:
-  Control() noexcept;                   ///< of nothing; is_held() is false
-  Control(Control&&) noexcept;          ///< the other one is of nothing afterwards
+  Control() noexcept;                      ///< of nothing; is_held() is false
+  Control(Control&&) noexcept;             ///< the other one is of nothing afterwards
   Control& operator=(Control&&) noexcept;  ///< gives back what it had
   /// Calls give_back().
   ~Control();

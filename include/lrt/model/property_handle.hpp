@@ -108,7 +108,7 @@ class PropertyHandle : public ResourceHandle<Self, typename SetupOf<Self>::type>
   /// @par Threads  `lapse` runs where `on_write` runs: in poll() within its budget, on lrt's thread with Dispatch::io_thread.
   ///               Never concurrently with `on_write`, except with Dispatch::executor.
   /// @par Time     poll() takes no lock and allocates nothing for it, and checks the clock while a value has a life.
-  /// @par Implements  SPEC 3.18
+  /// @par Implements  SPEC 3.22
   template <class F>
   Self& expires(std::chrono::milliseconds life, F lapse) {
     if constexpr (!std::is_invocable_v<F&>) {

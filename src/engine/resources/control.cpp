@@ -86,7 +86,8 @@ struct ControlResource::Wanted {
     }
     if (auto text = http::query_parameter(target, "name")) {
       if (!is_name(*text))
-        return responses.problem(context, 400, "name: expected 1 to " + std::to_string(max_name_bytes) + " bytes of UTF-8 without control characters");
+        return responses.problem(context, 400,
+                                 "name: expected 1 to " + std::to_string(max_name_bytes) + " bytes of UTF-8 without control characters");
       wanted.name = *std::move(text);
     }
     return wanted;
@@ -240,8 +241,7 @@ void ControlResource::describe_types(About& about, const Description&) const { a
 
 std::optional<PlainValue> ControlResource::plain_value(const Audience&) const {
   static const rdf::Facets no_facets;
-  rdf::Value::Sequence values = {rdf::Value(lease_.is_held),
-                                 lease_.is_held && !lease_.name.empty() ? rdf::Value(lease_.name) : rdf::Value(),
+  rdf::Value::Sequence values = {rdf::Value(lease_.is_held), lease_.is_held && !lease_.name.empty() ? rdf::Value(lease_.name) : rdf::Value(),
                                  lease_.is_held ? rdf::traits<Utc>::encode(lease_.until_utc) : rdf::Value(), rdf::Value(options_.required)};
   return PlainValue{&record_type(), &no_facets, nullptr, rdf::Value(std::move(values))};
 }

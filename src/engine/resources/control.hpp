@@ -12,7 +12,7 @@
 namespace lrt::engine {
 inline namespace v0 {
 
-/// "/arm/control": who has control of a Thing and what is below it, and until when (SPEC 3.19). POST takes it, PUT renews it, DELETE gives it back.
+/// "/arm/control": who has control of a Thing and what is below it, and until when (SPEC 3.23). POST takes it, PUT renews it, DELETE gives it back.
 ///
 /// At most one client has control of a Thing, and nobody else has control of one above or below it.
 class ControlResource final : public ControlBase {
