@@ -109,7 +109,10 @@ void Overview::all_texts(std::string_view one, std::string_view several, const r
   text(one, chosen->text);
   if (texts.size() == 1) return;
   begin_object(several);
-  for (const rdf::Text& t : texts) text(t.language.empty() ? "@none" : std::string_view(t.language), t.text);
+  for (auto t = texts.begin(); t != texts.end(); ++t) {
+    const auto is_same = [&](const rdf::Text& other) { return other.language == t->language; };
+    if (std::none_of(texts.begin(), t, is_same)) text(t->language.empty() ? "@none" : std::string_view(t->language), t->text);
+  }
   end_object();
 }
 

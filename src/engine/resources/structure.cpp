@@ -94,6 +94,26 @@ void write_quantity(Overview& o, const rdf::Type& type, const rdf::Facets& facet
   o.texts("units", units);
 }
 
+/// Further names: titles whose language another title has, labels.
+/// @param graph  triples about `self`
+void write_names(Overview& o, const rdf::Words& words, const std::vector<Statement>& statements, const rdf::Graph& graph = {},
+                 const std::string& self = {}) {
+  std::vector<std::string> names;
+  const auto add = [&](std::string_view name) {
+    const auto is_same = [&](const rdf::Text& t) { return t.text == name; };
+    if (std::none_of(words.titles.begin(), words.titles.end(), is_same) && std::find(names.begin(), names.end(), name) == names.end())
+      names.emplace_back(name);
+  };
+  for (const Iri predicate : {vocab::dcterms::title, vocab::rdfs::label, vocab::schema::name}) {
+    for (const Statement& s : statements)
+      if (s.predicate == predicate.text && s.object.kind() == Object::Kind::literal) add(s.object.text());
+    if (graph.empty()) continue;
+    for (const rdf::TermView& object : graph.objects(rdf::iri(self), rdf::TermView(predicate)))
+      if (object.is_literal()) add(object.text);
+  }
+  o.texts("names", names);
+}
+
 rdf::Words words_of(const model::ResourceSpec& spec) {
   return {model::texts_of(spec.statements, vocab::dcterms::title), model::texts_of(spec.statements, vocab::dcterms::description)};
 }
@@ -101,7 +121,9 @@ rdf::Words words_of(const model::ResourceSpec& spec) {
 void write_property(Overview& o, const PropertyResource& property) {
   const model::PropertySpec& spec = *property.spec;
   o.begin_object(spec.path);
-  o.all_words(words_of(spec));
+  const rdf::Words words = words_of(spec);
+  o.all_words(words);
+  write_names(o, words, spec.statements);
   o.texts("predicates", spec.predicates);
   o.types(spec.classes, spec.type);
   write_type(o, "schema", spec.type, spec.facets);
@@ -119,7 +141,9 @@ void write_action(Overview& o, const ActionResource& action, const ThingNode& th
   const model::ActionSpec& spec = *action.spec;
   o.begin_object(spec.path);
   o.text("path", below(action, thing));
-  o.all_words(words_of(spec));
+  const rdf::Words words = words_of(spec);
+  o.all_words(words);
+  write_names(o, words, spec.statements);
   o.texts("predicates", spec.predicates);
   o.types(spec.classes, nullptr);
   write_type(o, "input", spec.input, spec.facets);
@@ -134,7 +158,9 @@ void write_action(Overview& o, const ActionResource& action, const ThingNode& th
 void write_collection(Overview& o, const CollectionResource& collection) {
   const model::CollectionSpec& spec = *collection.spec;
   o.begin_object(spec.path);
-  o.all_words(words_of(spec));
+  const rdf::Words words = words_of(spec);
+  o.all_words(words);
+  write_names(o, words, spec.statements);
   o.texts("predicates", spec.predicates);
   o.types(spec.classes, nullptr);
   write_type(o, "schema", spec.type, spec.facets);
@@ -313,7 +339,9 @@ StructureResource::Made StructureResource::make(Overview& o) const {
     }
     append(page->things, o.apart([&] {
       o.text("path", one.self.path);
-      o.all_words(words_of(*one.spec));
+      const rdf::Words words = words_of(*one.spec);
+      o.all_words(words);
+      write_names(o, words, one.spec->statements, one.statements(), std::string(placeholder_base) + one.self.path);
       o.text("kind", kind_name);
       if (entry.parent) o.text("parent", entry.parent->self.path);
       if (shows_below(one, o.audience())) o.text("all", below(one.tree, one));
