@@ -95,25 +95,6 @@ std::optional<Binding> binding_at(const Graph& graph, TermId node) {
   return binding;
 }
 
-/// The unit with these IRIs: one of lrt's, or one that is kept for the life of the process. Servers cannot make that grow without end.
-std::optional<lrt::Unit> unit_of(std::string_view qudt, std::string_view vom) {
-  if (qudt.empty() && vom.empty()) return std::nullopt;
-  // Not one whose IRI is a view of the argument: it is kept, as others are.
-  if (const lrt::Unit known = find_unit(vom, qudt); !known.ucum.empty() && known.qudt.text.data() != qudt.data()) return known;
-  struct Kept {
-    std::mutex mutex;
-    std::set<std::pair<std::string, std::string>> names;
-  };
-  constexpr std::size_t max_kept = 1'000, longest = 500;
-  if (qudt.size() > longest || vom.size() > longest) return std::nullopt;
-  static Immortal<Kept> kept;
-  const std::lock_guard lock(kept->mutex);
-  std::pair<std::string, std::string> name(qudt, vom);
-  if (kept->names.count(name) == 0 && kept->names.size() >= max_kept) return std::nullopt;
-  const auto& [qudt_iri, vom_iri] = *kept->names.insert(std::move(name)).first;
-  return find_unit(vom_iri, qudt_iri);
-}
-
 /// Collects the property shapes of a shape, of the shapes in its sh:node and of its parts and alternatives; with `nested` also those for the values
 /// of its properties.
 void collect_property_shapes(const Graph& graph, TermId shape, bool nested, std::vector<TermId>& found, std::vector<TermId>& seen,
@@ -229,6 +210,24 @@ bool is_absence(const Graph& graph, TermId shape) {
     const std::optional<TermId> count = object_of(graph, p, vocab::sh::maxCount);
     return count && rdf::lexical::parse_uint64(graph.term(*count).text) == 0U;
   });
+}
+
+std::optional<lrt::Unit> unit_of(std::string_view qudt, std::string_view vom) {
+  if (qudt.empty() && vom.empty()) return std::nullopt;
+  // Not one whose IRI is a view of the argument: it is kept, as others are.
+  if (const lrt::Unit known = find_unit(vom, qudt); !known.ucum.empty() && known.qudt.text.data() != qudt.data()) return known;
+  struct Kept {
+    std::mutex mutex;
+    std::set<std::pair<std::string, std::string>> names;
+  };
+  constexpr std::size_t max_kept = 1'000, longest = 500;
+  if (qudt.size() > longest || vom.size() > longest) return std::nullopt;
+  static Immortal<Kept> kept;
+  const std::lock_guard lock(kept->mutex);
+  std::pair<std::string, std::string> name(qudt, vom);
+  if (kept->names.count(name) == 0 && kept->names.size() >= max_kept) return std::nullopt;
+  const auto& [qudt_iri, vom_iri] = *kept->names.insert(std::move(name)).first;
+  return find_unit(vom_iri, qudt_iri);
 }
 
 std::optional<lrt::Unit> required_unit(const Shape& shape) {

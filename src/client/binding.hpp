@@ -35,6 +35,8 @@ bool is_about_resources(const rdf::Graph& graph, rdf::TermId shape);
 bool is_absence(const rdf::Graph& graph, rdf::TermId shape);
 /// The unit that a shape requires; nullopt: none, or several.
 std::optional<lrt::Unit> required_unit(const Shape& shape);
+/// The unit with these IRIs: one of lrt's, or one that is kept for the life of the process. Servers cannot make that grow without end.
+std::optional<lrt::Unit> unit_of(std::string_view qudt, std::string_view vom);
 /// The unit that a node states; nullopt: none.
 std::optional<lrt::Unit> stated_unit(const rdf::Graph& graph, rdf::TermId node);
 

@@ -14,7 +14,13 @@
 namespace lrt::client {
 inline namespace v0 {
 
-Result<Robot> Session::open(const std::string& url) { return Discovery(shared_from_this(), url).run(); }
+Result<Robot> Session::open(const std::string& given) {
+  const std::string url(document_of(given));
+  Result<std::optional<Robot>> known = structures_.open(url);
+  if (!known) return unexpected(std::move(known).error());
+  if (*known) return **std::move(known);
+  return Discovery(shared_from_this(), url).run();
+}
 
 }  // namespace v0
 }  // namespace lrt::client

@@ -5,11 +5,15 @@
 #include <deque>
 #include <map>
 #include <set>
+#include <type_traits>
 #include <utility>
 
 #include <lrt/rdf/vocab.hpp>
 
+#include <lrt/client/description.hpp>
+
 #include "src/client/session.hpp"
+#include "src/client/things.hpp"
 
 namespace lrt::client {
 inline namespace v0 {
@@ -23,12 +27,26 @@ namespace {
 
 /// Predicates to what is neither a Thing nor a part of one: it is read when it is used.
 const std::set<std::string_view>& predicates_to_skip() {
-  static const Immortal<std::set<std::string_view>> all(std::set<std::string_view>{
-      vocab::rdf_::type.text, vocab::rdfs::seeAlso.text, vocab::rdfs::isDefinedBy.text, vocab::hybrit::blueprint.text,
-      vocab::hybrit::subscriptions.text, vocab::hybrit::binding.text, vocab::hybrit::consumes.text, vocab::hybrit::produces.text,
-      vocab::hybrit::onResource.text, vocab::lrt_::state.text, vocab::lrt_::all.text, vocab::lrt_::invocation.text, vocab::lrt_::invocationOf.text,
-      vocab::dcterms::conformsTo.text, vocab::http_core::requestURI.text, vocab::vom::unit.text, vocab::qudt::hasUnit.text, vocab::lrt_::session.text,
-      vocab::lrt_::query.text});
+  static const Immortal<std::set<std::string_view>> all(std::set<std::string_view>{vocab::rdf_::type.text,
+                                                                                   vocab::rdfs::seeAlso.text,
+                                                                                   vocab::rdfs::isDefinedBy.text,
+                                                                                   vocab::hybrit::blueprint.text,
+                                                                                   vocab::hybrit::subscriptions.text,
+                                                                                   vocab::hybrit::binding.text,
+                                                                                   vocab::hybrit::consumes.text,
+                                                                                   vocab::hybrit::produces.text,
+                                                                                   vocab::hybrit::onResource.text,
+                                                                                   vocab::lrt_::state.text,
+                                                                                   vocab::lrt_::all.text,
+                                                                                   vocab::lrt_::invocation.text,
+                                                                                   vocab::lrt_::invocationOf.text,
+                                                                                   vocab::dcterms::conformsTo.text,
+                                                                                   vocab::http_core::requestURI.text,
+                                                                                   vocab::vom::unit.text,
+                                                                                   vocab::qudt::hasUnit.text,
+                                                                                   vocab::lrt_::session.text,
+                                                                                   vocab::lrt_::query.text,
+                                                                                   structure_relation});
   return *all;
 }
 
@@ -77,7 +95,7 @@ struct Discovery::Found {
   std::vector<std::string> related;  ///< targets of Link fields
 };
 
-Discovery::Discovery(std::shared_ptr<Session> session, std::string url) : session_(std::move(session)), start_(std::move(url)) {}
+Discovery::Discovery(std::shared_ptr<Session> session, std::string url) : session_(std::move(session)), given_(url), start_(std::move(url)) {}
 
 void Discovery::report(std::string problem) {
   constexpr std::size_t max_problems = 100;
@@ -140,7 +158,15 @@ Result<Robot> Discovery::run() {
     const Representation& representation = *found.representation;
     if (representation.focus && document_of(representation.graph.term(*representation.focus).text) == representation.url)
       found.kind = kind_of(representation.graph, *representation.focus);
-    if (found_.empty()) start_ = representation.url;  // after redirects
+    if (found_.empty()) {
+      start_ = representation.url;  // after redirects
+      if (const std::vector<std::string> documents = representation.targets(structure_relation);
+          !documents.empty() && same_origin(documents.front(), start_)) {
+        Result<std::optional<Robot>> robot = session_->structures().follow(given_, start_, documents.front(), requests_);
+        if (!robot) return unexpected(std::move(robot).error());
+        if (*robot) return **std::move(robot);
+      }
+    }
     const bool leads_on = found.kind == ResourceKind::thing || found.kind == ResourceKind::unknown;
     std::vector<std::string> next = leads_on ? candidates(found) : std::vector<std::string>();
     seen.insert(representation.url);
@@ -163,10 +189,17 @@ Result<Robot> Discovery::run() {
 Thing Discovery::thing_of(const Found& found) const {
   Thing thing;
   thing.session_ = session_;
-  thing.representation_ = found.representation;
+  thing.url_ = found.representation->url;
+  thing.types_ = found.representation->types();
+  thing.document_ = std::make_shared<Thing::LateDocument>();
+  thing.document_->read = found.representation;
+  if (const auto containers = found.representation->objects(vocab::hybrit::subscriptions); !containers.empty())
+    thing.subscriptions_ = containers.front();
+  if (const auto states = found.representation->objects(vocab::lrt_::state); !states.empty()) thing.state_ = states.front();
   const Graph& graph = found.representation->graph;
   const TermId self = *found.representation->focus;
   thing.names_ = names_of(graph, self);
+  thing.words_ = words_of(graph, self);
 
   const auto kind_at = [&](TermId node) {
     const ResourceKind here = kind_of(graph, node);
@@ -174,10 +207,11 @@ Thing Discovery::thing_of(const Found& found) const {
     const auto read = found_.find(std::string(document_of(graph.term(node).text)));
     return read == found_.end() ? ResourceKind::unknown : read->second.kind;
   };
+  std::map<std::pair<std::string, std::string>, std::size_t> places[2];  // of properties and of actions, by URL and inline predicate
   const auto part = [&](auto& parts, const std::string& url, const std::string& predicate) -> auto& {
-    const auto same = [&](const auto& one) { return one.url_ == url && is_inline(one) == !predicate.empty() && inline_predicate(one) == predicate; };
-    const auto known = std::find_if(parts.begin(), parts.end(), same);
-    if (known != parts.end()) return *known;
+    constexpr bool is_action = std::is_same_v<typename std::decay_t<decltype(parts)>::value_type, Action>;
+    const auto [known, is_new] = places[is_action ? 1 : 0].try_emplace({url, predicate}, parts.size());
+    if (!is_new) return parts[known->second];
     typename std::decay_t<decltype(parts)>::value_type made = make(parts);
     made.session_ = session_;
     made.url_ = url;

@@ -32,14 +32,11 @@ class Discovery {
   // Only Properties can be inline.
   static Property make(const std::vector<Property>&) { return {}; }
   static Action make(const std::vector<Action>&) { return {}; }
-  static const std::string& inline_predicate(const Property& property) { return property.predicate_; }
-  static std::string inline_predicate(const Action&) { return {}; }
-  static bool is_inline(const Property& property) { return !property.predicate_.empty(); }
-  static bool is_inline(const Action&) { return false; }
   static void set_inline(Property& property, const std::string& predicate) { property.predicate_ = predicate; }
   static void set_inline(Action&, const std::string&) {}
 
   std::shared_ptr<Session> session_;
+  const std::string given_;  // by the program
   std::string start_;
   std::map<std::string, Found> found_;  // by URL
   std::vector<std::string> order_;      // URLs in the order in which they were read

@@ -10,6 +10,7 @@
 namespace lrt::client {
 inline namespace v0 {
 
+using rdf::Graph;
 using rdf::TermId;
 using rdf::TermView;
 using rdf::Triple;
@@ -100,11 +101,13 @@ Session::Session(std::shared_ptr<HttpClient> http, const Options& options)
       http_(std::move(http)),
       cache_(options.limits.max_cached_bytes),
       workers_(options.threads, options.callbacks == Callbacks::in_background),
-      watches_(http_, [this] {
-        Watches::Hooks hooks;
-        hooks.wake = [this] { workers_.waker().wake(); };
-        return hooks;
-      }()) {}
+      watches_(http_,
+               [this] {
+                 Watches::Hooks hooks;
+                 hooks.wake = [this] { workers_.waker().wake(); };
+                 return hooks;
+               }()),
+      structures_(*this, options_) {}
 
 Session::~Session() = default;
 
@@ -199,20 +202,55 @@ Result<Response> Session::change(const Request& request) {
   return response;
 }
 
+namespace {
+
+/// What a shape of a document needs of it: what is reachable from its node, and what is said of classes and constraint components, which shapes use
+/// without a link. Blank nodes keep their labels. A small document is taken whole.
+Graph part_of(const Graph& document, const TermView& node) {
+  constexpr std::size_t max_whole = 2'000;
+  if (document.size() <= max_whole) return document;
+  Graph part;
+  std::vector<TermId> open;
+  std::vector<bool> seen(document.term_count());
+  const auto reach = [&](TermId id) {
+    if (seen[static_cast<std::size_t>(id)] || document.term(id).is_literal()) return;
+    seen[static_cast<std::size_t>(id)] = true;
+    open.push_back(id);
+  };
+  const auto add = [&](const Triple& t) { part.add(document.term(t.subject), document.term(t.predicate), document.term(t.object)); };
+  if (const auto id = document.find(node)) reach(*id);
+  const auto type = document.find(vocab::rdf_::type), component = document.find(Iri("http://www.w3.org/ns/shacl#ConstraintComponent"));
+  if (type && component)
+    for (const Triple& t : document.match(std::nullopt, *type, *component)) reach(t.subject);
+  while (!open.empty()) {
+    const TermId subject = open.back();
+    open.pop_back();
+    for (const Triple& t : document.match(subject, std::nullopt, std::nullopt)) {
+      add(t);
+      reach(t.object);
+    }
+  }
+  if (const auto sub_class = document.find(vocab::rdfs::subClassOf))
+    for (const Triple& t : document.match(std::nullopt, *sub_class, std::nullopt)) add(t);
+  return part;
+}
+
+}  // namespace
+
 Result<Shape> Session::shape(const TermView& node, const Representation& known) {
   constexpr std::size_t max_documents = 16;
   Shape shape;
-  shape.graph = known.graph;  // blank nodes keep their labels: `node` may be one
+  shape.graph = part_of(known.graph, node);  // blank nodes keep their labels: `node` may be one
   shape.node = rdf::Term(node);
-  std::set<std::string> read{std::string(document_of(known.url))};
+  std::set<std::string> documents{std::string(document_of(known.url))}, read;  // `read`: nodes
   const auto is_described = [&](const TermView& term) {
     const std::optional<TermId> id = shape.graph.find(term);
     return id && !shape.graph.match(*id, std::nullopt, std::nullopt).empty();
   };
-  // Documents of shapes that are referred to by IRI, beginning with that of the shape itself.
+  // Shapes that are referred to by IRI, beginning with the shape itself.
   std::vector<std::string> wanted;
   const auto want = [&](const TermView& term) {
-    if (term.is_iri() && !is_described(term) && read.count(std::string(document_of(term.text))) == 0) wanted.emplace_back(document_of(term.text));
+    if (term.is_iri() && !is_described(term) && document_of(term.text) != document_of(known.url)) wanted.emplace_back(term.text);
   };
   want(node);
   for (std::size_t looked_at = 0;;) {
@@ -223,15 +261,18 @@ Result<Shape> Session::shape(const TermView& node, const Representation& known) 
         if (predicate.text == refers.text) want(shape.graph.term(triples[looked_at].object));
     }
     if (wanted.empty()) break;
-    const std::string url = std::move(wanted.back());
+    const std::string iri = std::move(wanted.back());
     wanted.pop_back();
-    if (!read.insert(url).second) continue;
-    if (read.size() > max_documents) return unexpected(Errc::limit_exceeded, "a shape refers to more than 16 documents");
+    if (is_described(rdf::iri(iri)) || !read.insert(iri).second) continue;
+    const std::string url(document_of(iri));
+    documents.insert(url);
+    if (documents.size() > max_documents) return unexpected(Errc::limit_exceeded, "a shape refers to more than 16 documents");
     if (!same_origin(url, known.url)) continue;  // a shape of another server is read from this document
     const Result<RepresentationPtr> found = described(url);
     if (!found) return unexpected(found.error());
     // Triples that are already present would be validated twice.
-    add_apart(shape.graph, (*found)->graph, [&](const TermView& subject) { return subject.is_iri() && is_described(subject); });
+    const Graph part = part_of((*found)->graph, rdf::iri(iri));
+    add_apart(shape.graph, part, [&](const TermView& subject) { return subject.is_iri() && is_described(subject); });
   }
   if (!is_described(shape.node.view())) {
     return unexpected(Errc::expected_value, "\"" + known.url + "\" refers to the shape " + rdf::to_string(node) + ", which has no description");

@@ -20,6 +20,7 @@
 #include "src/base/event_waker.hpp"
 #include "src/client/http_client.hpp"
 #include "src/client/representation.hpp"
+#include "src/client/structure.hpp"
 #include "src/client/tasks.hpp"
 #include "src/client/watches.hpp"
 
@@ -113,6 +114,7 @@ class LRT_INTERNAL_API Session : public std::enable_shared_from_this<Session> {
   HttpClient& http() noexcept { return *http_; }
   Workers& workers() noexcept { return workers_; }
   Watches& watches() noexcept { return watches_; }
+  Structures& structures() noexcept { return structures_; }
   const Options& options() const noexcept { return options_; }
   void stop() noexcept;
 
@@ -124,6 +126,7 @@ class LRT_INTERNAL_API Session : public std::enable_shared_from_this<Session> {
   RepresentationCache cache_;
   Workers workers_;
   Watches watches_;
+  Structures structures_;
 };
 
 /// The error that a response with a status of 400 or more is.

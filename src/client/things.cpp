@@ -17,6 +17,7 @@
 #include "src/client/session.hpp"
 #include "src/client/stored_document.hpp"
 #include "src/http/robot_time.hpp"
+#include "src/client/things.hpp"
 
 namespace lrt::client {
 inline namespace v0 {
@@ -360,6 +361,7 @@ Result<std::optional<Shape>> Property::value_shape() const {
 }
 
 Result<lrt::Unit> Property::unit() const {
+  if (declared_ && (declared_->is_simple || !declared_->unit.empty())) return declared_->unit;
   const Result<RepresentationPtr> found = session_->described(url_);
   if (!found) return unexpected(found.error());
   if (const std::optional<TermId> node = node_in((*found)->graph, (*found)->focus))
@@ -372,6 +374,7 @@ Result<lrt::Unit> Property::unit() const {
 }
 
 Result<bool> Property::is_writable() const {
+  if (declared_) return declared_->may_change;
   const Result<RepresentationPtr> found = session_->described(url_);
   if (!found) return unexpected(found.error());
   if (!is_resource()) return false;
@@ -494,6 +497,7 @@ Result<std::optional<Shape>> Action::output_shape() const {
 }
 
 Result<lrt::Unit> Action::unit() const {
+  if (declared_ && (declared_->is_simple || !declared_->unit.empty())) return declared_->unit;
   const Result<std::optional<Shape>> shape = input_shape();
   if (!shape) return unexpected(shape.error());
   return *shape ? required_unit(**shape).value_or(lrt::unit::none) : lrt::unit::none;
@@ -688,9 +692,18 @@ bool Thing::is(Iri type) const {
 Result<Property> Thing::property(std::string_view name) const { return find_named(properties_, name, "property", "\"" + this->name() + "\""); }
 Result<Action> Thing::action(std::string_view name) const { return find_named(actions_, name, "action", "\"" + this->name() + "\""); }
 
-std::string Thing::subscriptions() const {
-  const std::vector<std::string> found = representation_->objects(vocab::hybrit::subscriptions);
-  return found.empty() ? std::string() : found.front();
+const RepresentationPtr& Thing::representation() const {
+  const std::lock_guard lock(document_->mutex);
+  if (!document_->read) {
+    if (Result<RepresentationPtr> found = session_->described(url_)) {
+      document_->read = *std::move(found);
+    } else {
+      auto none = std::make_shared<Representation>();
+      none->url = url_;
+      document_->read = std::move(none);
+    }
+  }
+  return document_->read;
 }
 
 // --- Robot ---

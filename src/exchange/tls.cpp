@@ -2,6 +2,7 @@
 #include "src/exchange/tls.hpp"
 
 #include <openssl/err.h>
+#include <openssl/evp.h>
 #include <openssl/hmac.h>
 #include <openssl/ssl.h>
 #include <openssl/x509v3.h>
@@ -21,6 +22,13 @@ std::string last_error(const std::string& fallback) {
   const char* const reason = code != 0 ? ERR_reason_error_string(code) : nullptr;
   ERR_clear_error();
   return reason != nullptr ? reason : fallback;
+}
+
+std::string hex(const unsigned char* bytes, unsigned size) {
+  static constexpr char digits[] = "0123456789abcdef";
+  std::string text;
+  for (unsigned i = 0; i < size; ++i) text += {digits[bytes[i] >> 4], digits[bytes[i] & 0x0FU]};
+  return text;
 }
 
 void close_at_exit() noexcept { [[maybe_unused]] static const bool closes = ThirdPartyCall::close_at_exit(); }
@@ -94,7 +102,6 @@ std::string tls_reason(const ssl_st* session, const std::string& fallback) {
 std::string sign(std::string_view secret, std::string_view body) {
   const ThirdPartyCall call;
   if (!call) throw std::runtime_error("the process is exiting");
-  static constexpr char digits[] = "0123456789abcdef";
   std::array<unsigned char, EVP_MAX_MD_SIZE> mac{};
   unsigned size = 0;
   if (HMAC(EVP_sha256(), secret.data(), static_cast<int>(secret.size()), reinterpret_cast<const unsigned char*>(body.data()), body.size(), mac.data(),
@@ -102,9 +109,17 @@ std::string sign(std::string_view secret, std::string_view body) {
     throw std::runtime_error("HMAC-SHA256 failed");
   }
   close_at_exit();
-  std::string result = "sha256=";
-  for (unsigned i = 0; i < size; ++i) result += {digits[mac[i] >> 4], digits[mac[i] & 0x0FU]};
-  return result;
+  return "sha256=" + hex(mac.data(), size);
+}
+
+std::string sha256(std::string_view text) {
+  const ThirdPartyCall call;
+  if (!call) throw std::runtime_error("the process is exiting");
+  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
+  unsigned size = 0;
+  if (EVP_Digest(text.data(), text.size(), digest.data(), &size, EVP_sha256(), nullptr) != 1) throw std::runtime_error("SHA-256 failed");
+  close_at_exit();
+  return hex(digest.data(), size);
 }
 
 }  // namespace lrt::exchange

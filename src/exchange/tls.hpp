@@ -46,4 +46,7 @@ std::string tls_reason(const ssl_st* session, const std::string& fallback);
 /// The value of X-Hub-Signature (WebSub 7.1): "sha256=" and the lower-case hex of HMAC-SHA256.
 LRT_INTERNAL_API std::string sign(std::string_view secret, std::string_view body);
 
+/// The digest of a text in lower-case hex (FIPS 180-4).
+LRT_INTERNAL_API std::string sha256(std::string_view text);
+
 }  // namespace lrt::exchange

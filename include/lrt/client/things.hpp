@@ -18,6 +18,7 @@
 #include <lrt/rdf/traits.hpp>
 #include <lrt/rdf/unit.hpp>
 #include <lrt/rdf/value_codec.hpp>
+#include <lrt/rdf/words.hpp>
 
 namespace lrt {
 inline namespace v0 {
@@ -48,6 +49,18 @@ struct Names {
   std::vector<std::string> predicates{};  ///< predicates from its Thing to it, without hybrit:property and hybrit:action
 };
 
+/// What a server says of a Property or an Action in its structure document (SPEC 3.20), without its value. Robots that were opened by links have none.
+struct Declared {
+  rdf::Words words{};                  ///< title and description; without a language: in that of the server's choice
+  std::string datatype{};              ///< IRI: of a number, text and so on, or of the members of a list; empty: it has several, or none
+  lrt::Unit unit{};                    ///< of the value or input; empty: none
+  bool has_value = false;              ///< false: an Action without input
+  bool is_simple = false;              ///< the value or input is one number, one text without a fixed set, or true or false
+  bool may_change = false;             ///< this client may write it, or invoke it
+  bool is_stop = false;                ///< an Action that stops the robot
+  std::vector<std::string> choices{};  ///< the names of an enumeration, or "true" and "false"
+};
+
 /// A Property of a Thing (R1.9): a resource of its own, or a node in the graph of its Thing.
 /// @par Errors   of an exchange, see Client; refusals by the server as for Action::invoke().
 /// @par Threads  Any. Functions that return a Result block until the response, at most the times of Limits. Not for a
@@ -58,6 +71,8 @@ class LRT_API Property {
   const Names& names() const noexcept { return names_; }    ///< its names
   /// The shortest name: the local name of its predicate, else the last segment of the path.
   std::string name() const;
+  /// What the server says of it; nullptr: it was found by links.
+  const Declared* declared() const noexcept { return declared_.get(); }
 
   /// The present representation, by GET. If it has not changed since the last GET, only the header section is
   /// transferred (R0.11).
@@ -152,6 +167,7 @@ class LRT_API Property {
  private:
   friend class Session;
   friend class Discovery;
+  friend class StructureReader;
   friend class lrt::Client;
   Property() = default;
   Result<void> put(const rdf::Graph& graph, rdf::TermId focus, const std::optional<Shape>& shape, const WriteOptions& options) const;
@@ -166,6 +182,7 @@ class LRT_API Property {
   std::string url_;        ///< of the resource; with a fragment that of a node in the document of its Thing; of a blank node that of its Thing
   std::string predicate_;  ///< blank node: from the Thing to the value; else empty
   Names names_;
+  std::shared_ptr<const Declared> declared_;
 };
 
 /// One invocation of an action (SPEC 3.1).
@@ -239,6 +256,8 @@ class LRT_API Action {
   const Names& names() const noexcept { return names_; }    ///< its names
   /// The shortest of its names.
   std::string name() const;
+  /// What the server says of it; nullptr: it was found by links.
+  const Declared* declared() const noexcept { return declared_.get(); }
   /// The present representation, by GET.
   Result<RepresentationPtr> get() const;
 
@@ -278,6 +297,7 @@ class LRT_API Action {
  private:
   friend class Session;
   friend class Discovery;
+  friend class StructureReader;
   friend class lrt::Client;
   Action() = default;
   Result<std::vector<std::string>> classes_of(Iri predicate) const;
@@ -286,21 +306,26 @@ class LRT_API Action {
   std::shared_ptr<Session> session_;
   std::string url_;
   Names names_;
+  std::shared_ptr<const Declared> declared_;
 };
 
 /// A Thing that Client::open() has found. Its links and types are those of that time; see Robot::refresh().
-/// @par Threads  Any: immutable.
+/// @par Threads  Any.
 class LRT_API Thing {
  public:
-  const std::string& url() const noexcept { return representation_->url; }  ///< its URL
-  const Names& names() const noexcept { return names_; }                    ///< its names
+  const std::string& url() const noexcept { return url_; }  ///< its URL
+  const Names& names() const noexcept { return names_; }    ///< its names
   /// The shortest of its names.
   std::string name() const;
-  std::vector<std::string> types() const { return representation_->types(); }           ///< IRIs of its classes
-  bool is(Iri type) const;                                                              ///< whether it has a class
-  const RepresentationPtr& representation() const noexcept { return representation_; }  ///< as it was read
-  const std::vector<Property>& properties() const noexcept { return properties_; }      ///< its properties
-  const std::vector<Action>& actions() const noexcept { return actions_; }              ///< its actions
+  rdf::Words words() const { return words_; }                ///< title and description
+  std::vector<std::string> types() const { return types_; }  ///< IRIs of its classes; opened by a structure document: without Blueprints
+  bool is(Iri type) const;                                   ///< whether it has a class
+  const std::vector<Property>& properties() const noexcept { return properties_; }  ///< its properties
+  const std::vector<Action>& actions() const noexcept { return actions_; }          ///< its actions
+  /// Its document, as it was read. Of a robot that was opened by a structure document it is read now, when it is first needed.
+  /// @return  without triples: it cannot be read
+  /// @par Time  May block, as Property::get().
+  const RepresentationPtr& representation() const;
 
   /// The property with a name: a predicate or its local name, a title, a URL or the end of one ("friction",
   /// "arm/friction").
@@ -314,18 +339,25 @@ class LRT_API Thing {
   Result<Action> action(std::string_view name) const;
 
   /// URL of the Subscriptions container (R1.8); empty: it has none.
-  std::string subscriptions() const;
-  /// URLs of the Blueprints (R1.11).
-  std::vector<std::string> blueprints() const { return representation_->objects(vocab::hybrit::blueprint); }
+  std::string subscriptions() const { return subscriptions_; }
+  /// URL of the resource with the values of all its Properties (`lrt:state`); empty: it has none.
+  std::string state() const { return state_; }
+  /// URLs of the Blueprints (R1.11), from representation().
+  std::vector<std::string> blueprints() const { return representation()->objects(vocab::hybrit::blueprint); }
 
  private:
   friend class Session;
   friend class Discovery;
+  friend class StructureReader;
   Thing() = default;
 
+  struct LateDocument;
   std::shared_ptr<Session> session_;
-  RepresentationPtr representation_;
+  std::string url_, subscriptions_, state_;
   Names names_;
+  rdf::Words words_;
+  std::vector<std::string> types_;
+  std::shared_ptr<LateDocument> document_;  ///< shared by copies
   std::vector<Property> properties_;
   std::vector<Action> actions_;
 };
@@ -370,6 +402,7 @@ class LRT_API Robot {
  private:
   friend class Session;
   friend class Discovery;
+  friend class Structures;
   Robot() = default;
 
   std::shared_ptr<Session> session_;
