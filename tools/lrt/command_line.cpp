@@ -10,6 +10,7 @@
 #include <iostream>
 
 #include "src/base/utf8.hpp"
+#include "tools/lrt/cache.hpp"
 
 namespace lrt::tool {
 namespace {
@@ -123,6 +124,8 @@ Result<client::Options> Session::client_options() const {
   options.command_life = std::chrono::milliseconds(static_cast<std::int64_t>(options_.valid_for * 1000));
   options.limits.connect_time = std::min(time, options.limits.connect_time);
   options.limits.resolve_time = std::min(time, options.limits.resolve_time);
+  options.cache_folder = cache_folder();
+  options.cache_age = cache_age_;
   if (options_.verbose) options.log = [this](LogLevel, std::string_view text) { terminal_.print_error(printable(text) + "\n"); };
   return options;
 }

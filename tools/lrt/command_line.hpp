@@ -51,6 +51,9 @@ class Session {
   /// A first word that is a URL is that of the robot, if more words follow than are needed.
   void take_robot(std::vector<std::string>& words, std::size_t needed);
 
+  /// What a robot is may be as old as this: it is used without a request.
+  void accept_age(std::chrono::seconds age) noexcept { cache_age_ = age; }
+
   /// Uses another robot than that of --robot.
   void use_robot(const std::string& url) { options_.robot = url; }
 
@@ -76,6 +79,7 @@ class Session {
   Terminal terminal_;
   std::optional<Client> client_;
   std::optional<client::Robot> robot_;
+  std::chrono::seconds cache_age_{0};
 };
 
 /// The first line of a file.

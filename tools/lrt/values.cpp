@@ -259,6 +259,11 @@ std::optional<client::Schema> schema_of(const Result<std::optional<client::Shape
   return *std::move(schema);
 }
 
+std::optional<client::Schema> schema_for_reading(const client::Property& property) {
+  if (const client::Declared* const declared = property.declared(); declared && declared->is_simple) return std::nullopt;
+  return schema_of(property.value_shape());
+}
+
 std::string bounds_of(const Type& type, const rdf::Facets& facets) {
   std::string text;
   if (const auto min = facets.min()) text += std::string(facets.min_exclusive() ? "above " : "from ") + number_text(*min);

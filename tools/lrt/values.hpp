@@ -29,6 +29,9 @@ Result<PlainValue> converted(const PlainValue& value, const std::string& unit);
 
 /// The schema of a shape; nullopt: there is none, or it cannot be used.
 std::optional<client::Schema> schema_of(const Result<std::optional<client::Shape>>& shape);
+/// The schema by which a value of a property is read, if it needs one: a number or text whose type the robot has declared is read without, and no
+/// request is sent.
+std::optional<client::Schema> schema_for_reading(const client::Property& property);
 
 /// "a number in deg, from 0 to below 360"
 std::string description_of(const client::Schema& schema);

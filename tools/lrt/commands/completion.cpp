@@ -120,6 +120,9 @@ std::vector<std::string> names_of(const client::Robot& robot, const std::string&
 /// Names of an enumeration, or true and false.
 std::vector<std::string> values_of(const client::Robot& robot, const std::string& command, const std::string& name) {
   std::optional<client::Schema> schema;
+  const auto known = [&](const auto& found) { return found && (command == "set" || command == "invoke") ? found->declared() : nullptr; };
+  if (const client::Declared* const declared = command == "set" ? known(robot.property(name)) : known(robot.action(name)))
+    return declared->choices;  // no request
   if (command == "set") {
     if (const auto property = robot.property(name)) schema = schema_of(property->shape());
   } else if (command == "invoke") {
@@ -151,6 +154,7 @@ int complete(CommandLine& line, Session& session, const std::vector<std::string>
   if (const char* const robot = std::getenv("LRT_ROBOT")) options.robot = robot;
   if (const char* const file = std::getenv("LRT_TOKEN_FILE")) options.token_file = file;
   options.timeout = 2;
+  session.accept_age(std::chrono::minutes(1));  // keys are pressed one after the other
   const std::string current = words.empty() ? std::string() : words.back();
   const Typed typed = read(line, words);
   std::vector<std::string> found;

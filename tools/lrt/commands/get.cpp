@@ -43,7 +43,7 @@ Result<int> get(Session& session, GetOptions& options) {
   if (!found) return unexpected(found.error());
   const Result<rdf::TermId> node = property->value_node((*found)->graph, (*found)->focus);
   if (!node) return unexpected(node.error());
-  const std::optional<client::Schema> schema = schema_of(property->value_shape());
+  const std::optional<client::Schema> schema = schema_for_reading(*property);
   PlainValue value = value_at((*found)->graph, *node, schema ? &*schema : nullptr);
   if (!options.unit.empty()) {
     Result<PlainValue> in_unit = converted(value, options.unit);

@@ -36,14 +36,16 @@ std::vector<std::string> languages_of(const LsOptions& options) {
 struct Said {
   std::string title, description;
 };
-Said said(const client::RepresentationPtr& representation, const LsOptions& options) {
+Said said(const rdf::Words& words, const LsOptions& options) {
   Said found;
-  if (!representation || !representation->focus) return found;
-  const rdf::Words words = client::words_of(representation->graph, *representation->focus);
   const std::vector<std::string> languages = languages_of(options);
   if (const rdf::Text* text = words.titles.choose(languages)) found.title = text->text;
   if (const rdf::Text* text = words.descriptions.choose(languages)) found.description = text->text;
   return found;
+}
+Said said(const client::RepresentationPtr& representation, const LsOptions& options) {
+  if (!representation || !representation->focus) return {};
+  return said(client::words_of(representation->graph, *representation->focus), options);
 }
 std::string json_of(const Said& said) {
   return (said.title.empty() ? "" : ",\"title\":" + json_string(said.title)) +
@@ -80,9 +82,13 @@ bool is_meant(std::string_view iri, const std::string& name) { return iri == nam
 
 /// The types of a Thing without hybrit:RoboticThing, which all have, and without its Blueprints, which may be classes, too.
 std::vector<std::string> kinds_of(const client::Thing& thing) {
-  const std::vector<std::string> blueprints = thing.blueprints();
+  const std::string origin = thing.url().substr(0, thing.url().find('/', thing.url().find("://") + 3) + 1);
+  std::optional<std::vector<std::string>> blueprints;  // asked for only if one can be among the types
   const auto is_blueprint = [&](std::string_view type) {
-    return std::any_of(blueprints.begin(), blueprints.end(), [&](const std::string& b) { return type == b || type.substr(0, type.find('#')) == b; });
+    if (type.substr(0, origin.size()) != origin) return false;
+    if (!blueprints) blueprints = thing.blueprints();
+    return std::any_of(blueprints->begin(), blueprints->end(),
+                       [&](const std::string& b) { return type == b || type.substr(0, type.find('#')) == b; });
   };
   std::vector<std::string> kinds;
   for (const std::string& type : thing.types())
@@ -103,16 +109,22 @@ struct Shown {
   std::string problem;
   Said said{};
 };
-Shown shown(const client::Property& property, const LsOptions& options) {
+/// @param state  the values of all properties of the Thing; nullptr: the property is read by itself
+Shown shown(const client::Property& property, const client::RepresentationPtr& state, const LsOptions& options) {
   Shown result;
-  const Result<client::RepresentationPtr> found = property.get();
-  if (found) result.said = said(*found, options);
-  const Result<rdf::TermId> node = found ? property.value_node((*found)->graph, (*found)->focus) : Result<rdf::TermId>(unexpected(found.error()));
+  const std::optional<rdf::TermId> there = state ? state->graph.find(rdf::iri(property.url())) : std::nullopt;
+  const bool is_there = there && property.declared();
+  const Result<client::RepresentationPtr> found = is_there ? Result<client::RepresentationPtr>(state) : property.get();
+  if (is_there) result.said = said(client::words_of(state->graph, *there), options);
+  else if (found) result.said = said(*found, options);
+  const Result<rdf::TermId> node = is_there ? Result<rdf::TermId>(*there)
+                                   : found  ? property.value_node((*found)->graph, (*found)->focus)
+                                            : Result<rdf::TermId>(unexpected(found.error()));
   if (!node) {
     result.problem = printable(node.error().message);
     return result;
   }
-  const std::optional<client::Schema> schema = schema_of(property.value_shape());
+  const std::optional<client::Schema> schema = schema_for_reading(property);
   result.value = value_at((*found)->graph, *node, schema ? &*schema : nullptr);
   const Result<bool> writable = property.is_writable();
   result.writable = writable && *writable;
@@ -143,14 +155,26 @@ std::string input_of(const client::Action& action) {
   return schema ? description_of(*schema) : "an input";
 }
 
+/// The values of all properties of a Thing in one document. nullptr: there is none, or it is not worth a request.
+client::RepresentationPtr state_of(Session& session, const client::Thing& thing) {
+  const auto is_declared = [](const client::Property& property) { return property.declared() != nullptr; };
+  if (thing.state().empty() || thing.properties().size() < 2 || !std::all_of(thing.properties().begin(), thing.properties().end(), is_declared))
+    return nullptr;
+  const Result<Client*> client = session.client();
+  if (!client) return nullptr;
+  const Result<client::RepresentationPtr> found = (*client)->get(thing.state());
+  return found ? *found : nullptr;  // one that cannot be read is a reason to read the others by themselves
+}
+
 Result<int> list_thing(Session& session, const client::Thing& thing, const LsOptions& options) {
   Rows rows;
-  std::string json = "{\"name\":" + json_string(thing.name()) + ",\"url\":" + json_string(thing.url()) +
-                     json_of(said(thing.representation(), options)) + ",\"types\":[";
+  std::string json =
+      "{\"name\":" + json_string(thing.name()) + ",\"url\":" + json_string(thing.url()) + json_of(said(thing.words(), options)) + ",\"types\":[";
   for (const std::string& type : thing.types()) json += (json.back() == '[' ? "" : ",") + json_string(type);
   json += "],\"properties\":[";
+  const client::RepresentationPtr state = state_of(session, thing);
   for (const client::Property& property : thing.properties()) {
-    const Shown found = shown(property, options);
+    const Shown found = shown(property, state, options);
     const std::string access = !found.problem.empty() ? "unreadable" : found.writable ? "read, write" : "read";
     const bool shows_unit = session.terminal().is_for_people();
     std::vector<Table::Cell> row{{printable(property.name()), Style::strong}};
@@ -196,7 +220,7 @@ Result<int> list_robot(Session& session, const client::Robot& robot, const LsOpt
     if (!options.type.empty() && std::none_of(types.begin(), types.end(), [&](const std::string& type) { return is_meant(type, options.type); }))
       continue;
     found_any = true;
-    const Said words = said(thing.representation(), options);
+    const Said words = said(thing.words(), options);
     const std::string name = printable(words.title.empty() ? thing.name() : words.title);
     names += name + "\n";
     std::vector<std::string> kinds;

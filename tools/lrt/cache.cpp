@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/lrt/cache.hpp"
+
+#include <cstdlib>
+
+namespace lrt::tool {
+
+std::string cache_folder() {
+  // The specification says that a relative path is to be ignored.
+  if (const char* const own = std::getenv("XDG_CACHE_HOME"); own && *own == '/') return std::string(own) + "/lrt";
+  const char* const home = std::getenv("HOME");
+  return home && *home == '/' ? std::string(home) + "/.cache/lrt" : std::string();
+}
+
+}  // namespace lrt::tool
