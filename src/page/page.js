@@ -38,11 +38,11 @@ async function show(focus) {
     if (is.origin) robotOrigin = is.origin;
     // The IRI of the resource: the robot writes it into its header fields. If there are too many, it is the address below the public origin.
     const self = is.alternates[0]?.href.split("?")[0] ?? robotOrigin + plain.pathname, chain = await ancestorsOf(address), up = chain.at(-1);
-    const { title, lang, said, types, content } = await contentOf({ self, is, g: response.g, up });
+    const { title, lang, said, types, content } = await contentOf({ self, is, g: response.g, up }), controls = await controlLines([...chain, self]);
     if (here.isClosed) return;
     document.title = `${title} – robot`;
     const heading = h("h1", { tabindex: "-1", lang }, title), pages = ["first", "prev", "next", "last"].flatMap((rel) => links(response, rel).map((l) => linkTo(l, rel)));
-    main.replaceChildren(...[h("nav.crumbs", { "aria-label": "Breadcrumbs" }, chain.flatMap((c, i) => [i ? " › " : "", linkTo(c, i ? localName(c) : "Things")])), heading, up && types && h("p", chips(types)), said, ...content.flat(),
+    main.replaceChildren(...[h("nav.crumbs", { "aria-label": "Breadcrumbs" }, chain.flatMap((c, i) => [i ? " › " : "", linkTo(c, i ? localName(c) : "Things")])), heading, up && types && h("p", chips(types)), said, ...controls, ...content.flat(),
       pages.length && h("nav.line", { "aria-label": "Pages" }, pages), source(response, address)].filter(Boolean));
     if (focus) heading.focus({ preventScroll: true });
     tree(chain[0] ?? self, [...chain, self]).catch(() => {});

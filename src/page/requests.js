@@ -11,6 +11,7 @@ const originOf = (iri) => { try { return new URL(iri).origin; } catch { return "
 const isOurs = (iri) => [location.origin, robotOrigin].includes(originOf(iri));
 const local = (iri) => iri.startsWith(robotOrigin + "/") ? location.origin + iri.slice(robotOrigin.length) : iri;
 const withoutHash = (iri) => iri.split("#")[0];
+const decodedOr = (text) => { try { return decodeURIComponent(text); } catch { return text; } };
 const pathText = (iri) => { try { return decodeURIComponent(new URL(iri).pathname.slice(1)) || "Robotic Things"; } catch { return iri; } };
 
 class Unreachable extends Error {}

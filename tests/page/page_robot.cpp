@@ -4,6 +4,7 @@
 //
 //   page_robot --port N [PUBLIC BASE]
 //   page_robot --port N --tokens FILE    everybody may read, and those who have a token may do more
+//   page_robot --port N --tokens FILE --policy FILE    as the policy says
 
 #include <array>
 #include <atomic>
@@ -46,6 +47,9 @@ struct Picture {
   unsigned number = 0;
   lrt::Bytes svg;
 };
+struct Remark {
+  std::string text, status;
+};
 enum class Hinge : std::uint8_t { left, right };
 struct Opening {
   double width = 1;
@@ -59,6 +63,14 @@ struct lrt::rdf::traits<Hinge> : lrt::rdf::Enumeration<Hinge> {
   static void describe(Enumeration<Hinge>& e) {
     e.name(Hinge::left, "left").title("On the left", "en").title("Links", "de");
     e.name(Hinge::right, "right");
+  }
+};
+/// With a term that means something where the robot states it.
+template <>
+struct lrt::rdf::traits<Remark> : lrt::rdf::Record<Remark> {
+  static void describe(Record<Remark>& r) {
+    r.field("text", &Remark::text);
+    r.field(Iri{"https://w3id.org/lrt/ns#status"}, &Remark::status);
   }
 };
 template <>
@@ -202,10 +214,9 @@ int main(int argc, char** argv) {
   lrt::Options options;
   options.listen.port = static_cast<std::uint16_t>(argc >= 3 && std::string(argv[1]) == "--port" ? std::atoi(argv[2]) : 0);
   if (argc == 4) options.listen.public_base = argv[3];
-  if (argc == 5) {
-    options.security.token_file = argv[4];
-    options.security.anyone = lrt::security::Right::read | lrt::security::Right::subscribe;
-  }
+  if (argc >= 5) options.security.token_file = argv[4];
+  if (argc == 5) options.security.anyone = lrt::security::Right::read | lrt::security::Right::subscribe;
+  if (argc == 7) options.security.policy_file = argv[6];
   lrt::Server server = lrt::Server::create(options).value();
   lrt::test::SampleRobot robot;
   bool armed = false;
@@ -227,7 +238,18 @@ int main(int argc, char** argv) {
     for (const int before = stops; stops == before && !interrupted;) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     hangs = false;
   });
+  // What clients of few rights may write.
+  std::string note = "nothing yet";
+  whole.property("note", [&] { return note; }).on_write([&](std::string v) { note = std::move(v); });
+  whole.collection<Remark>("remarks").on_create([](const Remark&) {}).on_remove([](const std::string&) {});
   server.add(std::move(whole)).value();
+  lrt::WorldOptions by_clients;
+  by_clients.clients_may_create = true;
+  lrt::World board{"board", by_clients};
+  lrt::GraphOptions written;
+  written.clients_may_write = true;
+  board.graph("notes", written);
+  server.add(std::move(board)).value();
   server.add(robot.arm()).value();
   server.add(robot.tool()).value();
   Camera camera;
