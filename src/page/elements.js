@@ -25,7 +25,7 @@ const isWeb = (iri) => /^https?:[/][/]/i.test(iri) && originOf(iri) !== "";
 const linkTo = (iri, text) => h("a", { href: local(iri), title: iri }, text ?? pathText(iri));
 /// An IRI in data. The text of a link is where it leads: a resource of this robot by its path, an address elsewhere in full. Others are text.
 function iriIn(iri) {
-  if (isOurs(iri)) return linkTo(iri, `/${pathText(iri)}${decodedOr(new URL(iri).search)}${decodedOr(new URL(iri).hash)}`);
+  if (isOurs(iri)) return linkTo(iri, decodedOr(iri.slice(originOf(iri).length)));
   return isWeb(iri) ? h("a.foreign", { href: iri, title: `elsewhere: ${iri}`, rel: "noreferrer noopener" }, iri) : h("span", { title: iri }, iri);
 }
 const chips = (types) => types.map((t) => h("span.chip", { title: t }, localName(t)));
