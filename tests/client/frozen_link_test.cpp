@@ -14,6 +14,7 @@
 #include <lrt/client.hpp>
 #include <lrt/lrt.hpp>
 
+#include "src/http/robot_time.hpp"
 #include "tests/client/robot_host.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/fakes.hpp"
@@ -112,12 +113,12 @@ TEST_CASE("the client library tells its caller that a command is not confirmed, 
   const client::Robot found = client.open(robot.link.url()).value();
   const client::Property speed = found.property("base/speed").value();
   const client::Action drive = found.action("base/drive").value();
-  REQUIRE(speed.set(0.1));
+  REQUIRE(speed.write(0.1));
   REQUIRE(drive.invoke(0.2));
   for (const auto& freeze : {&FrozenLink::freeze_to_server, &FrozenLink::freeze}) {
     const std::uint64_t before = robot.late();
     (robot.link.*freeze)();
-    const Result<void> written = speed.set(0.7);
+    const Result<void> written = speed.write(0.7);
     REQUIRE_FALSE(written);
     CHECK(written.error().code == Errc::unconfirmed);
     const auto driven = drive.invoke(0.8);
@@ -136,7 +137,7 @@ TEST_CASE("the client library tells its caller that a command is not confirmed, 
   CHECK(driven.error().code == Errc::unconfirmed);
   robot.link.thaw();
   wait_until([&] { return robot.drives == 2; });
-  REQUIRE(speed.set(0.3));
+  REQUIRE(speed.write(0.3));
   CHECK(robot.drives == 2);
 }
 

@@ -52,7 +52,10 @@ class FrozenLink {
 
  private:
   struct Pair {
-    std::array<int, 2> from;  ///< the client, the server
+    Pair(int client, int server) : from{client, server} {}
+    Pair(const Pair&) = delete;
+    Pair& operator=(const Pair&) = delete;
+    const std::array<int, 2> from;  ///< the client, the server
     std::array<bool, 2> ended{};
     ~Pair() {
       for (const int descriptor : from) ::close(descriptor);
@@ -69,7 +72,7 @@ class FrozenLink {
     const int client = ::accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC);
     if (client < 0) return;
     const int server = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-    auto pair = std::make_unique<Pair>(Pair{{client, server}, {}});
+    auto pair = std::make_unique<Pair>(client, server);
     const sockaddr_in address = at(server_);
     if (::connect(server, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) return;
     pairs_.push_back(std::move(pair));
