@@ -14,7 +14,7 @@ inline namespace v0 {
 bool requires_expiry(const Resource& resource) noexcept {
   using security::Right;
   const Right right = resource.kind().right_to_change;
-  if (!resource.thing || (right != Right::write && right != Right::invoke) || resource.kind().is(Trait::stop)) return false;
+  if (!resource.thing || resource.kind().is(Trait::stop) || (right != Right::write && right != Right::invoke && right != Right::release)) return false;
   if (resource.kind().is(Trait::requires_expiry)) return true;
   for (const ThingNode* thing = resource.thing; thing; thing = thing->parent)
     if (thing->spec->requires_expiry) return true;
@@ -53,7 +53,7 @@ std::optional<http::Response> CommandRules::lacks_expiry(const Context& context)
 }
 
 SharedCheck CommandRules::judge_before_call(const Context& context) const {
-  if (always_passes(context)) return nullptr;
+  if (!context.resource || always_passes(context)) return nullptr;
   const Resource& resource = *context.resource;
   const model::ResourceSpec* const command = resource.command();
   auto stops = command ? holds_of(*resource.thing, *command) : std::vector<std::shared_ptr<const StopHold>>();

@@ -11,7 +11,6 @@
 #include "src/engine/resources/property.hpp"
 #include "src/engine/resources/thing.hpp"
 #include "src/engine/responses.hpp"
-#include "src/http/robot_time.hpp"
 #include "src/model/spec.hpp"
 
 namespace lrt::engine {
@@ -78,27 +77,12 @@ http::Response stop_refusal(const Context& context, const Responses& responses, 
   return responses.problem(context, {409, std::move(detail), {}, std::string(vocab::lrt_::Stopped.text)});
 }
 
-http::Response needs_expiry(const Context& context, const Responses& responses) {
-  const std::string url = responses.iri(context, context.resource->path);
-  const std::string field(http::robot_time_field), until(http::valid_until_field);
-  return responses.problem(
-      context,
-      {428,
-       "a release must say until when it is valid, so that it cannot arrive late. Take the field " + field +
-           " of a response of this server, add milliseconds to the number in it, and send it as " + until + ": t=$(curl -sI " + url +
-           " | tr -d '\\r' | sed -n 's/^" + field + ": //p'); curl -X POST -H \"" + until + ": ${t%/*}/$((${t#*/} + 2000))\" " + url,
-       {},
-       std::string(http::expiry_required_type)});
-}
-
 }  // namespace
 
 std::optional<http::Response> judge_stop(const Context& context, const Responses& responses) {
   const Resource& resource = *context.resource;
   const model::ResourceSpec* const command = resource.command();
-  if (!command) return std::nullopt;
-  if (is_release(*command)) return context.expiry.valid_until ? std::nullopt : std::optional(needs_expiry(context, responses));
-  const StopState* const state = may_move(*command) ? refused_by(*resource.thing) : nullptr;
+  const StopState* const state = command && may_move(*command) ? refused_by(*resource.thing) : nullptr;
   if (!state) return std::nullopt;
   return stop_refusal(context, responses, "this was not carried out: " + stop_sentence(*state, context, responses));
 }
