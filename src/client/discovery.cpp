@@ -252,6 +252,9 @@ Thing Discovery::thing_of(const Found& found) const {
         name(part(thing.properties_, thing.url(), std::string(predicate)).names_, graph, t.object, predicate);
     }
   }
+  if (const auto stop = graph.find(vocab::lrt_::stop))
+    for (const Triple& t : graph.match(self, *stop, std::nullopt))
+      for (Action& action : thing.actions_) action.is_stop_ = action.is_stop_ || action.url_ == document_of(graph.term(t.object).text);
   // Resources that are linked by a Link field only.
   for (const std::string& target : found.related) {
     const auto read = found_.find(std::string(document_of(target)));

@@ -72,6 +72,12 @@ Result<std::string> read_token(const std::string& file) {
   return token;
 }
 
+/// CommandTime::end() of each thread.
+Instant& end_of_command() noexcept {
+  thread_local Instant end = Instant::max();
+  return end;
+}
+
 /// What its sender is told of a command that was sent, or in part.
 std::string not_confirmed(const Request& request) {
   const bool expires = field_of(request, http::valid_until_field) != nullptr;
@@ -97,6 +103,7 @@ class HttpClientImpl final : public HttpClient {
   Result<Response> send(const Request& given) override {
     Request request = given;
     WaitLimit limit{std::chrono::steady_clock::now() + options_.limits.response_time, stop_descriptor_};  // of all redirects together
+    if (is_safe(request.method)) limit.until = std::min(limit.until, CommandTime::end());
     if (Result<void> limited = set_life(request, limit); !limited) return unexpected(std::move(limited).error());
     bool has_new_token = false, is_elsewhere = false;
     for (unsigned redirects = 0;;) {
@@ -181,11 +188,12 @@ class HttpClientImpl final : public HttpClient {
  private:
   /// Gives a command the time until which it is worth carrying out, and its sender a limit to wait for the response.
   Result<void> set_life(Request& request, WaitLimit& limit) {
-    const auto life = request.life.value_or(options_.command_life);
+    auto life = request.life.value_or(options_.command_life);
     if (life.count() <= 0 || !is_command(request) || field_of(request, http::valid_until_field)) return {};
     const Result<http::Url> url = http::parse_url(request.url);
     if (!url) return {};  // send() says what is wrong with it
     const Instant begin = std::chrono::steady_clock::now();
+    life = std::min(life, std::chrono::duration_cast<std::chrono::milliseconds>(CommandTime::end() - begin));
     const std::string origin = url->origin();
     if (times_.must_ask(origin, url->target, life, begin)) {
       const Request question{"OPTIONS", request.url, {}, {}};
@@ -325,6 +333,12 @@ class HttpClientImpl final : public HttpClient {
 };
 
 }  // namespace
+
+CommandTime::CommandTime(std::chrono::milliseconds life) noexcept : before_(end_of_command()) {
+  if (life.count() > 0) end_of_command() = std::min(before_, std::chrono::steady_clock::now() + life);
+}
+CommandTime::~CommandTime() { end_of_command() = before_; }
+Instant CommandTime::end() noexcept { return end_of_command(); }
 
 Result<std::shared_ptr<HttpClient>> HttpClient::create(const Options& options) {
   const Identity& identity = options.identity;

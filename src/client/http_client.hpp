@@ -23,6 +23,21 @@ inline namespace v0 {
 
 class RobotTimes;
 
+/// While it exists, all requests of this thread are parts of one command, and end within its life: what has to be read before it is sent, too.
+class LRT_INTERNAL_API CommandTime {
+ public:
+  /// @param life  0: without a limit
+  explicit CommandTime(std::chrono::milliseconds life) noexcept;
+  ~CommandTime();
+  CommandTime(const CommandTime&) = delete;
+  CommandTime& operator=(const CommandTime&) = delete;
+  /// The end of the command of this thread; the latest of all times: there is none.
+  static std::chrono::steady_clock::time_point end() noexcept;
+
+ private:
+  const std::chrono::steady_clock::time_point before_;
+};
+
 /// Sends requests, within the limits of the options: connections, TLS, names, identity, redirects.
 /// @par Threads  Any. send() blocks the calling thread, which must not be a control loop.
 class LRT_INTERNAL_API HttpClient {

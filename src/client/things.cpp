@@ -383,6 +383,7 @@ Result<bool> Property::is_writable() const {
 }
 
 Result<void> Property::write(const rdf::Type& type, const rdf::Value& value, const WriteOptions& options) const {
+  const CommandTime time(session_->options().command_life);
   const Result<std::optional<Shape>> shape = this->shape();
   if (!shape) return unexpected(shape.error());
   std::optional<lrt::Unit> declared = *shape ? required_unit(**shape) : std::nullopt;
@@ -398,6 +399,7 @@ Result<void> Property::write(const rdf::Type& type, const rdf::Value& value, con
 }
 
 Result<void> Property::write(const Graph& graph, TermId focus, const WriteOptions& options) const {
+  const CommandTime time(session_->options().command_life);
   const Result<std::optional<Shape>> shape = session_->options().validate ? this->shape() : std::optional<Shape>();
   if (!shape) return unexpected(shape.error());
   return put(graph, focus, *shape, options);
@@ -545,9 +547,14 @@ Result<std::vector<std::string>> Action::invocations() const {
   return (*found)->objects(vocab::lrt_::invocation);
 }
 
-Result<Invocation> Action::invoke(const InvokeOptions& options) const { return send(nullptr, options); }
+Result<Invocation> Action::invoke(const InvokeOptions& options) const {
+  if (is_stop_) return stop(options);
+  const CommandTime time(session_->options().command_life);
+  return send(nullptr, options);
+}
 
 Result<Invocation> Action::invoke(const rdf::Type& type, const rdf::Value& input, const InvokeOptions& options) const {
+  const CommandTime time(session_->options().command_life);
   const Result<std::optional<Shape>> shape = input_shape();
   if (!shape) return unexpected(shape.error());
   const Result<lrt::Unit> unit = agreed_unit(options.unit, *shape ? required_unit(**shape) : std::nullopt);
@@ -558,6 +565,7 @@ Result<Invocation> Action::invoke(const rdf::Type& type, const rdf::Value& input
 }
 
 Result<Invocation> Action::invoke(const Graph& input, TermId focus, const InvokeOptions& options) const {
+  const CommandTime time(session_->options().command_life);
   const Result<std::optional<Shape>> shape = session_->options().validate ? input_shape() : std::optional<Shape>();
   if (!shape) return unexpected(shape.error());
   if (Result<void> good = judged(*session_, input, focus, *shape); !good) return unexpected(std::move(good).error());
@@ -594,20 +602,34 @@ Result<Invocation> Action::send(const Graph* input, const InvokeOptions& options
   }
   const Result<Response> response = input ? send_graph(*session_, request, *input) : session_->http().send(request);
   if (!response) return unexpected(response.error());
-  session_->forget(url_);
-  if (!response->ok()) return unexpected(error_of(*response, request.method, request.url));
+  return invoked(*response, request.method, uses_own_terms((*found)->graph));
+}
 
+/// A stop of an lrt server is a POST to its URL without a body. Nothing is read before it: that could be what a link delays.
+Result<Invocation> Action::stop(const InvokeOptions& options) const {
+  Request request{"POST", url_, {{"Accept", session_->accept()}}, {}, milliseconds(0)};
+  if (options.async) request.fields.emplace_back("Prefer", "respond-async");
+  request.fields.insert(request.fields.end(), options.fields.begin(), options.fields.end());
+  const Result<Response> response = session_->http().send(request);
+  if (!response) return unexpected(response.error());
+  return invoked(*response, request.method, true);
+}
+
+/// What a response says of the invocation.
+Result<Invocation> Action::invoked(const Response& response, const std::string& method, bool states_status) const {
+  session_->forget(url_);
+  if (!response.ok()) return unexpected(error_of(response, method, response.url));
   Invocation invocation;
   invocation.session_ = session_;
-  if (const auto location = response->fields.find("Location")) {
-    Result<std::string> url = iri::resolve(response->url, *location);
+  if (const auto location = response.fields.find("Location")) {
+    Result<std::string> url = iri::resolve(response.url, *location);
     if (url && same_origin(*url, url_)) invocation.url_ = *std::move(url);
   }
-  if (response->status == 200 && !response->body.empty()) {
-    if (Result<RepresentationPtr> read = read_representation(*response, session_->options())) invocation.ended_.representation = *std::move(read);
+  if (response.status == 200 && !response.body.empty()) {
+    if (Result<RepresentationPtr> read = read_representation(response, session_->options())) invocation.ended_.representation = *std::move(read);
   }
-  if (response->status != 202) invocation.ended_.status = Invocation::Status::succeeded;
-  invocation.states_status_ = uses_own_terms((*found)->graph);
+  if (response.status != 202) invocation.ended_.status = Invocation::Status::succeeded;
+  invocation.states_status_ = states_status;
   return invocation;
 }
 

@@ -116,14 +116,18 @@ TEST_CASE("the client library tells its caller that a command is not confirmed, 
   REQUIRE(speed.write(0.1));
   REQUIRE(drive.invoke(0.2));
   for (const auto& freeze : {&FrozenLink::freeze_to_server, &FrozenLink::freeze}) {
+    REQUIRE(drive.get());  // so that the command has nothing to read first
     const std::uint64_t before = robot.late();
     (robot.link.*freeze)();
-    const Result<void> written = speed.write(0.7);
-    REQUIRE_FALSE(written);
-    CHECK(written.error().code == Errc::unconfirmed);
     const auto driven = drive.invoke(0.8);
     REQUIRE_FALSE(driven);
     CHECK(driven.error().code == Errc::unconfirmed);
+    const Result<void> written = speed.write(0.7);  // reads first how it is written
+    REQUIRE_FALSE(written);
+    CHECK(written.error().code == Errc::timed_out);
+    const auto sent = client.send({"PUT", speed.url(), {{"Content-Type", "application/json"}}, "0.7"});
+    REQUIRE_FALSE(sent);
+    CHECK(sent.error().code == Errc::unconfirmed);
     robot.clock.advance(milliseconds(1'000));
     robot.link.thaw();
     wait_until([&] { return robot.late() == before + 2; });
@@ -131,6 +135,7 @@ TEST_CASE("the client library tells its caller that a command is not confirmed, 
   CHECK(robot.writes == 1);
   CHECK(robot.drives == 1);
   // The response is frozen: it was carried out, once, and its sender does not know.
+  REQUIRE(drive.get());
   robot.link.freeze_to_client();
   const auto driven = drive.invoke(0.9);
   REQUIRE_FALSE(driven);

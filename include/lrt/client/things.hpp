@@ -262,7 +262,8 @@ class LRT_API Action {
   Result<RepresentationPtr> get() const;
 
   /// Invokes it by the method, the URL and the header fields of its binding (paper 5.4); without a binding by a POST to
-  /// its URL.
+  /// its URL. All that takes at most Options::command_life, also what is read for it. A stop of an lrt server that
+  /// Client::open() has found is sent at once, without reading anything, and waits for Limits::response_time.
   /// @par Errors  expected_value: the input does not conform to the published shape, and nothing was sent; refused
   ///              (403, 409), expected_value (400, 422), unknown_path (404), limit_exceeded (429, 503), failed (5xx),
   ///              each with the server's reason; and those of the exchange
@@ -301,12 +302,15 @@ class LRT_API Action {
   friend class lrt::Client;
   Action() = default;
   Result<std::vector<std::string>> classes_of(Iri predicate) const;
+  Result<Invocation> stop(const InvokeOptions& options) const;
+  Result<Invocation> invoked(const Response& response, const std::string& method, bool states_status) const;
   Result<Invocation> send(const rdf::Graph* input, const InvokeOptions& options) const;
 
   std::shared_ptr<Session> session_;
   std::string url_;
   Names names_;
   std::shared_ptr<const Declared> declared_;
+  bool is_stop_ = false;  ///< its Thing says so
 };
 
 /// A Thing that Client::open() has found. Its links and types are those of that time; see Robot::refresh().

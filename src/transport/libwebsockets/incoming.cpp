@@ -25,6 +25,8 @@ constexpr std::string_view other_names[] = {
     "prefer:",
     "lrt-notification-of:",
     "last-event-id:",
+    "start-before:",
+    "valid-until:",
     "user-agent:",
     "access-control-request-method:",
     "access-control-request-private-network:",
