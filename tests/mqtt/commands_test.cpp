@@ -17,7 +17,9 @@
 
 #include "tests/mqtt/broker.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/fakes.hpp"
 #include "tests/support/folder.hpp"
+#include "tests/support/frozen_link.hpp"
 
 using namespace lrt;
 using namespace lrt::test;
@@ -247,6 +249,36 @@ TEST_CASE("retained commands are not carried out", "[mqtt]") {
   Client client(broker, arm);
   CHECK(arm.command(client.watcher, "put/arm/speed", "1").property("status") == "204");
   CHECK(arm.bridge->counters().commands == 1);
+}
+
+TEST_CASE("a command that a frozen link to the broker delays is not carried out, and its sender is told", "[mqtt][expiry]") {
+  if (!has_mosquitto()) return;
+  Mosquitto broker;
+  FrozenLink link(broker.port());
+  FakeClock clock;
+  Arm arm(
+      link.port(), [](mqtt::Options& o) { o.commands.token = operator_token; }, [&](lrt::Options& o) { o.clock = &clock; });
+  Client client(broker, arm);
+  client.watcher.subscribe("robots/r1/ns/time");
+  arm.until(client.watcher, [&] { return client.watcher.newest("robots/r1/ns/time").has_value(); });
+  const std::string time = client.watcher.payload("robots/r1/ns/time");
+  const std::size_t slash = time.find('/');
+  const std::string until = time.substr(0, slash + 1) + std::to_string(std::stoull(time.substr(slash + 1)) + 1'000);
+  Watcher::Properties by_user;
+  by_user.response_topic = "replies/c1";
+  by_user.user.emplace_back("valid-until", until);
+  Watcher::Properties by_payload;
+  by_payload.response_topic = "replies/c1";
+  link.freeze_to_client();
+  client.watcher.publish("robots/r1/ns/put/arm/speed", "5", by_user);
+  client.watcher.publish("robots/r1/ns/put/arm/speed", "{\"validUntil\":\"" + until + "\",\"value\":6}", by_payload);
+  clock.advance(seconds(12));
+  link.thaw();
+  const auto late = [](const Watcher::Message& m) { return m.property("status") == "412"; };
+  arm.until(client.watcher, [&] { return std::count_if(client.watcher.messages.begin(), client.watcher.messages.end(), late) == 2; });
+  CHECK(arm.speed == 2);
+  CHECK(arm.command(client.watcher, "put/arm/speed", "3").property("status") == "204");
+  CHECK(arm.speed == 3);
 }
 
 TEST_CASE("too many commands at once get 503", "[mqtt]") {

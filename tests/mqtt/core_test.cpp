@@ -18,6 +18,7 @@
 #include <lrt/lrt.hpp>
 #include <lrt/transport/loopback.hpp>
 
+#include "src/http/robot_time.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/fakes.hpp"
 #include "tests/support/folder.hpp"
@@ -108,6 +109,7 @@ struct Bench {
     Thing arm{"arm"};
     a = arm.property<double>("a");
     b = arm.property<double>("b");
+    a.on_write([this](double value) { written.push_back(value); });
     server->add(std::move(arm)).value();
     a.publish(1);
     b.publish(2);
@@ -137,6 +139,7 @@ struct Bench {
   lrt::test::FakeClock clock;
   std::optional<Server> server;
   PushedProperty<double> a, b;
+  std::vector<double> written;
   Wire wire;
   std::unique_ptr<BridgeCore> core;
   BridgeCore::Instant now{std::chrono::hours(1)};
@@ -545,6 +548,94 @@ TEST_CASE("messages from the broker without commands are dropped", "[mqtt]") {
   bench.turns();
   CHECK(bench.core->counters().dropped_commands == 1);
   CHECK(bench.core->counters().commands == 0);
+}
+
+namespace {
+
+/// A robot that takes commands.
+struct Commanded : Bench {
+  explicit Commanded(milliseconds interval = seconds(1))
+      : Bench([interval](mqtt::Options& o) {
+          o.commands.enabled = o.commands.allow_unprotected = true;
+          o.commands.time_interval = interval;
+        }) {
+    turns();
+  }
+  /// The stamp of now and a time.
+  std::string in(milliseconds time) {
+    http::RobotTime stamp = *http::RobotTime::parse(core->feed().robot_time());
+    stamp.milliseconds += static_cast<std::uint64_t>(time.count());
+    return stamp.text();
+  }
+  /// The status of the response to a write of `a`.
+  std::string status(const std::string& payload, UserProperties user = {}, std::optional<seconds> expiry = {}) {
+    InMessage message;
+    message.topic = "r/ns/put/arm/a";
+    message.payload = payload;
+    message.user = std::move(user);
+    message.response_topic = "replies/me";
+    message.expiry = expiry;
+    wire.incoming.push_back(message);
+    turns(20);
+    const OutMessage* const response = wire.newest("replies/me");
+    REQUIRE(response);
+    std::string found;
+    for (const auto& [name, value] : response->user) {
+      if (name == "status") found = value;
+      if (name == "robot-time") CHECK(http::RobotTime::parse(value));
+    }
+    if (found == "412") CHECK(response->payload->find("LateCommand") != std::string::npos);
+    return found;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("a command says until when it is valid in a user property, or in its payload", "[mqtt][expiry]") {
+  Commanded robot;
+  const std::string late = robot.in(milliseconds(0)), soon = robot.in(std::chrono::hours(1));
+  robot.turns();
+  CHECK(robot.status("1") == "204");
+  CHECK(robot.status("2", {{"valid-until", soon}}) == "204");
+  CHECK(robot.status("3", {{"valid-until", late}}) == "412");
+  CHECK(robot.status("3", {{"valid-until", "0000000000000000/99999999999"}}) == "412");
+  CHECK(robot.status("3", {{"valid-until", "soon"}}) == "400");
+  CHECK(robot.status("3", {{"valid-until", soon}, {"valid-until", soon}}) == "400");
+  CHECK(robot.status(R"({"validUntil":")" + soon + R"(","value":4})") == "204");
+  CHECK(robot.status(R"( { "validUntil" : ")" + soon + R"(" , "value" : 5 } )") == "204");
+  CHECK(robot.status(R"({"validUntil":")" + late + R"(","value":6})") == "412");
+  CHECK(robot.status(R"({"validUntil":"soon","value":6})") == "400");
+  CHECK(robot.status(R"({"validUntil":")" + soon + R"("})").substr(0, 1) == "4");  // no value is left
+  CHECK(robot.status(R"({"validUntil":")" + soon + R"(","value":6)").substr(0, 1) == "4");
+  CHECK(robot.written == std::vector<double>{1, 2, 4, 5});
+}
+
+TEST_CASE("the message expiry of a command counts, whichever is earlier", "[mqtt][expiry]") {
+  Commanded robot;
+  CHECK(robot.status("1", {}, seconds(60)) == "204");
+  CHECK(robot.status("2", {}, seconds(0)) == "412");
+  CHECK(robot.status("2", {{"valid-until", robot.in(std::chrono::hours(1))}}, seconds(0)) == "412");
+  CHECK(robot.status("2", {{"valid-until", robot.in(milliseconds(0))}}, seconds(60)) == "412");
+  CHECK(robot.written == std::vector<double>{1});
+}
+
+TEST_CASE("a robot that takes commands says its time", "[mqtt][expiry]") {
+  Commanded robot;
+  const auto times = [&] {
+    return std::count_if(robot.wire.sent.begin(), robot.wire.sent.end(), [](const OutMessage& m) { return m.topic == "r/ns/time"; });
+  };
+  CHECK(times() == 1);
+  CHECK(robot.turn() <= milliseconds(1'000));
+  robot.turn(milliseconds(999));
+  CHECK(times() == 1);
+  robot.turn(milliseconds(1));
+  CHECK(times() == 2);
+  const OutMessage& last = *robot.wire.newest("r/ns/time");
+  CHECK(http::RobotTime::parse(*last.payload));
+  CHECK_FALSE(last.retain);
+  Commanded quiet(milliseconds(0));
+  quiet.turn(seconds(10));
+  CHECK_FALSE(quiet.wire.newest("r/ns/time"));
 }
 
 TEST_CASE("by default the newest values are retained, and each change of an invocation is sent with QoS 1", "[mqtt]") {
