@@ -160,8 +160,9 @@ Result<Robot> Discovery::run() {
       found.kind = kind_of(representation.graph, *representation.focus);
     if (found_.empty()) {
       start_ = representation.url;  // after redirects
-      if (const std::vector<std::string> documents = representation.targets(structure_relation);
-          !documents.empty() && same_origin(documents.front(), start_)) {
+      std::vector<std::string> documents = representation.objects(Iri(structure_relation));
+      if (documents.empty()) documents = representation.targets(structure_relation);
+      if (!documents.empty() && same_origin(documents.front(), start_)) {
         Result<std::optional<Robot>> robot = session_->structures().follow(given_, start_, documents.front(), requests_);
         if (!robot) return unexpected(std::move(robot).error());
         if (*robot) return **std::move(robot);

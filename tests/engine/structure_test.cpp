@@ -210,7 +210,7 @@ TEST_CASE("pages have the languages of the whole document", "[engine]") {
   options.max_page_members = 1;
   Bench bench{options};
   add_joints(bench, 50);
-  Thing last{"zone"};
+  Thing last{"cell/zone"};
   last.title("Zone", "en").title("Bereich", "de");
   bench.add(std::move(last));
   CHECK(contains(structure_of(bench, "?page=3", "Accept-Language: de\n"), R"("title":"Bereich")"));

@@ -28,6 +28,7 @@ from graph_store import GraphStore  # noqa: E402
 from robot_process import PATIENCE, Program, Receiver, Robot, http_request, until  # noqa: E402
 
 LRT = SOURCE = MOBILE_BASE = None
+CACHE = tempfile.TemporaryDirectory()  # of what robots are
 LONG = "-120"  # degrees: to the other end of the joint's range, two seconds
 UUID = r"[0-9a-f]{8}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{12}"
 
@@ -35,7 +36,7 @@ UUID = r"[0-9a-f]{8}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{12}"
 def environment(url=None, **more):
     names = ("LRT_ROBOT", "LRT_TOKEN_FILE", "LRT_PASSWORD", "NO_COLOR", "LC_CTYPE", "LANG")
     env = {k: v for k, v in os.environ.items() if k not in names}
-    env.update({"LC_ALL": "C.UTF-8", "TERM": "xterm-256color", "PATH": os.path.dirname(LRT) + ":" + env["PATH"]}, **more)
+    env.update({"XDG_CACHE_HOME": CACHE.name, "LC_ALL": "C.UTF-8", "TERM": "xterm-256color", "PATH": os.path.dirname(LRT) + ":" + env["PATH"]}, **more)
     if url:
         env["LRT_ROBOT"] = url
     return env

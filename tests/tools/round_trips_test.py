@@ -8,6 +8,7 @@ usage: round_trips_test.py [--times] LRT BAXTER LARGE_ROBOT [URDF_ROBOT SHARED]
 
 import json
 import os
+import resource
 import signal
 import stat
 import subprocess
@@ -142,31 +143,35 @@ def later(url_of):
             assert len(command.run("ls")[1]) == 1
 
 
-def seconds(command, *words):
+def measured(command, *words):
+    """Time, processor time, and requests. Of watch: to the first value."""
     command.proxy.take()
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
     begin = time.monotonic()
-    if words[0] == "watch":  # to the first value
-        with subprocess.Popen([LRT, *words], stdout=subprocess.PIPE, text=True, env=command.env) as process:
-            assert process.stdout.readline()
-            end = time.monotonic()
+    with subprocess.Popen([LRT, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=command.env) as process:
+        if words[0] == "watch":
+            process.stdout.readline()
+            end, requests = time.monotonic(), command.proxy.take()
             process.send_signal(signal.SIGINT)
-            process.stdout.read()
-        requests = command.proxy.take()
-    else:
-        _, requests = command.run(*words)
-        end = time.monotonic()
-    return f"{(end - begin) * 1000:6.0f} ms {len(requests):4}"
+            process.communicate(timeout=600)
+        else:
+            process.communicate(timeout=600)
+            end, requests = time.monotonic(), command.proxy.take()
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    failed = " failed" if process.returncode not in (0, 130) else ""
+    return f"{(end - begin) * 1000:.0f} ms, {cpu * 1000:.0f} ms, {len(requests)}{failed}"
 
 
-def table(name, url, thing, property_, number, action):
-    for round_trip in (0.03, 0.2):
+def table(name, url, thing, property_, number, action, round_trips):
+    for round_trip in round_trips:
         with DelayProxy(url, round_trip) as proxy:
             rows = [("ls",), ("ls", "-l"), ("ls", thing), ("get", property_), ("set", property_, number), ("watch", property_),
                     ("invoke", "--async", action, number), ("__complete", "get", property_[:-2])]
             for words in rows:
                 with tempfile.TemporaryDirectory() as folder:
                     command = Command(proxy, folder)
-                    first, second = seconds(command, *words), seconds(command, *words)
+                    first, second = measured(command, *words), measured(command, *words)
                     print(f"| {name} | {round_trip * 1000:.0f} ms | {' '.join(words)} | {first} | {second} |", flush=True)
 
 
@@ -180,20 +185,21 @@ def main():
         return Program(large, str(things), str(properties))
 
     if times:
-        print("| robot | round trip | command | first: time, requests | second: time, requests |\n|---|---|---|---|---|")
+        print("| robot | round trip | command | first: time, processor time, requests | second |\n|---|---|---|---|---|")
+        round_trips = [float(t) for t in os.environ.get("LRT_ROUND_TRIPS", "0.03,0.2").split(",")]
         with Robot() as robot:
-            table("Baxter", robot.url, "right_s1", "right_s1/position", "0.1", "right_s1/rotate")
+            table("Baxter", robot.url, "right_s1", "right_s1/position", "0.1", "right_s1/rotate", round_trips)
         shared = words[times + 4] if len(words) > times + 4 else ""
         pr2 = os.path.join(shared, "robots", "urdf", "pr2.urdf")
         if os.path.exists(pr2):
             with Program(words[times + 3], pr2, "--port", "0") as robot:
-                table("PR2", robot.url, "head_pan_joint", "head_pan_joint/position", "0.1", "head_pan_joint/move")
+                table("PR2", robot.url, "head_pan_joint", "head_pan_joint/position", "0.1", "head_pan_joint/move", round_trips)
         else:
             print(f"skipped: no PR2, because there is no {pr2}")
         with robot_of(100, 100) as robot:
-            table("100 x 100", robot.url, "joint7", "joint7/p42", "1", "joint7/turn")
+            table("100 x 100", robot.url, "joint7", "joint7/p42", "1", "joint7/turn", round_trips)
         with robot_of(1, 10_000) as robot:
-            table("1 x 10,000", robot.url, "joint0", "joint0/p42", "1", "joint0/turn")
+            table("1 x 10,000", robot.url, "joint0", "joint0/p42", "1", "joint0/turn", round_trips)
         return
     with Robot() as robot:
         counts(robot.url, "right_s1", "right_s1/position", "0.1", "right_s1/rotate")

@@ -76,7 +76,7 @@ struct Options {
   ThreadOptions threads;                     ///< of the threads of the client
   LogCallback log;                           ///< debug: each request with its status, "GET http://robot/arm: 200"
   rdf::Contexts contexts;                    ///< JSON-LD contexts of others, to which representations may refer; none is fetched
-  /// Where what robots are (their structure documents, SPEC 3.20) is kept for the next program: a folder of its own, for which this client makes files
+  /// Where what robots are (their structure documents, SPEC 3.24) is kept for the next program: a folder of its own, for which this client makes files
   /// that only its owner can read. It is made if necessary; 64 documents and 64 MiB at most. Each is asked for again by one conditional request, and is
   /// used for the same robot and the same identity only. Empty: they are kept in memory.
   std::string cache_folder;

@@ -49,7 +49,7 @@ struct Names {
   std::vector<std::string> predicates{};  ///< predicates from its Thing to it, without hybrit:property and hybrit:action
 };
 
-/// What a server says of a Property or an Action in its structure document (SPEC 3.20), without its value. Robots that were opened by links have none.
+/// What a server says of a Property or an Action in its structure document (SPEC 3.24), without its value. Robots that were opened by links have none.
 struct Declared {
   rdf::Words words{};                  ///< title and description; without a language: in that of the server's choice
   std::string datatype{};              ///< IRI: of a number, text and so on, or of the members of a list; empty: it has several, or none

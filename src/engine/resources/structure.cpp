@@ -256,24 +256,18 @@ bool StructureResource::select(const ThingNode& one, const Audience& audience, E
   return whole || entry.size() > 1;
 }
 
-/// Each Thing of the document, parents before children, with the number of its page.
+/// Each Thing of the document, breadth first, with the number of its page.
 void StructureResource::for_each(const Audience& audience, FunctionRef<void(const Entry&, std::size_t page)> visit) const {
   const std::size_t max = page_factor * options_.max_page_members;
   std::size_t page = 1, on_page = 0;
-  std::vector<std::pair<const ThingNode*, const ThingNode*>> open;  // with the nearest above that is in the document; the next one last
-  const auto add = [&](const auto& things, const ThingNode* parent) {
-    const std::size_t first = open.size();
-    for (const ThingNode* t : things) open.emplace_back(t, parent);
-    std::reverse(open.begin() + static_cast<std::ptrdiff_t>(first), open.end());
-  };
-  add(registry_.roots(), nullptr);
-  while (!open.empty()) {
-    const auto [one, parent] = open.back();
-    open.pop_back();
+  std::vector<std::pair<const ThingNode*, const ThingNode*>> all;  // with the nearest above that is in the document
+  for (const ThingNode* root : registry_.roots()) all.emplace_back(root, nullptr);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const auto [one, parent] = all[i];
     Entry entry;
     entry.parent = parent;
     const bool is_in = select(*one, audience, entry);
-    add(one->children, is_in ? one : parent);
+    for (const ThingNode* child : one->children) all.emplace_back(child, is_in ? one : parent);
     if (!is_in) continue;
     if (on_page != 0 && on_page + entry.size() > max) ++page, on_page = 0;
     on_page += entry.size();

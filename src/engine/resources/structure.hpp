@@ -25,7 +25,7 @@ struct EngineOptions;
 /// The relation from the list of Things to the structure document.
 inline constexpr Iri structure_term("https://w3id.org/lrt/ns#structure");
 
-/// "/ns/structure": what the robot is, without its values (SPEC 3.20). One document instead of one for each Thing, so that a client knows all names,
+/// "/ns/structure": what the robot is, without its values (SPEC 3.24). One document instead of one for each Thing, so that a client knows all names,
 /// types and units after one request and need not ask again until something is added or removed: its entity tag depends on nothing else.
 ///
 /// Things that look the same share the description of their resources. "Look the same" is judged by what the audience sees, so that no name, number
