@@ -189,16 +189,17 @@ void States::report(const std::vector<std::string>& added) {
 void States::sent(ActionResource& stop, const Context& context) {
   if (!stop.thing->stop_state) return;
   Watched& state = *find(Ref(stop.thing->stop_state->shown));
-  const bool was_known = state.hold->latched || state.hold->reported == Word::stopped;
+  const bool was_known = state.value.stopped && (state.hold->latched || state.hold->reported == Word::stopped);
   state.hold->latched = true;
   ++state.open_stops;
   state.confirms = no_answer;
   state.is_unconfirmed = false;
-  if (!was_known || !state.value.stopped)
+  if (!was_known) {  // a further stop costs nothing
     state.value = {true, rounded(context.now.utc), context.audience.principal ? context.audience.principal->name : std::string(by_somebody)};
-  parts_.calls.inbox()->put([this, ref = Ref(state.shown)](TimePoint now) {
-    if (Watched* const s = find(ref)) show(*s, now);
-  });
+    parts_.calls.inbox()->put([this, ref = Ref(state.shown)](TimePoint now) {
+      if (Watched* const s = find(ref)) show(*s, now);
+    });
+  }
   if (!state.release) return;
   // A release that was sent before does not end this stop. If its lambda may run now, the host may say afterwards that nothing is stopped.
   const auto& open = state.release->invocations;

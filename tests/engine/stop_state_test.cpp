@@ -483,6 +483,18 @@ TEST_CASE("a stop without principals is by somebody, and the first stop gives it
   CHECK(robot.state().find(R"("since":"2026-11-21T10:38:39.15Z","by":"somebody")") != std::string::npos);
 }
 
+TEST_CASE("further stops of a robot that is stopped change nothing that is kept or seen", "[engine][stop]") {
+  Robot robot;
+  robot.wait();
+  robot.stop();
+  robot.wait();
+  const auto before = robot.bench.engine.structure();
+  for (int i = 0; i < 5; ++i) CHECK(robot.stop().status == 204);
+  robot.wait();
+  CHECK(robot.bench.engine.structure() == before);
+  CHECK(robot.stops == 6);
+}
+
 TEST_CASE("a stop above stops what is below, and each is released by itself", "[engine][stop]") {
   Bench bench;
   bool base_flag = false, arm_flag = false;
