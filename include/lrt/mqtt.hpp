@@ -34,6 +34,7 @@ enum class Kind : std::uint8_t {
   action,      ///< its description, its invocations and its availability
   thing,       ///< its description
   other,       ///< collections and all other observable resources
+  control,     ///< who has control of a Thing (Thing::control())
 };
 
 /// Which resources are published, and how. For each resource the first publication that matches it is used.

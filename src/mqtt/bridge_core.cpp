@@ -38,6 +38,7 @@ Kind kind_of(std::string_view kind) noexcept {
   if (kind == "invocation") return Kind::invocation;
   if (kind == "action") return Kind::action;
   if (kind == "thing") return Kind::thing;
+  if (kind == "control") return Kind::control;
   return Kind::other;
 }
 
@@ -152,7 +153,7 @@ std::string url_of(const Broker& broker) {
 
 std::vector<Publication> default_publications() {
   Publication values;
-  values.kinds = {Kind::property, Kind::state};
+  values.kinds = {Kind::property, Kind::state, Kind::control};
   values.retain = true;
   Publication invocations;
   invocations.kinds = {Kind::invocation};
@@ -444,7 +445,7 @@ std::vector<Statement> BridgeCore::statements_of(const engine::ObservableResourc
   all.push_back({std::string(vocab::lrt_::mqttTopic.text), Object(topic)});
   if (options_.commands.enabled && kind_of(resource.kind) == Kind::property)
     all.push_back({std::string(vocab::lrt_::mqttCommandTopic.text), Object(topics_.of(Topics::Command::put, resource.path))});
-  if (options_.commands.enabled && kind_of(resource.kind) == Kind::action)
+  if (options_.commands.enabled && (kind_of(resource.kind) == Kind::action || kind_of(resource.kind) == Kind::control))
     all.push_back({std::string(vocab::lrt_::mqttCommandTopic.text), Object(topics_.of(Topics::Command::post, resource.path))});
   return all;
 }

@@ -237,3 +237,33 @@ TEST_CASE("a holder that was stopped knows that it has lost control, and cannot 
   CHECK(base.speed == 0);
   CHECK(control.is_held());
 }
+
+TEST_CASE("no lease survives a restart of the server, and its holder is told", "[client]") {
+  const auto make = [](std::uint16_t port) {
+    Options options;
+    options.listen.port = port;
+    options.threads.dispatch = Dispatch::io_thread;
+    Server server = Server::create(std::move(options)).value();
+    Thing thing{"base"};
+    thing.control();
+    thing.property("drive", [] { return 0.0; }).on_write([](double) {});
+    server.add(std::move(thing)).value();
+    return server;
+  };
+  std::optional<Server> server(make(0));
+  const std::uint16_t port = server->port();
+  const std::string url = server->url() + "base";
+  Client client = Client::create().value(), other = Client::create().value();
+  client::ControlOptions options;
+  options.life = milliseconds(1'500);
+  int told = 0;
+  auto control = client.control(url, options, [&](const Error&) { ++told; }).value();
+  CHECK(put(other, url + "/drive", "1") == 409);
+  server.reset();
+  server.emplace(make(port));
+  CHECK(put(other, url + "/drive", "1") == 204);
+  CHECK(comes_true([&] { return !control.is_held(); }));
+  CHECK(comes_true([&] { return client.poll(), told > 0; }));
+  CHECK(told == 1);
+  CHECK(other.control(url, options).has_value());
+}

@@ -641,7 +641,7 @@ TEST_CASE("a robot that takes commands says its time", "[mqtt][expiry]") {
 TEST_CASE("by default the newest values are retained, and each change of an invocation is sent with QoS 1", "[mqtt]") {
   const std::vector<Publication> publications = default_publications();
   REQUIRE(publications.size() == 2);
-  CHECK(publications[0].kinds == std::vector<Kind>{Kind::property, Kind::state});
+  CHECK(publications[0].kinds == std::vector<Kind>{Kind::property, Kind::state, Kind::control});
   CHECK(publications[0].qos == 0);
   CHECK(publications[0].retain);
   CHECK(publications[1].kinds == std::vector<Kind>{Kind::invocation});
