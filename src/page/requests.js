@@ -106,6 +106,7 @@ async function optionsOf(iri) {
 /// The document without triples in which the robot says what a Thing, a container or an action has. Others have values there, so it is asked for
 /// only when the class of the resource is known.
 const overviewOf = async (iri) => (await cachedRequest(iri, "GET", 5000, JSON_TYPE)).g;
+const forgetOverviews = () => { for (const key of requestCache.keys()) if (key.endsWith(JSON_TYPE)) requestCache.delete(key); };
 /// The link of an overview to a resource.
 const linkIn = (overview, iri) => ["properties", "actions", "collections", "graphs"].flatMap((part) => Object.values(overview[part] ?? {})).find((l) => l.href === iri);
 

@@ -154,6 +154,7 @@ function propertyCard(link, large) {
   };
   view.ticks.push(tick);
   view.plot(plot);
+  const here = view;
   const prefill = () => { if (form && last && !form.dirty && !form.whole.contains(document.activeElement)) form.read(last, iri); };
   const update = (g) => {
     last = g;
@@ -177,10 +178,16 @@ function propertyCard(link, large) {
       return "Set";
     } });
     write.append(form.parts.length ? form.whole : quiet("There is no form for this shape."));
-    onStops(() => form.setReason(stoppedReason(iri, link)));
+    showReasons(form, link, here);
     prefill();
   })().catch((e) => write.replaceChildren(notice(e)));
   return { iri, element, plot, update, fail };
+}
+
+/// Keeps the reason why the form of a property or a collection cannot be sent, while the robot is stopped and released.
+function showReasons(form, link, here) {
+  form.setReason(link.unavailable);
+  here.onStops.push(() => reasonOf(link.href).then(form.setReason, () => {}));
 }
 
 /// A property in one line, for the card of a Thing.
@@ -251,10 +258,9 @@ function actionCard(link, large) {
     list.prepend(invocationRow(invocation));
     while (list.childElementCount > maxInvocations) list.lastChild.remove();
   };
-  const showReason = () => form?.setReason(unavailable ?? stoppedReason(iri, link));
   const update = (overview) => {
     unavailable = overview.unavailable;
-    showReason();
+    form?.setReason(unavailable);
     overview.invocations?.slice(-maxInvocations).forEach((i) => addInvocation(i.href));
   };
   const done = (response) => {
@@ -265,9 +271,9 @@ function actionCard(link, large) {
   (async () => {
     if (!(await optionsOf(iri)).allows("POST")) return body.replaceChildren(quiet("You may not run it."));
     const model = link.input ? await bodyModelOf(iri, "/input") : nodeModel(new Graph());
-    form = formElement({ target: iri, model, method: "POST", title: name, name: `Run ${name}`, done, mustBeHeld: () => isRelease(iri) });
+    form = formElement({ target: iri, model, method: "POST", title: name, name: `Run ${name}`, done, mustBeHeld: () => link.release || isRelease(iri) });
     body.replaceChildren(form.whole);
-    onStops(showReason);
+    form.setReason(unavailable);
   })().catch((e) => body.replaceChildren(notice(e)));
   view.watch(element, iri, { g: update, problem: (e) => list.replaceChildren(notice(e)) }, { accept: JSON_TYPE });
   return element;
@@ -313,7 +319,7 @@ function subscriptions(container) {
 }
 
 function collectionCard(link, large) {
-  const iri = link.href, name = humanised(localName(iri)), list = h("ul.members", { role: "list" }), form = h("div");
+  const here = view, iri = link.href, name = humanised(localName(iri)), list = h("ul.members", { role: "list" }), form = h("div");
   const element = card("action", large ? 2 : 3, !large && iri, large ? "Members" : isNamed(link), !large && saidOfLink(link), list, h("p.none.quiet", "empty"), form);
   const watch = members(element, list, iri, (member) => {
     const value = h("div"), error = h("p"), remove = command("Remove", async (tell) => { await sendCommand("DELETE", member, { tell }); watch.schedule(0); }, error, { hidden: true });
@@ -322,8 +328,10 @@ function collectionCard(link, large) {
     return h("li", h("div.line", h("a", { href: local(member) }, localName(member)), remove), value, error);
   });
   (async () => {
-    if ((await optionsOf(iri)).allows("POST"))
-      form.append(formElement({ target: iri, model: await bodyModelOf(iri), method: "POST", title: "Add", name: `Add to ${name}`, done: () => { watch.schedule(0); return "Added"; } }).whole);
+    if (!(await optionsOf(iri)).allows("POST")) return;
+    const its = formElement({ target: iri, model: await bodyModelOf(iri), method: "POST", title: "Add", name: `Add to ${name}`, done: () => { watch.schedule(0); return "Added"; } });
+    form.append(its.whole);
+    showReasons(its, link, here);
   })().catch((e) => form.replaceChildren(notice(e)));
   return element;
 }

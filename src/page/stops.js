@@ -44,8 +44,11 @@ function showStopButtons() {
 
 function watchStopStates(root, states) {
   const set = (next) => {
+    const held = (states) => states.filter((s) => s.stopped).map((s) => s.state).join(), isChange = held(next) !== held(stopStates);
     stopStates = next;
     showStopStates();
+    if (!isChange) return;
+    forgetOverviews();
     view.onStops.forEach((act) => act());
   };
   set(states);
@@ -69,13 +72,11 @@ function showStopStates() {
   line.replaceChildren(...held.slice(0, 4).map((s) => h("p", h("b", stoppedText(s)), " – ", linkTo(s.thing), s.release && [" · released at ", linkTo(s.release)])),
     ...(held.length > 4 ? [h("p", `and ${held.length - 4} more Things`)] : []));
 }
-/// Calls a function now and whenever something is stopped or released, while the present view is shown.
-function onStops(act) {
-  view.onStops.push(act);
-  act();
+/// Why a property or a collection cannot be changed now: its Thing says it.
+async function reasonOf(iri) {
+  const { up } = await optionsOf(iri);
+  return linkIn(await overviewOf(up), iri)?.unavailable;
 }
-/// Why what moves cannot be commanded now.
-const stoppedReason = (iri, link) => link.unavailable;
 const isRelease = (iri) => stopStates.some((s) => s.release === iri);
 findStops();
 addEventListener("keydown", (event) => {

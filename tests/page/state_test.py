@@ -1,0 +1,289 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the page says of stops, late commands, dead links and control, in real browsers.
+
+   state_test.py BAXTER PAGE_ROBOT [FOLDER FOR SCREENSHOTS [CASE]...]
+"""
+
+import json
+import os
+import socket
+import sys
+import threading
+import time
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path.insert(0, os.path.join(os.path.dirname(HERE), "conformance"))
+
+import webdriver  # noqa: E402
+from robot_process import Robot, http_request, until  # noqa: E402
+from webdriver import Browser  # noqa: E402
+
+JSON = {"Accept": "application/json"}
+ESCAPE = "\ue00c"
+FRICTION = "baxter/right_s1/friction"
+
+folder = None
+
+
+class FrozenLink:
+    """Bytes between a browser and a robot, which wait while a direction is frozen."""
+
+    def __init__(self, port):
+        self.port, self.to_robot, self.to_browser, self.lock = port, threading.Event(), threading.Event(), threading.Lock()
+        self.thaw()
+        self.listener = socket.create_server(("127.0.0.1", 0))
+        self.url = f"http://127.0.0.1:{self.listener.getsockname()[1]}/"
+        self.sockets = [self.listener]
+        threading.Thread(target=self._accept, daemon=True).start()
+
+    def freeze(self, to_robot=True, to_browser=True):
+        if to_robot:
+            self.to_robot.clear()
+        if to_browser:
+            self.to_browser.clear()
+
+    def thaw(self):
+        self.to_robot.set()
+        self.to_browser.set()
+
+    def _accept(self):
+        while True:
+            try:
+                near, _ = self.listener.accept()
+                far = socket.create_connection(("127.0.0.1", self.port))
+            except OSError:
+                return
+            self.sockets += [near, far]
+            for source, sink, flows in ((near, far, self.to_robot), (far, near, self.to_browser)):
+                threading.Thread(target=self._copy, args=(source, sink, flows), daemon=True).start()
+
+    @staticmethod
+    def _copy(source, sink, flows):
+        try:
+            while data := source.recv(65536):
+                flows.wait()
+                sink.sendall(data)
+        except OSError:
+            pass
+        for s in (source, sink):
+            try:
+                s.shutdown(socket.SHUT_RDWR)
+            except OSError:
+                pass
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.thaw()
+        for s in self.sockets:
+            s.close()
+
+
+def value(robot, path):
+    return json.loads(http_request("GET", robot.at(path), None, JSON).expect(200).body)
+
+
+def stop_of(robot):
+    return value(robot, "")["stopStates"][0]
+
+
+def valid_until(robot, ms=5000):
+    run, now = http_request("GET", robot.url, None, JSON).field("Robot-Time").split("/")
+    return {"Valid-Until": f"{run}/{int(now) + ms}"}
+
+
+def release(robot):
+    http_request("POST", stop_of(robot)["release"], None, valid_until(robot))
+    until(lambda: not stop_of(robot)["stopped"], "it is released")
+
+
+def shot(browser, name):
+    if folder:
+        browser.run("scrollTo(0, 0)")
+        browser.screenshot(os.path.join(folder, name + ".png"))
+
+
+def live(browser):
+    browser.until("return document.getElementById('link').textContent === 'Live'", "the page is live")
+
+
+def held(browser, words="Stopped since", shown=True):
+    return browser.until("const held = document.getElementById('held'); return held.hidden !== arguments[1] && (!arguments[1] || held.innerText.includes(arguments[0])) && (held.innerText || true)", f"{words}: {shown}", words, shown)
+
+
+def submit(browser, text, path=FRICTION):
+    """Writes a property by its form."""
+    browser.until("return document.querySelector('form input[type=text]')", "the form")
+    browser.type("form input[type=text]", text)
+    browser.run("document.querySelector('form button.primary').click()")
+
+
+def hold(browser, selector, long_enough):
+    """Presses a button with the mouse, until `long_enough` says so."""
+    origin = browser.find(selector)
+    browser.run("arguments[0].scrollIntoView({block: 'center'})", origin)
+    pointer = {"type": "pointer", "id": "mouse", "parameters": {"pointerType": "mouse"}}
+    browser.send("POST", "/actions", {"actions": [{**pointer, "actions": [{"type": "pointerMove", "origin": origin, "x": 0, "y": 0}, {"type": "pointerDown", "button": 0}]}]})
+    long_enough()
+    browser.send("DELETE", "/actions")
+
+
+# ---- what must hold
+
+
+def a_stop_is_seen_everywhere_and_ends_by_a_held_release(browser):
+    with Robot("--demo") as robot, Browser() as second:
+        for reader, path in ((browser, "baxter"), (second, "nowhere")):
+            reader.open(robot.at(path))
+            reader.until("return document.querySelector('#stops button')", f"the stop at {path}")
+            live(reader)
+            held(reader, shown=False)
+        assert "404 Not Found" in second.text("main")
+        browser.click("#stops button")
+        for reader in (browser, second):
+            told = held(reader)
+            assert "by somebody" in told, told
+        shot(second, "stopped-404-1280")
+        for path in ("baxter/right_s1", FRICTION, "ns/lrt", "nowhere", "baxter/actions/release", "baxter/subscriptions"):
+            second.open(robot.at(path))
+            assert "by somebody" in held(second), path
+        # What moves says why it cannot be commanded.
+        browser.open(robot.at("baxter/right_s1"))
+        reason = browser.until("return [...document.querySelectorAll('.reason')].filter(r => !r.hidden).map(r => r.innerText)[0]", "the reason")
+        assert "stopped" in reason.lower(), reason
+        enabled = browser.run("return [...document.querySelectorAll('main article')].map(a => [a.querySelector('h3')?.innerText, a.querySelector('button.primary')?.disabled]).filter(([, d]) => d === false)")
+        assert enabled in ([], [["Friction", False]]), enabled  # it is harmless
+        shot(browser, "stopped-thing-1280")
+        browser.size(390, 844, phone=True)
+        shot(browser, "stopped-thing-390")
+        assert browser.run("return document.documentElement.scrollWidth <= innerWidth")
+        browser.size(1280, 900)
+        # A release asks for a second, deliberate gesture, and is nowhere near the stop.
+        assert "release" not in [b.lower() for b in browser.run("return [...document.querySelectorAll('header button')].map(b => b.innerText)")]
+        browser.open(robot.at("baxter/actions/release"))
+        browser.click("form button.primary")
+        browser.find(".guard .hold")
+        shot(browser, "release-1280")
+        browser.click(".guard .hold")  # a click is no hold
+        assert stop_of(robot)["stopped"], "a click released it"
+        hold(browser, ".guard .hold", lambda: until(lambda: not stop_of(robot)["stopped"], "it is released"))
+        for reader in (browser, second):
+            held(reader, shown=False)
+        usable = "return document.querySelector('form button.primary')?.disabled === arguments[0]"
+        browser.open(robot.at("baxter/right_s1/position"))
+        browser.until(usable, "it can be written again", False)
+        second.keys(ESCAPE)
+        held(browser)
+        browser.until(usable, "and not while it is stopped", True)
+        release(robot)  # by curl, so to say
+        for reader in (browser, second):
+            held(reader, shown=False)
+        browser.until(usable, "and again", False)
+
+
+def a_command_on_a_frozen_link_is_told_and_never_carried_out_late(browser):
+    with Robot() as robot, FrozenLink(robot.port) as link:
+        before = value(robot, FRICTION)
+        for to_robot, to_browser in ((True, False), (True, True)):
+            browser.open(link.url + FRICTION)
+            live(browser)
+            browser.until("return document.querySelector('form input[type=text]')?.value", "the present value")
+            link.freeze(to_robot, to_browser)
+            submit(browser, "1.5")
+            browser.until("return document.querySelector('[role=alert].answer').innerText.startsWith('Not confirmed')", "its sender is told")
+            shot(browser, "not-confirmed-1280")
+            link.thaw()
+            browser.until("return document.querySelector('[role=alert].answer').innerText.startsWith('Too late')", "that it came too late")
+            assert value(robot, FRICTION) == before
+        shot(browser, "too-late-1280")
+        # The response freezes: the command is carried out, once, and its sender is told that it is not confirmed.
+        browser.open(link.url + FRICTION)
+        live(browser)
+        link.freeze(to_robot=False)
+        submit(browser, "2.5")
+        until(lambda: value(robot, FRICTION) == 2.5, "it is carried out")
+        http_request("PUT", robot.at(FRICTION), b"0.5", {"Content-Type": "application/json"}).expect(204)
+        browser.until("return document.querySelector('[role=alert].answer').innerText.startsWith('Not confirmed')", "its sender is told")
+        link.thaw()
+        browser.until("return document.querySelector('form [role=status]').innerText === 'Set'", "the confirmation")
+        assert value(robot, FRICTION) == 0.5, "it was sent again"
+        # A stop is carried out when it arrives.
+        link.freeze()
+        browser.keys(ESCAPE)
+        browser.until("return document.getElementById('stopped').innerText.startsWith('Stopping')", "the stop is on its way")
+        assert not stop_of(robot)["stopped"]
+        link.thaw()
+        until(lambda: stop_of(robot)["stopped"], "the stop has come")
+        held(browser)
+
+
+def a_dead_link_is_not_live_and_plots_have_a_gap(browser):
+    with Robot("--demo") as robot, FrozenLink(robot.port) as link:
+        browser.open(link.url + "baxter/right_s1/rotation")
+        live(browser)
+        browser.until("return [...document.querySelectorAll('.plot')].some(p => !p.hidden)", "a plot")
+        assert browser.run("return document.querySelector('.plot canvas').dataset.gaps") == "0"
+        link.freeze(to_robot=False)
+        browser.until("return /^No word for \\d+ s$/.test(document.getElementById('link').textContent) && document.body.classList.contains('lost')", "it says that it hears nothing")
+        shot(browser, "no-word-1280")
+        link.thaw()
+        live(browser)
+        browser.until("return Number(document.querySelector('.plot canvas').dataset.gaps) >= 1", "a gap where nothing was heard")
+        shot(browser, "gap-1280")
+        # A value that does not change is live, because the robot says so each second.
+        browser.open(link.url + FRICTION)
+        live(browser)
+        began = browser.run("return performance.now()")
+        browser.until("return performance.now() > arguments[0] + 4500", "4.5 s", began)
+        assert browser.text("#link") == "Live"
+
+
+def a_restarted_robot_takes_no_command_of_before(browser):
+    robot = Robot()
+    browser.open(robot.at(FRICTION))
+    live(browser)
+    old = valid_until(robot)
+    robot.kill()
+    with Robot(port=robot.port) as again:
+        assert http_request("PUT", again.at(FRICTION), b"1.5", {"Content-Type": "application/json", **old}).status == 412
+        live(browser)
+        submit(browser, "1.25")  # the page has learnt the new time
+        until(lambda: value(again, FRICTION) == 1.25, "a command of now")
+    robot.process.stdout.close()
+
+
+CASES = [a_stop_is_seen_everywhere_and_ends_by_a_held_release, a_command_on_a_frozen_link_is_told_and_never_carried_out_late, a_dead_link_is_not_live_and_plots_have_a_gap,
+         a_restarted_robot_takes_no_command_of_before]
+
+
+def main():
+    global folder
+    Robot.program = sys.argv[1]
+    folder = sys.argv[3] if len(sys.argv) > 3 else None
+    wanted = sys.argv[4:]
+    missing = [name for name, path in zip(("chromium", "chromedriver"), webdriver.programs()) if not path]
+    if missing:
+        print(f"skipped: there is no {' and no '.join(missing)} (vendor/install.sh browser)")
+        return 77
+    if folder:
+        os.makedirs(folder, exist_ok=True)
+    failed = 0
+    for case in CASES:
+        if wanted and case.__name__ not in wanted:
+            continue
+        began = time.monotonic()
+        with Browser() as browser:
+            try:
+                case(browser)
+                print(f"ok   {case.__name__} ({time.monotonic() - began:.1f} s)", flush=True)
+            except (AssertionError, webdriver.Refused) as error:
+                failed += 1
+                print(f"FAIL {case.__name__}: {error}", flush=True)
+                shot(browser, "failed-" + case.__name__)
+    print(f"{failed} failed")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
