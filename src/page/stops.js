@@ -62,7 +62,7 @@ function watchStopStates(root, states) {
 }
 function timeText(iso) {
   const at = new Date(Date.parse(iso) - clockOffset), isToday = at.toDateString() === new Date().toDateString();
-  return Number.isNaN(at.valueOf()) ? "" : isToday ? at.toLocaleTimeString([], { hour: "2-digit", minute: "2-digit" }) : at.toLocaleString([], { dateStyle: "medium", timeStyle: "short" });
+  return Number.isNaN(at.valueOf()) ? "" : isToday ? at.toLocaleTimeString([], { hour: "2-digit", minute: "2-digit", hourCycle: "h23" }) : at.toLocaleString([], { dateStyle: "medium", timeStyle: "short", hourCycle: "h23" });
 }
 /// "Stopped since 12:03 by alice"
 const stoppedText = ({ since, by, unknown }) => ["Stopped", since && `since ${timeText(since)}`, by && `by ${by}`, unknown && `(whether it still is, cannot be read: ${unknown})`].filter(Boolean).join(" ");

@@ -2,7 +2,7 @@
 // ---- values
 
 const NOT_VALUES = new Set([rdf("type"), rdfs("seeAlso"), rdfs("label"), rdfs("comment"), dcterms("modified"), dcterms("title"),
-  dcterms("description"), dcterms("hasFormat"), vom("quantityKind"), ...["dataType", "hasQuantityKind"].map(qudt), ...["frame", "datatype", "elementType"].map(lrt),
+  dcterms("description"), dcterms("hasFormat"), vom("quantityKind"), ...["dataType", "hasQuantityKind"].map(qudt), ...["frame", "datatype", "elementType", "unavailable"].map(lrt),
   ...["source", "target"].map((end) => spatial(end + "CoordinateSystem")), ...UNIT_PREDICATES]);
 const MAX_DEPTH = 20;  // of nodes inside each other: data of others may have any depth
 const UNNAMED = new Set([vom("numericalValue"), vom("quantityValue"), rdf("value")]);

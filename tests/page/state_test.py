@@ -108,6 +108,14 @@ def live(browser):
     browser.until("return document.getElementById('link').textContent === 'Live'", "the page is live")
 
 
+def loaded(browser, address):
+    """Opens the page of a property, and waits until it has nothing more to ask for: a browser has six connections to one host, which a frozen link fills."""
+    browser.open(address)
+    live(browser)
+    browser.until("return document.querySelector('form input[type=text]')?.value && document.querySelector('#tree [aria-current]') && document.querySelector('#stops button')", "the page")
+    browser.until("const now = performance.getEntriesByType('resource').length; if (window.before !== now) { window.before = now; window.since = performance.now(); } return performance.now() - since > 500", "no further request")
+
+
 def held(browser, words="Stopped since", shown=True):
     return browser.until("const held = document.getElementById('held'); return held.hidden !== arguments[1] && (!arguments[1] || held.innerText.includes(arguments[0])) && (held.innerText || true)", f"{words}: {shown}", words, shown)
 
@@ -186,9 +194,7 @@ def a_command_on_a_frozen_link_is_told_and_never_carried_out_late(browser):
     with Robot() as robot, FrozenLink(robot.port) as link:
         before = value(robot, FRICTION)
         for to_robot, to_browser in ((True, False), (True, True)):
-            browser.open(link.url + FRICTION)
-            live(browser)
-            browser.until("return document.querySelector('form input[type=text]')?.value", "the present value")
+            loaded(browser, link.url + FRICTION)
             link.freeze(to_robot, to_browser)
             submit(browser, "1.5")
             browser.until("return document.querySelector('[role=alert].answer').innerText.startsWith('Not confirmed')", "its sender is told")
@@ -198,8 +204,7 @@ def a_command_on_a_frozen_link_is_told_and_never_carried_out_late(browser):
             assert value(robot, FRICTION) == before
         shot(browser, "too-late-1280")
         # The response freezes: the command is carried out, once, and its sender is told that it is not confirmed.
-        browser.open(link.url + FRICTION)
-        live(browser)
+        loaded(browser, link.url + FRICTION)
         link.freeze(to_robot=False)
         submit(browser, "2.5")
         until(lambda: value(robot, FRICTION) == 2.5, "it is carried out")
