@@ -526,6 +526,7 @@ void Watch::Impl::value(Generation generation, std::string body, std::string typ
   made.body = std::make_shared<const std::string>(std::move(body));
   made.at = stamp.at;
   made.sequence = stamp.sequence;
+  made.series = stamp.series;
   Lock lock(mutex_);
   if (stopped_ || generation != generation_) return;
   connect();  // the first notification of a callback may precede the response to its subscription

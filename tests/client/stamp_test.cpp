@@ -181,8 +181,13 @@ TEST_CASE("a robot that begins again has another series", "[client]") {
   robot = std::make_unique<PushingRobot>("", port);
   for (int i = 1; i <= 9; ++i) publish(*robot, 1111 * i);
   changes.wait_value("9999");
-  for (const Change& change : changes.all())
+  std::vector<std::string> series;
+  for (const Change& change : changes.all()) {
     if (change.kind == Kind::gap) CHECK_FALSE(change.left_out);
+    else if (series.empty() || series.back() != change.series) series.push_back(change.series);
+  }
+  CHECK(series.size() == 2);
+  CHECK_FALSE(series.front().empty());
 }
 
 TEST_CASE("servers without stamps, with odd ones, and those that refuse subprotocols are watched as before", "[client][R0.14]") {

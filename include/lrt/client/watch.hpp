@@ -94,6 +94,8 @@ struct LRT_API Change {
   /// value was asked for: the value has the number, and there is no gap. After a lost connection the gap has the number
   /// in both cases, unless the server was started again.
   std::optional<std::uint64_t> left_out{};
+  /// Of a value: which numbers its `sequence` can be compared with. A robot that was started again has another series. Empty: the server does not say it.
+  std::string series{};
 
   /// The graph of the body. Each call parses the body.
   /// @par Errors  expected_rdf, limit_exceeded, unsupported_syntax: the body is not RDF
