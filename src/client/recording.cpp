@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <optional>
+#include <utility>
 
 #include <lrt/base/clock.hpp>
 #include <lrt/rdf/graph.hpp>
@@ -13,6 +14,7 @@
 #include <lrt/rdf/value_codec.hpp>
 
 #include "src/base/quote.hpp"
+#include "src/client/recording_json.hpp"
 #include "src/rdf/json_parse.hpp"
 #include "src/rdf/plain.hpp"
 
@@ -69,36 +71,103 @@ std::optional<Document> object_of(std::string_view line) {
   return *std::move(document);
 }
 
-std::optional<RecordedChange> change_of(std::string_view line) {
-  const std::optional<Document> document = object_of(line);
-  if (!document) return std::nullopt;
-  const std::optional<double> at = number_of(*document, "at");
-  const std::optional<std::string> name = text_of(*document, "name");
-  constexpr double longest = 1e12;  // seconds; a fraction of what microseconds can say
-  if (!at || !name || name->empty() || !(*at >= 0 && *at <= longest)) return std::nullopt;
-  RecordedChange change;
-  change.at = std::chrono::microseconds(std::llround(*at * 1e6));
-  change.name = *name;
-  if (const std::optional<std::string> gap = text_of(*document, "gap")) {
-    change.gap = *gap;
-    return change;
-  }
-  const Document::Id value = document->member(document->root(), "value");
-  if (value == Document::none) return std::nullopt;
-  change.value = json_of(*document, value);
-  change.unit = text_of(*document, "unit").value_or(std::string());
-  if (const std::optional<std::string> time = text_of(*document, "sourceTime")) {
-    using Utc = std::chrono::system_clock::time_point;
-    if (const auto since = rdf::lexical::parse_instant(*time)) change.source_time = Utc(std::chrono::floor<Utc::duration>(*since));
-  }
-  return change;
+std::optional<std::uint64_t> count_of(const Document& document, Document::Id id) {
+  if (id == Document::none || document.kind(id) != Document::Kind::number) return std::nullopt;
+  const auto count = rdf::lexical::parse_uint64(document.text(id));
+  return count && *count <= INT64_MAX ? count : std::nullopt;
 }
+
+using Utc = std::chrono::system_clock::time_point;
+
+std::optional<Utc> time_of(std::string_view text) {
+  const auto since = rdf::lexical::parse_instant(text);
+  return since ? std::optional(Utc(std::chrono::floor<Utc::duration>(*since))) : std::nullopt;
+}
+
+GapBound bound_of(const Document& document, std::string_view name) {
+  GapBound bound;
+  const Document::Id id = document.member(document.root(), name);
+  if (id == Document::none || document.kind(id) != Document::Kind::object) return bound;
+  bound.sequence = count_of(document, document.member(id, "sequence"));
+  const Document::Id time = document.member(id, "time");
+  if (time != Document::none && document.kind(time) == Document::Kind::string) bound.source_time = time_of(document.text(time));
+  return bound;
+}
+
+std::string json_of(const GapBound& bound) {
+  std::string text = "{";
+  if (bound.sequence) text += "\"sequence\":" + std::to_string(*bound.sequence);
+  if (bound.source_time) text += (text.size() > 1 ? ",\"time\":\"" : "\"time\":\"") + to_xsd_date_time(*bound.source_time) + "\"";
+  return text + "}";
+}
+
+constexpr std::pair<GapCause, std::string_view> cause_names[] = {{GapCause::connection, "connection"}, {GapCause::restart, "restart"},
+                                                                 {GapCause::left_out, "left out"},     {GapCause::not_taken, "not taken"},
+                                                                 {GapCause::polled, "polled"},         {GapCause::ended, "ended"}};
 
 }  // namespace
 
+std::string_view to_string(GapCause cause) noexcept {
+  for (const auto& [value, name] : cause_names)
+    if (value == cause) return name;
+  return "unknown";
+}
+
+GapCause gap_cause_of(std::string_view text) noexcept {
+  for (const auto& [value, name] : cause_names)
+    if (name == text) return value;
+  return GapCause::unknown;
+}
+
+std::string detail::members_of(const RecordedChange& change) {
+  std::string text;
+  if (change.is_gap()) {
+    text += "\"gap\":" + json_string(change.gap);
+    if (change.cause != GapCause::unknown) text += ",\"cause\":\"" + std::string(to_string(change.cause)) + "\"";
+    if (change.left_out) text += ",\"leftOut\":" + std::to_string(*change.left_out);
+    if (change.from.sequence || change.from.source_time) text += ",\"from\":" + json_of(change.from);
+    if (change.to.sequence || change.to.source_time) text += ",\"to\":" + json_of(change.to);
+    return text;
+  }
+  text += "\"value\":" + change.value;
+  if (!change.unit.empty()) text += ",\"unit\":" + json_string(change.unit);
+  if (change.source_time) text += ",\"sourceTime\":\"" + to_xsd_date_time(*change.source_time) + "\"";
+  if (change.sequence) text += ",\"sequence\":" + std::to_string(*change.sequence);
+  if (!change.series.empty()) text += ",\"series\":" + json_string(change.series);
+  return text;
+}
+
+bool detail::read_members(const rdf::json::Document& document, RecordedChange& change) {
+  change.url = text_of(document, "url").value_or(std::string());
+  change.robot = text_of(document, "robot").value_or(std::string());
+  if (std::optional<std::string> gap = text_of(document, "gap")) {
+    change.gap = *std::move(gap);
+    change.cause = gap_cause_of(text_of(document, "cause").value_or(std::string()));
+    change.left_out = count_of(document, document.member(document.root(), "leftOut"));
+    change.from = bound_of(document, "from");
+    change.to = bound_of(document, "to");
+    return true;
+  }
+  const Document::Id value = document.member(document.root(), "value");
+  if (value == Document::none) return false;
+  change.value = json_of(document, value);
+  change.unit = text_of(document, "unit").value_or(std::string());
+  if (const std::optional<std::string> time = text_of(document, "sourceTime")) change.source_time = time_of(*time);
+  change.sequence = count_of(document, document.member(document.root(), "sequence"));
+  change.series = text_of(document, "series").value_or(std::string());
+  return true;
+}
+
+std::optional<rdf::json::Document> detail::recorded_object(std::string_view json) { return object_of(json); }
+
 std::string to_line(const RecordingHeader& header) {
-  return R"({"lrt":"recording","version":1,"robot":)" + json_string(header.robot) + ",\"started\":" + json_string(header.started) + "}" +
-         std::string(line_feed);
+  std::string line = R"({"lrt":"recording","version":2,"robot":)" + json_string(header.robot);
+  if (header.robots.size() > 1) {
+    line += ",\"robots\":[";
+    for (std::size_t i = 0; i < header.robots.size(); ++i) line += (i == 0 ? "" : ",") + json_string(header.robots[i]);
+    line += "]";
+  }
+  return line + ",\"started\":" + json_string(header.started) + "}" + std::string(line_feed);
 }
 
 std::string to_line(const RecordedChange& change) {
@@ -106,14 +175,53 @@ std::string to_line(const RecordedChange& change) {
   std::snprintf(at, sizeof at, "%lld.%06lld", static_cast<long long>(change.at.count() / 1'000'000),
                 static_cast<long long>(change.at.count() % 1'000'000));
   std::string line = "{\"at\":" + std::string(at) + ",\"name\":" + json_string(change.name);
-  if (change.is_gap()) {
-    line += ",\"gap\":" + json_string(change.gap);
-  } else {
-    line += ",\"value\":" + change.value;
-    if (!change.unit.empty()) line += ",\"unit\":" + json_string(change.unit);
-    if (change.source_time) line += ",\"sourceTime\":\"" + to_xsd_date_time(*change.source_time) + "\"";
+  if (!change.url.empty()) line += ",\"url\":" + json_string(change.url);
+  if (!change.robot.empty()) line += ",\"robot\":" + json_string(change.robot);
+  return line + "," + detail::members_of(change) + "}" + std::string(line_feed);
+}
+
+Result<RecordingLines> RecordingLines::begin(std::string_view line) {
+  const std::optional<Document> header = object_of(line);
+  if (!header || text_of(*header, "lrt") != "recording")
+    return unexpected(Errc::expected_value, "not a recording: the first line is not a recording header");
+  const std::optional<double> version = number_of(*header, "version");
+  if (version != 1.0 && version != 2.0) return unexpected(Errc::expected_value, "a recording of another version: expected 1 or 2");
+  RecordingLines made;
+  made.version_ = version == 1.0 ? 1 : 2;
+  made.header_.robot = text_of(*header, "robot").value_or(std::string());
+  made.header_.started = text_of(*header, "started").value_or(std::string());
+  constexpr std::size_t max_robots = 10'000;
+  const Document::Id robots = header->member(header->root(), "robots");
+  if (robots != Document::none && header->kind(robots) == Document::Kind::array)
+    for (const Document::Id robot : rdf::json::Children(*header, robots))
+      if (header->kind(robot) == Document::Kind::string && made.header_.robots.size() < max_robots)
+        made.header_.robots.emplace_back(header->text(robot));
+  return made;
+}
+
+std::optional<RecordedChange> RecordingLines::read(std::string_view line) {
+  const std::optional<Document> document = object_of(line);
+  if (!document) return std::nullopt;
+  const std::optional<double> at = number_of(*document, "at");
+  std::optional<std::string> name = text_of(*document, "name");
+  constexpr double longest = 1e12;  // seconds; a fraction of what microseconds can say
+  if (!at || !name || name->empty() || !(*at >= 0 && *at <= longest)) return std::nullopt;
+  RecordedChange change;
+  change.at = std::chrono::microseconds(std::llround(*at * 1e6));
+  change.name = *std::move(name);
+  if (!detail::read_members(*document, change)) return std::nullopt;
+  if (change.is_gap() || !change.sequence) return change;
+  constexpr std::size_t max_properties = 100'000;
+  const std::string& key = change.url.empty() ? change.name : change.url;
+  const auto known = series_.find(key);
+  if (change.series.empty()) {
+    if (known != series_.end()) change.series = known->second;
+  } else if (known != series_.end()) {
+    known->second = change.series;
+  } else if (series_.size() < max_properties) {
+    series_.emplace(key, change.series);
   }
-  return line + "}" + std::string(line_feed);
+  return change;
 }
 
 Result<Recording> Recording::parse(std::string_view text, const RecordingLimits& limits) {
@@ -127,17 +235,14 @@ Result<Recording> Recording::parse(std::string_view text, const RecordingLimits&
     return line;
   };
   const std::string_view first = next_line();
-  const std::optional<Document> header = first.size() <= limits.max_line_bytes ? object_of(first) : std::nullopt;
-  if (!header || text_of(*header, "lrt") != "recording")
-    return unexpected(Errc::expected_value, "not a recording: the first line is not a recording header");
-  if (number_of(*header, "version") != 1.0) return unexpected(Errc::expected_value, "a recording of another version: expected 1");
+  Result<RecordingLines> lines = RecordingLines::begin(first.size() <= limits.max_line_bytes ? first : std::string_view());
+  if (!lines) return unexpected(std::move(lines).error());
   Recording recording;
-  recording.header_.robot = text_of(*header, "robot").value_or(std::string());
-  recording.header_.started = text_of(*header, "started").value_or(std::string());
+  recording.header_ = lines->header();
   while (!text.empty()) {
     const std::string_view line = next_line();
     if (line.empty()) continue;
-    std::optional<RecordedChange> change = line.size() <= limits.max_line_bytes ? change_of(line) : std::nullopt;
+    std::optional<RecordedChange> change = line.size() <= limits.max_line_bytes ? lines->read(line) : std::nullopt;
     if (!change) {
       ++recording.damaged_lines_;
       continue;

@@ -11,7 +11,7 @@ using std::chrono::microseconds;
 
 namespace {
 
-const std::string header = "{\"lrt\":\"recording\",\"version\":1,\"robot\":\"http://robot/\",\"started\":\"2026-11-23T15:31:19Z\"}\n";
+const std::string header = "{\"lrt\":\"recording\",\"version\":2,\"robot\":\"http://robot/\",\"started\":\"2026-11-23T15:31:19Z\"}\n";
 
 std::vector<std::string> names(const Recording& recording) {
   std::vector<std::string> result;
@@ -62,7 +62,7 @@ TEST_CASE("damaged lines of a recording are left out and counted", "[client]") {
 TEST_CASE("what is no recording is an error", "[client]") {
   CHECK(Recording::parse("").error().code == Errc::expected_value);
   CHECK(Recording::parse("{\"at\":1,\"name\":\"a\",\"value\":1}\n").error().code == Errc::expected_value);
-  CHECK(Recording::parse("{\"lrt\":\"recording\",\"version\":2}\n").error().message == "a recording of another version: expected 1");
+  CHECK(Recording::parse("{\"lrt\":\"recording\",\"version\":3}\n").error().message == "a recording of another version: expected 1 or 2");
   client::RecordingLimits limits;
   limits.max_changes = 1;
   CHECK(Recording::parse(header + "{\"at\":1,\"name\":\"a\",\"value\":1}\n{\"at\":1,\"name\":\"a\",\"value\":1}\n", limits).error().code ==
@@ -117,4 +117,47 @@ TEST_CASE("a change without a value is a gap, whether its reason is known or not
   std::vector<bool> gaps;
   for (const RecordedChange& c : read.changes()) gaps.push_back(c.is_gap());
   CHECK(gaps == std::vector<bool>{false, true, true});
+}
+
+TEST_CASE("a line has the IRI, the robot, the number and the series of a value, and the bounds of a gap", "[client]") {
+  const client::RecordingHeader two{"http://left/", "2026-11-23T15:31:19Z", {"http://left/", "http://right/"}};
+  RecordedChange value{microseconds(0), "arm/angle", "0.27", "rad", {}};
+  value.url = "http://right/arm/angle";
+  value.robot = "http://right/";
+  value.sequence = 9'007'199'254'740'993;  // more than a double holds
+  value.series = "1.5";
+  RecordedChange gap{microseconds(1), "arm/angle", {}, {}, "it was lost"};
+  gap.url = value.url;
+  gap.cause = client::GapCause::left_out;
+  gap.left_out = 12;
+  gap.from = {value.sequence, std::chrono::system_clock::time_point(std::chrono::seconds(1'800'000'000))};
+  const std::string text = to_line(two) + to_line(value) + to_line(gap);
+  CHECK(text ==
+        "{\"lrt\":\"recording\",\"version\":2,\"robot\":\"http://left/\",\"robots\":[\"http://left/\",\"http://right/"
+        "\"],\"started\":\"2026-11-23T15:31:19Z\"}\n"
+        "{\"at\":0.000000,\"name\":\"arm/angle\",\"url\":\"http://right/arm/angle\",\"robot\":\"http://right/\",\"value\":0.27,\"unit\":\"rad\","
+        "\"sequence\":9007199254740993,\"series\":\"1.5\"}\n"
+        "{\"at\":0.000001,\"name\":\"arm/angle\",\"url\":\"http://right/arm/angle\",\"gap\":\"it was lost\",\"cause\":\"left out\",\"leftOut\":12,"
+        "\"from\":{\"sequence\":9007199254740993,\"time\":\"2027-01-15T08:00:00.000000Z\"}}\n");
+  const Recording read =
+      Recording::parse(text + "{\"at\":2,\"name\":\"arm/angle\",\"url\":\"http://right/arm/angle\",\"value\":1,\"sequence\":8}\n").value();
+  CHECK(read.header().robots == two.robots);
+  REQUIRE(read.changes().size() == 3);
+  CHECK(read.changes()[0].robot == value.robot);
+  CHECK(read.changes()[0].sequence == value.sequence);
+  CHECK(read.changes()[1].cause == gap.cause);
+  CHECK(read.changes()[1].left_out == 12);
+  CHECK(read.changes()[1].from.sequence == gap.from.sequence);
+  CHECK(read.changes()[1].from.source_time == gap.from.source_time);
+  CHECK_FALSE(read.changes()[1].to.sequence);
+  CHECK(read.changes()[2].series == "1.5");  // that of the value before
+}
+
+TEST_CASE("causes of gaps have names, and others are unknown", "[client]") {
+  using client::GapCause;
+  for (const GapCause cause : {GapCause::connection, GapCause::restart, GapCause::left_out, GapCause::not_taken, GapCause::polled, GapCause::ended})
+    CHECK(client::gap_cause_of(to_string(cause)) == cause);
+  CHECK(client::gap_cause_of("") == GapCause::unknown);
+  CHECK(client::gap_cause_of("a comet") == GapCause::unknown);
+  CHECK(to_string(GapCause::unknown) == "unknown");
 }

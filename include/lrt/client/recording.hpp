@@ -3,6 +3,8 @@
 
 #include <chrono>
 #include <cstddef>
+#include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -16,19 +18,46 @@
 #include <lrt/rdf/unit.hpp>
 #include <lrt/rdf/value.hpp>
 
-/// Files of changes: recorded values of a robot, for inspection or to publish them again.
+/// Files of changes: recorded values of robots, for inspection or to publish them again.
 ///
 /// A recording is lines of JSON (UTF-8, each ends with a line feed). The first is its header, each further one is a
-/// change:
+/// change (wrapped here):
 ///
-///     {"lrt":"recording","version":1,"robot":"http://127.0.0.1:8080/","started":"2026-11-23T15:31:19Z"}
-///     {"at":0.0123,"name":"right_s1/position","value":0.27,"unit":"rad","sourceTime":"2026-11-23T15:31:19.010250Z"}
-///     {"at":1.5,"name":"right_s1/position","gap":"the connection was lost"}
+///     {"lrt":"recording","version":2,"robot":"http://127.0.0.1:8080/","started":"2026-11-23T15:31:19Z"}
+///     {"at":0.0123,"name":"right_s1/position","url":"http://127.0.0.1:8080/baxter/right_s1/position","value":0.27,
+///      "unit":"rad","sourceTime":"2026-11-23T15:31:19.010250Z","sequence":17,"series":"1795881552.3"}
+///     {"at":1.5,"name":"right_s1/position","url":"http://127.0.0.1:8080/baxter/right_s1/position",
+///      "gap":"the connection was lost; 12 values are missing","cause":"connection","leftOut":12,
+///      "from":{"sequence":17,"time":"2026-11-23T15:31:19.010250Z"},"to":{"sequence":30,"time":"2026-11-23T15:31:20.1Z"}}
 ///
-/// `at` is in seconds since the beginning. `value` is JSON; within it a number has its unit, {"value": 43.6, "unit": "deg"}; `unit` is the UCUM code of a
-/// number. `sourceTime` is the time of the value by the clock of the robot, if it said it. `gap`: changes before this line may be missing. Unknown members are ignored.
+/// `at` is in seconds since the beginning, by the clock of the recording program. `url` is the IRI of the property. If there are several robots, the
+/// header names them all in `robots`, and a change of another one than `robot` names its own. `value` is JSON; within it a number has its unit,
+/// {"value": 43.6, "unit": "deg"}; `unit` is the UCUM code of a number. `sourceTime` is the time of the value by the clock of the robot, `sequence` its
+/// number among the changes of its property, and `series` tells the numbers of one run of the robot from those of the next; each only if the robot says
+/// it. `series` is that of the value of this property before, if it is missing.
+///
+/// `gap`: changes between two values are missing, or may be. `cause` is one of those of GapCause. `leftOut` is their number, if it is known. `from` is
+/// the last value before the gap and `to` the first one after it. Unknown members are ignored. Version 1 has no `url`, `robots`, `sequence`, `series`,
+/// `cause`, `leftOut`, `from` and `to`; it is read as well.
 namespace lrt::client {
 inline namespace v0 {
+
+/// Why changes are missing.
+enum class GapCause : unsigned char {
+  unknown,     ///< not said
+  connection,  ///< "connection": it was lost
+  restart,     ///< "restart": the robot was started again, and numbers anew
+  left_out,    ///< "left out": the robot did not send all, because its queue for this receiver was too short
+  not_taken,   ///< "not taken": the recording program was too slow
+  polled,      ///< "polled": the robot offers no subscription, and was asked at intervals
+  ended,       ///< "ended": the robot has ended the subscription
+};
+
+/// A value at one end of a gap; what is not known is nullopt.
+struct GapBound {
+  std::optional<std::uint64_t> sequence{};                             ///< its number
+  std::optional<std::chrono::system_clock::time_point> source_time{};  ///< by the clock of the robot
+};
 
 /// One change of a recording.
 struct RecordedChange {
@@ -40,14 +69,23 @@ struct RecordedChange {
   /// When the value became what it is, by the clock of the robot; nullopt: it did not say it. Pass it to
   /// PushedProperty::publish() to keep the time.
   std::optional<std::chrono::system_clock::time_point> source_time{};
+  std::string url{};                        ///< IRI of the property; empty: not known
+  std::string robot{};                      ///< URL of its robot; empty: that of the header
+  std::optional<std::uint64_t> sequence{};  ///< of a value: its number among the changes of its property; nullopt: not known
+  std::string series{};                     ///< of the sequence; numbers of different series cannot be compared
+  GapCause cause = GapCause::unknown;       ///< of a gap
+  std::optional<std::uint64_t> left_out{};  ///< of a gap: the number of missing values; nullopt: not known
+  GapBound from{};                          ///< of a gap: the last value before it
+  GapBound to{};                            ///< of a gap: the first value after it
 
   bool is_gap() const noexcept { return value.empty(); }  ///< whether it has no value
 };
 
 /// The first line of a recording.
 struct RecordingHeader {
-  std::string robot{};    ///< its URL
-  std::string started{};  ///< xsd:dateTime
+  std::string robot{};                ///< its URL
+  std::string started{};              ///< xsd:dateTime
+  std::vector<std::string> robots{};  ///< URLs of all robots, if there are several
 };
 
 /// @{
@@ -56,6 +94,32 @@ struct RecordingHeader {
 LRT_API std::string to_line(const RecordingHeader& header);
 LRT_API std::string to_line(const RecordedChange& change);
 /// @}
+
+/// @{
+/// "left out"
+/// @par Threads  Any.
+LRT_API std::string_view to_string(GapCause cause) noexcept;
+LRT_API GapCause gap_cause_of(std::string_view text) noexcept;  ///< unknown: another text
+/// @}
+
+/// Reads a recording line by line, for files that do not fit into memory.
+/// @par Threads  One thread at a time.
+class LRT_API RecordingLines {
+ public:
+  /// Reads the first line.
+  /// @par Errors  expected_value: it is not a header, or is one of a later version
+  static Result<RecordingLines> begin(std::string_view line);
+
+  const RecordingHeader& header() const noexcept { return header_; }  ///< the first line
+  unsigned version() const noexcept { return version_; }              ///< 1 or 2
+  /// Reads a further line, with or without its line feed. nullopt: it is damaged.
+  std::optional<RecordedChange> read(std::string_view line);
+
+ private:
+  RecordingHeader header_;
+  unsigned version_ = 0;
+  std::map<std::string, std::string> series_;  // by the IRI or name of the property
+};
 
 /// Limits of Recording::parse().
 struct RecordingLimits {
