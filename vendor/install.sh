@@ -18,7 +18,7 @@
 # vendor/README.md names each package with its version and licence.
 set -eu
 
-build="g++ cmake ninja-build pkg-config ccache librdf0-dev libpcre2-dev libboost-dev libcpp-httplib-dev libwebsockets-dev libssl-dev zlib1g-dev nlohmann-json3-dev libeigen3-dev libcli11-dev catch2"
+build="g++ cmake ninja-build pkg-config ccache librdf0-dev libpcre2-dev libboost-dev libcpp-httplib-dev libwebsockets-dev libssl-dev zlib1g-dev nlohmann-json3-dev libeigen3-dev libcli11-dev libzstd-dev catch2"
 urdf="libtinyxml2-dev"
 mqtt="libmosquitto-dev mosquitto mosquitto-clients"
 tests="$urdf $mqtt python3 python3-websockets python3-rdflib curl jq openssl libjwt-dev"
