@@ -201,6 +201,29 @@ def stalled():
             print(f"  {form}: {one['values']} values, {one['leftOut']} missing in {one['gaps']} gaps, {found['bytes']} bytes", flush=True)
 
 
+def blocked():
+    """A recorder whose output is not read: what it does not take in time is counted, too."""
+    with Robot() as robot:
+        process = subprocess.Popen([LRT, "record", robot.at("arm/wave"), "-o", "-", "--queue", "20"], stdout=subprocess.PIPE, text=True, env=environment())
+        with process:
+            changes = [json.loads(process.stdout.readline()) for _ in range(2)][1:]
+            robot.burst(4_000)  # a pipe holds some hundred lines, and 100 values wait
+            lines = queue.Queue()
+            reader = threading.Thread(target=lambda: [lines.put(line) for line in process.stdout], daemon=True)
+            reader.start()
+            robot.burst(1)
+            while changes[-1].get("sequence") != robot.published:
+                changes.append(json.loads(lines.get(timeout=PATIENCE)))
+            process.send_signal(signal.SIGTERM)
+            reader.join(PATIENCE)
+        assert process.returncode == 128 + signal.SIGTERM, process.returncode
+        values, missing = check_numbers(changes)
+        assert values + missing == robot.published, (values, missing, robot.published)
+        causes = [change["cause"] for change in changes if "gap" in change]
+        assert "not taken" in causes, causes
+        print(f"  {values} values, {missing} missing: {causes}", flush=True)
+
+
 def restarted():
     """A robot that is killed and started again begins another series."""
     with tempfile.TemporaryDirectory() as folder, contextlib.ExitStack() as stack:
@@ -360,7 +383,7 @@ def main():
         sys.exit(why)
     else:
         print("skipped:", why, flush=True)
-    for case in (failures, compressed_input, restarted, two_robots, stalled):
+    for case in (failures, compressed_input, restarted, two_robots, stalled, blocked):
         if sys.argv[4:] and case.__name__ not in sys.argv[4:]:
             continue
         begin = time.monotonic()

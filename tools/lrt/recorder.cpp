@@ -25,8 +25,8 @@ namespace {
 constexpr std::size_t max_properties = 200;
 /// The queue that is asked for if a robot has no longer one.
 constexpr std::size_t short_queue = 100;
-/// Changes of one property that wait in this program until they are written.
-constexpr std::size_t max_waiting_changes = 5'000;
+/// For each value that a robot holds, so many wait in this program until they are written: what arrives at once after a stall, and more.
+constexpr std::size_t waiting_changes = 5, max_waiting_changes = 100'000;
 
 std::string without_fragment(const std::string& url) { return url.substr(0, url.find('#')); }
 
@@ -56,7 +56,7 @@ Result<Client*> Recorder::client() {
   if (client_) return &*client_;
   Result<client::Options> options = session_.client_options();
   if (!options) return unexpected(std::move(options).error());
-  options->limits.max_waiting_changes = max_waiting_changes;
+  options->limits.max_waiting_changes = std::min(options_.queue, max_waiting_changes / waiting_changes) * waiting_changes;
   Result<Client> made = Client::create(*std::move(options));
   if (!made) return unexpected(std::move(made).error());
   client_.emplace(*std::move(made));

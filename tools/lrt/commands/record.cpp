@@ -238,7 +238,9 @@ void add_record(CommandLine& line) {
       ->type_name("FORMAT")
       ->check(CLI::IsMember({"jsonl", "mcap"}));
   command->add_flag("--no-compression", options->no_compression, "Do not compress MCAP");
-  command->add_option("--queue", options->queue, "Values that the robot holds while this program is slow, 1,000 by default")
+  command
+      ->add_option("--queue", options->queue,
+                   "Values that the robot holds while this program is slow, 1,000 by default; five times as many wait here")
       ->type_name("N")
       ->check(CLI::Range(std::size_t{1}, std::size_t{1} << 30));
   command->add_option("--count", options->count, "End after this number of values")
