@@ -26,6 +26,8 @@ constexpr std::string_view other_names[] = {
     "lrt-notification-of:",
     "last-event-id:",
     "start-before:",
+    "control-id:",
+    "take-over:",
     "valid-until:",
     "user-agent:",
     "access-control-request-method:",
