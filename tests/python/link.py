@@ -19,6 +19,7 @@ class Link:
         self._frozen = {"up": False, "down": False}  # to the robot, from it
         self._cut = self._end = False
         self.connections = 0  # how many were opened
+        self.answered = 0  # [bytes] that the robot has sent
         self._done = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
@@ -51,7 +52,7 @@ class Link:
         self._done.wait()  # what is sent after this call finds the link as it is now
 
     def _run(self):
-        peers, waiting = {}, {}  # socket -> (peer, direction); socket -> bytes for it
+        peers, waiting, ended = {}, {}, set()  # socket -> (peer, direction of what it sends); socket -> bytes for it; sockets that have sent their last
         while True:
             with self._lock:
                 frozen, cut, end, self._cut = dict(self._frozen), self._cut, self._end, False
@@ -59,7 +60,7 @@ class Link:
             if cut or end:
                 for each in peers:
                     each.close()
-                peers, waiting = {}, {}
+                peers, waiting, ended = {}, {}, set()
             if end:
                 self._listener.close()
                 return
@@ -67,11 +68,10 @@ class Link:
                 selector.register(self._listener, selectors.EVENT_READ)
                 selector.register(self._woken, selectors.EVENT_READ)
                 for each, (peer, direction) in peers.items():
-                    events = selectors.EVENT_READ if not frozen[direction] and len(waiting[peer]) < 1 << 16 else 0
-                    back = peers[peer][1]
-                    events |= selectors.EVENT_WRITE if waiting[each] and not frozen[back] else 0
-                    if events:
-                        selector.register(each, events)
+                    reads = not frozen[direction] and each not in ended and len(waiting[peer]) < 1 << 16
+                    writes = not frozen[peers[peer][1]] and waiting[each]
+                    if reads or writes:
+                        selector.register(each, selectors.EVENT_READ * reads | selectors.EVENT_WRITE * bool(writes))
                 ready = selector.select()
             for key, events in ready:
                 each = key.fileobj
@@ -88,16 +88,30 @@ class Link:
                     peers.update({client: (robot, "up"), robot: (client, "down")})
                     waiting.update({client: b"", robot: b""})
                 elif each in peers:
-                    peer = peers[each][0]
                     try:
-                        if events & selectors.EVENT_WRITE:
-                            waiting[each] = waiting[each][each.send(waiting[each]) :]
-                        if events & selectors.EVENT_READ:
-                            data = each.recv(1 << 16)
-                            if not data:
-                                raise OSError("closed")
-                            waiting[peer] += data
+                        self._forward(each, events, peers, waiting, ended)
                     except OSError:
-                        for one in (each, peer):
-                            one.close()
-                            del peers[one], waiting[one]
+                        self._forget(each, peers, waiting, ended)
+
+    def _forward(self, each, events, peers, waiting, ended):
+        peer, direction = peers[each]
+        if events & selectors.EVENT_WRITE:
+            waiting[each] = waiting[each][each.send(waiting[each]) :]
+        if events & selectors.EVENT_READ:
+            data = each.recv(1 << 16)
+            waiting[peer] += data
+            self.answered += len(data) * (direction == "down")
+            if not data:
+                ended.add(each)
+        for one, other in ((each, peer), (peer, each)):
+            if other in ended and not waiting[one]:
+                one.shutdown(socket.SHUT_WR)
+        if each in ended and peer in ended and not waiting[each] and not waiting[peer]:
+            self._forget(each, peers, waiting, ended)
+
+    @staticmethod
+    def _forget(each, peers, waiting, ended):
+        for one in (each, peers[each][0]):
+            one.close()
+            del peers[one], waiting[one]
+            ended.discard(one)

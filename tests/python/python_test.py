@@ -218,6 +218,52 @@ def a_command_without_an_answer_is_unconfirmed_and_sent_once():
 
 
 @case
+def a_command_is_not_carried_out_after_its_time_and_a_stop_is():
+    with baxter() as url, Link(port(url)) as link:
+        direct, robot = lrt.open(url), lrt.open(link.url, valid_for=0.3)
+        shoulder, joint = direct["right_s1"], robot["right_s1"]
+        shoulder.write("friction", 1)
+        link.freeze("up")
+        raised(lrt.Unconfirmed, lambda: joint.write("friction", 2), "no answer within 0.3 s")
+        answered = link.answered
+        link.thaw()
+        until(lambda: link.answered > answered)  # 412, which nobody reads
+        assert shoulder.read("friction") == 1
+        raised(lrt.Late, lambda: lrt.open(url, valid_for=0)["right_s1"].write("friction", 2), "412")
+
+        robot.timeout = 0.3
+        link.freeze("up")
+        raised(lrt.Unconfirmed, robot.stop)
+        assert not direct.stopped()[0]["stopped"]
+        link.thaw()
+        until(lambda: direct.stopped()[0]["stopped"])
+        raised(lrt.Stopped, lambda: shoulder.invoke("rotate", 1), "is stopped since", "somebody")
+        direct["baxter"].invoke("release")
+        until(lambda: not direct.stopped()[0]["stopped"])
+        assert shoulder.invoke("rotate", 1).wait(PATIENCE) is None
+        assert direct.stop()[0].url and direct.stopped()[0]["by"] == "somebody"
+
+
+@case
+def what_a_robot_is_is_the_same_with_and_without_its_structure_document():
+    def known(things):
+        names = lambda table: {name: (each["href"], each.get("methods", [])[-1:]) for name, each in table.items()}  # noqa: E731
+        return {t["href"]: (t["title"], t["state"]["href"], names(t["properties"]).keys(), names(t["actions"]).keys()) for t in things}
+
+    with baxter() as url:
+        robot = lrt.open(url)
+        short, long = robot._structure(), robot._crawl()
+        assert known(short) == known(long) and len(short) == 17
+        for one, other in zip(sorted(short, key=lambda t: t["href"]), sorted(long, key=lambda t: t["href"])):
+            for name, each in one["properties"].items():
+                same = other["properties"][name]
+                assert each["href"] == same["href"] and ("PUT" in each["methods"]) == ("PUT" in same["methods"]), (each, same)
+                assert each["schema"].get("unit") == same["schema"].get("unit")
+            for name, each in one["actions"].items():
+                assert each["href"] == other["actions"][name]["href"] and each.get("stop") == other["actions"][name].get("stop")
+
+
+@case
 def one_robot_serves_many_threads():
     with baxter() as url:
         joint, wrong = lrt.open(url)["right_s1"], []

@@ -117,7 +117,6 @@ class Robot:
         self._lock = threading.Lock()
         self._root = self._get(self.url)
         self._things = None
-        self._known = {}  # what was read of each Thing, by URL
 
     def __repr__(self):
         return "<lrt.Robot %s>" % self.url
@@ -126,22 +125,35 @@ class Robot:
         """All Things, those in others included. They are read once; `refresh()` reads them anew."""
         with self._lock:
             if self._things is None:
-                found, waiting, seen = [], [self._root], set()
-                while waiting:
-                    for each in waiting.pop(0).get("things", []):
-                        if each["href"] not in seen:
-                            seen.add(each["href"])
-                            found.append(Thing(self, self._describe(each["href"])))
-                            waiting.append(found[-1]._description)
-                self._things = found
+                self._things = [Thing(self, each) for each in (self._structure() if "structure" in self._root else self._crawl())]
             return list(self._things)
+
+    def _structure(self):
+        """What each Thing is, from the document that has this of all of them."""
+        url = self._root["structure"]["href"]
+        base, found = url[: -len("/ns/structure")], []
+        while url:
+            page = self._get(url)
+            found += [_of_kind(base + each["path"], each, page["kinds"].get(each["kind"], {})) for each in page["things"]]
+            url = page.get("next", {}).get("href")
+        return found
+
+    def _crawl(self):
+        """The same of a server that has no such document, by a request for each Thing."""
+        found, waiting, seen = [], [self._root], set()
+        while waiting:
+            for each in waiting.pop(0).get("things", []):
+                if each["href"] not in seen:
+                    seen.add(each["href"])
+                    found.append(self._get(each["href"]))
+                    waiting.append(found[-1])
+        return found
 
     def refresh(self):
         """Forgets what the robot was: the next call reads it again."""
         root = self._get(self.url)
         with self._lock:
             self._root, self._things = root, None
-            self._known.clear()
 
     def names(self):
         """The paths of all Things, "baxter/right_s1"."""
@@ -170,11 +182,6 @@ class Robot:
     def stopped(self):
         """Whether, since when, by whom: a list with a dict for each Thing that says so, empty if none does."""
         return self._get(self.url).get("stopStates", [])
-
-    def _describe(self, url):
-        if url not in self._known:
-            self._known[url] = self._get(url)
-        return self._known[url]
 
     def _get(self, url):
         status, reason, fields, body = self._http.request("GET", url, {"Accept": "application/json"}, None, self.timeout)
@@ -560,6 +567,20 @@ async def _in_thread(generator):
             yield item
     finally:
         ended.set()
+
+
+def _of_kind(url, thing, kind):
+    """What a Thing is, as its own document has it."""
+
+    def placed(table, method):
+        return {
+            name: dict(each, href="%s/%s" % (url, each.get("path", name)), methods=["GET"] + [method] * (method != "PUT" or "writable" in each))
+            for name, each in kind.get(table, {}).items()
+        }
+
+    words = {key: thing[key] for key in ("title", "description") if key in thing}
+    tables = {"properties": placed("properties", "PUT"), "actions": placed("actions", "POST"), "collections": placed("collections", "POST")}
+    return {"href": url, "title": _path(url).split("/")[-1], "state": {"href": url + "/" + kind.get("state", "state")}, **words, **tables}
 
 
 def _json(url, body):
