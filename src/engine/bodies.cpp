@@ -9,6 +9,7 @@
 
 #include "src/base/charset.hpp"
 #include "src/base/client_key.hpp"
+#include "src/engine/command_rules.hpp"
 #include "src/engine/resources/action.hpp"
 #include "src/engine/resources/blueprint.hpp"
 #include "src/engine/resources/thing.hpp"
@@ -182,10 +183,14 @@ Bodies::Read Bodies::defer(Context& context, std::size_t bytes, std::size_t effo
   const std::size_t of_client = known == waiting_by_client_.end() ? 0 : known->second.bytes;
   if (waiting_bytes_ + bytes > options_.max_waiting_body_bytes || of_client + bytes > options_.max_waiting_body_bytes / 4) return too_many(context);
   const auto late = [this, writes](Ticket ticket, Context& c, bool runs) {
-    pending_.respond(ticket, runs && writes ? responses_.no_content(c, 202) : too_many(c));
+    if (runs && writes) return pending_.respond(ticket, responses_.no_content(c, 202));
+    if (!c.expiry.is_late(c.now.steady)) return pending_.respond(ticket, too_many(c));
+    auto read = as_read(c, JudgedBody(CommandRules::fault(Refusal::late)));
+    pending_.respond(ticket, std::move(std::get<http::Response>(read)));
   };
   const auto ticket = pending_.defer(context, options_.host_timeout, late, Dispatch::io_thread);
   if (!ticket) return too_many(context);
+  if (context.expiry.valid_until) pending_.answer_by(*ticket, *context.expiry.valid_until);
   // The memory for the result is allocated before the job starts.
   struct Judging {
     CancelToken token;

@@ -50,6 +50,13 @@ struct Robot {
     stamp.milliseconds += static_cast<std::uint64_t>(time.count());
     return name + ": " + stamp.text() + "\n";
   }
+  /// Sends a command, whose body is judged at once.
+  Bench::Sent send(const std::string& text) {
+    const Bench::Sent sent = bench.send(text);
+    for (auto& job : bench.take_body_jobs()) job.run();
+    bench.collect();
+    return sent;
+  }
   double angle = 0;
   int finished = 0, writes = 0, turns = 0, stops = 0, created = 0, removed = 0;
   std::vector<Responder> open;
@@ -146,7 +153,7 @@ TEST_CASE("a command that waited in the host's mailbox is judged when its lambda
   Robot robot;
   for (const std::string& command : {commands()[0], commands()[1], commands()[2]}) {
     CAPTURE(command);
-    const auto sent = robot.bench.send(command + robot.in(milliseconds(50)) + body_of(command));
+    const auto sent = robot.send(command + robot.in(milliseconds(50)) + body_of(command));
     REQUIRE(sent.ticket);
     robot.bench.clock.advance(milliseconds(49));
     auto jobs = robot.bench.take_jobs();  // the host has them now, and takes its time
@@ -164,7 +171,7 @@ TEST_CASE("the sender is told at the time, not when the host polls", "[engine][e
   Robot robot;
   for (const std::string& command : {commands()[0], commands()[1], commands()[2]}) {
     CAPTURE(command);
-    const auto sent = robot.bench.send(command + robot.in(milliseconds(50)) + body_of(command));
+    const auto sent = robot.send(command + robot.in(milliseconds(50)) + body_of(command));
     CHECK(robot.bench.engine.next_deadline() <= robot.bench.clock.now().steady + milliseconds(50));
     robot.bench.clock.advance(milliseconds(50));
     const auto answer = robot.bench.answer(sent);
@@ -178,9 +185,9 @@ TEST_CASE("the sender is told at the time, not when the host polls", "[engine][e
 TEST_CASE("of two writes in one queue the late one is left out, and the next one follows", "[engine][expiry]") {
   Robot robot;
   const std::string put = "PUT /arm/angle\nContent-Type: application/json\n";
-  const auto first = robot.bench.send(put + "\n1");
-  const auto second = robot.bench.send(put + robot.in(milliseconds(50)) + "\n2");
-  const auto third = robot.bench.send(put + "\n3");
+  const auto first = robot.send(put + "\n1");
+  const auto second = robot.send(put + robot.in(milliseconds(50)) + "\n2");
+  const auto third = robot.send(put + "\n3");
   robot.bench.clock.advance(milliseconds(60));
   robot.bench.run();
   CHECK(robot.bench.answer(first)->status == 204);
@@ -192,15 +199,15 @@ TEST_CASE("of two writes in one queue the late one is left out, and the next one
 
 TEST_CASE("expiry ends with acceptance: an invocation that was answered 202 or queued goes on", "[engine][expiry]") {
   Robot robot;
-  const auto at_once = robot.bench.send("POST /arm/actions/turn\nPrefer: respond-async\n" + robot.in(milliseconds(50)));
+  const auto at_once = robot.send("POST /arm/actions/turn\nPrefer: respond-async\n" + robot.in(milliseconds(50)));
   CHECK(at_once.answer.status == 202);
   robot.bench.clock.advance(milliseconds(60));
   robot.bench.run();
   CHECK(robot.turns == 1);
 
-  const auto running = robot.bench.send("POST /arm/actions/slow\n" + robot.in(milliseconds(50)));
+  const auto running = robot.send("POST /arm/actions/slow\n" + robot.in(milliseconds(50)));
   robot.bench.run();
-  const auto queued = robot.bench.send("POST /arm/actions/slow\n" + robot.in(milliseconds(50)));
+  const auto queued = robot.send("POST /arm/actions/slow\n" + robot.in(milliseconds(50)));
   CHECK(robot.open.size() == 1);
   robot.bench.clock.advance(milliseconds(60));
   robot.bench.run();
@@ -226,9 +233,9 @@ TEST_CASE("a command that has begun is answered at its time, and goes on", "[eng
 
 TEST_CASE("Start-Before ends an accepted invocation that has not begun, with the reason", "[engine][expiry]") {
   Robot robot;
-  const auto running = robot.bench.send("POST /arm/actions/slow\nPrefer: respond-async");
+  const auto running = robot.send("POST /arm/actions/slow\nPrefer: respond-async");
   robot.bench.run();
-  const auto queued = robot.bench.send("POST /arm/actions/slow\nPrefer: respond-async\n" + robot.in(milliseconds(50), "Start-Before"));
+  const auto queued = robot.send("POST /arm/actions/slow\nPrefer: respond-async\n" + robot.in(milliseconds(50), "Start-Before"));
   CHECK(queued.answer.status == 202);
   robot.bench.clock.advance(milliseconds(50));
   robot.bench.run();
@@ -239,7 +246,7 @@ TEST_CASE("Start-Before ends an accepted invocation that has not begun, with the
   robot.bench.run();
   CHECK(robot.open.size() == 1);
 
-  const auto handed_over = robot.bench.send("POST /arm/actions/turn\nPrefer: respond-async\n" + robot.in(milliseconds(50), "Start-Before"));
+  const auto handed_over = robot.send("POST /arm/actions/turn\nPrefer: respond-async\n" + robot.in(milliseconds(50), "Start-Before"));
   auto jobs = robot.bench.take_jobs();
   robot.bench.clock.advance(milliseconds(50));
   for (auto& job : jobs) job.run();
@@ -256,7 +263,7 @@ TEST_CASE("a stop and the cancelling of an invocation never expire, and their fi
   CHECK(robot.bench.ask("POST /arm/actions/stop\n" + late).status == 204);
   CHECK(robot.bench.ask("POST /arm/actions/stop\nValid-Until: nonsense").status == 204);
   CHECK(robot.stops == 2);
-  const auto running = robot.bench.send("POST /arm/actions/slow\nPrefer: respond-async");
+  const auto running = robot.send("POST /arm/actions/slow\nPrefer: respond-async");
   robot.bench.run();
   const std::string path = running.answer.field("Location").substr(std::string("http://localhost").size());
   CHECK(robot.bench.ask("DELETE " + path + "\n" + late).status == 204);
