@@ -24,13 +24,13 @@ inline constexpr std::string_view late_command_type = "https://w3id.org/lrt/ns#L
 
 /// An instant on the clock of one run of one server: `0123456789abcdef/73521`. Clocks of different machines are not compared: a client adds only the time
 /// that has passed for itself to a stamp that it has received.
-struct RobotTime {
+struct LRT_INTERNAL_API RobotTime {
   std::uint64_t instance = 0;      ///< of this run, random; 16 hex digits
   std::uint64_t milliseconds = 0;  ///< since the run began; at most 15 digits
 
   /// nullopt: the text has another form.
-  LRT_INTERNAL_API static std::optional<RobotTime> parse(std::string_view text) noexcept;
-  LRT_INTERNAL_API std::string text() const;
+  static std::optional<RobotTime> parse(std::string_view text) noexcept;
+  std::string text() const;
 };
 
 }  // namespace lrt::http

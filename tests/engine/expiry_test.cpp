@@ -96,6 +96,17 @@ TEST_CASE("a stamp is the run of a server and its milliseconds, and nothing else
   }
 }
 
+TEST_CASE("each response has a stamp that is at most 50 ms older than it is, never newer", "[engine][expiry]") {
+  Bench bench;
+  const auto stamp = [&] { return std::string(bench.engine.common_fields(bench.clock.now())->find("Robot-Time").value_or("")); };
+  CHECK(stamp() == bench.engine.robot_time(bench.clock.now()));
+  const std::string first = stamp();
+  bench.clock.advance(milliseconds(50));
+  CHECK(stamp() == first);
+  bench.clock.advance(milliseconds(1));
+  CHECK(stamp() == bench.engine.robot_time(bench.clock.now()));
+}
+
 TEST_CASE("a command within its time is carried out, a late one is not", "[engine][expiry]") {
   Robot robot;
   robot.bench.clock.advance(milliseconds(500));
