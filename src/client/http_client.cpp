@@ -218,7 +218,7 @@ class HttpClientImpl final : public HttpClient {
     std::vector<const Address*> addresses;
     for (const Address& address : *found) addresses.push_back(&address);
     const exchange::NoSigpipe guard(url.secure);
-    return exchange::connect(url, addresses, [&] { return Result<Tls>(anonymous ? anonymous_tls_ : own_tls_); },
+    return exchange::connect(url, addresses, [&] { return tls(anonymous); },
                              {std::min(limit.until, std::chrono::steady_clock::now() + options_.limits.connect_time), stop_descriptor_});
   }
 
@@ -320,7 +320,18 @@ class HttpClientImpl final : public HttpClient {
     return true;
   }
 
-  const Tls own_tls_, anonymous_tls_;
+  /// Without files of the options it is made when it is first needed: to read the authorities of the system takes longer than a request.
+  Result<Tls> tls(bool anonymous) {
+    const std::lock_guard lock(mutex_);
+    if (!own_tls_) {
+      Result<Tls> made = exchange::ClientTls::make({});
+      if (!made) return made;
+      own_tls_ = anonymous_tls_ = *std::move(made);
+    }
+    return anonymous ? anonymous_tls_ : own_tls_;
+  }
+
+  Tls own_tls_, anonymous_tls_;  // null: not made yet
   NameResolver names_;
   mutable std::mutex mutex_;
   std::string token_;
@@ -362,7 +373,9 @@ Result<std::shared_ptr<HttpClient>> HttpClient::create(const Options& options) {
   for (const char c : token)
     if (!lrt::detail::is(c, lrt::detail::uri))
       return unexpected(Errc::invalid_option, "token of a client: expected no white space or control character");
-  Result<std::shared_ptr<const exchange::ClientTls>> tls = exchange::ClientTls::make(options.ca_file, identity.certificate_file, identity.key_file);
+  const bool has_files = !options.ca_file.empty() || !identity.certificate_file.empty();
+  Result<std::shared_ptr<const exchange::ClientTls>> tls = std::shared_ptr<const exchange::ClientTls>();
+  if (has_files) tls = exchange::ClientTls::make(options.ca_file, identity.certificate_file, identity.key_file);
   if (!tls) return unexpected(std::move(tls).error());
   auto anonymous = tls;
   if (!identity.certificate_file.empty()) anonymous = exchange::ClientTls::make(options.ca_file);

@@ -92,7 +92,7 @@ TEST_CASE("the structure document has what a robot is, without values", "[engine
   CHECK(contains(all, R"("mode":{"schema":{"type":"string","enum":["idle","active"]},)"));
   CHECK(contains(all, R"("turn":{"path":"actions/turn","input":{"type":"number","unit":"deg"},)"));
   CHECK(contains(all, R"("waypoints":{)"));
-  CHECK(contains(all, R"("things":[{"path":"/arm","kind":"RevoluteJoint-)"));
+  CHECK(contains(all, R"("things":[{"path":"/arm","names":["Arm"],"kind":"RevoluteJoint-)"));
   CHECK(contains(all, R"({"path":"/arm/tool","title":"The tool","kind":")"));
   CHECK(contains(all, R"("parent":"/arm"})"));
 
