@@ -38,12 +38,12 @@ const std::string prefixes =
     "PREFIX sd: <http://www.w3.org/ns/sparql-service-description#> PREFIX void: <http://rdfs.org/ns/void#> "
     "PREFIX xsd: <http://www.w3.org/2001/XMLSchema#> ";
 
-/// Documents that repeat others, and would be described again with each value: `/arm/state`, `/arm/all`, `/all`.
+/// Documents that repeat others, and would be described again with each value or Thing: `/arm/state`, `/arm/all`, `/all`, `/ns/structure`.
 bool repeats_others(const std::string& path) {
   const auto ends_with = [&](std::string_view end) {
     return path.size() >= end.size() && path.compare(path.size() - end.size(), end.size(), end) == 0;
   };
-  return ends_with("/state") || ends_with("/all");
+  return ends_with("/state") || ends_with("/all") || ends_with("/ns/structure");
 }
 
 /// A robot with one of everything: anna reads the arm, bert may subscribe and write, carl manages everything.
