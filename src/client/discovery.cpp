@@ -46,7 +46,7 @@ const std::set<std::string_view>& predicates_to_skip() {
                                                                                    vocab::qudt::hasUnit.text,
                                                                                    vocab::lrt_::session.text,
                                                                                    vocab::lrt_::query.text,
-                                                                                   structure_relation});
+                                                                                   vocab::lrt_::structure.text});
   return *all;
 }
 
@@ -160,8 +160,8 @@ Result<Robot> Discovery::run() {
       found.kind = kind_of(representation.graph, *representation.focus);
     if (found_.empty()) {
       start_ = representation.url;  // after redirects
-      std::vector<std::string> documents = representation.objects(Iri(structure_relation));
-      if (documents.empty()) documents = representation.targets(structure_relation);
+      std::vector<std::string> documents = representation.objects(vocab::lrt_::structure);
+      if (documents.empty()) documents = representation.targets(vocab::lrt_::structure.text);
       if (!documents.empty() && same_origin(documents.front(), start_)) {
         Result<std::optional<Robot>> robot = session_->structures().follow(given_, start_, documents.front(), requests_);
         if (!robot) return unexpected(std::move(robot).error());

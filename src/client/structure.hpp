@@ -19,9 +19,6 @@
 namespace lrt::client {
 inline namespace v0 {
 
-/// The relation from the list of Things to the structure document (SPEC 3.24).
-inline constexpr std::string_view structure_relation = "https://w3id.org/lrt/ns#structure";
-
 /// Makes Things of a structure document.
 class StructureReader {
  public:

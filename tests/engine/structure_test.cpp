@@ -113,7 +113,7 @@ TEST_CASE("the structure document has what a robot is, without values", "[engine
 TEST_CASE("the list of Things leads to the structure document", "[engine][R0.4][R0.9]") {
   Bench bench;
   bench.add(Thing{"arm"});
-  CHECK(bench.get("/").graph().objects(rdf::iri(host + "/"), rdf::TermView(engine::structure_term)).front().text == host + "/ns/structure");
+  CHECK(bench.get("/").graph().objects(rdf::iri(host + "/"), rdf::TermView(vocab::lrt_::structure)).front().text == host + "/ns/structure");
   CHECK(contains(bench.get("/").field("Link"), "<http://localhost/ns/structure>; rel=\"https://w3id.org/lrt/ns#structure\""));
   CHECK(contains(bench.ask("GET /" + json_type).body, R"("structure":{"href":"http://localhost/ns/structure",)"));
 }

@@ -563,6 +563,7 @@ LRT_TERM(lrt, controlRequired);
 LRT_TERM(lrt, ControlledByAnother);
 LRT_TERM(lrt, ControlRequired);
 LRT_TERM(lrt, TakeOver);
+LRT_TERM(lrt, structure);
 }  // namespace lrt_
 
 #undef LRT_TERM

@@ -33,7 +33,7 @@ void RootResource::describe(const Description& d) const {
   about.texts(vocab::dcterms::description, options.description);
   about.link(vocab::rdfs::seeAlso, d.base + terms_).link(vocab::rdfs::seeAlso, d.base + VocabularyResource::location);
   about.link(vocab::rdfs::seeAlso, d.base + DatasetResource::location);
-  about.link(structure_term, d.base + StructureResource::location);
+  about.link(vocab::lrt_::structure, d.base + StructureResource::location);
   if (!registry_.roots().empty()) about.link(vocab::lrt_::all, d.base + all_.path);
   if (!query_.empty()) about.link(vocab::lrt_::query, d.base + query_);
   for (const ActionResource* stop : stops()) {
@@ -84,7 +84,7 @@ void RootResource::overview(Overview& o) const {
 void RootResource::link_related(http::LinkWriter& links, const std::string& base) const {
   if (!session_.empty()) links.add(base + session_, vocab::lrt_::session.text);
   if (!query_.empty()) links.add(base + query_, vocab::lrt_::query.text);
-  links.add(base + StructureResource::location, structure_term.text);
+  links.add(base + StructureResource::location, vocab::lrt_::structure.text);
   if (registry_.roots().empty()) return;
   links.add(base + all_.path, "related");
   links.add(base + all_.path, vocab::lrt_::all.text);

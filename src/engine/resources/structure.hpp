@@ -9,8 +9,6 @@
 #include <string_view>
 #include <vector>
 
-#include <lrt/rdf/vocab.hpp>
-
 #include "src/engine/languages.hpp"
 #include "src/engine/resource.hpp"
 
@@ -21,9 +19,6 @@ class RepresentationCache;
 inline namespace v0 {
 
 struct EngineOptions;
-
-/// The relation from the list of Things to the structure document.
-inline constexpr Iri structure_term("https://w3id.org/lrt/ns#structure");
 
 /// "/ns/structure": what the robot is, without its values (SPEC 3.24). One document instead of one for each Thing, so that a client knows all names,
 /// types and units after one request and need not ask again until something is added or removed: its entity tag depends on nothing else.
