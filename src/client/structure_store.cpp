@@ -7,11 +7,13 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
+#include <cstdint>
+#include <cstdlib>
 #include <memory>
 #include <string_view>
 
-#include "src/base/ascii.hpp"
 #include "src/base/descriptor.hpp"
 #include "src/exchange/tls.hpp"
 #include "src/rdf/hash.hpp"
