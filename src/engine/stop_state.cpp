@@ -2,6 +2,7 @@
 #include "src/engine/stop_state.hpp"
 
 #include <algorithm>
+#include <string_view>
 
 #include <lrt/rdf/lexical.hpp>
 
@@ -15,6 +16,11 @@
 
 namespace lrt::engine {
 inline namespace v0 {
+
+namespace {
+/// Why commands are refused, for all who see what they are sent to.
+constexpr std::string_view stop_reason = "the robot is stopped";
+}  // namespace
 
 const StopState* stopped_by(const ThingNode& thing) noexcept {
   for (const ThingNode* t = &thing; t; t = t->parent)
@@ -37,7 +43,7 @@ bool may_move(const model::ResourceSpec& command) noexcept {
 
 std::string reason_of_stop(const ThingNode& thing, const model::ResourceSpec& command) {
   if (!may_move(command)) return {};
-  return stopped_by(thing) ? "the robot is stopped" : "";
+  return stopped_by(thing) ? std::string(stop_reason) : std::string();
 }
 
 std::vector<std::shared_ptr<const StopHold>> holds_of(const ThingNode& thing, const model::ResourceSpec& command) {
@@ -61,8 +67,7 @@ std::string stop_time(Utc time) { return rdf::lexical::format_instant(time.time_
 /// Since when and by whom, as far as the sender may see it, and what ends it.
 std::string stop_sentence(const StopState& state, const Context& context, const Responses& responses) {
   const Audience& audience = context.audience;
-  std::string text = audience.sees(state.thing.self) ? "\"" + state.thing.self.path + "\"" : "the robot";
-  text += " is stopped";
+  std::string text(stop_reason);
   if (audience.sees(state.shown)) {
     const StopValue& value = state.value;
     if (value.since) text += " since " + stop_time(*value.since);

@@ -77,6 +77,9 @@ class Action:
         return plain(reason) if reason else None
 
     def send(self, rng, body, **headers):
+        if iri(LRT + "ReleaseAction") in self.document.objects(iri(self.url), TYPE):  # it must say until when it is valid
+            instance, milliseconds = self.program.get("").field("Robot-Time").split("/")
+            headers = {"Valid-Until": f"{instance}/{int(milliseconds) + 10_000}", **headers}
         fields = {"Content-Type": "text/turtle", **headers} if body else headers
         return http_request("POST", self.url, body.turtle(rng) if body else None, fields)
 

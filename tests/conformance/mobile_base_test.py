@@ -23,6 +23,11 @@ class Base(Program):
     def drive(self, x, y, **headers):
         return self.send("POST", "base/actions/driveTo", {"x": x, "y": y}, **headers)
 
+    def soon(self):
+        """Ten seconds from now, by the clock of the server."""
+        instance, milliseconds = self.get("").field("Robot-Time").split("/")
+        return f"{instance}/{int(milliseconds) + 10_000}"
+
     def invocation(self, started):
         path = started.field("Location")
         return json.loads(self.get(path, Accept="application/json").expect(200).body)
@@ -81,10 +86,16 @@ def main():
         http_request("POST", base.at("base/actions/emergencyStop"), "", {"Content-Type": "application/x-www-form-urlencoded"}).expect(204)
         assert base.json("base/stopped") is True
         until(lambda: base.invocation(far)["status"] == "failed", "the drive fails")
-        assert "emergency stop" in json.dumps(base.invocation(far)), base.invocation(far)
+        assert "the robot was stopped" in json.dumps(base.invocation(far)), base.invocation(far)
         refused = base.drive(1, 1).expect(409)
-        assert "the emergency stop is pressed" in refused.body, refused
-        base.send("POST", "base/actions/release").expect(204)
+        assert "ns#Stopped" in refused.body and "by somebody" in refused.body, refused
+        base.send("PUT", "base/gains", {"p": 1, "i": 1, "d": 0}).expect(409)
+        state = base.json("")["stopStates"][0]
+        assert state["stopped"] and state["by"] == "somebody" and state["since"], state
+        assert base.json("base/stopped-lrt") == {name: state[name] for name in ("stopped", "since", "by")}, state
+        base.send("POST", "base/actions/release").expect(428)
+        base.send("POST", "base/actions/release", Valid_Until=base.soon()).expect(204)
+        assert base.json("base/stopped-lrt") == {"stopped": False}
         base.drive(base.json("base/pose")["x"] + 0.05, base.json("base/pose")["y"], Prefer="wait=30")
 
         # What cannot be meant is refused before the base sees it.
