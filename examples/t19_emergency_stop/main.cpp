@@ -130,7 +130,7 @@ int main() {
 //   <> vom:numericalValue 0.5 ; qudt:hasUnit unit:M-PER-SEC .
 // 409 Conflict
 // Content-Type: application/problem+json
-// {"type":"https://w3id.org/lrt/ns#Stopped","title":"Conflict","status":409,"detail":"this was not carried out: \"/base\" is stopped since <time> by somebody; see http://127.0.0.1:8080/base/stopped; what ends the stop is http://127.0.0.1:8080/base/actions/release"}
+// {"type":"https://w3id.org/lrt/ns#Stopped","title":"Conflict","status":409,"detail":"this was not carried out: the robot is stopped since <time> by somebody; see http://127.0.0.1:8080/base/stopped; what ends the stop is http://127.0.0.1:8080/base/actions/release"}
 //
 // POST /base/actions/release
 // Valid-Until: <time>
