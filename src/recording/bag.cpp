@@ -539,7 +539,7 @@ Result<void> ReplayPlan::add(const RecordedChange& change) {
   }
   std::string name = selection_.name_of(change);
   const auto [known, is_new] = by_name_.try_emplace(std::move(name), targets_.size());
-  if (is_new) targets_.push_back({known->first, change.url, change.robot});
+  if (is_new) targets_.push_back({known->first, known->first != change.name, change.url, change.robot});
   const Target& target = targets_[known->second];
   if (target.url != change.url)
     return unexpected(Errc::expected_value, "\"" + target.url + "\" and \"" + change.url + "\" have the same name \"" + known->first +

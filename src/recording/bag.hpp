@@ -137,7 +137,8 @@ class ReplayPlan {
     std::chrono::microseconds at{0};  ///< in the recording
   };
   struct Target {
-    std::string name;   ///< after renaming
+    std::string name;  ///< after renaming
+    bool is_renamed = false;
     std::string url;    ///< in the recording
     std::string robot;  ///< in the recording
   };

@@ -34,12 +34,25 @@ struct Driven {
   std::optional<client::Schema> schema;
 };
 
+/// "baxter/right_s1/position" of "http://robot/baxter/right_s1/position".
+std::string path_of(const std::string& url) {
+  const std::size_t host = url.find("://");
+  const std::size_t path = host == std::string::npos ? host : url.find('/', host + 3);
+  return path == std::string::npos ? std::string() : url.substr(path + 1);
+}
+
 /// The properties of a plan that can be written, by the number of their name.
 Result<std::vector<std::optional<Driven>>> find(Session& session, const ReplayPlan& plan) {
   std::vector<std::optional<Driven>> result;
   for (const ReplayPlan::Target& target : plan.targets()) {
     result.emplace_back();
-    const Result<client::Property> property = session.property(target.name);
+    Result<client::Property> property = session.property(target.name);
+    // A name may be ambiguous, or another one in the language of this robot; a path is neither.
+    if (const std::string path = target.is_renamed ? std::string() : path_of(target.url);
+        !property && !path.empty() && (property.error().code == Errc::unknown_path || property.error().code == Errc::expected_value)) {
+      Result<client::Property> by_path = session.property(path);
+      if (by_path) property = std::move(by_path);
+    }
     if (!property && property.error().code == Errc::unknown_path) {
       session.warn("\"" + target.name + "\" is left out: " + property.error().message);
       continue;
