@@ -148,7 +148,7 @@ struct CheckOptions {
   std::size_t max_described_actions = 50;        ///< whose bindings are tried with OPTIONS
   std::size_t max_results = 100;                 ///< named of one check of the merged documents
 
-  std::chrono::milliseconds slow_time{1'000};          ///< a server whose usual response takes longer is reported as slow
+  std::chrono::milliseconds slow_time{1'000};         ///< a server whose usual response takes longer is reported as slow
   std::function<void(const Progress& now)> progress;  ///< called by run() before each request; empty: not
 };
 

@@ -95,8 +95,10 @@ void check_expiry(Context& context) {
     const Exchange in_time = Change::write(context, url, present.reply.body, present.reply.field("Content-Type"), probe.command_fields());
     if (in_time.reply.ok()) v.pass("expiry.valid", &in_time);
     else if (in_time.reply.status == 412)
-      v.fail("expiry.valid", "PUT " + url + " of the present value with \"" + probe.command_fields().front().first + ": " +
-                                 probe.command_fields().front().second + "\", a minute ahead, gets 412", &in_time);
+      v.fail("expiry.valid",
+             "PUT " + url + " of the present value with \"" + probe.command_fields().front().first + ": " + probe.command_fields().front().second +
+                 "\", a minute ahead, gets 412",
+             &in_time);
     else v.not_testable("expiry.valid", outcome_of(in_time), &in_time);
     break;
   }
@@ -179,14 +181,20 @@ void check_heartbeat(Context& context) {
   } while (beats.size() < 2 && received.size() < context.options.max_body_bytes && connection->receive(until));
   const auto stamp = [&](std::size_t i) { return RobotTime::parse(beats[i]); };
   if (beats.size() < 2)
-    v.fail("heartbeat.comes", "GET " + url + " as an event stream: " + std::to_string(beats.size()) + " events of type heartbeat came within " +
-                                  std::to_string(heartbeat_time.count() / 1000) + " s, expected one each half second", &exchange);
+    v.fail("heartbeat.comes",
+           "GET " + url + " as an event stream: " + std::to_string(beats.size()) + " events of type heartbeat came within " +
+               std::to_string(heartbeat_time.count() / 1000) + " s, expected one each half second",
+           &exchange);
   else if (!stamp(0) || !stamp(1))
-    v.fail("heartbeat.comes", "GET " + url + " as an event stream: the data of a heartbeat is \"" + excerpt(stamp(0) ? beats[1] : beats[0], 60) +
-                                  "\", expected a value as that of Robot-Time", &exchange);
+    v.fail("heartbeat.comes",
+           "GET " + url + " as an event stream: the data of a heartbeat is \"" + excerpt(stamp(0) ? beats[1] : beats[0], 60) +
+               "\", expected a value as that of Robot-Time",
+           &exchange);
   else if (stamp(1)->ms < stamp(0)->ms || stamp(0)->instance != stamp(1)->instance || stamp(0)->instance != context.probe.robot_time->instance)
-    v.fail("heartbeat.comes", "GET " + url + " as an event stream: \"" + beats[0] + "\" is followed by \"" + beats[1] + "\", and Robot-Time was \"" +
-                                  context.probe.robot_time->text() + "\"", &exchange);
+    v.fail("heartbeat.comes",
+           "GET " + url + " as an event stream: \"" + beats[0] + "\" is followed by \"" + beats[1] + "\", and Robot-Time was \"" +
+               context.probe.robot_time->text() + "\"",
+           &exchange);
   else v.pass("heartbeat.comes", &exchange, "\"" + beats[0] + "\", then \"" + beats[1] + "\"");
   const Exchange wrong = context.probe.ask("GET", with_query(r.url, "heartbeat=often"), {{"Accept", "text/event-stream"}});
   if (wrong.reply.status >= 400 && wrong.reply.status < 500) v.pass("heartbeat.refused", &wrong);
@@ -217,12 +225,16 @@ void check_refused_while_stopped(Context& context, const StopState& stop) {
     const Exchange present = context.probe.ask("GET", url, {{"Accept", turtle_first}});
     const Exchange put = Change::write(context, url, present.reply.body, present.reply.field("Content-Type"), context.probe.command_fields());
     if (put.reply.ok())
-      context.verdicts.fail("stop.refuses", "PUT " + url + " gets " + std::to_string(put.reply.status) + ", and " + stop.state + " says it is stopped; " +
-                                                "it may be a Property that moves nothing", &put, Certainty::likely);
+      context.verdicts.fail("stop.refuses",
+                            "PUT " + url + " gets " + std::to_string(put.reply.status) + ", and " + stop.state + " says it is stopped; " +
+                                "it may be a Property that moves nothing",
+                            &put, Certainty::likely);
     else if (put.reply.status == 409 && problem_type_of(put) == stopped_problem) context.verdicts.pass("stop.refuses", &put);
     else if (put.reply.status == 409)
-      context.verdicts.fail("stop.refuses", "PUT " + url + " while it is stopped gets 409 with the problem type \"" + excerpt(problem_type_of(put), 80) +
-                                                "\", expected " + stopped_problem, &put);
+      context.verdicts.fail("stop.refuses",
+                            "PUT " + url + " while it is stopped gets 409 with the problem type \"" + excerpt(problem_type_of(put), 80) +
+                                "\", expected " + stopped_problem,
+                            &put);
     else context.verdicts.not_testable("stop.refuses", outcome_of(put), &put);
   }
 }
@@ -262,16 +274,19 @@ void check_stop_states(Context& context) {
           if (member_of(*all, i, "thing") == stop.thing || member_of(*all, i, "state") == stop.state) there = member_of(*all, i, "stopped");
     }
     const Exchange again = get(context, stop.state, {{"Accept", "application/json"}});
-    if (there == stopped) v.pass("stop.state", &exchange, "while it is stopped, these are unavailable: " + (list.empty() ? "none that was visited" : list));
+    if (there == stopped)
+      v.pass("stop.state", &exchange, "while it is stopped, these are unavailable: " + (list.empty() ? "none that was visited" : list));
     else if (again.reply.body != exchange.reply.body) v.not_testable("stop.state", "it changes between two requests", &exchange);
     else
-      v.fail("stop.state", "GET " + stop.state + " has \"stopped\": " + stopped + ", and in \"stopStates\" of " + root + " it is " + there, &overview);
+      v.fail("stop.state", "GET " + stop.state + " has \"stopped\": " + stopped + ", and in \"stopStates\" of " + root + " it is " + there,
+             &overview);
     context.notes.push_back("while " + stop.thing + " is stopped, these are unavailable: " + (list.empty() ? "none that was visited" : list));
     if (stopped == "true") check_refused_while_stopped(context, stop);
     else v.not_testable("stop.refuses", stop.thing + " is not stopped, and the check stops nothing", &exchange);
   }
   v.otherwise("stop.state", Outcome::not_testable, "no Thing states lrt:stopState");
-  v.otherwise("stop.refuses", Outcome::not_testable, states.empty() ? "no Thing states lrt:stopState" : "no resource below a stopped Thing may be written");
+  v.otherwise("stop.refuses", Outcome::not_testable,
+              states.empty() ? "no Thing states lrt:stopState" : "no resource below a stopped Thing may be written");
 }
 
 }  // namespace

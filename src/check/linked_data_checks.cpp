@@ -81,12 +81,14 @@ void check_listed(Context& context, const Resource& r, const Exchange& none) {
     if (link.relation == "alternate" && !link.type.empty()) types.push_back(media_type_of(link.type));
   for (const std::string& type : types) {
     if (context.probe.exhausted()) return;
+    if (type == turtle && v.failed("rdf.accept-turtle")) continue;
     const Exchange exchange = context.probe.ask("GET", r.url, {{"Accept", type}});
     if (exchange.reply.ok() && exchange.reply.media_type() == type) v.pass("negotiate.listed", &exchange);
     else if (exchange.reply.ok() || exchange.reply.status == 406)
-      v.fail("negotiate.listed", "the 406 of GET " + r.url + " lists " + type + ", and `Accept: " + type + "` gets " +
-                                     (exchange.reply.ok() ? exchange.reply.media_type() : std::to_string(exchange.reply.status)), &exchange,
-             Certainty::likely);
+      v.fail("negotiate.listed",
+             "the 406 of GET " + r.url + " lists " + type + ", and `Accept: " + type + "` gets " +
+                 (exchange.reply.ok() ? exchange.reply.media_type() : std::to_string(exchange.reply.status)),
+             &exchange, Certainty::likely);
     else v.not_testable("negotiate.listed", outcome_of(exchange), &exchange);
   }
   v.otherwise("negotiate.listed", Outcome::not_applicable, "the 406 lists no media types");

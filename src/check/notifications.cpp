@@ -19,9 +19,9 @@ using rdf::Graph;
 using rdf::TermView;
 using std::chrono::milliseconds;
 
-constexpr std::size_t max_messages = 50;       // that are read for one change
-constexpr milliseconds poll_interval{50};      // of GETs that look for a change
-constexpr double fraction = 1.0 / 1024;        // by which a number is changed
+constexpr std::size_t max_messages = 50;   // that are read for one change
+constexpr milliseconds poll_interval{50};  // of GETs that look for a change
+constexpr double fraction = 1.0 / 1024;    // by which a number is changed
 
 Graph graph_of_bytes(const std::string& bytes, const std::string& type, const std::string& base, bool& is_rdf) {
   std::vector<rdf::Syntax> syntaxes;
@@ -78,7 +78,8 @@ std::vector<std::string> beside(const std::string& text, bool whole) {
 }
 
 bool is_numeric(rdf::lexical::Datatype d) {
-  return d == rdf::lexical::Datatype::double_ || d == rdf::lexical::Datatype::float_ || d == rdf::lexical::Datatype::decimal || rdf::lexical::is_integer_type(d);
+  return d == rdf::lexical::Datatype::double_ || d == rdf::lexical::Datatype::float_ || d == rdf::lexical::Datatype::decimal ||
+         rdf::lexical::is_integer_type(d);
 }
 
 }  // namespace
@@ -247,19 +248,19 @@ class Observer {
     return first;
   }
   bool lost(const std::string& what, const Exchange& get) {
-    found_.missing = (changes_ > 1 ? "there was a message after the first change, and none after the second: " : "") + what + " of " + url_ +
-                     " has changed what GET responds, and no message came within " +
-                     std::to_string(std::chrono::duration_cast<milliseconds>(context_.options.message_time + 4 * context_.probe.usual_time()).count()) +
-                     " ms";
+    found_.missing =
+        (changes_ > 1 ? "there was a message after the first change, and none after the second: " : "") + what + " of " + url_ +
+        " has changed what GET responds, and no message came within " +
+        std::to_string(std::chrono::duration_cast<milliseconds>(context_.options.message_time + 4 * context_.probe.usual_time()).count()) + " ms";
     found_.proof = get;
     return false;
   }
   bool is_wrong(const Message& message, const std::string& what, const Exchange& get) {
     found_.wrong = "after " + what + " of " + url_ + " the message " +
-                   (message.body.empty()                  ? "is empty"
-                    : !former_.empty() && same(message.body, former_) ? "has the former content"
-                                                          : "is not what GET responds: \"" + excerpt(message.body, 120) + "\", GET: \"" +
-                                                                excerpt(get.reply.body, 120) + "\"");
+                   (message.body.empty() ? "is empty"
+                    : !former_.empty() && same(message.body, former_)
+                        ? "has the former content"
+                        : "is not what GET responds: \"" + excerpt(message.body, 120) + "\", GET: \"" + excerpt(get.reply.body, 120) + "\"");
     found_.proof = message.shown;
     return false;
   }

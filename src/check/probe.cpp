@@ -185,6 +185,7 @@ bool Connection::read_response(Reply& reply, std::string_view method, Instant un
         if (!has_header) reply.error = error_.value_or(Error{Errc::timed_out, "timed out"});
         else if (!reply.fields.find("Content-Length") && !reply.fields.find("Transfer-Encoding"))
           reply.framing_fault = "neither Content-Length nor Transfer-Encoding is there, and the connection stays open";
+        else if (reply.fields.find("Transfer-Encoding")) reply.truncated = true;  // a stream, or a slow server
         else reply.framing_fault = "the body is not complete in time: it has " + std::to_string(reply.body.size()) + " bytes";
         return true;
       case Step::complete: reply.framing_fault = parser.tolerated(); return true;
@@ -316,9 +317,13 @@ Exchange Probe::ask_without_body(const std::string& method, const std::string& u
   }
   http::Fields own;
   for (const auto& [name, value] : fields) own.add(name, value);
-  const std::string bytes = method + " " + parts->target + " HTTP/1.1\r\n" + own_fields(url) + own.block() +
-                            "Content-Length: 1\r\nExpect: 100-continue\r\n\r\n";
+  const std::string bytes =
+      method + " " + parts->target + " HTTP/1.1\r\n" + own_fields(url) + own.block() + "Content-Length: 1\r\nExpect: 100-continue\r\n\r\n";
   exchange.sent = shown(url, bytes);
+  if (ignores_expect_) {
+    exchange.reply.error = Error{Errc::timed_out, "the server does not respond before the body comes, as a request before this has shown"};
+    return exchange;
+  }
   Result<Connection> connection = connect(url);
   if (!connection) {
     exchange.reply.error = connection.error();
@@ -327,8 +332,13 @@ Exchange Probe::ask_without_body(const std::string& method, const std::string& u
   (void)connection->write(bytes, until());
   // An interim response is enough: after it nothing is sent.
   while (connection->received().find("\r\n\r\n") == std::string::npos && connection->receive(until())) {}
-  if (connection->received().compare(0, 12, "HTTP/1.1 100") == 0) exchange.reply.status = 100, exchange.reply.version = "HTTP/1.1";
-  else exchange.reply = connection->read(method, until(), false, options_.close_time);
+  const std::string& received = connection->received();
+  if (received.compare(0, 7, "HTTP/1.") == 0 && received.compare(8, 4, " 100") == 0) {
+    exchange.reply.status = 100, exchange.reply.version = received.substr(0, 8);
+    return exchange;
+  }
+  exchange.reply = connection->read(method, until(), false, options_.close_time);
+  ignores_expect_ = exchange.reply.timed_out();
   if (!exchange.reply.error) statuses.push_back(exchange.reply.status);
   return exchange;
 }
@@ -430,6 +440,7 @@ void Probe::record(const Exchange& exchange, const std::string& method, const Fi
 /// Compares a representation with the one before of the same URL and negotiation.
 void Probe::record_representation(const Exchange& exchange, const std::string& method, const FieldList& fields) {
   const Reply& reply = exchange.reply;
+  if (method != "GET" && method != "HEAD" && method != "OPTIONS" && reply.ok()) ++writes_;
   if (method != "GET" || reply.status != 200 || reply.truncated || !reply.framing_fault.empty()) return;
   std::string key = exchange.url;
   for (const auto& [name, value] : fields) {
@@ -442,16 +453,20 @@ void Probe::record_representation(const Exchange& exchange, const std::string& m
   now.tag = reply.field("ETag");
   now.media_type = reply.media_type();
   now.hash = std::hash<std::string>()(reply.body);
+  now.writes = writes_;
   now.date = http_seconds(reply.field("Date"));
   now.last_modified = http_seconds(reply.field("Last-Modified"));
   const auto [found, is_new] = seen_.try_emplace(key);
   if (!is_new) {
     const Seen& before = found->second;
     const bool same = before.hash == now.hash && before.media_type == now.media_type, weak = now.tag.compare(0, 2, "W/") == 0;
-    if (!same && before.tag == now.tag && !now.tag.empty() && !weak && tag_stays.size() < max_kept) tag_stays.push_back({before.exchange, now.exchange});
-    if (same && before.tag != now.tag && !before.tag.empty() && !now.tag.empty() && weak == (before.tag.compare(0, 2, "W/") == 0) &&
-        tag_moves.size() < max_kept)
+    if (!same && before.tag == now.tag && !now.tag.empty() && !weak && tag_stays.size() < max_kept)
+      tag_stays.push_back({before.exchange, now.exchange});
+    // A tag may be that of a moment at which somebody has written the same.
+    if (same && before.writes == writes_ && before.tag != now.tag && !before.tag.empty() && !now.tag.empty() &&
+        weak == (before.tag.compare(0, 2, "W/") == 0) && tag_moves.size() < max_kept)
       tag_moves.push_back({before.exchange, now.exchange});
+    if (!same && before.tag != now.tag) changed_tag = now.exchange;
     // What has changed after the first response has been modified after it; a second is the resolution.
     if (!same && now.last_modified && before.date) {
       if (*now.last_modified + 1 >= *before.date) last_modified_moves = now.exchange;

@@ -28,13 +28,13 @@ struct Reply {
   std::string version;         ///< "HTTP/1.1"
   int status = 0;
   http::Fields fields;
-  std::string body;               ///< of a response whose length is wrong: all bytes until the end of the connection
-  std::vector<int> interim;       ///< statuses 1xx before it
-  std::string framing_fault;      ///< empty: header section and length are well-formed and agree with the bytes
-  std::string forbidden_body;     ///< bytes after a response that has no body (HEAD, 204, 304)
-  bool forbidden_length = false;  ///< a 204 has Content-Length or Transfer-Encoding (RFC 9110 8.6, RFC 9112 6.1)
-  bool truncated = false;         ///< a limit of the check has ended the body; the rest is not judged
-  bool closed = false;            ///< the server has ended the connection
+  std::string body;                   ///< of a response whose length is wrong: all bytes until the end of the connection
+  std::vector<int> interim;           ///< statuses 1xx before it
+  std::string framing_fault;          ///< empty: header section and length are well-formed and agree with the bytes
+  std::string forbidden_body;         ///< bytes after a response that has no body (HEAD, 204, 304)
+  bool forbidden_length = false;      ///< a 204 has Content-Length or Transfer-Encoding (RFC 9110 8.6, RFC 9112 6.1)
+  bool truncated = false;             ///< a limit of the check has ended the body; the rest is not judged
+  bool closed = false;                ///< the server has ended the connection
   std::chrono::milliseconds took{0};  ///< from the request to the end of the response, or until it was given up
 
   bool ok() const noexcept { return status >= 200 && status < 300; }
@@ -125,7 +125,7 @@ class Probe {
   bool is_fast() const;
   /// The fields of a command: Valid-Until, for servers that announce Robot-Time.
   FieldList command_fields() const;
-  bool exhausted() const;                                          ///< no further request is sent
+  bool exhausted() const;  ///< no further request is sent
   std::size_t requests() const noexcept { return requests_; }
   std::string limit_reached() const;
 
@@ -139,7 +139,7 @@ class Probe {
   // What the responses say together.
   std::vector<Pair> tag_stays, tag_moves;  ///< one tag, other bytes; the same bytes, another tag
   std::optional<Pair> date_back, last_modified_back;
-  std::optional<Exchange> has_last_modified, last_modified_moves;
+  std::optional<Exchange> has_last_modified, last_modified_moves, changed_tag;
   std::vector<Exchange> invalid_dates, modified_later;
   std::optional<Exchange> first_dated, last_dated;
   long long date_offset_first = 0, date_offset_last = 0;  ///< seconds that Date is after this machine's clock
@@ -164,17 +164,18 @@ class Probe {
   exchange::Instant end_;
   const exchange::Instant begin_;
   std::size_t requests_ = 0;
-  bool closes_ = true;
+  bool closes_ = true, ignores_expect_ = false;
   std::vector<std::chrono::milliseconds> times_;
   exchange::Instant date_begin_{};
   /// The last representation of a URL and what was negotiated, without most of its body.
   struct Seen {
     Exchange exchange;
     std::string tag, media_type;
-    std::size_t hash = 0;
+    std::size_t hash = 0, writes = 0;
     std::optional<long long> date, last_modified;
   };
   std::map<std::string, Seen> seen_;
+  std::size_t writes_ = 0;  ///< successful requests that may have changed something
 };
 
 /// Seconds since 1970 of an HTTP date in the format that servers must generate (RFC 9110 5.6.7, IMF-fixdate).

@@ -51,8 +51,9 @@ void check_same_allow(Context& context, const Resource& r, const Exchange& other
   if (methods.empty() || r.allow.empty()) return;
   if (methods == r.allow) context.verdicts.pass("options.agrees", &other);
   else
-    context.verdicts.fail("options.agrees", r.url + ": Allow is \"" + joined(r.allow) + "\" in the response to OPTIONS, and \"" + joined(methods) +
-                                                "\" in " + what, &other, Certainty::likely);
+    context.verdicts.fail("options.agrees",
+                          r.url + ": Allow is \"" + joined(r.allow) + "\" in the response to OPTIONS, and \"" + joined(methods) + "\" in " + what,
+                          &other, Certainty::likely);
 }
 
 bool is_gone(int status) { return status == 404 || status == 410; }
@@ -156,7 +157,8 @@ void check_refused_methods(Context& context, const Resource& r) {
     if (exchange.reply.error) {
       context.verdicts.not_testable("methods.refused", outcome_of(exchange), &exchange);
     } else if (status < 400) {
-      context.verdicts.fail("methods.refused", std::string(method) + " is not in Allow of " + r.url + " and gets " + std::to_string(status), &exchange);
+      context.verdicts.fail("methods.refused", std::string(method) + " is not in Allow of " + r.url + " and gets " + std::to_string(status),
+                            &exchange);
     } else if (status != 405) {
       context.verdicts.pass("methods.refused", &exchange, "refused with " + std::to_string(status) + " instead of 405");
     } else {
@@ -183,8 +185,9 @@ void check_announced_methods(Context& context, const Resource& r) {
     if (exchange.reply.error) context.verdicts.not_testable("methods.announced", outcome_of(exchange), &exchange);
     else if (status == 100) context.verdicts.not_testable("methods.announced", "the server wants the body before it judges the request", &exchange);
     else if (status == 405 || status == 501)
-      context.verdicts.fail("methods.announced", std::string(method) + " is in Allow of " + r.url + " (" + joined(r.allow) + ") and gets " +
-                                                     std::to_string(status), &exchange);
+      context.verdicts.fail("methods.announced",
+                            std::string(method) + " is in Allow of " + r.url + " (" + joined(r.allow) + ") and gets " + std::to_string(status),
+                            &exchange);
     else context.verdicts.pass("methods.announced", &exchange);
   }
 }
@@ -215,6 +218,7 @@ void check_accept_post(Context& context, const Resource& r, const Exchange& opti
 void check_accept_patch(Context& context, const Resource& r, const Exchange& options) {
   const bool listed = options.reply.fields.find("Accept-Patch").has_value() || r.get.reply.fields.find("Accept-Patch").has_value();
   const bool allowed = r.allow.count("PATCH") != 0;
+  if (r.allow.empty()) return;  // options.allow
   if (listed && !allowed)
     context.verdicts.fail("accept-patch.announced", r.url + " has Accept-Patch, and Allow has no PATCH: " + joined(r.allow), &options);
   else if (allowed && !options.reply.fields.find("Accept-Patch"))
@@ -305,13 +309,24 @@ class Targets {
   std::size_t read_ = 0;
 };
 
+/// Relations whose target is there. Others name a class, or a place where something may be put (acl, edit).
+bool promises_target(const std::string& relation) {
+  static constexpr std::string_view all[] = {
+      "about", "canonical", "collection", "contents",        "describedby",  "first",       "help",
+      "index", "item",      "last",       "license",         "next",         "prev",        "previous",
+      "start", "up",        "via",        "version-history", "service-desc", "service-doc", "terms-of-service"};
+  return std::find(std::begin(all), std::end(all), relation) != std::end(all) || relation == "http://www.w3.org/ns/ldp#constrainedBy" ||
+         relation.compare(0, 23, "https://w3id.org/lrt/ns") == 0;
+}
+
 void check_targets(Context& context, Targets& targets) {
   Verdicts& v = context.verdicts;
+  const Result<http::Url> parts = url_of(context.url);
+  const std::string root = parts ? parts->origin() + "/" : std::string();
   for (const Resource& r : context.resources) {
     for (const client::Link& link : r.links) {
-      // Others are judged by alternates.get and uri.get, or name a class.
-      if (link.relation == "type" || link.relation == "alternate" || link.relation == "related" || !client::same_origin(link.target, context.url))
-        continue;
+      // Others are judged by alternates.get, uri.get and root.get.
+      if (!promises_target(link.relation) || link.target == root || !client::same_origin(link.target, context.url)) continue;
       const Exchange* const target = targets.read(link.target);
       if (target == nullptr) continue;
       const bool described = link.relation == "describedby";
@@ -330,7 +345,9 @@ void check_targets(Context& context, Targets& targets) {
 /// Why bytes cannot be of that media type; empty: they may be.
 std::string fault_of_bytes(const Context& context, const Exchange& exchange) {
   const std::string type = exchange.reply.media_type(), &body = exchange.reply.body;
-  const auto ends_with = [&type](std::string_view end) { return type.size() > end.size() && type.compare(type.size() - end.size(), end.size(), end) == 0; };
+  const auto ends_with = [&type](std::string_view end) {
+    return type.size() > end.size() && type.compare(type.size() - end.size(), end.size(), end) == 0;
+  };
   std::string fault;
   if (rdf::syntax_of(type)) {
     (void)graph_of(context, exchange, &fault);
@@ -359,8 +376,8 @@ void check_bytes(Context& context, const Exchange& exchange) {
   if (!exchange.reply.ok() || exchange.reply.status == 204 || exchange.reply.truncated || exchange.reply.media_type().empty()) return;
   if (const std::string fault = fault_of_bytes(context, exchange); fault.empty()) context.verdicts.pass("alternates.bytes", &exchange);
   else
-    context.verdicts.fail("alternates.bytes", "GET " + exchange.url + ": Content-Type is " + exchange.reply.media_type() + ", and of the body " + fault,
-                          &exchange);
+    context.verdicts.fail("alternates.bytes",
+                          "GET " + exchange.url + ": Content-Type is " + exchange.reply.media_type() + ", and of the body " + fault, &exchange);
 }
 
 /// The links to other representations, of one resource of each kind.
@@ -407,20 +424,23 @@ void check_container(Context& context, const Exchange& container, const rdf::Gra
     if (read == nullptr) continue;
     if (read->reply.error) v.not_testable("container.members", outcome_of(*read), read);
     else if (is_gone(read->reply.status))
-      v.fail("container.members", "GET " + container.url + " has ldp:contains <" + std::string(member.text) + ">, and GET of it: " +
-                                      std::to_string(read->reply.status), read);
+      v.fail("container.members",
+             "GET " + container.url + " has ldp:contains <" + std::string(member.text) + ">, and GET of it: " + std::to_string(read->reply.status),
+             read);
     else v.pass("container.members", read);
   }
   if (count == 0 || context.probe.exhausted()) return;
-  const Exchange minimal = context.probe.ask("GET", container.url,
-                                             {{"Accept", "text/turtle"},
-                                              {"Prefer", "return=representation; include=\"http://www.w3.org/ns/ldp#PreferMinimalContainer\""}});
+  const Exchange minimal = context.probe.ask(
+      "GET", container.url,
+      {{"Accept", "text/turtle"}, {"Prefer", "return=representation; include=\"http://www.w3.org/ns/ldp#PreferMinimalContainer\""}});
   const std::string applied = minimal.reply.fields.joined("Preference-Applied");
   if (applied.empty() || !minimal.reply.ok()) return;
   const std::optional<rdf::Graph> without = graph_of(context, minimal);
   if (without && !without->match(&subject, &predicate, nullptr).empty())
-    v.fail("prefer.applied", "GET " + container.url + " with PreferMinimalContainer: \"Preference-Applied: " + excerpt(applied, 60) +
-                                 "\", and ldp:contains is still there", &minimal);
+    v.fail("prefer.applied",
+           "GET " + container.url + " with PreferMinimalContainer: \"Preference-Applied: " + excerpt(applied, 60) +
+               "\", and ldp:contains is still there",
+           &minimal);
   else if (without) v.pass("prefer.applied", &minimal);
 }
 

@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::size_t max_candidates = 4;
 constexpr std::chrono::milliseconds beginning_time{300};  // a server that sends a callback at the beginning does it at once
-constexpr std::size_t max_ignored = 2;  // resources at which a callback is waited for in vain
+constexpr std::size_t max_ignored = 2;                    // resources at which a callback is waited for in vain
 constexpr const char* other_type = "application/n-triples";
 
 bool names_protocol(const Resource& r, std::string_view protocol) {
@@ -51,7 +51,10 @@ std::vector<const Resource*> candidates(const Context& context, std::string_view
     if (r.exists() && !r.subscriptions && !r.subscription && !r.blueprint) all.push_back(&r);
   const auto rank = [&](const Resource* r) {
     return (context.may_write(r->url) ? 0 : 40) + (r->changes ? 0 : 20) + (names_protocol(*r, protocol) ? 0 : 10) +
-           (r->property ? 0 : r->thing ? 1 : r->action ? 3 : 2);
+           (r->property ? 0
+            : r->thing  ? 1
+            : r->action ? 3
+                        : 2);
   };
   std::stable_sort(all.begin(), all.end(), [&](const Resource* a, const Resource* b) { return rank(a) < rank(b); });
   if (all.size() > max_candidates) all.resize(max_candidates);
@@ -75,7 +78,7 @@ bool reads_as(const std::string& bytes, const std::string& type, const std::stri
 
 // ------------------------------------------------------------------------------------------------------------------------ WebSockets
 
-constexpr const char* websocket_ids[] = {"ws.accept", "ws.fields",        "ws.frames",   "ws.ping",    "ws.close",
+constexpr const char* websocket_ids[] = {"ws.accept",        "ws.fields",   "ws.frames",  "ws.ping",      "ws.close",
                                          "ws.first-message", "ws.notified", "ws.content", "ws.media-type"};
 
 void check_version(Context& context, const std::string& url) {
@@ -137,6 +140,7 @@ void use_websocket(Context& context, WebSocket& socket, const std::string& url, 
   }
   if (type.empty()) v.not_applicable("ws.media-type", "the resource has one media type");
   else if (!any) v.not_testable("ws.media-type", "there was no message");
+  else if (socket.is_closed()) v.not_testable("ws.media-type", "the server has closed the WebSocket");
   else if (typed) v.pass("ws.media-type", &typed_by);
   else v.fail("ws.media-type", "`Accept: " + type + "` was requested, and a message is something else", &typed_by);
   const bool answers = socket.fault().empty() && socket.ping(message_until());
@@ -405,8 +409,7 @@ void check_callback(Context& context) {
     last = asked;
     if (!asked.reply.ok()) continue;
     const bool claimed = claims_callback(asked, (*receiver)->url());
-    std::optional<Receiver::Notification> first =
-        claimed ? std::nullopt : (*receiver)->wait(context.probe.patiently(context.options.message_time));
+    std::optional<Receiver::Notification> first = claimed ? std::nullopt : (*receiver)->wait(context.probe.patiently(context.options.message_time));
     if (!first && !claimed) {  // an ordinary GET: Upgrade was ignored
       ++ignored;
       continue;
@@ -462,8 +465,8 @@ void check_ended_subscriptions(Context& context) {
   if (!context.ended.receiver) return;
   if (const std::optional<Receiver::Notification> late = context.ended.receiver->wait(std::chrono::steady_clock::now())) {
     const Exchange shown = shown_of(*late, context.ended.url);
-    context.verdicts.fail("callback.ends", "the subscription of " + context.ended.url + " was deleted, and a change after that was sent to its receiver",
-                          &shown);
+    context.verdicts.fail("callback.ends",
+                          "the subscription of " + context.ended.url + " was deleted, and a change after that was sent to its receiver", &shown);
   } else {
     context.verdicts.pass("callback.ends", nullptr, "a change after the end had no notification");
   }

@@ -138,7 +138,12 @@ std::vector<Resource*> Context::sample() {
   std::vector<Resource*> found;
   for (Resource& r : resources) {
     if (!r.exists()) continue;
-    const char* const kind = r.property ? "property" : r.action ? "action" : r.subscriptions ? "subscriptions" : r.blueprint ? "blueprint" : r.thing ? "thing" : "";
+    const char* const kind = r.property        ? "property"
+                             : r.action        ? "action"
+                             : r.subscriptions ? "subscriptions"
+                             : r.blueprint     ? "blueprint"
+                             : r.thing         ? "thing"
+                                               : "";
     if (all || ++kinds[kind] <= max_of_kind || may_write(r.url)) found.push_back(&r);
   }
   return found;
@@ -186,6 +191,12 @@ Result<void> survey(Context& context) {
   while (!steps.empty() && !context.probe.exhausted()) {
     const Step step = steps.front();
     steps.pop_front();
+    constexpr std::size_t max_if_slow = 8;
+    if (context.resources.size() >= max_if_slow && context.resources.size() < context.options.max_resources &&
+        context.probe.usual_time() > context.options.slow_time) {
+      context.notes.push_back("the server is slow, and " + std::to_string(context.resources.size()) + " resources were visited");
+      break;
+    }
     if (context.resources.size() >= context.options.max_resources) {
       context.notes.push_back("max_resources (" + std::to_string(context.options.max_resources) +
                               ") was reached, and further resources were not visited");

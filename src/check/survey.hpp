@@ -86,7 +86,7 @@ void check_writes(Context& context);         ///< R0.5 to R0.8, for resources th
 void check_merging(Context& context);        ///< R1.7 to R1.11, of all documents together
 void check_extensions(Context& context);     ///< what lrt adds, where a server announces it
 void check_ended_subscriptions(Context& context);
-void check_moments(Context& context);        ///< of all responses together: tags and dates
+void check_moments(Context& context);  ///< of all responses together: tags and dates
 
 /// If-None-Match with a tag that is not the present one must not get 304.
 /// @param former  the tag of `then`, which was another representation; empty: a tag that no response had

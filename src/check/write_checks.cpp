@@ -58,13 +58,19 @@ bool has_blueprint(const Context& context) {
   return std::any_of(context.resources.begin(), context.resources.end(), [](const Resource& r) { return r.blueprint && r.exists(); });
 }
 
+/// A command that is right may be refused now: no right, another state, too many. 412 of a server with Robot-Time is judged by expiry.valid.
+bool is_refusal(const Context& context, int status) {
+  return status == 401 || status == 403 || status == 409 || status == 429 || status == 503 || (status == 412 && context.probe.robot_time);
+}
+
 /// A method that has worked is in Allow.
 void check_works(Context& context, const std::string& method, const std::string& url, const Exchange& exchange) {
   for (const Resource& r : context.resources) {
     if (r.url != url || r.allow.empty()) continue;
     if (r.allow.count(method) != 0) context.verdicts.pass("options.complete", &exchange);
     else
-      context.verdicts.fail("options.complete", method + " " + url + " gets " + std::to_string(exchange.reply.status) + " and is not in Allow", &exchange);
+      context.verdicts.fail("options.complete", method + " " + url + " gets " + std::to_string(exchange.reply.status) + " and is not in Allow",
+                            &exchange);
   }
 }
 
@@ -80,8 +86,10 @@ void check_preference(Context& context, const std::string& url, const Exchange& 
   if (!put.reply.ok() || applied.find("return=representation") == std::string::npos) return;
   const Exchange now = context.probe.ask("GET", url, {{"Accept", "text/turtle, */*;q=0.5"}});
   if (put.reply.body.empty())
-    v.fail("prefer.applied", "PUT " + url + " with Prefer: return=representation: \"Preference-Applied: " + excerpt(applied, 60) +
-                                 "\", and the response (" + std::to_string(put.reply.status) + ") has no body", &put);
+    v.fail("prefer.applied",
+           "PUT " + url + " with Prefer: return=representation: \"Preference-Applied: " + excerpt(applied, 60) + "\", and the response (" +
+               std::to_string(put.reply.status) + ") has no body",
+           &put);
   else if (put.reply.media_type() == now.reply.media_type() && !same_content(put.reply.body, now.reply.body, now.reply.media_type(), url) &&
            put.reply.field("ETag") == now.reply.field("ETag"))
     v.fail("prefer.applied", "PUT " + url + " with Prefer: return=representation: the body is not what GET responds", &put);
@@ -130,8 +138,7 @@ void check_put(Context& context, const std::string& url) {
   const std::string now_tag = after.reply.field("ETag");
   const Exchange put = context.probe.ask("PUT", url, with(tag.empty() || now_tag != tag ? std::string() : tag, type), present.reply.body);
   if (put.reply.ok()) v.pass("write.put", &put);
-  else if (put.reply.status == 401 || put.reply.status == 403 || put.reply.status == 409 || put.reply.status == 503)
-    v.not_testable("write.put", outcome_of(put), &put);
+  else if (is_refusal(context, put.reply.status)) v.not_testable("write.put", outcome_of(put), &put);
   else
     v.fail("write.put", url + ": " + outcome_of(put) + (put.reply.error ? "" : "; the server may want less than the whole representation"), &put,
            Certainty::likely);
@@ -199,8 +206,7 @@ void check_post(Context& context, const Invocation& invocation) {
   const Exchange posted = context.probe.ask("POST", invocation.url, fields, invocation.body);
   const int status = posted.reply.status;
   if (posted.reply.ok()) v.pass("invoke.post", &posted);
-  else if (status == 401 || status == 403 || status == 409 || status == 429 || status == 503)
-    v.not_testable("invoke.post", outcome_of(posted), &posted);
+  else if (is_refusal(context, status)) v.not_testable("invoke.post", outcome_of(posted), &posted);
   else v.fail("invoke.post", invocation.url + ": " + outcome_of(posted), &posted, Certainty::likely);
   if (!posted.reply.ok()) return;
   check_works(context, "POST", invocation.url, posted);

@@ -239,7 +239,9 @@ inline void set_field(std::string& message, std::string_view name, const std::st
 }
 
 inline std::string body_of(const std::string& message) { return message.substr(message.find("\r\n\r\n") + 4); }
+/// Another body, whose parts the server does not know.
 inline void set_body(std::string& message, const std::string& body) {
+  drop_field(message, "Accept-Ranges");
   message.resize(message.find("\r\n\r\n") + 4);
   set_field(message, "Content-Length", std::to_string(body.size()));
   message += body;
@@ -249,6 +251,7 @@ inline void set_body(std::string& message, const std::string& body) {
 inline void edit_graph(const Asked& asked, std::string& response, const std::function<void(const rdf::Graph& from, rdf::Graph& to)>& edit) {
   const std::string field = field_of(response, "Content-Type");
   const auto syntax = rdf::syntax_of(field.substr(0, field.find(';')));
+  if (syntax && asked.method == "HEAD") drop_field(response, "Content-Length");  // which is that of another body
   if (!syntax || asked.method != "GET" || status_of(response) != 200) return;
   const auto graph = rdf::read(body_of(response), *syntax, {"http://robot.example/"});
   if (!graph) return;
@@ -265,5 +268,84 @@ inline void strip(const Asked& asked, std::string& response,
         to.add(from.term(t.subject), from.term(t.predicate), from.term(t.object));
   });
 }
+
+/// The response becomes one without a body.
+inline void set_empty(std::string& response, int status) {
+  set_status(response, status);
+  for (const char* name : {"Content-Length", "Content-Type", "Accept-Ranges"}) drop_field(response, name);
+  response.resize(response.find("\r\n\r\n") + 4);
+}
+
+/// Receives the callbacks of a server, changes them and hands them to their receiver.
+class CallbackRelay {
+ public:
+  /// @param change  the body and the fields of the n-th callback, from 0; false: it is dropped
+  using ChangeFunction = std::function<bool(std::size_t n, std::string& header, std::string& body)>;
+  explicit CallbackRelay(ChangeFunction change) : change_(std::move(change)), thread_([this] { run(); }) {}
+  ~CallbackRelay() {
+    ended_ = true;
+    thread_.join();
+  }
+  CallbackRelay(const CallbackRelay&) = delete;
+  CallbackRelay& operator=(const CallbackRelay&) = delete;
+
+  /// Names the relay instead of the receiver in a subscribing request.
+  void rewrite_request(std::string& request) {
+    const std::string callback = field_of(request, "Callback"), local = "http://127.0.0.1:";
+    if (callback.compare(0, local.size(), local) != 0) return;
+    const int receiver = std::atoi(callback.c_str() + local.size());
+    receiver_ = receiver;
+    set_field(request, "Callback", local + std::to_string(listener_.port()) + callback.substr(callback.find('/', local.size())));
+  }
+  /// Names the receiver again. Both ports have five digits, so that no length changes.
+  void rewrite_response(std::string& response) const {
+    const std::string mine = ":" + std::to_string(listener_.port()) + "/lrt-check-", theirs = ":" + std::to_string(receiver_.load()) + "/lrt-check-";
+    while (mine.size() == theirs.size() && replace(response, mine, theirs)) {}
+  }
+
+ private:
+  void run() {
+    std::size_t n = 0;
+    while (!ended_) {
+      const int connection = listener_.accept(5);
+      if (connection < 0) continue;
+      std::string bytes;
+      char buffer[64 * 1024];
+      std::size_t whole = std::string::npos;
+      while (bytes.size() < whole) {
+        const auto got = ::recv(connection, buffer, sizeof buffer, 0);
+        if (got <= 0) break;
+        bytes.append(buffer, static_cast<std::size_t>(got));
+        if (const std::size_t end = bytes.find("\r\n\r\n"); end != std::string::npos)
+          whole = end + 4 + std::strtoul(field_of(bytes, "Content-Length").c_str(), nullptr, 10);
+      }
+      std::string body = body_of(bytes), header = bytes.substr(0, bytes.find("\r\n\r\n") + 4);
+      if (change_(n++, header, body)) {
+        set_field(header, "Content-Length", std::to_string(body.size()));
+        set_field(header, "Connection", "close");
+        sockaddr_in at{};
+        at.sin_family = AF_INET;
+        at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+        at.sin_port = htons(static_cast<std::uint16_t>(receiver_.load()));
+        const int receiver = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+        if (::connect(receiver, reinterpret_cast<const sockaddr*>(&at), sizeof at) == 0) {
+          const std::string all = header + body;
+          (void)!::send(receiver, all.data(), all.size(), MSG_NOSIGNAL);
+          while (::recv(receiver, buffer, sizeof buffer, 0) > 0) {}
+        }
+        ::close(receiver);
+      }
+      constexpr std::string_view done = "HTTP/1.1 204 No Content\r\nConnection: close\r\n\r\n";
+      (void)!::send(connection, done.data(), done.size(), MSG_NOSIGNAL);
+      ::close(connection);
+    }
+  }
+
+  Listener listener_;
+  ChangeFunction change_;
+  std::atomic<int> receiver_{0};
+  std::atomic<bool> ended_{false};
+  std::thread thread_;
+};
 
 }  // namespace lrt::test
