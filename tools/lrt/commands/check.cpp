@@ -35,8 +35,8 @@ class ProgressLine {
     if (!shows_ || (shown_ && time < next_)) return;
     shown_ = true;
     next_ = time + interval;
-    std::string line = std::to_string(now.elapsed.count() / 1000) + " s, " + std::to_string(now.requests) + (now.requests == 1 ? " request: " : " requests: ") +
-                       printable(now.url);
+    std::string line = std::to_string(now.elapsed.count() / 1000) + " s, " + std::to_string(now.requests) +
+                       (now.requests == 1 ? " request: " : " requests: ") + printable(now.url);
     constexpr std::chrono::milliseconds slow{1'000};
     if (now.usual >= slow) line += " (a response takes " + std::to_string(now.usual.count() / 1000) + " s)";
     terminal_.print_error("\r\033[K" + cut(line, std::max<std::size_t>(terminal_.width(), 20) - 1));
