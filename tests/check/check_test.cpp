@@ -993,7 +993,8 @@ TEST_CASE("a slow server is reported as slow, and as nothing else", "[check]") {
   INFO(told(report));
   CHECK(failures(report) == Names{"http.slow"});
   REQUIRE(report);
-  CHECK(report->find("http.slow")->detail.find("a response usually takes 0.1 s; the slowest, to ") == 0);
+  CHECK(report->find("http.slow")->detail.find("a response usually takes 0.") == 0);
+  CHECK(report->find("http.slow")->detail.find(" s; the slowest, to ") != std::string::npos);
   CHECK(check::exit_status(report, true) == 0);
 }
 
