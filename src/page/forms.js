@@ -265,7 +265,7 @@ function formElement({ target, model, method, title, name, done, mustBeHeld = ()
   const submit = h("button.primary", { type: "submit" }, title), reason = h("p.reason", { hidden: true, id: freshId() }), guard = h("div.guard", { hidden: true });
   const askToHold = () => {
     guard.hidden = false;
-    guard.replaceChildren(h("p", "After this the robot moves when it is told to. Is everybody clear of it?"), h("div.line", holdButton(`Hold for a second: ${title}`, send), button("Leave it as it is", () => { guard.hidden = true; })));
+    guard.replaceChildren(h("p", "After this the robot moves when it is told to. Is everybody clear of it?"), h("div.line", holdButton(`Hold for a second to ${title}`, send), button("Leave it as it is", () => { guard.hidden = true; })));
     guard.querySelector("button").focus();
   };
   const bodyOf = () => model.fields.length || model.fixed.length ? form.body() : undefined;

@@ -50,6 +50,7 @@ function(page_literal text result)
   set(${result} "${literals}" PARENT_SCOPE)
 endfunction()
 
+# Texts have no comma, and no colon after a letter: the space after it would be lost.
 # Reads and minifies files. Removes comments, indentation, and spaces beside operators that have no spaces beside them in texts of the page.
 # Shortens names that are declared at the outermost level of the script, unless a member has the same name.
 function(page_read result)

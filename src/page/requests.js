@@ -60,18 +60,18 @@ function hearTime(text) {
 /// The robot's time when the command is no longer worth anything. Only our own elapsed time is added: an old time makes it earlier, never later.
 const validUntil = () => robotTime && `${robotTime.run}/${Math.floor(robotTime.ms + performance.now() - robotTime.at + COMMAND_LIFE)}`;
 
-const NOT_CONFIRMED = "Not confirmed: the robot has not answered within 2 s. The page does not send the command again. Look at the robot before you do.";
+const NOT_CONFIRMED = "Not confirmed – the robot has not answered within 2 s. The page does not send the command again. Look at the robot before you do.";
 
 /// Sends a command, once. `tell` gets what the user has to know while there is no response.
 async function sendCommand(method, iri, { body, tell } = {}) {
   const until = validUntil(), control = controlFor(iri), fields = { ...until && { "Valid-Until": until }, ...control && { "Control-Id": control } };
   const timer = setTimeout(() => tell?.(NOT_CONFIRMED), COMMAND_LIFE);
   try { return await sendRequest(method, iri, { body, fields }); } catch (e) {
-    throw e instanceof Unreachable ? new Unreachable("Not confirmed: the robot does not respond. The page does not send the command again.") : e;
+    throw e instanceof Unreachable ? new Unreachable("Not confirmed – the robot does not respond. The page does not send the command again.") : e;
   } finally { clearTimeout(timer); }
 }
 
-const TOO_LATE = "Too late: the command came to the robot after its time, and was not carried out. Give it again if you still want it.";
+const TOO_LATE = "Too late – the command came to the robot after its time and was not carried out. Give it again if you still want it.";
 const problemText = (e) => e.type === lrt("LateCommand") ? TOO_LATE : e instanceof Problem && e.message !== e.title ? `${e.title}: ${e.message}` : e.message;
 
 // ---- what a resource is and may do. Its response's own header fields and the documents that the robot writes say it, never the triples of a

@@ -411,8 +411,8 @@ function showRoot(overview) {
 function showData(g, base) {
   const subjects = [...g.about.keys()].filter((s) => !isBlank(s)), whole = subjects.slice(0, 300);
   const name = (s) => s.startsWith(base + "#") ? s.slice(base.length) : isOurs(s) ? "/" + pathText(s) : s;
-  return [h("p.note", "Data. The robot shows what is written here, and does not judge it."), ...whole.map((s) => h("section.data", h("h2", h("code", name(s))), facts(g, s, []))),
-    subjects.length > whole.length && quiet(`${subjects.length - whole.length} more subjects: see the formats below.`)];
+  return [h("p.note", "Data – the robot shows what is written here and does not judge it."), ...whole.map((s) => h("section.data", h("h2", h("code", name(s))), facts(g, s, []))),
+    subjects.length > whole.length && quiet(`${subjects.length - whole.length} more subjects are in the formats below.`)];
 }
 
 function showBlueprint(g) {

@@ -158,7 +158,7 @@ function skeleton(iri, overview, robot) {
       links.push(j.to);
     }
     if (here.isClosed) return;
-    canvas.setAttribute("aria-label", `Skeleton of ${steps.length} joints and ${links.length} links. Arrow keys turn it, plus and minus zoom.`);
+    canvas.setAttribute("aria-label", `Skeleton of ${steps.length} joints and ${links.length} links. Arrow keys turn it – plus and minus zoom.`);
     new ResizeObserver(redraw).observe(canvas);
     for (const step of steps) if (step.free) {  // its position is a pose, not a number: lrt:pose of its link
       const pose = (await cachedRequest(step.to)).g.id(step.to, lrt("pose"));

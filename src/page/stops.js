@@ -65,11 +65,11 @@ function timeText(iso) {
   return Number.isNaN(at.valueOf()) ? "" : isToday ? at.toLocaleTimeString([], { hour: "2-digit", minute: "2-digit", hourCycle: "h23" }) : at.toLocaleString([], { dateStyle: "medium", timeStyle: "short", hourCycle: "h23" });
 }
 /// "Stopped since 12:03 by alice"
-const stoppedText = ({ since, by, unknown }) => ["Stopped", since && `since ${timeText(since)}`, by && `by ${by}`, unknown && `(whether it still is, cannot be read: ${unknown})`].filter(Boolean).join(" ");
+const stoppedText = ({ since, by, unknown }) => ["Stopped", since && `since ${timeText(since)}`, by && `by ${by}`, unknown && `(whether it still is cannot be read – ${unknown})`].filter(Boolean).join(" ");
 function showStopStates() {
   const held = stopStates.filter((s) => s.stopped), line = $("held");
   line.hidden = !held.length;
-  line.replaceChildren(...held.slice(0, 4).map((s) => h("p", h("b", stoppedText(s)), " – ", linkTo(s.thing), s.release && [" · released at ", linkTo(s.release)])),
+  line.replaceChildren(...held.slice(0, 4).map((s) => h("p", h("b", stoppedText(s)), " – ", linkTo(s.thing), s.release && [" · its release is ", linkTo(s.release)])),
     ...(held.length > 4 ? [h("p", `and ${held.length - 4} more Things`)] : []));
 }
 /// Why a property or a collection cannot be changed now: its Thing says it.
