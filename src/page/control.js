@@ -44,7 +44,7 @@ function controlLine(thing, { href: control }, title) {
   let last = {};
   const tick = () => {
     const { held, heldBy, until } = last, isMine = held && leases.has(thing);
-    setText(said, isMine ? `You have control of ${title}.` : held ? `${heldBy ?? "Another client"} has control of ${title} until ${new Date(Date.parse(until) - clockOffset).toLocaleTimeString([], { hourCycle: "h23" })} or longer.`
+    setText(said, isMine ? `You have control of ${title}.` : held ? `${heldBy ? `“${heldBy}”` : "Another client"} has control of ${title} until ${new Date(Date.parse(until) - clockOffset).toLocaleTimeString([], { hourCycle: "h23" })} or longer.`
       : `Nobody has control of ${title}${last.required ? " – it takes no command without" : ""}.`);
     take.hidden = !!held;
     back.hidden = !isMine;

@@ -23,7 +23,7 @@ async function contentOf({ self, is, g, up }) {
   if (parent.state?.href === self) return thingContent(up, g);
   if (is.isA(ldp("Container")) && !up) return { title: "Robotic Things", content: showRoot(await overviewOf(withoutHash(location.href))) };
   if (is.isA(ldp("Container"))) return parent.subscriptions?.href === self ? { title: `Subscriptions of ${isNamed(parent)}`, content: [subscriptions(self)] } : { ...member, content: [collectionCard(link, true)] };
-  return { ...member, content: showData(g, self) };  // the graph of a World, a member of a collection, or a document
+  return { ...member, title: link.title ?? pathText(self), content: showData(g, self) };  // the graph of a World, a member of a collection, or a document
 }
 async function thingContent(iri, g) {
   const overview = await overviewOf(iri), { title, description } = wordsOf(g, iri), name = humanised(localName(iri));

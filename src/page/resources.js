@@ -391,7 +391,8 @@ function showThing(iri, overview, g) {
     overview.subscriptions && subscriptionsOf(overview.subscriptions.href, blueprints)];
 }
 const THING_PARTS = [rdf("type"), lrt("state"), lrt("collection"), ldp("contains"), ...["title", "description", "hasPart", "isPartOf"].map(dcterms), ...["property", "action", "subscriptions", "blueprint", "websocketUrl"].map(hybrit)];
-const graphCard = (link) => card("graph", 3, link.href, isNamed(link), saidOfLink(link), quiet(`${link.triples} triples`));
+/// A graph that a client has made has a name of the client's: it is shown as the path that it is.
+const graphCard = (link) => card("graph", 3, link.href, link.title ?? pathText(link.href), saidOfLink(link), quiet(`${link.triples} triples`));
 
 function subscriptionsOf(container, blueprints) {
   const details = h("details", { ontoggle: () => { if (!details.children[1]) details.append(subscriptions(container)); } }, h("summary", "Subscribers"));

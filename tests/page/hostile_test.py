@@ -144,7 +144,7 @@ def a_graph_is_data_whatever_it_says(browser):
                 shown(browser, robot, f"board/{name}")
                 controls = browser.run(CONTROLS)
                 assert not controls, controls
-                assert browser.text("h1") == name, browser.text("h1")
+                assert browser.text("h1") == f"board/{name}", browser.text("h1")
                 assert browser.run(STOP) == ["STOP (ESC)"], browser.run(STOP)
                 assert browser.run("return document.querySelectorAll('#tree li > a').length") >= 3
                 check_links(browser, robot, name)

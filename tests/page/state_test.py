@@ -80,6 +80,17 @@ class FrozenLink:
             s.close()
 
 
+class Sample(Robot):
+    """page_robot on a port of its own."""
+
+    def __init__(self):
+        Robot.program, baxter = Sample.binary, Robot.program
+        try:
+            super().__init__()
+        finally:
+            Robot.program = baxter
+
+
 def value(robot, path):
     return json.loads(http_request("GET", robot.at(path), None, JSON).expect(200).body)
 
@@ -258,13 +269,36 @@ def a_restarted_robot_takes_no_command_of_before(browser):
     robot.process.stdout.close()
 
 
-CASES = [a_stop_is_seen_everywhere_and_ends_by_a_held_release, a_command_on_a_frozen_link_is_told_and_never_carried_out_late, a_dead_link_is_not_live_and_plots_have_a_gap,
+def who_has_control_is_seen_and_commands_of_others_are_refused(browser):
+    with Sample() as robot, Browser() as second:
+        if "control" not in value(robot, "door"):
+            print("  skipped: no Thing of this robot can be controlled by one client at a time")
+            return
+        for reader in (browser, second):
+            reader.open(robot.at("door/actions/shut"))
+            reader.until("return document.querySelector('.control')?.innerText.includes('Nobody has control of Door')", "nobody has control")
+        press = "const b = [...document.querySelectorAll('main button')].find(b => b.innerText === arguments[0] && !b.hidden && !b.disabled); b?.click(); return !!b"
+        browser.until(press, "the button", "Take control")
+        browser.until("return document.querySelector('.control.mine')", "it is the first one's")
+        second.until("return document.querySelector('.control').innerText.includes('Another client has control of Door')", "the second one sees it")
+        shot(second, "control-1280")
+        second.until(press, "a command", "shut")
+        second.until("return document.querySelector('form [role=alert]').innerText.includes('has control')", "why it is refused")
+        browser.until(press, "a command", "shut")
+        browser.until("return document.querySelector('.status')?.innerText === 'succeeded'", "the command of the one who has control")
+        browser.run("location.reload()")
+        browser.until("return document.querySelector('.control.mine')", "still, after a reload")
+        browser.until(press, "the button", "Give back")
+        second.until("return document.querySelector('.control').innerText.includes('Nobody has control')", "it is given back")
+
+
+CASES = [who_has_control_is_seen_and_commands_of_others_are_refused, a_stop_is_seen_everywhere_and_ends_by_a_held_release, a_command_on_a_frozen_link_is_told_and_never_carried_out_late, a_dead_link_is_not_live_and_plots_have_a_gap,
          a_restarted_robot_takes_no_command_of_before]
 
 
 def main():
     global folder
-    Robot.program = sys.argv[1]
+    Robot.program, Sample.binary = sys.argv[1:3]
     folder = sys.argv[3] if len(sys.argv) > 3 else None
     wanted = sys.argv[4:]
     missing = [name for name, path in zip(("chromium", "chromedriver"), webdriver.programs()) if not path]
