@@ -31,13 +31,8 @@ class Browser:
         chromium, driver = programs()
         self.folder = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
         self.log = open(os.path.join(self.folder.name, "log"), "w+")
-        self.process = subprocess.Popen([driver, "--port=0"], stdout=subprocess.PIPE, stderr=self.log, text=True)
-        said, end = "", time.monotonic() + PATIENCE
-        while not (port := re.search(r"started successfully on port (\d+)", said)):
-            assert time.monotonic() < end and self.process.poll() is None, f"chromedriver did not start: {said!r}"
-            if select.select([self.process.stdout], [], [], 0.2)[0]:
-                said += os.read(self.process.stdout.fileno(), 4096).decode()  # readline() would keep further lines where select() does not see them
-        self.base = f"http://127.0.0.1:{port.group(1)}/session"
+        port = self._start(driver)
+        self.base = f"http://127.0.0.1:{port}/session"
         arguments = ["--headless=new", "--disable-gpu", "--disable-dev-shm-usage", "--no-first-run", "--disable-background-networking",
                      "--disable-component-update", "--force-color-profile=srgb", f"--user-data-dir={self.folder.name}/profile", f"--window-size={width},{height}", *extra]
         if os.geteuid() == 0:
@@ -45,6 +40,21 @@ class Browser:
         made = self._send("POST", self.base, {"capabilities": {"alwaysMatch": {
             "browserName": "chrome", "goog:chromeOptions": {"binary": chromium, "args": arguments}, "goog:loggingPrefs": {"browser": "ALL"}}}})
         self.base += "/" + made["sessionId"]
+
+    def _start(self, driver):
+        """The port of a new chromedriver. It begins anew if the port that it got for IPv6 is taken for IPv4: then it ends at once."""
+        end, said = time.monotonic() + PATIENCE, ""
+        while time.monotonic() < end:
+            self.process, said = subprocess.Popen([driver, "--port=0"], stdout=subprocess.PIPE, stderr=self.log, text=True), ""
+            while time.monotonic() < end and (self.process.poll() is None or "IPv4" not in said):
+                if port := re.search(r"started successfully on port (\d+)", said):
+                    return port.group(1)
+                if select.select([self.process.stdout], [], [], 0.2)[0]:
+                    said += os.read(self.process.stdout.fileno(), 4096).decode()  # readline() would keep further lines where select() does not see them
+            self.process.kill()
+            self.process.wait(PATIENCE)
+            self.process.stdout.close()
+        raise AssertionError(f"chromedriver did not start: {said!r}")
 
     def __enter__(self):
         return self
