@@ -48,6 +48,18 @@ std::string_view value_of(const http::Request& request, std::string_view name, s
   return joined = request.joined(name);
 }
 
+/// What a resource is: the class of its kind; empty: it has none. A representation says it, too, but may have triples that clients have written.
+/// Only OPTIONS has it as a link, so that responses with values stay short.
+std::string_view class_of(const Resource& resource) {
+  static constexpr std::pair<std::string_view, const Iri*> classes[] = {
+      {"thing", &vocab::hybrit::RoboticThing},        {"world", &vocab::lrt_::World},      {"graph", &vocab::lrt_::WorldGraph},
+      {"property", &vocab::hybrit::Property},         {"action", &vocab::hybrit::Action},  {"invocation", &vocab::lrt_::Invocation},
+      {"subscription", &vocab::hybrit::Subscription}, {"blueprint", &vocab::sh::NodeShape}};
+  for (const auto& [kind, its_class] : classes)
+    if (kind == resource.kind().name) return its_class->text;
+  return {};
+}
+
 }  // namespace
 
 namespace {
@@ -88,22 +100,8 @@ http::Response Representations::options(const Context& context) const {
   response.status = 204;
   responses_.add_allow(response.fields, *context.resource, context.audience);
   add_upgrade(response.fields, context);
-  add_class(response.fields, *context.resource);
-  add_links(response.fields, *context.resource, context.base, context.audience, context.page, context.first_link);
+  add_links(response.fields, *context.resource, context.base, context.audience, context.page, context.first_link, class_of(*context.resource));
   return response;
-}
-
-/// What the resource is: the class of its kind, as a link with rel="type". A representation says it, too, but may have triples that clients have
-/// written. Only OPTIONS has it, so that responses with values stay short.
-void Representations::add_class(http::Fields& fields, const Resource& resource) {
-  static constexpr std::pair<std::string_view, const Iri*> classes[] = {
-      {"thing", &vocab::hybrit::RoboticThing},        {"world", &vocab::lrt_::World},      {"graph", &vocab::lrt_::WorldGraph},
-      {"property", &vocab::hybrit::Property},         {"action", &vocab::hybrit::Action},  {"invocation", &vocab::lrt_::Invocation},
-      {"subscription", &vocab::hybrit::Subscription}, {"blueprint", &vocab::sh::NodeShape}};
-  http::LinkWriter links;
-  for (const auto& [kind, its_class] : classes)
-    if (kind == resource.kind().name) links.add(its_class->text, "type");
-  links.finish(fields, {});
 }
 
 http::Response Representations::respond(Context& context) {
@@ -544,13 +542,14 @@ std::optional<http::Response> Representations::failed_precondition(const Context
 
 /// RFC 8288 links of a resource: R0.9, LDP 4.2.1.4, 5.2.1.4.
 void Representations::add_links(http::Fields& fields, const Resource& resource, std::size_t base_number, const Audience& audience, std::size_t page,
-                                std::size_t first_link) const {
+                                std::size_t first_link, std::string_view its_class) const {
   const std::string& base = view_.bases[base_number];
   const std::string self = base + resource.path;
   http::LinkWriter links(options_.max_link_bytes);
   if (audience.is_restricted()) links.leave_out([&](std::string_view target) { return !audience.sees_iri(target, base, view_.registry); });
   links.add(vocab::ldp::Resource.text, "type");
   if (!resource.kind().is(Trait::no_rdf_source)) links.add(vocab::ldp::RDFSource.text, "type");
+  if (!its_class.empty()) links.add(its_class, "type");
   const Container* const container = resource.container();
   if (container) {
     links.add(vocab::ldp::Container.text, "type");

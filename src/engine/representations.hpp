@@ -94,9 +94,8 @@ class Representations {
   rdf::Dataset dataset_of(const ValueResource& resource, std::size_t base, const Audience& audience, rdf::Graph all) const;
   rdf::Graph shown(rdf::Graph graph, std::size_t base, const Audience& audience) const;
   /// @param first  of its links after those that each response has
-  static void add_class(http::Fields& fields, const Resource& resource);
-  void add_links(http::Fields& fields, const Resource& resource, std::size_t base, const Audience& audience, std::size_t page,
-                 std::size_t first = 0) const;
+  void add_links(http::Fields& fields, const Resource& resource, std::size_t base, const Audience& audience, std::size_t page, std::size_t first = 0,
+                 std::string_view its_class = {}) const;
   std::string limited(const Audience& audience, std::string_view cache_control) const;
   std::string cache_control_of(const Context& context) const;
   void add_upgrade(http::Fields& fields, const Context& context) const;
