@@ -339,9 +339,11 @@ Result<std::optional<Shape>> Property::value_shape() const {
     ranked.emplace_back(url_.compare(0, folder, target, 0, folder) == 0 ? 0 : refers(document) ? 1 : 2, document);
   }
   std::stable_sort(ranked.begin(), ranked.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<std::string> predicates = names_.predicates;
+  if (predicates.empty() && !ranked.empty()) predicates = predicates_to(**found);
   for (const auto& [rank, document] : ranked) {
     const Graph& graph = document->graph;
-    for (const std::string& predicate : names_.predicates) {
+    for (const std::string& predicate : predicates) {
       for (const TermView& node : graph.subjects(vocab::sh::path, rdf::iri(predicate))) {
         // Besides the named shape of the value there are the shapes of all resources of a server.
         std::vector<TermView> parts = graph.objects(node, vocab::sh::node);
@@ -358,6 +360,23 @@ Result<std::optional<Shape>> Property::value_shape() const {
     }
   }
   return std::optional<Shape>();
+}
+
+/// The predicates to a property that is known by its URL alone: its Thing, to which it links, has them.
+std::vector<std::string> Property::predicates_to(const Representation& representation) const {
+  std::vector<std::string> predicates;
+  for (const Link& link : representation.links) {
+    if (link.relation != "up" || !same_origin(link.target, url_)) continue;
+    const Result<RepresentationPtr> thing = session_->described(link.target);
+    if (!thing) continue;
+    const Graph& graph = (*thing)->graph;
+    const std::optional<TermId> self = graph.find(rdf::iri(url_));
+    if (!self) continue;
+    for (const Triple& t : graph.match(std::nullopt, std::nullopt, *self))
+      if (const std::string_view predicate = graph.term(t.predicate).text; predicate != vocab::hybrit::property.text)
+        predicates.emplace_back(predicate);
+  }
+  return predicates;
 }
 
 Result<lrt::Unit> Property::unit() const {

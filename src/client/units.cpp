@@ -293,7 +293,10 @@ Result<Quantity> parse_quantity(std::string_view text) {
 Result<double> convert(double number, std::string_view from, std::string_view to) {
   if (from == to) return number;
   const Scale *source = find_scale(from), *target = find_scale(to);
-  if (!target) return unexpected(Errc::expected_value, "cannot convert " + quoted(from) + " to " + quoted(to) + ": the second unit is unknown");
+  if (!target) {
+    if (source) return unknown(to, source->of);
+    return unexpected(Errc::expected_value, "cannot convert " + quoted(from) + " to " + quoted(to) + ": both units are unknown");
+  }
   if (!source) return unknown(from, target->of);
   if (source->of != target->of)
     return unexpected(Errc::expected_value, "cannot convert " + quoted(from) + " to " + quoted(to) + ", expected one of " + names_of(target->of));

@@ -173,6 +173,7 @@ class LRT_API Property {
   Result<void> put(const rdf::Graph& graph, rdf::TermId focus, const std::optional<Shape>& shape, const WriteOptions& options) const;
   Result<void> put_in_document(const rdf::Graph& value, rdf::TermId focus, const WriteOptions& options) const;
   Result<Watch> watch_at_once(const WatchOptions& options, OnChange on_change) const;
+  std::vector<std::string> predicates_to(const Representation& representation) const;
   /// False: it is a node in the graph of its Thing, and has no representation of its own.
   bool is_resource() const noexcept;
   std::optional<rdf::TermId> node_in(const rdf::Graph& graph, std::optional<rdf::TermId> focus) const noexcept;
