@@ -27,7 +27,7 @@ stores="virtuoso-opensource-7"
 browser="python3 chromium chromium-driver"
 ros="libroscpp-dev libsensor-msgs-dev python3-rosmaster python3-rospy python3-sensor-msgs"
 cross="g++-aarch64-linux-gnu g++-arm-linux-gnueabihf qemu-user-static"
-ci="faketime clang clang-format-14 clang-tidy-14 libclang-rt-14-dev doxygen shellcheck codespell mandoc zsh valgrind libapache-jena-java default-jdk-headless dpkg-dev lintian abigail-tools xz-utils"
+ci="clang clang-format-14 clang-tidy-14 libclang-rt-14-dev doxygen shellcheck codespell mandoc zsh tmux faketime valgrind libapache-jena-java default-jdk-headless dpkg-dev lintian abigail-tools xz-utils"
 
 wanted=$build
 for group in "$@"; do

@@ -115,7 +115,7 @@ def errors():
     with Robot() as robot:
         url = robot.url
         expect_error(lrt(None, "ls"), 2, "no robot is given")
-        expect_error(lrt(url), 2, "subcommand is required")
+        expect_error(lrt(url), 2, "a command is missing")
         expect_error(lrt(url, "fly"), 2, 'there is no command "fly"')
         expect_error(lrt(url, "get", "right_s1/position", "--unit", "furlong"), 1, "furlong")
         expect_error(lrt(url, "get", "position"), 1, "ambiguous")
@@ -218,7 +218,7 @@ def subscriptions():
         match = re.fullmatch(f"({UUID})\tWebCallback\tright_s1/friction\t{re.escape(receiver.url)}\t\\d+\t\\d+\t-\n", listed)
         assert match, listed
         expect(lrt(robot.url, "subs", "--cancel", match[1]), 0, "", "")
-        expect(lrt(robot.url, "subs"), 0, "", "")
+        expect(lrt(robot.url, "subs"), 0, "", "lrt: no subscriptions\n")
 
 
 # --- pipes, servers that die
@@ -400,11 +400,11 @@ def progress_and_ctrl_c():
         # Units and colours are for people.
         terminal = Terminal(robot.url, "get", "right_s1/friction")
         terminal.read(lambda seen: b"\n" in seen, "value")
-        assert terminal.seen == b"0.7 \x1b[2mN-M-SEC-PER-RAD\x1b[0m\r\n", terminal.seen
+        assert terminal.seen == b"0.7 \x1b[2mN.m.s/rad\x1b[0m\r\n", terminal.seen
         assert terminal.end() == 0
         terminal = Terminal(robot.url, "get", "right_s1/friction", "--color", "never")
         terminal.read(lambda seen: b"\n" in seen, "value")
-        assert terminal.seen == b"0.7 N-M-SEC-PER-RAD\r\n", terminal.seen
+        assert terminal.seen == b"0.7 N.m.s/rad\r\n", terminal.seen
         assert terminal.end() == 0
         # A table is cut to the width.
         terminal = Terminal(robot.url, "ls", "right_s1", "--color", "never", columns=60)

@@ -14,6 +14,7 @@
 
 #include <lrt/client.hpp>
 
+#include "tools/lrt/profiles.hpp"
 #include "tools/lrt/terminal.hpp"
 #include "tools/lrt/values.hpp"
 
@@ -26,8 +27,10 @@ enum Exit : int {
   usage = 2,          ///< the command line is wrong, or a file of it cannot be used
   unreachable = 3,    ///< no response, or a response that is not HTTP
   cancelled = 4,      ///< the invocation was cancelled, by the robot or by another client
+  hung_up = 129,      ///< the terminal was closed (SIGHUP)
   interrupted = 130,  ///< Ctrl-C
   pipe_closed = 141,  ///< the reader of standard output has closed it
+  terminated = 143,   ///< SIGTERM
 };
 int exit_of(Errc code) noexcept;
 
@@ -40,6 +43,12 @@ struct GlobalOptions {
   bool verbose = false;
 };
 
+/// A property with the name that a person writes: "right_s1/friction". It is not yet printable.
+struct NamedProperty {
+  std::string name;
+  client::Property property;
+};
+
 /// The context of a command: the terminal, a client, and the robot, which is found on first use.
 class Session {
  public:
@@ -48,24 +57,34 @@ class Session {
   Terminal& terminal() noexcept { return terminal_; }
   const GlobalOptions& options() const noexcept { return options_; }
 
+  /// Uses the profile that --robot or LRT_ROBOT names, or the default one if there is neither. To be called before the robot is used.
+  /// @par Errors  invalid_option: no such profile, or a file that others can change or read
+  Result<void> choose_profile();
+
   /// A first word that is a URL is that of the robot, if more words follow than are needed.
   void take_robot(std::vector<std::string>& words, std::size_t needed);
+  /// "[ROBOT] [NAME]": the Thing with that name, or whose URL it is. A URL is always the robot's, whatever --robot says. nullopt: no Thing is named.
+  /// @par Errors  as thing()
+  Result<std::optional<client::Thing>> take_thing(std::vector<std::string>& words);
 
   /// What a robot is may be as old as this: it is used without a request.
   void accept_age(std::chrono::seconds age) noexcept { cache_age_ = age; }
 
-  /// Uses another robot than that of --robot.
-  void use_robot(const std::string& url) { options_.robot = url; }
+  /// Uses another robot than that of --robot. The credentials of a profile are not sent to it, if it has another origin.
+  void use_robot(const std::string& url);
 
-  /// The options of the client.
+  /// The options of each client of this command: made here only.
   /// @par Errors  invalid_option
   Result<client::Options> client_options() const;
   /// @par Errors  invalid_option
   Result<Client*> client();
-  /// @par Errors  invalid_option: no URL is given; those of Client::open()
+  /// @par Errors  invalid_option: no URL is given; unknown_path: it has no Thing; those of Client::open()
   Result<const client::Robot*> robot();
-  /// By a name, or by a URL: then nothing else of the robot is read.
+  /// By a name, or by a URL: then nothing else of the robot is read. An error says which part of the name is unknown, or what it is instead.
   Result<client::Property> property(const std::string& name);
+  /// The properties that a word stands for: one, those of a Thing, or those that a pattern with * and ? fits ("right_*/position", "*/effort", "left_*").
+  /// @par Errors  as property()
+  Result<std::vector<NamedProperty>> properties(const std::string& word);
   Result<client::Action> action(const std::string& name);
   Result<client::Thing> thing(const std::string& name);
   /// "right_s1/friction"; of what is known by its URL alone, the path of that.
@@ -80,6 +99,7 @@ class Session {
   std::optional<Client> client_;
   std::optional<client::Robot> robot_;
   std::chrono::seconds cache_age_{0};
+  std::optional<Profile> profile_;
 };
 
 /// The first line of a file.
@@ -87,6 +107,27 @@ class Session {
 Result<std::string> first_line(const std::string& name);
 
 bool is_url(std::string_view text) noexcept;
+/// Whether two URLs begin with the same scheme, host and port.
+bool has_same_origin(std::string_view a, std::string_view b) noexcept;
+
+/// A value out of a few words: "expected auto, always or never, found \"purple\"".
+CLI::Validator one_of(std::vector<std::string> words);
+/// The same for an option that is an enumeration.
+template <class Enum>
+CLI::Validator one_of(const std::vector<std::pair<std::string, Enum>>& words) {
+  std::vector<std::string> names;
+  for (const auto& [name, value] : words) names.push_back(name);
+  return CLI::Validator(
+      [words, check = one_of(names)](std::string& given) {
+        std::string fault = check(given);
+        for (const auto& [name, value] : words)
+          if (name == given) return given = std::to_string(static_cast<int>(value)), std::string();
+        return fault;
+      },
+      "");
+}
+/// A number from `low` to `high`: "expected a number from 0 to 10, found \"many\"".
+CLI::Validator number_from(double low, double high);
 
 /// The text of --help: what follows a command is said by the type of its positional option, "[ROBOT] NAME VALUE".
 class Help : public CLI::Formatter {

@@ -11,6 +11,7 @@
 
 #include <lrt/version.hpp>
 
+#include "tools/lrt/arguments.hpp"
 #include "tools/lrt/command_line.hpp"
 
 namespace {
@@ -24,7 +25,9 @@ void add_global_options(CommandLine& line) {
   app.formatter(std::make_shared<Help>());
   app.require_subcommand(1);
   app.option_defaults()->group("Options");
-  app.add_option("-r,--robot", options.robot, "A URL of the robot, or of one of its Things")->envname("LRT_ROBOT")->type_name("URL");
+  app.add_option("-r,--robot", options.robot, "A URL of the robot, or of one of its Things, or the name of a profile")
+      ->envname("LRT_ROBOT")
+      ->type_name("URL|PROFILE");
   app.add_option("--token-file", options.token_file, "A file whose first line is a bearer token")->envname("LRT_TOKEN_FILE")->type_name("FILE");
   app.add_option("--user", options.user, "A user of HTTP Basic; the password is that of LRT_PASSWORD, --password-file, or asked for")
       ->type_name("NAME");
@@ -37,7 +40,7 @@ void add_global_options(CommandLine& line) {
       ->take_all()
       ->type_size(1)
       ->expected(1);
-  app.add_option("--timeout", options.timeout, "The time for one response, 10 s by default")->type_name("SECONDS")->check(CLI::Range(0.001, 86400.0));
+  app.add_option("--timeout", options.timeout, "The time for one response, 10 s by default")->type_name("SECONDS")->check(number_from(0.001, 86400));
   app.add_option(
          "--valid-for", options.valid_for,
          "How long a command is worth carrying out, 2s by default: the robot does not carry it out later, and within that time it is said whether "
@@ -47,10 +50,8 @@ void add_global_options(CommandLine& line) {
       ->check(CLI::Range(0.0, 86400.0).description(""));
   app.add_option("--color", options.colour, "Colours: auto, always or never")
       ->type_name("WHEN")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, Terminal::Colour>{{"auto", Terminal::Colour::automatic},
-                                                                                  {"always", Terminal::Colour::always},
-                                                                                  {"never", Terminal::Colour::never}})
-                      .description("auto|always|never"));
+      ->transform(one_of<Terminal::Colour>(
+          {{"auto", Terminal::Colour::automatic}, {"always", Terminal::Colour::always}, {"never", Terminal::Colour::never}}));
   app.add_flag("-v,--verbose", options.verbose, "Requests and statuses on standard error");
   app.footer(
       "Examples:\n"
@@ -61,7 +62,8 @@ void add_global_options(CommandLine& line) {
       "  lrt set right_s1/friction 1.5\n"
       "  lrt invoke right_s1/rotate 0.5rad       # Ctrl-C cancels\n"
       "  lrt watch right_s1/position --plot\n\n"
-      "Exit status: 0 success; 1 refused or failed; 2 usage; 3 the robot does not respond; 4 the invocation was cancelled; 130 Ctrl-C.");
+      "Exit status: 0 success; 1 refused or failed; 2 usage; 3 the robot does not respond; 4 the invocation was cancelled;\n"
+      "129 the terminal was closed; 130 Ctrl-C; 141 the reader of the output has ended; 143 SIGTERM.");
   add_ls(line);
   add_get(line);
   add_set(line);
@@ -90,23 +92,22 @@ int run(int argc, char** argv) {
   Session session(line.options);
   Terminal& terminal = session.terminal();
   if (argc > 1 && std::string_view(argv[1]) == "__complete") return complete(line, session, {argv + 2, argv + argc});
+  lrt::Result<Arguments> arguments = Arguments::separate(line.app, {argv + std::min(argc, 1), argv + argc});
+  if (!arguments) return report(terminal, arguments.error().message, Exit::usage);
   try {
-    line.app.parse(argc, argv);
+    line.app.parse(arguments->reversed());
   } catch (const CLI::CallForHelp&) {
     return terminal.print(line.app.help()) ? Exit::success : Exit::failure;
   } catch (const CLI::CallForVersion& version) {
     return terminal.print_line(version.what()) ? Exit::success : Exit::failure;
   } catch (const CLI::ParseError& error) {
+    if (!arguments->command()) return report(terminal, "a command is missing; see lrt --help", Exit::usage);
     std::string sentence = error.what();
-    // CLI11 reports a missing command if an unknown one is given.
-    const auto commands = line.app.get_subcommands([](CLI::App*) { return true; });
-    const auto is_named = [&](const CLI::App* command) { return command->get_name() == argv[1]; };
-    if (argc > 1 && argv[1][0] != '-' && std::none_of(commands.begin(), commands.end(), is_named))
-      sentence = "there is no command \"" + std::string(argv[1]) + "\"";
     if (const std::size_t end = sentence.find_last_not_of(" \n."); end != std::string::npos) sentence.resize(end + 1);
-    return report(terminal, sentence + "; see lrt --help", Exit::usage);
+    return report(terminal, sentence + "; see lrt " + arguments->command()->get_name() + " --help", Exit::usage);
   }
   terminal.set_colour(line.options.colour);
+  if (const lrt::Result<void> chosen = session.choose_profile(); !chosen) return report(terminal, chosen.error().message, Exit::usage);
   const lrt::Result<int> result = line.run(session);
   if (terminal.failed() == EPIPE) return Exit::pipe_closed;
   if (!result) return report(terminal, result.error().message, exit_of(result.error().code));

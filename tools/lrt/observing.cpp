@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <ctime>
 #include <map>
+#include <set>
 
 namespace lrt::tool {
 
@@ -28,15 +29,16 @@ const char* name_of(Observed::Kind kind) noexcept {
 }
 
 void add_observe_options(CLI::App& command, ObserveOptions& options) {
-  command.add_option("NAME", options.words, "Names of properties, or their URLs")->required()->type_name("[ROBOT] NAME...")->expected(1, 1000);
-  command.add_option("--count", options.count, "End after this number of values")
-      ->type_name("N")
-      ->check(CLI::Range(std::size_t{1}, std::size_t{1} << 40));
-  command.add_option("--for", options.seconds, "End after this time")->type_name("SECONDS")->check(CLI::Range(0.0, 1e9));
+  command.add_option("NAME", options.words, "Names of properties or Things, patterns with * and ?, or URLs")
+      ->required()
+      ->type_name("[ROBOT] NAME...")
+      ->expected(1, 1000);
+  command.add_option("--count", options.count, "End after this number of values")->type_name("N")->check(number_from(1, 1e12));
+  command.add_option("--for", options.seconds, "End after this time")->type_name("SECONDS")->check(number_from(0, 1e9));
   command.add_option("--via", options.via, "websocket, event-stream or polling; default: the first of them that the server has")
       ->type_name("PROTOCOL")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, client::Via>{
-          {"websocket", client::Via::websocket}, {"event-stream", client::Via::event_stream}, {"polling", client::Via::polling}}));
+      ->transform(one_of<client::Via>(
+          {{"websocket", client::Via::websocket}, {"event-stream", client::Via::event_stream}, {"polling", client::Via::polling}}));
 }
 
 Result<void> Observer::find() {
@@ -44,16 +46,20 @@ Result<void> Observer::find() {
   if (words.size() > 1 && is_url(words[0]) && !is_url(words[1])) session_.take_robot(words, 1);
   constexpr std::size_t max_watches = 200;
   if (words.size() > max_watches) return unexpected(Errc::invalid_option, "at most 200 properties can be watched at a time");
+  std::set<std::string> known;
   for (const std::string& word : words) {
-    Result<client::Property> property = session_.property(word);
-    if (!property) return unexpected(std::move(property).error());
-    const bool is_known = std::any_of(properties_.begin(), properties_.end(), [&](const client::Property& p) { return p.url() == property->url(); });
-    if (is_known) continue;
-    const Result<std::optional<client::Shape>> shape = property->value_shape();
-    if (!shape) return unexpected(shape.error());
-    schemas_.push_back(schema_of(shape));
-    names_.push_back(session_.label(property->url()));
-    properties_.push_back(*std::move(property));
+    Result<std::vector<NamedProperty>> named = session_.properties(word);
+    if (!named) return unexpected(std::move(named).error());
+    for (NamedProperty& one : *named) {
+      if (!known.insert(one.property.url()).second) continue;
+      if (known.size() > max_watches)
+        return unexpected(Errc::invalid_option, "\"" + word + "\" names more than 200 properties; at most 200 can be watched at a time");
+      const Result<std::optional<client::Shape>> shape = one.property.value_shape();
+      if (!shape) return unexpected(shape.error());
+      schemas_.push_back(schema_of(shape));
+      names_.push_back(printable(one.name));
+      properties_.push_back(std::move(one.property));
+    }
   }
   return {};
 }

@@ -81,7 +81,7 @@ std::string json_escape(const Character& c) {
   return "\\u" + hex(0xD800 + (rest >> 10), 4) + "\\u" + hex(0xDC00 + (rest & 0x3FF), 4);
 }
 
-std::size_t columns_of(char32_t c) noexcept {
+std::size_t columns_of_character(char32_t c) noexcept {
   const auto within = [c](char32_t low, char32_t high) { return c >= low && c <= high; };
   if (within(0x300, 0x36F) || within(0x483, 0x489) || within(0x591, 0x5BD) || within(0x610, 0x61A) || within(0x64B, 0x65F) ||
       within(0x1AB0, 0x1AFF) || within(0x1DC0, 0x1DFF) || within(0x200B, 0x200D) || within(0x20D0, 0x20FF) || within(0xFE00, 0xFE0F) ||
@@ -158,7 +158,7 @@ std::size_t columns_of(std::string_view text) noexcept {
   std::size_t columns = 0;
   while (!text.empty()) {
     const Character c = first_character(text);
-    columns += columns_of(c.code);
+    columns += columns_of_character(c.code);
     text.remove_prefix(c.bytes);
   }
   return columns;
@@ -171,8 +171,8 @@ std::string cut(std::string_view text, std::size_t columns) {
   std::size_t used = 0;
   while (!text.empty()) {
     const Character c = first_character(text);
-    if (used + columns_of(c.code) > columns - 1) break;
-    used += columns_of(c.code);
+    if (used + columns_of_character(c.code) > columns - 1) break;
+    used += columns_of_character(c.code);
     result += text.substr(0, c.bytes);
     text.remove_prefix(c.bytes);
   }
@@ -256,15 +256,23 @@ bool Table::print(Terminal& terminal, const std::vector<std::string>& heading) c
   for (std::size_t i = 0; i < heading.size(); ++i) measure(i, heading[i]);
   for (const auto& row : rows_)
     for (std::size_t i = 0; i < row.size(); ++i) measure(i, row[i].text);
-  // If the row does not fit, the widest column is shortened, down to 8.
-  constexpr std::size_t gap = 2, narrowest = 8;
+  // If the row does not fit, the widest columns are shortened, the first one, which has the names, last: down to 20, and then down to 8.
+  constexpr std::size_t gap = 2;
   std::size_t total = widths.empty() ? 0 : gap * (widths.size() - 1);
   for (const std::size_t width : widths) total += width;
-  while (total > terminal.width()) {
-    const auto widest = std::max_element(widths.begin(), widths.end());
-    if (widest == widths.end() || *widest <= narrowest) break;
-    --*widest;
-    --total;
+  if (widths.empty()) return terminal.print(text);
+  const auto shorten = [&](std::size_t first, std::size_t last, std::size_t narrowest) {
+    while (total > terminal.width()) {
+      const auto begin = widths.begin() + static_cast<std::ptrdiff_t>(first), end = widths.begin() + static_cast<std::ptrdiff_t>(last);
+      const auto widest = std::max_element(begin, end);
+      if (widest == end || *widest <= narrowest) return;
+      --*widest;
+      --total;
+    }
+  };
+  for (const std::size_t narrowest : {std::size_t{20}, std::size_t{8}}) {
+    shorten(1, widths.size(), narrowest);
+    shorten(0, 1, narrowest);
   }
   const auto add = [&](const std::vector<Cell>& row) {
     for (std::size_t i = 0; i < row.size(); ++i) {

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include <lrt/base/iri.hpp>
 #include <lrt/base/media_type.hpp>
 #include <lrt/client/units.hpp>
 #include <lrt/rdf/codec.hpp>
@@ -80,12 +81,13 @@ class Reader {
   }
 
   std::string unit(TermId id) const {
-    std::string_view vom, qudt;
-    if (const auto found = object(id, vocab::vom::unit)) vom = graph_.term(*found).text;
-    for (const Iri predicate : {vocab::qudt::hasUnit, Iri{"http://qudt.org/schema/qudt/unit"}})
-      if (const auto found = object(id, predicate)) qudt = graph_.term(*found).text;
+    const auto [vom, qudt] = unit_iris(id);
     if (vom.empty() && qudt.empty()) return {};
     return printable(client::unit_label(client::find_unit(vom, qudt)));
+  }
+  std::string unit_iri(TermId id) const {
+    const auto [vom, qudt] = unit_iris(id);
+    return printable(qudt.empty() ? vom : qudt);
   }
 
   std::optional<TermId> number(TermId id) const {
@@ -96,6 +98,15 @@ class Reader {
   }
 
  private:
+  /// By vom:unit and by QUDT.
+  std::pair<std::string_view, std::string_view> unit_iris(TermId id) const {
+    std::string_view vom, qudt;
+    if (const auto found = object(id, vocab::vom::unit)) vom = graph_.term(*found).text;
+    for (const Iri predicate : {vocab::qudt::hasUnit, Iri{"http://qudt.org/schema/qudt/unit"}})
+      if (const auto found = object(id, predicate)) qudt = graph_.term(*found).text;
+    return {vom, qudt};
+  }
+
   std::optional<TermId> object(TermId subject, Iri predicate) const {
     const auto id = graph_.find(predicate);
     return id ? graph_.object(subject, *id) : std::nullopt;
@@ -136,7 +147,8 @@ class Reader {
       const std::string_view name = local_name(predicate);
       const auto same = [&](const auto& m) { return local_name(m.first) == name; };
       const bool is_unique = std::count_if(members.begin(), members.end(), same) == 1;
-      text += (text.size() > 1 ? "," : "") + json_string(is_unique ? name : std::string_view(predicate)) + ":";
+      const Result<std::string> decoded = iri::decode(name);
+      text += (text.size() > 1 ? "," : "") + json_string(!is_unique ? std::string(predicate) : decoded ? *decoded : std::string(name)) + ":";
       if (objects.size() == 1) {
         text += node(objects.front(), depth + 1);
         continue;
@@ -178,6 +190,24 @@ class Reader {
   std::set<TermId> open_;  // nodes that are being read: a graph may have cycles
 };
 
+/// Up to six digits after the point, or six in all of a number below one; no zeros at the end.
+std::string few_digits(double number) {
+  char text[400];
+  if (number == 0) return "0";
+  const double size = std::abs(number);
+  constexpr double largest = 1e15, smallest = 1e-4;
+  if (size >= largest || size < smallest) {
+    std::snprintf(text, sizeof text, "%.6g", number);
+    return text;
+  }
+  const int digits = size >= 1 ? 6 : 5 - static_cast<int>(std::floor(std::log10(size)));
+  std::snprintf(text, sizeof text, "%.*f", digits, number);
+  std::string result = text;
+  result.erase(result.find_last_not_of('0') + 1);
+  if (result.back() == '.') result.pop_back();
+  return result == "-0" ? "0" : result;
+}
+
 std::string number_text(double number) {
   std::string text = json_of(number);
   return unquoted(text);
@@ -209,6 +239,146 @@ std::string trimmed(std::string_view text) {
 
 }  // namespace
 
+std::string PlainValue::line() const { return printable(text); }
+
+std::string PlainValue::for_people() const {
+  const bool is_text = !json.empty() && json.front() == '"' && text != json;
+  return is_text ? line() : printable(readable(json));
+}
+
+namespace {
+
+/// A value of JSON. Numbers, texts and the other names are kept as they are written.
+struct JsonNode {
+  char kind = 0;  ///< '{', '[', or 0: neither
+  std::string text{};
+  std::vector<std::pair<std::string, JsonNode>> members{};
+};
+
+class JsonReader {
+ public:
+  explicit JsonReader(std::string_view text) : text_(text) {}
+  std::optional<JsonNode> read() {
+    std::optional<JsonNode> node = value(0);
+    skip();
+    return at_ == text_.size() ? std::move(node) : std::nullopt;
+  }
+
+ private:
+  void skip() { at_ = std::min(text_.find_first_not_of(" \t\r\n", at_), text_.size()); }
+  bool take(char c) {
+    skip();
+    if (at_ >= text_.size() || text_[at_] != c) return false;
+    ++at_;
+    return true;
+  }
+  std::optional<std::string> string() {
+    skip();
+    const std::size_t begin = at_;
+    if (!take('"')) return std::nullopt;
+    while (at_ < text_.size() && text_[at_] != '"') at_ += text_[at_] == '\\' ? 2 : 1;
+    if (at_ >= text_.size()) return std::nullopt;
+    ++at_;
+    return std::string(text_.substr(begin, at_ - begin));
+  }
+  std::optional<JsonNode> value(unsigned depth) {
+    constexpr unsigned deepest = 64;
+    skip();
+    if (at_ >= text_.size() || depth > deepest) return std::nullopt;
+    JsonNode node;
+    const char first = text_[at_];
+    if (first == '"') {
+      std::optional<std::string> text = string();
+      if (!text) return std::nullopt;
+      node.text = *std::move(text);
+      return node;
+    }
+    if (first != '{' && first != '[') {
+      const std::size_t end = std::min(text_.find_first_of(",]} \t\r\n", at_), text_.size());
+      node.text = text_.substr(at_, end - at_);
+      if (node.text.empty()) return std::nullopt;
+      at_ = end;
+      return node;
+    }
+    node.kind = first;
+    const char last = first == '{' ? '}' : ']';
+    ++at_;
+    if (take(last)) return node;
+    do {
+      std::string name;
+      if (first == '{') {
+        const std::optional<std::string> key = string();
+        if (!key || !take(':')) return std::nullopt;
+        name = unquoted(*key);
+      }
+      std::optional<JsonNode> member = value(depth + 1);
+      if (!member) return std::nullopt;
+      node.members.emplace_back(std::move(name), *std::move(member));
+    } while (take(','));
+    return take(last) ? std::optional<JsonNode>(std::move(node)) : std::nullopt;
+  }
+
+  std::string_view text_;
+  std::size_t at_ = 0;
+};
+
+/// {"value": ..., "unit": ...}
+bool has_unit(const JsonNode& node) {
+  return node.kind == '{' && node.members.size() == 2 && node.members[0].first == "value" && node.members[1].first == "unit" &&
+         node.members[1].second.kind == 0;
+}
+
+std::string scalar(const std::string& text) {
+  const bool is_real = !text.empty() && text.front() != '"' && text.find_first_of(".eE") != std::string::npos;
+  const std::optional<double> number = is_real ? rdf::lexical::parse_double(text) : std::nullopt;
+  if (number && std::isfinite(*number)) return few_digits(*number);
+  return text == "-0" ? "0" : text;
+}
+
+std::string in_line(const JsonNode& node, bool is_inside) {
+  if (node.kind == 0) return scalar(node.text);
+  if (has_unit(node)) return in_line(node.members[0].second, true) + " " + unquoted(node.members[1].second.text);
+  std::string text;
+  for (const auto& [name, member] : node.members)
+    text += (text.empty() ? "" : ", ") + (node.kind == '{' ? name + ": " : std::string()) + in_line(member, true);
+  if (node.kind == '[') return "[" + text + "]";
+  return is_inside || text.empty() ? "{" + text + "}" : text;
+}
+
+void add_lines(const JsonNode& node, std::size_t indent, std::string& text) {
+  constexpr std::size_t longest = 60;
+  std::size_t width = 0;
+  for (const auto& [name, member] : node.members) width = std::max(width, columns_of(name));
+  for (const auto& [name, member] : node.members) {
+    text += std::string(indent, ' ') + name;
+    const std::string line = in_line(member, false);
+    const bool is_short = member.kind == 0 || member.members.empty() || has_unit(member) || columns_of(line) <= longest || member.kind == '[';
+    if (is_short) {
+      text += std::string(width - columns_of(name) + 2, ' ') + line + "\n";
+    } else {
+      text += "\n";
+      add_lines(member, indent + 2, text);
+    }
+  }
+}
+
+}  // namespace
+
+std::string readable(std::string_view json) {
+  const std::optional<JsonNode> node = JsonReader(json).read();
+  return node ? in_line(*node, false) : std::string(json);
+}
+
+std::string readable_lines(std::string_view json) {
+  const std::optional<JsonNode> node = JsonReader(json).read();
+  if (!node) return std::string(json);
+  if (node->kind != '{' || node->members.empty() || has_unit(*node)) return in_line(*node, false);
+  std::string text;
+  add_lines(*node, 0, text);
+  text.pop_back();
+  return text;
+}
+
 PlainValue value_at(const Graph& graph, TermId node, const client::Schema* schema) {
   PlainValue result;
   Reader reader(graph);
@@ -224,7 +394,11 @@ PlainValue value_at(const Graph& graph, TermId node, const client::Schema* schem
         if (const std::int64_t* integer = value->integer(); integer && type.kind == Type::Kind::integer)
           result.number = static_cast<double>(*integer);
         if (const std::string* text = value->text()) result.text = printable_lines(*text);
-        if (!nested) result.unit = printable(client::unit_label(schema->facets().unit()));
+        if (!nested) {
+          const lrt::Unit& unit = schema->facets().unit();
+          result.unit = printable(client::unit_label(unit));
+          result.unit_iri = printable((unit.qudt.empty() ? unit.vom : unit.qudt).text);
+        }
       }
     }
   }
@@ -236,25 +410,37 @@ PlainValue value_at(const Graph& graph, TermId node, const client::Schema* schem
       else if (term.is_literal()) result.text = printable_lines(term.text);
     }
   }
-  if (result.unit.empty() && !graph.term(node).is_literal() && result.json.front() != '{') result.unit = reader.unit(node);
+  if (result.unit.empty() && !graph.term(node).is_literal() && result.json.front() != '{') {
+    result.unit = reader.unit(node);
+    result.unit_iri = reader.unit_iri(node);
+  }
   if (result.text.empty() && result.json != "null") result.text = unquoted(result.json);
   return result;
 }
 
 Result<PlainValue> converted(const PlainValue& value, const std::string& unit) {
-  if (!value.number) return unexpected(Errc::expected_value, "expected a number, found " + value.text.substr(0, 200));
+  if (!value.number) {
+    const char first = value.json.empty() ? 'n' : value.json.front();
+    return unexpected(Errc::expected_value, "only numbers have units; found " + (first == '{'   ? std::string("a record")
+                                                                                 : first == '[' ? std::string("a list")
+                                                                                                : "\"" + value.text.substr(0, 100) + "\""));
+  }
   const Result<double> number = client::convert(*value.number, value.unit, unit);
   if (!number) return unexpected(number.error());
   // Conversion by pi is exact to about 15 digits: 30 deg, not 30.000000000000004.
   char digits[40];
   std::snprintf(digits, sizeof digits, "%.15g", *number);
   const double shown = unit == value.unit ? *number : rdf::lexical::parse_double(digits).value_or(*number);
-  return PlainValue{json_of(shown), number_text(shown), printable(unit), shown};
+  // As it is written everywhere: "rad", also for "RAD".
+  const Result<client::Quantity> named = client::parse_quantity("1 " + unit);
+  return PlainValue{json_of(shown), number_text(shown), printable(named && !named->unit.empty() ? named->unit : unit), shown};
 }
 
 std::optional<client::Schema> schema_of(const Result<std::optional<client::Shape>>& shape) {
   if (!shape || !*shape) return std::nullopt;
-  Result<client::Schema> schema = client::Schema::read((*shape)->graph, (*shape)->node);
+  client::SchemaOptions options;
+  options.stated_names = true;  // as in the server's JSON
+  Result<client::Schema> schema = client::Schema::read((*shape)->graph, (*shape)->node, options);
   if (!schema || !schema->usable()) return std::nullopt;
   return *std::move(schema);
 }
@@ -288,7 +474,12 @@ std::string name_of(const Type& type) {
     case Type::Kind::text: return "text";
     case Type::Kind::duration: return "duration";
     case Type::Kind::instant: return "time";
-    case Type::Kind::list: return "list of " + (type.element ? name_of(*type.element) : std::string("values"));
+    case Type::Kind::list: {
+      const std::string element = type.element ? name_of(*type.element) : std::string("value");
+      for (const char* const word : {"number", "integer", "text", "duration", "time", "value"})
+        if (element == word) return "list of " + element + "s";
+      return "list of " + element;
+    }
     case Type::Kind::optional: return type.element ? name_of(*type.element) : "value";
     case Type::Kind::map: return "map to " + (type.element ? name_of(*type.element) : std::string("values"));
     case Type::Kind::enumeration: {
@@ -325,6 +516,7 @@ std::string description_of(const client::Schema& schema) {
 }
 
 Result<Body> body_of(const std::string& argument, const std::string& media_type) {
+  if (argument.substr(0, 2) == "@@") return Body{argument.substr(1), media_type};
   if (argument != "-" && (argument.empty() || argument.front() != '@')) return Body{argument, media_type};
   constexpr std::size_t max_bytes = 64 * 1024 * 1024;
   const std::string name = argument == "-" ? "standard input" : argument.substr(1);
@@ -356,7 +548,8 @@ Result<Input> input_of(const Body& body, const std::string& url, const std::opti
       Result<Graph> graph = rdf::read(body.bytes, *syntax, options);
       if (!graph) {
         const Error& error = graph.error();
-        return unexpected(Errc::expected_value, (error.line ? "line " + std::to_string(error.line) + ": " : std::string()) + error.message);
+        const bool says_where = error.line == 0 || error.message.compare(0, 5, "line ") == 0;
+        return unexpected(Errc::expected_value, (says_where ? std::string() : "line " + std::to_string(error.line) + ": ") + error.message);
       }
       const std::optional<TermId> focus = client::find_focus(*graph, url);
       if (!focus) return unexpected(Errc::expected_value, "it is not clear which node of the body is the value; write it as <>");
@@ -381,13 +574,12 @@ Result<Input> input_of(const Body& body, const std::string& url, const std::opti
   if (body.media_type.empty() && looks_like_json && type->kind != Type::Kind::text) media_type = {"application", "json", {}};
   if (media_type.type == "text" && type->is_number()) {
     const Result<client::Quantity> quantity = client::parse_quantity(trimmed(bytes));
-    if (quantity && !quantity->unit.empty()) {
+    const bool is_number = bytes.find_first_of("0123456789") != std::string::npos && trimmed(bytes).find_first_of("0123456789.+-") == 0;
+    if (quantity ? !quantity->unit.empty() : is_number) {  // also with a unit that is not known: it is named, with those that would fit
       const Result<double> number = client::number_in(trimmed(bytes), schema->facets().unit());
       if (!number) return unexpected(number.error());
       const bool is_integer = type->kind == Type::Kind::integer && std::abs(*number) < 9e15 && *number == std::floor(*number);
       bytes = is_integer ? std::to_string(static_cast<std::int64_t>(*number)) : number_text(*number);
-    } else if (!quantity && bytes.find_first_of("0123456789") != std::string::npos && trimmed(bytes).find_first_of("0123456789.+-") == 0) {
-      return unexpected(quantity.error());  // a number, but with a unit that is not known
     }
   }
   Input input;

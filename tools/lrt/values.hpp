@@ -13,11 +13,24 @@ namespace lrt::tool {
 
 /// A value without RDF.
 struct PlainValue {
-  std::string json;                ///< printable
-  std::string text;                ///< of a number or a text without quotes; else as `json`. Printable
+  std::string json;                ///< printable, without loss
+  std::string text;                ///< of a number or a text without quotes, which may have line feeds and tabs; else as `json`. Printable
   std::string unit;                ///< UCUM code, or the last part of its IRI; empty: none
   std::optional<double> number{};  ///< if it is one
+  std::string unit_iri{};          ///< printable; empty: none
+
+  bool is_null() const noexcept { return json == "null"; }
+  /// The text in one line without tabs: these are shown as \x0a and \x09. For columns.
+  std::string line() const;
+  /// The same for people: numbers have up to six digits after the point, or six in all if they are less than one. "0.3", not "0.30000000000000004". Records
+  /// are as readable() shows them.
+  std::string for_people() const;
 };
+
+/// JSON as people read it, with the digits of PlainValue::for_people(): "lower: -2.147 rad, upper: 1.047 rad". As it is if it is no JSON.
+std::string readable(std::string_view json);
+/// The same in lines: a member in each, and what is long below its name.
+std::string readable_lines(std::string_view json);
 
 /// The value of a node. Without a schema, or if the value does not fit it, it is read from what the node says: a number by the predicates that numbers have,
 /// else a record of its properties by their local names, without those that describe the resource.
@@ -45,7 +58,7 @@ struct Body {
   std::string bytes;
   std::string media_type;  ///< empty: a value as text, or JSON
 };
-/// "@FILE" and "-" are read (at most 64 MiB), and `media_type` is that of the suffix; all else is the body itself.
+/// "@FILE" and "-" are read (at most 64 MiB), and `media_type` is that of the suffix; all else is the body itself. "@@text" is the text "@text".
 /// @par Errors  io_error, limit_exceeded
 Result<Body> body_of(const std::string& argument, const std::string& media_type);
 

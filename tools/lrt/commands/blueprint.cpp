@@ -5,6 +5,7 @@
 #include <lrt/rdf/codec.hpp>
 
 #include "tools/lrt/command_line.hpp"
+#include "tools/lrt/naming.hpp"
 
 namespace lrt::tool {
 
@@ -104,33 +105,56 @@ Result<int> blueprint_of_thing(Session& session, const client::Thing& thing, boo
   return session.terminal().print(text) ? Exit::success : Exit::failure;
 }
 
+Result<std::vector<std::pair<std::string, client::Shape>>> shapes_of(const client::Property& property) {
+  const Result<std::optional<client::Shape>> shape = property.value_shape();
+  if (!shape) return unexpected(shape.error());
+  std::vector<std::pair<std::string, client::Shape>> shapes;
+  if (*shape) shapes.emplace_back(printable(property.name()), **shape);
+  return shapes;
+}
+
+Result<std::vector<std::pair<std::string, client::Shape>>> shapes_of(const client::Action& action) {
+  const Result<std::optional<client::Shape>> input = action.input_shape(), output = action.output_shape();
+  if (!input) return unexpected(input.error());
+  std::vector<std::pair<std::string, client::Shape>> shapes;
+  if (*input) shapes.emplace_back("input", **input);
+  if (output && *output) shapes.emplace_back("output", **output);
+  return shapes;
+}
+
 Result<int> blueprint(Session& session, BlueprintOptions& options) {
   session.take_robot(options.words, 1);
   if (options.words.size() != 1) return unexpected(Errc::invalid_option, "blueprint takes one name");
   const std::string& name = options.words.front();
-  if (is_url(name) && session.options().robot.empty()) static_cast<void>(session.thing(name));  // the robot is where the URL leads
-  const Result<const client::Robot*> robot = session.robot();
-  if (!robot) return unexpected(robot.error());
-  if (const Result<client::Thing> thing = (*robot)->thing(name)) return blueprint_of_thing(session, *thing, options.for_people);
-  std::vector<std::pair<std::string, client::Shape>> shapes;
-  const Result<client::Property> property = (*robot)->property(name);
-  if (property) {
-    const Result<std::optional<client::Shape>> shape = property->value_shape();
-    if (!shape) return unexpected(shape.error());
-    if (*shape) shapes.emplace_back(printable(property->name()), **shape);
-  } else {
-    const Result<client::Action> action = (*robot)->action(name);
-    if (!action) {
-      if (property.error().code != Errc::unknown_path) return unexpected(property.error());
-      return unexpected(Errc::unknown_path, "\"" + (*robot)->url() + "\" has no Thing, property or action \"" + name + "\"");
+  Result<std::vector<std::pair<std::string, client::Shape>>> shapes = unexpected(Errc::unknown_path, "");
+  if (is_url(name)) {
+    const Result<client::Property> property = session.property(name);
+    const Result<client::RepresentationPtr> found = property ? property->get() : Result<client::RepresentationPtr>(unexpected(property.error()));
+    if (!found) return unexpected(found.error());
+    if (is_thing(**found)) {
+      const Result<client::Thing> thing = session.thing(name);
+      return thing ? blueprint_of_thing(session, *thing, options.for_people) : Result<int>(unexpected(thing.error()));
     }
-    const Result<std::optional<client::Shape>> input = action->input_shape(), output = action->output_shape();
-    if (!input) return unexpected(input.error());
-    if (*input) shapes.emplace_back("input", **input);
-    if (output && *output) shapes.emplace_back("output", **output);
+    const Result<client::Action> action = session.action(name);
+    shapes = action && is_action(**found) ? shapes_of(*action) : shapes_of(*property);
+  } else {
+    const Result<const client::Robot*> robot = session.robot();
+    if (!robot) return unexpected(robot.error());
+    if (const Result<client::Thing> thing = (*robot)->thing(name)) return blueprint_of_thing(session, *thing, options.for_people);
+    if (const Result<client::Property> property = (*robot)->property(name)) {
+      shapes = shapes_of(*property);
+    } else if (const Result<client::Action> action = (*robot)->action(name)) {
+      shapes = shapes_of(*action);
+    } else {
+      const Error error = explained(**robot, name, Named::property, property.error());
+      if (error.code == Errc::unknown_path && name.find('/') == std::string::npos)
+        return unexpected(Errc::unknown_path, "\"" + (*robot)->url() + "\" has no Thing, property or action \"" + name + "\"");
+      return unexpected(error);
+    }
   }
-  if (shapes.empty()) return unexpected(Errc::unknown_path, "\"" + name + "\" has no Blueprint");
-  return print_shapes(session, shapes, options.for_people);
+  if (!shapes) return unexpected(shapes.error());
+  if (shapes->empty()) return unexpected(Errc::unknown_path, "\"" + name + "\" has no Blueprint");
+  return print_shapes(session, *shapes, options.for_people);
 }
 
 }  // namespace

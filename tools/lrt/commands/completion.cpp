@@ -157,6 +157,7 @@ int complete(CommandLine& line, Session& session, const std::vector<std::string>
   session.accept_age(std::chrono::minutes(1));  // keys are pressed one after the other
   const std::string current = words.empty() ? std::string() : words.back();
   const Typed typed = read(line, words);
+  static_cast<void>(session.choose_profile());
   std::vector<std::string> found;
   std::string prefix;  // of the current word, before what is completed
   if (typed.waiting) {

@@ -92,12 +92,12 @@ Result<int> print_result(Session& session, const client::Action& action, const I
     return terminal.print_line("{\"value\":" + value.json + (value.unit.empty() ? "" : ",\"unit\":" + json_string(value.unit)) + "}") ? Exit::success
                                                                                                                                       : Exit::failure;
   }
-  std::string text = value.text;
+  std::string text = terminal.is_for_people() && value.number ? value.for_people() : value.text;
   if (terminal.is_for_people() && !value.unit.empty()) text += " " + terminal.styled(value.unit, Style::faint);
   return terminal.print_line(text) ? Exit::success : Exit::failure;
 }
 
-/// Waits for the end. Ctrl-C cancels.
+/// Waits for the end. Ctrl-C cancels, and so do SIGTERM and the loss of the terminal (SIGHUP, except under nohup): nobody would see what the robot does.
 Result<int> finish(Session& session, const client::Action& action, const Invocation& invocation, Signals& signals, const InvokeOptions& options) {
   ProgressBar bar(session.terminal(), printable(action.name()));
   std::optional<steady_clock::time_point> end;
@@ -130,7 +130,6 @@ Result<int> finish(Session& session, const client::Action& action, const Invocat
     }
     if (const int signal = wait_for_signal(signals, pause); signal != 0) {
       bar.clear();
-      if (signal == SIGHUP) return 128 + signal;  // the terminal was closed: the invocation continues
       if (const Result<void> stopped = invocation.cancel(); !stopped) {
         session.warn("\"" + action.name() + "\" could not be cancelled: " + stopped.error().message);
         return 128 + signal;
@@ -204,8 +203,9 @@ void add_invoke(CommandLine& line) {
   auto options = std::make_shared<InvokeOptions>();
   CLI::App* const command =
       line.add("invoke", "Invoke an action, wait for its end, and print its result",
-               "Ctrl-C cancels the invocation. Exit status: 0 succeeded; 1 refused or failed; 4 cancelled by the robot or somebody\n"
-               "else; 130 cancelled by Ctrl-C. Examples:\n"
+               "Ctrl-C, SIGTERM and the loss of the terminal cancel the invocation. Exit status: 0 succeeded; 1 refused or failed;\n"
+               "4 cancelled by the robot or somebody else; 130 cancelled by Ctrl-C, 129 by the loss of the terminal, 143 by SIGTERM.\n"
+               "Examples:\n"
                "  lrt invoke right_s1/rotate 43.6\n"
                "  lrt invoke right_s1/rotate 0.5rad      # converted to deg, which the action takes\n"
                "  lrt invoke right_s1/rotate 90 --async  # print the URL of the invocation, and do not wait",
@@ -216,7 +216,7 @@ void add_invoke(CommandLine& line) {
   auto* const async = command->add_flag("--async", options->async, "Print the URL of the invocation, and do not wait");
   command->add_option("--wait", options->wait, "Wait at most this long; the invocation then goes on")
       ->type_name("SECONDS")
-      ->check(CLI::Range(0.0, 1e6))
+      ->check(number_from(0, 1e6))
       ->excludes(async);
   command->add_option("--type", options->type, "The media type of the input, such as text/turtle")->type_name("TYPE");
   command->add_option("--cancel", options->cancel, "Cancel the invocation with this URL")->type_name("URL");

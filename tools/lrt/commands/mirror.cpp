@@ -151,21 +151,19 @@ void add_mirror(CommandLine& line) {
   command->add_option("--to-token-file", options->token_file, "A file whose first line is a bearer token for the store")->type_name("FILE");
   command->add_option("--state", options->state, "A file that keeps what the store has: the next run sends only what has changed")->type_name("FILE");
   command->add_flag("--once", options->once, "Copy what is there now, and end");
-  command->add_option("--requests", options->requests, "Requests to the store at a time, 4 by default")
-      ->type_name("N")
-      ->check(CLI::Range(std::size_t{1}, std::size_t{256}));
+  command->add_option("--requests", options->requests, "Requests to the store at a time, 4 by default")->type_name("N")->check(number_from(1, 256));
   command->add_option("--rate", options->rate, "Requests to the store in one second, 100 by default; 0: any number")
       ->type_name("N")
-      ->check(CLI::Range(0.0, 1e6));
+      ->check(number_from(0, 1e6));
   command->add_option("--interval", options->interval, "The time between two changes of a resource, 1 s by default")
       ->type_name("SECONDS")
-      ->check(CLI::Range(0.0, 86400.0));
+      ->check(number_from(0, 86400));
   command->add_option("--refresh", options->refresh, "The time between two readings of all resources, 60 s by default")
       ->type_name("SECONDS")
-      ->check(CLI::Range(0.1, 86400.0));
+      ->check(number_from(0.1, 86400));
   command->add_option("--patience", options->patience, "With --once: how long the store may fail, 30 s by default")
       ->type_name("SECONDS")
-      ->check(CLI::Range(0.0, 86400.0));
+      ->check(number_from(0, 86400));
 }
 
 }  // namespace lrt::tool

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <cctype>
+
+#include <lrt/rdf/codec.hpp>
 
 #include "src/http/url.hpp"
 #include "tools/lrt/command_line.hpp"
@@ -56,8 +59,34 @@ std::vector<std::vector<std::string>> rows_of(std::string_view csv) {
   return rows;
 }
 
-bool print_rows(Terminal& terminal, std::string_view csv) {
+bool is_name_character(char c) noexcept {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-' || c == '.';
+}
+
+/// PREFIX declarations of the known prefixes that a query uses and does not declare, in the first line: the numbers of its lines stay.
+std::string prologue_for(const std::string& query) {
+  std::string prologue;
+  for (const auto& [prefix, space] : rdf::default_prefixes()) {
+    const std::string name = prefix + ":";
+    bool is_used = false, is_declared = false;
+    for (std::size_t at = query.find(name); at != std::string::npos; at = query.find(name, at + 1)) {
+      if (at > 0 && is_name_character(query[at - 1])) continue;
+      std::size_t end = at;
+      while (end > 0 && std::string_view(" \t\r\n").find(query[end - 1]) != std::string_view::npos) --end;
+      std::string before = query.substr(end < 6 ? 0 : end - 6, std::min<std::size_t>(end, 6));
+      std::transform(before.begin(), before.end(), before.begin(), [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+      is_declared = is_declared || before == "PREFIX";
+      is_used = true;
+    }
+    if (is_used && !is_declared) prologue += "PREFIX " + name + " <" + space + "> ";
+  }
+  return prologue;
+}
+
+bool print_rows(Session& session, std::string_view csv) {
+  Terminal& terminal = session.terminal();
   const auto rows = rows_of(csv);
+  if (rows.size() < 2) session.warn("no rows");
   Table table;
   for (std::size_t i = 1; i < rows.size(); ++i) {
     std::vector<Table::Cell> cells;
@@ -85,15 +114,15 @@ Result<int> query(Session& session, QueryOptions& options) {
     options.endpoint = *std::move(found);
   }
   const std::string accept = options.accept.empty() ? preferred : options.accept;
-  const Result<client::Response> response =
-      (*client)->send({"POST", options.endpoint, {{"Accept", accept}, {"Content-Type", "application/sparql-query"}}, text->bytes});
+  const Result<client::Response> response = (*client)->send(
+      {"POST", options.endpoint, {{"Accept", accept}, {"Content-Type", "application/sparql-query"}}, prologue_for(text->bytes) + text->bytes});
   if (!response) return unexpected(response.error());
   if (!response->ok()) return unexpected(Errc::refused, std::to_string(response->status) + ": " + response->reason());
   Terminal& terminal = session.terminal();
   const std::string type = response->media_type();
   bool printed;
   if (!options.accept.empty()) printed = terminal.print(terminal.is_for_people() ? printable_lines(response->body) : response->body);
-  else if (type == "text/csv") printed = print_rows(terminal, response->body);
+  else if (type == "text/csv") printed = print_rows(session, response->body);
   else if (type == "application/sparql-results+json")
     printed = terminal.print_line(response->body.find("true") != std::string::npos ? "true" : "false");
   else printed = terminal.print(terminal.is_for_people() ? printable_lines(response->body) : response->body);
@@ -108,7 +137,7 @@ void add_query(CommandLine& line) {
                                      "Rows are printed in columns; in a pipe a tab separates them. Examples:\n"
                                      "  lrt query 'SELECT ?g { GRAPH ?g {} }'\n"
                                      "  lrt query @question.rq\n"
-                                     "  lrt query 'ASK { ?joint a <http://ros.org/#RevoluteJoint> }'\n"
+                                     "  lrt query 'ASK { ?joint a ros:RevoluteJoint }'      # known prefixes need no declaration\n"
                                      "  lrt query @question.rq --accept application/sparql-results+json",
                                      options, query);
   command->add_option("QUERY", options->words, "A SPARQL query, @FILE or -")->required()->type_name("[ROBOT] QUERY")->expected(1, 2);

@@ -85,25 +85,27 @@ Result<std::vector<Subscription>> subscriptions_of(Session& session, const std::
 }
 
 Result<int> subs(Session& session, SubsOptions& options) {
-  session.take_robot(options.words, session.options().robot.empty() && options.cancel.empty() ? 0 : 1);
-  if (options.words.size() > 1) return unexpected(Errc::invalid_option, "subs takes one name");
-  Result<Client*> client = session.client();
-  if (!client) return unexpected(client.error());
-
   const bool needs_list =
       options.cancel.empty() || std::any_of(options.cancel.begin(), options.cancel.end(), [](const std::string& c) { return !is_url(c); });
+  std::optional<client::Thing> thing;
+  if (needs_list) {
+    Result<std::optional<client::Thing>> named = session.take_thing(options.words);
+    if (!named) return unexpected(std::move(named).error());
+    thing = *std::move(named);
+  }
+  Result<Client*> client = session.client();
+  if (!client) return unexpected(client.error());
   std::vector<Subscription> all;
   if (needs_list) {
     std::vector<std::string> containers;
-    if (!options.words.empty()) {
-      const Result<client::Thing> thing = session.thing(options.words.front());
-      if (!thing) return unexpected(thing.error());
-      if (!thing->subscriptions().empty()) containers.push_back(thing->subscriptions());
+    if (thing) {
+      if (thing->subscriptions().empty()) return unexpected(Errc::unknown_path, "\"" + thing->name() + "\" has no list of subscriptions");
+      containers.push_back(thing->subscriptions());
     } else {
       const Result<const client::Robot*> robot = session.robot();
       if (!robot) return unexpected(robot.error());
-      for (const client::Thing& thing : (*robot)->things())
-        if (!thing.subscriptions().empty()) containers.push_back(thing.subscriptions());
+      for (const client::Thing& one : (*robot)->things())
+        if (!one.subscriptions().empty()) containers.push_back(one.subscriptions());
     }
     Result<std::vector<Subscription>> found = subscriptions_of(session, containers);
     if (!found) return unexpected(found.error());
@@ -137,6 +139,10 @@ Result<int> subs(Session& session, SubsOptions& options) {
       json += "}";
     }
     return session.terminal().print_line(json + "]") ? Exit::success : Exit::failure;
+  }
+  if (all.empty()) {
+    session.warn("no subscriptions");
+    return Exit::success;
   }
   Table table;
   for (const Subscription& one : all) {

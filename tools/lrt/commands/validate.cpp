@@ -27,7 +27,7 @@ Result<Judge> judge_of(Session& session, const std::string& name) {
     return unexpected(property.error());
   }
   const Result<client::Action> action = session.action(name);
-  if (!action) return unexpected(action.error());
+  if (!action) return unexpected(is_url(name) || property ? action.error() : property.error());
   const Result<std::optional<client::Shape>> shape = action->input_shape();
   if (!shape) return unexpected(shape.error());
   return Judge{action->url(), *shape};

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <csignal>
 
 #include <lrt/base/clock.hpp>
@@ -47,15 +48,20 @@ std::string csv_line(const std::string& name, const Observed& seen) {
          (is_value ? csv_field(seen.value.unit) : "") + "," + (is_value ? "" : csv_field(std::string(name_of(seen.kind)) + ": " + seen.reason));
 }
 
-std::string text_line(const Terminal& terminal, const std::string& name, const Observed& seen) {
+/// @param names  columns of the longest name
+std::string text_line(const Terminal& terminal, const std::string& name, const Observed& seen, std::size_t names) {
   const char* const kind = name_of(seen.kind);
   if (!terminal.is_for_people()) {
     if (seen.kind != Observed::Kind::value) return utc(seen.time) + "\t" + name + "\t" + kind + ": " + seen.reason + "\t";
-    return utc(seen.time) + "\t" + name + "\t" + seen.value.text + "\t" + seen.value.unit;
+    return utc(seen.time) + "\t" + name + "\t" + seen.value.line() + "\t" + seen.value.unit;
   }
-  const std::string begin = terminal.styled(time_of_day(seen.time), Style::faint) + "  " + name + "  ";
-  if (seen.kind != Observed::Kind::value) return begin + terminal.styled(std::string(kind) + ": " + seen.reason, Style::warning);
-  return begin + seen.value.text + (seen.value.unit.empty() ? "" : " " + terminal.styled(seen.value.unit, Style::faint));
+  // One line for each change: what is too long for the window is cut.
+  constexpr std::size_t time = 12, gap = 2;
+  const std::size_t rest = std::max<std::size_t>(terminal.width(), time + names + 2 * gap + 10) - time - names - 2 * gap;
+  const std::string begin = terminal.styled(time_of_day(seen.time), Style::faint) + "  " + name + std::string(names - columns_of(name) + gap, ' ');
+  if (seen.kind != Observed::Kind::value) return begin + terminal.styled(cut(std::string(kind) + ": " + seen.reason, rest), Style::warning);
+  const std::string value = cut(seen.value.for_people(), rest);
+  return begin + value + (seen.value.unit.empty() ? "" : " " + terminal.styled(seen.value.unit, Style::faint));
 }
 
 Result<int> watch_plot(Session& session, Observer& observer, const WatchOptions& options) {
@@ -122,23 +128,33 @@ Result<int> watch(Session& session, WatchOptions& options) {
   if (options.plot) return watch_plot(session, observer, options);
   Terminal& terminal = session.terminal();
   if (options.csv) terminal.print_line("time,name,value,unit,event");
+  std::size_t names = 0;
+  for (std::size_t i = 0; i < observer.size(); ++i) names = std::max(names, columns_of(observer.name(i)));
   ObserveHooks hooks;
+  bool has_value = false;
   hooks.on_change = [&](const Observed& seen) {
     const std::string& name = observer.name(seen.property);
+    has_value = has_value || seen.kind == Observed::Kind::value;
     return terminal.print_line(options.json  ? json_line(name, observer.url(seen.property), seen)
                                : options.csv ? csv_line(name, seen)
-                                             : text_line(terminal, name, seen));
+                                             : text_line(terminal, name, seen, names));
   };
-  return observer.run(hooks);
+  Result<int> ended = observer.run(hooks);
+  if (ended && *ended == Exit::success && !has_value)
+    return unexpected(Errc::failed,
+                      observer.size() == 1 ? "\"" + observer.name(0) + "\" has sent no value" : "none of the properties has sent a value");
+  return ended;
 }
 
 }  // namespace
 
 void add_watch(CommandLine& line) {
   auto options = std::make_shared<WatchOptions>();
-  CLI::App* const command = line.add("watch", "Print a line for each change of properties",
+  CLI::App* const command = line.add("watch", "Print a line for each change of properties or Things",
                                      "Ctrl-C ends it. A gap is a line: after it, changes may be missing. Examples:\n"
                                      "  lrt watch right_s1/position right_s1/velocity\n"
+                                     "  lrt watch right_s1                     # all its properties\n"
+                                     "  lrt watch 'right_*/position'\n"
                                      "  lrt watch right_s1/position --json --count 10\n"
                                      "  lrt watch right_s1/position --csv --for 60 > position.csv\n"
                                      "  lrt watch right_s0/position right_s1/position --plot",
@@ -149,7 +165,7 @@ void add_watch(CommandLine& line) {
   auto* const plot = command->add_flag("--plot", options->plot, "Draw the values as curves")->excludes(json)->excludes(csv);
   command->add_option("--window", options->window, "The time that --plot shows, 30 s by default")
       ->type_name("SECONDS")
-      ->check(CLI::Range(0.1, 1e6))
+      ->check(number_from(0.1, 1e6))
       ->needs(plot);
 }
 
