@@ -100,7 +100,7 @@ def texts():
                 said(lrt(None, "invoke", echo, text), 0, text + "\n")
             else:
                 said(lrt(None, "set", of_text, text), 0, "")
-                assert http_request("GET", of_text, headers={"Accept": "text/plain"}).body.decode() == text, text
+                assert http_request("GET", of_text, headers={"Accept": "text/plain"}).body == text, text
         for text in TEXTS[:7]:
             said(lrt(None, "set", of_text, text), 0, "")
             said(lrt(None, "get", of_text), 0, text + "\n")

@@ -478,7 +478,7 @@ std::string name_of(const Type& type) {
       const std::string element = type.element ? name_of(*type.element) : std::string("value");
       for (const char* const word : {"number", "integer", "text", "duration", "time", "value"})
         if (element == word) return "list of " + element + "s";
-      return "list of " + element;
+      return "list of " + (element.compare(0, 8, "list of ") == 0 ? "lists of " + element.substr(8) : element);
     }
     case Type::Kind::optional: return type.element ? name_of(*type.element) : "value";
     case Type::Kind::map: return "map to " + (type.element ? name_of(*type.element) : std::string("values"));

@@ -40,7 +40,8 @@ Graph reachable(const client::Shape& shape) {
   return result;
 }
 
-void add_rows(Table& table, const std::string& name, const rdf::Type& given, const rdf::Facets& facets, bool required, unsigned depth) {
+/// @param as_tree  fields have their own names, below that of the record; else paths, "limits.lower"
+void add_rows(Table& table, const std::string& name, const rdf::Type& given, const rdf::Facets& facets, bool required, unsigned depth, bool as_tree) {
   const rdf::Type* type = &given;
   while (type->kind == rdf::Type::Kind::optional && type->element) {
     type = type->element;
@@ -55,7 +56,8 @@ void add_rows(Table& table, const std::string& name, const rdf::Type& given, con
   constexpr unsigned max_depth = 12;
   if (!is_record || depth > max_depth) return;
   for (const rdf::FieldType& field : type->fields)
-    add_rows(table, name + "." + printable(field.name), *field.type, rdf::field_facets(field, facets), true, depth + 1);
+    add_rows(table, (as_tree ? std::string(2 * (depth + 1), ' ') : name + ".") + printable(field.name), *field.type, rdf::field_facets(field, facets),
+             true, depth + 1, as_tree);
 }
 
 Result<int> print_shapes(Session& session, const std::vector<std::pair<std::string, client::Shape>>& shapes, bool for_people) {
@@ -64,7 +66,7 @@ Result<int> print_shapes(Session& session, const std::vector<std::pair<std::stri
     Table table;
     for (const auto& [name, shape] : shapes) {
       const std::optional<client::Schema> schema = schema_of(std::optional<client::Shape>(shape));
-      if (schema) add_rows(table, name, schema->type(), schema->facets(), true, 0);
+      if (schema) add_rows(table, name, schema->type(), schema->facets(), true, 0, terminal.is_for_people());
       else table.add({{name, Style::strong}, {"see the shape"}, {}, {}, {}});
     }
     return table.print(terminal, {"field", "type", "unit", "bounds", "required"}) ? Exit::success : Exit::failure;
