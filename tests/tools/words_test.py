@@ -157,6 +157,9 @@ def option_values():
                 assert not bad and done.returncode in (1, 2, 3), (tried, done)
     with Program(ODD) as odd:
         said(lrt(odd.url, "set", "types/text", "x", "--if-match", "[x]"), 1, "", None)
+        said(lrt(odd.url, "subs", "--cancel", "[a,b]"), 1, "", 'lrt: there is no subscription "[a,b]"\n')
+        said(lrt(odd.url, "ls", "--header", "[nonsense]"), 2, "", 'lrt: --header "[nonsense]": expected NAME:VALUE\n')
+        said(lrt(odd.url, "generate", "[a,b]"), 2, "", 'lrt: cannot read "[a,b]": No such file or directory\n')
         done = lrt(odd.url, "get", "types/angle", "--unit", "[in_i]")
         assert done.returncode == 1 and '"rad" to "[in_i]"' in done.stderr, done
         done = lrt(odd.url, "check", "--no-subscriptions", "--for", "1", "--invoke", odd.at("types/actions/echo"), "", odd.url)
