@@ -162,6 +162,7 @@ class Gantry {
         .title("Öffnung", "de")
         .description("What the door closes.", "en")
         .description("Was die Tür verschließt.", "de");
+    door.control();
     door.action("shut", [] {}).title("Shut", "en").title("Schließen", "de").description("Schließt die Tür.", "de");
     server.add(std::move(door)).value();
     for (int n = 0; n <= 4; ++n) {
