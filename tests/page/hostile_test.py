@@ -11,7 +11,6 @@ import json
 import os
 import sys
 import tempfile
-import time
 import urllib.parse
 
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -211,27 +210,7 @@ def main():
     global folder
     Shared.binary = sys.argv[1]
     folder = sys.argv[2] if len(sys.argv) > 2 else None
-    wanted = sys.argv[3:]
-    missing = [name for name, path in zip(("chromium", "chromedriver"), webdriver.programs()) if not path]
-    if missing:
-        print(f"skipped: there is no {' and no '.join(missing)} (vendor/install.sh browser)")
-        return 77
-    if folder:
-        os.makedirs(folder, exist_ok=True)
-    failed = 0
-    for case in CASES:
-        if wanted and case.__name__ not in wanted:
-            continue
-        began = time.monotonic()
-        with Browser() as browser:
-            try:
-                case(browser)
-                print(f"ok   {case.__name__} ({time.monotonic() - began:.1f} s)", flush=True)
-            except (AssertionError, webdriver.Refused) as error:
-                failed += 1
-                print(f"FAIL {case.__name__}: {error}", flush=True)
-    print(f"{failed} failed")
-    return 1 if failed else 0
+    return webdriver.run_cases(CASES, folder, sys.argv[3:])
 
 
 if __name__ == "__main__":

@@ -9,7 +9,6 @@ import os
 import sys
 import tempfile
 import threading
-import time
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, os.path.join(os.path.dirname(HERE), "conformance"))
@@ -393,28 +392,8 @@ def main():
     global folder
     Robot.program, Open.binary = sys.argv[1:3]
     folder = sys.argv[3] if len(sys.argv) > 3 else None
-    wanted = sys.argv[4:]
-    missing = [name for name, path in zip(("chromium", "chromedriver"), webdriver.programs()) if not path]
-    if missing:
-        print(f"skipped: there is no {' and no '.join(missing)} (vendor/install.sh browser)")
-        return 77
-    if folder:
-        os.makedirs(folder, exist_ok=True)
-    failed = 0
-    for case in CASES:
-        if wanted and case.__name__ not in wanted:
-            continue
-        began = time.monotonic()
-        with Browser(extra=["--host-resolver-rules=MAP rebound.example 127.0.0.1", "--ignore-certificate-errors"]) as browser:  # without the cookies of the case before
-            try:
-                case(browser)
-                print(f"ok   {case.__name__} ({time.monotonic() - began:.1f} s)", flush=True)
-            except (AssertionError, webdriver.Refused) as error:
-                failed += 1
-                print(f"FAIL {case.__name__}: {error}", flush=True)
-                shot(browser, "failed-" + case.__name__)
-    print(f"{failed} failed")
-    return 1 if failed else 0
+    options = ["--host-resolver-rules=MAP rebound.example 127.0.0.1", "--ignore-certificate-errors"]
+    return webdriver.run_cases(CASES, folder, sys.argv[4:], extra=options)
 
 
 if __name__ == "__main__":

@@ -6,15 +6,13 @@
 
 import json
 import os
-import socket
 import sys
-import threading
-import time
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, os.path.join(os.path.dirname(HERE), "conformance"))
 
 import webdriver  # noqa: E402
+from frozen_link import FrozenLink  # noqa: E402
 from robot_process import Robot, http_request, until  # noqa: E402
 from webdriver import Browser  # noqa: E402
 
@@ -23,61 +21,6 @@ ESCAPE = "\ue00c"
 FRICTION = "baxter/right_s1/friction"
 
 folder = None
-
-
-class FrozenLink:
-    """Bytes between a browser and a robot, which wait while a direction is frozen."""
-
-    def __init__(self, port):
-        self.port, self.to_robot, self.to_browser, self.lock = port, threading.Event(), threading.Event(), threading.Lock()
-        self.thaw()
-        self.listener = socket.create_server(("127.0.0.1", 0))
-        self.url = f"http://127.0.0.1:{self.listener.getsockname()[1]}/"
-        self.sockets = [self.listener]
-        threading.Thread(target=self._accept, daemon=True).start()
-
-    def freeze(self, to_robot=True, to_browser=True):
-        if to_robot:
-            self.to_robot.clear()
-        if to_browser:
-            self.to_browser.clear()
-
-    def thaw(self):
-        self.to_robot.set()
-        self.to_browser.set()
-
-    def _accept(self):
-        while True:
-            try:
-                near, _ = self.listener.accept()
-                far = socket.create_connection(("127.0.0.1", self.port))
-            except OSError:
-                return
-            self.sockets += [near, far]
-            for source, sink, flows in ((near, far, self.to_robot), (far, near, self.to_browser)):
-                threading.Thread(target=self._copy, args=(source, sink, flows), daemon=True).start()
-
-    @staticmethod
-    def _copy(source, sink, flows):
-        try:
-            while data := source.recv(65536):
-                flows.wait()
-                sink.sendall(data)
-        except OSError:
-            pass
-        for s in (source, sink):
-            try:
-                s.shutdown(socket.SHUT_RDWR)
-            except OSError:
-                pass
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self.thaw()
-        for s in self.sockets:
-            s.close()
 
 
 class Sample(Robot):
@@ -300,28 +243,7 @@ def main():
     global folder
     Robot.program, Sample.binary = sys.argv[1:3]
     folder = sys.argv[3] if len(sys.argv) > 3 else None
-    wanted = sys.argv[4:]
-    missing = [name for name, path in zip(("chromium", "chromedriver"), webdriver.programs()) if not path]
-    if missing:
-        print(f"skipped: there is no {' and no '.join(missing)} (vendor/install.sh browser)")
-        return 77
-    if folder:
-        os.makedirs(folder, exist_ok=True)
-    failed = 0
-    for case in CASES:
-        if wanted and case.__name__ not in wanted:
-            continue
-        began = time.monotonic()
-        with Browser() as browser:
-            try:
-                case(browser)
-                print(f"ok   {case.__name__} ({time.monotonic() - began:.1f} s)", flush=True)
-            except (AssertionError, webdriver.Refused) as error:
-                failed += 1
-                print(f"FAIL {case.__name__}: {error}", flush=True)
-                shot(browser, "failed-" + case.__name__)
-    print(f"{failed} failed")
-    return 1 if failed else 0
+    return webdriver.run_cases(CASES, folder, sys.argv[4:])
 
 
 if __name__ == "__main__":

@@ -154,3 +154,29 @@ class Browser:
     def messages(self):
         """What the console has said since the last call."""
         return [m for m in self.send("POST", "/se/log", {"type": "browser"})]
+
+
+def run_cases(cases, folder, wanted, **options):
+    """Runs each case in a browser of its own, with these options of Browser. `folder`: for a screenshot of each that fails. Returns the exit status."""
+    missing = [name for name, path in zip(("chromium", "chromedriver"), programs()) if not path]
+    if missing:
+        print(f"skipped: there is no {' and no '.join(missing)} (vendor/install.sh browser)")
+        return 77
+    if folder:
+        os.makedirs(folder, exist_ok=True)
+    failed = 0
+    for case in cases:
+        if wanted and case.__name__ not in wanted:
+            continue
+        began = time.monotonic()
+        with Browser(**options) as browser:  # without the cookies of the case before
+            try:
+                case(browser)
+                print(f"ok   {case.__name__} ({time.monotonic() - began:.1f} s)", flush=True)
+            except (AssertionError, Refused) as error:
+                failed += 1
+                print(f"FAIL {case.__name__}: {error}", flush=True)
+                if folder:
+                    browser.screenshot(os.path.join(folder, f"failed-{case.__name__}.png"))
+    print(f"{failed} failed")
+    return 1 if failed else 0

@@ -14,10 +14,10 @@ import threading
 import time
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-sys.path[:0] = [os.path.join(HERE, "..", "..", "tools", "python"), HERE]
+sys.path[:0] = [os.path.join(HERE, "..", "..", "tools", "python"), os.path.join(HERE, "..", "conformance")]
 
 import lrt  # noqa: E402
-from link import Link  # noqa: E402
+from frozen_link import FrozenLink  # noqa: E402
 
 PATIENCE = 30  # [s] for what has to come
 CASES = []
@@ -157,7 +157,7 @@ def a_run_is_waited_for_watched_and_cancelled():
 
 @case
 def a_lost_connection_is_a_gap_with_its_number():
-    with baxter() as url, Link(port(url)) as link:
+    with baxter() as url, FrozenLink(port(url)) as link:
         direct, joint = lrt.open(url)["right_s1"], lrt.open(link.url)["right_s1"]
         witness, changes = direct.watch("friction", queue=10), joint.watch("friction", queue=10)
         first = [next(witness), next(changes)][1]
@@ -205,11 +205,11 @@ def values_are_watched_in_asyncio_too():
 
 @case
 def a_command_without_an_answer_is_unconfirmed_and_sent_once():
-    with baxter() as url, Link(port(url)) as link:
+    with baxter() as url, FrozenLink(port(url)) as link:
         direct, robot = lrt.open(url)["right_s1"], lrt.open(link.url, valid_for=0.3)
         joint = robot["right_s1"]
         direct.write("friction", 1)
-        link.freeze("down")  # the command arrives, its answer does not
+        link.freeze(to_robot=False)  # the command arrives, its answer does not
         before = link.connections
         raised(lrt.Unconfirmed, lambda: joint.write("friction", 2), "no answer within 0.3 s")
         assert link.connections == before + 1
@@ -219,11 +219,11 @@ def a_command_without_an_answer_is_unconfirmed_and_sent_once():
 
 @case
 def a_command_is_not_carried_out_after_its_time_and_a_stop_is():
-    with baxter() as url, Link(port(url)) as link:
+    with baxter() as url, FrozenLink(port(url)) as link:
         direct, robot = lrt.open(url), lrt.open(link.url, valid_for=0.3)
         shoulder, joint = direct["right_s1"], robot["right_s1"]
         shoulder.write("friction", 1)
-        link.freeze("up")
+        link.freeze(to_client=False)
         raised(lrt.Unconfirmed, lambda: joint.write("friction", 2), "no answer within 0.3 s")
         answered = link.answered
         link.thaw()
@@ -232,7 +232,7 @@ def a_command_is_not_carried_out_after_its_time_and_a_stop_is():
         raised(lrt.Late, lambda: lrt.open(url, valid_for=0)["right_s1"].write("friction", 2), "412")
 
         robot.timeout = 0.3
-        link.freeze("up")
+        link.freeze(to_client=False)
         raised(lrt.Unconfirmed, robot.stop)
         assert not direct.stopped()[0]["stopped"]
         link.thaw()

@@ -7,69 +7,17 @@ What passes is the robot's time, which is asked for: nothing is slept for.
 """
 
 import os
-import select
 import shutil
-import socket
 import subprocess
 import sys
 import tempfile
-import threading
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "conformance"))
+from frozen_link import FrozenLink  # noqa: E402
 from robot_process import PATIENCE, Program, Robot, Way, until  # noqa: E402
 
 LRT = None
 FAKETIME = "/usr/lib/x86_64-linux-gnu/faketime/libfaketime.so.1"
-
-
-class FrozenLink:
-    """A TCP proxy whose directions freeze and thaw by command: what arrives on a frozen one waits, and nothing is lost."""
-
-    def __init__(self, port):
-        self.server, self.frozen, self.ended = port, [False, False], False
-        self.listener = socket.create_server(("127.0.0.1", 0))
-        self.port = self.listener.getsockname()[1]
-        self.url = f"http://127.0.0.1:{self.port}/"
-        self.pairs = []
-        self.thread = threading.Thread(target=self.run, daemon=True)
-        self.thread.start()
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self.ended = True
-        self.thread.join(PATIENCE)
-
-    def freeze(self, to_server=True, to_client=True):
-        self.frozen = [to_server, to_client]
-
-    def thaw(self):
-        self.frozen = [False, False]
-
-    def run(self):
-        while not self.ended:
-            readable = [self.listener] + [pair[side] for pair in self.pairs for side in (0, 1) if not self.frozen[side]]
-            for source in select.select(readable, [], [], 0.005)[0]:
-                if source is self.listener:
-                    client = source.accept()[0]
-                    try:
-                        self.pairs.append((client, socket.create_connection(("127.0.0.1", self.server))))
-                    except OSError:
-                        client.close()
-                    continue
-                pair = next((p for p in self.pairs if source in p), None)
-                if pair is None or self.frozen[pair.index(source)]:
-                    continue
-                try:
-                    if bytes_ := source.recv(65536):
-                        pair[1 - pair.index(source)].sendall(bytes_)
-                        continue
-                except OSError:
-                    pass
-                self.pairs.remove(pair)
-                for end in pair:
-                    end.close()
 
 
 def stamp(robot):
@@ -141,7 +89,7 @@ def restarted():
     with Robot() as before, Robot() as after, FrozenLink(before.port) as link:
         end = later(stamp(before), 3_600_000)
         link.freeze(True, False)
-        link.server = after.port
+        link.target = after.port
         sent = put_by_curl(link.url, end, "7")
         link.thaw()
         done, _ = sent.communicate(timeout=PATIENCE)

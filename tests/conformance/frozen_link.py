@@ -6,17 +6,17 @@ import socket
 import threading
 
 
-class Link:
-    """Forwards bytes to `port`. While a direction is frozen its bytes are kept; they arrive when it thaws."""
+class FrozenLink:
+    """Forwards bytes to `port`. What arrives on a frozen direction waits, and nothing is lost. `target`: the port of connections to come."""
 
     def __init__(self, port):
-        self._target = port
+        self.target = port
         self._listener = socket.create_server(("127.0.0.1", 0))
         self.port = self._listener.getsockname()[1]
         self.url = "http://127.0.0.1:%d/" % self.port
         self._wake, self._woken = socket.socketpair()
         self._lock = threading.Lock()
-        self._frozen = {"up": False, "down": False}  # to the robot, from it
+        self._frozen = {"up": False, "down": False}  # to the robot, to its client
         self._cut = self._end = False
         self.connections = 0  # how many were opened
         self.answered = 0  # [bytes] that the robot has sent
@@ -24,8 +24,8 @@ class Link:
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
 
-    def freeze(self, *directions):
-        self._set(lambda: self._frozen.update(dict.fromkeys(directions or ("up", "down"), True)))
+    def freeze(self, to_robot=True, to_client=True):
+        self._set(lambda: self._frozen.update(up=to_robot, down=to_client))
 
     def thaw(self):
         self._set(lambda: self._frozen.update(up=False, down=False))
@@ -81,7 +81,7 @@ class Link:
                     client = each.accept()[0]
                     self.connections += 1
                     try:
-                        robot = socket.create_connection(("127.0.0.1", self._target))
+                        robot = socket.create_connection(("127.0.0.1", self.target))
                     except OSError:
                         client.close()
                         continue
