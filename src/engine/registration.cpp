@@ -291,8 +291,8 @@ Result<void> check(model::ThingSpec& described) {
     if (Result<void> e = rdf::check_words(*spec->words, "thing \"" + spec->path + "\""); !e) return e;
   if (Result<void> e = check_iris(spec->classes, "type"); !e) return e;
   if (Result<void> e = check_statements(spec->statements); !e) return e;
-  if (!spec->blueprint.empty())
-    if (Result<void> e = check_iris({spec->blueprint}, "blueprint"); !e) return e;
+  if (spec->blueprint)
+    if (Result<void> e = check_iris({*spec->blueprint}, "blueprint"); !e) return e;
   for (const auto& p : spec->properties) {
     if (Result<void> e = check_resource(*p); !e) return e;
     if (Result<void> e = check_names("property \"" + spec->path + "/" + p->path + "\"", p->type); !e) return e;

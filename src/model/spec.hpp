@@ -64,7 +64,7 @@ struct RepresentationSpec {
 struct ResourceSpec {
   enum class Kind : std::uint8_t { property, action, collection };
 
-  explicit ResourceSpec(Kind its_kind) noexcept : kind(its_kind) {}
+  explicit ResourceSpec(Kind its_kind) noexcept : kind(its_kind), harmless(false), is_generated(false) {}
 
   std::string path;  ///< percent-encoded, relative to its thing
   std::shared_ptr<HandleContext> thing;
@@ -74,8 +74,8 @@ struct ResourceSpec {
   std::optional<std::size_t> max_body_bytes;  ///< nullopt: what the type needs
   const Kind kind;
   std::optional<Dispatch> dispatch;  ///< nullopt: as the thing
-  bool harmless = false;             ///< stays available while the thing is stopped
-  bool is_generated = false;         ///< lrt made it: the user's names have precedence
+  bool harmless : 1;                 ///< stays available while the thing is stopped
+  bool is_generated : 1;             ///< lrt made it: the user's names have precedence
   std::atomic<bool> sealed{false};   ///< registered: set-up calls of the handle have no effect
 
   /// Its usual path below the root: "/arm/angle", "/arm/actions/turn".
@@ -185,8 +185,8 @@ struct ThingSpec {
   std::unique_ptr<rdf::Words> words;  ///< the other words of the user; null: none
   ThinVector<Statement> statements;
   ThinVector<std::string> turtle;  ///< documents; their base is the thing
-  std::string blueprint;           ///< IRI of an external one; empty: generated
-  ThinVector<std::string> shapes;  ///< Turtle documents; their base is the blueprint
+  std::unique_ptr<const std::string> blueprint;  ///< IRI of an external one; null: generated
+  ThinVector<std::string> shapes;                ///< Turtle documents; their base is the blueprint
   Dispatch dispatch = Dispatch::as_server;
   bool has_plain_title = false;  ///< the user gave `title`
   bool requires_expiry = false;  ///< Thing::requires_expiry()

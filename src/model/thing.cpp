@@ -178,7 +178,7 @@ Thing& Thing::add(Iri predicate, Object object) {
 }
 Thing& Thing::add_turtle(std::string text) { return spec_->turtle.push_back(std::move(text)), *this; }
 Thing& Thing::blueprint(Iri external) {
-  spec_->blueprint = std::string(external.text);
+  spec_->blueprint = std::make_unique<const std::string>(external.text);
   return *this;
 }
 Thing& Thing::shapes(std::string turtle) { return spec_->shapes.push_back(std::move(turtle)), *this; }

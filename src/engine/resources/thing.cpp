@@ -96,8 +96,8 @@ void ThingResource::overview(Overview& o) const {
   o.link("state", node.state);
   if (!node.children.empty()) o.link("all", node.tree);
   if (node.control) o.link("control", *node.control);
-  if (node.spec->blueprint.empty()) o.link("blueprint", *node.kind);
-  else o.link("blueprint", node.spec->blueprint, node.blueprint.kind().name);
+  if (!node.spec->blueprint) o.link("blueprint", *node.kind);
+  else o.link("blueprint", *node.spec->blueprint, node.blueprint.kind().name);
   if (node.bounds) o.link("boundsBlueprint", *node.bounds);
   if (node.adds_shapes()) o.link("ownBlueprint", node.blueprint);
   o.link("subscriptions", node.subscriptions);
@@ -246,7 +246,7 @@ const rdf::Graph& ThingNode::statements() const noexcept { return (texts ? *text
 const rdf::Graph& ThingNode::user_shapes() const noexcept { return (texts ? *texts : no_texts()).shapes; }
 
 std::vector<std::string> ThingNode::blueprint_iris(const std::string& base) const {
-  std::vector<std::string> iris = {!spec->blueprint.empty() ? spec->blueprint : base + (kind ? kind->path : blueprint.path)};
+  std::vector<std::string> iris = {spec->blueprint ? *spec->blueprint : base + (kind ? kind->path : blueprint.path)};
   if (bounds) iris.push_back(base + bounds->path);
   if (kind && adds_shapes()) iris.push_back(names_base(base));
   return iris;
