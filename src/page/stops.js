@@ -67,7 +67,7 @@ function timeText(iso) {
 /// "Stopped since 12:03 by alice"
 const stoppedText = ({ since, by, unknown }) => ["Stopped", since && `since ${timeText(since)}`, by && `by ${by}`, unknown && `(whether it still is cannot be read – ${unknown})`].filter(Boolean).join(" ");
 function showStopStates() {
-  const held = stopStates.filter((s) => s.stopped), line = $("held");
+  const held = stopStates.filter((s) => s.stopped), line = $("stop-notice");
   line.hidden = !held.length;
   line.replaceChildren(...held.slice(0, 4).map((s) => h("p", h("b", stoppedText(s)), " – ", linkTo(s.thing), s.release && [" · its release is ", linkTo(s.release)])),
     ...(held.length > 4 ? [h("p", `and ${held.length - 4} more Things`)] : []));

@@ -71,7 +71,7 @@ def loaded(browser, address):
 
 
 def held(browser, words="Stopped since", shown=True):
-    return browser.until("const held = document.getElementById('held'); return held.hidden !== arguments[1] && (!arguments[1] || held.innerText.includes(arguments[0])) && (held.innerText || true)", f"{words}: {shown}", words, shown)
+    return browser.until("const held = document.getElementById('stop-notice'); return held.hidden !== arguments[1] && (!arguments[1] || held.innerText.includes(arguments[0])) && (held.innerText || true)", f"{words}: {shown}", words, shown)
 
 
 def submit(browser, text, path=FRICTION):
