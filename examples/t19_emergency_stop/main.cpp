@@ -53,7 +53,7 @@ int main() {
     client.only({"vom:numericalValue", "lrt:status", "lrt:error", "lrt:stopped"});
     const std::string fast = "<> vom:numericalValue 0.5 ; qudt:hasUnit unit:M-PER-SEC .";
     const std::string started = client.post("/base/actions/drive", fast).field("Location");
-    client.get_until("/base/speed", "0.5");
+    client.get_until("/base/speed", "\"0.5\"");
     const std::string plan = client.post("/base/actions/plan", {}, "Prefer: respond-async\r\n").field("Location");
     client.get_until(plan, "running");
     client.get("/base/battery");  // waits for the host, in vain

@@ -353,6 +353,7 @@ void Verdicts::pass(std::string_view id, const Exchange* exchange, const std::st
 
 void Verdicts::fail(std::string_view id, const std::string& detail, const Exchange* exchange, Certainty certainty) {
   if (exchange != nullptr && exchange->reply.timed_out()) return not_testable(id, "there was no response in time, which http.slow tells", exchange);
+  if (exchange != nullptr && exchange->reply.not_asked()) return not_testable(id, exchange->reply.error->message, exchange);
   add_failure(id, detail, exchange, certainty);
 }
 

@@ -256,7 +256,7 @@ std::string Probe::limit_reached() const {
 Result<Connection> Probe::connect(const std::string& url) {
   const Result<http::Url> parts = url_of(url);
   if (!parts) return unexpected(parts.error());
-  if (exhausted()) return unexpected(Errc::limit_exceeded, limit_reached());
+  if (exhausted()) return unexpected(Errc::cancelled, limit_reached());
   ++requests_;
   const Instant begun = now();
   if (options_.progress) options_.progress({url, requests_, std::chrono::duration_cast<milliseconds>(begun - begin_), usual_time()});

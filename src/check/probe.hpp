@@ -39,6 +39,8 @@ struct Reply {
 
   bool ok() const noexcept { return status >= 200 && status < 300; }
   bool timed_out() const noexcept { return error && error->code == Errc::timed_out; }
+  /// A limit of the check was reached before: nothing was sent.
+  bool not_asked() const noexcept { return error && error->code == Errc::cancelled; }
   std::string field(std::string_view name) const { return std::string(fields.find(name).value_or(std::string_view())); }
   std::string media_type() const;
 };

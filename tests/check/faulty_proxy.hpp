@@ -167,13 +167,19 @@ class FaultyProxy {
       for (std::size_t i = before; i < asked_.size(); ++i) asked_[i].count = asked_.size() - before;
     }
 
+    /// An event stream, whose events come as they are.
+    static bool is_stream(const std::string& response) {
+      const std::string_view header = std::string_view(response).substr(0, response.find("\r\n\r\n"));
+      return header.find("text/event-stream") != header.npos && header.find("Content-Length") == header.npos;
+    }
+
     void from_server() {
       if (!get(server_, received_)) {
         put(client_, received_);
         open_ = false;
         return;
       }
-      while (!websocket_ && !received_.empty()) {
+      while (!websocket_ && !streams_ && !received_.empty()) {
         const std::size_t end = received_.find("\r\n\r\n");
         if (end == std::string::npos) return;
         const int status = std::atoi(received_.c_str() + 9);
@@ -187,20 +193,22 @@ class FaultyProxy {
         std::string response = received_.substr(0, size);
         received_.erase(0, size);
         if (status != 100 && !asked_.empty()) asked_.pop_front();
+        const bool was_stream = is_stream(response);
         if (proxy_.fault_.response) proxy_.fault_.response(asked, response);
         put(client_, response);
         websocket_ = status == 101;
-        if (proxy_.fault_.closes && proxy_.fault_.closes(asked)) open_ = false;
+        streams_ = was_stream && !response.empty();
+        if (!streams_ && proxy_.fault_.closes && proxy_.fault_.closes(asked)) open_ = false;
       }
-      if (!websocket_ || received_.empty()) return;
-      if (proxy_.fault_.to_client) proxy_.fault_.to_client(received_);
+      if ((!websocket_ && !streams_) || received_.empty()) return;
+      if (websocket_ && proxy_.fault_.to_client) proxy_.fault_.to_client(received_);
       put(client_, received_);
       received_.clear();
     }
 
     FaultyProxy& proxy_;
     int client_, server_;
-    bool open_ = false, websocket_ = false;
+    bool open_ = false, websocket_ = false, streams_ = false;
     std::deque<Asked> asked_;
     std::string received_;
   };

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <poll.h>
+
+#include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <string>
 #include <thread>
 #include <utility>
@@ -42,8 +46,9 @@ class RobotHost {
   }
   void run() {
     while (!ended_) {
-      server_.poll();
-      std::this_thread::yield();
+      const auto wait = std::min(server_.poll(), std::chrono::milliseconds(20));
+      pollfd work{server_.descriptor(), POLLIN, 0};
+      ::poll(&work, 1, static_cast<int>(wait.count()));
     }
   }
 

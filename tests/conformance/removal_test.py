@@ -61,6 +61,7 @@ STATED = {
     HYBRIT + "action": CAN_GO_AWAY,
     LRT + "all": CAN_GO_AWAY,
     LRT + "stop": CAN_GO_AWAY,
+    LRT + "release": CAN_GO_AWAY,
     "http://purl.org/dc/terms/modified": MAY_BE_ABSENT,
     "numericalValue of a Property": MAY_BE_ABSENT,
     "value of a Property": MAY_BE_ABSENT,

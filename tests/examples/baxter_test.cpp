@@ -50,6 +50,7 @@ class Robot {
     };
     server_.emplace(lrt::Server::create(std::move(options)).value());
     linked.add_to(*server_).value();
+    step();  // the arm says whether it is stopped: until then nothing moves
   }
 
   /// One period of the control loop.

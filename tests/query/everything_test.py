@@ -45,7 +45,7 @@ def main():
             todo += sorted(new)
             if status != 200 or not headers["Content-Type"].startswith("application/n-triples"):
                 continue
-            if re.search(r"/(state|all)$", url):
+            if re.search(r"/(state|all)$|/ns/structure$", url):
                 left_out += 1
                 if f"<{url}>" in names:
                     print(f"{url} is a graph, although it repeats others")

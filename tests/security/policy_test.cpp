@@ -109,7 +109,7 @@ TEST_CASE("a policy that says something else than it seems to is refused with th
   CHECK(error_of("[] a acl:Authorization ; acl:accessTo </x> ; acl:agent <#b> .") ==
         "the authorization without an IRI: expected acl:mode, found none");
   CHECK(error_of("<#a> a acl:Authorization ; acl:accessTo </x> ; acl:agent <#b> ; acl:mode acl:Append .") ==
-        "the authorization <#a>: acl:mode: expected acl:Read, acl:Write, acl:Control, lrt:Invoke, lrt:Subscribe or lrt:TakeOver, found "
+        "the authorization <#a>: acl:mode: expected acl:Read, acl:Write, acl:Control, lrt:Invoke, lrt:Release, lrt:Subscribe or lrt:TakeOver, found "
         "<http://www.w3.org/ns/auth/acl#Append>");
   CHECK(error_of("<#a> a acl:Authorization ; acl:accessTo <http://other.example/x> ; acl:agent <#b> ; acl:mode acl:Read .") ==
         "the authorization <#a>: acl:accessTo: expected a path of this server such as </arm>, found <http://other.example/x>");
