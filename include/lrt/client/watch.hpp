@@ -51,7 +51,7 @@ struct WatchOptions {
   std::chrono::milliseconds heartbeat{0};
   /// With `heartbeat`: after that time without a word of a server that sends heartbeats, the watch reports
   /// Change::Kind::silent, once until it hears something again.
-  std::chrono::milliseconds silence{3'000};
+  std::chrono::milliseconds silence{std::chrono::seconds(3)};
   /// `hybrit:websocketUrl` of the resource, if it is known. Empty: the client tries the URL of the resource, and if the
   /// server refuses, reads its graph.
   std::string websocket_url{};

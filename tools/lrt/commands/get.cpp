@@ -236,8 +236,7 @@ Result<int> get(Session& session, GetOptions& options) {
     for (const NamedProperty& one : *named) {
       Result<Row> row = row_of(one, options);
       if (is_one && !is_list) {
-        const Result<client::RepresentationPtr> found = one.property.get();
-        const bool is_other = is_url(word) ? !is_value(one.property, found) : !found && found.error().code == Errc::unsupported_syntax;
+        const bool is_other = is_url(word) ? !is_value(one.property, one.property.get()) : !row && row.error().code == Errc::unsupported_syntax;
         if (is_other || !options.output.empty()) return print_resource(session, one.property.url(), one.name, options);
         return row ? print_value(session, *row, options) : Result<int>(unexpected(row.error()));
       }
