@@ -42,12 +42,12 @@ struct SpatialRelationship {
 struct Inertia {
   double mass = 0;  ///< [kg]
   SpatialRelationship spatialRelationship;
-  double ixx = 0;  ///< [KiloGM-M2]
-  double ixy = 0;  ///< [KiloGM-M2]
-  double ixz = 0;  ///< [KiloGM-M2]
-  double iyy = 0;  ///< [KiloGM-M2]
-  double iyz = 0;  ///< [KiloGM-M2]
-  double izz = 0;  ///< [KiloGM-M2]
+  double ixx = 0;  ///< [kg.m2]
+  double ixy = 0;  ///< [kg.m2]
+  double ixz = 0;  ///< [kg.m2]
+  double iyy = 0;  ///< [kg.m2]
+  double iyz = 0;  ///< [kg.m2]
+  double izz = 0;  ///< [kg.m2]
 };
 
 /// maths:Vector3D
@@ -59,7 +59,7 @@ struct Vector3D {
 
 /// lrt:JointDynamics
 struct JointDynamics {
-  double damping = 0;  ///< [N-M-SEC-PER-RAD]
+  double damping = 0;  ///< [N.m.s/rad]
   double staticFriction = 0;  ///< [N.m]
 };
 
@@ -82,6 +82,13 @@ struct Vector3D2 {
 struct AxisAngle {
   float rotationAngle = 0;  ///< [rad]
   Vector3D2 rotationAxis;
+};
+
+/// lrt:StopState
+struct StopState {
+  bool stopped = false;
+  std::optional<std::chrono::system_clock::time_point> stoppedSince;  ///< may be absent
+  std::optional<std::string> stoppedBy;  ///< may be absent
 };
 
 /// ~/ns/vocabulary#JointAngles
@@ -152,12 +159,12 @@ struct lrt::rdf::traits<::baxter::Inertia> : lrt::rdf::Record<::baxter::Inertia>
     r.is(lrt::Iri{"https://w3id.org/lrt/ns#Inertia"});
     r.field(lrt::Iri{"https://w3id.org/lrt/ns#mass"}, &::baxter::Inertia::mass).unit(lrt::unit::kilogram).allow_non_finite();
     r.field(lrt::Iri{"http://vocab.arvida.de/2015/06/spatial/vocab#spatialRelationship"}, &::baxter::Inertia::spatialRelationship);
-    r.field(lrt::Iri{"https://w3id.org/lrt/ns#ixx"}, &::baxter::Inertia::ixx).unit(lrt::Unit{lrt::Iri{"http://qudt.org/vocab/unit/KiloGM-M2"}, lrt::Iri{""}, "", {}}).allow_non_finite();
-    r.field(lrt::Iri{"https://w3id.org/lrt/ns#ixy"}, &::baxter::Inertia::ixy).unit(lrt::Unit{lrt::Iri{"http://qudt.org/vocab/unit/KiloGM-M2"}, lrt::Iri{""}, "", {}}).allow_non_finite();
-    r.field(lrt::Iri{"https://w3id.org/lrt/ns#ixz"}, &::baxter::Inertia::ixz).unit(lrt::Unit{lrt::Iri{"http://qudt.org/vocab/unit/KiloGM-M2"}, lrt::Iri{""}, "", {}}).allow_non_finite();
-    r.field(lrt::Iri{"https://w3id.org/lrt/ns#iyy"}, &::baxter::Inertia::iyy).unit(lrt::Unit{lrt::Iri{"http://qudt.org/vocab/unit/KiloGM-M2"}, lrt::Iri{""}, "", {}}).allow_non_finite();
-    r.field(lrt::Iri{"https://w3id.org/lrt/ns#iyz"}, &::baxter::Inertia::iyz).unit(lrt::Unit{lrt::Iri{"http://qudt.org/vocab/unit/KiloGM-M2"}, lrt::Iri{""}, "", {}}).allow_non_finite();
-    r.field(lrt::Iri{"https://w3id.org/lrt/ns#izz"}, &::baxter::Inertia::izz).unit(lrt::Unit{lrt::Iri{"http://qudt.org/vocab/unit/KiloGM-M2"}, lrt::Iri{""}, "", {}}).allow_non_finite();
+    r.field(lrt::Iri{"https://w3id.org/lrt/ns#ixx"}, &::baxter::Inertia::ixx).unit(lrt::Unit{lrt::Iri{"http://qudt.org/vocab/unit/KiloGM-M2"}, lrt::Iri{""}, "kg.m2", {}}).allow_non_finite();
+    r.field(lrt::Iri{"https://w3id.org/lrt/ns#ixy"}, &::baxter::Inertia::ixy).unit(lrt::Unit{lrt::Iri{"http://qudt.org/vocab/unit/KiloGM-M2"}, lrt::Iri{""}, "kg.m2", {}}).allow_non_finite();
+    r.field(lrt::Iri{"https://w3id.org/lrt/ns#ixz"}, &::baxter::Inertia::ixz).unit(lrt::Unit{lrt::Iri{"http://qudt.org/vocab/unit/KiloGM-M2"}, lrt::Iri{""}, "kg.m2", {}}).allow_non_finite();
+    r.field(lrt::Iri{"https://w3id.org/lrt/ns#iyy"}, &::baxter::Inertia::iyy).unit(lrt::Unit{lrt::Iri{"http://qudt.org/vocab/unit/KiloGM-M2"}, lrt::Iri{""}, "kg.m2", {}}).allow_non_finite();
+    r.field(lrt::Iri{"https://w3id.org/lrt/ns#iyz"}, &::baxter::Inertia::iyz).unit(lrt::Unit{lrt::Iri{"http://qudt.org/vocab/unit/KiloGM-M2"}, lrt::Iri{""}, "kg.m2", {}}).allow_non_finite();
+    r.field(lrt::Iri{"https://w3id.org/lrt/ns#izz"}, &::baxter::Inertia::izz).unit(lrt::Unit{lrt::Iri{"http://qudt.org/vocab/unit/KiloGM-M2"}, lrt::Iri{""}, "kg.m2", {}}).allow_non_finite();
   }
 };
 
@@ -175,7 +182,7 @@ template <>
 struct lrt::rdf::traits<::baxter::JointDynamics> : lrt::rdf::Record<::baxter::JointDynamics> {
   static void describe(Record<::baxter::JointDynamics>& r) {
     r.is(lrt::Iri{"https://w3id.org/lrt/ns#JointDynamics"});
-    r.field(lrt::Iri{"https://w3id.org/lrt/ns#damping"}, &::baxter::JointDynamics::damping).unit(lrt::Unit{lrt::Iri{"http://qudt.org/vocab/unit/N-M-SEC-PER-RAD"}, lrt::Iri{""}, "", {}}).allow_non_finite();
+    r.field(lrt::Iri{"https://w3id.org/lrt/ns#damping"}, &::baxter::JointDynamics::damping).unit(lrt::Unit{lrt::Iri{"http://qudt.org/vocab/unit/N-M-SEC-PER-RAD"}, lrt::Iri{""}, "N.m.s/rad", {}}).allow_non_finite();
     r.field(lrt::Iri{"https://w3id.org/lrt/ns#staticFriction"}, &::baxter::JointDynamics::staticFriction).unit(lrt::unit::newton_metre).allow_non_finite();
   }
 };
@@ -208,6 +215,16 @@ struct lrt::rdf::traits<::baxter::AxisAngle> : lrt::rdf::Record<::baxter::AxisAn
     r.is(lrt::Iri{"http://vocab.arvida.de/2015/06/spatial/vocab#Rotation3D"});
     r.field(lrt::Iri{"http://vocab.arvida.de/2015/06/spatial/vocab#rotationAngle"}, &::baxter::AxisAngle::rotationAngle).unit(lrt::unit::radian).allow_non_finite();
     r.field(lrt::Iri{"http://vocab.arvida.de/2015/06/spatial/vocab#rotationAxis"}, &::baxter::AxisAngle::rotationAxis);
+  }
+};
+
+template <>
+struct lrt::rdf::traits<::baxter::StopState> : lrt::rdf::Record<::baxter::StopState> {
+  static void describe(Record<::baxter::StopState>& r) {
+    r.is(lrt::Iri{"https://w3id.org/lrt/ns#StopState"});
+    r.field(lrt::Iri{"https://w3id.org/lrt/ns#stopped"}, &::baxter::StopState::stopped);
+    r.field(lrt::Iri{"https://w3id.org/lrt/ns#stoppedSince"}, &::baxter::StopState::stoppedSince);
+    r.field(lrt::Iri{"https://w3id.org/lrt/ns#stoppedBy"}, &::baxter::StopState::stoppedBy);
   }
 };
 
@@ -275,7 +292,7 @@ class RevoluteJoint {
   lrt::client::Readable<JointDynamics> dynamics;
   /// Effort: [N.m]. The torque of the joint's motor.
   lrt::client::Readable<double> effort;
-  /// Friction: [N-M-SEC-PER-RAD]. The coefficient of viscous friction that the control loop uses. Each Thing has its own bounds.
+  /// Friction: [N.m.s/rad]. The coefficient of viscous friction that the control loop uses. Each Thing has its own bounds.
   lrt::client::Writable<double> friction;
   /// Reference frame. Where the joint is, seen from the link before it.
   lrt::client::Readable<SpatialRelationship> jointReferenceFrame;
@@ -296,7 +313,7 @@ class RevoluteJoint {
         axis(members.property("https://w3id.org/lrt/ns#axis", "axis", true), lrt::rdf::traits<Vector3D>::type(), lrt::unit::none),
         dynamics(members.property("https://w3id.org/lrt/ns#dynamics", "dynamics", true), lrt::rdf::traits<JointDynamics>::type(), lrt::unit::none),
         effort(members.property("http://ros.org/#effort", "effort", true), lrt::rdf::traits<double>::type(), lrt::unit::newton_metre),
-        friction(members.property("http://ros.org/#friction", "friction", true), lrt::rdf::traits<double>::type(), lrt::Unit{lrt::Iri{"http://qudt.org/vocab/unit/N-M-SEC-PER-RAD"}, lrt::Iri{""}, "", {}}),
+        friction(members.property("http://ros.org/#friction", "friction", true), lrt::rdf::traits<double>::type(), lrt::Unit{lrt::Iri{"http://qudt.org/vocab/unit/N-M-SEC-PER-RAD"}, lrt::Iri{""}, "N.m.s/rad", {}}),
         jointReferenceFrame(members.property("http://ros.org/#jointReferenceFrame", "jointReferenceFrame", true), lrt::rdf::traits<SpatialRelationship>::type(), lrt::unit::none),
         limits(members.property("https://w3id.org/lrt/ns#limits", "limits", true), lrt::rdf::traits<JointLimits>::type(), lrt::unit::none),
         position(members.property("http://ros.org/#position", "position", true), lrt::rdf::traits<double>::type(), lrt::unit::radian),
@@ -322,14 +339,23 @@ class Robot {
   lrt::client::Thing thing;
   /// Positions: at most 512 members. The positions of all joints that move, in the order of lrt:positionsOf.
   lrt::client::Readable<std::vector<double>> positions;
+  /// Stopped. Whether the robot is stopped, since when and by whom. What moves is unavailable meanwhile.
+  lrt::client::Readable<StopState> stopped;
   /// Move all joints. All joints rotate at the same time, each to its target angle. It takes time: wait for the invocation.
   lrt::client::TypedAction<JointAngles, void> moveTo;
+  /// Release. Ends the stop. The arm stays where it is until the next command.
+  lrt::client::TypedAction<void, void> release;
+  /// Stop. All joints brake, and take no command until the release.
+  lrt::client::TypedAction<void, void> stop;
 
  private:
   explicit Robot(lrt::client::Members& members)
       : thing(members.thing()),
         positions(members.property("https://w3id.org/lrt/ns#positions", "positions", true), lrt::rdf::traits<std::vector<double>>::type(), lrt::unit::none),
-        moveTo(members.action("", "moveTo", true), {lrt::rdf::traits<JointAngles>::type(), lrt::unit::none}, {}) {}
+        stopped(members.property("https://w3id.org/lrt/ns#stopState", "stopped", true), lrt::rdf::traits<StopState>::type(), lrt::unit::none),
+        moveTo(members.action("", "moveTo", true), {lrt::rdf::traits<JointAngles>::type(), lrt::unit::none}, {}),
+        release(members.action("", "release", true), {}, {}),
+        stop(members.action("", "stop", true), {}, {}) {}
 };
 
 /// What Baxter sees and has to do.
@@ -359,12 +385,12 @@ class World {
 //   Link |  |  | ros:Link
 //   Link | property inertial |  | record lrt:Inertia
 //   Link | property inertial | by | read-only lrt:inertial
-//   Link | property inertial | lrt:ixx | xsd:double [KiloGM-M2 unit:KiloGM-M2]
-//   Link | property inertial | lrt:ixy | xsd:double [KiloGM-M2 unit:KiloGM-M2]
-//   Link | property inertial | lrt:ixz | xsd:double [KiloGM-M2 unit:KiloGM-M2]
-//   Link | property inertial | lrt:iyy | xsd:double [KiloGM-M2 unit:KiloGM-M2]
-//   Link | property inertial | lrt:iyz | xsd:double [KiloGM-M2 unit:KiloGM-M2]
-//   Link | property inertial | lrt:izz | xsd:double [KiloGM-M2 unit:KiloGM-M2]
+//   Link | property inertial | lrt:ixx | xsd:double [kg.m2 unit:KiloGM-M2]
+//   Link | property inertial | lrt:ixy | xsd:double [kg.m2 unit:KiloGM-M2]
+//   Link | property inertial | lrt:ixz | xsd:double [kg.m2 unit:KiloGM-M2]
+//   Link | property inertial | lrt:iyy | xsd:double [kg.m2 unit:KiloGM-M2]
+//   Link | property inertial | lrt:iyz | xsd:double [kg.m2 unit:KiloGM-M2]
+//   Link | property inertial | lrt:izz | xsd:double [kg.m2 unit:KiloGM-M2]
 //   Link | property inertial | lrt:mass | xsd:double [kg unit:KiloGM]
 //   Link | property inertial | spatial:spatialRelationship | record spatial:SpatialRelationship
 //   Link | property inertial | spatial:spatialRelationship lrt:matrix | optional list[3] of list[3] of xsd:double
@@ -399,11 +425,11 @@ class World {
 //   RevoluteJoint | property axis | maths:z | xsd:double
 //   RevoluteJoint | property dynamics |  | record lrt:JointDynamics
 //   RevoluteJoint | property dynamics | by | read-only lrt:dynamics
-//   RevoluteJoint | property dynamics | lrt:damping | xsd:double [N-M-SEC-PER-RAD unit:N-M-SEC-PER-RAD]
+//   RevoluteJoint | property dynamics | lrt:damping | xsd:double [N.m.s/rad unit:N-M-SEC-PER-RAD]
 //   RevoluteJoint | property dynamics | lrt:staticFriction | xsd:double [N.m unit:N-M]
 //   RevoluteJoint | property effort |  | xsd:double [N.m unit:N-M]
 //   RevoluteJoint | property effort | by | read-only ros:effort
-//   RevoluteJoint | property friction |  | xsd:double [N-M-SEC-PER-RAD unit:N-M-SEC-PER-RAD]
+//   RevoluteJoint | property friction |  | xsd:double [N.m.s/rad unit:N-M-SEC-PER-RAD]
 //   RevoluteJoint | property friction | by | writable ros:friction
 //   RevoluteJoint | property jointReferenceFrame |  | record spatial:SpatialRelationship
 //   RevoluteJoint | property jointReferenceFrame | by | read-only ros:jointReferenceFrame
@@ -436,6 +462,8 @@ class World {
 //   RevoluteJoint | property velocity | by | read-only ros:velocity
 //   Robot |  |  | ros:Robot
 //   Robot | action moveTo | by | asynchronous
+//   Robot | action release | by | synchronous
+//   Robot | action stop | by | synchronous
 //   Robot | input of action moveTo |  | record ~/ns/vocabulary#JointAngles
 //   Robot | input of action moveTo | ~/ns/vocabulary#JointAngles/right_e0 | xsd:float [deg unit:DEG], at least -174.99, at most 174.99
 //   Robot | input of action moveTo | ~/ns/vocabulary#JointAngles/right_e1 | xsd:float [deg unit:DEG], at least -2.86, at most 150
@@ -446,5 +474,10 @@ class World {
 //   Robot | input of action moveTo | ~/ns/vocabulary#JointAngles/right_w2 | xsd:float [deg unit:DEG], at least -175.26, at most 175.26
 //   Robot | property positions |  | list[0..512] of xsd:double
 //   Robot | property positions | by | read-only lrt:positions
+//   Robot | property stopped |  | record lrt:StopState
+//   Robot | property stopped | by | read-only lrt:stopState
+//   Robot | property stopped | lrt:stopped | xsd:boolean
+//   Robot | property stopped | lrt:stoppedBy | optional xsd:string
+//   Robot | property stopped | lrt:stoppedSince | optional xsd:dateTime
 //   World |  |  | ldp:BasicContainer ldp:Container ldp:RDFSource lrt:World
-// Digest: b7527efa1e006bd8
+// Digest: 29745c5a5969c3c5
