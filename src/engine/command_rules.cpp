@@ -14,7 +14,8 @@ inline namespace v0 {
 bool requires_expiry(const Resource& resource) noexcept {
   using security::Right;
   const Right right = resource.kind().right_to_change;
-  if (!resource.thing || resource.kind().is(Trait::stop) || (right != Right::write && right != Right::invoke && right != Right::release)) return false;
+  if (!resource.thing || resource.kind().is(Trait::stop) || (right != Right::write && right != Right::invoke && right != Right::release))
+    return false;
   if (resource.kind().is(Trait::requires_expiry)) return true;
   for (const ThingNode* thing = resource.thing; thing; thing = thing->parent)
     if (thing->spec->requires_expiry) return true;

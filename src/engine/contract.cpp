@@ -118,7 +118,10 @@ std::map<std::string, Links> links_of(const ThingNode& thing, const Registry& re
 std::string signature_of(const ThingNode& thing, const Registry& registry) {
   Signature s;
   const model::ThingSpec& spec = *thing.spec;
-  s.texts(spec.classes).texts(spec.shapes).text(spec.blueprint ? std::string_view(*spec.blueprint) : std::string_view()).number(spec.path.find('/') != std::string::npos);
+  s.texts(spec.classes)
+      .texts(spec.shapes)
+      .text(spec.blueprint ? std::string_view(*spec.blueprint) : std::string_view())
+      .number(spec.path.find('/') != std::string::npos);
   s.number(spec.properties.size());
   for (const auto& p : thing.properties) s.number(p->promises_value);
   for (const auto& p : spec.properties) {

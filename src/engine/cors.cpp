@@ -10,7 +10,8 @@ namespace lrt::engine {
 namespace {
 
 constexpr std::string_view exposed =
-    "Accept-Patch, Accept-Post, Accept-Put, Allow, Content-Location, Content-Range, Control-Id, ETag, Link, Location, Preference-Applied, Retry-After, "
+    "Accept-Patch, Accept-Post, Accept-Put, Allow, Content-Location, Content-Range, Control-Id, ETag, Link, Location, Preference-Applied, "
+    "Retry-After, "
     "Robot-Time, "
     "Upgrade, Value-Series, Vary, WWW-Authenticate";
 constexpr std::string_view request_fields =

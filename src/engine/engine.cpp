@@ -405,8 +405,8 @@ std::optional<std::chrono::steady_clock::time_point> Engine::next_deadline() con
   auto first = parts.pending.next_deadline();
   const auto of_queries = parts.queries ? parts.queries->next_deadline() : std::nullopt;
   const auto of_stops = parts.stops ? parts.stops->next_deadline() : std::nullopt;
-  for (const auto& other : {parts.invocations.next_deadline(), parts.leases.next(), parts.subscriptions.next_deadline(), parts.scanner.next_deadline(),
-                            of_queries, of_stops})
+  for (const auto& other : {parts.invocations.next_deadline(), parts.leases.next(), parts.subscriptions.next_deadline(),
+                            parts.scanner.next_deadline(), of_queries, of_stops})
     if (other && (!first || *other < *first)) first = other;
   return first;
 }

@@ -75,15 +75,15 @@ struct Parts {
 
   const EngineOptions options;
   const Clock& clock;
-  const RunTime run_time;           ///< by which commands expire
-  StampedFields stamped_fields;     ///< with the time of each response
-  Bases bases;                      ///< hosts and base IRIs
-  const Cors cors;                  ///< pages of other origins
-  RepresentationCache cache;        ///< representations that are kept
-  Registry registry;                ///< paths, and the tree of Things
-  Kinds kinds;                      ///< Blueprints of equal Things
-  Vocabulary vocabulary;            ///< terms that are made of C++ types
-  HostCalls calls;                  ///< into user code and back
+  const RunTime run_time;                                             ///< by which commands expire
+  StampedFields stamped_fields;                                       ///< with the time of each response
+  Bases bases;                                                        ///< hosts and base IRIs
+  const Cors cors;                                                    ///< pages of other origins
+  RepresentationCache cache;                                          ///< representations that are kept
+  Registry registry;                                                  ///< paths, and the tree of Things
+  Kinds kinds;                                                        ///< Blueprints of equal Things
+  Vocabulary vocabulary;                                              ///< terms that are made of C++ types
+  HostCalls calls;                                                    ///< into user code and back
   const std::shared_ptr<Lapses> lapses = std::make_shared<Lapses>();  ///< written values that have a life
   PendingRequests pending;                                            ///< requests that wait
   const std::string context_text;                                     ///< of the JSON-LD context; empty: this build has no JSON-LD

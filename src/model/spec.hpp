@@ -184,7 +184,7 @@ struct ThingSpec {
   std::string title;                  ///< the last segment of its path, or the title without a language
   std::unique_ptr<rdf::Words> words;  ///< the other words of the user; null: none
   ThinVector<Statement> statements;
-  ThinVector<std::string> turtle;  ///< documents; their base is the thing
+  ThinVector<std::string> turtle;                ///< documents; their base is the thing
   std::unique_ptr<const std::string> blueprint;  ///< IRI of an external one; null: generated
   ThinVector<std::string> shapes;                ///< Turtle documents; their base is the blueprint
   Dispatch dispatch = Dispatch::as_server;

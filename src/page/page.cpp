@@ -62,8 +62,8 @@ class Console final : public engine::PageSource {
 std::string Console::error(int status, std::string_view detail, std::string_view home) const {
   const std::string title = std::to_string(status) + " " + std::string(http::reason_phrase(status));
   // The stops of the robot are in sight here, too. The script leaves this content.
-  const std::string main = "<main id=\"main\" tabindex=\"-1\" data-home=\"" + html_text(home) + "\">\n<h1>" + title + "</h1>\n<p class=\"detail\">" + html_text(detail) +
-                           "</p>\n<p><a href=\"" + html_text(home) + "\">Back to the list of Things</a></p>\n</main>";
+  const std::string main = "<main id=\"main\" tabindex=\"-1\" data-home=\"" + html_text(home) + "\">\n<h1>" + title + "</h1>\n<p class=\"detail\">" +
+                           html_text(detail) + "</p>\n<p><a href=\"" + html_text(home) + "\">Back to the list of Things</a></p>\n</main>";
   return filled(parts::page, {{"title", html_text(title)}, {"main", main}});
 }
 

@@ -61,9 +61,9 @@ TEST_CASE(
   const rdf::Graph terms = term_list();
   // Of several kinds of subjects or objects, which have no class in common.
   const std::set<std::string> without_domain = {
-      "lrt#frame",           "lrt#elementType",      "lrt#all",       "lrt#stop",       "lrt#unreachableSince", "lrt#mqttBroker",
-      "lrt#mqttTopic",       "lrt#mqttCommandTopic", "lrt#valueFrom", "lrt#inputField", "lrt#tolerance",        "lrt#period",
-      "hybrit#websocketUrl", "hybrit#subscriptions", "hybrit#binding", "lrt#stopState", "lrt#unavailable"};
+      "lrt#frame",           "lrt#elementType",      "lrt#all",        "lrt#stop",       "lrt#unreachableSince", "lrt#mqttBroker",
+      "lrt#mqttTopic",       "lrt#mqttCommandTopic", "lrt#valueFrom",  "lrt#inputField", "lrt#tolerance",        "lrt#period",
+      "hybrit#websocketUrl", "hybrit#subscriptions", "hybrit#binding", "lrt#stopState",  "lrt#unavailable"};
   const std::set<std::string> without_range = {"lrt#state", "lrt#frame",     "lrt#input",        "lrt#result",
                                                "lrt#mesh",  "lrt#texture",   "hybrit#blueprint", "hybrit#onResource",
                                                "lrt#all",   "lrt#allGraphs", "lrt#session",      "lrt#inputField"};

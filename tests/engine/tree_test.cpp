@@ -227,12 +227,17 @@ TEST_CASE("members in JSON have the names that people gave, without percent-enco
   Bench bench;
   Thing odd{"x y"};
   odd.property("val ue+", [] { return 1; });
-  odd.property("gr\xC3\xB6\xC3\x9F" "e/max \"1\"", [] { return 2; });
+  odd.property(
+      "gr\xC3\xB6\xC3\x9F"
+      "e/max \"1\"",
+      [] { return 2; });
   odd.property("%FF", [] { return 3; });
   odd.action("turn left", [] {});
   bench.add(std::move(odd));
   const auto get = [&](const std::string& path) { return bench.ask("GET " + path + "\nAccept: application/json"); };
-  const std::string members = "{\"val ue+\":1,\"gr\xC3\xB6\xC3\x9F" "e/max \\\"1\\\"\":2,\"%FF\":3}";
+  const std::string members =
+      "{\"val ue+\":1,\"gr\xC3\xB6\xC3\x9F"
+      "e/max \\\"1\\\"\":2,\"%FF\":3}";
   CHECK(get("/x%20y/state").body == members);
   CHECK(get("/x%20y/all").body == members);
   CHECK(get("/all").body == "{\"x y\":" + members + "}");

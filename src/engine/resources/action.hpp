@@ -75,7 +75,7 @@ class InvocationResource final : public ValueResource {
   std::chrono::steady_clock::time_point host_deadline{};  ///< by which the host must have started it, once there is a call
   std::vector<WaitingRequest> waiting;
   bool is_concluding = false;  ///< its lambda has succeeded, and the host is asked whether the robot is still stopped
-  ClientCounts::Share share;  ///< of its client, until it has ended
+  ClientCounts::Share share;   ///< of its client, until it has ended
 };
 
 /// An Action: its input, output, binding and invocations (R1.10, paper 5.4).
@@ -97,7 +97,8 @@ class ActionResource final : public Resource {
     static constexpr Observable observable{vocab::hybrit::Action, Observable::Order::urgent};
     static constexpr ResourceKind usual{"action", Trait::plain_bodies | Trait::commands, &observable, security::Right::invoke};
     static constexpr ResourceKind stop{"action", Trait::plain_bodies | Trait::stop, &observable, security::Right::invoke};
-    static constexpr ResourceKind expiring{"action", Trait::plain_bodies | Trait::commands | Trait::requires_expiry, &observable, security::Right::invoke};
+    static constexpr ResourceKind expiring{"action", Trait::plain_bodies | Trait::commands | Trait::requires_expiry, &observable,
+                                           security::Right::invoke};
     // Who may release need not have control: it moves nothing.
     static constexpr ResourceKind release{"action", Trait::plain_bodies | Trait::requires_expiry, &observable, security::Right::release};
     return spec->stop ? stop : spec->releases ? release : spec->requires_expiry ? expiring : usual;

@@ -190,8 +190,8 @@ Result<int> list_thing(Session& session, const client::Thing& thing, const LsOpt
   Terminal& terminal = session.terminal();
   const bool for_people = terminal.is_for_people();
   Rows properties, actions;
-  std::string json = "{\"name\":" + json_string(thing.name()) + ",\"url\":" + json_string(thing.url()) +
-                     json_of(said(thing.words(), options)) + ",\"types\":[";
+  std::string json =
+      "{\"name\":" + json_string(thing.name()) + ",\"url\":" + json_string(thing.url()) + json_of(said(thing.words(), options)) + ",\"types\":[";
   for (const std::string& type : thing.types()) json += (json.back() == '[' ? "" : ",") + json_string(type);
   json += "],\"properties\":[";
   const client::RepresentationPtr state = state_of(session, thing);
