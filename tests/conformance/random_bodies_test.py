@@ -757,6 +757,9 @@ def beyond_shapes(body):
             numbers = [parts(o)[0] for c in "xyzw" for o in body.objects(node, iri(MATHS + c))]
             if all(is_number(n, "double") for n in numbers) and abs(math.hypot(*map(float, numbers)) - 1) > 1e-9:
                 return "the norm of a quaternion is not 1"
+    names = [o for node in body.subjects() for o in body.objects(node, iri("http://schema.org/name"))]
+    if len(names) > len(set(names)):
+        return "a map has a key twice"
     for text, datatype in literals(body):
         if datatype in REALS and is_number(text, datatype) and "N" not in text and abs(float(text)) > LARGEST[datatype]:
             return "a number overflows its datatype"
