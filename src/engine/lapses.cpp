@@ -56,7 +56,7 @@ void Lapses::written(const std::shared_ptr<model::PropertySpec>& property, Dispa
 
 void Lapses::collect() {
   if (arrived_.empty()) return;
-  arrived_.take_all([this](std::shared_ptr<model::PropertySpec> property) noexcept { io.add(property); });
+  arrived_.take_all([this](const std::shared_ptr<model::PropertySpec>& property) noexcept { io.add(property); });
 }
 
 }  // namespace v0

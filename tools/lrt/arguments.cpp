@@ -79,7 +79,7 @@ class Separator {
   static Unexpected wrong(const std::string& sentence) { return unexpected(Errc::invalid_option, sentence); }
   std::string help() const { return "; see lrt " + (command_ ? command_->get_name() + " " : std::string()) + "--help"; }
 
-  std::string or_help(std::string hint) const { return hint.empty() ? help() : hint; }
+  std::string or_help(const std::string& hint) const { return hint.empty() ? help() : hint; }
 
   std::string placeholder(const std::string& value) {
     values_->push_back(value);

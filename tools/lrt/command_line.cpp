@@ -322,8 +322,8 @@ Result<std::vector<NamedProperty>> Session::properties(const std::string& word) 
   if (!robot) return unexpected(robot.error());
   Result<client::Property> property = (*robot)->property(word);
   if (property) {
-    std::string name = name_of((*robot)->things(), property->url());
-    return std::vector<NamedProperty>{{name.empty() ? word : std::move(name), *std::move(property)}};
+    const std::string name = name_of((*robot)->things(), property->url());
+    return std::vector<NamedProperty>{{name.empty() ? word : name, *std::move(property)}};
   }
   if (const Result<client::Thing> found = (*robot)->thing(word)) {
     std::vector<NamedProperty> all = properties_of(*found);

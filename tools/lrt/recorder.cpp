@@ -174,7 +174,7 @@ microseconds Recorder::since_start(steady_clock::time_point time) const {
   return std::max(std::chrono::duration_cast<microseconds>(time - start_), microseconds(0));
 }
 
-void Recorder::write(RecordedChange change) {
+void Recorder::write(const RecordedChange& change) {
   if (error_) return;
   if (Result<void> written = file_->add(change); !written) error_ = std::move(written).error();
 }
@@ -185,7 +185,7 @@ void Recorder::write_gap(Channel& channel, RecordedChange gap) {
   gap.robot = channel.robot;
   ++gaps_;
   left_out_ += gap.left_out.value_or(0);
-  write(std::move(gap));
+  write(gap);
 }
 
 void Recorder::take(std::size_t index, const Change& change) {
@@ -274,7 +274,7 @@ void Recorder::take(std::size_t index, const Change& change) {
   value.value = std::move(plain.json);
   value.unit = std::move(plain.unit);
   ++values_;
-  write(std::move(value));
+  write(value);
 }
 
 Result<void> Recorder::watch(std::size_t index) {

@@ -71,7 +71,7 @@ class Recorder {
   Result<void> watch(std::size_t index);
   void take(std::size_t index, const client::Change& change);
   void write_gap(Channel& channel, client::RecordedChange gap);
-  void write(client::RecordedChange change);
+  void write(const client::RecordedChange& change);
   void check_protocols();
   void end_gaps();
   std::chrono::microseconds since_start(std::chrono::steady_clock::time_point time) const;

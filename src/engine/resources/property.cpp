@@ -16,7 +16,7 @@
 
 namespace lrt::engine {
 
-PropertyResource::PropertyResource(std::string its_path, ThingNode* its_thing, std::shared_ptr<model::PropertySpec> s)
+PropertyResource::PropertyResource(const std::string& its_path, ThingNode* its_thing, std::shared_ptr<model::PropertySpec> s)
     : ValueResource(its_path, its_thing, s->is_generated ? its_path.size() : 0),
       spec(std::move(s)),
       promises_value((spec->is_generated || spec->read || (spec->slot && spec->slot->has_change())) && !spec->octets && !spec->file) {

@@ -24,7 +24,7 @@ inline namespace v0 {
 /// A Property: its value with time, unit and frame, readable, observable, and writable if the user says so (R1.9, paper 5.2).
 class PropertyResource final : public ValueResource {
  public:
-  PropertyResource(std::string path, ThingNode* thing, std::shared_ptr<model::PropertySpec> s);
+  PropertyResource(const std::string& path, ThingNode* thing, std::shared_ptr<model::PropertySpec> s);
 
   Methods methods() const noexcept override;
   Outcome put(Context& context, Parts& parts) override;
