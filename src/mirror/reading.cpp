@@ -78,6 +78,7 @@ bool is_away(const Error& error) noexcept {
   switch (error.code) {
     case Errc::io_error:
     case Errc::timed_out:
+    case Errc::unconfirmed:  // what a store is to have is sent again until it has it
     case Errc::closed:
     case Errc::expected_http:
     case Errc::failed:          // 5xx: also of a proxy before the robot
