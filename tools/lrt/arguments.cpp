@@ -129,7 +129,7 @@ class Separator {
     const std::string where = command_ ? command_->get_name() + " has no option \"" : "there is no option \"";
     std::string meant = did_you_mean(name, names);
     if (meant.empty() && command_ && usage_of(*command_).find("VALUE") != std::string::npos) meant = "; before a value that begins with -, write --";
-    return wrong(where + printable(name) + "\"" + or_help(std::move(meant)));
+    return wrong(where + printable(name) + "\"" + or_help(meant));
   }
 
   Result<void> long_option(const std::string& given) {
