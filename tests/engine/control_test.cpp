@@ -324,7 +324,7 @@ TEST_CASE("no lease survives a restart: an id of another run is unknown", "[engi
   CHECK(robot.take("base") != id);
 }
 
-TEST_CASE("the documents of a Thing with control conform to its Blueprint, and link to it", "[engine]") {
+TEST_CASE("the documents of a Thing with control conform to its Blueprint, and link to it", "[engine][json_ld]") {
   Robot robot;
   const auto get = [&](const std::string& path) { return robot.get(path); };
   CHECK(test::violations(get, "/base") == "");

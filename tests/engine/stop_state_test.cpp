@@ -265,7 +265,7 @@ TEST_CASE("what is unavailable says so, with the reason, until it is released", 
   CHECK(robot.drive() == 204);
 }
 
-TEST_CASE("the state is at the root, at the Thing and in each format", "[engine][stop][R0.4]") {
+TEST_CASE("the state is at the root, at the Thing and in each format", "[engine][stop][json_ld][R0.4]") {
   Robot robot;
   const std::string moving = R"({"stopped":false})";
   robot.bench.run();
