@@ -77,6 +77,7 @@ BodyFault CommandRules::fault(Refusal why) {
   if (why == Refusal::control) {
     BodyFault fault{409, "another client has taken control while this command waited; it was not carried out"};
     fault.type = vocab::lrt_::ControlledByAnother.text;
+    fault.denial = http::Denial::control;
     return fault;
   }
   BodyFault fault{412, "the time until which this command was valid has passed, or was given by another run of the server; it was not carried out"};
