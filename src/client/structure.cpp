@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <set>
+#include <type_traits>
 #include <unordered_map>
 #include <utility>
 
@@ -221,23 +222,19 @@ Result<std::vector<Thing>> StructureReader::things(const std::shared_ptr<Session
       const Result<std::string> name = iri::decode(last);
       thing.names_ = names_of(page, one, thing.words_, name ? *name : std::string(last));
       thing.document_ = std::make_shared<Thing::LateDocument>();
-      thing.properties_.reserve(kind.properties.size());
-      for (const Kind::Part& part : kind.properties) {
-        Property property;
-        property.session_ = session;
-        property.url_ = below(part.path);
-        property.names_ = part.names;
-        property.declared_ = part.declared;
-        thing.properties_.push_back(std::move(property));
-      }
-      for (const Kind::Part& part : kind.actions) {
-        Action action;
-        action.session_ = session;
-        action.url_ = below(part.path);
-        action.names_ = part.names;
-        action.declared_ = part.declared;
-        thing.actions_.push_back(std::move(action));
-      }
+      const auto take = [&](auto& all, const std::vector<Kind::Part>& parts) {
+        all.reserve(parts.size());
+        for (const Kind::Part& part : parts) {
+          typename std::decay_t<decltype(all)>::value_type one;
+          one.session_ = session;
+          one.url_ = below(part.path);
+          one.names_ = part.names;
+          one.declared_ = part.declared;
+          all.push_back(std::move(one));
+        }
+      };
+      take(thing.properties_, kind.properties);
+      take(thing.actions_, kind.actions);
       things.push_back(std::move(thing));
     }
   }

@@ -118,13 +118,18 @@ rdf::Words words_of(const model::ResourceSpec& spec) {
   return {model::texts_of(spec.statements, vocab::dcterms::title), model::texts_of(spec.statements, vocab::dcterms::description)};
 }
 
-void write_property(Overview& o, const PropertyResource& property) {
-  const model::PropertySpec& spec = *property.spec;
-  o.begin_object(spec.path);
+/// What people and shapes call a resource.
+void write_said(Overview& o, const model::ResourceSpec& spec) {
   const rdf::Words words = words_of(spec);
   o.all_words(words);
   write_names(o, words, spec.statements);
   o.texts("predicates", spec.predicates);
+}
+
+void write_property(Overview& o, const PropertyResource& property) {
+  const model::PropertySpec& spec = *property.spec;
+  o.begin_object(spec.path);
+  write_said(o, spec);
   o.types(spec.classes, spec.type);
   write_type(o, "schema", spec.type, spec.facets);
   write_quantity(o, *spec.type, spec.facets);
@@ -141,10 +146,7 @@ void write_action(Overview& o, const ActionResource& action, const ThingNode& th
   const model::ActionSpec& spec = *action.spec;
   o.begin_object(spec.path);
   o.text("path", below(action, thing));
-  const rdf::Words words = words_of(spec);
-  o.all_words(words);
-  write_names(o, words, spec.statements);
-  o.texts("predicates", spec.predicates);
+  write_said(o, spec);
   o.types(spec.classes, nullptr);
   write_type(o, "input", spec.input, spec.facets);
   if (spec.input) write_quantity(o, *spec.input, spec.facets);
@@ -158,10 +160,7 @@ void write_action(Overview& o, const ActionResource& action, const ThingNode& th
 void write_collection(Overview& o, const CollectionResource& collection) {
   const model::CollectionSpec& spec = *collection.spec;
   o.begin_object(spec.path);
-  const rdf::Words words = words_of(spec);
-  o.all_words(words);
-  write_names(o, words, spec.statements);
-  o.texts("predicates", spec.predicates);
+  write_said(o, spec);
   o.types(spec.classes, nullptr);
   write_type(o, "schema", spec.type, spec.facets);
   if (o.methods(collection).post) o.json("writable", "true");
