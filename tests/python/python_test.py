@@ -229,7 +229,8 @@ def a_command_is_not_carried_out_after_its_time_and_a_stop_is():
         link.thaw()
         until(lambda: link.answered > answered)  # 412, which nobody reads
         assert shoulder.read("friction") == 1
-        raised(lrt.Late, lambda: lrt.open(url, valid_for=0)["right_s1"].write("friction", 2), "412")
+        passed = {"Valid-Until": direct._http.clock.after(0)}  # over when the robot reads it
+        raised(lrt.Late, lambda: direct._command("PUT", shoulder.url + "/friction", 2, expires=False, fields=passed), "412")
 
         robot.timeout = 0.3
         link.freeze(to_client=False)

@@ -362,7 +362,7 @@ class _Clock:
         with self._lock:
             if match[1] != self._instance or ms >= self._ms + (now - self._at) * 1000:
                 self._instance, self._ms, self._at = match[1], ms, now
-            elif self._at + 60 < now:  # two clocks drift apart: an older word is the stricter one, but not for ever
+            elif self._at + 60 < now:  # the clocks of two machines drift apart: after a minute any newer word is taken
                 self._ms, self._at = ms, now
 
     def after(self, seconds):
