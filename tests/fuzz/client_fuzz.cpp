@@ -9,6 +9,7 @@
 
 #include "src/base/ascii.hpp"
 #include "src/client/http_client.hpp"
+#include "src/client/robot_times.hpp"
 #include "src/client/session.hpp"
 #include "tests/fuzz/round_trip.hpp"
 
@@ -47,11 +48,13 @@ class Scripted final : public client::HttpClient {
   std::vector<std::pair<std::string, std::string>> identity_fields(const http::Url&) override { return {}; }
   bool is_trusted(const http::Url&) const override { return false; }
   void trust(const http::Url&) override {}
+  client::RobotTimes& robot_times() noexcept override { return times_; }
   void stop() noexcept override {}
   int stop_descriptor() const noexcept override { return -1; }
 
  private:
   std::vector<client::Response> responses_;
+  client::RobotTimes times_;
   std::size_t requests_ = 0;
 };
 

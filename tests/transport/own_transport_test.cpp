@@ -277,7 +277,7 @@ TEST_CASE("a transport of one's own leaves to the next poll what the budget does
 
 TEST_CASE("the descriptor of a transport of one's own is readable when a time has come or it was woken", "[transport][own]") {
   auto options = on_any_port();
-  options.limits.header_timeout = milliseconds(50);
+  options.limits.header_timeout = milliseconds(300);
   Host host(options);
   CHECK(host.server->poll(milliseconds(1), milliseconds(0)) == milliseconds::max());
   CHECK_FALSE(host.calls());
@@ -286,8 +286,10 @@ TEST_CASE("the descriptor of a transport of one's own is readable when a time ha
   CHECK(host.will_call());
   host.settle();
   const bool early = host.calls();
-  if (std::chrono::steady_clock::now() - begun < options.limits.header_timeout) CHECK_FALSE(early);  // a slow machine may be late
-  CHECK(host.will_call());
+  if (std::chrono::steady_clock::now() - begun < options.limits.header_timeout) {  // on a slow machine the time has come, and is over
+    CHECK_FALSE(early);
+    CHECK(host.will_call());
+  }
   REQUIRE(host.run_to_end(client));
   CHECK_FALSE(host.calls());
   host.server->waker()->wake();
