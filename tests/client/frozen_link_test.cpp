@@ -151,12 +151,14 @@ TEST_CASE("a stop that was frozen on its way is carried out when it arrives", "[
   Client client = Client::create(with_life(milliseconds(300))).value();
   const client::Action stop = client.open(robot.link.url()).value().action("base/stop").value();
   robot.link.freeze_to_server();
-  std::thread presses([&] { CHECK(stop.invoke()); });
+  bool is_pressed = false;
+  std::thread presses([&] { is_pressed = static_cast<bool>(stop.invoke()); });
   robot.clock.advance(std::chrono::hours(1));
   CHECK(robot.stops == 0);
   robot.link.thaw();
   wait_until([&] { return robot.stops == 1; });
   presses.join();
+  CHECK(is_pressed);
 }
 
 TEST_CASE("a server that was started again meanwhile does not carry out a command for the one before", "[client][expiry]") {

@@ -287,13 +287,18 @@ Result<void> Recorder::watch(std::size_t index) {
   Result<client::Watch> watch = (*client_).watch(channel.property.url(), options, [this, index](const Change& change) {
     // A longer queue than the robot's is refused, and the robot is polled in the end: see check_protocols(). Nothing was recorded yet.
     Channel& watched = channels_[index];
-    const bool is_polled = options_.via == client::Via::any && watched.watch.via() == client::Via::polling;
-    if (!watched.has_value && watched.queue > short_queue && (is_polled || change.kind == Change::Kind::ended)) watched.is_refused = true;
+    if (change.kind == Change::Kind::ended ? may_refuse_queue(watched) : has_refused_queue(watched)) watched.is_refused = true;
     if (!watched.is_refused) take(index, change);
   });
   if (!watch) return unexpected(std::move(watch).error());
   channel.watch = *std::move(watch);
   return {};
+}
+
+bool Recorder::may_refuse_queue(const Channel& channel) { return !channel.has_value && channel.queue > short_queue; }
+
+bool Recorder::has_refused_queue(const Channel& channel) const {
+  return options_.via == client::Via::any && channel.watch.via() == client::Via::polling && may_refuse_queue(channel);
 }
 
 /// A robot that refuses the queue is polled in the end, which misses values without a word: then a shorter queue is tried, and what remains is said.
@@ -302,7 +307,7 @@ void Recorder::check_protocols() {
     Channel& channel = channels_[i];
     if (channel.has_ended) continue;
     const bool is_polled = channel.watch.via() == client::Via::polling;
-    if (channel.is_refused) {
+    if (channel.is_refused || has_refused_queue(channel)) {
       channel.watch.stop();
       channel.is_refused = false;
       channel.queue = short_queue;

@@ -72,6 +72,10 @@ class Recorder {
   void take(std::size_t index, const client::Change& change);
   void write_gap(Channel& channel, client::RecordedChange gap);
   void write(const client::RecordedChange& change);
+  /// Whether a robot may yet refuse the channel's queue: nothing was recorded, and each robot takes a shorter one.
+  static bool may_refuse_queue(const Channel& channel);
+  /// Whether the robot has: it is polled in the end.
+  bool has_refused_queue(const Channel& channel) const;
   void check_protocols();
   void end_gaps();
   std::chrono::microseconds since_start(std::chrono::steady_clock::time_point time) const;
