@@ -98,7 +98,8 @@ void ShapeReader::gather(TermId shape, Constraints& c, std::size_t depth) {
     else if (is(sh::in_)) c.one_of.push_back(t.object);
     else if (is(sh::hasValue)) {
       if (std::find(c.exactly.begin(), c.exactly.end(), t.object) == c.exactly.end()) c.exactly.push_back(t.object);
-    } else if (is(sh::minCount)) c.min_count = std::max(c.min_count, count(shape, t));
+    } else if (is(sh::defaultValue)) c.with_default.push_back(shape);
+    else if (is(sh::minCount)) c.min_count = std::max(c.min_count, count(shape, t));
     else if (is(sh::maxCount)) c.max_count = std::min(c.max_count, count(shape, t));
     else if (is(sh::minLength)) c.min_length = std::max(c.min_length, count(shape, t));
     else if (is(sh::maxLength)) c.max_length = std::min(c.max_length, count(shape, t));

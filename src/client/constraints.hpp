@@ -43,6 +43,7 @@ struct Constraints {
   std::vector<std::vector<rdf::TermId>> alternatives;  ///< sh:or and sh:xone
   std::vector<rdf::TermId> one_of;                     ///< heads of sh:in
   std::vector<rdf::TermId> exactly;                    ///< sh:hasValue
+  std::vector<rdf::TermId> with_default;               ///< the shapes that have sh:defaultValue
   std::string node_kind;
   std::vector<std::string> patterns;
   std::vector<std::string> others;  ///< constraints that types cannot express, "sh:lessThan"

@@ -15,6 +15,7 @@
 #include <lrt/base/iri.hpp>
 #include <lrt/client/units.hpp>
 #include <lrt/rdf/lexical.hpp>
+#include <lrt/rdf/value_codec.hpp>
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/client/constraints.hpp"
@@ -341,10 +342,23 @@ class SchemaReader {
         continue;
       }
       const std::optional<Made> made = field(f, of);
-      if (made) fields.push_back({of.order, {name_of(f.predicate, of), f.predicate, made->type, made->facets}});
+      if (made) fields.push_back({of.order, with_default({name_of(f.predicate, of), f.predicate, made->type, made->facets}, of)});
     }
     std::stable_sort(fields.begin(), fields.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
     for (auto& f : fields) t.fields.push_back(std::move(f.second));
+  }
+  /// A field that may be left out because it has a default is no optional one: its value always exists.
+  rdf::FieldType with_default(rdf::FieldType field, const Constraints& c) const {
+    if (c.with_default.empty() || field.type->kind != Kind::optional) return field;
+    Type shape;
+    shape.kind = Kind::record;
+    shape.fields.push_back({{}, std::string(sh::defaultValue.text), field.type->element, field.facets});
+    std::vector<rdf::Mismatch> mismatches;
+    const Result<rdf::Value> value = rdf::read_value(graph_, c.with_default.front(), shape, {}, {}, mismatches);
+    if (!value || !value->sequence()) return field;
+    field.absent = std::make_shared<const rdf::Value>(value->sequence()->front());
+    field.type = field.type->element;
+    return field;
   }
   /// rdf:type with sh:hasValue is a class.
   void add_types(Type& t, const Constraints& types) {

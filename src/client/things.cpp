@@ -454,6 +454,25 @@ Result<void> Property::put(const Graph& graph, TermId focus, const std::optional
   return {};
 }
 
+Result<void> Property::patch(const Patch& patch, const WriteOptions& options) const {
+  const CommandTime time(session_->options().command_life);
+  if (!is_resource()) return unexpected(Errc::refused, "\"" + url_ + "\": the property is no resource of its own and cannot be written");
+  if (!options.unit.empty())
+    return unexpected(Errc::invalid_option, "a patch has no unit; write {\"value\": ..., \"unit\": ...} in its JSON where a number has another one");
+  Request request{"PATCH", url_, {{"Content-Type", "application/merge-patch+json"}, {"Accept", session_->accept()}}, patch.json()};
+  if (!options.if_match.empty()) request.fields.emplace_back("If-Match", options.if_match);
+  const Result<Response> response = session_->http().send(request);
+  if (!response) return unexpected(response.error());
+  session_->forget(url_);
+  if (response->status == 405 || response->status == 501 || (response->status == 415 && response->fields.find("Accept-Patch")))
+    return unexpected(Errc::unsupported_syntax, "PATCH " + url_ + ": the server takes no merge patch of this property; write the whole value (" +
+                                                    error_of(*response, "PATCH", url_).message + ")");
+  if (!response->ok()) return unexpected(error_of(*response, "PATCH", url_));
+  if (response->status == 202)
+    return unexpected(Errc::unconfirmed, "PATCH " + url_ + ": the robot has begun to write it and has not said yet whether it succeeded");
+  return {};
+}
+
 Result<void> Property::put_in_document(const Graph& value, TermId focus, const WriteOptions& options) const {
   constexpr int max_attempts = 3;
   for (int attempt = 1;; ++attempt) {

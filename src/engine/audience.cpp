@@ -26,7 +26,13 @@ std::string_view Audience::name_in(const Resource& resource) const noexcept {
   return view && principal && resource.kind().is(Trait::by_principal) ? std::string_view(principal->name) : std::string_view();
 }
 
-Methods Audience::methods(const Resource& resource) const { return may(resource.kind().right_to_change, resource) ? resource.methods() : Methods(); }
+Methods Audience::methods(const Resource& resource) const {
+  if (!may(resource.kind().right_to_change, resource)) return {};
+  Methods methods = resource.methods();
+  // A report about the whole value would show what else is in it.
+  if (methods.patch && resource.patch_types() != update_type && !sees(resource)) methods.patch = false;
+  return methods;
+}
 
 bool Audience::sees_iri(std::string_view iri, const std::string& base, const Registry& registry) const {
   if (!view || iri.size() <= base.size() || iri[base.size()] != '/' || iri.substr(0, base.size()) != base) return true;

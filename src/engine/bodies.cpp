@@ -13,6 +13,7 @@
 #include "src/engine/resources/action.hpp"
 #include "src/engine/resources/blueprint.hpp"
 #include "src/engine/resources/thing.hpp"
+#include "src/engine/value_patch.hpp"
 #include "src/http/link.hpp"
 
 namespace lrt::engine {
@@ -25,7 +26,7 @@ bool takes_octets(const Context& context, const rdf::Type* value) {
 }
 
 std::string accepted_types(const Context& context, const rdf::Type* value) {
-  if (context.request().method == "PATCH") return std::string(update_type);
+  if (context.request().method == "PATCH") return std::string(context.resource->patch_types());
   return readable_types(value != nullptr) + (takes_octets(context, value) ? ", " + std::string(rdf::media_type(rdf::Plain::octets)) : "");
 }
 
@@ -66,6 +67,33 @@ Bodies::Read Bodies::read_value(Context& context, const rdf::Type& type, const r
   if (auto response = set_shapes(context, task)) return *std::move(response);
   task.completes = !has_user_shape(*context.resource->thing, context.resource->input_shape());
   return judge(context, std::move(task));
+}
+
+Bodies::Read Bodies::read_patch(Context& context, const model::PropertySpec& property, std::shared_ptr<const void> owner) {
+  if (context.judged) return verdict(context);
+  auto made = task_for(context, property.type, property.facets);
+  if (auto* response = std::get_if<http::Response>(&made)) return std::move(*response);
+  BodyTask& task = std::get<BodyTask>(made);
+  task.owner = std::move(owner);
+  if (auto response = set_shapes(context, task)) return *std::move(response);
+  task.completes = !has_user_shape(*context.resource->thing, context.resource->input_shape());
+  const std::size_t bytes = task.text.size();
+  const auto read = [&extension = PatchExtension::of(property)](BodyTask read_task) -> JudgedBody {
+    auto patch = extension.read(std::move(read_task));
+    if (auto* fault = std::get_if<BodyFault>(&patch)) return std::move(*fault);
+    Body body;
+    body.patch = std::get<0>(std::move(patch));
+    return body;
+  };
+  if (!options_.body_jobs || bytes <= options_.small_body_bytes) return as_read(context, read(std::move(task)));
+  auto text = own_text(context, task.text);
+  return defer(
+      context, bytes, bytes, [task = std::move(task), text = std::move(text), read] { return read(task); }, false);
+}
+
+http::Response Bodies::refused_patch(const Context& context, BodyFault fault) const {
+  auto read = as_read(context, JudgedBody(std::move(fault)));
+  return std::move(std::get<http::Response>(read));
 }
 
 Bodies::Read Bodies::read_graph(Context& context, const FocusRule& focus) {
@@ -125,9 +153,14 @@ std::variant<Bodies::Format, http::Response> Bodies::format_of(const Context& co
   const Result<MediaType> type = MediaType::parse(*content_type);
   if (!type || request.count("Content-Type") > 1) return unsupported("\"" + request.joined("Content-Type") + "\"");
   const bool is_patch = request.method == "PATCH";
-  if (is_patch && type->essence() != update_type) return unsupported(type->essence());
+  const bool merges = is_patch && value && type->essence() == merge_patch_type && context.resource->patch_types() != update_type;
+  if (is_patch && !merges && type->essence() != update_type) {
+    const bool is_json = value && type->essence() == rdf::media_type(rdf::Plain::json);
+    return unsupported(type->essence() + (is_json ? "; the members to change are application/merge-patch+json" : ""));
+  }
   Format format{is_patch ? std::nullopt : rdf::syntax_of(type->essence()), std::nullopt, {}};
-  if (value && !format.syntax) format.plain = rdf::plain_of(*type);
+  if (merges) format.plain = rdf::Plain::json;
+  else if (value && !is_patch && !format.syntax) format.plain = rdf::plain_of(*type);
   if (!is_patch && !format.syntax && (!format.plain || (*format.plain == rdf::Plain::octets && !takes_octets(context, value)))) {
     const bool is_form = value && type->essence() == "application/x-www-form-urlencoded";
     return unsupported(type->essence() + (is_form ? ", which curl -d sends; add -H 'Content-Type: application/json'" : ""));
@@ -300,10 +333,7 @@ Bodies::Read Bodies::prepare_graphs(Context& context, const std::shared_ptr<Data
       context, 0, triples * work_of_triple, [work] { return work(true); }, false);
 }
 
-http::Response Bodies::refused_graphs(const Context& context, BodyFault fault) const {
-  auto read = as_read(context, JudgedBody(std::move(fault)));
-  return std::move(std::get<http::Response>(read));
-}
+http::Response Bodies::refused_graphs(const Context& context, BodyFault fault) const { return refused_patch(context, std::move(fault)); }
 
 http::Response Bodies::graphs_are_busy(const Context& context) const {
   http::Response response = responses_.problem(context, 503, "a graph of the document is being changed by others; none was changed, try again later");

@@ -54,6 +54,11 @@ class Bodies {
   /// The value in a body; the response if there is none.
   /// @param owner  of type and facets
   Read read_value(Context& context, const rdf::Type& type, const rdf::Facets& facets, std::shared_ptr<const void> owner);
+  /// The patch in a body, which is judged when it is applied to a value: Body::patch. The response if it cannot be read.
+  /// @pre PropertySpec::patches
+  Read read_patch(Context& context, const model::PropertySpec& property, std::shared_ptr<const void> owner);
+  /// The response to a patch that was refused when it was applied.
+  http::Response refused_patch(const Context& context, BodyFault fault) const;
   /// The node in a body that the rule finds and the input shape of the requested resource accepts.
   Read read_graph(Context& context, const FocusRule& focus);
   /// What a request that changes a graph of a World has to do; the response if its body cannot be read.

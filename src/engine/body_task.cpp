@@ -73,17 +73,13 @@ class Judge {
   JudgedBody run() {
     if (auto fault = decode()) return *std::move(fault);
     if (auto fault = parse()) return *std::move(fault);
-    if (!task_.shapes) return std::move(body_);
-    if (auto fault = find_node()) return *std::move(fault);
-    const bool found = body_.node.has_value();
-    if (!found && is_optional() && body_.graph.empty()) return std::move(body_);
-    if (found && task_.completes && task_.format) return judge_plain();
-    if (task_.completes) complete();
-    if (auto fault = validate()) return *std::move(fault);
-    if (!found) return BodyFault{422, "body: expected triples about <> or one " + what() + ", found none"};
-    if (task_.type)
-      if (auto fault = read_value()) return *std::move(fault);
-    return std::move(body_);
+    return judge_graph();
+  }
+
+  JudgedBody run(rdf::Graph graph) {
+    body_.graph = std::move(graph);
+    accept_former_unit(body_.graph);
+    return judge_graph();
   }
 
   JudgedBody run_dataset() {
@@ -97,6 +93,20 @@ class Judge {
 
  private:
   using Fault = std::optional<BodyFault>;
+
+  JudgedBody judge_graph() {
+    if (!task_.shapes) return std::move(body_);
+    if (auto fault = find_node()) return *std::move(fault);
+    const bool found = body_.node.has_value();
+    if (!found && is_optional() && body_.graph.empty()) return std::move(body_);
+    if (found && task_.completes && task_.format) return judge_plain();
+    if (task_.completes) complete();
+    if (auto fault = validate()) return *std::move(fault);
+    if (!found) return BodyFault{422, "body: expected triples about <> or one " + what() + ", found none"};
+    if (task_.type)
+      if (auto fault = read_value()) return *std::move(fault);
+    return std::move(body_);
+  }
 
   /// A value without RDF that no shape of the user judges: the derived shape accepts what read_value() accepts, and has the words for the rest.
   JudgedBody judge_plain() {
@@ -232,6 +242,7 @@ class Judge {
 }  // namespace
 
 JudgedBody BodyTask::judge() const { return Judge(*this).run(); }
+JudgedBody BodyTask::judge(rdf::Graph graph) const { return Judge(*this).run(std::move(graph)); }
 JudgedBody BodyTask::read_dataset() const { return Judge(*this).run_dataset(); }
 
 }  // namespace lrt::engine

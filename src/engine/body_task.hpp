@@ -32,6 +32,8 @@ struct DatasetChange;
 
 inline namespace v0 {
 
+class ValuePatch;
+
 /// A body that was accepted.
 struct Body {
   rdf::Graph graph;                                 ///< empty for a value without RDF that is not validated by a shape
@@ -39,6 +41,7 @@ struct Body {
   rdf::Value value{};                               ///< null: the resource takes a graph, or the value is optional and missing
   std::shared_ptr<model::GraphState> made_graph{};  ///< of a World, that the request has made
   std::shared_ptr<DatasetChange> dataset{};         ///< of several graphs of a World; nullptr: the body has none
+  std::shared_ptr<const ValuePatch> patch{};        ///< of a value; nullptr: the body has none
 };
 
 /// Why a body is refused.
@@ -91,6 +94,9 @@ struct BodyTask {
   bool is_verbatim = false;               ///< the triples are kept: none is added for older vocabularies
 
   JudgedBody judge() const;
+  /// The same of a graph, as if it was read from a body in RDF.
+  /// @pre no text, format or syntax
+  JudgedBody judge(rdf::Graph graph) const;
   /// Reads all graphs of a body in RDF: only Body::dataset is set.
   JudgedBody read_dataset() const;
 };

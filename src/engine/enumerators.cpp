@@ -38,10 +38,13 @@ bool finds_nameless(const rdf::Type& type, const rdf::Value& value) {
 }  // namespace
 
 std::string fault_of_names(const rdf::Type& type) {
+  if (!type.fault.empty()) return type.fault;
   if (type.element) return fault_of_names(*type.element);
-  if (type.kind == Kind::enumeration) return type.fault;
-  for (const rdf::FieldType& field : type.fields)
+  for (const rdf::FieldType& field : type.fields) {
     if (const std::string fault = fault_of_names(*field.type); !fault.empty()) return "field \"" + field.name + "\": " + fault;
+    if (field.absent && has_nameless(*field.type, *field.absent))
+      return "field \"" + field.name + "\": value_if_absent(): the enumerator has no name";
+  }
   return {};
 }
 

@@ -22,12 +22,12 @@ std::string with_base(std::string text, const std::string& base) {
 
 /// @param name  of the graph in a sentence
 BodyFault fault_of(model::GraphRefusal refusal, const std::string& name, const std::string& base) {
-  using Kind = model::GraphRefusal::Kind;
+  using Why = model::GraphRefusal::Kind;
   switch (refusal.kind) {
-    case Kind::changed: return {412, "If-Match: the graph has changed meanwhile; GET it again"};
-    case Kind::stopped: return {503, name + " is being changed, and its server stops or its World was removed"};
-    case Kind::too_large: return {413, name + ": " + refusal.message};
-    case Kind::violation: break;
+    case Why::changed: return {412, "If-Match: the graph has changed meanwhile; GET it again"};
+    case Why::stopped: return {503, name + " is being changed, and its server stops or its World was removed"};
+    case Why::too_large: return {413, name + ": " + refusal.message};
+    case Why::violation: break;
     default: return {422, name + ": " + refusal.message};
   }
   BodyFault fault{422};

@@ -342,8 +342,11 @@ void PropertyValues::end(PropertyResource& property, const Result<void>& result,
   PropertyRefresh& state = *property.refresh_state;
   state.running = false;
   state.token = nullptr;
-  std::vector<PropertyRefresh::Waiter> waiters = std::exchange(state.waiters, std::exchange(state.next_waiters, {}));
+  std::vector<PropertyRefresh::Waiter> waiters = std::exchange(state.waiters, {});
   // Done first, so that new requests of the waiters wait for a later refresh. The value is kept until all waiters were called.
+  UniqueFunction<void(TimePoint)> turn = std::exchange(state.next_turn, {});
+  if (turn) state.running = true;
+  else state.waiters = std::exchange(state.next_waiters, {});
   if (!state.waiters.empty()) start(property);
   for (auto& w : waiters) try {
       w.done(result, now);
@@ -351,6 +354,17 @@ void PropertyValues::end(PropertyResource& property, const Result<void>& result,
       // Its request gets 503 at its time limit. The others continue.
       if (options_.log) options_.log(LogLevel::error, std::string("internal error while making a response: ") + e.what());
     }
+  if (turn) turn(now);
+}
+
+void PropertyValues::take_turn(PropertyResource& property, UniqueFunction<void(TimePoint)> begin, TimePoint now) {
+  PropertyRefresh& state = refresh_of(property);
+  if (state.running) {
+    state.next_turn = std::move(begin);
+    return;
+  }
+  state.running = true;
+  begin(now);
 }
 
 void PropertyValues::set(PropertyResource& property, Sample sample) {
@@ -385,6 +399,7 @@ void PropertyValues::cancel(PropertyResource& property, TimePoint now) {
   if (!property.refresh_state) return;
   PropertyRefresh& state = *property.refresh_state;
   if (state.token) state.token->cancel();
+  state.next_turn = {};
   for (auto* list : {&state.waiters, &state.next_waiters})
     for (auto& w : std::exchange(*list, {})) w.done(unexpected(Errc::closed, "the thing was removed while the request waited"), now);
 }

@@ -60,7 +60,8 @@ struct PropertyRefresh {
   bool running = false;
   std::shared_ptr<CancelToken> token;
   std::vector<Waiter> waiters, next_waiters;
-  bool failing = false;  ///< the last read failed
+  bool failing = false;                       ///< the last read failed
+  UniqueFunction<void(TimePoint)> next_turn;  ///< PropertyValues::take_turn() waits for the end of the present refresh
 };
 
 /// Brings the values of properties up to date: from the slots of pushed properties, from the read lambdas of pulled ones, and through
@@ -96,6 +97,10 @@ class PropertyValues {
   void set(PropertyResource& property, Sample sample);
   /// Gives it a published value, if that is a change (SPEC 3.8).
   void set_published(PropertyResource& property, Sample sample);
+  /// Calls `begin` when no refresh of a pulled property runs, at once or after the present one, and lets none run until end_turn(): a
+  /// lambda `read` never runs concurrently with itself. One turn at a time for each property.
+  void take_turn(PropertyResource& property, UniqueFunction<void(TimePoint)> begin, TimePoint now);
+  void end_turn(PropertyResource& property, TimePoint now) { end(property, {}, now); }
   /// The property is removed: all waiters get Errc::closed.
   void cancel(PropertyResource& property, TimePoint now);
 

@@ -196,8 +196,10 @@ class Resource {
   virtual Outcome put(Context& context, Parts& parts);
   virtual Outcome post(Context& context, Parts& parts);
   virtual Outcome remove(Context& context, Parts& parts);
-  /// The body is in SPARQL 1.1 Update (RFC 5789).
+  /// The body is in one of the patch_types() (RFC 5789).
   virtual Outcome patch(Context& context, Parts& parts);
+  /// The media types of a PATCH, as a value of Accept-Patch.
+  virtual std::string_view patch_types() const noexcept { return update_type; }
   virtual Input input(const EngineOptions& options) const;
   /// The fragment of the shape for its bodies, "rotation" or "actions/rotate/input".
   virtual std::string input_shape() const { return {}; }

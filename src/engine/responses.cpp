@@ -120,7 +120,7 @@ http::Response Responses::violation(const Context& context, const shacl::Report&
   std::vector<std::string_view> offers;
   for (const rdf::Syntax s : syntaxes) offers.push_back(rdf::media_type(s));
   const Result<MediaType> body = MediaType::parse(request.find("Content-Type").value_or(std::string_view()));
-  const bool is_plain = body && rdf::plain_of(*body).has_value();
+  const bool is_plain = body && (rdf::plain_of(*body) || body->essence() == merge_patch_type);
   offers.insert(is_plain ? offers.begin() : offers.end(), {"application/problem+json", "application/json"});
   const auto choice = request.find("Accept") ? http::negotiate(std::string_view(request.joined("Accept")), offers) : 0;
   if (!choice || !rdf::syntax_of(offers[*choice])) return problem(context, 422, sentence_of(errors), json_of(errors));
@@ -177,7 +177,7 @@ void Responses::add_allow(http::Fields& fields, const Resource& resource, const 
     if (!types.empty()) fields.add("Accept-Post", types);
   }
   if (methods.put && resource.graph_store()) fields.add("Accept-Put", GraphStore::dataset_types());
-  if (methods.patch) fields.add("Accept-Patch", update_type);
+  if (methods.patch) fields.add("Accept-Patch", resource.patch_types());
 }
 
 void Responses::add_types(http::Fields& fields, const Resource* resource) const {

@@ -17,6 +17,10 @@ namespace lrt::engine {
 
 /// The media type of a PATCH.
 inline constexpr std::string_view update_type = "application/sparql-update";
+/// That of a PATCH of a value in JSON (RFC 7396).
+inline constexpr std::string_view merge_patch_type = "application/merge-patch+json";
+/// Both, as a value of Accept-Patch.
+inline constexpr std::string_view value_patch_types = "application/merge-patch+json, application/sparql-update";
 
 /// One of the media types in which a resource has a representation.
 class Variant {

@@ -85,6 +85,12 @@ struct ResourceSpec {
   void report(const char* call, const char* what) const noexcept;
 };
 
+/// What modules above this one do for a Property that clients patch, as ControlExtension for a Thing with control.
+class PatchExtension {
+ protected:
+  ~PatchExtension() = default;
+};
+
 struct PropertySpec : ResourceSpec {
   PropertySpec() noexcept : ResourceSpec(Kind::property) {}
   bool octets = false;   ///< rdf::Plain::octets is offered
@@ -97,6 +103,7 @@ struct PropertySpec : ResourceSpec {
   std::shared_ptr<ChangeSignal> changes;                   ///< of a pulled property
   std::optional<std::chrono::milliseconds> sample_period;  ///< of a pulled property; nullopt: SubscriptionOptions::sample_period
   WriteFunction write;                                     ///< empty: read-only
+  const PatchExtension* patches = nullptr;                 ///< nullptr: its values have no parts
   std::unique_ptr<ValueLife> life;                         ///< of a written value; null: it has no end
   ThinVector<RepresentationSpec> representations;
   WholeFunction whole;                               ///< makes the T of a written value; returns null if it cannot

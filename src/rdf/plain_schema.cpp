@@ -9,6 +9,7 @@
 
 #include "src/base/quote.hpp"
 #include "src/rdf/n_triples.hpp"
+#include "src/rdf/plain.hpp"
 #include "src/rdf/plain_names.hpp"
 
 namespace lrt::rdf {
@@ -133,13 +134,23 @@ class SchemaWriter {
       append_quoted(out_, all[i]);
       out_ += ':';
       write(*field.type, field_facets(field, facets), true, &field.facets);
-      if (field.type->kind == Kind::optional) continue;
+      if (field.absent) default_value(field, field_facets(field, facets));
+      if (field.type->kind == Kind::optional || field.absent) continue;
       required += required.empty() ? "" : ",";
       append_quoted(required, all[i]);
     }
     out_ += '}';
     if (!required.empty()) member("required", "[" + required + "]");
     member("additionalProperties", "false");
+  }
+
+  /// Adds to the schema of a field, which was written last.
+  void default_value(const FieldType& field, const Facets& facets) {
+    const Result<std::string> json = write_plain(*field.type, facets, *field.absent, Plain::json);
+    if (!json) return;
+    out_.pop_back();
+    member("default", *json);
+    out_ += '}';
   }
 
   std::string out_;

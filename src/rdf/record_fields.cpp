@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include <lrt/base/iri.hpp>
+#include <lrt/rdf/value_codec.hpp>
 
 #include "src/base/utf8.hpp"
 
@@ -50,6 +51,16 @@ void place_terms(Type& record) {
   if (!own) record.name.clear();
 }
 
+/// What is wrong with the default of a field, as a sentence; empty: nothing.
+std::string fault_of_default(const FieldType& field, bool loses) {
+  if (loses) return "value_if_absent(): the C++ type of the field cannot hold this value";
+  if (field.read_only) return "value_if_absent(): clients cannot send a read-only field";
+  if (field.type->kind == Type::Kind::optional)
+    return "value_if_absent(): a std::optional field that is left out is absent; give it the type without std::optional";
+  if (!within(*field.type, field.facets, *field.absent)) return "value_if_absent(): this value is outside of the bounds of the field";
+  return {};
+}
+
 }  // namespace
 
 std::string_view short_type_name(std::string_view text) noexcept {
@@ -70,6 +81,11 @@ std::string_view short_type_name(std::string_view text) noexcept {
 
 FieldAccess::~FieldAccess() = default;
 
+void set_absent(FieldDraft& draft, Value value, bool fits) {
+  draft.absent = std::make_shared<const Value>(std::move(value));
+  draft.loses_absent = !fits;
+}
+
 RecordFields::RecordFields(std::string_view type_name) {
   type_.kind = Type::Kind::record;
   type_.name = term_name(type_name);
@@ -79,19 +95,29 @@ RecordFields::~RecordFields() = default;
 void RecordFields::add_class(std::string_view iri) { type_.classes.emplace_back(iri); }
 void RecordFields::set_name(std::string_view name) { type_.name = term_name(name); }
 
-Facets& RecordFields::add(FieldName&& name, const MemberOperations& operations, std::ptrdiff_t offset, bool read_only) {
+FieldDraft& RecordFields::add(FieldName&& name, const MemberOperations& operations, std::ptrdiff_t offset, bool read_only) {
   return add(std::move(name), operations.type(), operations.runs_user_code(), read_only, Member{&operations, offset, nullptr});
 }
-Facets& RecordFields::add(FieldName&& name, const Type& type, bool runs_user_code, bool read_only, std::unique_ptr<FieldAccess> access) {
+FieldDraft& RecordFields::add(FieldName&& name, const Type& type, bool runs_user_code, bool read_only, std::unique_ptr<FieldAccess> access) {
   return add(std::move(name), type, runs_user_code, read_only, Member{nullptr, 0, std::move(access)});
 }
-Facets& RecordFields::add(FieldName&& name, const Type& type, bool runs_user_code, bool read_only, Member member) {
+FieldDraft& RecordFields::add(FieldName&& name, const Type& type, bool runs_user_code, bool read_only, Member member) {
   members_.push_back(std::move(member));
   type_.fields.push_back({std::move(name.name), std::move(name.predicate), &type, {}, read_only});
   runs_user_code_ = runs_user_code_ || runs_user_code;
-  return type_.fields.back().facets;
+  drafts_.push_back(std::make_unique<FieldDraft>());
+  return *drafts_.back();
 }
-void RecordFields::finish() { place_terms(type_); }
+void RecordFields::finish() {
+  for (std::size_t i = 0; i < drafts_.size(); ++i) {
+    FieldType& field = type_.fields[i];
+    field.facets = drafts_[i]->facets;
+    field.absent = drafts_[i]->absent;
+    const std::string fault = field.absent ? fault_of_default(field, drafts_[i]->loses_absent) : std::string();
+    if (!fault.empty() && type_.fault.empty()) type_.fault = "field \"" + field.name + "\": " + fault;
+  }
+  place_terms(type_);
+}
 
 Value RecordFields::encode(const void* record) const {
   Value::Sequence out;

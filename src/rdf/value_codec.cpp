@@ -52,6 +52,8 @@ std::string well_formed(const std::string& text) {
 class Writer {
  public:
   Writer(Graph& graph, std::string_view vocabulary, TermId focus) : graph_(graph), triples_(graph, vocabulary, focus) {}
+  /// Its nodes are blank.
+  Writer(Graph& graph, std::string_view vocabulary) : graph_(graph), triples_(graph, vocabulary) {}
 
   void at(TermId focus, const Type& type, const Facets& facets, const Value& value) {
     if (value.is_null()) return;
@@ -69,6 +71,9 @@ class Writer {
       }
     }
   }
+
+  /// The object of a field.
+  TermId object(const Type& type, const Facets& facets, const Value& value);
 
  private:
   static bool is_empty(const Value& record) {
@@ -96,46 +101,46 @@ class Writer {
     triples_.unit(node, node_unit(type, facets));
   }
 
-  TermId object(const Type& type, const Facets& facets, const Value& value) {
-    switch (type.kind) {
-      case Kind::optional: return object(*type.element, facets, value);
-      case Kind::record: {
-        const TermId node = triples_.node();
-        record(node, type, facets, value);
-        return node;
-      }
-      case Kind::list: {
-        std::vector<TermId> objects;
-        if (const Value::Sequence* members = value.sequence())
-          for (const Value& m : *members) {
-            if (m.is_null()) continue;
-            const ValueWriter::Step step(triples_, objects.size());
-            objects.push_back(object(*type.element, facets, m));
-          }
-        return triples_.list(objects);
-      }
-      case Kind::map: {
-        std::vector<TermId> members;
-        if (value.sequence())
-          for (const Value& m : *value.sequence()) {
-            const Value::Sequence& pair = *m.sequence();
-            const ValueWriter::Step step(triples_, members.size());
-            members.push_back(triples_.map_member(well_formed(*pair[0].text()), [&] {
-              const ValueWriter::Step inside(triples_, value_step);
-              return object(*type.element, facets, pair[1]);
-            }()));
-          }
-        return triples_.list(members);
-      }
-      case Kind::integer:
-      case Kind::real: return triples_.number(literal_of(type, value), facets.unit());
-      default: return literal_of(type, value);
-    }
-  }
-
   Graph& graph_;
   ValueWriter triples_;
 };
+
+TermId Writer::object(const Type& type, const Facets& facets, const Value& value) {
+  switch (type.kind) {
+    case Kind::optional: return object(*type.element, facets, value);
+    case Kind::record: {
+      const TermId node = triples_.node();
+      record(node, type, facets, value);
+      return node;
+    }
+    case Kind::list: {
+      std::vector<TermId> objects;
+      if (const Value::Sequence* members = value.sequence())
+        for (const Value& m : *members) {
+          if (m.is_null()) continue;
+          const ValueWriter::Step step(triples_, objects.size());
+          objects.push_back(object(*type.element, facets, m));
+        }
+      return triples_.list(objects);
+    }
+    case Kind::map: {
+      std::vector<TermId> members;
+      if (value.sequence())
+        for (const Value& m : *value.sequence()) {
+          const Value::Sequence& pair = *m.sequence();
+          const ValueWriter::Step step(triples_, members.size());
+          members.push_back(triples_.map_member(well_formed(*pair[0].text()), [&] {
+            const ValueWriter::Step inside(triples_, value_step);
+            return object(*type.element, facets, pair[1]);
+          }()));
+        }
+      return triples_.list(members);
+    }
+    case Kind::integer:
+    case Kind::real: return triples_.number(literal_of(type, value), facets.unit());
+    default: return literal_of(type, value);
+  }
+}
 
 /// Finds what completed() adds and replaces.
 class Completion {
@@ -564,6 +569,10 @@ class ValueReader {
     members.reserve(type.fields.size());
     for (std::size_t i = 0; i < type.fields.size(); ++i) {
       const FieldType& field = type.fields[i];
+      if (field.absent && !keeps_all() && values(node, term_iri(field.predicate, vocabulary_)).empty()) {
+        members.push_back(*field.absent);
+        continue;
+      }
       members.push_back(only({node, field.predicate, {}, &type, i}, *field.type, field_facets(field, facets)));
     }
     return Value(std::move(members));
@@ -697,6 +706,11 @@ class ValueReader {
 };
 
 }  // namespace
+
+TermId write_object(Graph& graph, std::string_view name, const Type& type, const Facets& facets, const Value& value, std::string_view vocabulary) {
+  return name.empty() ? Writer(graph, vocabulary).object(type, facets, value)
+                      : Writer(graph, vocabulary, graph.intern(iri(name))).object(type, facets, value);
+}
 
 ValueWriter::ValueWriter(Graph& graph, std::string_view vocabulary, TermId focus) : ValueWriter(graph, vocabulary) {
   const TermView name = graph.term(focus);

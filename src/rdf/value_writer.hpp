@@ -68,6 +68,10 @@ class ValueWriter {
   std::string name_;  ///< of the present node; empty: nodes are blank
 };
 
+/// Adds the triples of a value as the object of a field, a default for example, and returns that object.
+/// @param name  of its node if it has one, and the beginning of the names of nodes inside; empty: they are blank
+TermId write_object(Graph& graph, std::string_view name, const Type& type, const Facets& facets, const Value& value, std::string_view vocabulary);
+
 /// The lexical form of a scalar. In a text, invalid UTF-8 and U+0000 are replaced by U+FFFD.
 std::string lexical_form(const Type& type, const Value& value);
 

@@ -16,6 +16,7 @@
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/rdf/named_cells.hpp"
+#include "src/rdf/value_writer.hpp"
 #include "src/shacl/derived_patterns.hpp"
 
 namespace lrt::shacl {
@@ -104,7 +105,7 @@ class Deriver {
   /// If no field is present, the record is absent, or present without fields if all are optional.
   void absent_or_record(TermId shape, const Type& type, const Facets& facets) {
     bool all_optional = facets.unit().empty();
-    for (const rdf::FieldType& field : type.fields) all_optional = all_optional && field.type->kind == Kind::optional;
+    for (const rdf::FieldType& field : type.fields) all_optional = all_optional && (field.type->kind == Kind::optional || (input_ && field.absent));
     if (all_optional) return record(shape, type, facets, false);
     const TermId absent = node(), present = node();
     absence(absent, type);
@@ -144,9 +145,18 @@ class Deriver {
       // In messages about what clients send; else only where the predicate does not say it.
       if (!field.name.empty() && (input_ || predicate.compare(local, std::string::npos, field.name) != 0)) add(p, sh::name, rdf::literal(field.name));
       if (field.facets.has_words()) words(p, sh::name, sh::description, field.facets.words());
-      value(p, *field.type, rdf::field_facets(field, facets), true);
+      const bool has_default = input_ && field.absent;
+      value(p, *field.type, rdf::field_facets(field, facets), !has_default);
+      if (has_default) default_value(p, field, rdf::field_facets(field, facets));
     }
     if (const Unit unit = rdf::node_unit(type, facets); !unit.empty()) units(shape, unit);
+  }
+
+  /// What a client need not state. A shape of values that the robot writes has no default, because the robot states each field.
+  void default_value(TermId p, const rdf::FieldType& field, const Facets& facets) {
+    count(p, sh::minCount, 0);
+    const std::string name = name_.empty() ? std::string() : name_ + "." + std::to_string(++nodes_);
+    add(p, sh::defaultValue, rdf::write_object(graph_, name, *field.type, facets, *field.absent, vocabulary_));
   }
 
   // ---- words

@@ -30,6 +30,22 @@ struct Job {
   std::optional<std::chrono::milliseconds> pause;
 };
 
+/// Its initialisers are never used: a field that a client leaves out has the default that describe() declares.
+struct Limits {
+  double low = 90, high = 91;
+};
+struct Tuning {
+  double gain = 92, limit = 93;
+  std::int32_t count = 94;
+  std::string name = "initialiser";
+  Gear gear = Gear::reverse;
+  bool active = true;
+  std::optional<double> offset = 95;
+  std::vector<std::int32_t> steps{96};
+  Limits limits;
+  std::map<std::string, double> extra{{"initialiser", 97}};
+};
+
 namespace lrt::rdf {
 template <>
 struct traits<Gear> : Enumeration<Gear> {
@@ -53,6 +69,28 @@ struct traits<Job> : Record<Job> {
     r.field("way", &Job::way);
     r.field("colour", &Job::colour);
     r.field("pause", &Job::pause);
+  }
+};
+template <>
+struct traits<Limits> : Record<Limits> {
+  static void describe(Record& r) {
+    r.field("low", &Limits::low).value_if_absent(-1).between(-100, 0);
+    r.field("high", &Limits::high);
+  }
+};
+template <>
+struct traits<Tuning> : Record<Tuning> {
+  static void describe(Record& r) {
+    r.field("gain", &Tuning::gain).unit(unit::metre).between(0, 10).value_if_absent(1.5);
+    r.field("limit", &Tuning::limit);
+    r.field("count", &Tuning::count).value_if_absent(3).at_least(0);
+    r.field("name", &Tuning::name).value_if_absent("none").length(0, 8);
+    r.field("gear", &Tuning::gear).value_if_absent(Gear::second);
+    r.field("active", &Tuning::active).value_if_absent(false);
+    r.field("offset", &Tuning::offset).at_most(50);
+    r.field("steps", &Tuning::steps).value_if_absent({4, 5});
+    r.field("limits", &Tuning::limits).value_if_absent({-2, 2});
+    r.field("extra", &Tuning::extra).value_if_absent({});
   }
 };
 }  // namespace lrt::rdf
@@ -88,6 +126,8 @@ int main() {
   add<std::optional<std::int32_t>>(thing, "maybeCount");
   add<std::optional<Point>>(thing, "maybePoint");
   add<Job>(thing, "job");
+  add<Tuning>(thing, "tuning");
+  add<Tuning>(thing, "twin");
   thing.action("work", [](const Job&) {});
   thing.action("shift", [](const std::optional<Gear>&) {});
   thing.action("turn", [](const std::optional<double>&) {}).unit(lrt::unit::radian).between(-1, 1);

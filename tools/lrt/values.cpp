@@ -21,6 +21,7 @@
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/base/utf8.hpp"
+#include "src/rdf/json_parse.hpp"
 #include "src/rdf/plain.hpp"
 #include "tools/lrt/terminal.hpp"
 
@@ -536,6 +537,109 @@ Result<Body> body_of(const std::string& argument, const std::string& media_type)
   if (is_text(body.media_type)) body.bytes.erase(0, body.bytes.size() - utf8::without_mark(body.bytes).size());
   if (body.media_type.empty() && !body.bytes.empty() && body.bytes.back() == '\n') body.bytes.pop_back();  // of echo
   return body;
+}
+
+namespace {
+
+const Type& without_optional(const Type& type) noexcept { return type.kind == Type::Kind::optional ? without_optional(*type.element) : type; }
+
+std::string names_of(const Type& record) {
+  std::string names;
+  for (const rdf::FieldType& field : record.fields) names += (names.empty() ? "\"" : ", \"") + field.name + '"';
+  return names;
+}
+
+/// The JSON of a part of a value.
+Result<std::string> json_of_part(const std::string& name, const std::string& text, const Type& outer, const rdf::Facets& facets) {
+  const Type& type = without_optional(outer);
+  if (text == "null" && type.kind != Type::Kind::text) return std::string("null");
+  if (type.is_number()) {
+    const Result<double> number = client::number_in(trimmed(text), facets.unit());
+    if (!number) return unexpected(Errc::expected_value, name + ": " + number.error().message);
+    // All digits of a large integer.
+    return trimmed(text).find_first_not_of("-0123456789") == std::string::npos ? trimmed(text) : json_of(*number);
+  }
+  if (type.kind == Type::Kind::boolean || type.kind == Type::Kind::list || type.kind == Type::Kind::record || type.kind == Type::Kind::map)
+    return text;
+  return json_string(text);
+}
+
+/// Adds one change at the way to its field, "limits.upper".
+struct PartTree {
+  std::vector<std::pair<std::string, PartTree>> members;
+  std::string json;  ///< of a leaf
+
+  std::string text() const {
+    if (members.empty()) return json;
+    std::string out;
+    for (const auto& [name, part] : members) out += (out.empty() ? "{" : ",") + json_string(name) + ":" + part.text();
+    return out + "}";
+  }
+};
+
+}  // namespace
+
+bool is_change(std::string_view word) noexcept {
+  const std::size_t equals = word.find('=');
+  return equals != std::string_view::npos && equals > 0 && word.substr(0, equals).find_first_of("{}[]\"'<>@:/ \t\n") == std::string_view::npos;
+}
+
+Result<client::Patch> patch_of(const std::vector<std::string>& changes, const std::optional<client::Schema>& schema) {
+  PartTree whole;
+  for (const std::string& change : changes) {
+    const std::size_t equals = change.find('=');
+    if (!is_change(change)) return unexpected(Errc::invalid_option, "expected FIELD=VALUE, such as position=0.1, found \"" + change + "\"");
+    const std::string way = change.substr(0, equals), text = change.substr(equals + 1);
+    if (!schema) return unexpected(Errc::expected_value, "the property publishes no shape that says which fields it has; set its whole value");
+    const Type* type = &without_optional(schema->type());
+    rdf::Facets facets = schema->facets();
+    PartTree* part = &whole;
+    for (std::size_t at = 0; at <= way.size();) {
+      const std::size_t end = std::min(way.find('.', at), way.size());
+      const std::string name = way.substr(at, end - at);
+      at = end + 1;
+      if (type->kind == Type::Kind::map) {
+        type = &without_optional(*type->element);
+      } else {
+        const auto field = std::find_if(type->fields.begin(), type->fields.end(), [&](const rdf::FieldType& f) { return f.name == name; });
+        if (type->fields.empty())
+          return unexpected(Errc::expected_value, "\"" + way + "\": the value has no fields; it is a " + lrt::tool::name_of(*type));
+        if (field == type->fields.end())
+          return unexpected(Errc::expected_value, "\"" + way + "\": there is no field \"" + name + "\", only " + names_of(*type));
+        facets = rdf::field_facets(*field, facets);
+        type = &without_optional(*field->type);
+      }
+      const auto known = std::find_if(part->members.begin(), part->members.end(), [&](const auto& m) { return m.first == name; });
+      if (known != part->members.end() && (end == way.size() || known->second.members.empty()))
+        return unexpected(Errc::invalid_option, "\"" + way + "\" is given twice");
+      part = known != part->members.end() ? &known->second : &part->members.emplace_back(name, PartTree()).second;
+    }
+    Result<std::string> json = json_of_part(way, text, *type, facets);
+    if (!json) return unexpected(std::move(json).error());
+    part->json = *std::move(json);
+  }
+  return client::Patch::from_json(whole.text());
+}
+
+std::string lacks_members(const Body& body, const client::Schema& schema, const std::string& name) {
+  if (!body.media_type.empty() && body.media_type.find("application/json") != 0) return {};
+  const Type& type = without_optional(schema.type());
+  if (type.kind != Type::Kind::record) return {};
+  constexpr std::size_t max_values = 100'000;
+  const auto document = rdf::json::Document::parse(body.bytes, {max_values, max_depth, true});
+  if (!document || document->kind(document->root()) != rdf::json::Document::Kind::object) return {};
+  constexpr std::size_t max_shown = 10;
+  std::size_t missing = 0, present = 0;
+  std::string names, example;
+  for (const rdf::FieldType& field : type.fields) {
+    const bool is_there = document->member(document->root(), field.name) != rdf::json::Document::none;
+    if (is_there && present++ == 0) example = field.name;
+    if (is_there || field.absent || field.type->kind == Type::Kind::optional) continue;
+    if (++missing <= max_shown) names += (names.empty() ? "\"" : ", \"") + field.name + '"';
+  }
+  if (missing == 0 || present == 0) return {};
+  if (missing > max_shown) names += " and " + std::to_string(missing - max_shown) + " more";
+  return "the value lacks " + names + "; to change a part of it and keep the rest: lrt set " + name + " " + example + "=...";
 }
 
 Result<Input> input_of(const Body& body, const std::string& url, const std::optional<client::Schema>& schema) {

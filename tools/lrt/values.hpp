@@ -67,6 +67,15 @@ struct Input {
   rdf::Graph graph;
   rdf::TermId focus;
 };
+/// The JSON merge patch (RFC 7396) of words such as "position=30deg" and "limits.upper=2". A number may have a unit, which is
+/// converted to that of its field. "null" clears what may be absent and restores a default.
+/// @par Errors  expected_value: it is no record, or has no such field, or the value does not fit it
+Result<client::Patch> patch_of(const std::vector<std::string>& changes, const std::optional<client::Schema>& schema);
+/// Whether a word is the change of a part: "position=0.1".
+bool is_change(std::string_view word) noexcept;
+/// The required members that a value in JSON does not have, with what to write for a part of it, as a sentence; empty: it lacks none.
+std::string lacks_members(const Body& body, const client::Schema& schema, const std::string& name);
+
 /// Reads a body for a resource. A number may have a unit, which is converted to that of the schema.
 /// @param url  of the resource
 /// @par Errors  expected_value and expected_rdf: with what was expected

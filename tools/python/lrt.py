@@ -195,7 +195,7 @@ class Robot:
         """Sends a command, once. Returns (status, fields, body)."""
         fields = dict(fields, Accept="application/json")
         if value is not None:
-            fields["Content-Type"] = "application/json"
+            fields.setdefault("Content-Type", "application/json")
         body = None if value is None else json.dumps(value, allow_nan=False).encode()
         life = self.valid_for if expires else None
         limit = self.timeout if life is None else life
@@ -236,6 +236,15 @@ class Thing:
         if "PUT" not in known["methods"]:
             raise Error("%s/%s cannot be written" % (self.name, name))
         self._robot._command("PUT", known["href"], _sent(value, known.get("schema", {}), unit), fields={"If-Match": if_match} if if_match else {})
+
+    def patch(self, name, changes=None, if_match=None, **parts):
+        """Gives some fields of a record new values: `patch("command", position=0.1)`. The robot keeps the others as it has them then. None clears a field that
+        may be absent, and restores a default. A dict changes parts of a field. `changes`: a dict with the same, for names that are no words of Python."""
+        known = self._property(name)
+        if "PUT" not in known["methods"]:
+            raise Error("%s/%s cannot be written" % (self.name, name))
+        fields = {"Content-Type": "application/merge-patch+json", **({"If-Match": if_match} if if_match else {})}
+        self._robot._command("PATCH", known["href"], dict(changes or {}, **parts), fields=fields)
 
     def tag(self, name):
         """The entity tag of a Property, for `if_match`."""

@@ -13,6 +13,7 @@
 #include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/client/latest.hpp>
+#include <lrt/client/patch.hpp>
 #include <lrt/client/representation.hpp>
 #include <lrt/client/watch.hpp>
 #include <lrt/rdf/traits.hpp>
@@ -104,6 +105,17 @@ class LRT_API Property {
   Result<void> write(const rdf::Type& type, const rdf::Value& value, const WriteOptions& options = {}) const;
   /// Writes a graph; `focus` is the node of the value.
   Result<void> write(const rdf::Graph& graph, rdf::TermId focus, const WriteOptions& options = {}) const;
+
+  /// Changes parts of the value, by PATCH with `application/merge-patch+json`. The robot's program merges them with the
+  /// value that it has then, so that clients which change different parts do not undo each other's changes; the server judges
+  /// the whole as that of write(). Nothing is validated here.
+  ///
+  ///     joint.property("command").value().patch(client::Patch().set("position", 0.1)).value();
+  ///
+  /// @param options  WriteOptions::unit must be empty: a record has units of its fields
+  /// @par Errors  unsupported_syntax: the server takes no such patch of this property, and nothing was changed; unconfirmed:
+  ///              the robot has begun and has not said whether it succeeded; refused, closed, ...: as write()
+  Result<void> patch(const Patch& patch, const WriteOptions& options = {}) const;
 
   /// Whether the server states that it can be written: by its binding (SPEC 3.3) or by Allow.
   Result<bool> is_writable() const;

@@ -133,6 +133,14 @@ class Writable : public Readable<T> {
     if (!property) return Unexpected{property.error()};
     return property->write(*this->form_.type, rdf::traits<T>::encode(value), WriteOptions{this->form_.unit, if_match});
   }
+  /// Changes parts of the value, by PATCH.
+  /// @param if_match  as of write()
+  /// @par Errors  those of Property::patch()
+  Result<void> patch(const Patch& patch, const std::string& if_match = {}) const {
+    const Result<Property> property = this->property();
+    if (!property) return Unexpected{property.error()};
+    return property->patch(patch, WriteOptions{{}, if_match});
+  }
 };
 
 /// One invocation of an action that produces a T.

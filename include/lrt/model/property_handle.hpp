@@ -50,6 +50,10 @@ class PropertyHandle : public ResourceHandle<Self, typename SetupOf<Self>::type>
   /// Makes the property writable: the server reads and validates the body of a PUT as a T, and calls `write`. A
   /// following GET shows the written value until the robot publishes or returns another one.
   ///
+  /// If T is a record or a map, clients may also change parts of the value by PATCH. Then the server takes the present value
+  /// (of a pulled property it calls `read`, just before `write` and in the same job; of a pushed one the value that was
+  /// published or written last), merges the parts, judges the whole as that of a PUT, and calls `write` with it.
+  ///
   /// @param write  callable of T that returns void or Result<void>
   /// @par Errors   of `write`. refused, out_of_range, limit_exceeded: 409 with the message. expected_value: 422.
   ///               Another error, or an exception: 500. A body that is not a T within the bounds is answered with 400,
@@ -79,6 +83,7 @@ class PropertyHandle : public ResourceHandle<Self, typename SetupOf<Self>::type>
             return result_of([&] { return write(*std::move(value)); });
           }
         });
+        if constexpr (rdf::detail::may_have_parts<T>) this->allow_patches();
       }
       return this->self();
     }

@@ -100,6 +100,8 @@ class LRT_API PropertySetup : public ResourceSetup {
   PropertySetup() noexcept = default;
 
   void set_write(WriteFunction write);
+  /// For values with parts: records, maps, alternatives. @pre set_write()
+  void allow_patches() const noexcept;
   void set_life(std::chrono::milliseconds life, LapseFunction lapse);
   void set_frame(Object system);
   void set_max_age(std::chrono::milliseconds age, std::chrono::milliseconds while_revalidating);

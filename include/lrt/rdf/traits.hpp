@@ -679,6 +679,101 @@ class GetterField : public FieldAccess {
 };
 }  // namespace detail
 
+namespace detail {
+/// The type of the default of a field: that of the field, for a C array the type with its values.
+template <class M>
+struct DefaultOf {
+  using type = M;
+};
+template <std::size_t N>
+struct DefaultOf<char[N]> {
+  using type = std::string;
+};
+template <class T, std::size_t N>
+struct DefaultOf<T[N]> {
+  using type = std::array<typename DefaultOf<T>::type, N>;
+};
+
+/// Whether a V can be given as an M: a number as one of the same kind, a whole number also as a fraction, and what converts to an M.
+template <class V, class M>
+constexpr bool is_default_for() noexcept {
+  if constexpr (std::is_same_v<V, M>) return true;
+  else if constexpr (std::is_arithmetic_v<V> && std::is_arithmetic_v<M>)
+    return !std::is_same_v<V, bool> && !std::is_same_v<M, bool> && !is_character<V> && (std::is_integral_v<V> || std::is_floating_point_v<M>);
+  else return std::is_convertible_v<const V&, M> && !std::is_arithmetic_v<V>;
+}
+template <class N>
+constexpr bool is_negative(N n) noexcept {
+  if constexpr (std::is_signed_v<N>) return n < N{};
+  else return false;
+}
+}  // namespace detail
+
+/// A field while describe() runs: `r.field("gain", &S::gain).unit(unit::none).between(0, 10).value_if_absent(1.5)`. Its
+/// functions are those of Facets, and value_if_absent(). It converts to Facets&, which stays valid.
+///
+/// @tparam M  the type of the field
+/// @par Threads  That of describe().
+template <class M>
+class Field {
+ public:
+  /// @cond internal
+  explicit Field(detail::FieldDraft& draft) noexcept : draft_(&draft) {}
+  /// @endcond
+  operator Facets&() const noexcept { return draft_->facets; }
+
+  /// Declares the value that the field has if a client leaves it out of a PUT, of a POST or of an action's input, or
+  /// removes it by PATCH. Without this, a client must state every field that is not a std::optional; a C++ initialiser of
+  /// the member is never used. Clients read the default in the Blueprint (sh:defaultValue) and in the JSON Schema.
+  ///
+  /// @param value  of the field's type. A number of another type must keep its value: 1 is a double, 1.5 is no int.
+  /// @par Errors   invalid_option, from Server::add(): the value is outside of the field's bounds or of its C++ type; the
+  ///               field is read-only or a std::optional
+  Field value_if_absent(const M& value) const { return set_absent(traits<M>::encode(value), true); }
+  template <class V>
+  Field value_if_absent(const V& value) const {
+    if constexpr (!detail::is_default_for<std::decay_t<const V>, M>()) {
+      static_assert(detail::always_false<V>,
+                    "lrt: the value of value_if_absent() must have the type of the field and keep its whole content; "
+                    "write a value of the field's C++ type");
+      return *this;
+    } else if constexpr (std::is_integral_v<V> && std::is_integral_v<M>) {
+      const M kept = static_cast<M>(value);
+      return set_absent(traits<M>::encode(kept), static_cast<V>(kept) == value && detail::is_negative(kept) == detail::is_negative(value));
+    } else if constexpr (std::is_arithmetic_v<V>) {
+      return set_absent(traits<M>::encode(static_cast<M>(value)), true);
+    } else {
+      return set_absent(traits<M>::encode(M(value)), true);
+    }
+  }
+
+  /// @{
+  /// As the function of Facets.
+  Field unit(const Unit& u) const { return draft_->facets.unit(u), *this; }
+  Field unit_of(const Facets& other) const { return draft_->facets.unit_of(other), *this; }
+  Field at_least(double v) const { return draft_->facets.at_least(v), *this; }
+  Field above(double v) const { return draft_->facets.above(v), *this; }
+  Field at_most(double v) const { return draft_->facets.at_most(v), *this; }
+  Field below(double v) const { return draft_->facets.below(v), *this; }
+  Field between(double low, double high) const { return draft_->facets.between(low, high), *this; }
+  Field without_bounds() const { return draft_->facets.without_bounds(), *this; }
+  Field allow_non_finite() const { return draft_->facets.allow_non_finite(), *this; }
+  Field length(std::size_t min, std::size_t max) const { return draft_->facets.length(min, max), *this; }
+  Field title(std::string text, std::string language = {}) const { return draft_->facets.title(std::move(text), std::move(language)), *this; }
+  Field description(std::string text, std::string language = {}) const {
+    return draft_->facets.description(std::move(text), std::move(language)), *this;
+  }
+  Field merge(const Facets& other) const { return draft_->facets.merge(other), *this; }
+  /// @}
+
+ private:
+  Field set_absent(Value value, bool fits) const {
+    detail::set_absent(*draft_, std::move(value), fits);
+    return *this;
+  }
+  detail::FieldDraft* draft_;
+};
+
 /// Base of rdf::traits for a struct or class. The user lists its fields:
 ///
 ///     template <>
@@ -691,8 +786,8 @@ class GetterField : public FieldAccess {
 ///       }
 ///     };
 ///
-/// field() returns the field's facets, for unit, bounds, title and description. A field is optional exactly if its C++ type is
-/// std::optional.
+/// field() returns the Field, for unit, bounds, title, description and a default. A field is optional exactly if its C++ type is
+/// std::optional. A client may leave out a field that is optional or has a default (Field::value_if_absent()).
 ///
 /// A record without is() has the class `<vocabulary>Type`. Type is the name of the C++ type without namespaces, or that
 /// of named(). If two types of one server have the same name and different fields, Server::add() returns an error.
@@ -716,7 +811,7 @@ class Record {
   /// @{
   /// Adds a field: a data member, or a read-only field by a getter or a callable of const S&.
   template <class Get>
-  Facets& field(FieldName name, Get get) {
+  auto field(FieldName name, Get get) {
     if constexpr (std::is_member_object_pointer_v<Get>) {
       return add_member(std::move(name), get);
     } else {
@@ -724,22 +819,22 @@ class Record {
     }
   }
   template <class R>
-  Facets& field(FieldName name, R (S::*get)() const) {
+  auto field(FieldName name, R (S::*get)() const) {
     return add_getter(std::move(name), get, nullptr);
   }
   /// @}
   /// @{
   /// Adds a field by a getter and a setter: member functions or callables of const S& and of (S&, value).
   template <class Get, class Set>
-  Facets& field(FieldName name, Get get, Set set) {
+  auto field(FieldName name, Get get, Set set) {
     return add_getter(std::move(name), std::move(get), std::move(set));
   }
   template <class R, class Q, class A>
-  Facets& field(FieldName name, R (S::*get)() const, Q (S::*set)(A)) {
+  auto field(FieldName name, R (S::*get)() const, Q (S::*set)(A)) {
     return add_getter(std::move(name), get, set);
   }
   template <class R>
-  Facets& field(FieldName name, R (S::*get)() const, void (S::*set)(std::decay_t<R>)) {
+  auto field(FieldName name, R (S::*get)() const, void (S::*set)(std::decay_t<R>)) {
     return add_getter(std::move(name), get, set);
   }
   /// @}
@@ -826,7 +921,7 @@ class Record {
   };
 
   template <class Declared, class C>
-  Facets& add_member(FieldName&& name, Declared C::*pointer) {
+  auto add_member(FieldName&& name, Declared C::*pointer) {
     if constexpr (!std::is_base_of_v<C, S> || !std::is_invocable_v<Declared C::*, S&>) {
       static_assert(detail::always_false<C>,
                     "lrt: the data member of a field must be one of the struct that is described; for one of its members write a lambda: "
@@ -840,46 +935,47 @@ class Record {
                       "lrt: a const C array or an array of arrays cannot be a field; write a lambda: field(name, [](const S& s) { return ...; })");
         return none();
       } else if constexpr (!std::is_convertible_v<Declared C::*, Declared S::*> || std::is_volatile_v<Declared>) {
-        return fields_.add(std::move(name), traits<M>::type(), detail::runs_user_code<M>(), read_only,
-                           std::make_unique<MovingMember<M, Declared C::*>>(pointer));
+        return Field<M>(fields_.add(std::move(name), traits<M>::type(), detail::runs_user_code<M>(), read_only,
+                                    std::make_unique<MovingMember<M, Declared C::*>>(pointer)));
       } else if constexpr (std::is_array_v<M> && std::is_same_v<std::remove_extent_t<M>, char>) {
-        return fields_.add(std::move(name), detail::operations_of<M>, detail::offset_of<Declared, S>(pointer), false).length(0, std::extent_v<M> - 1);
+        return Field<std::string>(fields_.add(std::move(name), detail::operations_of<M>, detail::offset_of<Declared, S>(pointer), false))
+            .length(0, std::extent_v<M> - 1);
       } else {
-        return fields_.add(std::move(name), detail::operations_of<M>, detail::offset_of<Declared, S>(pointer), read_only);
+        return Field<typename detail::DefaultOf<M>::type>(
+            fields_.add(std::move(name), detail::operations_of<M>, detail::offset_of<Declared, S>(pointer), read_only));
       }
     }
   }
   template <class Get, class Set>
-  Facets& add_getter(FieldName&& name, Get get, Set set) {
+  auto add_getter(FieldName&& name, Get get, Set set) {
     constexpr bool is_const = std::is_invocable_v<const Get&, const S&>;
     constexpr bool read_only = std::is_same_v<Set, std::nullptr_t>;
     if constexpr (!is_const && !std::is_invocable_v<const Get&, S&>) {
       static_assert(detail::always_false<Get>,
                     "lrt: a field expects a data member, a getter without parameters, or a callable of const S&; give a callable: "
                     "field(name, [](const S& s) { return ...; })");
+      return none();
     } else {
       using Read = std::invoke_result_t<const Get&, std::conditional_t<is_const, const S&, S&>>;
       if constexpr (std::is_void_v<Read>) {
         static_assert(detail::always_false<Get>, "lrt: the getter of a field returns nothing; give it first and the setter second");
+        return none();
       } else {
         using M = detail::stored_t<Read>;
         if constexpr (!read_only && !std::is_invocable_v<const Set&, S&, M>) {
           static_assert(detail::always_false<Set>,
                         "lrt: the setter of a field expects a member function or a callable (S&, value) that takes what the getter returns; give a "
                         "callable: field(name, get, [](S& s, T value) { ... })");
+          return none();
         } else {
-          return fields_.add(std::move(name), traits<M>::type(), true, read_only,
-                             std::make_unique<GetterOf<M, Get, Set>>(std::move(get), std::move(set)));
+          return Field<M>(fields_.add(std::move(name), traits<M>::type(), true, read_only,
+                                      std::make_unique<GetterOf<M, Get, Set>>(std::move(get), std::move(set))));
         }
       }
     }
-    return none();
   }
   /// Follows a static_assert.
-  static Facets& none() {
-    static Facets nothing;
-    return nothing;
-  }
+  static Facets none() { return {}; }
   [[gnu::noinline]] static const Record& instance() {  // with the initialisation: once for each struct, not once for each use
     static const Immortal<Record> self(Described{});
     return *self;
@@ -900,6 +996,22 @@ template <class T>
 inline constexpr bool
     is_decoded_in_place<T, std::void_t<decltype(traits<T>::decode_fields), std::enable_if_t<&traits<T>::decode == &Record<T>::decode>>> =
         std::is_default_constructible_v<T>;
+
+/// Whether values of T may have parts with names. False for the types of which lrt knows that they have none.
+template <class T>
+inline constexpr bool may_have_parts = std::is_class_v<T>;
+template <>
+inline constexpr bool may_have_parts<std::string> = false;
+template <class Rep, class Period>
+inline constexpr bool may_have_parts<std::chrono::duration<Rep, Period>> = false;
+template <class Clock, class Duration>
+inline constexpr bool may_have_parts<std::chrono::time_point<Clock, Duration>> = false;
+template <class T, class Allocator>
+inline constexpr bool may_have_parts<std::vector<T, Allocator>> = false;
+template <class T, std::size_t N>
+inline constexpr bool may_have_parts<std::array<T, N>> = false;
+template <class T>
+inline constexpr bool may_have_parts<std::optional<T>> = may_have_parts<T>;
 
 template <class T>
 bool runs_user_code() noexcept {

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -103,15 +104,17 @@ class Facets {
 };
 
 struct Type;
+class Value;
 
 /// One field of a record.
 struct FieldType {
-  std::string name;            ///< for people and JSON
-  std::string predicate;       ///< a term: an absolute IRI, or "#Type/name" of the server's vocabulary
-  const Type* type = nullptr;  ///< of its values
-  Facets facets;               ///< unit and bounds of its values
-  bool read_only = false;      ///< values of the record cannot be decoded
-  bool takes_unit = false;     ///< the unit of the record applies to this field, and not to other fields
+  std::string name;                       ///< for people and JSON
+  std::string predicate;                  ///< a term: an absolute IRI, or "#Type/name" of the server's vocabulary
+  const Type* type = nullptr;             ///< of its values
+  Facets facets;                          ///< unit and bounds of its values
+  bool read_only = false;                 ///< values of the record cannot be decoded
+  bool takes_unit = false;                ///< the unit of the record applies to this field, and not to other fields
+  std::shared_ptr<const Value> absent{};  ///< its value if a client leaves it out; null: a client must state it
 };
 
 /// Describes the values of a C++ type for every representation. Made by rdf::traits<T>::type().
@@ -135,7 +138,7 @@ struct Type {
   std::string value_predicate;             ///< record: from its node to a node that has its fields; empty: the fields are at its own node
   std::vector<std::string> value_classes;  ///< record with a value_predicate: rdf:types of that node
   Iri quantity_kind;                       ///< record: object of vom:quantityKind
-  std::string fault;                       ///< enumeration: what is wrong with its names, a sentence; Server::add() refuses the type. Empty: nothing
+  std::string fault;                       ///< what is wrong with it, a sentence; Server::add() refuses the type. Empty: nothing
 
   bool is_number() const noexcept { return kind == Kind::integer || kind == Kind::real; }  ///< integer or real
 };

@@ -159,6 +159,7 @@ LRT_TERM_AS(sh, in_, "in");
 LRT_TERM_AS(sh, or_, "or");
 LRT_TERM(sh, name);
 LRT_TERM(sh, description);
+LRT_TERM(sh, defaultValue);
 LRT_TERM(sh, resultMessage);
 LRT_TERM(sh, IRI);
 LRT_TERM(sh, BlankNode);

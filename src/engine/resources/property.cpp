@@ -7,11 +7,13 @@
 
 #include "src/engine/change_scanner.hpp"
 #include "src/engine/description.hpp"
+#include "src/engine/enumerators.hpp"
 #include "src/engine/overview.hpp"
 #include "src/engine/parts.hpp"
 #include "src/engine/resources/action.hpp"
 #include "src/engine/resources/thing.hpp"
 #include "src/engine/stop_state.hpp"
+#include "src/engine/value_patch.hpp"
 #include "src/rdf/named_cells.hpp"
 
 namespace lrt::engine {
@@ -23,9 +25,19 @@ PropertyResource::PropertyResource(const std::string& its_path, ThingNode* its_t
   if (spec->octets || !spec->representations.empty()) own_variants_ = std::make_unique<const Variants>(variants_of(*spec));
 }
 
+namespace {
+
+bool has_named_parts(const rdf::Type& type) noexcept {
+  if (type.kind == rdf::Type::Kind::optional) return has_named_parts(*type.element);
+  return type.kind == rdf::Type::Kind::map || !type.fields.empty();
+}
+
+}  // namespace
+
 Methods PropertyResource::methods() const noexcept {
   Methods methods;
   methods.put = static_cast<bool>(spec->write);
+  methods.patch = methods.put && spec->patches && has_named_parts(*spec->type);
   return methods;
 }
 
@@ -169,7 +181,19 @@ void PropertyResource::report_lost() {
 Outcome PropertyResource::put(Context& context, Parts& parts) {
   auto read = parts.bodies.read_value(context, *spec->type, spec->facets, spec);
   if (auto outcome = outcome_of(read)) return *std::move(outcome);
-  auto written = std::make_shared<const rdf::Value>(std::move(std::get<Body>(read).value));
+  return enqueue(context, parts, {{}, std::make_shared<const rdf::Value>(std::move(std::get<Body>(read).value)), nullptr});
+}
+
+Outcome PropertyResource::patch(Context& context, Parts& parts) {
+  if (!context.audience.sees(*this))
+    return parts.responses.problem(
+        context, 405, "PATCH is not allowed for clients that may not read this resource, because a refusal would show its value; PUT it");
+  auto read = parts.bodies.read_patch(context, *spec, spec);
+  if (auto outcome = outcome_of(read)) return *std::move(outcome);
+  return enqueue(context, parts, {{}, nullptr, std::move(std::get<Body>(read).patch)});
+}
+
+Outcome PropertyResource::enqueue(Context& context, Parts& parts, Write write) {
   const auto ticket = parts.defer_command(context, thing->where(*spec));
   if (!ticket) return parts.responses.overloaded(context);
   if (!writes_) writes_ = std::make_unique<Writes>();
@@ -178,7 +202,8 @@ Outcome PropertyResource::put(Context& context, Parts& parts) {
     const auto is_over = [&](const Write& w) { return !parts.pending.is_pending(w.ticket); };
     queue.erase(std::remove_if(queue.begin() + 1, queue.end(), is_over), queue.end());
   }
-  queue.push_back({*ticket, std::move(written)});
+  write.ticket = *ticket;
+  queue.push_back(std::move(write));
   if (!writes_->writing) begin_next_write(parts, context.now);
   return Deferred{*ticket};
 }
@@ -236,6 +261,13 @@ void PropertyResource::judge_write(Parts& parts, TimePoint now, bool encoded) {
 
 namespace {
 
+/// The T of a value that was written. The write has succeeded: without one the value just has no encodings.
+std::shared_ptr<const void> whole_of(model::PropertySpec& property, const rdf::Value& value) {
+  if (!property.whole) return nullptr;
+  auto decoded = guarded<std::shared_ptr<const void>>([&]() -> Result<std::shared_ptr<const void>> { return property.whole(value); });
+  return decoded ? *std::move(decoded) : nullptr;
+}
+
 /// A write that gives the value a life.
 Result<void> write_with_life(const std::shared_ptr<model::PropertySpec>& property, const rdf::Value& value, Lapses& lapses, Dispatch where,
                              const Clock& clock) {
@@ -270,7 +302,15 @@ void PropertyResource::judge_write(Ticket ticket, Parts& parts, TimePoint now, b
     return begin_next_write(parts, now);
   }
   context->ignores_conditions = true;
-  const SharedCheck check = parts.rules.judge_before_call(*context);
+  const Write& write = writes_->queue.front();
+  if (!write.patch) return call_write(ticket, *context, parts);
+  if (!spec->read) return call_patch(ticket, *context, parts);
+  parts.values.take_turn(
+      *this, [this, &parts, ticket](TimePoint at) { patch_in_turn(ticket, parts, at); }, now);
+}
+
+void PropertyResource::call_write(Ticket ticket, const Context& context, Parts& parts) {
+  const SharedCheck check = parts.rules.judge_before_call(context);
   writes_->token = parts.calls.call<Written>(
       thing->where(*spec),
       [s = spec, value = writes_->queue.front().value, check, lapses = spec->life ? parts.lapses : nullptr,
@@ -279,10 +319,65 @@ void PropertyResource::judge_write(Ticket ticket, Parts& parts, TimePoint now, b
           if (s->slot) s->slot->forget();
           if (Result<void> result = lapses ? write_with_life(s, *value, *lapses, where, clock) : s->write(*value); !result)
             return Unexpected{std::move(result).error()};
-          // The write has succeeded: without a T of its own the value just has no encodings.
-          auto decoded =
-              guarded<std::shared_ptr<const void>>([&]() -> Result<std::shared_ptr<const void>> { return s->whole ? s->whole(*value) : nullptr; });
-          return Written{decoded ? *std::move(decoded) : nullptr};
+          return Written{whole_of(*s, *value)};
+        });
+      },
+      [this, &parts, ref = Ref(*this), check](Result<Written> written, TimePoint at) {
+        if (parts.registry.find(ref)) end_write(std::move(written), refusal_of(check), parts, at);
+      });
+  parts.pending.waits_for(ticket, writes_->token);
+}
+
+/// No refresh runs, because the call reads the value, too.
+void PropertyResource::patch_in_turn(Ticket ticket, Parts& parts, TimePoint now) {
+  if (!is_first_write(ticket)) return parts.values.end_turn(*this, now);
+  try {
+    writes_->has_turn = true;
+    if (const Context* const context = parts.pending.resume(ticket, now)) return call_patch(ticket, *context, parts);
+    drop_write();
+    end_turn(parts, now);
+  } catch (...) {
+    if (is_first_write(ticket)) drop_write();
+    end_turn(parts, now);
+    throw;
+  }
+  begin_next_write(parts, now);
+}
+
+void PropertyResource::end_turn(Parts& parts, TimePoint now) {
+  if (writes_ && std::exchange(writes_->has_turn, false)) parts.values.end_turn(*this, now);
+}
+
+/// Reads the value, applies the patch and writes the result in one call of the host, so that nothing the host has changed is lost.
+void PropertyResource::call_patch(Ticket ticket, const Context& context, Parts& parts) {
+  Write& write = writes_->queue.front();
+  const SharedCheck check = parts.rules.judge_before_call(context);
+  // A robot that publishes all the time does not stop a patch.
+  constexpr unsigned max_attempts = 4;
+  const bool is_last = ++write.attempts >= max_attempts;
+  writes_->token = parts.calls.call<Written>(
+      thing->where(*spec),
+      [s = spec, patch = write.patch, known = spec->read ? rdf::Value() : value, is_last, check, lapses = spec->life ? parts.lapses : nullptr,
+       where = parts.calls.resolved(thing->where(*spec)), &clock = parts.clock] {
+        return call_if_passes<Written>(check, [&]() -> Result<Written> {
+          Written written;
+          if (!s->read && !is_last && s->slot->has_change()) {
+            written.is_behind = true;
+            return written;
+          }
+          const rdf::Value current = s->read ? s->read(false).value : known;
+          if (has_nameless(*s->type, current)) return unexpected(Errc::failed, "an enumerator in the present value has no name");
+          JudgedBody judged = patch->apply(current);
+          if (auto* const fault = std::get_if<BodyFault>(&judged)) {
+            written.fault = std::make_unique<BodyFault>(std::move(*fault));
+            return written;
+          }
+          written.value = std::make_shared<const rdf::Value>(std::move(std::get<Body>(judged).value));
+          if (s->slot) s->slot->forget();
+          if (Result<void> result = lapses ? write_with_life(s, *written.value, *lapses, where, clock) : s->write(*written.value); !result)
+            return Unexpected{std::move(result).error()};
+          written.whole = whole_of(*s, *written.value);
+          return written;
         });
       },
       [this, &parts, ref = Ref(*this), check](Result<Written> written, TimePoint at) {
@@ -293,6 +388,7 @@ void PropertyResource::judge_write(Ticket ticket, Parts& parts, TimePoint now, b
 
 void PropertyResource::end_write(Result<Written> written, Refusal refusal, Parts& parts, TimePoint now) {
   writes_->token = nullptr;
+  if (written && written->is_behind) return begin_next_write(parts, now);
   const Write write = std::move(writes_->queue.front());
   writes_->queue.erase(writes_->queue.begin());
   try {
@@ -301,22 +397,26 @@ void PropertyResource::end_write(Result<Written> written, Refusal refusal, Parts
     // The client gets 202 or 503 at its time limit.
     parts.responses.log(LogLevel::error, std::string("internal error while making a response: ") + e.what());
   }
+  end_turn(parts, now);
   begin_next_write(parts, now);
 }
 
 void PropertyResource::respond_to(const Write& write, Result<Written> written, Refusal refusal, Parts& parts, TimePoint now) {
-  if (written && spec->slot) {
+  const std::shared_ptr<const rdf::Value> now_value = !written ? nullptr : write.value ? write.value : written->value;
+  if (now_value && spec->slot) {
     // A value published since the lambda began has priority, even if it is the old value. Otherwise the written value is shown until the next
     // publish.
     const bool published = spec->slot->has_change();
     parts.values.take_published(*this);
-    if (!published && !rdf::same(value, *write.value)) parts.values.set(*this, {*write.value, std::move(written->whole), now.utc, {}});
+    if (!published && !rdf::same(value, *now_value)) parts.values.set(*this, {*now_value, std::move(written->whole), now.utc, {}});
   }
   const Context* context = parts.pending.resume(write.ticket, now);
   if (context && refusal != Refusal::none) {
     parts.pending.respond(write.ticket, parts.rules.refused(*context, refusal));
   } else if (context && !written) {
     parts.pending.respond(write.ticket, parts.responses.refused(*context, "property \"" + path + "\" was not written", written.error()));
+  } else if (context && written->fault) {
+    parts.pending.respond(write.ticket, parts.bodies.refused_patch(*context, std::move(*written->fault)));
   } else if (context && context->wants_representation()) {
     parts.representations.respond_when_read(write.ticket, *this, [&parts](Context& c) {
       http::Response response = parts.representations.respond(c);

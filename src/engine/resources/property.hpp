@@ -12,6 +12,7 @@
 #include <lrt/base/result.hpp>
 #include <lrt/model/representation.hpp>
 
+#include "src/engine/body_task.hpp"
 #include "src/engine/command_rules.hpp"
 #include "src/engine/deadline_queue.hpp"
 #include "src/engine/property_values.hpp"
@@ -28,6 +29,8 @@ class PropertyResource final : public ValueResource {
 
   Methods methods() const noexcept override;
   Outcome put(Context& context, Parts& parts) override;
+  Outcome patch(Context& context, Parts& parts) override;
+  std::string_view patch_types() const noexcept override { return value_patch_types; }
   Input input(const EngineOptions& options) const override { return input_of(*spec, *spec->type, spec->facets, options); }
   /// @pre published values were taken
   bool is_up_to_date() const noexcept override { return spec->slot && !spec->slot->has_change() && !is_refreshing() && !has_writes(); }
@@ -113,10 +116,15 @@ class PropertyResource final : public ValueResource {
   struct Write {
     Ticket ticket;
     std::shared_ptr<const rdf::Value> value;  ///< shared with the lambda's call
+    std::shared_ptr<const ValuePatch> patch;  ///< that makes the value; nullptr: it is there
+    unsigned attempts = 0;                    ///< to apply the patch, before which the robot published
   };
   /// The result of the write lambda.
   struct Written {
     std::shared_ptr<const void> whole;
+    std::shared_ptr<const rdf::Value> value{};  ///< that the patch has made
+    std::unique_ptr<BodyFault> fault{};         ///< the patch is refused
+    bool is_behind = false;                     ///< a value was published before the patch was applied: nothing was done
   };
 
   bool has_writes() const noexcept { return writes_ && (writes_->writing || !writes_->queue.empty()); }
@@ -126,6 +134,11 @@ class PropertyResource final : public ValueResource {
   void judge_after_refresh(Encodings wanted, Parts& parts);
   void judge_write(Parts& parts, TimePoint now, bool encoded);
   void judge_write(Ticket ticket, Parts& parts, TimePoint now, bool encoded);
+  Outcome enqueue(Context& context, Parts& parts, Write write);
+  void call_write(Ticket ticket, const Context& context, Parts& parts);
+  void call_patch(Ticket ticket, const Context& context, Parts& parts);
+  void patch_in_turn(Ticket ticket, Parts& parts, TimePoint now);
+  void end_turn(Parts& parts, TimePoint now);
   void end_write(Result<Written> written, Refusal refusal, Parts& parts, TimePoint now);
   void respond_to(const Write& write, Result<Written> written, Refusal refusal, Parts& parts, TimePoint now);
   template <class Step>
@@ -136,6 +149,7 @@ class PropertyResource final : public ValueResource {
   struct Writes {
     std::vector<Write> queue;  ///< executed one at a time; the preconditions of each are evaluated when it starts
     bool writing = false;
+    bool has_turn = false;  ///< PropertyValues::take_turn()
     std::shared_ptr<CancelToken> token;
   };
 

@@ -42,6 +42,14 @@ class LRT_API FieldAccess {
   virtual bool same(const void* a, const void* b) const noexcept = 0;
 };
 
+/// What describe() says of one field. It stays where it is as long as its record exists.
+struct FieldDraft {
+  Facets facets;
+  std::shared_ptr<const Value> absent;  ///< FieldType::absent
+  bool loses_absent = false;            ///< the C++ type of the field cannot hold the default that was given
+};
+LRT_API void set_absent(FieldDraft& draft, Value value, bool fits);
+
 /// The fields of a struct, without the struct: all of Record<S> that does not need S.
 /// @par Threads  One thread while fields are added, then any.
 class LRT_API RecordFields {
@@ -56,8 +64,8 @@ class LRT_API RecordFields {
   void set_name(std::string_view name);
   /// Adds a data member.
   /// @param offset  of the member, in bytes from the beginning of the struct
-  Facets& add(FieldName&& name, const MemberOperations& operations, std::ptrdiff_t offset, bool read_only);
-  Facets& add(FieldName&& name, const Type& type, bool runs_user_code, bool read_only, std::unique_ptr<FieldAccess> access);
+  FieldDraft& add(FieldName&& name, const MemberOperations& operations, std::ptrdiff_t offset, bool read_only);
+  FieldDraft& add(FieldName&& name, const Type& type, bool runs_user_code, bool read_only, std::unique_ptr<FieldAccess> access);
   /// To be called when all fields are added.
   void finish();
 
@@ -74,10 +82,11 @@ class LRT_API RecordFields {
     std::unique_ptr<FieldAccess> access;
   };
 
-  Facets& add(FieldName&& name, const Type& type, bool runs_user_code, bool read_only, Member member);
+  FieldDraft& add(FieldName&& name, const Type& type, bool runs_user_code, bool read_only, Member member);
 
   Type type_;
   std::vector<Member> members_;
+  std::vector<std::unique_ptr<FieldDraft>> drafts_;
   bool runs_user_code_ = false;  // a field's traits or its getter do
 };
 
