@@ -66,7 +66,8 @@ std::string_view vary_on(bool prefer, const Audience& audience) noexcept {
 }  // namespace
 
 std::string_view Context::vary() const noexcept {
-  const bool is_command = request_->method == "PUT" || request_->method == "POST";
+  const bool patches_value = request_->method == "PATCH" && resource && resource->patch_types() != update_type;
+  const bool is_command = request_->method == "PUT" || request_->method == "POST" || patches_value;
   return vary_on(resource && (is_command || resource->container()), audience);
 }
 

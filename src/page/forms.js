@@ -39,6 +39,8 @@ function valueModel(g, parts, depth) {
     field.name ||= said && name && said !== name ? `${said} (${name})` : said ?? "";
     field.description ??= g.said(p, sh("description"))?.value;
     field.minValues = Math.max(field.minValues, g.number(p, sh("minCount")) ?? 0);
+    const withUnit = g.id(p, sh("defaultValue"));
+    field.default ??= withUnit ? g.text(withUnit, vom("numericalValue")) : g.text(p, sh("defaultValue"));
     field.maxValues = Math.min(field.maxValues, g.number(p, sh("maxCount")) ?? Infinity);
     for (const w of g.ids(p, rdfs("seeAlso"))) field.words.set(g.text(w, rdf("value")), wordsOf(g, w));
     field.choices ??= [...g.ids(p, sh("in")).map((l) => g.list(l)), ...g.all(p, sh("hasValue")).map((o) => [o])][0];
@@ -71,7 +73,7 @@ function hint(field) {
   const above = field.minExclusive ? "above " : "", below = field.maxExclusive ? "below " : "";
   return [kind === "integer" && "whole number",
     min !== undefined && max !== undefined ? `${above}${bound(min)} to ${below}${bound(max)}` : min !== undefined ? `${above || "at least "}${bound(min)}` : max !== undefined && `${below || "at most "}${bound(max)}`,
-    minValues === 0 && "optional",
+    minValues === 0 && (field.default !== undefined ? `if empty: ${field.default || "an empty text"}` : "optional"),
     kind === "iri" && "an IRI", field.description].filter(Boolean).join(", ");
 }
 const fieldName = (field) => field.name || (UNNAMED.has(field.path) ? "" : humanised(localName(field.path)));

@@ -31,7 +31,7 @@ struct Job {
 };
 
 /// Its initialisers are never used: a field that a client leaves out has the default that describe() declares.
-struct Limits {
+struct Span {
   double low = 90, high = 91;
 };
 struct Tuning {
@@ -42,7 +42,7 @@ struct Tuning {
   bool active = true;
   std::optional<double> offset = 95;
   std::vector<std::int32_t> steps{96};
-  Limits limits;
+  Span limits;
   std::map<std::string, double> extra{{"initialiser", 97}};
 };
 
@@ -72,10 +72,10 @@ struct traits<Job> : Record<Job> {
   }
 };
 template <>
-struct traits<Limits> : Record<Limits> {
+struct traits<Span> : Record<Span> {
   static void describe(Record& r) {
-    r.field("low", &Limits::low).value_if_absent(-1).between(-100, 0);
-    r.field("high", &Limits::high);
+    r.field("low", &Span::low).value_if_absent(-1).between(-100, 0);
+    r.field("high", &Span::high);
   }
 };
 template <>

@@ -57,12 +57,13 @@ def meaning(document):
     value = {**copy.deepcopy(DEFAULTS), **{name: plain(part) for name, part in document.items() if part is not None}}
     if "limits" in document:
         value["limits"] = {**INNER, **value["limits"]}
+    value["extra"] = {name: plain(part) for name, part in value["extra"].items()}
     return value
 
 
 def document(rng):
     names = [name for name in VALUES if name == "limit" or rng.random() < 0.5]
-    return {name: rng.choice(VALUES[name][:4] if rng.random() < 0.93 else VALUES[name]) for name in names}
+    return {name: rng.choice(VALUES[name][:3] if rng.random() < 0.93 else VALUES[name]) for name in names}
 
 
 def patch(rng):
@@ -103,7 +104,8 @@ def by_sparql(rng, robot, value):
     rows = http_request("GET", f"{robot.program.url}machine/tuning", None, {"Accept": "application/n-triples"}).expect(200).body.splitlines()
     old = [row for row in rows if f"#Tuning/{name}> " in row and row.startswith(f"<{robot.program.url}machine/tuning> ")]
     predicate = f"<{robot.program.url}ns/vocabulary#Tuning/{name}>"
-    text = " ; ".join([f"DELETE DATA {{ {old[0]} }}"] * len(old) + [f"INSERT DATA {{ <> {predicate} {number(new)} }}"] * (new is not None))
+    old.append(f"<> {predicate} 123456789.0")  # the value does not have it: no effect
+    text = " ; ".join([f"DELETE DATA {{ {row} }}" for row in old] + [f"INSERT DATA {{ <> {predicate} {number(new)} }}"] * (new is not None))
     wanted = dict(value)
     wanted.pop(name, None)
     if new is not None:
