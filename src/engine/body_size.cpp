@@ -31,7 +31,8 @@ std::size_t size_of(const rdf::Type& type, const rdf::Facets& facets) {
     case rdf::Type::Kind::text: return plus(value_bytes, times(facets.max_length(), code_point_bytes));
     case rdf::Type::Kind::list: return type.longest == unbounded ? unbounded : plus(value_bytes, times(type.longest, size_of(*type.element, facets)));
     case rdf::Type::Kind::optional: return size_of(*type.element, facets);
-    case rdf::Type::Kind::record: {
+    case rdf::Type::Kind::record:
+    case rdf::Type::Kind::variant: {  // the names of all alternatives are short beside the largest: the sum is an upper bound
       std::size_t all = value_bytes;
       for (const rdf::FieldType& field : type.fields)
         all = plus(all, plus(field.predicate.size(), size_of(*field.type, rdf::field_facets(field, facets))));

@@ -43,7 +43,7 @@ void describe_types_of(const Resource& linked, const Description& d) {
 void describe_value_types(About& about, const rdf::Type& type, const std::string& vocabulary) {
   if (type.kind == rdf::Type::Kind::optional) return describe_value_types(about, *type.element, vocabulary);
   if (type.is_number()) about.a(vocab::maths::Scalar);
-  if (type.kind == rdf::Type::Kind::record)
+  if (type.has_fields())
     for (const std::string& c : type.classes) about.a(Iri(std::string_view(rdf::term_iri(c, vocabulary))));
 }
 
@@ -79,7 +79,7 @@ Quantity quantity_of(const rdf::Type& type, const rdf::Facets& facets) {
     is_list = is_list || value->kind == Kind::list;
     value = value->element;
   }
-  return {value->kind == Kind::record ? rdf::node_unit(*value, facets) : facets.unit(), value->datatype,
+  return {value->has_fields() ? rdf::node_unit(*value, facets) : facets.unit(), value->datatype,
           is_list ? vocab::lrt_::elementType : vocab::lrt_::datatype};
 }
 

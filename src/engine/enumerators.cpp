@@ -6,33 +6,36 @@
 namespace lrt::engine {
 namespace {
 
-using Kind = rdf::Type::Kind;
+using TypeKind = rdf::Type::Kind;
 
-bool has_enumeration(const rdf::Type& type) {
-  if (type.kind == Kind::enumeration) return true;
-  if (type.element) return has_enumeration(*type.element);
-  return std::any_of(type.fields.begin(), type.fields.end(), [](const rdf::FieldType& field) { return has_enumeration(*field.type); });
+/// Whether there are values of the C++ type that have no representation.
+bool may_have_fault(const rdf::Type& type) {
+  if (type.kind == TypeKind::enumeration || type.kind == TypeKind::variant) return true;
+  if (type.element) return may_have_fault(*type.element);
+  return std::any_of(type.fields.begin(), type.fields.end(), [](const rdf::FieldType& field) { return may_have_fault(*field.type); });
 }
 
-bool finds_nameless(const rdf::Type& type, const rdf::Value& value) {
-  if (type.kind == Kind::optional) return finds_nameless(*type.element, value);
-  if (type.kind == Kind::enumeration) return value.text() && value.text()->empty();
+std::string_view find_fault(const rdf::Type& type, const rdf::Value& value) {
+  constexpr std::string_view nameless = "an enumerator in the value has no name; give it one in the traits of its enum";
+  constexpr std::string_view valueless = "a variant in the value has no alternative: it is valueless by an exception";
+  if (type.kind == TypeKind::optional) return find_fault(*type.element, value);
+  if (type.kind == TypeKind::enumeration) return value.text() && value.text()->empty() ? nameless : std::string_view();
   const rdf::Value::Sequence* const members = value.sequence();
-  if (!members) return false;
-  if (type.kind == Kind::list) {
-    const auto in_member = [&](const rdf::Value& member) { return finds_nameless(*type.element, member); };
-    return has_enumeration(*type.element) && std::any_of(members->begin(), members->end(), in_member);
+  if (!members) return {};
+  if (type.kind == TypeKind::list || type.kind == TypeKind::map) {
+    if (!may_have_fault(*type.element)) return {};
+    for (const rdf::Value& member : *members) {
+      const rdf::Value::Sequence* const pair = type.kind == TypeKind::map ? member.sequence() : nullptr;
+      const rdf::Value& inner = pair && pair->size() == 2 ? pair->back() : member;
+      if (const std::string_view fault = find_fault(*type.element, inner); !fault.empty()) return fault;
+    }
+    return {};
   }
-  if (type.kind == Kind::map) {
-    const auto in_member = [&](const rdf::Value& member) {
-      const rdf::Value::Sequence* const pair = member.sequence();
-      return pair && pair->size() == 2 && finds_nameless(*type.element, pair->back());
-    };
-    return has_enumeration(*type.element) && std::any_of(members->begin(), members->end(), in_member);
-  }
+  const auto is_null = [](const rdf::Value& member) { return member.is_null(); };
+  if (type.kind == TypeKind::variant && std::all_of(members->begin(), members->end(), is_null)) return valueless;
   for (std::size_t i = 0; i < std::min(members->size(), type.fields.size()); ++i)
-    if (finds_nameless(*type.fields[i].type, (*members)[i])) return true;
-  return false;
+    if (const std::string_view fault = find_fault(*type.fields[i].type, (*members)[i]); !fault.empty()) return fault;
+  return {};
 }
 
 }  // namespace
@@ -41,13 +44,16 @@ std::string fault_of_names(const rdf::Type& type) {
   if (!type.fault.empty()) return type.fault;
   if (type.element) return fault_of_names(*type.element);
   for (const rdf::FieldType& field : type.fields) {
-    if (const std::string fault = fault_of_names(*field.type); !fault.empty()) return "field \"" + field.name + "\": " + fault;
-    if (field.absent && has_nameless(*field.type, *field.absent))
+    if (const std::string fault = fault_of_names(*field.type); !fault.empty())
+      return (type.kind == TypeKind::variant ? "alternative \"" : "field \"") + field.name + "\": " + fault;
+    if (field.absent && !fault_of_value(*field.type, *field.absent).empty())
       return "field \"" + field.name + "\": value_if_absent(): the enumerator has no name";
   }
   return {};
 }
 
-bool has_nameless(const rdf::Type& type, const rdf::Value& value) { return has_enumeration(type) && finds_nameless(type, value); }
+std::string_view fault_of_value(const rdf::Type& type, const rdf::Value& value) {
+  return may_have_fault(type) ? find_fault(type, value) : std::string_view();
+}
 
 }  // namespace lrt::engine

@@ -2,15 +2,17 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include <lrt/rdf/type.hpp>
 #include <lrt/rdf/value.hpp>
 
 namespace lrt::engine {
 
-/// What is wrong with the enumerations and the defaults in a type, as a sentence; empty: nothing.
+/// What is wrong with the names and the defaults in a type, as a sentence; empty: nothing.
 std::string fault_of_names(const rdf::Type& type);
-/// Whether an enumerator without a name is in a value of the type. It is an empty text there.
-bool has_nameless(const rdf::Type& type, const rdf::Value& value);
+/// What makes a value of the type one that has no representation, as a sentence; empty: nothing. An enumerator without a name is an empty text
+/// in it, a variant that is valueless by an exception has no alternative.
+std::string_view fault_of_value(const rdf::Type& type, const rdf::Value& value);
 
 }  // namespace lrt::engine

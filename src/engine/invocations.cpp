@@ -225,8 +225,9 @@ void Invocations::respond_to(const std::vector<WaitingRequest>& requests, TimePo
 
 void Invocations::finished(InvocationResource& invocation, Result<rdf::Value> result, TimePoint now) {
   if (invocation.finished() || invocation.is_concluding) return;
-  if (result && invocation.action.spec->output && has_nameless(*invocation.action.spec->output, *result))
-    result = unexpected(Errc::failed, "an enumerator in the output has no name; give it one in the traits of its enum");
+  if (result && invocation.action.spec->output)
+    if (const std::string_view fault = fault_of_value(*invocation.action.spec->output, *result); !fault.empty())
+      result = unexpected(Errc::failed, "output: " + std::string(fault));
   invocation.result = std::move(result);
   if (!invocation.result || !invocation.action.spec->releases || !stops_) return conclude(invocation, now);
   invocation.is_concluding = true;

@@ -14,8 +14,6 @@ namespace lrt::engine {
 
 namespace {
 
-constexpr std::string_view nameless = "an enumerator in the value has no name; give it one in the traits of its enum";
-
 /// An estimate of the memory that a value owns.
 std::size_t bytes_of(const rdf::Value& value) {
   if (const std::string* text = value.text()) return text->size() + sizeof(std::string);
@@ -247,7 +245,9 @@ void PropertyValues::read(PropertyResource& property) {
 
 void PropertyValues::was_read(PropertyResource& property, Result<model::Reading> reading, TimePoint now) {
   PropertyRefresh& state = *property.refresh_state;
-  if (reading && has_nameless(*property.spec->type, reading->value)) reading = unexpected(Errc::failed, std::string(nameless));
+  if (reading)
+    if (const std::string_view fault = fault_of_value(*property.spec->type, reading->value); !fault.empty())
+      reading = unexpected(Errc::failed, std::string(fault));
   if (reading) {
     if (std::exchange(state.failing, false)) property.mark_readability_changed();
     const std::vector<std::size_t> encoders = wanted_encoders(property);
@@ -370,9 +370,9 @@ void PropertyValues::take_turn(PropertyResource& property, UniqueFunction<void(T
 void PropertyValues::set(PropertyResource& property, Sample sample) {
   property.mark_changing();
   property.count(sample.number);
-  if (has_nameless(*property.spec->type, sample.value)) {  // it was published
+  if (const std::string_view fault = fault_of_value(*property.spec->type, sample.value); !fault.empty()) {  // it was published
     if (options_.log && !std::exchange(property.nameless, true))
-      options_.log(LogLevel::error, "property \"" + property.path + "\" has no value: " + std::string(nameless));
+      options_.log(LogLevel::error, "property \"" + property.path + "\" has no value: " + std::string(fault));
     sample.value = {};
     sample.whole = nullptr;
     sample.encodings.clear();

@@ -52,7 +52,8 @@ std::optional<Queries::Instant> due_of(const StandingQuery& query) {
 bool has_varying_predicates(const rdf::Type& type) {
   switch (type.kind) {
     case rdf::Type::Kind::optional:
-    case rdf::Type::Kind::map: return true;
+    case rdf::Type::Kind::map:
+    case rdf::Type::Kind::variant: return true;
     case rdf::Type::Kind::list: return type.shortest != type.longest || has_varying_predicates(*type.element);
     case rdf::Type::Kind::record:
       return std::any_of(type.fields.begin(), type.fields.end(), [](const rdf::FieldType& field) { return has_varying_predicates(*field.type); });

@@ -30,7 +30,7 @@ constexpr std::string_view of_things = "Thing";
 void collect(const rdf::Type* type, std::vector<const rdf::Type*>& found) {
   if (!type) return;
   if (type->element) return collect(type->element, found);
-  if (type->kind != Kind::record || std::find(found.begin(), found.end(), type) != found.end()) return;
+  if (!type->has_fields() || std::find(found.begin(), found.end(), type) != found.end()) return;
   found.push_back(type);
   for (const rdf::FieldType& field : type->fields) collect(field.type, found);
 }
@@ -91,6 +91,7 @@ void describe_range(About& term, const rdf::FieldType& field, const std::string&
     case Kind::list:
     case Kind::map: range(vocab::rdf_::List); break;
     case Kind::record:
+    case Kind::variant:
       if (const std::string its_class = rdf::target_class(*type, vocabulary); !its_class.empty()) term.link(vocab::rdfs::range, its_class);
       break;
     default: range(type->is_number() && !field.facets.unit().empty() ? vocab::maths::Scalar : type->datatype);

@@ -14,6 +14,7 @@
 
 #include "src/base/quote.hpp"
 #include "src/base/utf8.hpp"
+#include "src/rdf/exactly_one.hpp"
 #include "src/rdf/json_parse.hpp"
 #include "src/rdf/n_triples.hpp"
 #include "src/rdf/limits.hpp"
@@ -34,7 +35,7 @@ const Type& without_optional(const Type& type) noexcept { return type.kind == Ki
 /// Whether {"value": ..., "unit": ...} would be read as the record itself.
 bool has_value_member(const Type& type) {
   if (type.kind == Kind::map) return true;  // its names are free
-  if (type.kind != Kind::record) return false;
+  if (!type.has_fields()) return false;
   const std::vector<std::string> names = member_names(type);
   return std::find(names.begin(), names.end(), "value") != names.end();
 }
@@ -65,7 +66,8 @@ class JsonWriter {
   void bare(const Type& type, const Facets& facets, const Value& value) {
     switch (type.kind) {
       case Kind::list: return list(type, facets, value);
-      case Kind::record: return record(type, facets, value);
+      case Kind::record:
+      case Kind::variant: return record(type, facets, value);
       case Kind::map: return map(type, facets, value);
       case Kind::boolean:
       case Kind::integer: out_ += lexical_form(type, value); return;
@@ -170,7 +172,8 @@ class CborWriter {
           for (const Value& member : *value.sequence())
             if (!member.is_null()) write(*type.element, member);
         return;
-      case Kind::record: {
+      case Kind::record:
+      case Kind::variant: {
         const std::vector<std::string> names = member_names(type);
         head(5, count_of(value));
         for (std::size_t i = 0; value.sequence() && i < value.sequence()->size() && i < names.size(); ++i) {
@@ -344,9 +347,11 @@ class DocumentReader {
     if (kind(id) == Json::null) return;
     switch (type.kind) {
       case Kind::record:
+      case Kind::variant:
         if (kind(id) != Json::object) refuse(id, "expected an object");
-        if (!record(focus, type, facets, id) && outer.kind == Kind::optional) triples_.present(focus);
-        return;
+        if (record(focus, type, facets, id) || outer.kind != Kind::optional) return;
+        if (type.kind == Kind::variant) throw Refused{{document_.pointer(id), exactly_one_of(member_names(type), {})}};
+        return triples_.present(focus);
       case Kind::integer:
       case Kind::real: return triples_.number(focus, scalar(type, id), facets.unit());
       default: {
@@ -384,6 +389,7 @@ class DocumentReader {
       case Kind::real: return "expected a number, or {\"value\": ..., \"unit\": ...}";
       case Kind::list: return "expected an array";
       case Kind::record:
+      case Kind::variant:
       case Kind::map: return "expected an object";
       default: return "expected a text";
     }
@@ -398,7 +404,7 @@ class DocumentReader {
     Id unit = Document::none;
     for (const Id member : json::Children(document_, id)) {
       if (document_.key(member) == "unit") unit = member;
-      else if (member != value && type.kind == Kind::record) return id;
+      else if (member != value && type.has_fields()) return id;
       else if (member != value) refuse(member, "expected nothing beside \"value\" and \"unit\"");
     }
     if (unit == Document::none) return value;
@@ -449,7 +455,7 @@ class DocumentReader {
   }
 
   TermId bare(const Type& type, const Facets& facets, Id id) {
-    if (type.kind == Kind::record && kind(id) == Json::object) {
+    if (type.has_fields() && kind(id) == Json::object) {
       const TermId node = triples_.node();
       record(node, type, facets, id);
       return node;
@@ -505,7 +511,7 @@ class DocumentReader {
         return typed(fits ? type.datatype : vocab::xsd::string);
       }
       case Json::array: {
-        if (type.kind == Kind::record || type.kind == Kind::map) refuse(id, expected(type));
+        if (type.has_fields() || type.kind == Kind::map) refuse(id, expected(type));
         std::vector<TermId> members;
         for (const Id member : json::Children(document_, id)) members.push_back(scalar(type, member));
         return graph_.add_list(members);
@@ -595,7 +601,7 @@ std::vector<std::string> member_names(const Type& record) {
 bool carries_unit(const Type& type, const Facets& facets) noexcept {
   if (facets.unit().empty()) return false;
   if (type.kind == Kind::list || type.kind == Kind::optional) return carries_unit(*type.element, facets);
-  return type.is_number() || (type.kind == Kind::record && !node_unit(type, facets).empty());
+  return type.is_number() || (type.has_fields() && !node_unit(type, facets).empty());
 }
 
 std::string_view unit_code(const Unit& unit) noexcept {
@@ -682,7 +688,7 @@ Result<std::string> write_plain(const Type& type, const Facets& facets, const Va
     case Plain::text: {
       if (value.is_null()) return std::string();
       const Type& inner = without_optional(type);
-      if (inner.kind == Kind::list || inner.kind == Kind::record || inner.kind == Kind::map) return json_of(inner, facets, value, false);
+      if (inner.kind == Kind::list || inner.has_fields() || inner.kind == Kind::map) return json_of(inner, facets, value, false);
       std::string text = lexical_form(inner, value);
       // A reader takes U+FEFF at the beginning for a byte order mark.
       if (utf8::without_mark(text).size() != text.size()) text.insert(0, utf8::byte_order_mark);
@@ -705,9 +711,9 @@ Result<std::string> write_plain(const Type& type, const Facets& facets, const Va
 
 Result<void> read_plain(std::string_view body, Plain format, const Type& type, const Facets& facets, std::string_view vocabulary,
                         std::size_t max_values, Graph& graph, TermId focus, Mismatch* mismatch) {
-  const Kind kind = without_optional(type).kind;
+  const Type& inner = without_optional(type);
   if (format == Plain::text && type.kind == Kind::optional && body.empty()) return {};
-  if (format == Plain::text && kind != Kind::list && kind != Kind::record && kind != Kind::map)
+  if (format == Plain::text && inner.kind != Kind::list && !inner.has_fields() && inner.kind != Kind::map)
     return read_text(body, type, facets, vocabulary, graph, focus);
   if (format == Plain::octets) {
     const Result<Value> value = read_octets(body, type, max_values);

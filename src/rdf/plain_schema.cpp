@@ -39,6 +39,7 @@ class SchemaWriter {
       case Kind::list: name("array"), items(type, facets); break;
       case Kind::record: name("object"), fields(type, facets); break;
       case Kind::map: name("object"), values(type, facets); break;
+      case Kind::variant: name("object"), alternatives(type, facets); break;
       case Kind::optional: break;
     }
     if (says_unit && type.kind != Kind::map && carries_unit(type, facets)) {
@@ -121,6 +122,25 @@ class SchemaWriter {
   void values(const Type& type, const Facets& facets) {
     key("additionalProperties");
     write(*type.element, facets, true);
+  }
+
+  /// An object with one member, for each alternative.
+  void alternatives(const Type& type, const Facets& facets) {
+    const bool nullable = nullable_;
+    const std::vector<std::string> all = member_names(type);
+    key("oneOf");
+    char before = '[';
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const FieldType& field = type.fields[i];
+      std::string name;
+      append_quoted(name, all[i]);
+      out_ += before;
+      before = ',';
+      out_ += "{\"type\":\"object\",\"properties\":{" + name + ':';
+      write(*field.type, field_facets(field, facets), true, &field.facets);
+      out_ += "},\"required\":[" + name + "],\"additionalProperties\":false}";
+    }
+    out_ += nullable ? ",{\"type\":\"null\"}]" : "]";
   }
 
   void fields(const Type& type, const Facets& facets) {

@@ -7,6 +7,7 @@
 #include <lrt/rdf/value_codec.hpp>
 
 #include "src/base/utf8.hpp"
+#include "src/rdf/record_terms.hpp"
 
 namespace lrt::rdf {
 inline namespace v0 {
@@ -27,7 +28,8 @@ namespace {
 const void* at(const void* record, std::ptrdiff_t offset) noexcept { return static_cast<const char*>(record) + offset; }
 void* at(void* record, std::ptrdiff_t offset) noexcept { return static_cast<char*>(record) + offset; }
 
-/// The name with '-' for each run of characters that a term does not have: "LimitsOf-true".
+}  // namespace
+
 std::string term_name(std::string_view name) {
   std::string out;
   for (const char c : name) {
@@ -39,7 +41,6 @@ std::string term_name(std::string_view name) {
   return out;
 }
 
-/// Puts "#name" predicates below the type's name, and gives a record without classes its own.
 void place_terms(Type& record) {
   bool own = record.classes.empty();
   for (FieldType& field : record.fields) {
@@ -52,7 +53,7 @@ void place_terms(Type& record) {
 }
 
 /// What is wrong with the default of a field, as a sentence; empty: nothing.
-std::string fault_of_default(const FieldType& field, bool loses) {
+static std::string fault_of_default(const FieldType& field, bool loses) {
   if (loses) return "value_if_absent(): the C++ type of the field cannot hold this value";
   if (field.read_only) return "value_if_absent(): clients cannot send a read-only field";
   if (field.type->kind == Type::Kind::optional)
@@ -60,8 +61,6 @@ std::string fault_of_default(const FieldType& field, bool loses) {
   if (!within(*field.type, field.facets, *field.absent)) return "value_if_absent(): this value is outside of the bounds of the field";
   return {};
 }
-
-}  // namespace
 
 std::string_view short_type_name(std::string_view text) noexcept {
 #ifdef _MSC_VER

@@ -15,6 +15,7 @@
 
 #include "src/base/ascii.hpp"
 #include "src/base/utf8.hpp"
+#include "src/rdf/exactly_one.hpp"
 #include "src/rdf/json_parse.hpp"
 #include "src/rdf/named_cells.hpp"
 #include "src/rdf/plain_names.hpp"
@@ -62,7 +63,8 @@ class Writer {
         at(focus, *type.element, facets, value);
         if (type.element->kind == Kind::record && is_empty(value)) triples_.present(focus);
         return;
-      case Kind::record: return record(focus, type, facets, value);
+      case Kind::record:
+      case Kind::variant: return record(focus, type, facets, value);
       case Kind::integer:
       case Kind::real: return triples_.number(focus, literal_of(type, value), facets.unit());
       default: {
@@ -108,7 +110,8 @@ class Writer {
 TermId Writer::object(const Type& type, const Facets& facets, const Value& value) {
   switch (type.kind) {
     case Kind::optional: return object(*type.element, facets, value);
-    case Kind::record: {
+    case Kind::record:
+    case Kind::variant: {
       const TermId node = triples_.node();
       record(node, type, facets, value);
       return node;
@@ -152,7 +155,8 @@ class Completion {
       case Kind::optional:
         if (is_present(focus, *type.element)) at(focus, *type.element, facets);
         return;
-      case Kind::record: return record(focus, type, facets);
+      case Kind::record:
+      case Kind::variant: return record(focus, type, facets);
       case Kind::integer:
       case Kind::real: return number(focus, type, facets);
       default: return each(focus, vocab::rdf_::value.text, type, facets);
@@ -199,7 +203,7 @@ class Completion {
   bool is_present(TermId focus, const Type& type) const {
     if (type.kind == Kind::optional) return is_present(focus, *type.element);
     if (type.is_number()) return has(focus, vocab::vom::numericalValue.text);
-    if (type.kind != Kind::record) return has(focus, vocab::rdf_::value.text);
+    if (!type.has_fields()) return has(focus, vocab::rdf_::value.text);
     if (!type.value_predicate.empty() && has(focus, type.value_predicate)) return true;
     for (const FieldType& field : type.fields)
       if (has(focus, term_iri(field.predicate, vocabulary_))) return true;
@@ -250,7 +254,7 @@ class Completion {
     if (depth_ >= deepest) return;
     ++depth_;
     if (type.is_number() && !facets.unit().empty()) number(t.object, type, facets);
-    else if (type.kind == Kind::record) record(t.object, type, facets);
+    else if (type.has_fields()) record(t.object, type, facets);
     else if (type.kind == Kind::list) cells(t.object, [&](const Triple& member) { object(member, *type.element, facets); });
     else if (type.kind == Kind::map)
       cells(t.object, [&](const Triple& member) { each(member.object, vocab::schema::value.text, *type.element, facets); });
@@ -393,7 +397,8 @@ std::string expected_of(const Type& type, const Facets& facets) {
     case Kind::instant: return "an instant with time zone (xsd:dateTime)";
     case Kind::list: return "an RDF list";
     case Kind::map: return "an RDF list of nodes with schema:name and schema:value";
-    case Kind::record: return "a node";
+    case Kind::record:
+    case Kind::variant: return "a node";
     case Kind::optional: return expected_of(*type.element, facets);
   }
   return {};
@@ -427,12 +432,13 @@ class ValueReader {
     switch (type.kind) {
       case Kind::optional: {
         const Type& inner = *type.element;
-        if (inner.kind == Kind::record && !has_record(focus, inner) && !keeps_all()) return Value();
+        if (inner.has_fields() && !has_record(focus, inner) && !keeps_all()) return Value();
         const Iri carrier = inner.is_number() ? vocab::vom::numericalValue : vocab::rdf_::value;
-        if (inner.kind != Kind::record && !graph_.object(graph_.term(focus), carrier)) return Value();
+        if (!inner.has_fields() && !graph_.object(graph_.term(focus), carrier)) return Value();
         return at(focus, inner, facets);
       }
-      case Kind::record: return record(focus, type, facets);
+      case Kind::record:
+      case Kind::variant: return record(focus, type, facets);
       case Kind::integer:
       case Kind::real: return number(focus, type, facets);
       default: return only({focus, vocab::rdf_::value.text}, type, facets);
@@ -490,6 +496,7 @@ class ValueReader {
     if (!type.value_predicate.empty() && !values(focus, type.value_predicate).empty()) return true;
     for (const FieldType& field : type.fields)
       if (!values(focus, term_iri(field.predicate, vocabulary_)).empty()) return true;
+    if (type.kind == Kind::variant) return false;
     for (const TermId type_of_it : values(focus, vocab::rdf_::type.text))
       if (graph_.term(type_of_it) == TermView(vocab::rdfs::Resource)) return true;
     return false;
@@ -564,7 +571,22 @@ class ValueReader {
     return value;
   }
 
+  /// The fields that are present, of a variant.
+  Value alternatives(TermId node, const Type& type, const Facets& facets) {
+    Value::Sequence members(type.fields.size());
+    std::vector<std::string> names, found;
+    for (std::size_t i = 0; i < type.fields.size(); ++i) {
+      const FieldType& field = type.fields[i];
+      names.push_back(field.name);
+      if (values(node, term_iri(field.predicate, vocabulary_)).empty()) continue;
+      found.push_back(field.name);
+      members[i] = only({node, field.predicate, {}, &type, i}, *field.type, field_facets(field, facets));
+    }
+    return found.size() == 1 ? Value(std::move(members)) : fail(exactly_one_of(names, found));
+  }
+
   Value fields(TermId node, const Type& type, const Facets& facets) {
+    if (type.kind == Kind::variant) return alternatives(node, type, facets);
     Value::Sequence members;
     members.reserve(type.fields.size());
     for (std::size_t i = 0; i < type.fields.size(); ++i) {
@@ -584,6 +606,7 @@ class ValueReader {
     const TermView term = graph_.term(id);
     switch (type.kind) {
       case Kind::record:
+      case Kind::variant:
         if (term.is_literal()) return fail("expected a node, found " + shown(term));
         return record(id, type, facets);
       case Kind::list: {
@@ -862,6 +885,16 @@ bool within(const Type& type, const Facets& facets, const Value& value) noexcept
       for (std::size_t i = 0; i < type.fields.size(); ++i)
         if (!within(*type.fields[i].type, type.fields[i].facets, (*value.sequence())[i])) return false;
       return true;
+    case Kind::variant: {
+      if (!value.sequence() || value.sequence()->size() != type.fields.size()) return false;
+      std::size_t present = 0;
+      for (std::size_t i = 0; i < type.fields.size(); ++i) {
+        const Value& member = (*value.sequence())[i];
+        if (member.is_null()) continue;
+        if (++present > 1 || !within(*type.fields[i].type, field_facets(type.fields[i], facets), member)) return false;
+      }
+      return present == 1;
+    }
     default: return !value.is_null();
   }
 }

@@ -41,7 +41,7 @@ class Deriver {
     const auto none = [&](Iri predicate) { count(property(shape, predicate), sh::maxCount, 0); };
     if (type.kind == Kind::optional) return absence(shape, *type.element);
     if (type.is_number()) return none(vocab::vom::numericalValue);
-    if (type.kind != Kind::record) return none(vocab::rdf_::value);
+    if (!type.has_fields()) return none(vocab::rdf_::value);
     if (!type.value_predicate.empty()) return none(Iri(std::string_view(type.value_predicate)));
     for (const rdf::FieldType& field : type.fields) none(Iri(std::string_view(rdf::term_iri(field.predicate, vocabulary_))));
   }
@@ -51,6 +51,7 @@ class Deriver {
     switch (type.kind) {
       case Kind::optional: return focus(shape, *type.element, facets, false);
       case Kind::record: return required ? record(shape, type, facets) : absent_or_record(shape, type, facets);
+      case Kind::variant: record(shape, type, facets, required); return exactly_one(shape, type, required);
       case Kind::integer:
       case Kind::real:
         if (required || facets.unit().empty()) return number_node(shape, type, facets, required);
@@ -146,7 +147,7 @@ class Deriver {
       if (!field.name.empty() && (input_ || predicate.compare(local, std::string::npos, field.name) != 0)) add(p, sh::name, rdf::literal(field.name));
       if (field.facets.has_words()) words(p, sh::name, sh::description, field.facets.words());
       const bool has_default = input_ && field.absent;
-      value(p, *field.type, rdf::field_facets(field, facets), !has_default);
+      value(p, *field.type, rdf::field_facets(field, facets), type.kind == Kind::record && !has_default);
       if (has_default) default_value(p, field, rdf::field_facets(field, facets));
     }
     if (const Unit unit = rdf::node_unit(type, facets); !unit.empty()) units(shape, unit);
@@ -157,6 +158,24 @@ class Deriver {
     count(p, sh::minCount, 0);
     const std::string name = name_.empty() ? std::string() : name_ + "." + std::to_string(++nodes_);
     add(p, sh::defaultValue, rdf::write_object(graph_, name, *field.type, facets, *field.absent, vocabulary_));
+  }
+
+  /// An alternative is what its predicate is there for. What its values are is said beside it, so that a report says what is wrong within one.
+  /// @param required  false: there may be none
+  void exactly_one(TermId shape, const Type& type, bool required) {
+    std::vector<TermId> shapes;
+    const auto with = [&](TermId in, const rdf::FieldType& field, Iri which, std::size_t n) {
+      count(property(in, Iri(std::string_view(rdf::term_iri(field.predicate, vocabulary_)))), which, n);
+    };
+    for (const rdf::FieldType& field : type.fields) {
+      shapes.push_back(node());
+      with(shapes.back(), field, sh::minCount, 1);
+    }
+    if (!required) {
+      shapes.push_back(node());
+      for (const rdf::FieldType& field : type.fields) with(shapes.back(), field, sh::maxCount, 0);
+    }
+    add(shape, sh::xone, list(shapes));
   }
 
   // ---- words
@@ -193,6 +212,10 @@ class Deriver {
       case Kind::record:
         if (type.classes.empty()) add(shape, sh::nodeKind, TermId(graph_.intern(sh::BlankNodeOrIRI)));
         return record(shape, type, facets);
+      case Kind::variant:
+        if (type.classes.empty()) add(shape, sh::nodeKind, TermId(graph_.intern(sh::BlankNodeOrIRI)));
+        record(shape, type, facets);
+        return exactly_one(shape, type, true);
       case Kind::list: return members(shape, type, facets);
       case Kind::map: return map(shape, type, facets);
       case Kind::integer:

@@ -140,7 +140,8 @@ std::string expectation(const Plan& plan, rdf::TermId shape) {
     if (is(graph, object(graph, part, sh::path), vocab::vom::numericalValue)) return expectation(plan, part);
     if (const auto name = name_of(graph, part)) names += (names.empty() ? " with " : ", ") + shown(graph.term(*name));
   }
-  return names.empty() ? names : "an object" + names;
+  if (names.empty()) return names;
+  return (object(graph, shape, sh::xone) ? "an object with exactly one member," : "an object") + names;
 }
 
 std::string for_name(const Plan& plan, rdf::TermId shape) {
@@ -158,6 +159,21 @@ std::string list_violation(const Run& run, const Scene& scene) {
                             : cells == 1 ? shown_value(run.term(run.node(scene.begin)))
                                          : "a list that does not end";
   return "expected " + words_for_list(graph, scene.shape.id) + ", found " + found;
+}
+
+std::optional<std::string> required_predicate(const Plan& plan, rdf::TermId owner, rdf::TermId shape) {
+  const rdf::Graph& graph = plan.graph;
+  const std::vector<rdf::TermId> parts = objects(graph, shape, sh::property);
+  if (parts.empty()) return std::nullopt;
+  const auto are_absent = [&](rdf::TermId part) { return count_of(graph, part, sh::maxCount) == 0U; };
+  if (std::all_of(parts.begin(), parts.end(), are_absent)) return std::string();
+  const auto path = object(graph, parts.front(), sh::path);
+  if (parts.size() != 1 || !path || !graph.term(*path).is_iri() || count_of(graph, parts.front(), sh::minCount).value_or(0) == 0) return std::nullopt;
+  for (const rdf::TermId part : objects(graph, owner, sh::property))
+    if (object(graph, part, sh::path) == path)
+      if (const auto name = name_of(graph, part)) return std::string(graph.term(*name).text);
+  const std::string_view iri = graph.term(*path).text;
+  return std::string(iri.substr(iri.find_last_of("#/") + 1));
 }
 
 std::string shown_shape(const Plan& plan, std::uint32_t shape) {

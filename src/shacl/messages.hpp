@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include <lrt/rdf/graph.hpp>
 #include <lrt/rdf/term.hpp>
@@ -35,6 +37,10 @@ std::string for_name(const Plan& plan, rdf::TermId shape);
 
 /// A violation of a shape on the cells of an RDF list (path rdf:rest*): what was expected and found. Empty: the shape has another path.
 std::string list_violation(const Run& run, const Scene& scene);
+
+/// What a shape is about that says nothing but that a predicate is there: its name in `owner`, the shape that it is part of, or the end of its
+/// IRI. Empty: that predicates are not there. nullopt: it says more.
+std::optional<std::string> required_predicate(const Plan& plan, rdf::TermId owner, rdf::TermId shape);
 
 /// A shape for a message: its IRI, its name or a description.
 std::string shown_shape(const Plan& plan, std::uint32_t shape);

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// expect: a std::variant has no rdf::traits
+// expect: two alternatives of this std::variant have the same type
 #include <lrt/thing.hpp>
 
 #include <variant>
 
 void describe(lrt::Thing& thing) {
 #ifdef LRT_MUST_FAIL
-  thing.property("angle", [] { return std::variant<int, double>(); });
+  thing.property("angle", [] { return std::variant<double, double>(std::in_place_index<0>, 1); });
 #else
-  thing.property("angle", [] { return std::optional<double>(); });
+  thing.property("angle", [] { return std::variant<double, bool>(1.0); });
 #endif
 }

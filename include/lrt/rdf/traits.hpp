@@ -17,7 +17,6 @@
 #include <type_traits>
 #include <unordered_map>
 #include <utility>
-#include <variant>
 #include <vector>
 
 #include <lrt/base/abi.hpp>
@@ -71,12 +70,6 @@ template <class... T>
 auto a_c_array() {
   static_assert(always_false<T...>,
                 "lrt: a C array has rdf::traits only as the data member of a Record; write std::array or std::vector, for char[N] std::string");
-}
-template <class... T>
-auto a_variant() {
-  static_assert(always_false<T...>,
-                "lrt: a std::variant has no rdf::traits, because a number in JSON does not say which alternative it is; write a struct with one "
-                "std::optional field for each alternative");
 }
 template <class... T>
 auto a_map_without_names() {
@@ -139,8 +132,8 @@ Result<Duration> duration_of(std::int64_t nanoseconds, bool is_instant) {
 /// Converts a C++ type to and from RDF and every other representation.
 ///
 /// lrt has specialisations for bool, integers, float, double, std::string, durations, system_clock time points, for
-/// std::array, std::vector and std::optional of these, and for std::map and std::unordered_map from std::string to
-/// these; lrt/eigen.hpp has those for Eigen. For your own structs and enums derive a specialisation from Record or
+/// std::array, std::vector, std::optional and std::variant of these, and for std::map and std::unordered_map from
+/// std::string to these; lrt/eigen.hpp has those for Eigen. For your own structs and enums derive a specialisation from Record or
 /// Enumeration. For another type without traits a static_assert says what to write.
 ///
 /// Every specialisation has four static members:
@@ -188,10 +181,6 @@ struct traits<std::shared_ptr<T>> : detail::NoTraits<std::shared_ptr<T>> {
 template <class T, std::size_t N>
 struct traits<T[N]> : detail::NoTraits<T[N]> {
   using Sentence = decltype(detail::a_c_array<T>());
-};
-template <class... T>
-struct traits<std::variant<T...>> : detail::NoTraits<std::variant<T...>> {
-  using Sentence = decltype(detail::a_variant<T...>());
 };
 template <class T>
 struct traits<Result<T>> : detail::NoTraits<Result<T>> {
@@ -1022,3 +1011,5 @@ bool runs_user_code() noexcept {
 
 }  // namespace v0
 }  // namespace lrt::rdf
+
+#include <lrt/rdf/variant.hpp>  // has traits of std::variant

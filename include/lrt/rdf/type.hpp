@@ -120,10 +120,10 @@ struct FieldType {
 /// Describes the values of a C++ type for every representation. Made by rdf::traits<T>::type().
 struct Type {
   /// Which C++ types it describes: see rdf::traits.
-  enum class Kind : std::uint8_t { boolean, integer, real, text, enumeration, duration, instant, list, optional, record, map };
+  enum class Kind : std::uint8_t { boolean, integer, real, text, enumeration, duration, instant, list, optional, record, map, variant };
 
   Kind kind = Kind::text;                                         ///< which of the members below have a meaning
-  Iri datatype;                                                   ///< of the literal; empty for list, optional, record and map
+  Iri datatype;                                                   ///< of the literal; empty for list, optional, record, map and variant
   std::int64_t lowest = 0;                                        ///< integer: smallest value of the C++ type
   std::uint64_t highest = 0;                                      ///< integer: largest value of the C++ type
   bool single = false;                                            ///< real: float, not double
@@ -132,15 +132,17 @@ struct Type {
   const Type* element = nullptr;                                  ///< list, optional, map: type of the members or of the value
   std::size_t shortest = 0;                                       ///< list: minimum number of members
   std::size_t longest = std::numeric_limits<std::size_t>::max();  ///< list: maximum number of members
-  std::string name;                                               ///< record: name of the C++ type, "PidGains"; empty: it has no terms of its own
-  std::vector<std::string> classes;        ///< record: its rdf:types, terms: absolute IRIs, or "#Type" of the server's vocabulary
-  std::vector<FieldType> fields;           ///< record: its fields in order
+  std::string name;                        ///< record, variant: name of the C++ type, "PidGains"; empty: it has no terms of its own
+  std::vector<std::string> classes;        ///< record, variant: its rdf:types, terms: absolute IRIs, or "#Type" of the server's vocabulary
+  std::vector<FieldType> fields;           ///< record: its fields in order; variant: its alternatives in order, a value has exactly one
   std::string value_predicate;             ///< record: from its node to a node that has its fields; empty: the fields are at its own node
   std::vector<std::string> value_classes;  ///< record with a value_predicate: rdf:types of that node
   Iri quantity_kind;                       ///< record: object of vom:quantityKind
   std::string fault;                       ///< what is wrong with it, a sentence; Server::add() refuses the type. Empty: nothing
 
   bool is_number() const noexcept { return kind == Kind::integer || kind == Kind::real; }  ///< integer or real
+  /// Record or variant: a node with a predicate for each of the fields that it has.
+  bool has_fields() const noexcept { return kind == Kind::record || kind == Kind::variant; }
 };
 
 /// The unit stated at the node of a record: none if one of its fields takes it.

@@ -22,7 +22,7 @@ inline namespace v0 {
 /// | integer   | int64, or uint64 above the range of int64; durations and instants in nanoseconds |
 /// | real      | float and double |
 /// | text      | strings and names of enumerators |
-/// | sequence  | lists; records, in the order of their fields; maps, as sequences of two (name and value) in the order of the names |
+/// | sequence  | lists; records, in the order of their fields; maps, as sequences of two (name and value) in the order of the names; variants, as records of which only the field of the active alternative is not null |
 ///
 /// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
 /// sequences of two, the name and the value, in the order of the names.

@@ -268,7 +268,7 @@ void describe_kind(const Description& d, const std::string& self, const std::str
       more.path(vocab::lrt_::expiresAfter, 1, 1).add(vocab::sh::hasValue, rdf::literal(seconds(p.life->life()), vocab::xsd::double_));
     // The triples of the Property about its values, where their shape has none.
     const Quantity quantity = quantity_of(*p.type, p.facets);
-    const bool has_unit_in_shape = has_shape && promised && (p.type->is_number() || p.type->kind == rdf::Type::Kind::record);
+    const bool has_unit_in_shape = has_shape && promised && (p.type->is_number() || p.type->has_fields());
     const auto require = [&](Iri what, Iri object) { more.path(what, 0).add(vocab::sh::hasValue, rdf::TermView(object)); };
     if (!quantity.unit.empty() && !has_unit_in_shape) {
       if (quantity.unit.vom.empty()) require(vocab::qudt::hasUnit, quantity.unit.qudt);

@@ -366,7 +366,7 @@ void PropertyResource::call_patch(Ticket ticket, const Context& context, Parts& 
             return written;
           }
           const rdf::Value current = s->read ? s->read(false).value : known;
-          if (has_nameless(*s->type, current)) return unexpected(Errc::failed, "an enumerator in the present value has no name");
+          if (const std::string_view fault = fault_of_value(*s->type, current); !fault.empty()) return unexpected(Errc::failed, std::string(fault));
           JudgedBody judged = patch->apply(current);
           if (auto* const fault = std::get_if<BodyFault>(&judged)) {
             written.fault = std::make_unique<BodyFault>(std::move(*fault));

@@ -92,7 +92,7 @@ class PropertyResource final : public ValueResource {
   Utc modified{};
   const bool promises_value;  ///< in its Blueprint: it is read for each request, or was published before the registration
   bool only_octets = false;   ///< the value has too many members for RDF, which describes its octets instead
-  bool nameless = false;      ///< what was published last has an enumerator without a name; this was logged
+  bool nameless = false;      ///< what was published last has no representation, see fault_of_value(); this was logged
 
   ThinVector<Encoding> encodings;                  ///< of the present value, by the user's encoders; of the same index
   std::unique_ptr<PropertyRefresh> refresh_state;  ///< PropertyValues'; null: none was needed yet

@@ -3,6 +3,7 @@
 
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/rdf/exactly_one.hpp"
 #include "src/shacl/components/all.hpp"
 #include "src/shacl/run.hpp"
 #include "src/shacl/messages.hpp"
@@ -143,10 +144,25 @@ class Xone final : public Several {
       }
       if (count == 1) continue;
       run.violation(scene, *this, node, [&] {
+        if (std::string text = alternatives_violation(run, scene, node); !text.empty()) return text;
         return "expected a value that conforms to exactly one of " + std::to_string(shapes_.size()) + " shapes, " + shown(run.term(node)) +
                (count == 0 ? " conforms to none" : " conforms to several");
       });
     }
+  }
+
+ private:
+  /// The predicates of which the node should have exactly one, if the shapes are about the presence of a predicate each. One may be about that of none.
+  std::string alternatives_violation(Run& run, const Scene& scene, Node node) const {
+    std::vector<std::string> names, found;
+    for (const ShapeIndex shape : shapes_) {
+      const std::optional<std::string> name = required_predicate(run.plan(), scene.shape.id, run.plan().shapes[shape].id);
+      if (!name) return {};
+      if (name->empty()) continue;
+      names.push_back(*name);
+      if (run.conforms(node, shape)) found.push_back(*name);
+    }
+    return names.empty() ? std::string() : rdf::exactly_one_of(names, found);
   }
 };
 
