@@ -98,7 +98,7 @@ Alternatives::Alternatives(const AlternativeOperations* operations, std::size_t 
   type_.fields.resize(count);
   for (std::size_t i = 0; i < count; ++i) {
     type_.fields[i].type = &operations_[i].value->type();
-    runs_user_code_ = runs_user_code_ || operations_[i].value->runs_user_code();
+    runs_user_code_ = runs_user_code_ || is_within_itself(*type_.fields[i].type) || operations_[i].value->runs_user_code();
   }
 }
 Alternatives::~Alternatives() = default;

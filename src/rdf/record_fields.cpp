@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include <lrt/base/immortal.hpp>
 #include <lrt/base/iri.hpp>
 #include <lrt/rdf/value_codec.hpp>
 
@@ -52,14 +53,43 @@ void place_terms(Type& record) {
   if (!own) record.name.clear();
 }
 
+namespace {
+
 /// What is wrong with the default of a field, as a sentence; empty: nothing.
-static std::string fault_of_default(const FieldType& field, bool loses) {
+std::string fault_of_default(const FieldType& field, bool loses) {
   if (loses) return "value_if_absent(): the C++ type of the field cannot hold this value";
   if (field.read_only) return "value_if_absent(): clients cannot send a read-only field";
   if (field.type->kind == Type::Kind::optional)
     return "value_if_absent(): a std::optional field that is left out is absent; give it the type without std::optional";
   if (!within(*field.type, field.facets, *field.absent)) return "value_if_absent(): this value is outside of the bounds of the field";
   return {};
+}
+
+/// The innermost record that this thread describes.
+thread_local const Describing* innermost = nullptr;
+
+const Type& within_itself() {
+  static const Immortal<Type> type([] {
+    Type t;
+    t.fault = "its record contains itself, so its values have no bounded depth; refer to the other record by a name or an index";
+    return t;
+  }());
+  return *type;
+}
+
+}  // namespace
+
+Describing::Describing(Key key) noexcept : key_(key), outer_(innermost) { innermost = this; }
+Describing::~Describing() { innermost = outer_; }
+const Type* Describing::type_within(Key key) noexcept {
+  for (const Describing* one = innermost; one; one = one->outer_)
+    if (one->key_ == key) return &within_itself();
+  return nullptr;
+}
+bool is_within_itself(const Type& type) noexcept {
+  const Type* inner = &type;
+  while (inner->element) inner = inner->element;
+  return inner == &within_itself();
 }
 
 std::string_view short_type_name(std::string_view text) noexcept {
@@ -95,7 +125,8 @@ void RecordFields::add_class(std::string_view iri) { type_.classes.emplace_back(
 void RecordFields::set_name(std::string_view name) { type_.name = term_name(name); }
 
 FieldDraft& RecordFields::add(FieldName&& name, const MemberOperations& operations, std::ptrdiff_t offset, bool read_only) {
-  return add(std::move(name), operations.type(), operations.runs_user_code(), read_only, Member{&operations, offset, nullptr});
+  const Type& type = operations.type();
+  return add(std::move(name), type, is_within_itself(type) || operations.runs_user_code(), read_only, Member{&operations, offset, nullptr});
 }
 FieldDraft& RecordFields::add(FieldName&& name, const Type& type, bool runs_user_code, bool read_only, std::unique_ptr<FieldAccess> access) {
   return add(std::move(name), type, runs_user_code, read_only, Member{nullptr, 0, std::move(access)});

@@ -316,7 +316,8 @@ Value encode_list(const Sequence& members) {
 template <class T, std::size_t N>
 struct traits<std::array<T, N>> {
   static const Type& type() {
-    static const Immortal<Type> t(detail::list_type(traits<T>::type(), N, N));
+    const Type& element = traits<T>::type();  // before `t`, see Describing
+    static const Immortal<Type> t(detail::list_type(element, N, N));
     return *t;
   }
   static Value encode(const std::array<T, N>& v) { return detail::encode_list<T>(v); }
@@ -343,7 +344,8 @@ struct traits<std::array<T, N>> {
 template <class T>
 struct traits<std::vector<T>> {
   static const Type& type() {
-    static const Immortal<Type> t(detail::list_type(traits<T>::type(), 0, std::numeric_limits<std::size_t>::max()));
+    const Type& element = traits<T>::type();  // before `t`, see Describing
+    static const Immortal<Type> t(detail::list_type(element, 0, std::numeric_limits<std::size_t>::max()));
     return *t;
   }
   static Value encode(const std::vector<T>& v) { return detail::encode_list<T>(v); }
@@ -372,7 +374,8 @@ struct traits<std::vector<T>> {
 template <class T>
 struct traits<std::optional<T>> {
   static const Type& type() {
-    static const Immortal<Type> t(detail::optional_type(traits<T>::type()));
+    const Type& element = traits<T>::type();  // before `t`, see Describing
+    static const Immortal<Type> t(detail::optional_type(element));
     return *t;
   }
   static Value encode(const std::optional<T>& v) { return v ? traits<T>::encode(*v) : Value(); }
@@ -402,7 +405,8 @@ struct MapTraits {
 
   static const Type& type() {
     static_assert(!is_optional<T>, "lrt: a member of a map cannot be absent; write the map without std::optional and leave the member out");
-    static const Immortal<Type> t(map_type(traits<T>::type()));
+    const Type& element = traits<T>::type();  // before `t`, see Describing
+    static const Immortal<Type> t(map_type(element));
     return *t;
   }
   static Value encode(const Map& v) {
@@ -610,7 +614,8 @@ struct OperationsOf<char[N]> {
 template <class T, std::size_t N>
 struct OperationsOf<T[N]> {
   static const Type& type() {
-    static const Immortal<Type> t(list_type(traits<T>::type(), N, N));
+    const Type& element = traits<T>::type();  // before `t`, see Describing
+    static const Immortal<Type> t(list_type(element, N, N));
     return *t;
   }
   static Value encode(const void* member) {
@@ -828,7 +833,10 @@ class Record {
   }
   /// @}
 
-  static const Type& type() { return instance().fields_.type(); }
+  static const Type& type() {
+    if (const Type* fault = detail::Describing::type_within(&Record::type)) return *fault;
+    return instance().fields_.type();
+  }
   static Value encode(const S& v) { return instance().fields_.encode(std::addressof(v)); }
   static Result<S> decode(const Value& v) {
     if constexpr (!std::is_default_constructible_v<S>) {
@@ -850,6 +858,7 @@ class Record {
   static Result<void> decode_fields(const Value& v, S& out) { return instance().fields_.decode(v, std::addressof(out)); }
   struct Described {};
   explicit Record(Described) : fields_(detail::type_name<S>()) {
+    const detail::Describing describing(&Record::type);
     traits<S>::describe(*this);
     fields_.finish();
   }
@@ -924,7 +933,8 @@ class Record {
                       "lrt: a const C array or an array of arrays cannot be a field; write a lambda: field(name, [](const S& s) { return ...; })");
         return none();
       } else if constexpr (!std::is_convertible_v<Declared C::*, Declared S::*> || std::is_volatile_v<Declared>) {
-        return Field<M>(fields_.add(std::move(name), traits<M>::type(), detail::runs_user_code<M>(), read_only,
+        const Type& type = traits<M>::type();
+        return Field<M>(fields_.add(std::move(name), type, detail::is_within_itself(type) || detail::runs_user_code<M>(), read_only,
                                     std::make_unique<MovingMember<M, Declared C::*>>(pointer)));
       } else if constexpr (std::is_array_v<M> && std::is_same_v<std::remove_extent_t<M>, char>) {
         return Field<std::string>(fields_.add(std::move(name), detail::operations_of<M>, detail::offset_of<Declared, S>(pointer), false))

@@ -145,7 +145,10 @@ class Variant {
   }
   /// @}
 
-  static const Type& type() { return instance().alternatives_.type(); }
+  static const Type& type() {
+    if (const Type* fault = detail::Describing::type_within(&Variant::type)) return *fault;
+    return instance().alternatives_.type();
+  }
   static Value encode(const V& v) { return instance().alternatives_.encode(std::addressof(v)); }
   static Result<V> decode(const Value& v) {
     std::optional<V> made;
@@ -157,7 +160,7 @@ class Variant {
 
   /// @cond internal
   struct Described {};
-  explicit Variant(Described)
+  explicit Variant(Described, const detail::Describing& = detail::Describing(&Variant::type))
       : alternatives_(detail::AlternativesTable<V>::all, std::variant_size_v<detail::VariantOf<V>>,
                       std::is_same_v<V, detail::VariantOf<V>> ? std::string_view() : detail::type_name<V>()) {
     traits<V>::describe(*this);

@@ -33,6 +33,26 @@ struct MemberOperations {
   bool (*runs_user_code)() noexcept;
 };
 
+/// A record that is being described by the calling thread. Then its type() must not be called, because the compiler would wait for
+/// the end of that description, or end the process: a record within itself is found by this.
+class LRT_API Describing {
+ public:
+  /// Says which record it is: its type() itself.
+  using Key = const Type& (*)();
+  explicit Describing(Key key) noexcept;
+  ~Describing();
+  Describing(const Describing&) = delete;
+  Describing& operator=(const Describing&) = delete;
+  /// nullptr: the record is not being described. Else a type that states the fault, for the field within it.
+  static const Type* type_within(Key key) noexcept;
+
+ private:
+  const Key key_;
+  const Describing* const outer_;
+};
+/// The type of the members of lists, maps and optionals is that of a record within itself.
+LRT_API bool is_within_itself(const Type& type) noexcept;
+
 /// Reads and writes a field that is not at a fixed place of its record: it has a getter, for example.
 class LRT_API FieldAccess {
  public:
