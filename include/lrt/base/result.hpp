@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cassert>
 #include <new>
 #include <optional>
 #include <stdexcept>
@@ -10,6 +9,7 @@
 
 #include <lrt/base/abi.hpp>
 #include <lrt/base/error.hpp>
+#include <lrt/base/misuse.hpp>
 
 namespace lrt {
 inline namespace v0 {
@@ -128,11 +128,11 @@ class [[nodiscard]] Result : detail::CopyableIf<std::is_copy_constructible_v<T>>
 
   /// @{
   /// The value. @pre has_value()
-  T& operator*() & noexcept { return assert(has_value()), state_.value; }
-  const T& operator*() const& noexcept { return assert(has_value()), state_.value; }
-  T&& operator*() && noexcept { return assert(has_value()), std::move(state_.value); }
-  T* operator->() noexcept { return assert(has_value()), &state_.value; }
-  const T* operator->() const noexcept { return assert(has_value()), &state_.value; }
+  T& operator*() & noexcept { return require_value(), state_.value; }
+  const T& operator*() const& noexcept { return require_value(), state_.value; }
+  T&& operator*() && noexcept { return require_value(), std::move(state_.value); }
+  T* operator->() noexcept { return require_value(), &state_.value; }
+  const T* operator->() const noexcept { return require_value(), &state_.value; }
   /// @}
 
   /// @{
@@ -150,14 +150,16 @@ class [[nodiscard]] Result : detail::CopyableIf<std::is_copy_constructible_v<T>>
 
   /// @{
   /// The error. @pre !has_value()
-  const Error& error() const& noexcept { return assert(!has_value()), state_.error; }
-  Error&& error() && noexcept { return assert(!has_value()), std::move(state_.error); }
+  const Error& error() const& noexcept { return require_error(), state_.error; }
+  Error&& error() && noexcept { return require_error(), std::move(state_.error); }
   /// @}
 
  private:
   void require() const {
     if (!has_value()) throw BadResult(state_.error);
   }
+  void require_value() const noexcept { LRT_REQUIRE(has_value(), "a Result without a value was used: test it with `if (result)` before * or ->"); }
+  void require_error() const noexcept { LRT_REQUIRE(!has_value(), "error() of a Result with a value: test it with `if (!result)` before"); }
   detail::ValueOrError<T> state_;
 };
 
@@ -185,11 +187,12 @@ class [[nodiscard]] Result<void> {
   }
   /// @{
   /// The error. @pre !has_value()
-  const Error& error() const& noexcept { return assert(error_), *error_; }
-  Error&& error() && noexcept { return assert(error_), std::move(*error_); }
+  const Error& error() const& noexcept { return require_error(), *error_; }
+  Error&& error() && noexcept { return require_error(), std::move(*error_); }
   /// @}
 
  private:
+  void require_error() const noexcept { LRT_REQUIRE(error_, "error() of a Result of success: test it with `if (!result)` before"); }
   std::optional<Error> error_;
 };
 
