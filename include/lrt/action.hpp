@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cassert>
 #include <cstddef>
 #include <memory>
 #include <string>
@@ -11,6 +10,7 @@
 #include <utility>
 
 #include <lrt/base/abi.hpp>
+#include <lrt/base/misuse.hpp>
 #include <lrt/model/resource_handle.hpp>
 #include <lrt/property.hpp>
 #include <lrt/rdf/traits.hpp>
@@ -132,6 +132,8 @@ class LRT_API Action : public model::ResourceHandle<Action, model::ActionSetup> 
     if constexpr (std::is_same_v<State, PushedProperty<bool>> || std::is_same_v<State, PulledProperty<bool>>) {
       if (is_editable("stop")) set_stop_state(not_empty(state), release);
     } else if constexpr (std::is_invocable_r_v<bool, State&>) {
+      if constexpr (model::can_be_null<State>)
+        if (!state) return refuse_null("stop"), *this;
       if (is_editable("stop")) set_stop_state(UniqueFunction<bool()>([state = std::move(state)]() mutable -> bool { return state(); }), release);
     } else {
       static_assert(rdf::detail::always_false<State>,
@@ -235,8 +237,8 @@ class LRT_API Action : public model::ResourceHandle<Action, model::ActionSetup> 
       static_assert(rdf::detail::always_false<Reason>,
                     "lrt: the reason of available() is stored as an address; write a string literal: available(false, \"the gripper is empty\")");
     } else {
-      assert(spec_ && "lrt: the handle is empty; assign what Thing::action returns");
       if (spec_) set_unavailable(yes ? nullptr : reason);
+      else if constexpr (detail::checks) report_empty("available");
     }
     return *this;
   }
@@ -248,7 +250,8 @@ class LRT_API Action : public model::ResourceHandle<Action, model::ActionSetup> 
   explicit Action(std::shared_ptr<model::ResourceSpec> spec) noexcept : ResourceHandle(std::move(spec)) {}
 
   static const model::ResourceSetup& not_empty(const model::ResourceSetup& resource) {
-    assert(resource && "lrt: the handle is empty; assign what Thing::property or Thing::action returns");
+    if constexpr (detail::checks)
+      if (!resource) detail::misuse("an action refers to an empty handle: pass what Thing::property() or Thing::action() returns");
     return resource;
   }
   template <class Property, class What>

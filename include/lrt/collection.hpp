@@ -64,6 +64,8 @@ class Collection : public model::ResourceHandle<Collection<T>, model::Collection
                       "lrt: the callable of on_create returns void or Result<void>; write -> lrt::Result<void> and return lrt::refused(\"reason\")");
         return *this;
       } else {
+        if constexpr (model::can_be_null<F>)
+          if (!create) return this->refuse_null("on_create"), *this;
         if (this->is_editable("on_create")) {
           this->set_create([create = std::move(create)](const std::string& id, const rdf::Value& v) mutable -> Result<void> {
             Result<T> value = rdf::traits<T>::decode(v);
@@ -91,6 +93,8 @@ class Collection : public model::ResourceHandle<Collection<T>, model::Collection
                     "lrt: the callable of on_remove returns void or Result<void>; write -> lrt::Result<void> and return lrt::refused(\"reason\")");
       return *this;
     } else {
+      if constexpr (model::can_be_null<F>)
+        if (!remove) return this->refuse_null("on_remove"), *this;
       if (this->is_editable("on_remove")) {
         this->set_remove(
             [remove = std::move(remove)](const std::string& id) mutable -> Result<void> { return model::result_of([&] { return remove(id); }); });

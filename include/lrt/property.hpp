@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cassert>
 #include <chrono>
 #include <cstddef>
 #include <utility>
@@ -28,15 +27,18 @@ class PushedProperty : public model::PropertyHandle<PushedProperty<T>, T> {
 
   /// Passes the present value to the engine. A bit-identical value is not a change (SPEC 3.8), unless every_sample() is
   /// set.
-  /// @par Errors  None is reported. If T owns memory and there is none left, the last value is kept.
+  /// @par Errors  None is reported. If T owns memory and there is none left, the last value is kept. A second thread that
+  ///              publishes at the same time fails a check of the headers (base/misuse.hpp); without checks its behaviour
+  ///              is undefined.
   /// @par Time  No lock. No allocation if T is trivially destructible (numbers, structs of numbers). A number takes about
   ///            30 ns in a loop at 1 kHz, more if caches are cold (docs/performance.md), with any number of
   ///            subscribers. One system call if the property is observed and the engine
   ///            sleeps, see subscription::SubscriptionOptions::scan_period and always_scan; or if it is urgent().
   /// @par Implements  R0.11, R0.12
   void publish(const T& value) noexcept {
-    assert(this->slot_ && "lrt: the handle is empty; assign what Thing::property returns");
-    if (this->slot_) model::publish_to(*this->slot_, value);
+    if (!this->begin_write("publish")) return;
+    model::publish_to(*this->slot_, value);
+    this->end_write();
   }
   /// The same for a value that is older than this call: that of a sensor with a clock of its own, or of another robot.
   /// Representations and subscribers get `at` as the time of the value (SPEC 3.8). If the value is not a change, the
@@ -45,8 +47,9 @@ class PushedProperty : public model::PropertyHandle<PushedProperty<T>, T> {
   /// @par Time  As publish(value), without a look at the clock.
   /// @par Implements  SPEC 3.6, 3.8
   void publish(const T& value, std::chrono::system_clock::time_point at) noexcept {
-    assert(this->slot_ && "lrt: the handle is empty; assign what Thing::property returns");
-    if (this->slot_) model::publish_to(*this->slot_, value, at);
+    if (!this->begin_write("publish")) return;
+    model::publish_to(*this->slot_, value, at);
+    this->end_write();
   }
 
   /// Sets how many published values are kept between two scans of the engine while a subscriber has a queue. Such a
@@ -54,15 +57,16 @@ class PushedProperty : public model::PropertyHandle<PushedProperty<T>, T> {
   /// suffices for the longest queue that a subscriber may request, within
   /// subscription::SubscriptionOptions::max_kept_bytes. That limit does not apply to `samples`. 0: only the newest
   /// value is kept.
+  /// @param samples  at most 1,000,000; more: invalid_option from Server::add()
   PushedProperty& keep(std::size_t samples) {
-    if (this->is_editable("keep")) this->slot_->keep(samples);
+    if (this->is_editable("keep") && this->begin_write("keep")) this->set_keep(samples), this->end_write();
     return *this;
   }
   /// While the property is observed, each publish() wakes the engine by a system call, so that the value is sent at
   /// once. Use it for events that come at irregular times and must not wait. Without it the engine predicts when a
   /// regular publish() is due, and finds an irregular one after at most subscription::SubscriptionOptions::scan_period.
   PushedProperty& urgent() {
-    if (this->is_editable("urgent")) this->slot_->set_urgent();
+    if (this->is_editable("urgent") && this->begin_write("urgent")) this->slot_->set_urgent(), this->end_write();
     return *this;
   }
   /// Counts a repeated value as a change: a new time, and a notification.
@@ -93,8 +97,8 @@ class PulledProperty : public model::PropertyHandle<PulledProperty<T>, T> {
   /// @par Threads  Any.
   /// @par Time     No lock, no allocation; a system call as in publish().
   void changed() noexcept {
-    assert(this->changes_ && "lrt: the handle is empty; assign what Thing::property returns");
     if (this->changes_) this->changes_->changed();
+    else if constexpr (detail::checks) this->report_empty("changed");
   }
 
   /// Sets the period at which `read` is called while the property is observed. Zero: only after changed(). Default:

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include <lrt/base/abi.hpp>
+#include <lrt/base/misuse.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/options.hpp>
 #include <lrt/thing.hpp>
@@ -28,10 +29,14 @@ struct Request;
 }  // namespace lrt::http
 
 namespace lrt {
+
+class SharedEngine;
+
 inline namespace v0 {
 
 class Feed;
 class Feeds;
+class Registration;
 struct Served;
 struct ServerCounters;
 
@@ -50,6 +55,9 @@ struct ServerCounters;
 /// A server belongs to the process that created it. In a child of fork() its functions return at once and have no
 /// effect: add, remove and reload_tls return Errc::closed, serve and judge_header respond with 503. The destructor has
 /// no effect there; exec or the end of the child closes the descriptors.
+///
+/// After a Server was moved from, add and remove return Errc::closed, start() throws it, serve and judge_header respond with
+/// 503, and the other functions have no effect.
 ///
 /// @par Threads  add, remove, stop, wake: any. poll, run: one thread at a time, the host's. The others say it
 ///               themselves. User lambdas run without a lock of lrt, where their Dispatch says.
@@ -72,6 +80,9 @@ class LRT_API Server {
   /// Registers several things: all of them at once, or none.
   /// @par Errors  as above
   Result<void> add(std::vector<Thing> things);
+  /// Registers a thing as add() does, until what it returns goes out of scope. registration.hpp defines the result.
+  /// @par Errors  as above
+  Result<Registration> add_scoped(Thing thing);
   /// Removes a thing and all things below it. Handles to its properties have no effect afterwards.
   /// @par Errors  unknown_path
   Result<void> remove(std::string_view path);
@@ -82,17 +93,20 @@ class LRT_API Server {
   /// usually less than 1 ms with the transport `http`, up to 15 ms were measured with libwebsockets under attack. A
   /// large body takes longer if Threads::body_threads is 0; limits.max_body_bytes bounds it. When idle, poll() does not
   /// allocate; it makes no system call with Io::own_thread and one with Io::in_poll.
+  ///
+  /// A lambda may call poll(), which then runs further lambdas. If another thread is polling, poll() has no effect: it
+  /// logs an error, fails a check of the headers (base/misuse.hpp), and returns 1 ms.
   /// @param budget  time after which no further work is started, except as above
   /// @return        how long the caller may sleep; zero: work is left
-  std::chrono::milliseconds poll(std::chrono::microseconds budget = std::chrono::microseconds(200)) noexcept;
+  std::chrono::milliseconds poll(std::chrono::microseconds budget = std::chrono::microseconds(200)) noexcept { return poll(budget, detail::checks); }
   /// A descriptor for the host's own poll(), epoll or select. It is readable whenever poll() has work, including
   /// expired times and work that a budget left over. The server owns it, until stop(). Do not read from it.
   /// @return  -1: the transport has no descriptor; sleep as long as poll() returns
   int descriptor() noexcept;
   /// Calls poll() and waits, until stop().
-  void run() noexcept;
+  void run() noexcept { run(detail::checks); }
   /// Calls run() on a thread of lrt. A second call has no effect.
-  /// @throws BadResult  the system refuses a further thread, or its options (Threads::own)
+  /// @throws BadResult  the system refuses a further thread, or its options (Threads::own); closed: the server has stopped
   void start();
   /// Interrupts a blocking run().
   /// @par Threads  Any.
@@ -140,7 +154,10 @@ class LRT_API Server {
   friend class Feed;
   friend Thing server_thing(const Server& server, std::string_view path);
   std::function<ServerCounters()> counter_source() const;
-  Feeds& feeds() noexcept;
+  Feeds* feeds() noexcept;
+  SharedEngine& shared_engine() noexcept;
+  std::chrono::milliseconds poll(std::chrono::microseconds budget, bool checks) noexcept;
+  void run(bool checks) noexcept;
   class Impl;
   struct End {
     void operator()(Impl* impl) const noexcept;

@@ -10,6 +10,7 @@
 
 #include <lrt/action.hpp>
 #include <lrt/base/abi.hpp>
+#include <lrt/base/misuse.hpp>
 #include <lrt/collection.hpp>
 #include <lrt/control.hpp>
 #include <lrt/model/detail/callables.hpp>
@@ -85,6 +86,17 @@ class LRT_API Thing {
   Thing& shapes_from_file(const std::string& path);
   /// Sets where the thing's lambdas run.
   Thing& dispatch(Dispatch where);
+  /// Calls the thing's lambdas only while an object exists: that whose reference or `this` they captured. During a call
+  /// it cannot be destroyed; if the call holds its last std::shared_ptr, the destructor runs on the lambda's thread. Each call of
+  /// guard() adds an object. It does not matter whether guard() is called before or after property() and action().
+  ///
+  ///     thing.property("angle", [this] { return angle_; });
+  ///     thing.guard(weak_from_this());       // or a std::shared_ptr
+  ///
+  /// If the object is gone, the client gets 503 with the reason for what needs a lambda: values that are read, writes, actions,
+  /// members. What was published stays readable. Use a Registration as well, so that the Thing goes with the object.
+  /// @par Errors   invalid_option (the object is gone already): from Server::add()
+  Thing& guard(std::weak_ptr<void> object);
   /// Requires that each command for this thing and for the things below it says until when it is worth carrying out: POST
   /// of an action or of a member of a collection, PUT, PATCH and DELETE. Its sender adds to the stamp in the field
   /// Robot-Time of a response how long the command may take, and sends that in the field Valid-Until. Without it the
@@ -129,7 +141,10 @@ class LRT_API Thing {
       static_assert(rdf::detail::always_false<Read>, "lrt: the callable of a property returns nothing; return the value");
       return PulledProperty<bool>();
     } else {
+      if constexpr (detail::checks) report_moved("property");
       using T = rdf::detail::stored_t<std::invoke_result_t<Read&>>;
+      if constexpr (model::can_be_null<Read>)
+        if (!read) return PulledProperty<T>(new_pulled(path, rdf::traits<T>::type(), unit, {}));
       return PulledProperty<T>(new_pulled(path, rdf::traits<T>::type(), unit, [read = std::move(read)](bool whole) mutable {
         T value(read());
         model::Reading reading{rdf::traits<T>::encode(value), nullptr};
@@ -155,6 +170,7 @@ class LRT_API Thing {
                     "property(path, [] { return value; })");
       return PushedProperty<T>();
     } else {
+      if constexpr (detail::checks) report_moved("property");
       return PushedProperty<T>(new_pushed(path, rdf::traits<T>::type(), unit, model::new_slot<T>()));
     }
   }
@@ -190,6 +206,7 @@ class LRT_API Thing {
     if constexpr (!model::check_action<F>()) {
       return Action();
     } else {
+      if constexpr (detail::checks) report_moved("action");
       using Shape = model::ActionShape<F>;
       const rdf::Type* input = nullptr;
       const rdf::Type* output = nullptr;
@@ -201,6 +218,8 @@ class LRT_API Thing {
         using Out = typename model::Unwrapped<typename Shape::Return>::type;
         if constexpr (!std::is_void_v<Out>) output = &rdf::traits<Out>::type();
       }
+      if constexpr (model::can_be_null<F>)
+        if (!f) return Action(new_action(path, input, output, Shape::asynchronous, {}));
       return Action(new_action(path, input, output, Shape::asynchronous, model::erase_action(std::move(f))));
     }
   }
@@ -212,10 +231,11 @@ class LRT_API Thing {
   /// @par Implements  R0.5, R0.8, LDP 5.2
   template <class T>
   Collection<T> collection(std::string_view path) {
+    if constexpr (detail::checks) report_moved("collection");
     return Collection<T>(new_collection(path, rdf::traits<T>::type()));
   }
 
-  /// The path in percent-encoded form.
+  /// The path in percent-encoded form; empty after the thing was moved from.
   const std::string& path() const noexcept;
 
   /// @cond internal
@@ -223,6 +243,8 @@ class LRT_API Thing {
   Thing& default_title(std::string text);
   /// For the engine and the server: the part that a World has; nullptr: the thing is not a World.
   const model::WorldSpec* world() const noexcept;
+  /// For the server: the description. After the thing was moved from: a new one, whose error add() returns.
+  model::ThingSpec& described();
   /// For the engine: moves the description out. The thing is empty afterwards.
   std::unique_ptr<model::ThingSpec> release() && noexcept;
   /// @endcond
@@ -238,6 +260,8 @@ class LRT_API Thing {
   std::shared_ptr<model::ResourceSpec> new_collection(std::string_view path, const rdf::Type& type);
   void set_path(model::ResourceSpec& spec, std::string_view path, const char* what);
   void remember(Error error);
+  /// Reports a call on a thing that was moved from.
+  void report_moved(const char* call) const noexcept;
 
   std::unique_ptr<model::ThingSpec> spec_;
 };

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cassert>
 #include <chrono>
 #include <cstddef>
 #include <functional>
@@ -13,6 +12,7 @@
 #include <utility>
 
 #include <lrt/base/abi.hpp>
+#include <lrt/base/misuse.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/model/detail/slot.hpp>
 #include <lrt/model/statement.hpp>
@@ -135,14 +135,16 @@ class PublishedObject {
   /// @par Threads  Any one thread at a time.
   /// @par Time     As PushedProperty::publish(): no lock, and no allocation if T is trivially destructible.
   void publish(const T& value) noexcept {
-    assert(slot_ && "lrt: the handle is empty; assign what WorldGraph::published returns");
-    if (slot_) slot_->publish(value);
+    if (!begin_write()) return;
+    slot_->publish(value);
+    end_write();
   }
   /// The same with the time of the value, see PushedProperty::publish().
   /// @param at  when the value became what it is, UTC
   void publish(const T& value, std::chrono::system_clock::time_point at) noexcept {
-    assert(slot_ && "lrt: the handle is empty; assign what WorldGraph::published returns");
-    if (slot_) slot_->publish(value, at);
+    if (!begin_write()) return;
+    slot_->publish(value, at);
+    end_write();
   }
   /// Removes the value from the graph. publish() then has no effect.
   /// @par Threads  Any but the control loop's, because it locks.
@@ -154,6 +156,21 @@ class PublishedObject {
  private:
   friend class WorldGraph;
   PublishedObject(std::shared_ptr<model::Slot<T>> slot, std::function<void()> removes) : slot_(std::move(slot)), removes_(std::move(removes)) {}
+  /// As model::PushedSetup::begin_write().
+  bool begin_write() const noexcept {
+    if constexpr (detail::checks) {
+      if (slot_ && slot_->begin_write()) return true;
+      detail::misuse(slot_ ? "publish() of an object in a World by two threads at the same time: one thread publishes an object"
+                           : "publish() on an empty handle: assign what WorldGraph::published() returns");
+      return false;
+    } else {
+      return slot_ != nullptr;
+    }
+  }
+  void end_write() const noexcept {
+    if constexpr (detail::checks) slot_->end_write();
+  }
+
   std::shared_ptr<model::Slot<T>> slot_;
   std::function<void()> removes_;
 };

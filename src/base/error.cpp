@@ -27,6 +27,7 @@ std::string_view to_string(Errc code) noexcept {
     case Errc::failed: return "failed";
     case Errc::closed: return "closed";
     case Errc::unconfirmed: return "unconfirmed";
+    case Errc::unavailable: return "unavailable";
   }
   return "unknown";
 }

@@ -23,7 +23,7 @@ constexpr Extension extension;
 inline namespace v0 {
 
 Thing& Thing::control(ControlOptions options) {
-  spec_->control = std::make_unique<const model::ControlSpec>(model::ControlSpec{extension, options});
+  described().control = std::make_unique<const model::ControlSpec>(model::ControlSpec{extension, options});
   return *this;
 }
 

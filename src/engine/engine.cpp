@@ -36,7 +36,8 @@ class LRT_LOCAL Engine::Impl {
   Result<Caller> authorize(const http::Request& request) const;
   Outcome handle(const http::Request& request, const Result<Caller>& caller, TimePoint now);
   Result<void> add(std::vector<Thing> things);
-  Result<void> remove(std::string_view path);
+  /// @param handles  nullptr: those of any thing
+  Result<void> remove(std::string_view path, const model::HandleContext* handles = nullptr);
   void remove_with_children(ThingNode& thing);
   void listens_on(std::string_view address, std::uint16_t port, bool secure, std::string_view name, Upgrades upgrades);
   /// Runs the messages of other threads.
@@ -324,11 +325,12 @@ Result<void> Engine::Impl::add(std::vector<Thing> things) {
   return {};
 }
 
-Result<void> Engine::Impl::remove(std::string_view path) {
+Result<void> Engine::Impl::remove(std::string_view path, const model::HandleContext* handles) {
   parts.discarded.clear();
   const Result<std::string> encoded = model::encode_path_from_root(path);
   ThingNode* thing = encoded ? parts.registry.find_thing("/" + *encoded) : nullptr;
-  if (!thing) return unexpected(Errc::unknown_path, "no thing at \"" + std::string(path) + "\"");
+  if (!thing || (handles && thing->spec->handles.get() != handles))
+    return unexpected(Errc::unknown_path, "no thing at \"" + std::string(path) + "\"");
   remove_with_children(*thing);
   return {};
 }
@@ -360,6 +362,7 @@ Result<void> Engine::add(Thing thing) {
 }
 Result<void> Engine::add(std::vector<Thing> things) { return impl_->add(std::move(things)); }
 Result<void> Engine::remove(std::string_view path) { return impl_->remove(path); }
+Result<void> Engine::remove(std::string_view path, const model::HandleContext& handles) { return impl_->remove(path, &handles); }
 
 void Engine::listens_on(std::string_view address, std::uint16_t port, bool secure, std::string_view name, Upgrades upgrades) {
   impl_->listens_on(address, port, secure, name, upgrades);

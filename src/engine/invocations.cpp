@@ -11,8 +11,8 @@
 #include <lrt/base/ids.hpp>
 #include <lrt/rdf/value_codec.hpp>
 
-#include "src/engine/enumerators.hpp"
 #include "src/engine/resources/thing.hpp"
+#include "src/rdf/value_faults.hpp"
 
 namespace lrt::engine {
 
@@ -226,7 +226,7 @@ void Invocations::respond_to(const std::vector<WaitingRequest>& requests, TimePo
 void Invocations::finished(InvocationResource& invocation, Result<rdf::Value> result, TimePoint now) {
   if (invocation.finished() || invocation.is_concluding) return;
   if (result && invocation.action.spec->output)
-    if (const std::string_view fault = fault_of_value(*invocation.action.spec->output, *result); !fault.empty())
+    if (const std::string_view fault = rdf::fault_of_value(*invocation.action.spec->output, *result); !fault.empty())
       result = unexpected(Errc::failed, "output: " + std::string(fault));
   invocation.result = std::move(result);
   if (!invocation.result || !invocation.action.spec->releases || !stops_) return conclude(invocation, now);

@@ -137,7 +137,9 @@ Result<void> Parts::add(Thing thing) {
     return Unexpected{std::move(built).error()};
   }
   ThingNode& node = **built;
-  if (Result<void> checked = vocabulary.check(*node.spec); !checked) {
+  Result<void> checked = vocabulary.check(*node.spec);
+  if (checked && !options.has_executor) checked = check_without_executor(*node.spec);
+  if (!checked) {
     discard(*std::move(built));
     return checked;
   }

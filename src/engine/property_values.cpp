@@ -6,9 +6,9 @@
 #include <string>
 #include <utility>
 
-#include "src/engine/enumerators.hpp"
 #include "src/engine/resources/property.hpp"
 #include "src/engine/resources/thing.hpp"
+#include "src/rdf/value_faults.hpp"
 
 namespace lrt::engine {
 
@@ -246,7 +246,7 @@ void PropertyValues::read(PropertyResource& property) {
 void PropertyValues::was_read(PropertyResource& property, Result<model::Reading> reading, TimePoint now) {
   PropertyRefresh& state = *property.refresh_state;
   if (reading)
-    if (const std::string_view fault = fault_of_value(*property.spec->type, reading->value); !fault.empty())
+    if (const std::string_view fault = rdf::fault_of_value(*property.spec->type, reading->value); !fault.empty())
       reading = unexpected(Errc::failed, std::string(fault));
   if (reading) {
     if (std::exchange(state.failing, false)) property.mark_readability_changed();
@@ -370,7 +370,7 @@ void PropertyValues::take_turn(PropertyResource& property, UniqueFunction<void(T
 void PropertyValues::set(PropertyResource& property, Sample sample) {
   property.mark_changing();
   property.count(sample.number);
-  if (const std::string_view fault = fault_of_value(*property.spec->type, sample.value); !fault.empty()) {  // it was published
+  if (const std::string_view fault = rdf::fault_of_value(*property.spec->type, sample.value); !fault.empty()) {  // it was published
     if (options_.log && !std::exchange(property.nameless, true))
       options_.log(LogLevel::error, "property \"" + property.path + "\" has no value: " + std::string(fault));
     sample.value = {};

@@ -17,12 +17,12 @@
 
 #include "src/base/ascii.hpp"
 #include "src/base/utf8.hpp"
-#include "src/engine/enumerators.hpp"
 #include "src/engine/named_blank.hpp"
 #include "src/engine/resources/action.hpp"
 #include "src/engine/stop_states.hpp"
 #include "src/engine/variants.hpp"
 #include "src/rdf/plain.hpp"
+#include "src/rdf/type_faults.hpp"
 #include "src/rdf/words.hpp"
 
 namespace lrt::engine {
@@ -218,6 +218,8 @@ Result<void> check_action(const model::ActionSpec& action, const std::string& na
     if (action.policy.kind != ActionPolicy::Kind::parallel || action.policy.limit == 0)
       return unexpected(Errc::invalid_option, name + ": a stop is neither queued nor refused: expected ActionPolicy::parallel(n), n at least 1");
   }
+  if (action.policy.kind == ActionPolicy::Kind::parallel && action.policy.limit == 0)
+    return unexpected(Errc::invalid_option, name + ": ActionPolicy::parallel(0) lets no invocation run: expected at least 1");
   for (const model::EffectSpec& effect : action.effects)
     if (Result<void> checked = check_effect(action, effect, name); !checked) return checked;
   if (Result<void> checked = check_together(action.effects, name); !checked) return checked;
@@ -263,11 +265,9 @@ Result<void> check(model::ThingSpec& described) {
     }
     return {};
   };
-  const auto check_facets = [&](const std::string& path, const rdf::Facets& f) -> Result<void> {
-    const bool empty = f.min() && f.max() && (*f.min() > *f.max() || (*f.min() == *f.max() && (f.min_exclusive() || f.max_exclusive())));
-    if (empty || f.min_length() > f.max_length())
-      return unexpected(Errc::invalid_option, "\"" + spec->path + "/" + path + "\": no value is within the bounds");
-    return {};
+  const auto check_facets = [&](const std::string& path, const rdf::Facets& f, const rdf::Type& type) -> Result<void> {
+    const std::string fault = rdf::fault_of(f, type);
+    return fault.empty() ? Result<void>() : unexpected(Errc::invalid_option, "\"" + spec->path + "/" + path + "\": " + fault);
   };
   const auto check_input = [&](const std::string& what, const rdf::Type& type) -> Result<void> {
     if (const std::string field = read_only_field(type); !field.empty())
@@ -275,8 +275,8 @@ Result<void> check(model::ThingSpec& described) {
                         what + ": clients cannot send it, because its field \"" + field + "\" is read-only; give the field a setter");
     return {};
   };
-  const auto check_names = [&](const std::string& what, const rdf::Type* type) -> Result<void> {
-    if (const std::string fault = type ? fault_of_names(*type) : std::string(); !fault.empty())
+  const auto check_type = [&](const std::string& what, const rdf::Type* type) -> Result<void> {
+    if (const std::string fault = type ? rdf::fault_of(*type) : std::string(); !fault.empty())
       return unexpected(Errc::invalid_option, what + ": " + fault);
     return {};
   };
@@ -295,20 +295,23 @@ Result<void> check(model::ThingSpec& described) {
     if (Result<void> e = check_iris({*spec->blueprint}, "blueprint"); !e) return e;
   for (const auto& p : spec->properties) {
     if (Result<void> e = check_resource(*p); !e) return e;
-    if (Result<void> e = check_names("property \"" + spec->path + "/" + p->path + "\"", p->type); !e) return e;
-    if (Result<void> e = check_facets(p->path, p->facets); !e) return e;
+    if (Result<void> e = check_type("property \"" + spec->path + "/" + p->path + "\"", p->type); !e) return e;
+    if (Result<void> e = check_facets(p->path, p->facets, *p->type); !e) return e;
     if (Result<void> e = check_words_of(*p->type, "property \"" + spec->path + "/" + p->path + "\""); !e) return e;
     if (p->write)
       if (Result<void> e = check_input("property \"" + spec->path + "/" + p->path + "\"", *p->type); !e) return e;
     if (p->frame)
       if (Result<void> e = check_statements({{std::string(vocab::lrt_::frame.text), *p->frame}}); !e) return e;
+    if (p->sample_period && p->sample_period->count() < 0)
+      return unexpected(Errc::invalid_option,
+                        p->description() + ": sample(): expected a period of at least 0, found " + std::to_string(p->sample_period->count()) + " ms");
     if (Result<void> e = check_life(*p, "property \"" + spec->path + "/" + p->path + "\""); !e) return e;
     if (Result<void> e = check_formats(*p, "property \"" + spec->path + "/" + p->path + "\""); !e) return e;
   }
   for (const auto& a : spec->actions) {
     if (Result<void> e = check_resource(*a); !e) return e;
     for (const rdf::Type* type : {a->input, a->output})
-      if (Result<void> e = check_names("action \"" + spec->path + "/actions/" + a->path + "\"", type); !e) return e;
+      if (Result<void> e = check_type("action \"" + spec->path + "/actions/" + a->path + "\"", type); !e) return e;
     if (Result<void> e = check_action(*a, "action \"" + spec->path + "/actions/" + a->path + "\""); !e) return e;
     if (a->input)
       if (Result<void> e = check_input("the input of action \"" + spec->path + "/actions/" + a->path + "\"", *a->input); !e) return e;
@@ -316,7 +319,8 @@ Result<void> check(model::ThingSpec& described) {
       if (!type && !facets->empty())
         return unexpected(Errc::invalid_option, "action \"" + spec->path + "/actions/" + a->path + "\": there is no " + what +
                                                     " to which the unit, bounds or length could apply");
-      if (Result<void> e = check_facets("actions/" + a->path, *facets); !e) return e;
+      if (type)
+        if (Result<void> e = check_facets("actions/" + a->path, *facets, *type); !e) return e;
       if (type)
         if (Result<void> e = check_words_of(*type, std::string("the ") + what + " of action \"" + spec->path + "/actions/" + a->path + "\""); !e)
           return e;
@@ -324,8 +328,8 @@ Result<void> check(model::ThingSpec& described) {
   }
   for (const auto& c : spec->collections) {
     if (Result<void> e = check_resource(*c); !e) return e;
-    if (Result<void> e = check_names("collection \"" + spec->path + "/" + c->path + "\"", c->type); !e) return e;
-    if (Result<void> e = check_facets(c->path, c->facets); !e) return e;
+    if (Result<void> e = check_type("collection \"" + spec->path + "/" + c->path + "\"", c->type); !e) return e;
+    if (Result<void> e = check_facets(c->path, c->facets, *c->type); !e) return e;
     if (Result<void> e = check_words_of(*c->type, "collection \"" + spec->path + "/" + c->path + "\""); !e) return e;
     if (c->create)
       if (Result<void> e = check_input("collection \"" + spec->path + "/" + c->path + "\"", *c->type); !e) return e;
@@ -335,6 +339,18 @@ Result<void> check(model::ThingSpec& described) {
 }
 
 }  // namespace
+
+Result<void> check_without_executor(const model::ThingSpec& spec) {
+  std::string needs = spec.dispatch == Dispatch::executor ? "thing \"" + spec.path + '"' : std::string();
+  const auto look = [&](const auto& resources) {
+    for (const auto& r : resources)
+      if (needs.empty() && r->dispatch == Dispatch::executor) needs = r->description();
+  };
+  look(spec.properties);
+  look(spec.actions);
+  look(spec.collections);
+  return needs.empty() ? Result<void>() : unexpected(Errc::invalid_option, needs + ": Dispatch::executor needs Threads::executor");
+}
 
 Result<rdf::Graph> read_shapes(const model::ThingSpec& spec, const std::string& blueprint_path) {
   return read_documents(spec.shapes, blueprint_path, "thing \"" + spec.path + "\", its shapes");
@@ -351,12 +367,14 @@ Result<rdf::Graph> read_effects(const model::ActionSpec& action, const std::stri
 }
 
 Result<std::unique_ptr<ThingNode>> build_thing(std::unique_ptr<model::ThingSpec>& spec) {
-  if (!spec) return unexpected(Errc::closed, "Server::add(): expected a Thing, found one that was moved from; make a new Thing");
+  if (!spec) return Unexpected{model::moved_from()};
   if (spec->first_error) return Unexpected{*spec->first_error};
+  if (spec->handles && spec->handles->first_error) return Unexpected{*spec->handles->first_error};
   if (Result<void> checked = check(*spec); !checked) return Unexpected{std::move(checked).error()};
   for (const auto& a : spec->actions)
     if (a->stop_state)
       if (Result<void> made = StopExtension::of(*a->stop_state).complete(*spec); !made) return Unexpected{std::move(made).error()};
+  if (spec->guards) spec->guards->apply(*spec);
   const std::string path = "/" + spec->path;
   Result<rdf::Graph> statements = read_documents(spec->turtle, path, "thing \"" + spec->path + "\", its Turtle", true);
   if (!statements) return Unexpected{std::move(statements).error()};

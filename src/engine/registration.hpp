@@ -14,6 +14,8 @@ namespace lrt::engine {
 /// @param spec  is moved from, unless there is an error; nullptr: the Thing was already moved
 /// @par Errors  the thing's first error; closed, expected_iri, expected_rdf, expected_media_type, invalid_option, duplicate_path, limit_exceeded
 Result<std::unique_ptr<ThingNode>> build_thing(std::unique_ptr<model::ThingSpec>& spec);
+/// @par Errors  invalid_option: a lambda needs Threads::executor
+Result<void> check_without_executor(const model::ThingSpec& spec);
 
 /// The shapes that the user gave, with IRIs below placeholder_base.
 /// @param blueprint_path  their base

@@ -142,7 +142,7 @@ void Representations::go_on(Ticket ticket, Resource& resource, Encodings encodin
     if (!context->resource) return pending_.respond(ticket, responses_.gone(*context));
     if (!result) {
       const Errc code = result.error().code;
-      const int status = code == Errc::closed ? 404 : code == Errc::timed_out ? 503 : 500;
+      const int status = code == Errc::closed ? 404 : code == Errc::timed_out || code == Errc::unavailable ? 503 : 500;
       return pending_.respond(ticket, responses_.problem(*context, status, result.error().message));
     }
     Attempt next = step(*context, true);
@@ -181,7 +181,7 @@ Representations::Selected Representations::select(Context& context, std::optiona
     const Errc code = made.error().code;
     if (code != Errc::limit_exceeded && (code != Errc::unsupported_syntax || variant == Variant())) {  // Turtle carries everything
       responses_.log(LogLevel::error, resource.path + ": " + why);
-      return responses_.problem(context, 500, why);
+      return responses_.problem(context, code == Errc::unavailable ? 503 : 500, why);
     }
     if (fewer.empty()) fewer = *offers;
     const bool is_too_large = code == Errc::limit_exceeded;

@@ -84,6 +84,7 @@ http::Response Responses::refused(const Context& context, const std::string& wha
   int status = 500;
   if (error.code == Errc::expected_value) status = 422;
   if (error.code == Errc::refused || error.code == Errc::out_of_range || error.code == Errc::limit_exceeded) status = 409;
+  if (error.code == Errc::unavailable) status = 503;
   if (status == 500) log(LogLevel::warning, what + ": " + error.message);
   return problem(context, status, what + ": " + error.message);
 }

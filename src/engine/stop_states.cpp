@@ -382,6 +382,8 @@ Result<void> StateExtension::complete(model::ThingSpec& thing) const {
   const std::string name = "action \"" + stop->location().substr(1) + "\": stop(): ";
   const auto is_in = [](const auto& all, const auto& one) { return std::find(all.begin(), all.end(), one) != all.end(); };
   const model::StopStateSpec& declared = *stop->stop_state;
+  if (!declared.read && !declared.property)
+    return unexpected(Errc::invalid_option, name + "expected a Property that Thing::property() returned, found an empty handle");
   if (declared.property && !is_in(thing.properties, declared.property))
     return unexpected(Errc::invalid_option,
                       name + "expected a Property of the same thing, found \"" + declared.property->location().substr(1) + "\"");

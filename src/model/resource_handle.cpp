@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <cstdio>
 #include <list>
 #include <mutex>
 
 #include <lrt/action.hpp>
 #include <lrt/base/immortal.hpp>
+#include <lrt/base/misuse.hpp>
 #include <lrt/rdf/lexical.hpp>
 
 #include "src/model/spec.hpp"
@@ -91,8 +93,40 @@ PushedSetup::~PushedSetup() = default;
 
 bool ResourceSetup::is_open() const noexcept { return spec_ && !spec_->sealed.load(std::memory_order_acquire); }
 
-void ResourceSetup::report_late(const char* call) const noexcept {
-  if (spec_) spec_->report(call, "was called after the thing was added to a server; it has no effect");
+namespace {
+/// Reports a mistake to the handler of the program. The text is short enough for the stack: a control loop may be calling.
+/// @param resource  nullptr: the handle is empty
+void misuse(const ResourceSpec* resource, const char* call, const char* what) noexcept {
+  char text[512];
+  std::string name;
+  try {
+    if (resource) name = resource->description() + ": ";
+  } catch (...) {}  // out of memory: without its name
+  std::snprintf(text, sizeof text, "%s%s() %s", name.c_str(), call, what);
+  ::lrt::detail::misuse(text);
+}
+}  // namespace
+
+void ResourceSetup::report_late(const char* call, bool checks) const noexcept {
+  if (!spec_) {
+    if (checks) report_empty(call);
+    return;
+  }
+  constexpr const char* what = "was called after the thing was added to a server; it has no effect";
+  spec_->report(call, what);
+  if (checks) misuse(spec_.get(), call, "was called after the thing was added to a server: call it before Server::add()");
+}
+void ResourceSetup::report_empty(const char* call) const noexcept {
+  misuse(nullptr, call, "was called on an empty handle: assign what Thing::property(), Thing::action() or Thing::collection() returns");
+}
+void ResourceSetup::refuse_null(const char* call) {
+  if (!is_editable(call)) return;
+  spec_->remember({Errc::invalid_option, spec_->description() + ": " + call + "() expected a function, found a null one"});
+}
+void PushedSetup::report_second_writer(const char* call) const noexcept {
+  constexpr const char* what = "was called while another thread publishes: one thread at a time publishes a property";
+  spec_->report(call, what);
+  misuse(spec_.get(), call, what);
 }
 
 rdf::Facets& ResourceSetup::facets_of() noexcept {
@@ -113,12 +147,21 @@ void ResourceSetup::add_text(Iri predicate, std::string text, std::string langua
 void ResourceSetup::add_statement(std::string predicate, Object object) { spec_->statements.push_back({std::move(predicate), std::move(object)}); }
 std::string ResourceSetup::location() const { return spec_ ? spec_->location() : std::string(); }
 
+void PushedSetup::set_keep(std::size_t samples) {
+  constexpr std::size_t most = 1'000'000;
+  if (samples > most)
+    return spec_->remember(
+        {Errc::invalid_option, spec_->description() + ": keep() expected at most 1000000 values, found " + std::to_string(samples)});
+  slot_->keep(samples);
+}
 void PropertySetup::set_write(WriteFunction write) { property_of(spec_).write = std::move(write); }
 void PropertySetup::set_life(std::chrono::milliseconds life, LapseFunction lapse) {
   property_of(spec_).life = std::make_unique<ValueLife>(life, std::move(lapse));
 }
 void PropertySetup::set_frame(Object system) { property_of(spec_).frame = std::make_unique<const Object>(std::move(system)); }
 void PropertySetup::set_max_age(std::chrono::milliseconds age, std::chrono::milliseconds while_revalidating) {
+  if (age.count() < 0 || while_revalidating.count() < 0)
+    spec_->remember({Errc::invalid_option, spec_->description() + ": max_age() expected times of at least 0"});
   property_of(spec_).cache_control = cache_control_of(age, while_revalidating);
 }
 void PropertySetup::add_representation(std::string_view media_type, EncodeFunction encode, Layout layout, WholeFunction whole) {
@@ -154,11 +197,25 @@ void ActionSetup::merge_field_facets(std::string_view field, const rdf::Facets& 
     action.first_error = Error{Errc::invalid_option, "consumes(\"" + std::string(field) + "\"): expected an input that is a record with this field"};
   }
 }
+namespace {
+/// An effect or a part that refers to an empty handle is an error.
+bool is_of(ActionSpec& action, const ResourceSetup& resource, const char* call) {
+  if (resource) return true;
+  if (!action.first_error)
+    action.first_error = Error{Errc::invalid_option, std::string(call) +
+                                                         "(): expected a handle that Thing::property() or Thing::action() "
+                                                         "returned, found an empty one"};
+  return false;
+}
+}  // namespace
+
 void ActionSetup::add_effect(const ResourceSetup& property, const FromInput* from_input) {
+  if (!is_of(action_of(spec_), property, "effect")) return;
   auto spec = std::static_pointer_cast<const PropertySpec>(property.spec_);
   action_of(spec_).effects.push_back({property.location(), std::move(spec), input_value(from_input), {}});
 }
 void ActionSetup::add_effect(const ResourceSetup& property, rdf::Value value) {
+  if (!is_of(action_of(spec_), property, "effect")) return;
   auto spec = std::static_pointer_cast<const PropertySpec>(property.spec_);
   action_of(spec_).effects.push_back({property.location(), std::move(spec), {}, std::move(value)});
 }
@@ -167,7 +224,9 @@ void ActionSetup::add_effect(std::string_view property, const FromInput* from_in
 }
 void ActionSetup::add_effect_turtle(std::string text) { action_of(spec_).effect_turtle.push_back(std::move(text)); }
 void ActionSetup::add_header(std::string name, std::string value) { action_of(spec_).headers.emplace_back(std::move(name), std::move(value)); }
-void ActionSetup::add_part(const ResourceSetup& part) { action_of(spec_).parts.push_back(part.location()); }
+void ActionSetup::add_part(const ResourceSetup& part) {
+  if (is_of(action_of(spec_), part, "part")) action_of(spec_).parts.push_back(part.location());
+}
 void ActionSetup::add_part(std::string_view part) { action_of(spec_).parts.push_back(location_at(action_of(spec_), part)); }
 void ActionSetup::set_unavailable(const char* reason) noexcept { action_of(spec_).availability.set(reason); }
 

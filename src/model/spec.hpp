@@ -48,8 +48,9 @@ class HandleLog {
 
 /// What the handles of a Thing's resources know about it. It outlives the Thing.
 struct HandleContext {
-  std::string path;                  ///< ThingSpec::path
-  std::shared_ptr<HandleLog> log{};  ///< of the server, set before the resources are sealed
+  std::string path;                            ///< ThingSpec::path
+  std::shared_ptr<HandleLog> log{};            ///< of the server, set before the resources are sealed
+  std::unique_ptr<const Error> first_error{};  ///< of the set-up calls on handles; null: none
 };
 
 /// A representation that a user's encoder makes of a property's values.
@@ -81,6 +82,10 @@ struct ResourceSpec {
   /// Its usual path below the root: "/arm/angle", "/arm/actions/turn".
   std::string location() const;
   void seal() noexcept { sealed.store(true, std::memory_order_release); }
+  /// Keeps the first error of set-up calls: Server::add() returns it.
+  void remember(Error error) const;
+  /// "property \"arm/angle\"".
+  std::string description() const;
   /// Logs an error: the resource, "call()" and what is wrong with the call. Any thread.
   void report(const char* call, const char* what) const noexcept;
 };
@@ -184,6 +189,14 @@ struct ControlSpec {
   ControlOptions options;
 };
 
+struct ThingSpec;
+
+/// Thing::guard(): the lambdas are called only while these objects exist.
+struct Guards {
+  std::vector<std::weak_ptr<void>> objects{};
+  void (*apply)(ThingSpec& thing);  ///< lets the lambdas of the Thing look first. A pointer: only programs with guards link it
+};
+
 struct ThingSpec {
   std::string path;                        ///< percent-encoded, without leading or trailing '/'
   std::shared_ptr<HandleContext> handles;  ///< null: it has no resources
@@ -200,12 +213,15 @@ struct ThingSpec {
   std::vector<std::shared_ptr<PropertySpec>> properties;
   ThinVector<std::shared_ptr<ActionSpec>> actions;
   ThinVector<std::shared_ptr<CollectionSpec>> collections;
-  std::unique_ptr<const Error> first_error;          ///< null: none
+  std::unique_ptr<const Error> first_error;          ///< null: none; see HandleContext::first_error
+  std::unique_ptr<Guards> guards;                    ///< of Thing::guard(); null: none
   std::shared_ptr<WorldSpec> world;                  ///< of a World; null: it is no World
   std::unique_ptr<const ControlSpec> control;        ///< null: clients do not take control of it
   std::unique_ptr<const std::string> cache_control;  ///< of the Thing and its state; null: "no-cache"
 };
 
+/// The error of a Thing without its description.
+Error moved_from();
 /// All titles of a Thing.
 rdf::Texts titles_of(const ThingSpec& thing);
 /// The titles or descriptions among statements.

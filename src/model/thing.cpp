@@ -2,10 +2,13 @@
 #include <lrt/thing.hpp>
 
 #include <algorithm>
+#include <cstdio>
 #include <limits>
 #include <vector>
 
+#include <lrt/base/immortal.hpp>
 #include <lrt/base/iri.hpp>
+#include <lrt/base/misuse.hpp>
 #include <lrt/rdf/lexical.hpp>
 
 #include "src/base/read_file.hpp"
@@ -116,7 +119,13 @@ rdf::Texts texts_of(const std::vector<Statement>& statements, Iri predicate) {
   return texts;
 }
 
+Error moved_from() {
+  return {Errc::closed, "expected a Thing, found one that was moved from, as by Server::add(std::move(thing)); make a new Thing"};
+}
+
 namespace {
+
+Error null_function(const ResourceSpec& spec) { return {Errc::invalid_option, spec.description() + ": expected a function, found a null one"}; }
 
 rdf::Words& words_of(ThingSpec& thing) {
   if (!thing.words) thing.words = std::make_unique<rdf::Words>();
@@ -127,11 +136,19 @@ rdf::Words& words_of(ThingSpec& thing) {
 
 std::string ResourceSpec::location() const { return "/" + thing->path + (kind == Kind::action ? "/actions/" : "/") + path; }
 
+void ResourceSpec::remember(Error error) const {
+  if (!thing->first_error) thing->first_error = std::make_unique<const Error>(std::move(error));
+}
+
+std::string ResourceSpec::description() const {
+  constexpr const char* kinds[] = {"property", "action", "collection"};
+  return std::string(kinds[static_cast<std::size_t>(kind)]) + " \"" + location().substr(1) + '"';
+}
+
 void ResourceSpec::report(const char* call, const char* what) const noexcept {
   try {
     if (!thing || !thing->log) return;
-    constexpr const char* kinds[] = {"property", "action", "collection"};
-    thing->log->write(std::string(kinds[static_cast<std::size_t>(kind)]) + " \"" + location().substr(1) + "\": " + call + "() " + what);
+    thing->log->write(description() + ": " + call + "() " + what);
   } catch (...) {  // out of memory: the message is lost
   }
 }
@@ -156,56 +173,76 @@ Thing::Thing(Thing&&) noexcept = default;
 Thing& Thing::operator=(Thing&&) noexcept = default;
 Thing::~Thing() = default;
 
-const std::string& Thing::path() const noexcept { return spec_->path; }
+const std::string& Thing::path() const noexcept {
+  static const Immortal<std::string> none;
+  return spec_ ? spec_->path : *none;
+}
 
-Thing& Thing::type(Iri type) { return spec_->classes.push_back(std::string(type.text)), *this; }
+Thing& Thing::type(Iri type) { return described().classes.push_back(std::string(type.text)), *this; }
 Thing& Thing::title(std::string text, std::string language) {
-  if (!language.empty()) return model::words_of(*spec_).titles.add(std::move(text), std::move(language)), *this;
-  if (spec_->has_plain_title) remember(rdf::twice("thing \"" + spec_->path + "\"", "title", {}));
-  spec_->has_plain_title = true;
-  return spec_->title = std::move(text), *this;
+  if (!language.empty()) return model::words_of(described()).titles.add(std::move(text), std::move(language)), *this;
+  if (described().has_plain_title) remember(rdf::twice("thing \"" + described().path + "\"", "title", {}));
+  described().has_plain_title = true;
+  return described().title = std::move(text), *this;
 }
 Thing& Thing::default_title(std::string text) {
-  if (!spec_->has_plain_title) spec_->title = std::move(text);
+  if (!described().has_plain_title) described().title = std::move(text);
   return *this;
 }
 Thing& Thing::description(std::string text, std::string language) {
-  return model::words_of(*spec_).descriptions.add(std::move(text), std::move(language)), *this;
+  return model::words_of(described()).descriptions.add(std::move(text), std::move(language)), *this;
 }
 Thing& Thing::add(Iri predicate, Object object) {
-  spec_->statements.push_back({std::string(predicate.text), std::move(object)});
+  described().statements.push_back({std::string(predicate.text), std::move(object)});
   return *this;
 }
-Thing& Thing::add_turtle(std::string text) { return spec_->turtle.push_back(std::move(text)), *this; }
+Thing& Thing::add_turtle(std::string text) { return described().turtle.push_back(std::move(text)), *this; }
 Thing& Thing::blueprint(Iri external) {
-  spec_->blueprint = std::make_unique<const std::string>(external.text);
+  described().blueprint = std::make_unique<const std::string>(external.text);
   return *this;
 }
-Thing& Thing::shapes(std::string turtle) { return spec_->shapes.push_back(std::move(turtle)), *this; }
+Thing& Thing::shapes(std::string turtle) { return described().shapes.push_back(std::move(turtle)), *this; }
 Thing& Thing::shapes_from_file(const std::string& path) {
   Result<std::string> text = read_file(path, std::numeric_limits<std::size_t>::max());
-  if (!text) remember({Errc::io_error, "thing \"" + spec_->path + "\": the shapes file \"" + path + "\" cannot be read"});
+  if (!text) remember({Errc::io_error, "thing \"" + described().path + "\": the shapes file \"" + path + "\" cannot be read"});
   return shapes(text ? *std::move(text) : std::string());
 }
 Thing& Thing::max_age(std::chrono::milliseconds age, std::chrono::milliseconds while_revalidating) {
-  return spec_->cache_control = model::cache_control_of(age, while_revalidating), *this;
+  if (age.count() < 0 || while_revalidating.count() < 0)
+    remember({Errc::invalid_option, "thing \"" + described().path + "\": max_age() expected times of at least 0"});
+  return described().cache_control = model::cache_control_of(age, while_revalidating), *this;
 }
-Thing& Thing::dispatch(Dispatch where) { return spec_->dispatch = where, *this; }
-Thing& Thing::requires_expiry() { return spec_->requires_expiry = true, *this; }
+Thing& Thing::dispatch(Dispatch where) { return described().dispatch = where, *this; }
+Thing& Thing::requires_expiry() { return described().requires_expiry = true, *this; }
+
+model::ThingSpec& Thing::described() {
+  if (!spec_) {  // its calls have no effect but this error
+    spec_ = std::make_unique<model::ThingSpec>();
+    remember(model::moved_from());
+  }
+  return *spec_;
+}
+
+void Thing::report_moved(const char* call) const noexcept {
+  if (spec_) return;
+  char text[256];
+  std::snprintf(text, sizeof text, "%s() of a Thing that was moved from: describe a Thing before Server::add(std::move(thing))", call);
+  ::lrt::detail::misuse(text);
+}
 
 void Thing::remember(Error error) {
-  if (!spec_->first_error) spec_->first_error = std::make_unique<const Error>(std::move(error));
+  if (!described().first_error) described().first_error = std::make_unique<const Error>(std::move(error));
 }
 
 void Thing::set_path(model::ResourceSpec& spec, std::string_view path, const char* what) {
-  if (!spec_->handles) spec_->handles = std::make_shared<model::HandleContext>(model::HandleContext{spec_->path});
-  spec.thing = spec_->handles;
+  if (!described().handles) described().handles = std::make_shared<model::HandleContext>(model::HandleContext{described().path});
+  spec.thing = described().handles;
   Result<std::string> encoded = model::encode_path(path);
   if (encoded) {
     spec.path = *std::move(encoded);
     return;
   }
-  remember({encoded.error().code, std::string(what) + " of thing \"" + spec_->path + "\": " + encoded.error().message, encoded.error().offset});
+  remember({encoded.error().code, std::string(what) + " of thing \"" + described().path + "\": " + encoded.error().message, encoded.error().offset});
 }
 
 std::shared_ptr<model::PropertySpec> Thing::new_property(std::string_view path, const rdf::Type& type, const Unit& unit) {
@@ -213,7 +250,7 @@ std::shared_ptr<model::PropertySpec> Thing::new_property(std::string_view path, 
   set_path(*spec, path, "property");
   spec->type = &type;
   spec->facets.unit(unit);
-  spec_->properties.push_back(spec);
+  described().properties.push_back(spec);
   return spec;
 }
 
@@ -221,6 +258,7 @@ model::PulledSetup Thing::new_pulled(std::string_view path, const rdf::Type& typ
   auto spec = new_property(path, type, unit);
   spec->changes = std::make_shared<model::ChangeSignal>();
   spec->read = std::move(read);
+  if (!spec->read) spec->remember(model::null_function(*spec));
   return model::PulledSetup(spec, spec->changes);
 }
 
@@ -238,7 +276,8 @@ std::shared_ptr<model::ResourceSpec> Thing::new_action(std::string_view path, co
   spec->output = output;
   spec->asynchronous = asynchronous;
   spec->start = std::move(start);
-  spec_->actions.push_back(spec);
+  if (!spec->start) spec->remember(model::null_function(*spec));
+  described().actions.push_back(spec);
   return spec;
 }
 
@@ -246,7 +285,7 @@ std::shared_ptr<model::ResourceSpec> Thing::new_collection(std::string_view path
   auto spec = std::make_shared<model::CollectionSpec>();
   set_path(*spec, path, "collection");
   spec->type = &type;
-  spec_->collections.push_back(spec);
+  described().collections.push_back(spec);
   return spec;
 }
 

@@ -28,6 +28,8 @@ class ValueLife {
   ValueLife& operator=(const ValueLife&) = delete;
 
   std::chrono::milliseconds life() const noexcept { return life_; }
+  /// Before the property is registered.
+  LapseFunction& function() noexcept { return lapse_; }
   /// The value was written at this time, and holds until the life after it. The value may be renewed by an older time only if it has no life.
   void renew(Instant written) noexcept {
     Ticks known = until_.load(std::memory_order_acquire);

@@ -121,6 +121,7 @@ WorldGraph World::graph(std::string_view path, GraphOptions options) {
     remember(std::move(error));
     return WorldGraph();
   };
+  if (!spec_ || !spec_->world) return fails(model::moved_from());
   Result<std::string> encoded = model::encode_path(path);
   if (!encoded) return fails({encoded.error().code, "graph of world \"" + spec_->path + "\": " + encoded.error().message});
   const std::string whole = "/" + spec_->path + "/" + *encoded;

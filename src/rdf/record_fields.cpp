@@ -9,6 +9,7 @@
 
 #include "src/base/utf8.hpp"
 #include "src/rdf/record_terms.hpp"
+#include "src/rdf/value_faults.hpp"
 
 namespace lrt::rdf {
 inline namespace v0 {
@@ -61,6 +62,7 @@ std::string fault_of_default(const FieldType& field, bool loses) {
   if (field.read_only) return "value_if_absent(): clients cannot send a read-only field";
   if (field.type->kind == Type::Kind::optional)
     return "value_if_absent(): a std::optional field that is left out is absent; give it the type without std::optional";
+  if (!fault_of_value(*field.type, *field.absent).empty()) return "value_if_absent(): the enumerator has no name";
   if (!within(*field.type, field.facets, *field.absent)) return "value_if_absent(): this value is outside of the bounds of the field";
   return {};
 }

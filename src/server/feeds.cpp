@@ -232,7 +232,9 @@ Feed::~Feed() {
 }
 
 Result<Feed> Feed::create(Server& server, std::shared_ptr<const security::Principal> owner) {
-  auto state = std::make_shared<State>(server.feeds(), std::move(owner));
+  Feeds* const feeds = server.feeds();
+  if (!feeds) return unexpected(Errc::closed, "the Server was moved from: use the one to which it was moved");
+  auto state = std::make_shared<State>(*feeds, std::move(owner));
   if (state->waker->descriptor() < 0)
     return unexpected(Errc::io_error, "cannot create an event descriptor for a feed: " + std::system_category().message(state->waker->error()));
   if (Result<void> opened = state->feeds.open(state); !opened) return Unexpected{std::move(opened).error()};

@@ -9,6 +9,7 @@
 #include <thread>
 #include <utility>
 
+#include <lrt/base/misuse.hpp>
 #include <lrt/served.hpp>
 #include <lrt/transport/http.hpp>
 
@@ -73,14 +74,16 @@ class LRT_LOCAL Server::Impl final : public SharedEngine::Loop {
   /// False if it must not be destroyed: in a child process, which has none of its threads, and when its destructor runs within one of its functions,
   /// as in exit() called by a lambda.
   bool can_be_destroyed() noexcept {
-    if (!engine_.is_own_process() || is_serving() || engine_.is_service_thread()) return false;
+    if (!engine_.is_own_process() || is_serving() || engine_.is_service_thread() || polling_ == std::this_thread::get_id()) return false;
     const std::lock_guard lock(threads_mutex_);
     return !io_.is_current() && !runner_.is_current();
   }
 
-  std::chrono::milliseconds poll(std::chrono::microseconds budget) noexcept {
+  std::chrono::milliseconds poll(std::chrono::microseconds budget, bool checks = false) noexcept {
     if (!engine_.is_own_process()) return forever;
     if (is_serving()) return std::chrono::milliseconds(0);  // called by a lambda that the transport's turn runs
+    const Polling polling(*this);
+    if (!polling.may()) return report_second_poll(checks), std::chrono::milliseconds(1);
     try {
       const auto begin = std::chrono::steady_clock::now();
       const Counters::Poll measured(counters_, begin);
@@ -103,9 +106,9 @@ class LRT_LOCAL Server::Impl final : public SharedEngine::Loop {
     } catch (...) { return std::chrono::milliseconds(0); }
   }
 
-  void run() noexcept {
+  void run(bool checks = false) noexcept {
     while (engine_.is_open()) {
-      const std::chrono::milliseconds rest = std::min(poll(std::chrono::milliseconds(10)), std::chrono::milliseconds(1000));
+      const std::chrono::milliseconds rest = std::min(poll(std::chrono::milliseconds(10), checks), std::chrono::milliseconds(1000));
       if (rest.count() == 0) continue;
       try {
         if (options_.threads.io == Io::in_poll) serve_once(std::chrono::milliseconds(10), rest);
@@ -123,6 +126,8 @@ class LRT_LOCAL Server::Impl final : public SharedEngine::Loop {
 
   void start() {
     if (!engine_.is_own_process()) return;
+    if (const Result<void> open = engine_.check_open(); !open)
+      throw BadResult({open.error().code, "start(): " + open.error().message + "; a server serves once, so create a new one"});
     const std::lock_guard lock(threads_mutex_);
     if (!runner_.joinable()) runner_ = start_thread("lrt-run", options_.threads.own, [this] { run(); }).value();
   }
@@ -251,6 +256,36 @@ class LRT_LOCAL Server::Impl final : public SharedEngine::Loop {
     bool mine_ = false;
   };
 
+  /// The host polls: one thread at a time. Its lambdas may poll within that.
+  class Polling {
+   public:
+    explicit Polling(Impl& impl) noexcept : impl_(impl) {
+      std::thread::id found;
+      begins_ = impl_.polling_.compare_exchange_strong(found, std::this_thread::get_id(), std::memory_order_acquire);
+      may_ = begins_ || found == std::this_thread::get_id();
+    }
+    ~Polling() {
+      if (begins_) impl_.polling_.store(std::thread::id(), std::memory_order_release);
+    }
+    Polling(const Polling&) = delete;
+    Polling& operator=(const Polling&) = delete;
+    bool may() const noexcept { return may_; }
+
+   private:
+    Impl& impl_;
+    bool begins_ = false, may_ = false;
+  };
+
+  void report_second_poll(bool checks) noexcept {
+    constexpr const char* what = "Server::poll() or run() was called while another thread polls, as that of start(): one thread polls a server";
+    if (checks) detail::misuse(what);
+    if (second_poll_.exchange(true, std::memory_order_relaxed)) return;
+    try {
+      engine_.log(LogLevel::error, what);
+    } catch (...) {}  // out of memory
+    engine_.flush_log();
+  }
+
   /// One step of the transport, by one thread at a time. A stop that was requested in the meantime is executed here.
   std::chrono::milliseconds serve_once(std::chrono::microseconds budget, std::chrono::milliseconds wait) {
     std::chrono::milliseconds rest{0};
@@ -298,6 +333,8 @@ class LRT_LOCAL Server::Impl final : public SharedEngine::Loop {
   EventWaker rest_;  // where run() waits when there is nothing to do
   std::atomic<bool> finished_{false}, descriptor_is_used_{false};
   std::atomic<std::thread::id> serving_{};    // the thread inside the transport
+  std::atomic<std::thread::id> polling_{};    // the thread inside poll()
+  std::atomic<bool> second_poll_{false};      // was logged
   std::mutex threads_mutex_;                  // guards the threads, not the joining
   std::condition_variable finished_changed_;  // with threads_mutex_
   Thread io_, runner_;
@@ -319,21 +356,42 @@ Result<Server> Server::create(Options options) {
   return Server(std::move(impl));
 }
 
+namespace {
+Unexpected moved_from() { return unexpected(Errc::closed, "the Server was moved from: use the one to which it was moved"); }
+void report_moved(bool checks) noexcept {
+  if (checks) detail::misuse("poll() or run() of a Server that was moved from: use the one to which it was moved");
+}
+}  // namespace
+
 Result<void> Server::add(Thing thing) {
   std::vector<Thing> things;
   things.push_back(std::move(thing));
   return add(std::move(things));
 }
-Result<void> Server::add(std::vector<Thing> things) { return impl_->engine().add(std::move(things)); }
-Result<void> Server::remove(std::string_view path) { return impl_->engine().remove(path); }
-std::chrono::milliseconds Server::poll(std::chrono::microseconds budget) noexcept { return impl_->poll(budget); }
-int Server::descriptor() noexcept { return impl_->descriptor(); }
-void Server::run() noexcept { impl_->run(); }
-void Server::start() { impl_->start(); }
-void Server::wake() noexcept { impl_->wake(); }
-void Server::stop() noexcept { impl_->stop(); }
+Result<void> Server::add(std::vector<Thing> things) { return impl_ ? impl_->engine().add(std::move(things)) : moved_from(); }
+Result<void> Server::remove(std::string_view path) { return impl_ ? impl_->engine().remove(path) : moved_from(); }
+std::chrono::milliseconds Server::poll(std::chrono::microseconds budget, bool checks) noexcept {
+  return impl_ ? impl_->poll(budget, checks) : (report_moved(checks), forever);
+}
+int Server::descriptor() noexcept { return impl_ ? impl_->descriptor() : -1; }
+void Server::run(bool checks) noexcept { impl_ ? impl_->run(checks) : report_moved(checks); }
+void Server::start() {
+  if (!impl_) throw BadResult(moved_from().error);
+  impl_->start();
+}
+void Server::wake() noexcept {
+  if (impl_) impl_->wake();
+}
+void Server::stop() noexcept {
+  if (impl_) impl_->stop();
+}
+SharedEngine& Server::shared_engine() noexcept { return impl_->engine(); }
 Served Server::serve(const http::Request& request) {
   Served served;
+  if (!impl_) {
+    served.response = closed_response();
+    return served;
+  }
   std::optional<engine::Channel> channel;
   auto& guests = impl_->engine().service<GuestRequests>();
   served.response = guests.serve(request, channel);
@@ -341,9 +399,12 @@ Served Server::serve(const http::Request& request) {
   return served;
 }
 engine::HeaderVerdict Server::judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes) {
-  return impl_->engine().service<GuestRequests>().judge_header(request, body_bytes);
+  if (impl_) return impl_->engine().service<GuestRequests>().judge_header(request, body_bytes);
+  engine::HeaderVerdict verdict;
+  verdict.response = closed_response();
+  return verdict;
 }
-Result<void> Server::reload_tls() { return impl_->reload_tls(); }
+Result<void> Server::reload_tls() { return impl_ ? impl_->reload_tls() : moved_from(); }
 EventSource::EventSource(GuestRequests& guests, engine::Channel channel) : guests_(&guests), channel_(channel) {}
 EventSource::EventSource(EventSource&& other) noexcept : guests_(std::exchange(other.guests_, nullptr)), channel_(other.channel_) {}
 EventSource& EventSource::operator=(EventSource&& other) noexcept {
@@ -360,15 +421,15 @@ EventSource::Event EventSource::next(std::chrono::milliseconds max_wait) {
   return {push->message, push->close != 0};
 }
 
-ServerCounters Server::counters() const { return impl_->counters(); }
+ServerCounters Server::counters() const { return impl_ ? impl_->counters() : ServerCounters(); }
 std::function<ServerCounters()> Server::counter_source() const {
-  return [impl = impl_.get()] { return impl->counters(); };
+  return [impl = impl_.get()] { return impl ? impl->counters() : ServerCounters(); };
 }
 
-Feeds& Server::feeds() noexcept { return impl_->engine().service<Feeds>(); }
+Feeds* Server::feeds() noexcept { return impl_ ? &impl_->engine().service<Feeds>() : nullptr; }
 
-std::uint16_t Server::port() const noexcept { return impl_->port(); }
-std::string Server::url() const { return impl_->url(); }
+std::uint16_t Server::port() const noexcept { return impl_ ? impl_->port() : 0; }
+std::string Server::url() const { return impl_ ? impl_->url() : std::string(); }
 
 }  // namespace v0
 }  // namespace lrt

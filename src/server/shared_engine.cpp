@@ -32,7 +32,9 @@ SharedEngine::SharedEngine(const Options& options, Loop& loop)
       loop_(loop),
       log_(options.log),
       sessions_(make_sessions(options)),
-      engine_(engine_options()) {
+      engine_(engine_options()),
+      scoped_(std::make_shared<Scoped>()) {
+  scoped_->engine = this;
   services_ = make_services(*this);
   for (const auto& service : services_) {
     add_role(service->turn_work(), turn_works_);
@@ -45,6 +47,10 @@ SharedEngine::SharedEngine(const Options& options, Loop& loop)
 SharedEngine::~SharedEngine() { clear(); }
 
 void SharedEngine::clear() {
+  {
+    const std::lock_guard lock(scoped_->mutex);
+    scoped_->engine = nullptr;
+  }
   while (!services_.empty()) services_.pop_back();  // write what is pending
   log_.flush();
 }
@@ -57,6 +63,7 @@ engine::EngineOptions SharedEngine::engine_options() {
   options.callbacks = options_.callbacks;
   options.public_base = options_.listen.public_base;
   options.dispatch = options_.threads.dispatch;
+  options.has_executor = static_cast<bool>(options_.threads.executor);
   options.everybody_reads = !options_.security.authorize;
   options.renew = [this](const security::Principal* owner) { return callers_ ? callers_->renew(owner) : engine::Caller(); };
   options.sessions = sessions_;
@@ -305,9 +312,9 @@ Result<void> SharedEngine::add(std::vector<Thing> things) {
   return added;
 }
 
-Result<void> SharedEngine::remove(std::string_view path) {
+Result<void> SharedEngine::remove(std::string_view path, const model::HandleContext* handles) {
   if (!is_own_process()) return check_open();
-  Result<void> result = use([&] { return engine_.remove(path); });
+  Result<void> result = use([&] { return handles ? engine_.remove(path, *handles) : engine_.remove(path); });
   if (const Result<std::string> encoded = model::encode_path_from_root(path); result && encoded)
     for (ThingKeeper* keeper : keepers_) keeper->removed(*encoded);
   loop_.wake_io();

@@ -51,6 +51,13 @@ class SharedEngine final : public engine::Handler {
   SharedEngine(const SharedEngine&) = delete;
   SharedEngine& operator=(const SharedEngine&) = delete;
 
+  /// What the registrations of a server share.
+  struct Scoped {
+    std::recursive_mutex mutex;  ///< recursive: a removed Thing may own a registration
+    SharedEngine* engine;        ///< guarded; nullptr: it is gone
+  };
+  const std::shared_ptr<Scoped>& scoped() const noexcept { return scoped_; }
+
   // Set-up and end.
   /// Checks all options but those of the transport.
   Result<void> prepare();
@@ -129,7 +136,8 @@ class SharedEngine final : public engine::Handler {
 
   // Things and numbers.
   Result<void> add(std::vector<Thing> things);
-  Result<void> remove(std::string_view path);
+  /// @param handles  of the thing; nullptr: of any
+  Result<void> remove(std::string_view path, const model::HandleContext* handles = nullptr);
   void count(ServerCounters& all) const;
 
   // engine::Handler, on the transport's thread.
@@ -183,6 +191,7 @@ class SharedEngine final : public engine::Handler {
   std::vector<Receiver*> receivers_;
   std::vector<RequestObserver*> observers_;
   std::vector<ThingKeeper*> keepers_;
+  const std::shared_ptr<Scoped> scoped_;
 };
 
 /// The response of a server that does not handle requests any more.

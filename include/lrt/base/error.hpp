@@ -36,6 +36,7 @@ enum class Errc : std::uint8_t {
   failed,               ///< the robot tried and failed, or user code threw an exception
   closed,               ///< the server, thing or connection is closed
   unconfirmed,          ///< a command was sent and no response has come: it may have been carried out
+  unavailable,          ///< what a lambda needs is not there now: the client gets 503 with the reason
 };
 
 /// The enumerator's name, "expected_iri".

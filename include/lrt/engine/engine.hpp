@@ -38,6 +38,12 @@ class Sessions;
 }  // namespace v0
 }  // namespace lrt::security
 
+namespace lrt::model {
+inline namespace v0 {
+struct HandleContext;
+}  // namespace v0
+}  // namespace lrt::model
+
 namespace lrt::engine {
 inline namespace v0 {
 
@@ -77,6 +83,8 @@ struct EngineOptions : Limits, RequestRules, CommonOptions {
   /// Every client may read if no view is restricted. False: shared caches must not store responses. nullopt: false with
   /// `authorize`.
   std::optional<bool> everybody_reads;
+  /// Somebody runs jobs with Dispatch::executor. False: add() refuses things that need it.
+  bool has_executor = true;
 };
 
 /// The kinds of `Upgrade` that a transport can carry (R0.12, R0.13).
@@ -159,6 +167,8 @@ class LRT_API Engine final : public Handler {
   /// Removes the thing at a path and all things below it.
   /// @par Errors  unknown_path
   Result<void> remove(std::string_view path);
+  /// The same, if the thing's handles belong to this description; else unknown_path.
+  Result<void> remove(std::string_view path, const model::HandleContext& handles);
 
   /// Sets where the server listens, for the base of representations and the accepted hosts.
   /// @param address   numeric address

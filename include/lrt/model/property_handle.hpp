@@ -71,6 +71,8 @@ class PropertyHandle : public ResourceHandle<Self, typename SetupOf<Self>::type>
                     "lrt: the callable of on_write returns void or Result<void>; write -> lrt::Result<void> and return lrt::refused(\"reason\")");
       return static_cast<Self&>(*this);
     } else {
+      if constexpr (can_be_null<F>)
+        if (!write) return this->refuse_null("on_write"), this->self();
       if (this->is_editable("on_write")) {
         this->set_write([write = std::move(write)](const rdf::Value& v) mutable -> Result<void> {
           if constexpr (rdf::detail::is_decoded_in_place<T>) {
@@ -120,6 +122,8 @@ class PropertyHandle : public ResourceHandle<Self, typename SetupOf<Self>::type>
       static_assert(rdf::detail::always_false<F>, "lrt: expires expects a callable without parameters; write [] { stop(); }");
       return static_cast<Self&>(*this);
     } else {
+      if constexpr (can_be_null<F>)
+        if (!lapse) return this->refuse_null("expires"), this->self();
       if (this->is_editable("expires")) this->set_life(life, [lapse = std::move(lapse)]() mutable { (void)lapse(); });
       return this->self();
     }
@@ -189,6 +193,8 @@ class PropertyHandle : public ResourceHandle<Self, typename SetupOf<Self>::type>
       static_assert(rdf::detail::always_false<F>, "lrt: the callable of representation returns lrt::Bytes, std::string or a Result of these");
       return static_cast<Self&>(*this);
     } else {
+      if constexpr (can_be_null<F>)
+        if (!encode) return this->refuse_null("representation"), this->self();
       if (this->is_editable("representation")) {
         this->add_representation(
             media_type, [encode = std::move(encode)](const void* value) mutable { return model::to_bytes(encode(*static_cast<const T*>(value))); },

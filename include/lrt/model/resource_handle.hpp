@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cassert>
 #include <chrono>
 #include <cstddef>
 #include <memory>
@@ -11,8 +10,10 @@
 #include <utility>
 
 #include <lrt/base/abi.hpp>
+#include <lrt/base/misuse.hpp>
 #include <lrt/base/unique_function.hpp>
 #include <lrt/model/detail/callables.hpp>
+#include <lrt/model/detail/slot.hpp>
 #include <lrt/model/dispatch.hpp>
 #include <lrt/model/statement.hpp>
 #include <lrt/rdf/type.hpp>
@@ -45,7 +46,6 @@ Result<void> result_of(F f) {
 struct ResourceSpec;
 class ActionSetup;
 class ChangeSignal;
-class SlotBase;
 
 /// The part of a handle that is compiled into the library. It points to the description of the resource, whose layout is
 /// in src/model/spec.hpp. Functions that change the description expect that is_editable() has returned true.
@@ -65,14 +65,16 @@ class LRT_API ResourceSetup {
   ~ResourceSetup();
 
   /// Whether set-up calls have an effect: the handle is not empty, and its thing was not added to a server yet. If not,
-  /// this logs the call, and an assertion fails in a build of the user without NDEBUG.
+  /// this logs the call, and a check of the headers fails.
   bool is_editable(const char* call) const noexcept {
     if (is_open()) return true;
-    report_late(call);
-    assert(spec_ && "lrt: the handle is empty; assign what Thing::property, Thing::action or Thing::collection returns");
-    assert(false && "lrt: a set-up call on a handle must precede Server::add()");
+    report_late(call, ::lrt::detail::checks);
     return false;
   }
+  /// The call got a null function: Server::add() returns the error.
+  void refuse_null(const char* call);
+  /// Reports a call on an empty handle.
+  void report_empty(const char* call) const noexcept;
 
   rdf::Facets& facets_of() noexcept;
   void set_dispatch(Dispatch where) noexcept;
@@ -90,7 +92,7 @@ class LRT_API ResourceSetup {
  private:
   friend class ActionSetup;  // reads the properties that an action changes
   bool is_open() const noexcept;
-  void report_late(const char* call) const noexcept;
+  void report_late(const char* call, bool checks) const noexcept;
 };
 
 /// What the library sets in the description of a property.
@@ -140,7 +142,27 @@ class LRT_API PushedSetup : public PropertySetup {
   ~PushedSetup();
 
  protected:
+  /// Before the slot is used by its writer: false if the handle is empty. With checks that is reported, and so is a second
+  /// writer, which gets false, too. After true, end_write() follows.
+  bool begin_write(const char* call) const noexcept {
+    if constexpr (::lrt::detail::checks) {
+      if (slot_ && slot_->begin_write()) return true;
+      slot_ ? report_second_writer(call) : report_empty(call);
+      return false;
+    } else {
+      return slot_ != nullptr;
+    }
+  }
+  void end_write() const noexcept {
+    if constexpr (::lrt::detail::checks) slot_->end_write();
+  }
+
+  void set_keep(std::size_t samples);
+
   std::shared_ptr<SlotBase> slot_;
+
+ private:
+  void report_second_writer(const char* call) const noexcept;
 };
 
 /// What the library sets in the description of an action.
@@ -187,8 +209,7 @@ class LRT_API CollectionSetup : public ResourceSetup {
 /// added to a server. Copies are handles to the same resource. In a condition a handle is false if it is empty.
 ///
 /// A set-up call after Server::add() has no effect: it writes one message with the resource and the call to the
-/// server's log callback, and is a failed assertion unless NDEBUG is defined. A call on an empty handle is a failed
-/// assertion, too.
+/// server's log callback, and fails a check of the headers (base/misuse.hpp). A call on an empty handle fails a check, too.
 ///
 /// @tparam Self   the handle that the calls return
 /// @tparam Setup  internal: the part that is compiled into the library

@@ -7,7 +7,6 @@
 
 #include "src/engine/change_scanner.hpp"
 #include "src/engine/description.hpp"
-#include "src/engine/enumerators.hpp"
 #include "src/engine/overview.hpp"
 #include "src/engine/parts.hpp"
 #include "src/engine/resources/action.hpp"
@@ -15,6 +14,7 @@
 #include "src/engine/stop_state.hpp"
 #include "src/engine/value_patch.hpp"
 #include "src/rdf/named_cells.hpp"
+#include "src/rdf/value_faults.hpp"
 
 namespace lrt::engine {
 
@@ -366,7 +366,7 @@ void PropertyResource::call_patch(Ticket ticket, const Context& context, Parts& 
             return written;
           }
           const rdf::Value current = s->read ? s->read(false).value : known;
-          if (const std::string_view fault = fault_of_value(*s->type, current); !fault.empty()) return unexpected(Errc::failed, std::string(fault));
+          if (const std::string_view fault = rdf::fault_of_value(*s->type, current); !fault.empty()) return unexpected(Errc::failed, std::string(fault));
           JudgedBody judged = patch->apply(current);
           if (auto* const fault = std::get_if<BodyFault>(&judged)) {
             written.fault = std::make_unique<BodyFault>(std::move(*fault));

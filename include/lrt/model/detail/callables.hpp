@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <type_traits>
@@ -16,6 +17,17 @@ namespace lrt::model {
 inline namespace v0 {
 
 class InvocationLink;
+
+/// @{
+/// Whether a callable may be null: a std::function, a UniqueFunction, a pointer. A lambda without captures converts to a
+/// pointer, and is none.
+template <class F>
+inline constexpr bool can_be_null = std::is_pointer_v<F> || std::is_member_pointer_v<F>;
+template <class Signature>
+inline constexpr bool can_be_null<std::function<Signature>> = true;
+template <class Signature>
+inline constexpr bool can_be_null<UniqueFunction<Signature>> = true;
+/// @}
 
 /// The result of reading a property.
 struct Reading {

@@ -70,6 +70,11 @@ class LRT_API SlotBase : public ChangeSource {
   /// The user gives the time of a value, which is not the time of its publish().
   bool has_source_times() const noexcept { return source_times_.load(std::memory_order_relaxed); }
 
+  // Of the checks in the headers (LRT_CHECKS): nobody else calls these two.
+  /// False: another thread is writing.
+  bool begin_write() noexcept { return !writing_.exchange(true, std::memory_order_acquire); }
+  void end_write() noexcept { writing_.store(false, std::memory_order_release); }
+
  protected:
   static constexpr std::uint8_t index = 3, fresh = 4;
 
@@ -89,7 +94,7 @@ class LRT_API SlotBase : public ChangeSource {
   std::atomic<std::uint8_t> middle_{2};
 
  private:
-  std::atomic<bool> forgotten_{false}, every_sample_{false}, source_times_{false};
+  std::atomic<bool> forgotten_{false}, every_sample_{false}, source_times_{false}, writing_{false};
   std::atomic<const Clock*> clock_{&system_clock()};
 };
 
