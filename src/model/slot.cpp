@@ -104,13 +104,13 @@ bool KeepingSlot::take_kept(rdf::Value& value, Utc& since) {
 }
 
 void KeepingSlot::give(const SampleHead& sample, rdf::Value& value, Utc& since) {
-  value = operations_.encode(sample);
-  if (held_) *held_ = operations_.share(sample);
-  since = sample.since;
   // What was published before start_keeping() is not lost. If something was, the first value after it is in the ring.
   if (const bool first = first_.exchange(false, std::memory_order_relaxed); keeps() && !first)
     lost_.fetch_add(sample.number - taken_ - 1, std::memory_order_relaxed);
-  taken_ = sample.number;
+  taken_ = sample.number;  // also if encode(), which is the user's, throws: the next call gives a later one
+  value = operations_.encode(sample);
+  if (held_) *held_ = operations_.share(sample);
+  since = sample.since;
 }
 
 SampleHead& CellSlot::front() const noexcept { return at(cells_at_, operations_, front_); }
