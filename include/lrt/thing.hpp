@@ -126,7 +126,8 @@ class LRT_API Thing {
   /// @param read  callable `T()`, with rdf::traits<T>. It returns numbers in `unit`; they are not converted.
   /// @param unit  unit of the numbers, for example unit::radian
   /// @return      handle, for predicates, types, bounds and on_write
-  /// @par Errors      expected_iri, duplicate_path: from Server::add(). If `read` throws, a GET is answered with 500.
+  /// @par Errors      expected_iri, duplicate_path: from Server::add(). If `read` throws, a GET is answered with 500; the state of the thing
+  ///                  has the other values, and says why this one is missing.
   /// @par Threads     `read` runs where dispatch() of the property says, never concurrently with itself.
   /// @par Time        Expects `read` to return within one control period.
   /// @par Implements  R0.3, R0.9, R1.9

@@ -42,6 +42,8 @@ class CancelToken {
  public:
   /// The call runs now. False: it was cancelled.
   bool take() noexcept { return state_.exchange(taken, std::memory_order_acq_rel) == open; }
+  /// The call runs or has run.
+  bool is_taken() const noexcept { return state_.load(std::memory_order_acquire) == taken; }
   /// True: the call will not run. False: it runs or has run.
   bool cancel() noexcept {
     std::uint8_t expected = open;

@@ -18,11 +18,14 @@ namespace {
 constexpr std::chrono::milliseconds short_work{2};
 constexpr int rest_per_work = 4;
 
-/// It is a property that was never read: its representation would be null.
+/// It is a property that was never read: its representation would be null. One that cannot be read says why in the state.
 bool lacks_value(const Resource& resource) {
   bool lacks = false;
   if (const ValueResource* const values = resource.values(); values && values->reads() >= ValueResource::Reads::values)
-    values->for_each_property([&](const PropertyResource& p) { lacks = lacks || p.value.is_null(); });
+    values->for_each_property([&](const PropertyResource& p) {
+      const bool says_why = p.is_failing() && values->reads() == ValueResource::Reads::readable_values;
+      lacks = lacks || (p.value.is_null() && !says_why);
+    });
   return lacks;
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "src/base/utf8.hpp"
 #include "src/engine/resources/property.hpp"
 #include "src/engine/resources/thing.hpp"
 #include "src/rdf/value_faults.hpp"
@@ -13,6 +14,27 @@
 namespace lrt::engine {
 
 namespace {
+
+/// Longer reasons are cut: they are in each state of the Thing.
+constexpr std::size_t max_failure_bytes = 200;
+
+/// A text of the robot's program in well-formed UTF-8 without control characters, which each format can carry.
+std::string short_text(std::string_view text) {
+  std::string clean;
+  while (!text.empty() && clean.size() < max_failure_bytes) {
+    const std::size_t valid = utf8::find_invalid(text).value_or(text.size());
+    const std::string_view begin = utf8::prefix(text.substr(0, valid), max_failure_bytes - clean.size());
+    for (const char c : begin) clean += static_cast<unsigned char>(c) < 0x20 || c == 0x7F ? ' ' : c;
+    if (begin.size() < valid) break;
+    if (valid < text.size()) clean += '?';
+    text.remove_prefix(std::min(text.size(), valid + 1));
+  }
+  return clean;
+}
+
+std::string failure_of(std::string_view why) { return "it could not be read: " + short_text(why); }
+
+constexpr std::string_view not_returned = "the robot's program has not returned it in time";
 
 /// An estimate of the memory that a value owns.
 std::size_t bytes_of(const rdf::Value& value) {
@@ -115,11 +137,12 @@ bool PropertyValues::ready(Resource& resource, Variant variant, bool current) {
       if (p.spec->slot) {
         take_published(p);
         if ((p.spec->slot->has_change() || p.is_refreshing()) && (values || p.value.is_null())) all = false;
+        if (p.is_failing() && reads == ValueResource::Reads::values) all = false;
       } else if (values) {
         all = false;
       }
     }
-    if (!has_encodings(p, wanted)) all = false;
+    if (!has_encodings(p, wanted) && !(reads == ValueResource::Reads::readable_values && p.is_failing())) all = false;
   });
   return all;
 }
@@ -134,19 +157,48 @@ void PropertyValues::refresh(Resource& resource, Encodings encodings, Done done)
   join->done = std::move(done);
   const ValueResource* const with_values = resource.values();
   const ValueResource::Reads reads = with_values ? with_values->reads() : ValueResource::Reads::nothing;
-  const auto one_done = [join, tolerates = reads == ValueResource::Reads::readable_values](const Result<void>& result, TimePoint now) {
-    const bool fails = !result && (!tolerates || result.error().code == Errc::timed_out);
+  const bool is_of_thing = resource.thing && &resource == &resource.thing->state;  // which is removed with its properties
+  const auto one_done = [join, is_of_thing, tolerates = reads == ValueResource::Reads::readable_values](const Result<void>& result, TimePoint now) {
+    const auto is = [&](Errc code) { return result.error().code == code; };
+    const bool fails = !result && (!tolerates || is(Errc::timed_out) || (is_of_thing && is(Errc::closed)));
     if (fails && join->result) join->result = result;
     if (--join->open == 0) join->done(join->result, now);
   };
   std::vector<PropertyResource*> properties;
+  std::size_t late = 0;
+  const auto is_late = [](const PropertyResource& p) { return p.refresh_state && p.refresh_state->late; };
   const auto add = [&](PropertyResource& p) {
-    if (reads >= ValueResource::Reads::values || p.spec->slot) properties.push_back(&p);
+    if (reads < ValueResource::Reads::values && !p.spec->slot) return;
+    properties.push_back(&p);
+    if (is_late(p)) ++late;
   };
   if (with_values) with_values->for_each_property(add);
+  if (reads == ValueResource::Reads::readable_values && late > 0 && late < properties.size())
+    properties.erase(std::remove_if(properties.begin(), properties.end(), [&](const PropertyResource* p) { return is_late(*p); }), properties.end());
   join->open += properties.size();
   for (PropertyResource* p : properties) refresh(*p, encodings, one_done);
   one_done({}, clock_.now());
+}
+
+bool PropertyValues::give_up(Resource& resource) {
+  const ValueResource* const values = resource.values();
+  if (!values) return false;
+  std::vector<PropertyResource*> late;
+  bool any_value = false, blocks = false;
+  // A lambda that began much later has not had the time that a request has.
+  const Instant latest = clock_.now().steady - options_.host_timeout / 2;
+  values->for_each_property([&](PropertyResource& p) {
+    if (p.is_refreshing() && p.refresh_state->begin <= latest)
+      late.push_back(&p), blocks |= p.refresh_state->token && p.refresh_state->token->is_taken();
+    else if (!p.value.is_null() && !p.is_failing()) any_value = true;
+  });
+  if (!any_value || !blocks) return false;
+  for (PropertyResource* p : late) {
+    if (!std::exchange(p->refresh_state->late, true) && options_.log)
+      options_.log(LogLevel::warning, "property \"" + p->path + "\" could not be read: " + std::string(not_returned));
+    fail(*p, not_returned);
+  }
+  return true;
 }
 
 void PropertyValues::refresh(PropertyResource& property, Encodings encodings, Done done) {
@@ -212,11 +264,15 @@ void PropertyValues::set_value_bytes(PropertyResource& property) {
 }
 
 void PropertyValues::start(PropertyResource& property) {
-  refresh_of(property).running = true;
+  PropertyRefresh& state = refresh_of(property);
+  state.running = true;
+  state.begin = clock_.now().steady;
   ends_if_thrown(property, [&] {
     if (property.spec->read) return read(property);
     std::vector<std::size_t> encoders = wanted_encoders(property);
     if (property.spec->slot->has_change()) return take(property, std::move(encoders));
+    if (property.is_failing())
+      return end(property, unexpected(Errc::failed, "property \"" + property.path + "\": " + property.failure()), clock_.now());
     encode(property, std::nullopt, std::move(encoders));
   });
 }
@@ -228,6 +284,7 @@ void PropertyValues::ends_if_thrown(PropertyResource& property, Step step) {
     step();
   } catch (const std::exception& e) {
     if (!property.is_refreshing()) throw;  // the refresh has ended, and a waiter has thrown
+    fail(property, "internal server error");
     end(property, unexpected(Errc::failed, std::string("internal server error: ") + e.what()), clock_.now());
   }
 }
@@ -249,15 +306,17 @@ void PropertyValues::was_read(PropertyResource& property, Result<model::Reading>
     if (const std::string_view fault = rdf::fault_of_value(*property.spec->type, reading->value); !fault.empty())
       reading = unexpected(Errc::failed, std::string(fault));
   if (reading) {
-    if (std::exchange(state.failing, false)) property.mark_readability_changed();
     const std::vector<std::size_t> encoders = wanted_encoders(property);
-    if (rdf::same(property.value, reading->value)) return encode(property, std::nullopt, encoders);
+    if (rdf::same(property.value, reading->value)) {
+      recover(property);
+      return encode(property, std::nullopt, encoders);
+    }
     return encode(property, Sample{std::move(reading->value), std::move(reading->whole), now.utc, {}}, encoders);
   }
   const Errc code = reading.error().code == Errc::closed ? Errc::failed : reading.error().code;
   const Result<void> failed = unexpected(code, "property \"" + property.path + "\" could not be read: " + reading.error().message);
-  if ((!state.failing || !state.waiters.empty()) && options_.log) options_.log(LogLevel::warning, failed.error().message);
-  if (!std::exchange(state.failing, true)) property.mark_readability_changed();
+  if ((state.failure.empty() || !state.waiters.empty()) && options_.log) options_.log(LogLevel::warning, failed.error().message);
+  fail(property, reading.error().message);
   end(property, failed, now);
 }
 
@@ -285,6 +344,7 @@ void PropertyValues::were_taken(PropertyResource& property, Result<std::vector<S
     const Result<void> failed =
         unexpected(samples.error().code, "property \"" + property.path + "\" could not be encoded: " + samples.error().message);
     if (options_.log) options_.log(LogLevel::warning, failed.error().message);
+    fail(property, samples.error().message);
     return end(property, failed, now);
   }
   model::SlotBase& slot = *property.spec->slot;
@@ -326,7 +386,10 @@ void PropertyValues::encode(PropertyResource& property, std::optional<Sample> sa
 }
 
 void PropertyValues::were_encoded(PropertyResource& property, std::optional<Sample> sample, Result<ThinVector<Encoding>> encodings, TimePoint now) {
-  if (!encodings) return end(property, Unexpected{encodings.error()}, now);
+  if (!encodings) {
+    fail(property, encodings.error().message);
+    return end(property, Unexpected{encodings.error()}, now);
+  }
   if (sample) {
     sample->encodings = *std::move(encodings);
     set(property, *std::move(sample));
@@ -340,12 +403,12 @@ void PropertyValues::were_encoded(PropertyResource& property, std::optional<Samp
 
 void PropertyValues::end(PropertyResource& property, const Result<void>& result, TimePoint now) {
   PropertyRefresh& state = *property.refresh_state;
-  state.running = false;
+  state.running = state.late = false;
   state.token = nullptr;
   std::vector<PropertyRefresh::Waiter> waiters = std::exchange(state.waiters, {});
   // Done first, so that new requests of the waiters wait for a later refresh. The value is kept until all waiters were called.
   UniqueFunction<void(TimePoint)> turn = std::exchange(state.next_turn, {});
-  if (turn) state.running = true;
+  if (turn) state.running = true, state.begin = now.steady;
   else state.waiters = std::exchange(state.next_waiters, {});
   if (!state.waiters.empty()) start(property);
   for (auto& w : waiters) try {
@@ -364,21 +427,46 @@ void PropertyValues::take_turn(PropertyResource& property, UniqueFunction<void(T
     return;
   }
   state.running = true;
+  state.begin = now.steady;
   begin(now);
+}
+
+/// The state of its Thing says why the property has no value, until it has one again: the first reason, so that one that differs each time (a
+/// counter, a time) does not change the state with each read. What a late lambda has done is a new reason.
+void PropertyValues::fail(PropertyResource& property, std::string_view why) {
+  PropertyRefresh& state = refresh_of(property);
+  if (!state.failure.empty() && !state.late) return;
+  std::string failure = failure_of(why);
+  if (state.failure == failure) return;
+  property.mark_changing();
+  state.failure = std::move(failure);
+  ++state.failure_changes;
+  property.mark_readability_changed();
+}
+
+void PropertyValues::recover(PropertyResource& property) {
+  if (!property.is_failing()) return;
+  property.mark_changing();
+  property.refresh_state->failure.clear();
+  ++property.refresh_state->failure_changes;
+  property.mark_readability_changed();
 }
 
 void PropertyValues::set(PropertyResource& property, Sample sample) {
   property.mark_changing();
   property.count(sample.number);
   if (const std::string_view fault = rdf::fault_of_value(*property.spec->type, sample.value); !fault.empty()) {  // it was published
-    if (options_.log && !std::exchange(property.nameless, true))
+    if (!std::exchange(property.nameless, true) && options_.log)
       options_.log(LogLevel::error, "property \"" + property.path + "\" has no value: " + std::string(fault));
     sample.value = {};
     sample.whole = nullptr;
     sample.encodings.clear();
+    refresh_of(property).failure = failure_of(fault);
   } else {
     property.nameless = false;
+    if (property.is_failing()) property.refresh_state->failure.clear();
   }
+  // The value and whether there is one are one change, which is counted as that of the value.
   property.value = std::move(sample.value);
   property.whole = std::move(sample.whole);
   property.modified = sample.since;
@@ -392,7 +480,10 @@ void PropertyValues::set(PropertyResource& property, Sample sample) {
 
 void PropertyValues::set_published(PropertyResource& property, Sample sample) {
   if (property.spec->slot->every_sample() || !rdf::same(sample.value, property.value)) set(property, std::move(sample));
-  else property.count_unchanged(sample.number);
+  else {
+    property.count_unchanged(sample.number);
+    recover(property);
+  }
 }
 
 void PropertyValues::cancel(PropertyResource& property, TimePoint now) {

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include <lrt/base/clock.hpp>
@@ -60,8 +62,11 @@ struct PropertyRefresh {
   bool running = false;
   std::shared_ptr<CancelToken> token;
   std::vector<Waiter> waiters, next_waiters;
-  bool failing = false;                       ///< the last read failed
-  UniqueFunction<void(TimePoint)> next_turn;  ///< PropertyValues::take_turn() waits for the end of the present refresh
+  std::string failure;                            ///< why there is no present value, for clients; empty: there is one
+  std::uint64_t failure_changes = 0;              ///< how often `failure` has changed while the value was the same
+  std::chrono::steady_clock::time_point begin{};  ///< of the running refresh
+  bool late = false;                              ///< the running refresh was given up: it is not waited for
+  UniqueFunction<void(TimePoint)> next_turn;      ///< PropertyValues::take_turn() waits for the end of the present refresh
 };
 
 /// Brings the values of properties up to date: from the slots of pushed properties, from the read lambdas of pulled ones, and through
@@ -81,6 +86,10 @@ class PropertyValues {
   void refresh(Resource& resource, Encodings encodings, Done done);
   void refresh(PropertyResource& property, Encodings encodings, Done done);
   using Instant = std::chrono::steady_clock::time_point;
+  /// The time limit of a request for values of several properties has passed. If a lambda runs, those that have not returned count as failing until they
+  /// do, and later requests do not wait for them.
+  /// @return false: no lambda runs, because the host does not, or no property has a present value; nothing has changed
+  bool give_up(Resource& resource);
   /// An observed property may have a new value: refreshes it, unless a refresh is running.
   /// @param until  as for take_published()
   void refresh_observed(PropertyResource& property, Instant until);
@@ -118,6 +127,8 @@ class PropertyValues {
   void were_taken(PropertyResource& property, Result<std::vector<Sample>> samples, TimePoint now);
   void were_encoded(PropertyResource& property, std::optional<Sample> sample, Result<ThinVector<Encoding>> encodings, TimePoint now);
   void end(PropertyResource& property, const Result<void>& result, TimePoint now);
+  static void fail(PropertyResource& property, std::string_view why);
+  static void recover(PropertyResource& property);
   template <class Step>
   void ends_if_thrown(PropertyResource& property, Step step);
 

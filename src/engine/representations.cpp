@@ -115,8 +115,17 @@ http::Response Representations::respond(Context& context) {
 Outcome Representations::attempt(Context& context, Step step) {
   Attempt first = step(context, false);
   if (auto* outcome = std::get_if<Outcome>(&first)) return std::move(*outcome);
-  const auto ticket =
-      pending_.defer(context, options_.host_timeout, [this](Ticket late, Context& c, bool) { pending_.respond(late, responses_.timed_out(c)); });
+  const ValueResource* const values = context.resource->values();
+  std::unique_ptr<const Step> again;  // for a document that can do without some values
+  if (values && values->reads() == ValueResource::Reads::readable_values) again = std::make_unique<const Step>(step);
+  const auto ticket = pending_.defer(context, options_.host_timeout, [this, again = std::move(again)](Ticket late, Context& c, bool) {
+    if (again && c.resource && values_.give_up(*c.resource)) {
+      Attempt without = (*again)(c, true);
+      auto* outcome = std::get_if<Outcome>(&without);
+      if (outcome && !std::holds_alternative<Deferred>(*outcome)) return pending_.respond(late, std::move(*outcome));
+    }
+    pending_.respond(late, responses_.timed_out(c));
+  });
   if (!ticket) return responses_.overloaded(context);
   go_on(*ticket, *context.resource, std::get<Missing>(first).encodings, std::move(step));
   return Deferred{*ticket};
@@ -428,10 +437,11 @@ Result<Bytes> Representations::body_of(Resource& resource, std::size_t base, Var
 /// have, and one of named graphs finds where it is from.
 rdf::Dataset Representations::dataset_of(const ValueResource& resource, std::size_t base, const Audience& audience, rdf::Graph all) const {
   rdf::Dataset dataset{std::move(all), {}};
+  std::size_t left = options_.max_value_members;
   for (const Resource* part : resource.described_resources()) {
     if (!audience.sees(*part)) continue;
     rdf::Graph graph;
-    part->describe({graph, view_.bases[base], 1, view_, audience});
+    resource.describe_part(*part, {graph, view_.bases[base], 1, view_, audience}, left);
     dataset.named.emplace_back(view_.bases[base] + part->path, shown(std::move(graph), base, audience));
   }
   return dataset;

@@ -295,7 +295,7 @@ class ValueResource : public Resource {
     nothing,
     known_values,     ///< whether a property has a value; pulled properties are not read for that
     values,           ///< the present values
-    readable_values,  ///< the present values, without those of properties that cannot be read now
+    readable_values,  ///< the present values; a property that cannot be read now says why
   };
   virtual Reads reads() const noexcept { return Reads::nothing; }
   virtual void for_each_property(FunctionRef<void(PropertyResource&)> visit) const { (void)visit; }
@@ -316,6 +316,12 @@ class ValueResource : public Resource {
   }
   /// Resources whose triples it has in one document. TriG and N-Quads also have a graph for each.
   virtual std::vector<const Resource*> described_resources() const { return {}; }
+  /// Describes one of them as it is in this document.
+  /// @param left  how many values the RDF of the document may still have; counted down
+  virtual void describe_part(const Resource& part, const Description& d, std::size_t& left) const {
+    (void)left;
+    part.describe(d);
+  }
   /// The largest size of a representation; a larger one is answered with 406.
   virtual std::size_t max_bytes(const EngineOptions& options) const noexcept {
     (void)options;

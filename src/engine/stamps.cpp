@@ -17,7 +17,7 @@ std::uint64_t change_number(const Resource& resource, const Audience& audience) 
   if (!audience.is_restricted() || !is_state(resource)) return resource.change_number();
   std::uint64_t sum = 0;
   for (const PropertyResource* p : resource.thing->in_state())
-    if (audience.sees(*p)) sum += p->change_number();
+    if (audience.sees(*p)) sum += p->change_number() + p->failure_changes();
   return sum;
 }
 
@@ -26,7 +26,7 @@ subscription::Stamp stamp(const Resource& resource, const Audience& audience) {
   if (!audience.is_restricted() || !is_state(resource)) return resource.stamp();
   subscription::Stamp stamp{std::nullopt, change_number(resource, audience)};
   for (const PropertyResource* p : resource.thing->in_state())
-    if (const auto at = p->value_time(); at && audience.sees(*p) && (!stamp.at || *stamp.at < *at)) stamp.at = at;
+    if (const auto at = p->value_time(); at && !p->is_failing() && audience.sees(*p) && (!stamp.at || *stamp.at < *at)) stamp.at = at;
   return stamp;
 }
 

@@ -63,7 +63,7 @@ TEST_CASE(
   const std::set<std::string> without_domain = {
       "lrt#frame",           "lrt#elementType",      "lrt#all",        "lrt#stop",       "lrt#unreachableSince", "lrt#mqttBroker",
       "lrt#mqttTopic",       "lrt#mqttCommandTopic", "lrt#valueFrom",  "lrt#inputField", "lrt#tolerance",        "lrt#period",
-      "hybrit#websocketUrl", "hybrit#subscriptions", "hybrit#binding", "lrt#stopState",  "lrt#unavailable"};
+      "hybrit#websocketUrl", "hybrit#subscriptions", "hybrit#binding", "lrt#stopState",  "lrt#unavailable",      "lrt#error"};
   const std::set<std::string> without_range = {"lrt#state", "lrt#frame",     "lrt#input",        "lrt#result",
                                                "lrt#mesh",  "lrt#texture",   "hybrit#blueprint", "hybrit#onResource",
                                                "lrt#all",   "lrt#allGraphs", "lrt#session",      "lrt#inputField"};

@@ -169,18 +169,22 @@ TEST_CASE("its entity tag moves with each value and with the structure, and only
   CHECK(r.bench.get("/robot/all").tag() == third);
 }
 
-TEST_CASE("one property that cannot be read does not hide the robot; it has no value then", "[engine][R0.6]") {
+TEST_CASE("one property that cannot be read does not hide the robot; it says why", "[engine][R0.6]") {
   Robot r;
   const Answer whole = r.bench.get("/robot/all");
   r.broken = true;
-  CHECK(r.bench.get("/robot/arm/j%201/state").status == 500);
+  CHECK(r.bench.get("/robot/arm/j%201/state").status == 200);
   const Answer partial = r.bench.get("/robot/all");
   REQUIRE(partial.status == 200);
   CHECK(missing(partial,
                 "<robot/arm/j%201> hybrit:property <robot/arm/j%201/encoder> . <robot/arm/j%201/angle> vom:numericalValue "
                 "\"10\"^^xsd:double .") == "");
   CHECK(missing(partial, "<robot/arm/j%201/encoder> vom:numericalValue [] .") != "");
-  CHECK(r.get("/robot/all", "application/json").body == R"({"battery":77,"arm":{"j 1":{"angle":10}}})");
+  CHECK(missing(partial, "<robot/arm/j%201/encoder> lrt:error \"it could not be read: it threw: the encoder does not answer\" .") == "");
+  CHECK(r.get("/robot/all", "application/json").body ==
+        R"({"battery":77,"arm":{"j 1":{"angle":10,"@errors":{"encoder":"it could not be read: it threw: the encoder does not answer"}}}})");
+  auto graphs = graphs_of(r.get("/robot/all", "application/n-quads").body);
+  CHECK(missing(graphs.at("http://localhost/robot/arm/j%201/encoder"), "<robot/arm/j%201/encoder> lrt:error [] .", "http://localhost/") == "");
   r.broken = false;
   CHECK(r.bench.get("/robot/all").tag() == whole.tag());
 }

@@ -438,7 +438,7 @@ TEST_CASE("a write that the robot declines is 409, one that throws is 500, and t
   CHECK(value == 5);
 }
 
-TEST_CASE("a read that throws is 500, in the state too, and the next one works", "[engine][R0.6]") {
+TEST_CASE("a read that throws is 500, and the next one works", "[engine][R0.6]") {
   Bench bench;
   int mode = 0;
   Thing thing{"arm"};
@@ -451,11 +451,10 @@ TEST_CASE("a read that throws is 500, in the state too, and the next one works",
   bench.add(std::move(thing));
   for (mode = 1; mode <= 3; ++mode) {
     CAPTURE(mode);
-    for (const char* path : {"/arm/p", "/arm/state"}) {
-      const Answer a = bench.get(path);
-      CHECK(a.status == 500);
-      CHECK(a.says("/arm/p"));
-    }
+    const Answer a = bench.get("/arm/p");
+    CHECK(a.status == 500);
+    CHECK(a.says("/arm/p"));
+    CHECK(bench.get("/arm/state").status == 200);
   }
   mode = 0;
   CHECK(bench.get("/arm/p").status == 200);

@@ -77,12 +77,13 @@ Graph seen_shapes(const ThingNode& thing, const Audience& audience) {
 void BlueprintResource::describe(const Description& d) const {
   const ThingNode& node = *thing;
   About(d.graph, d.base + path).a(vocab::ldp::RDFSource);
+  ValueOrError value_or_error(d.graph, d.engine.vocabulary(d.base));
   for (const auto& p : node.properties) {
     if (p->spec->file || !d.audience.sees(*p) || !has_user_shape(node, p->spec->path)) continue;
     const std::string shape = node.shape_iri(d.base, p->spec->path);
-    About judge(d.graph, p->promises_value ? d.graph.intern(rdf::iri(shape)) : d.graph.fresh_blank());
+    About judge(d.graph, d.graph.fresh_blank());
     judge.a(vocab::sh::NodeShape).link(vocab::sh::targetNode, d.base + p->path);
-    if (!p->promises_value) constrain_value(judge, *p, shape, d.engine.vocabulary(d.base));
+    value_or_error.conforms(judge, value_or_error.absence(*p), shape);
   }
   add_placed(d.graph, seen_shapes(node, d.audience), d.base);
 }

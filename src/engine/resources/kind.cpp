@@ -90,16 +90,31 @@ std::vector<std::string> own_predicates(const PropertyResource& property, const 
 
 }  // namespace
 
-void constrain_value(const About& constraint, const PropertyResource& property, const std::string& shape, const std::string& vocabulary) {
-  rdf::Graph& graph = constraint.graph();
-  const TermId present = graph.intern(rdf::iri(shape));
-  if (property.promises_value) {
-    graph.add(constraint.subject(), graph.intern(vocab::sh::node), present);
-    return;
+rdf::TermId ValueOrError::absence(const PropertyResource& property) {
+  const TermId absent = graph_.fresh_blank();
+  shacl::derive_absence(graph_, absent, *property.spec->type, vocabulary_);
+  if (!property.promises_value) return absent;
+  if (!with_error_) {
+    with_error_ = graph_.fresh_blank();
+    Structure(graph_, *with_error_).path(vocab::lrt_::error, 1);
   }
-  const TermId absent = graph.fresh_blank();
-  shacl::derive_absence(graph, absent, *property.spec->type, vocabulary);
-  graph.add(constraint.subject(), graph.intern(vocab::sh::or_), graph.add_list({absent, present}));
+  About(graph_, absent).add(vocab::sh::node, *with_error_);
+  return absent;
+}
+
+void ValueOrError::conforms(const About& constraint, TermId absence, const std::string& shape) {
+  graph_.add(constraint.subject(), graph_.intern(vocab::sh::or_), graph_.add_list({absence, graph_.intern(rdf::iri(shape))}));
+}
+
+void ValueOrError::has_no_error(const About& constraint, TermId absence, bool is_timed) {
+  std::optional<TermId>& present = is_timed ? timed_without_error_ : without_error_;
+  if (!present) {
+    present = graph_.fresh_blank();
+    Structure structure(graph_, *present);
+    structure.path(vocab::lrt_::error, 0).add(vocab::sh::maxCount, rdf::literal("0", vocab::xsd::integer));
+    if (is_timed) structure.path(vocab::dcterms::modified, 1, 1).add(vocab::sh::datatype, rdf::TermView(vocab::xsd::dateTime));
+  }
+  graph_.add(constraint.subject(), graph_.intern(vocab::sh::or_), graph_.add_list({*present, absence}));
 }
 
 // ------------------------------------------------------------------------------------------------------------------ kind
@@ -238,7 +253,8 @@ void describe_kind(const Description& d, const std::string& self, const std::str
   }
 
   // Properties by their predicates, with the shapes of their values.
-  const TermId any = graph.fresh_blank(), with_value = graph.fresh_blank();  // shapes of each property, and of each that has a value
+  const TermId any = graph.fresh_blank();  // the shape of each property
+  ValueOrError value_or_error(graph, vocabulary);
   std::map<std::string, std::vector<std::size_t>> by_predicate;
   for (std::size_t i = 0; i < first.properties.size(); ++i) {
     if (!is_seen_somewhere([&](const ThingNode& t) { return d.audience.sees(*t.properties[i]); })) continue;
@@ -259,9 +275,11 @@ void describe_kind(const Description& d, const std::string& self, const std::str
     for (const std::string& c : p.classes) constraint.link(vocab::sh::class_, c);
     if (p.file) continue;  // not in the state
     const bool promised = property.promises_value, has_shape = !has_user_shape(first, p.path);
-    if (has_shape) constrain_value(constraint, property, self + "#" + p.path, vocabulary);
+    const TermId absence = value_or_error.absence(property);
+    if (has_shape) value_or_error.conforms(constraint, absence, self + "#" + p.path);
+    value_or_error.has_no_error(constraint, absence, promised && p.type->kind != rdf::Type::Kind::optional);
     if (const std::string of = rdf::target_class(*p.type, vocabulary); !promised && !of.empty()) constraint.link(vocab::sh::class_, of);
-    constraint.add(vocab::sh::node, promised && p.type->kind != rdf::Type::Kind::optional ? with_value : any);
+    constraint.add(vocab::sh::node, any);
     Structure more(graph, constraint.subject());
     if (p.frame) more.path(frame_predicate(*p.type), 1, 1);
     if (p.life)  // clients learn from it how often they have to write
@@ -279,15 +297,10 @@ void describe_kind(const Description& d, const std::string& self, const std::str
     for (const Statement& s : p.statements) stated.insert(s.predicate);
     for (const std::string& of : stated) more.path(of, 1);
   }
-  const auto is_used = [&](TermId shape) { return !graph.match(std::nullopt, std::nullopt, shape).empty(); };
-  const bool needs_value = is_used(with_value);
-  if (needs_value || is_used(any)) {
+  if (!graph.match(std::nullopt, std::nullopt, any).empty()) {
     About(graph, any).a(vocab::sh::NodeShape);
     Structure(graph, any).path(vocab::rdfs::seeAlso, 1, 0, vocab::hybrit::RoboticThing);
-  }
-  if (needs_value) {
-    About(graph, with_value).a(vocab::sh::NodeShape).add(vocab::sh::node, any);
-    Structure(graph, with_value).path(vocab::dcterms::modified, 1, 1).add(vocab::sh::datatype, rdf::TermView(vocab::xsd::dateTime));
+    Structure(graph, any).path(vocab::lrt_::error, 0, 1).add(vocab::sh::datatype, rdf::TermView(vocab::xsd::string));
   }
   const std::vector<ValueShape> shapes = value_shapes(first);
   const std::vector<bool> shown = shown_shapes(members, shapes.size(), d.audience);
@@ -311,6 +324,7 @@ void BoundsResource::describe(const Description& d) const {
   const ThingNode& first = *members.front();
   const std::vector<ValueShape> shapes = value_shapes(first);
   const std::vector<bool> shown = shown_shapes(members, shapes.size(), d.audience);
+  ValueOrError value_or_error(d.graph, vocabulary);
   for (std::size_t i = 0; i < shapes.size(); ++i) {
     const ValueShape& values = shapes[i];
     if (!shown[i] || !values.has_bounds() || has_user_shape(first, values.name)) continue;
@@ -319,7 +333,7 @@ void BoundsResource::describe(const Description& d) const {
     if (!values.property || values.property->spec->file) continue;
     for (const std::string& predicate : own_predicates(*values.property, vocabulary)) {
       About constraint = Structure(d.graph, about.subject()).path(predicate, 0);
-      constrain_value(constraint, *values.property, shape, vocabulary);
+      value_or_error.conforms(constraint, value_or_error.absence(*values.property), shape);
     }
   }
 }

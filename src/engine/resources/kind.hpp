@@ -3,6 +3,7 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -91,8 +92,23 @@ class BoundsResource final : public SharedBlueprint {
 /// @param members  Things of the kind; those that differ in what the audience sees
 void describe_kind(const Description& d, const std::string& self, const std::string& name, const std::vector<const ThingNode*>& members);
 
-/// Adds that the value of a property conforms to a shape, if the property has a value.
-void constrain_value(const About& constraint, const PropertyResource& property, const std::string& shape, const std::string& vocabulary);
+/// Constraints of properties that have either a value or an error (0068). What does not depend on the type is in a document once.
+class ValueOrError {
+ public:
+  ValueOrError(rdf::Graph& graph, std::string vocabulary) : graph_(graph), vocabulary_(std::move(vocabulary)) {}
+  /// A shape: the property has no value, but an error if it promises a value.
+  rdf::TermId absence(const PropertyResource& property);
+  /// Adds to a shape of the property: its value is absent or conforms to a shape.
+  void conforms(const About& constraint, rdf::TermId absence, const std::string& shape);
+  /// Adds to a shape of the property: its value is absent, or it has no error.
+  /// @param is_timed  a value has a time
+  void has_no_error(const About& constraint, rdf::TermId absence, bool is_timed);
+
+ private:
+  rdf::Graph& graph_;
+  const std::string vocabulary_;
+  std::optional<rdf::TermId> with_error_, without_error_, timed_without_error_;
+};
 
 /// The kinds of the registered Things.
 class Kinds {

@@ -45,17 +45,31 @@ void PropertyResource::for_each_property(FunctionRef<void(PropertyResource&)> vi
 
 // ------------------------------------------------------------------------------------------------------- description
 
-void PropertyResource::describe(const Description& d) const {
+void PropertyResource::describe(const Description& d) const { describe(d, {}); }
+
+void PropertyResource::describe_in_state(const Description& d, std::size_t& left) const {
+  if (is_failing()) return describe(d, failure());
+  const std::size_t before = left;
+  if (only_octets || fits(value, left)) return describe(d, {});
+  left = before;
+  describe(d, "its value is not in the RDF of this document, which has at most " + std::to_string(d.engine.options.max_value_members) +
+                  " values; application/json has it");
+}
+
+/// @param failure  why it has no value; empty: it has one
+void PropertyResource::describe(const Description& d, std::string_view failure) const {
   About about(d.graph, d.base + path);
   describe_types(about, d);
   about.link(vocab::rdfs::seeAlso, d.base + thing->self.path);
-  if (!value.is_null() && !only_octets) rdf::write_value(d.graph, about.subject(), *spec->type, spec->facets, value, d.engine.vocabulary(d.base));
+  if (!failure.empty()) about.add(vocab::lrt_::error, rdf::literal(failure));
+  else if (!value.is_null() && !only_octets)
+    rdf::write_value(d.graph, about.subject(), *spec->type, spec->facets, value, d.engine.vocabulary(d.base));
   describe_quantity(about, *spec->type, spec->facets);
-  about.when(vocab::dcterms::modified, modified);
+  if (failure.empty()) about.when(vocab::dcterms::modified, modified);
   if (spec->frame) about.add(frame_predicate(*spec->type), object_term(d.graph, *spec->frame, d.base));
   if (spec->life) about.add(vocab::lrt_::expiresAfter, rdf::literal(seconds(spec->life->life()), vocab::xsd::double_));
   about.statements(spec->statements, d.base);
-  describe_formats(about, d);
+  if (failure.empty()) describe_formats(about, d);
   if (const StopState* const state = spec->is_generated ? thing->stop_state : nullptr; state && state->release)
     about.link(vocab::lrt_::release, d.base + state->release->path);
 }
@@ -143,6 +157,9 @@ void PropertyResource::mark_changing() {
 void PropertyResource::mark_readability_changed() {
   record_change();
   for (std::size_t i = 0; i < observers.size(); ++i) observers[i]->readability_changed();
+  if (in_graph || spec->file) return;
+  ++thing->state.number;
+  thing->state.notify_observers();
 }
 
 void PropertyResource::expire(Utc now) {

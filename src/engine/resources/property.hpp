@@ -37,6 +37,9 @@ class PropertyResource final : public ValueResource {
   std::string input_shape() const override { return spec->path; }
 
   void describe(const Description& d) const override;
+  /// In a document of several properties: if it has no present value, or one of too many members, it says why instead (0068).
+  /// @param left  how many members the RDF of the document may still have; counted down
+  void describe_in_state(const Description& d, std::size_t& left) const;
   /// A writable Property has a binding, as Actions have.
   void describe_controls(About& about, const Description& d) const override;
   void describe_types(About& about, const Description& d) const override;
@@ -63,7 +66,8 @@ class PropertyResource final : public ValueResource {
   void mark_value_changed();
   /// Its value is about to be replaced: notifies its observers and those of its Thing's state.
   void mark_changing();
-  /// is_failing() has changed: notifies its observers. Those of its value receive nothing, because the value is the same.
+  /// is_failing() has changed: notifies its observers and those of its Thing's state. Those of its value receive nothing, because the value is the
+  /// same.
   void mark_readability_changed();
   /// Removes its value if that is too old.
   void expire(Utc now);
@@ -97,8 +101,12 @@ class PropertyResource final : public ValueResource {
   ThinVector<Encoding> encodings;                  ///< of the present value, by the user's encoders; of the same index
   std::unique_ptr<PropertyRefresh> refresh_state;  ///< PropertyValues'; null: none was needed yet
   bool is_refreshing() const noexcept { return refresh_state && refresh_state->running; }
-  /// The last read of a pulled property failed.
-  bool is_failing() const noexcept { return refresh_state && refresh_state->failing; }
+  /// There is no present value: the last read failed, or what was published last cannot be represented.
+  bool is_failing() const noexcept { return refresh_state && !refresh_state->failure.empty(); }
+  /// Why, for clients. @pre is_failing()
+  const std::string& failure() const noexcept { return refresh_state->failure; }
+  /// How often is_failing() has changed while the value was the same: changes that `revision` does not count.
+  std::uint64_t failure_changes() const noexcept { return refresh_state ? refresh_state->failure_changes : 0; }
   /// The further state of a value that is published in a graph of a World.
   struct InGraph {
     ValueResource& graph;
@@ -129,6 +137,7 @@ class PropertyResource final : public ValueResource {
 
   bool has_writes() const noexcept { return writes_ && (writes_->writing || !writes_->queue.empty()); }
   bool is_first_write(Ticket ticket) const noexcept { return writes_ && !writes_->queue.empty() && writes_->queue.front().ticket == ticket; }
+  void describe(const Description& d, std::string_view failure) const;
   void describe_formats(About& about, const Description& d) const;
   void begin_next_write(Parts& parts, TimePoint now);
   void judge_after_refresh(Encodings wanted, Parts& parts);

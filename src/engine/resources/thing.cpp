@@ -2,6 +2,8 @@
 #include "src/engine/resources/thing.hpp"
 
 #include <algorithm>
+#include <list>
+#include <memory>
 
 #include <lrt/base/immortal.hpp>
 #include <lrt/engine/engine.hpp>
@@ -16,6 +18,7 @@
 #include "src/engine/resources/action.hpp"
 #include "src/engine/resources/collection.hpp"
 #include "src/engine/resources/kind.hpp"
+#include "src/engine/resources/plain_state.hpp"
 #include "src/engine/resources/property.hpp"
 #include "src/engine/stop_state.hpp"
 #include "src/engine/vocabulary.hpp"
@@ -143,7 +146,14 @@ void ThingResource::set_observed(bool observed, ChangeScanner& scanner) {
 void StateResource::describe(const Description& d) const {
   About(d.graph, d.base + path).a(vocab::ldp::RDFSource);
   thing->self.describe(d);
-  for (PropertyResource* p : thing->in_state()) p->describe(d);
+  std::size_t left = d.engine.options.max_value_members;
+  for (PropertyResource* p : thing->in_state())
+    if (d.audience.sees(*p)) p->describe_in_state(d, left);
+}
+
+void describe_in_whole(const Resource& part, const Description& d, std::size_t& left) {
+  if (part.kind().name == "property") static_cast<const PropertyResource&>(part).describe_in_state(d, left);
+  else part.describe(d);
 }
 
 std::vector<const Resource*> StateResource::described_resources() const {
@@ -154,34 +164,33 @@ std::vector<const Resource*> StateResource::described_resources() const {
 
 std::optional<PlainValue> StateResource::plain_value(const Audience& audience) const {
   static const rdf::Facets no_facets;
-  rdf::Value::Sequence values;
-  if (audience.is_restricted()) {
-    const auto record = std::make_shared<rdf::Type>();
-    record->kind = rdf::Type::Kind::record;
-    record->fields = thing->kind->state_fields(*thing, audience);
-    for (PropertyResource* p : thing->in_state())
-      if (audience.sees(*p)) values.push_back(p->value);
-    return PlainValue{record.get(), &no_facets, nullptr, rdf::Value(std::move(values)), record};
-  }
-  for (PropertyResource* p : thing->in_state()) values.push_back(p->value);
-  return PlainValue{&thing->kind->state_type(), &no_facets, nullptr, rdf::Value(std::move(values))};
-}
-
-bool StateResource::fits_rdf(std::size_t max_values) const {
   const StateProperties properties = thing->in_state();
-  return std::all_of(properties.begin(), properties.end(), [&](const PropertyResource* p) { return p->only_octets || fits(p->value, max_values); });
+  const auto fails = [](const PropertyResource* p) { return p->is_failing(); };
+  if (!audience.is_restricted() && std::none_of(properties.begin(), properties.end(), fails)) {
+    rdf::Value::Sequence values;
+    for (PropertyResource* p : properties) values.push_back(p->value);
+    return PlainValue{&thing->kind->state_type(), &no_facets, nullptr, rdf::Value(std::move(values))};
+  }
+  const auto types = std::make_shared<std::list<rdf::Type>>(1);
+  PlainState state;
+  state.add(*thing, audience);
+  state.add_failures(*types);
+  rdf::Type& record = types->front();
+  record.kind = rdf::Type::Kind::record;
+  record.fields = std::move(state.fields);
+  return PlainValue{&record, &no_facets, nullptr, rdf::Value(std::move(state.values)), {types, &record}};
 }
 
 std::uint64_t StateResource::state(std::uint64_t structure) const noexcept {
   std::uint64_t sum = structure;
-  for (PropertyResource* p : thing->in_state()) sum += p->revision;
+  for (PropertyResource* p : thing->in_state()) sum += p->revision + p->failure_changes();
   return sum;
 }
 
 std::optional<Utc> StateResource::value_time() const noexcept {
   std::optional<Utc> newest;
   for (const PropertyResource* p : thing->in_state())
-    if (!p->value.is_null() && (!newest || *newest < p->modified)) newest = p->modified;
+    if (!p->value.is_null() && !p->is_failing() && (!newest || *newest < p->modified)) newest = p->modified;
   return newest;
 }
 

@@ -68,11 +68,11 @@ class StateResource final : public ValueResource {
     return kind;
   }
   std::optional<PlainValue> plain_value(const Audience& audience) const override;
-  bool fits_rdf(std::size_t max_values) const override;
+  void describe_part(const Resource& part, const Description& d, std::size_t& left) const override { describe_in_whole(part, d, left); }
   std::uint64_t state(std::uint64_t structure) const noexcept override;
   std::string_view cache_control() const noexcept override;
   void link_related(http::LinkWriter& links, const std::string& base) const override;
-  Reads reads() const noexcept override { return Reads::values; }
+  Reads reads() const noexcept override { return Reads::readable_values; }
   void for_each_property(FunctionRef<void(PropertyResource&)> visit) const override;
   void set_observed(bool observed, ChangeScanner& scanner) override;
   std::uint64_t change_number() const noexcept override { return number; }

@@ -21,9 +21,6 @@ void visit_tree(const ThingNode& thing, FunctionRef<void(const ThingNode&)> visi
   for (const ThingNode* child : thing.children) visit_tree(*child, visit);
 }
 
-/// Its value is that of the last refresh.
-bool is_readable(const PropertyResource& property) { return !property.is_failing(); }
-
 rdf::Type empty_record() {
   rdf::Type record;
   record.kind = rdf::Type::Kind::record;
@@ -39,15 +36,16 @@ void TreeResource::for_each_thing(FunctionRef<void(const ThingNode&)> visit) con
 
 void TreeResource::describe(const Description& d) const {
   About(d.graph, d.base + path).a(vocab::ldp::RDFSource);
-  for (const Resource* part : described_resources()) part->describe(d);
+  std::size_t left = d.engine.options.max_value_members;
+  for (const Resource* part : described_resources())
+    if (d.audience.sees(*part)) describe_in_whole(*part, d, left);
 }
 
 std::vector<const Resource*> TreeResource::described_resources() const {
   std::vector<const Resource*> parts;
   for_each_thing([&](const ThingNode& one) {
     parts.push_back(&one.self);
-    for (const PropertyResource* p : one.in_state())
-      if (is_readable(*p)) parts.push_back(p);
+    for (const PropertyResource* p : one.in_state()) parts.push_back(p);
   });
   return parts;
 }
@@ -56,44 +54,36 @@ std::optional<PlainValue> TreeResource::plain_value(const Audience& audience) co
   static const rdf::Facets no_facets;
   types_.clear();
   rdf::Type& record = types_.emplace_back(empty_record());
-  rdf::Value::Sequence values;
+  PlainState state;
   if (thing) {
-    add_to(record, values, *thing, thing->spec->path.size() + 1, audience);
+    state.add(*thing, audience);
+    add_children(state, *thing, thing->spec->path.size() + 1, audience);
   } else {
-    for (const ThingNode* root : registry_->roots()) add_member(record, values, *root, 0, audience);
+    for (const ThingNode* root : registry_->roots()) add_member(state, *root, 0, audience);
   }
-  return PlainValue{&record, &no_facets, nullptr, rdf::Value(std::move(values))};
+  state.add_failures(types_);
+  record.fields = std::move(state.fields);
+  return PlainValue{&record, &no_facets, nullptr, rdf::Value(std::move(state.values))};
 }
 
-/// Adds what a Thing's state has, and the Things below it.
 /// @param prefix  how much of their paths is left out
-void TreeResource::add_to(rdf::Type& record, rdf::Value::Sequence& values, const ThingNode& one, std::size_t prefix, const Audience& audience) const {
-  record.fields = one.kind->state_fields(one, audience);
-  for (const PropertyResource* p : one.in_state())
-    if (audience.sees(*p)) values.push_back(is_readable(*p) ? p->value : rdf::Value());
-  for (const ThingNode* child : one.children) add_member(record, values, *child, prefix, audience);
+void TreeResource::add_children(PlainState& state, const ThingNode& one, std::size_t prefix, const Audience& audience) const {
+  for (const ThingNode* child : one.children) add_member(state, *child, prefix, audience);
 }
 
-/// Adds a Thing as one member.
+/// Adds a Thing with the Things below it as one member.
 /// If the audience may not see it, the Things below it are added in its place.
-void TreeResource::add_member(rdf::Type& record, rdf::Value::Sequence& values, const ThingNode& member, std::size_t prefix,
-                              const Audience& audience) const {
-  if (!audience.sees(member.self)) {
-    for (const ThingNode* child : member.children) add_member(record, values, *child, prefix, audience);
-    return;
-  }
+void TreeResource::add_member(PlainState& state, const ThingNode& member, std::size_t prefix, const Audience& audience) const {
+  if (!audience.sees(member.self)) return add_children(state, member, prefix, audience);
   rdf::Type& type = types_.emplace_back(empty_record());
-  rdf::Value::Sequence own;
-  add_to(type, own, member, member.spec->path.size() + 1, audience);
+  PlainState own;
+  own.add(member, audience);
+  add_children(own, member, member.spec->path.size() + 1, audience);
+  own.add_failures(types_);
+  type.fields = std::move(own.fields);
   const std::string name = member.spec->path.substr(prefix);
-  record.fields.push_back({model::plain_name(name), "#" + name, &type, {}});
-  values.push_back(rdf::Value(std::move(own)));
-}
-
-bool TreeResource::fits_rdf(std::size_t max_values) const {
-  bool all = true;
-  for_each_property([&](PropertyResource& p) { all = all && (p.only_octets || fits(p.value, max_values)); });
-  return all;
+  state.fields.push_back({model::plain_name(name), "#" + name, &type, {}});
+  state.values.push_back(rdf::Value(std::move(own.values)));
 }
 
 std::size_t TreeResource::max_bytes(const EngineOptions& options) const noexcept { return options.max_all_bytes; }
@@ -106,7 +96,7 @@ bool TreeResource::is_shown_to(const Audience& audience) const {
 
 std::uint64_t TreeResource::state(std::uint64_t structure) const noexcept {
   std::uint64_t mixed = structure;
-  for_each_property([&](PropertyResource& p) { mixed = (mixed ^ (2 * p.revision + (is_readable(p) ? 0 : 1))) * 1099511628211U; });
+  for_each_property([&](PropertyResource& p) { mixed = (mixed ^ (p.revision + p.failure_changes())) * 1099511628211U; });
   return mixed;
 }
 
