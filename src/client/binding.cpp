@@ -200,7 +200,7 @@ bool is_about_resources(const Graph& graph, TermId shape) {
   return std::all_of(properties.begin(), properties.end(), [&](TermId p) {
     const std::optional<TermId> path = object_of(graph, p, vocab::sh::path);
     const std::string_view iri = path ? graph.term(*path).text : std::string_view();
-    return iri == vocab::rdfs::seeAlso.text || iri == vocab::dcterms::modified.text;
+    return iri == vocab::rdfs::seeAlso.text || iri == vocab::dcterms::modified.text || iri == vocab::lrt_::error.text;
   });
 }
 

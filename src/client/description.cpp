@@ -255,7 +255,10 @@ class Describer {
     p.predicates = predicates_of(thing_id, member);
     std::vector<TermId> shapes;
     if (const auto target = graph_.find(sh::targetNode))
-      for (const rdf::Triple& t : graph_.match(std::nullopt, *target, member)) shapes.push_back(t.subject);
+      for (const rdf::Triple& t : graph_.match(std::nullopt, *target, member)) {
+        if (graph_.term(t.subject).is_blank()) add_value_shapes(t.subject, shapes);
+        shapes.push_back(t.subject);
+      }
     each(member, vocab::hybrit::binding, [&](TermId binding) {
       if (!has(binding, vocab::http_core::mthd, vocab::http_methods::PUT)) return;
       p.writable = true;
@@ -275,21 +278,23 @@ class Describer {
   /// The shapes that a Blueprint has for values of these predicates.
   void add_shapes_of(TermId blueprint, const std::vector<std::string>& predicates, std::vector<TermId>& shapes) {
     for (const std::string& predicate : predicates)
-      for (const TermId p : property_shapes(blueprint, predicate)) {
-        std::vector<TermId> blank;
-        const auto add = [&](TermId s) {
-          if (is_about_resources(graph_, s)) return;
-          if (graph_.term(s).is_iri()) shapes.push_back(s);
-          else blank.push_back(s);
-        };
-        each(p, sh::node, add);
-        // A value may be absent: the other alternative describes the present one.
-        each(p, sh::or_, [&](TermId list) {
-          for (const TermId s : graph_.list(list).value_or(std::vector<TermId>{}))
-            if (!graph_.term(s).is_literal() && !is_absence(graph_, s)) add(s);
-        });
-        shapes.insert(shapes.end(), blank.begin(), blank.end());
-      }
+      for (const TermId p : property_shapes(blueprint, predicate)) add_value_shapes(p, shapes);
+  }
+  /// The shapes of the value in a shape of its property.
+  void add_value_shapes(TermId p, std::vector<TermId>& shapes) {
+    std::vector<TermId> blank;
+    const auto add = [&](TermId s) {
+      if (is_about_resources(graph_, s)) return;
+      if (graph_.term(s).is_iri()) shapes.push_back(s);
+      else blank.push_back(s);
+    };
+    each(p, sh::node, add);
+    // A value may be absent: the other alternative describes the present one.
+    each(p, sh::or_, [&](TermId list) {
+      for (const TermId s : graph_.list(list).value_or(std::vector<TermId>{}))
+        if (!graph_.term(s).is_literal() && !is_absence(graph_, s)) add(s);
+    });
+    shapes.insert(shapes.end(), blank.begin(), blank.end());
   }
   const std::vector<TermId>& property_shapes(TermId blueprint, const std::string& predicate) {
     auto& by_path = paths_[blueprint];

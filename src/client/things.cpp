@@ -263,12 +263,17 @@ Result<rdf::Value> Property::decode(const Graph& graph, std::optional<TermId> fo
   Result<rdf::Value> value = value_at(graph, *node, type, unit);
   if (value) return value;
   Error error = std::move(value).error();
+  // In the state of its Thing, a property that cannot be read says why.
+  const std::optional<TermView> failure = graph.object(graph.term(*node), vocab::lrt_::error);
+  if (failure && failure->is_literal()) error = {Errc::failed, std::string(failure->text)};
   error.message = "\"" + url_ + "\": " + error.message;
   return unexpected(std::move(error));
 }
 
 Result<rdf::Value> Property::decode(const Representation& representation, const rdf::Type& type, const lrt::Unit& unit) const {
-  return decode(representation.graph, representation.focus, type, unit);
+  const Graph& graph = representation.graph;
+  const std::optional<TermId> self = predicate_.empty() ? graph.find(rdf::iri(url_)) : std::nullopt;  // in the state of its Thing
+  return decode(graph, self && !graph.match(self, std::nullopt, std::nullopt).empty() ? self : representation.focus, type, unit);
 }
 
 Result<rdf::Value> Property::decode(const Change& change, const rdf::Type& type, const lrt::Unit& unit) const {

@@ -157,7 +157,9 @@ function propertyCard(link, large) {
   const here = view;
   const prefill = () => { if (form && last && !form.dirty && !form.whole.contains(document.activeElement)) form.read(last, iri); };
   const update = (g) => {
-    last = g;
+    const error = g.text(iri, lrt("error"));
+    last = error ? undefined : g;
+    if (error) return tick(), fail(new Error(error));
     const all = leaves(g, iri);
     plot.add(all);
     value.show(all, plot);
@@ -196,6 +198,11 @@ function propertyRow(link) {
   const element = h("div.row", h("a", { href: local(iri), title: [localName(iri), link.description].filter(Boolean).join(": ") }, isNamed(link)), value.element, plot.element);
   view.plot(plot);
   return { iri, element, plot, fail: () => {}, update: (g) => {
+    const error = g.text(iri, lrt("error"));
+    if (error) {
+      value.key = null;
+      return value.element.replaceChildren(h("span.bad", error));
+    }
     const all = leaves(g, iri);
     plot.add(all);
     const one = all.find((l) => plot.moves(l)) ?? all[0];
@@ -338,7 +345,7 @@ function collectionCard(link, large) {
 
 // ---- things
 
-/// Updates properties from the state of their Thing. If the state fails because of one property, each property is watched by itself.
+/// Updates properties from the state of their Thing. If the state cannot be read, each property is watched by itself.
 function watchState(element, state, shown, cancelled) {
   const watch = view.watch(element, state, { g: (g) => shown.forEach((p) => p.update(g)), state: (s) => cancelled?.(s === "cancelled"), silence: (from) => shown.forEach((p) => p.plot.silence(from)),
     problem: () => {

@@ -100,6 +100,19 @@ TEST_CASE("another unit is an error, not a conversion", "[client]") {
   CHECK(rig.robot.angle == 10);
 }
 
+TEST_CASE("in the state of a Thing, a property that the robot cannot read has its error, and the others have their values", "[client][R0.6]") {
+  Rig rig{transport::names().front()};
+  const client::Thing arm = rig.arm();
+  const client::RepresentationPtr state = rig.client.get(arm.state()).value();
+  CHECK(*arm.property("speed").value().decode(*state, rdf::traits<float>::type()).value().real() == 1.5);
+  CHECK(*arm.property("angle").value().decode(*state, rdf::traits<double>::type(), unit::degree).value().real() == 10);
+  const client::Property broken = arm.property("broken").value();
+  const Result<rdf::Value> value = broken.decode(*state, rdf::traits<double>::type());
+  REQUIRE_FALSE(value);
+  CHECK(value.error().code == Errc::failed);
+  CHECK(value.error().message == "\"" + broken.url() + "\": it could not be read: it threw: the encoder does not answer");
+}
+
 TEST_CASE("an input that violates the published shape is not sent", "[client][R1.11]") {
   Rig rig;
   const client::Thing arm = rig.arm();

@@ -224,7 +224,8 @@ class Thing:
         return "<lrt.Thing %s>" % self.name
 
     def read(self, name=None, unit=None):
-        """The value of a Property, in this unit if one is given; without a name the values of all, as a dict."""
+        """The value of a Property, in this unit if one is given; without a name the values of all, as a dict. Of Properties that the robot cannot
+        read now, its member "@errors" is a dict with the reasons."""
         if name is None:
             return self._robot._get(self._description["state"]["href"])
         known = self._property(name)

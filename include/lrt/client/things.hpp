@@ -148,8 +148,8 @@ class LRT_API Property {
     return Latest<T>::follow([&](OnChange on_change) { return watch_at_once(options, std::move(on_change)); },
                              [self = *this, &type, unit](const Change& change) { return self.value_of<T>(change, type, unit); });
   }
-  /// Decodes the value of a change that a watch has reported.
-  /// @par Errors  as read(); expected_rdf and others of Change::graph()
+  /// Decodes the value of a change that a watch has reported: of this property, or of its Thing's state.
+  /// @par Errors  as read(); expected_rdf and others of Change::graph(); failed: the state says why the robot cannot read it now (lrt:error)
   /// @par Time    Sends no request.
   template <class T>
   Result<T> value_of(const Change& change, const lrt::Unit& unit = lrt::unit::none) const {
@@ -171,8 +171,8 @@ class LRT_API Property {
   /// predicate.
   /// @par Errors  expected_value: the node is ambiguous or missing; unknown_path: the Thing no longer has the property
   Result<rdf::TermId> value_node(const rdf::Graph& graph, std::optional<rdf::TermId> focus) const;
-  /// Decodes the value of a representation of this property.
-  /// @par Errors  as value_node() and read()
+  /// Decodes the value of a representation of this property, or of its Thing's state.
+  /// @par Errors  as value_node() and read(); failed: the state says why the robot cannot read it now (lrt:error)
   /// @par Time    Sends no request.
   Result<rdf::Value> decode(const Representation& representation, const rdf::Type& type, const lrt::Unit& unit = lrt::unit::none) const;
 
