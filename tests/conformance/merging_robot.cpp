@@ -12,6 +12,7 @@
 #include <cstdlib>
 #include <map>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -130,6 +131,11 @@ lrt::Thing make_rig() {
       .between(-1, 1)
       .on_write([](double) {});
   rig.property<double>("neverPublished", lrt::unit::radian);
+  rig.property(
+      "unread", []() -> double { throw std::runtime_error("no voltage"); }, lrt::unit::ampere);
+  rig.property("unreadPlan", []() -> Plan { throw 7; });
+  rig.property("unreadMaybe", []() -> std::optional<Point> { throw 7; });
+  rig.property("manyValues", [] { return std::vector<double>(5'000, 0.5); });  // more than max_value_members
   rig.property<Plan>("noPlan");
   rig.action("estimate", [](const Plan& plan) { return Estimate{1.5 * double(plan.legs.size()), {0, 0.5}, {1, 1}}; });
   rig.action("choose", [](const std::optional<Gear>&) {});

@@ -142,6 +142,12 @@ def changes_of(graph, robot):
     yield "a list without its end", changed(graph, lambda s, p, o: s == cell and p == f"<{RDF}rest>")
     yield "a text that a shape of the user refuses", changed(graph, lambda s, p, o: s == of("rig/name") and p == f"<{RDF}value>",
                                                               lambda s, p, o: (s, p, '"Rig"'))
+    error, reason = f"<{LRT}error>", '"it could not be read"'
+    yield "a failed Property without its error", changed(graph, lambda s, p, o: s == of("rig/unread") and p == error)
+    yield "a failed record without its error", changed(graph, lambda s, p, o: s == of("rig/unreadPlan") and p == error)
+    yield "a failed Property with a value", [*graph, (of("rig/unread"), predicate["numerical"], number.format("0.75"))]
+    yield "a Property with a value and an error", [*graph, (of("rig/name"), error, reason)]
+    yield "a Property with two errors", [*graph, (of("rig/unread"), error, reason)]
     yield "an unknown enumerator", changed(graph, lambda s, p, o: s == of("rig/gear") and p == f"<{RDF}value>", lambda s, p, o: (s, p, '"fourth"'))
 
 
