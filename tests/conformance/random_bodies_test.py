@@ -4,13 +4,15 @@
     random_bodies_test.py DIR PROGRAM...
 
 Finds what can be written or invoked by links, as a client does, and makes bodies from the published shapes: some as the shape wants them, most
-changed. Each is sent to the server as Turtle. The engines get the same body after the rules by which the server completes it
+changed. Each is sent to the server as Turtle. Some programs have variants, most of them of types that they draw; what was accepted is compared
+with what the C++ value has. The engines get the same body after the rules by which the server completes it
 (docs/modelling.md, "What a body may leave out"), which are written anew here and know the shape alone. A body is accepted or refused by all, or
 the test fails. DIR is for what the engines read, and for the Node packages, which are fetched there by npm once. Without node, npm, its
-registry, or Apache Jena it exits with 77. LRT_RANDOM_BODIES_SEED and LRT_RANDOM_BODIES are the seed and the number of bodies.
+registry, or Apache Jena it exits with 77. LRT_RANDOM_BODIES_SEED, LRT_RANDOM_BODIES and LRT_RANDOM_VARIANTS are the seed, the number of bodies and that of further ones for variants.
 """
 
 import collections
+import itertools
 import math
 import os
 import pathlib
@@ -28,6 +30,7 @@ from robot_process import HYBRIT, Program, http_request, triples
 
 SEED = int(os.environ.get("LRT_RANDOM_BODIES_SEED", "15"))
 BODIES = int(os.environ.get("LRT_RANDOM_BODIES", "1050"))
+VARIANTS = int(os.environ.get("LRT_RANDOM_VARIANTS", "300"))
 LEAST_JUDGED, LEAST_OF_EACH = 700, 150
 
 PACKAGES = {"rdf-validate-shacl": "0.6.5", "shacl-engine": "0.1.5", "n3": "2.13.12"}
@@ -36,6 +39,9 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 
 # Whose shape is the user's own: it judges bodies as they are.
 LITERAL = {"t11_own_shapes"}
+
+# What draws types of variants.
+VARIANT_PROGRAM = "random_variants"
 
 SH, XSD, RDF = "http://www.w3.org/ns/shacl#", "http://www.w3.org/2001/XMLSchema#", "http://www.w3.org/1999/02/22-rdf-syntax-ns#"
 VOM, QUDT, UNIT = "http://vocab.arvida.de/2015/06/vom/vocab#", "http://qudt.org/schema/qudt/", "http://qudt.org/vocab/unit/"
@@ -175,6 +181,14 @@ class Shapes:
     def alternatives(self, shape):
         return [a for head in self.all(shape, "or") for a in self.members(head)]
 
+    def variant(self, shape):
+        """If the value is exactly one of several: the property shapes of the alternatives by their predicates, and whether there may be none."""
+        for head in self.all(shape, "xone"):
+            required = [path for m in self.members(head) for path, p in self.fields(m) if self.count(p, "minCount", 0) > 0]
+            is_optional = len(self.members(head)) > len(required)
+            return {path: p for path, p in self.fields(shape) if path in required}, is_optional
+        return {}, False
+
     def datatypes(self, shape):
         return self.all(shape, "datatype") + [d for a in self.alternatives(shape) for d in self.all(a, "datatype")]
 
@@ -243,7 +257,13 @@ class Maker:
         alternatives = self.shapes.alternatives(shape)
         if alternatives:
             self.node(body, node, self.rng.choice(alternatives))
+        variant, is_optional = self.shapes.variant(shape)
+        active = self.rng.choice([*variant, None] if is_optional else list(variant)) if variant else None
+        if active:
+            body.add(node, active, self.value(body, variant[active]))
         for path, p in self.shapes.fields(shape):
+            if path in variant:
+                continue
             least, most = self.shapes.count(p, "minCount", 0), self.shapes.count(p, "maxCount", 1)
             if most > 0 and (least > 0 or self.rng.random() < 0.5):
                 body.add(node, path, self.value(body, p))
@@ -549,6 +569,44 @@ def nothing(_, body, __):
     return body.remove(lambda t: True)
 
 
+def alternatives_in(body, maker):
+    """The triples of alternatives, with the others of the same variant."""
+    of = {}
+    for shape in [s for s, p in maker.shapes.of if p == sh("xone")]:
+        variant, _ = maker.shapes.variant(shape)
+        of.update({path: variant for path in variant})
+    return [(t, of[t[1]]) for t in body.triples if t[1] in of]
+
+
+def several_alternatives(rng, body, maker):
+    found = [(t, variant) for t, variant in alternatives_in(body, maker) if len(variant) > 1]
+    if not found:
+        return False
+    t, variant = rng.choice(found)
+    others = [path for path in variant if path != t[1]]
+    for path in rng.sample(others, rng.choice((1, 1, 1, len(others)))):
+        body.add(t[0], path, maker.value(body, variant[path]))
+    return True
+
+
+def no_alternative(rng, body, maker):
+    found = alternatives_in(body, maker)
+    if not found:
+        return False
+    t, _ = rng.choice(found)
+    return body.remove(lambda u: u == t)
+
+
+def another_alternative(rng, body, maker):
+    """Under the predicate of one, what another one has."""
+    found = [(t, variant) for t, variant in alternatives_in(body, maker) if len(variant) > 1]
+    if not found:
+        return False
+    t, variant = rng.choice(found)
+    body.replace(t, (t[0], rng.choice([path for path in variant if path != t[1]]), t[2]))
+    return True
+
+
 UNCHANGED = "as the shape wants it"
 OVERFLOW = "number too large for its datatype"
 CHANGES = {
@@ -580,6 +638,9 @@ CHANGES = {
     "wrong node": wrong_node,
     "wrong text": wrong_text,
     "other boolean, time or duration": other_text,
+    "several alternatives": several_alternatives,
+    "no alternative": no_alternative,
+    "another alternative's content": another_alternative,
     "second candidate": second_candidate,
     "nothing": nothing,
 }
@@ -654,6 +715,75 @@ class Completion:
             cells += self.body.objects(cell, REST)
 
 
+# ---- what a body means
+
+def said(shapes, p, body, o):
+    """The names of the alternatives in a value, from outside, as the robot says them of its C++ value."""
+    if is_literal(o) or shapes.datatypes(p) or shapes.one(p, "in"):
+        return ""
+    of_list = shapes.list_of(p)
+    if of_list:
+        members = []
+        while o != NIL:
+            members.append(said(shapes, of_list[1], body, body.objects(o, FIRST)[0]))
+            o = body.objects(o, REST)[0]
+        return f"[{','.join(members)}]"
+    return said_of_node(shapes, p, body, o)
+
+
+def said_of_node(shapes, shape, body, node):
+    fields = shapes.fields(shape)
+    if any(path == NUMERICAL for path, _ in fields):
+        return ""
+    if any(path == RDF_VALUE for path, _ in fields):
+        found = body.objects(node, RDF_VALUE)
+        return said(shapes, dict(fields)[RDF_VALUE], body, found[0]) if found else "absent"
+    variant, _ = shapes.variant(shape)
+    if variant:
+        active = [path for path in variant if body.objects(node, path)]
+        assert len(active) <= 1, active
+        if not active:
+            return "absent"
+        inner = said(shapes, variant[active[0]], body, body.objects(node, active[0])[0])
+        return re.split("[/#]", active[0][:-1])[-1] + (f"/{inner}" if inner else "")
+    # The shapes have no order of their own; the names of fields are compared sorted.
+    texts = []
+    for path, p in fields:
+        found = body.objects(node, path)
+        inner = said(shapes, p, body, found[0]) if found else "absent"
+        texts.append(f"{re.split('[/#]', path[:-1])[-1]}:{inner}")
+    return "{" + ",".join(sorted(texts)) + "}" if texts else ""
+
+
+def sorted_fields(text):
+    """What the robot says, with the fields of each record sorted."""
+    def read(at):
+        pieces, piece, close = [], "", {"{": "}", "[": "]"}
+        while at < len(text) and text[at] not in "}]":
+            if text[at] in close:
+                inner, end = read(at + 1)
+                piece += text[at] + ",".join(sorted(inner) if text[at] == "{" else inner) + close[text[at]]
+                at = end + 1
+            elif text[at] == ",":
+                pieces.append(piece)
+                piece, at = "", at + 1
+            else:
+                piece += text[at]
+                at += 1
+        return [*pieces, piece], at
+    return ",".join(read(0)[0])
+
+
+def check_meaning(target, body, turtle):
+    """The C++ value has what an accepted body says."""
+    if target.program.name != VARIANT_PROGRAM or target.method != "PUT":
+        return False
+    found = sorted_fields(http_request("GET", target.url + "Said", None, {"Accept": "text/plain"}).expect(200).body)
+    expected = said_of_node(target.shapes, target.shape, body, body.focus) if body.triples else "absent"
+    assert found == expected, f"the C++ value of {target.url} has {found}, the body says {expected}\n{turtle}"
+    return True
+
+
 # ---- what is published
 
 Target = collections.namedtuple("Target", "program method url shapes shape wanted file")
@@ -688,8 +818,9 @@ def targets_of(program, folder):
 
 def made(rng, targets):
     """An input, a body for it and what was changed."""
-    name = rng.choice(list(CHANGES)) if rng.random() < 0.85 else UNCHANGED
-    while True:
+    for attempt in itertools.count():
+        if attempt % 100 == 0:  # not all targets have something of each kind
+            name = rng.choice(list(CHANGES)) if rng.random() < 0.85 else UNCHANGED
         target = rng.choice(rng.choice(targets))
         maker = Maker(target.shapes, rng)
         body = maker.body(target.shape, rng.choice((SELF, SELF, "_:focus", iri("urn:example:focus"))))
@@ -747,7 +878,7 @@ def judged_by(engine, command, documents):
     return {int(number): verdict for number, verdict in (line.split(" ", 1) for line in done.stdout.splitlines())}
 
 
-Sent = collections.namedtuple("Sent", "number target change turtle status judged accepted beyond faulty")
+Sent = collections.namedtuple("Sent", "number target change turtle status judged accepted beyond faulty has_meaning")
 
 
 def beyond_shapes(body):
@@ -774,7 +905,7 @@ def send(number, target, body, change, rng, out):
     answer = http_request(target.method, target.url, turtle, {"Content-Type": "text/turtle", "Accept": "text/turtle"})
     assert answer.status in (200, 202, 204, 409, 422), f"{target.method} {target.url}: {answer}\n{turtle}"
     focus = focus_of(body, target.wanted)
-    beyond, faulty = None, set()
+    beyond, faulty, has_meaning = None, set(), False
     if focus:
         literally = target.program.name in LITERAL
         done = body if literally or not body.triples else Completion(target.shapes, body).run(target.shape, focus)
@@ -782,7 +913,10 @@ def send(number, target, body, change, rng, out):
         faulty = {fault for fault, holds_for in FAULTS.items() if holds_for(done)}
         done.add(iri("urn:example:marker"), iri("urn:focus"), focus)
         out.write(f"= {number} {target.file} {target.shape[1:-1]}\n{done.n_triples(target.url)}")
-    return Sent(number, target, change, turtle, answer.status, bool(focus), answer.status != 422, beyond, faulty)
+        if answer.status == 204:
+            done.focus = focus
+            has_meaning = check_meaning(target, done, turtle)
+    return Sent(number, target, change, turtle, answer.status, bool(focus), answer.status != 422, beyond, faulty, has_meaning)
 
 
 def main():
@@ -796,12 +930,19 @@ def main():
     programs, sent = [], []
     try:
         for path in sys.argv[2:]:
-            programs.append(Program(path) if os.path.basename(path) == "random_bodies_robot" else start(path, documents))
+            if os.path.basename(path) == "random_bodies_robot":
+                programs += [Program(path), Program(path, str(SEED))]
+                programs[-1].name = VARIANT_PROGRAM
+            else:
+                programs.append(start(path, documents))
         targets = {program.name: targets_of(program, documents) for program in programs}
         assert all(targets.values()), {name: len(found) for name, found in targets.items()}
+        variants = targets[VARIANT_PROGRAM]
         with open(documents / "bodies.txt", "w", encoding="utf-8") as out:
             for number in range(BODIES):
                 sent.append(send(number, *made(rng, list(targets.values())), rng, out))
+            for number in range(BODIES, BODIES + VARIANTS):
+                sent.append(send(number, *made(rng, [variants]), rng, out))
     finally:
         for program in programs:
             program.kill()
@@ -831,6 +972,9 @@ def compare(sent, commands, documents, inputs):
     accepted, refused = (sum(counts[verdict] for counts in totals.values()) for verdict in ("accepted", "refused"))
     print(f"seed {SEED}: {len(sent)} bodies to {inputs} inputs; the server and {', '.join(commands)} judged {accepted + refused}: "
           f"{accepted} accepted, {refused} refused, {differ} differ")
+    meant = sum(s.has_meaning for s in sent)
+    print(f"of {meant} accepted bodies the C++ values have the alternatives that the bodies say")
+    assert meant >= VARIANTS // 4
     assert accepted + refused >= LEAST_JUDGED and accepted >= LEAST_OF_EACH and refused >= LEAST_OF_EACH
     return 1 if differ else 0
 
