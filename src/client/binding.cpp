@@ -108,10 +108,19 @@ void collect_property_shapes(const Graph& graph, TermId shape, bool nested, std:
     if (nested) collect(property);
   }
   for (const TermId other : objects_of(graph, shape, vocab::sh::node)) collect(other);
-  for (const Iri parts : {vocab::sh::and_, vocab::sh::or_})  // sh:or: a value may be absent
-    if (alternatives || parts == vocab::sh::and_)
-      for (const TermId list : objects_of(graph, shape, parts))
-        for (const TermId part : graph.list(list).value_or(std::vector<TermId>{})) collect(part);
+  for (const Iri parts : {vocab::sh::and_, vocab::sh::or_, vocab::sh::xone}) {  // sh:or: a value may be absent; sh:xone: it is one of several
+    if (!alternatives && parts != vocab::sh::and_) continue;
+    for (const TermId list : objects_of(graph, shape, parts)) {
+      for (const TermId part : graph.list(list).value_or(std::vector<TermId>{})) {
+        if (!object_of(graph, part, vocab::sh::path)) {
+          collect(part);
+        } else {  // a property shape: its constraints are those of the values
+          if (found.size() < max_shapes) found.push_back(part);
+          if (nested) collect(part);
+        }
+      }
+    }
+  }
 }
 
 void collect_terms(const rdf::Type& type, std::vector<std::string_view>& terms, unsigned depth = 0) {
@@ -196,7 +205,8 @@ std::vector<std::string> required_classes(const Shape& shape) { return classes_b
 
 bool is_about_resources(const Graph& graph, TermId shape) {
   const std::vector<TermId> properties = objects_of(graph, shape, vocab::sh::property);
-  if (properties.empty()) return graph.term(shape).is_blank();  // a named shape may be described elsewhere, or by sh:or
+  // A named shape may be described elsewhere, or by sh:or.
+  if (properties.empty()) return graph.term(shape).is_blank() && objects_of(graph, shape, vocab::sh::xone).empty();
   return std::all_of(properties.begin(), properties.end(), [&](TermId p) {
     const std::optional<TermId> path = object_of(graph, p, vocab::sh::path);
     const std::string_view iri = path ? graph.term(*path).text : std::string_view();

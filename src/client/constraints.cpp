@@ -89,8 +89,9 @@ void ShapeReader::gather(TermId shape, Constraints& c, std::size_t depth) {
     if (is(sh::property)) property(node_of(shape, t), c);
     else if (is(sh::node)) gather(node_of(shape, t), c, depth + 1);
     else if (is(sh::and_)) {
-      for (const TermId part : list(shape, t)) gather(part, c, depth + 1);
-    } else if (is(sh::or_) || is(sh::xone)) c.alternatives.push_back(list(shape, t));
+      for (const TermId part : list(shape, t)) gather_part(part, c, depth + 1);
+    } else if (is(sh::or_)) c.alternatives.push_back(list(shape, t));
+    else if (is(sh::xone)) c.exclusive.push_back(list(shape, t));
     else if (is(sh::class_)) add_class(c.classes, shape, t);
     else if (is(sh::targetClass)) add_class(c.target_classes, shape, t);
     else if (is(sh::datatype)) c.datatypes.push_back(text_of(shape, t, "an IRI", true));
@@ -113,6 +114,11 @@ void ShapeReader::gather(TermId shape, Constraints& c, std::size_t depth) {
       c.others.push_back(rdf::abbreviate(predicate));
     else if ((is(sh::closed) || is(sh::uniqueLang)) && graph_.term(t.object).text == "true") c.others.push_back(rdf::abbreviate(predicate));
   }
+}
+
+void ShapeReader::gather_part(TermId shape, Constraints& c, std::size_t depth) {
+  if (const auto path = graph_.find(sh::path); path && graph_.object(shape, *path)) property(shape, c);
+  else gather(shape, c, depth);
 }
 
 void ShapeReader::add_class(std::vector<std::string>& classes, TermId shape, const rdf::Triple& t) const {

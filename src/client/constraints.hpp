@@ -40,7 +40,8 @@ struct Constraints {
   std::vector<rdf::TermId> members, cells;  ///< property shapes of the members and of the cells of a list
   std::vector<std::string> classes, target_classes;
   std::vector<std::string> datatypes;
-  std::vector<std::vector<rdf::TermId>> alternatives;  ///< sh:or and sh:xone
+  std::vector<std::vector<rdf::TermId>> alternatives;  ///< sh:or
+  std::vector<std::vector<rdf::TermId>> exclusive;     ///< sh:xone
   std::vector<rdf::TermId> one_of;                     ///< heads of sh:in
   std::vector<rdf::TermId> exactly;                    ///< sh:hasValue
   std::vector<rdf::TermId> with_default;               ///< the shapes that have sh:defaultValue
@@ -72,11 +73,14 @@ class ShapeReader {
 
   /// Adds the constraints of a shape, and of its shapes by sh:node and sh:and.
   void gather(rdf::TermId shape, Constraints& c) { gather(shape, c, 0); }
+  /// The same for a member of sh:and, sh:or or sh:xone, which may be a property shape: a constraint on one field.
+  void gather_part(rdf::TermId shape, Constraints& c) { gather_part(shape, c, 0); }
   /// The combined constraints of these shapes.
   Constraints constraints_of(const std::vector<rdf::TermId>& shapes);
 
  private:
   void gather(rdf::TermId shape, Constraints& c, std::size_t depth);
+  void gather_part(rdf::TermId shape, Constraints& c, std::size_t depth);
   void property(rdf::TermId p, Constraints& c);
   void add_class(std::vector<std::string>& classes, rdf::TermId shape, const rdf::Triple& t) const;
   void add_name(Constraints& c, rdf::TermId shape, const rdf::Triple& t) const;

@@ -178,6 +178,7 @@ class SchemaReader {
     return focus_present(c);
   }
   std::optional<Made> focus_present(Constraints& c) {
+    if (std::optional<Made> made = variant(c)) return made;
     resolve_alternatives(c);
     mention_others(c);
     const std::size_t units = unit_fields(c);
@@ -227,6 +228,7 @@ class SchemaReader {
   /// A value that conforms to these constraints.
   std::optional<Made> object(Constraints c) {
     if (!c.members.empty()) return list(c);
+    if (std::optional<Made> made = variant(c)) return made;
     resolve_alternatives(c);
     mention_others(c);
     if (!c.fields.empty()) {
@@ -304,6 +306,91 @@ class SchemaReader {
     t.kind = Kind::map;
     t.element = element->type;
     return Made{keep(std::move(t)), element->facets};
+  }
+
+  struct Alternatives {
+    std::vector<Field> fields;
+    bool may_be_absent = false;
+  };
+  /// The alternatives of sh:xone, each of which requires one predicate that the others do not have; one of them may be that none is there.
+  /// Constraints of these predicates may also be outside of it. nullopt: it is another sh:xone, or there is none.
+  std::optional<Alternatives> alternatives_of(const Constraints& c) {
+    Alternatives result;
+    std::vector<Field>& all = result.fields;
+    if (c.exclusive.empty() || !c.alternatives.empty() || !c.datatypes.empty() || !c.one_of.empty() || !c.exactly.empty()) return std::nullopt;
+    for (const std::vector<TermId>& members : c.exclusive) {
+      if (members.size() > options_.max_fields)
+        refuse_shape(Errc::limit_exceeded, "more than " + std::to_string(options_.max_fields) + " alternatives");
+      std::vector<Field> found;
+      for (const TermId m : members) {
+        if (graph_.term(m).is_literal()) refuse_shape(Errc::expected_value, "expected shapes in sh:xone, found " + shown(graph_.term(m)));
+        if (is_absent(m)) {
+          result.may_be_absent = true;
+          continue;
+        }
+        const std::optional<Field> required = required_field(m);
+        if (!required) return std::nullopt;
+        const auto same = [&](const Field& f) { return f.predicate == required->predicate; };
+        if (std::any_of(found.begin(), found.end(), same)) return std::nullopt;
+        found.push_back(*required);
+      }
+      // Two documents that describe one shape repeat its lists.
+      const auto is_same = [](const Field& a, const Field& b) { return a.predicate == b.predicate; };
+      if (!all.empty() && !std::equal(all.begin(), all.end(), found.begin(), found.end(), is_same)) return std::nullopt;
+      if (all.empty()) all = std::move(found);
+      else
+        for (std::size_t i = 0; i < all.size(); ++i) all[i].shapes.insert(all[i].shapes.end(), found[i].shapes.begin(), found[i].shapes.end());
+    }
+    for (const Field& outside : c.fields) {
+      if (outside.predicate == vocab::rdf_::type.text || shapes_.constraints_of(outside.shapes).max_count == 0) continue;
+      const auto of = std::find_if(all.begin(), all.end(), [&](const Field& f) { return f.predicate == outside.predicate; });
+      if (of == all.end()) return std::nullopt;
+      of->shapes.insert(of->shapes.end(), outside.shapes.begin(), outside.shapes.end());
+    }
+    if (all.empty()) return std::nullopt;
+    return result;
+  }
+  /// The one field that a shape requires, if it says nothing else but that other ones are absent.
+  std::optional<Field> required_field(TermId shape) {
+    Constraints c;
+    shapes_.gather_part(shape, c);
+    if (!c.datatypes.empty() || !c.one_of.empty() || !c.exactly.empty() || !c.members.empty() || !c.alternatives.empty() || !c.exclusive.empty() ||
+        !c.classes.empty() || !c.others.empty())
+      return std::nullopt;
+    std::optional<Field> found;
+    for (const Field& f : c.fields) {
+      const Constraints of = shapes_.constraints_of(f.shapes);
+      if (of.max_count == 0) continue;
+      if (found || of.min_count == 0) return std::nullopt;
+      found = f;
+    }
+    return found;
+  }
+  std::optional<Made> variant(const Constraints& c) {
+    const std::optional<Alternatives> alternatives = alternatives_of(c);
+    if (!alternatives) return std::nullopt;
+    mention_others(c);
+    Type t;
+    t.kind = Kind::variant;
+    t.classes = c.classes.empty() ? c.target_classes : c.classes;
+    for (const Field& f : c.fields)
+      if (f.predicate == vocab::rdf_::type.text) add_types(t, shapes_.constraints_of(f.shapes));
+    for (const Field& f : alternatives->fields) {
+      const Constraints of = shapes_.constraints_of(f.shapes);
+      const std::string name = name_of(f.predicate, of);
+      if (const std::optional<Made> made = says_nothing(of) ? record(of) : field(f, of))
+        t.fields.push_back({name, f.predicate, made->type, made->facets});
+      else warn("the alternative " + shortened(name) + " is not part of the type");
+    }
+    if (t.fields.empty()) return std::nullopt;
+    const Type* const type = keep(std::move(t));
+    return Made{alternatives->may_be_absent ? optional(type) : type, {}};
+  }
+  /// A node without content: only its presence matters.
+  static bool says_nothing(const Constraints& c) {
+    const bool is_node = c.node_kind.empty() || c.node_kind == sh::BlankNodeOrIRI.text || c.node_kind == sh::BlankNode.text;
+    return is_node && c.fields.empty() && c.datatypes.empty() && c.one_of.empty() && c.exactly.empty() && c.members.empty() &&
+           c.alternatives.empty() && c.exclusive.empty() && c.patterns.empty() && !c.has_bounds() && !c.has_lengths() && c.max_count == 1;
   }
 
   std::optional<Made> record(const Constraints& c) {
@@ -549,7 +636,8 @@ class SchemaReader {
   bool is_absent(TermId shape) {
     Constraints c;
     shapes_.gather(shape, c);
-    if (c.fields.empty() || !c.datatypes.empty() || !c.alternatives.empty() || !c.classes.empty() || !c.one_of.empty()) return false;
+    if (c.fields.empty() || !c.datatypes.empty() || !c.alternatives.empty() || !c.exclusive.empty() || !c.classes.empty() || !c.one_of.empty())
+      return false;
     return std::all_of(c.fields.begin(), c.fields.end(), [&](const Field& f) { return shapes_.constraints_of(f.shapes).max_count == 0; });
   }
   /// Removes the alternatives of an absent and a present value. Returns the shape of the present one.
@@ -596,21 +684,25 @@ class SchemaReader {
     return true;
   }
   void resolve_alternatives(Constraints& c) {
-    while (!c.alternatives.empty()) {
-      const std::vector<TermId> members = std::move(c.alternatives.back());
-      c.alternatives.pop_back();
+    while (!c.alternatives.empty() || !c.exclusive.empty()) {
+      std::vector<std::vector<TermId>>& lists = c.alternatives.empty() ? c.exclusive : c.alternatives;
+      const char* const name = c.alternatives.empty() ? "sh:xone" : "sh:or";
+      const std::vector<TermId> members = std::move(lists.back());
+      lists.pop_back();
       if (members.empty()) continue;
       for (const TermId m : members)
-        if (graph_.term(m).is_literal()) refuse_shape(Errc::expected_value, "expected shapes in sh:or, found " + shown(graph_.term(m)));
+        if (graph_.term(m).is_literal())
+          refuse_shape(Errc::expected_value, std::string("expected shapes in ") + name + ", found " + shown(graph_.term(m)));
       if (take_non_finite(c, members)) continue;
       std::string best;
       int best_rank = -1;
       bool only_datatypes = true;
       for (const TermId m : members) {
         Constraints alternative;
-        shapes_.gather(m, alternative);
+        shapes_.gather_part(m, alternative);
         only_datatypes = only_datatypes && alternative.datatypes.size() == 1 && alternative.fields.empty() && !alternative.has_bounds() &&
-                         alternative.one_of.empty() && alternative.patterns.empty() && !alternative.has_lengths() && alternative.alternatives.empty();
+                         alternative.one_of.empty() && alternative.patterns.empty() && !alternative.has_lengths() &&
+                         alternative.alternatives.empty() && alternative.exclusive.empty();
         if (!only_datatypes) break;
         if (const int r = rank(alternative.datatypes.front()); r > best_rank) best_rank = r, best = alternative.datatypes.front();
       }
@@ -618,8 +710,8 @@ class SchemaReader {
         c.datatypes.push_back(best);
         continue;
       }
-      if (members.size() > 1) warn("only the first of " + std::to_string(members.size()) + " alternatives of sh:or is part of the type");
-      shapes_.gather(members.front(), c);
+      if (members.size() > 1) warn("only the first of " + std::to_string(members.size()) + " alternatives of " + name + " is part of the type");
+      shapes_.gather_part(members.front(), c);
     }
   }
 

@@ -82,6 +82,22 @@ Names names_of(const Document& json, Id object, const rdf::Words& words, const s
   return names;
 }
 
+/// The tags of a variant: each alternative is an object that requires one member.
+void read_tags(const Document& json, Id schema, Declared& declared) {
+  const Id all = json.member(schema, "oneOf");
+  if (all == Document::none || json.kind(all) != Document::Kind::array) return;
+  std::vector<std::string> tags;
+  for (const Id one : Children(json, all)) {
+    if (json.kind(one) != Document::Kind::object) return;
+    if (text_of(json, one, "type") == "null") continue;  // the value may be absent
+    std::vector<std::string> required = texts_of(json, one, "required");
+    if (required.size() != 1) return;
+    tags.push_back(std::move(required.front()));
+  }
+  declared.is_variant = !tags.empty();
+  declared.choices = std::move(tags);
+}
+
 /// What the schema of a value says, beside the unit.
 void read_schema(const Document& json, Id schema, Declared& declared) {
   if (schema == Document::none || json.kind(schema) != Document::Kind::object) return;
@@ -90,6 +106,7 @@ void read_schema(const Document& json, Id schema, Declared& declared) {
   const Id names = json.member(schema, "enum");
   if (names != Document::none) declared.choices = texts_of(json, schema, "enum");
   else if (type == "boolean") declared.choices = {"true", "false"};
+  else read_tags(json, schema, declared);
   declared.is_simple = names == Document::none && (type == "number" || type == "integer" || type == "boolean" || type == "string");
 }
 

@@ -54,6 +54,7 @@ struct SchemaOptions {
 /// | sh:in of texts | enumeration |
 /// | the path ([sh:zeroOrMorePath rdf:rest] rdf:first) | list; of nodes with schema:name and schema:value: map |
 /// | properties | number with a unit, or record |
+/// | sh:xone of shapes that require one predicate each | variant; optional, if one of them is that there is none of these predicates |
 /// | sh:minCount 0 or none | optional |
 ///
 /// sh:node and sh:and are followed. Bounds and lengths become facets. A field has the last part of its predicate as its

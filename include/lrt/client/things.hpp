@@ -59,7 +59,8 @@ struct Declared {
   bool is_simple = false;              ///< the value or input is one number, one text without a fixed set, or true or false
   bool may_change = false;             ///< this client may write it, or invoke it
   bool is_stop = false;                ///< an Action that stops the robot
-  std::vector<std::string> choices{};  ///< the names of an enumeration, or "true" and "false"
+  std::vector<std::string> choices{};  ///< the names of an enumeration, "true" and "false", or the tags of a variant
+  bool is_variant = false;             ///< the value or input is one of several alternatives, whose tags are `choices`
 };
 
 /// A Property of a Thing (R1.9): a resource of its own, or a node in the graph of its Thing.
