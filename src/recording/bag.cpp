@@ -102,6 +102,7 @@ class JsonLinesWriter final : public BagWriter {
  public:
   explicit JsonLinesWriter(std::string robot, Sink sink) : robot_(std::move(robot)), sink_(std::move(sink)) {}
   Result<void> begin(const RecordingHeader& header) { return sink_(client::to_line(header)); }
+  void describe(const std::string&, std::string) override {}
   Result<void> add(const RecordedChange& change) override {
     RecordedChange written = change;
     if (written.robot == robot_) written.robot.clear();
@@ -137,6 +138,7 @@ class McapWriter final : public BagWriter {
     return {};
   }
 
+  void describe(const std::string& url, std::string value_schema) override { value_schemas_[url] = std::move(value_schema); }
   Result<void> add(const RecordedChange& change) override {
     summary_.add(change);
     mcap::Message message;
@@ -206,6 +208,7 @@ class McapWriter final : public BagWriter {
         kind = kind_of(*document, value);
       }
     }
+    if (const auto described = value_schemas_.find(key); described != value_schemas_.end()) value_schema = described->second;
     std::string text =
         R"({"type":"object","properties":{"value":)" + value_schema +
         R"(,"unit":{"type":"string"},"sourceTime":{"type":"string","format":"date-time"},"sequence":{"type":"integer"},"series":{"type":"string"}},)"
@@ -225,7 +228,8 @@ class McapWriter final : public BagWriter {
   Summary summary_;
   std::map<std::string, std::uint16_t> schemas_;  // by their text
   std::map<std::string, unsigned> names_;
-  std::map<std::string, std::uint16_t> channels_;  // by IRI
+  std::map<std::string, std::uint16_t> channels_;     // by IRI
+  std::map<std::string, std::string> value_schemas_;  // by IRI
   std::optional<std::uint16_t> gap_channel_;
 };
 

@@ -36,6 +36,8 @@ class BagWriter {
   BagWriter(const BagWriter&) = delete;
   BagWriter& operator=(const BagWriter&) = delete;
 
+  /// States the JSON Schema of the values of a property, by its IRI, before its first value. Otherwise a file of MCAP has what that value shows.
+  virtual void describe(const std::string& url, std::string value_schema) = 0;
   virtual Result<void> add(const client::RecordedChange& change) = 0;
   /// Writes what is older than a second, if it is not written yet.
   /// @param at  since the beginning

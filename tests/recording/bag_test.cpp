@@ -10,7 +10,9 @@
 #include <vector>
 
 #include "src/recording/mcap.hpp"
+#include "src/recording/value_schema.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/mover.hpp"
 
 namespace lrt {
 namespace {
@@ -136,6 +138,38 @@ std::vector<BagWriterOptions> all_options() {
 }
 
 }  // namespace
+
+TEST_CASE("the schema of a value with alternatives has the members of all, whichever came first", "[recording]") {
+  const std::string schema = recording::schema_of_alternatives(rdf::traits<test::Target>::type(), {});
+  CHECK(schema ==
+        R"({"type":"object","description":"one of these members","properties":{"moveTo":{"type":"object","properties":{)"
+        R"("x":{"type":"object","properties":{"value":{"type":"number"},"unit":{"type":"string"}}},)"
+        R"("y":{"type":"object","properties":{"value":{"type":"number"},"unit":{"type":"string"}}},"speed":{"type":"number"}}},)"
+        R"("grip":{"type":"string"},"height":{"type":"object","properties":{"value":{"type":"number"},"unit":{"type":"string"}}},)"
+        R"("hold":{"type":"object","properties":{}}}})");
+  CHECK(recording::schema_of_alternatives(rdf::traits<test::Job>::type(), {}).find("\"hold\"") != std::string::npos);
+  CHECK(recording::schema_of_alternatives(rdf::traits<std::vector<test::Target>>::type(), {}).find("\"hold\"") != std::string::npos);
+  CHECK(recording::schema_of_alternatives(rdf::traits<test::MoveTo>::type(), {}).empty());
+  CHECK(recording::schema_of_alternatives(rdf::traits<double>::type(), {}).empty());
+
+  for (const BagWriterOptions& options : all_options()) {
+    std::string bytes;
+    auto writer = recording::begin_bag(header(), options, [&](std::string_view more) -> Result<void> {
+                    bytes += more;
+                    return {};
+                  }).value();
+    writer->describe(left, schema);
+    REQUIRE(writer->add(value(microseconds(0), left, R"({"grip":"open"})", 1)));
+    REQUIRE(writer->add(value(microseconds(1), left, R"({"hold":{}})", 2)));
+    REQUIRE(writer->add(value(microseconds(2), right, R"({"grip":"open"})", 1)));
+    REQUIRE(writer->end());
+    CHECK(read(bytes).changes.size() == 3);
+    if (options.format == Format::mcap && !options.compress) {
+      CHECK(bytes.find("\"value\":" + schema) != std::string::npos);
+      CHECK(bytes.find(R"("value":{"type":"object","properties":{"grip":{"type":"string"}}})") != std::string::npos);  // of the other one
+    }
+  }
+}
 
 TEST_CASE("a recording in each format reads back what was written: two robots, gaps, a robot that was started again", "[recording]") {
   for (const BagWriterOptions& options : all_options()) {

@@ -10,6 +10,7 @@
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/http/url.hpp"
+#include "src/recording/value_schema.hpp"
 
 namespace lrt::tool {
 
@@ -347,6 +348,11 @@ void Recorder::end_gaps() {
 Result<int> Recorder::run(recording::BagWriter& file, steady_clock::time_point start) {
   file_ = &file;
   start_ = start;
+  for (const Channel& channel : channels_) {
+    if (!channel.schema) continue;
+    std::string alternatives = recording::schema_of_alternatives(channel.schema->type(), channel.schema->facets());
+    if (!alternatives.empty()) file.describe(channel.property.url(), std::move(alternatives));
+  }
   const Result<Client*> client = this->client();
   if (!client) return unexpected(client.error());
   Signals signals;
