@@ -164,7 +164,7 @@ void ChangeScanner::sample_later(PropertyResource& property, TimePoint now) {
     if (period.count() > 0) samples_.set(property.next_sample, now.steady + std::clamp(rest, std::chrono::milliseconds(1), period), property.id);
     return;
   }
-  const auto period = property.spec->sample_period.value_or(options_.sample_period);
+  const std::chrono::milliseconds period = property.spec->sample_period ? *property.spec->sample_period : options_.sample_period;
   if (period.count() > 0) samples_.set(property.next_sample, now.steady + period, property.id);
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
+#include <limits>
 #include <list>
 #include <mutex>
 
@@ -175,7 +176,11 @@ void PropertySetup::add_representation(std::string_view media_type, EncodeFuncti
 void PropertySetup::set_octets() noexcept { property_of(spec_).octets = true; }
 void PropertySetup::set_file() noexcept { property_of(spec_).file = true; }
 void PropertySetup::set_counter() noexcept { property_of(spec_).counter = true; }
-void PropertySetup::set_sample_period(std::chrono::milliseconds period) noexcept { property_of(spec_).sample_period = period; }
+void PropertySetup::set_sample_period(std::chrono::milliseconds period) noexcept {
+  using Short = std::numeric_limits<std::int32_t>;
+  property_of(spec_).sample_period = std::chrono::duration<std::int32_t, std::milli>(
+      static_cast<std::int32_t>(std::clamp<std::int64_t>(period.count(), Short::min(), Short::max())));
+}
 
 rdf::Facets& ActionSetup::output_facets_of() noexcept { return action_of(spec_).output_facets; }
 void ActionSetup::set_policy(ActionPolicy policy) noexcept { action_of(spec_).policy = policy; }

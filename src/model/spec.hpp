@@ -106,7 +106,8 @@ struct PropertySpec : ResourceSpec {
   std::unique_ptr<SlotBase> slot;                          ///< of a pushed property; null: the property is pulled
   ReadFunction read;                                       ///< of a pulled property
   std::shared_ptr<ChangeSignal> changes;                   ///< of a pulled property
-  std::optional<std::chrono::milliseconds> sample_period;  ///< of a pulled property; nullopt: SubscriptionOptions::sample_period
+  /// Of a pulled property, at most 24 days; nullopt: SubscriptionOptions::sample_period. Short, because a property has it and its Thing many.
+  std::optional<std::chrono::duration<std::int32_t, std::milli>> sample_period;
   WriteFunction write;                                     ///< empty: read-only
   const PatchExtension* patches = nullptr;                 ///< nullptr: its values have no parts
   std::unique_ptr<ValueLife> life;                         ///< of a written value; null: it has no end
@@ -210,7 +211,7 @@ struct ThingSpec {
   Dispatch dispatch = Dispatch::as_server;
   bool has_plain_title = false;  ///< the user gave `title`
   bool requires_expiry = false;  ///< Thing::requires_expiry()
-  std::vector<std::shared_ptr<PropertySpec>> properties;
+  ThinVector<std::shared_ptr<PropertySpec>> properties;
   ThinVector<std::shared_ptr<ActionSpec>> actions;
   ThinVector<std::shared_ptr<CollectionSpec>> collections;
   std::unique_ptr<const Error> first_error;          ///< null: none; see HandleContext::first_error
