@@ -9,6 +9,7 @@
 #include <lrt/engine/engine.hpp>
 #include <lrt/thing.hpp>
 
+#include "src/security/policy.hpp"
 #include "tests/support/bench.hpp"
 #include "tests/support/blueprint.hpp"
 #include "tests/support/catch.hpp"
@@ -281,7 +282,7 @@ TEST_CASE("two clients that patch different fields both win, of a pulled and of 
   }
 }
 
-TEST_CASE("a read lambda does not run while a PATCH reads, and readers that wait get the new value", "[engine]") {
+TEST_CASE("a read lambda does not run while a PATCH reads, and readers that wait get the new value", "[engine][judged_at_once]") {
   Robot r;
   const auto first = r.bench.send("GET /arm/settings\nAccept: application/json");
   const auto patch = r.bench.send("PATCH /arm/settings\nContent-Type: application/merge-patch+json\n\n{\"limit\":5}");
@@ -313,6 +314,26 @@ TEST_CASE("a PATCH whose time has passed ends, and the next read and write go on
   CHECK(r.merge("{\"limit\":7}").status == 204);
   CHECK(r.settings.limit == 7);
   (void)blocked;
+}
+
+TEST_CASE("a client that may write and not read has no PATCH, because a refusal would show the value", "[engine]") {
+  Robot r;
+  const auto ask = [&](const std::string& method, security::Rights rights) {
+    engine::Caller caller;
+    caller.view = std::make_shared<const security::View>(rights);
+    RequestText request(method + " /arm/settings\nContent-Type: application/merge-patch+json\n\n{\"limit\":null}");
+    const auto sent = r.bench.sent(r.bench.engine.handle(request.get(), caller, r.bench.clock.now()));
+    r.bench.run();
+    return *r.bench.answer(sent);
+  };
+  const Answer refused = ask("PATCH", security::Right::write);
+  CHECK(refused.status == 405);
+  CHECK(refused.members("Allow").count("PATCH") == 0);
+  CHECK(refused.members("Allow").count("PUT") == 1);
+  CHECK(ask("PATCH", security::Right::write | security::Right::read).status == 422);
+  CHECK(ask("PATCH", security::Right::read).status == 403);
+  CHECK(ask("OPTIONS", security::Right::read).members("Allow").count("PATCH") == 0);
+  CHECK(r.writes == 0);
 }
 
 TEST_CASE("a pushed Property that has no value yet cannot be patched", "[engine]") {
