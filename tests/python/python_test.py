@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""tools/python/lrt.py with examples/baxter and examples/ex_mobile_base.
+"""tools/python/lrt.py with examples/baxter, examples/ex_mobile_base and a robot whose values are one of several alternatives.
 
-    python_test.py BAXTER MOBILE_BASE [NAME...]
+    python_test.py BAXTER MOBILE_BASE MOVER_ROBOT [NAME...]
 """
 
 import asyncio
@@ -288,6 +288,27 @@ def one_robot_serves_many_threads():
 
 
 @case
+def a_value_is_one_of_several_alternatives():
+    with program(sys.argv[3]) as url:
+        mover = lrt.open(url)["mover"]
+        assert mover.read("target") == {"moveTo": {"x": 1, "y": 2}}
+        for value in ({"grip": "closed"}, {"height": 0.5}, {"hold": {}}, {"moveTo": {"x": 0, "y": 1, "speed": 2}}):
+            mover.write("target", value)
+            assert mover.read("target") == value
+        changes = mover.watch("target", queue=10)
+        assert next(changes).value == {"moveTo": {"x": 0, "y": 1, "speed": 2}}
+        mover.write("target", {"hold": {}})
+        assert next(changes).value == {"hold": {}}
+        for wrong, names in (({"grip": "open", "hold": {}}, ("grip", "hold")), ({}, ("moveTo", "height")), ({"grab": "open"}, ("grab",))):
+            refused = raised(lrt.Refused, lambda: mover.write("target", wrong), "")
+            assert refused.status == 422 and all(name in str(refused) for name in names), refused
+        assert mover.invoke("go", {"moveTo": {"x": 2, "y": 0}}).wait(PATIENCE) == {"number": 2}
+        assert mover.invoke("go", {"hold": {}}).wait(PATIENCE) == {"text": "done"}
+        mover.write("plan", [{"hold": {}}, {"height": 1}])
+        assert [list(each) for each in mover.read("plan")] == [["hold"], ["height"]]
+
+
+@case
 def nothing_is_sent_to_another_host():
     with baxter() as url:
         robot = lrt.open(url, token="secret")
@@ -295,7 +316,7 @@ def nothing_is_sent_to_another_host():
 
 
 def main():
-    chosen = [each for each in CASES if not sys.argv[3:] or each.__name__ in sys.argv[3:]]
+    chosen = [each for each in CASES if not sys.argv[4:] or each.__name__ in sys.argv[4:]]
     for each in chosen:
         begin = time.monotonic()
         each()

@@ -23,6 +23,7 @@
 #include "src/base/utf8.hpp"
 #include "src/rdf/json_parse.hpp"
 #include "src/rdf/plain.hpp"
+#include "tools/lrt/suggest.hpp"
 #include "tools/lrt/terminal.hpp"
 
 namespace lrt::tool {
@@ -336,6 +337,11 @@ std::string scalar(const std::string& text) {
   return text == "-0" ? "0" : text;
 }
 
+/// {"stop": {}}, an alternative without content
+bool is_only_a_name(const JsonNode& node) {
+  return node.kind == '{' && node.members.size() == 1 && node.members[0].second.kind == '{' && node.members[0].second.members.empty();
+}
+
 std::string in_line(const JsonNode& node, bool is_inside) {
   if (node.kind == 0) return scalar(node.text);
   if (has_unit(node)) return in_line(node.members[0].second, true) + " " + unquoted(node.members[1].second.text);
@@ -343,6 +349,7 @@ std::string in_line(const JsonNode& node, bool is_inside) {
   for (const auto& [name, member] : node.members)
     text += (text.empty() ? "" : ", ") + (node.kind == '{' ? name + ": " : std::string()) + in_line(member, true);
   if (node.kind == '[') return "[" + text + "]";
+  if (is_only_a_name(node)) text = node.members.front().first;
   return is_inside || text.empty() ? "{" + text + "}" : text;
 }
 
@@ -373,7 +380,7 @@ std::string readable(std::string_view json) {
 std::string readable_lines(std::string_view json) {
   const std::optional<JsonNode> node = JsonReader(json).read();
   if (!node) return std::string(json);
-  if (node->kind != '{' || node->members.empty() || has_unit(*node)) return in_line(*node, false);
+  if (node->kind != '{' || node->members.empty() || has_unit(*node) || is_only_a_name(*node)) return in_line(*node, false);
   std::string text;
   add_lines(*node, 0, text);
   text.pop_back();
@@ -386,7 +393,7 @@ PlainValue value_at(const Graph& graph, TermId node, const client::Schema* schem
   if (schema) {
     if (const Result<rdf::Value> value = schema->read_value(graph, node)) {
       const Type& type = schema->type();
-      const bool nested = type.kind == Type::Kind::record || type.kind == Type::Kind::map;
+      const bool nested = type.kind == Type::Kind::record || type.kind == Type::Kind::map || type.kind == Type::Kind::variant;
       const Result<std::string> json =
           rdf::write_plain(type, nested ? schema->facets() : rdf::Facets(), *value, nested ? rdf::Plain::json_with_units : rdf::Plain::json);
       if (json) {
@@ -467,6 +474,8 @@ std::string bounds_of(const Type& type, const rdf::Facets& facets) {
   return text;
 }
 
+bool has_content(const Type& type) { return type.kind != Type::Kind::record || !type.fields.empty(); }
+
 std::string name_of(const Type& type) {
   switch (type.kind) {
     case Type::Kind::boolean: return "true | false";
@@ -499,6 +508,17 @@ std::string name_of(const Type& type) {
       }
       return text + "}";
     }
+    case Type::Kind::variant: {
+      std::string text;
+      for (const rdf::FieldType& field : type.fields) {
+        if (text.size() > 200) return text + " | ...";
+        text += (text.empty() ? "" : " | ") + printable(field.name);
+        if (!has_content(*field.type)) continue;
+        const std::string content = name_of(*field.type);
+        text += content.front() != '{' && content.find(" | ") != std::string::npos ? " (" + content + ")" : " " + content;
+      }
+      return text;
+    }
   }
   return "value";
 }
@@ -507,10 +527,11 @@ std::string description_of(const client::Schema& schema) {
   const Type* type = &schema.type();
   while (type->kind == Type::Kind::optional && type->element) type = type->element;
   const std::string unit = printable(client::unit_label(schema.facets().unit())), bounds = bounds_of(*type, schema.facets());
-  std::string text = type->kind == Type::Kind::record                                             ? "a record " + name_of(*type)
-                     : type->kind == Type::Kind::enumeration || type->kind == Type::Kind::boolean ? "one of " + name_of(*type)
-                     : type->kind == Type::Kind::integer                                          ? "an integer"
-                                                                                                  : "a " + name_of(*type);
+  const bool is_choice = type->kind == Type::Kind::enumeration || type->kind == Type::Kind::boolean || type->kind == Type::Kind::variant;
+  std::string text = type->kind == Type::Kind::record    ? "a record " + name_of(*type)
+                     : is_choice                         ? "one of " + name_of(*type)
+                     : type->kind == Type::Kind::integer ? "an integer"
+                                                         : "a " + name_of(*type);
   if (!unit.empty()) text += " in " + unit;
   if (!bounds.empty()) text += ", " + bounds;
   return text;
@@ -541,7 +562,91 @@ Result<Body> body_of(const std::string& argument, const std::string& media_type)
 
 namespace {
 
-const Type& without_optional(const Type& type) noexcept { return type.kind == Type::Kind::optional ? without_optional(*type.element) : type; }
+const Type& without_optional(const Type& outer) {
+  const Type* type = &outer;
+  while (type->kind == Type::Kind::optional && type->element) type = type->element;
+  return *type;
+}
+
+bool looks_like_json(std::string_view text) {
+  const std::size_t begin = text.find_first_not_of(" \t\r\n");
+  return begin != std::string::npos && (text[begin] == '{' || text[begin] == '[');
+}
+
+/// "30deg" in the unit of the facets. A text that is no number stays as it is.
+Result<std::string> number_of(const std::string& text, const Type& type, const rdf::Facets& facets) {
+  const Result<client::Quantity> quantity = client::parse_quantity(text);
+  const bool is_number = text.find_first_of("0123456789") != std::string::npos && text.find_first_of("0123456789.+-") == 0;
+  // Also with a unit that is not known: it is named, with those that would fit.
+  if (!(quantity ? !quantity->unit.empty() : is_number)) return text;
+  const Result<double> number = client::number_in(text, facets.unit());
+  if (!number) return unexpected(number.error());
+  const bool is_integer = type.kind == Type::Kind::integer && std::abs(*number) < 9e15 && *number == std::floor(*number);
+  return is_integer ? std::to_string(static_cast<std::int64_t>(*number)) : number_text(*number);
+}
+
+Error no_such_alternative(const Type& variant, const std::string& tag) {
+  std::vector<std::string> tags;
+  std::string all;
+  for (const rdf::FieldType& field : variant.fields) {
+    tags.push_back(field.name);
+    all += (all.empty() ? "" : ", ") + printable(field.name);
+  }
+  const std::string meant = did_you_mean(tag, tags);
+  return {Errc::expected_value, "there is no alternative \"" + printable(tag) + "\"" + (meant.empty() ? "; expected one of " + all : meant)};
+}
+
+const rdf::FieldType* alternative_of(const Type& variant, std::string_view tag) {
+  for (const rdf::FieldType& field : variant.fields)
+    if (field.name == tag) return &field;
+  return nullptr;
+}
+
+/// The JSON of a variant that is written as "TAG=VALUE", or as "TAG" if the alternative has no content.
+Result<std::string> json_of_alternative(const Type& variant, const rdf::Facets& facets, const std::string& text) {
+  const std::size_t equals = text.find('=');
+  const std::string tag = trimmed(text.substr(0, equals)), content = equals == std::string::npos ? std::string() : trimmed(text.substr(equals + 1));
+  const rdf::FieldType* const field = alternative_of(variant, tag);
+  if (!field) return unexpected(no_such_alternative(variant, tag));
+  const Type& type = without_optional(*field->type);
+  std::string json = content;
+  if (!has_content(type)) {
+    if (!content.empty() && content != "{}")
+      return unexpected(Errc::expected_value, "\"" + printable(tag) + "\" has no content, found \"" + printable(content) + "\"");
+    json = "{}";
+  } else if (content.empty() && type.kind != Type::Kind::text) {
+    return unexpected(Errc::expected_value, "\"" + printable(tag) + "\" needs a value: " + printable(tag) + "=VALUE, " + name_of(type));
+  } else if (type.kind == Type::Kind::text || type.kind == Type::Kind::enumeration || type.kind == Type::Kind::duration ||
+             type.kind == Type::Kind::instant) {
+    json = json_string(content);
+  } else if (type.is_number()) {
+    const Result<std::string> number = number_of(content, type, rdf::field_facets(*field, facets));
+    if (!number) return unexpected(number.error());
+    json = JsonReader(*number).read() ? *number : json_string(*number);
+  }
+  return "{" + json_string(tag) + ":" + json + "}";
+}
+
+/// The first alternative that a variant within the type does not have.
+std::optional<Error> unknown_alternative(const Type& outer, const JsonNode& node) {
+  const Type& type = without_optional(outer);
+  if (type.kind == Type::Kind::variant && node.kind == '{')
+    for (const auto& [name, member] : node.members)
+      if (!alternative_of(type, name)) return no_such_alternative(type, name);
+  const bool has_fields = type.kind == Type::Kind::variant || type.kind == Type::Kind::record;
+  const bool has_members = (type.kind == Type::Kind::list && node.kind == '[') || (type.kind == Type::Kind::map && node.kind == '{');
+  for (const auto& [name, member] : node.members) {
+    const rdf::FieldType* const field = has_fields && node.kind == '{' ? alternative_of(type, name) : nullptr;
+    const Type* const inner = field ? field->type : has_members ? type.element : nullptr;
+    if (!inner) continue;
+    if (std::optional<Error> found = unknown_alternative(*inner, member)) return found;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+namespace {
 
 std::string names_of(const Type& record) {
   std::string names;
@@ -559,7 +664,16 @@ Result<std::string> json_of_part(const std::string& name, const std::string& tex
     // All digits of a large integer.
     return trimmed(text).find_first_not_of("-0123456789") == std::string::npos ? trimmed(text) : json_of(*number);
   }
-  if (type.kind == Type::Kind::boolean || type.kind == Type::Kind::list || type.kind == Type::Kind::record || type.kind == Type::Kind::map)
+  if (type.kind == Type::Kind::variant && !looks_like_json(text)) {
+    Result<std::string> json = json_of_alternative(type, facets, text);
+    if (!json) return unexpected(json.error().code, name + ": " + json.error().message);
+    // The alternative that is active now is left: a patch keeps what it does not name.
+    const std::string tag = trimmed(text.substr(0, text.find('=')));
+    for (const rdf::FieldType& other : type.fields)
+      if (other.name != tag) json->insert(json->size() - 1, "," + json_string(other.name) + ":null");
+    return json;
+  }
+  if (type.kind == Type::Kind::variant || type.kind == Type::Kind::boolean || type.kind == Type::Kind::list || type.kind == Type::Kind::record || type.kind == Type::Kind::map)
     return text;
   return json_string(text);
 }
@@ -671,21 +785,19 @@ Result<Input> input_of(const Body& body, const std::string& url, const std::opti
         "\"" + url + "\" publishes no shape, and has no value at present, that would say what a plain value means; give RDF, such as @value.ttl");
   }
   std::string bytes = body.bytes;
-  const Type* type = &schema->type();
-  while (type->kind == Type::Kind::optional && type->element) type = type->element;
-  const std::size_t begin = bytes.find_first_not_of(" \t\r\n");
-  const bool looks_like_json = begin != std::string::npos && (bytes[begin] == '{' || bytes[begin] == '[');
-  if (body.media_type.empty() && looks_like_json && type->kind != Type::Kind::text) media_type = {"application", "json", {}};
-  if (media_type.type == "text" && type->is_number()) {
-    const Result<client::Quantity> quantity = client::parse_quantity(trimmed(bytes));
-    const bool is_number = bytes.find_first_of("0123456789") != std::string::npos && trimmed(bytes).find_first_of("0123456789.+-") == 0;
-    if (quantity ? !quantity->unit.empty() : is_number) {  // also with a unit that is not known: it is named, with those that would fit
-      const Result<double> number = client::number_in(trimmed(bytes), schema->facets().unit());
-      if (!number) return unexpected(number.error());
-      const bool is_integer = type->kind == Type::Kind::integer && std::abs(*number) < 9e15 && *number == std::floor(*number);
-      bytes = is_integer ? std::to_string(static_cast<std::int64_t>(*number)) : number_text(*number);
-    }
+  const Type* const type = &without_optional(schema->type());
+  const rdf::Facets& facets = schema->facets();
+  if (body.media_type.empty() && looks_like_json(bytes) && type->kind != Type::Kind::text) media_type = {"application", "json", {}};
+  if (media_type.type == "text" && (type->is_number() || type->kind == Type::Kind::variant)) {
+    const bool is_number = type->is_number();
+    Result<std::string> text = is_number ? number_of(trimmed(bytes), *type, facets) : json_of_alternative(*type, facets, trimmed(bytes));
+    if (!text) return unexpected(std::move(text).error());
+    bytes = *std::move(text);
+    if (!is_number) media_type = {"application", "json", {}};
   }
+  if (media_type.subtype == "json")
+    if (const std::optional<JsonNode> node = JsonReader(bytes).read())
+      if (const std::optional<Error> unknown = unknown_alternative(*type, *node)) return unexpected(*unknown);
   Input input;
   input.focus = input.graph.intern(rdf::iri(url));
   if (Result<void> written = schema->write_plain_value(input.graph, input.focus, bytes, media_type); !written) {

@@ -50,7 +50,9 @@ std::optional<client::Schema> schema_for_reading(const client::Property& propert
 std::string description_of(const client::Schema& schema);
 /// "from 0 to below 360"; empty: no bounds
 std::string bounds_of(const rdf::Type& type, const rdf::Facets& facets);
-/// "number", "text", "list of number", "idle | active", a record's name
+/// Whether an alternative of a variant has more than its name.
+bool has_content(const rdf::Type& type);
+/// "number", "text", "list of number", "idle | active", "{x, y}", "moveTo {x, y} | stop"
 std::string name_of(const rdf::Type& type);
 
 /// A body from the command line: its bytes and their media type.
@@ -76,7 +78,8 @@ bool is_change(std::string_view word) noexcept;
 /// The required members that a value in JSON does not have, with what to write for a part of it, as a sentence; empty: it lacks none.
 std::string lacks_members(const Body& body, const client::Schema& schema, const std::string& name);
 
-/// Reads a body for a resource. A number may have a unit, which is converted to that of the schema.
+/// Reads a body for a resource. A number may have a unit, which is converted to that of the schema. A variant may be JSON, or "TAG=VALUE", or "TAG" if that
+/// has no content.
 /// @param url  of the resource
 /// @par Errors  expected_value and expected_rdf: with what was expected
 Result<Input> input_of(const Body& body, const std::string& url, const std::optional<client::Schema>& schema);

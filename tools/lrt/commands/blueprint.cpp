@@ -40,24 +40,27 @@ Graph reachable(const client::Shape& shape) {
   return result;
 }
 
-/// @param as_tree  fields have their own names, below that of the record; else paths, "limits.lower"
-void add_rows(Table& table, const std::string& name, const rdf::Type& given, const rdf::Facets& facets, bool required, unsigned depth, bool as_tree) {
+/// @param required  "required", or "one of these" for an alternative; a type that is optional says so
+/// @param as_tree   fields have their own names, below that of the record; else paths, "limits.lower"
+void add_rows(Table& table, const std::string& name, const rdf::Type& given, const rdf::Facets& facets, const char* required, unsigned depth,
+              bool as_tree) {
   const rdf::Type* type = &given;
   while (type->kind == rdf::Type::Kind::optional && type->element) {
     type = type->element;
-    required = false;
+    required = "optional";
   }
-  const bool is_record = type->kind == rdf::Type::Kind::record;
+  const bool is_variant = type->kind == rdf::Type::Kind::variant, is_record = type->kind == rdf::Type::Kind::record || is_variant;
+  const char* const kind = is_variant ? "variant" : has_content(*type) ? "record" : "no content";
   table.add({{name, Style::strong},
-             {is_record ? "record" : name_of(*type)},
+             {is_record ? kind : name_of(*type)},
              {printable(client::unit_label(is_record ? rdf::node_unit(*type, facets) : facets.unit()))},
              {bounds_of(*type, facets)},
-             {required ? "required" : "optional"}});
+             {required}});
   constexpr unsigned max_depth = 12;
   if (!is_record || depth > max_depth) return;
   for (const rdf::FieldType& field : type->fields)
     add_rows(table, (as_tree ? std::string(2 * (depth + 1), ' ') : name + ".") + printable(field.name), *field.type, rdf::field_facets(field, facets),
-             true, depth + 1, as_tree);
+             is_variant ? "one of these" : "required", depth + 1, as_tree);
 }
 
 Result<int> print_shapes(Session& session, const std::vector<std::pair<std::string, client::Shape>>& shapes, bool for_people) {
@@ -66,7 +69,7 @@ Result<int> print_shapes(Session& session, const std::vector<std::pair<std::stri
     Table table;
     for (const auto& [name, shape] : shapes) {
       const std::optional<client::Schema> schema = schema_of(std::optional<client::Shape>(shape));
-      if (schema) add_rows(table, name, schema->type(), schema->facets(), true, 0, terminal.is_for_people());
+      if (schema) add_rows(table, name, schema->type(), schema->facets(), "required", 0, terminal.is_for_people());
       else table.add({{name, Style::strong}, {"see the shape"}, {}, {}, {}});
     }
     return table.print(terminal, {"field", "type", "unit", "bounds", "required"}) ? Exit::success : Exit::failure;

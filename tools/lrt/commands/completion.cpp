@@ -30,6 +30,7 @@ _lrt() {
   while IFS= read -r line; do
     COMPREPLY+=("${line#"$before"}")
   done < <(lrt __complete "${words[@]}" 2>/dev/null)
+  [[ ${COMPREPLY[0]} == *= ]] && compopt -o nospace # a value follows
 }
 complete -o default -F _lrt lrt
 )script";
@@ -39,7 +40,9 @@ constexpr std::string_view zsh_script = R"script(#compdef lrt
 _lrt() {
   local -a found
   found=("${(@f)$(lrt __complete "${(@Q)words[2,CURRENT]}" 2>/dev/null)}")
-  if [[ -n ${found[1]} ]]; then
+  if [[ ${found[1]} == *= ]]; then # a value follows
+    compadd -S '' -- "${found[@]}"
+  elif [[ -n ${found[1]} ]]; then
     compadd -- "${found[@]}"
   else
     _files
@@ -55,6 +58,7 @@ Result<int> completion(Session& session, CompletionOptions& options) {
 /// Names come from the robot, and the shell inserts them into a command line: names with special characters of a shell are left out.
 bool is_harmless(std::string_view name) {
   constexpr std::string_view allowed = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_./:@%+,-";
+  if (!name.empty() && name.back() == '=') name.remove_suffix(1);  // a value follows
   return !name.empty() && name.front() != '-' && name.front() != '.' && name.size() < 200 &&
          name.find_first_not_of(allowed) == std::string_view::npos;
 }
@@ -117,20 +121,29 @@ std::vector<std::string> names_of(const client::Robot& robot, const std::string&
   return result;
 }
 
-/// Names of an enumeration, or true and false.
+std::vector<std::string> with_equals(std::vector<std::string> tags) {
+  for (std::string& tag : tags) tag += '=';
+  return tags;
+}
+
+/// Names of an enumeration, true and false, or the tags of a variant as "tag=".
 std::vector<std::string> values_of(const client::Robot& robot, const std::string& command, const std::string& name) {
   std::optional<client::Schema> schema;
   const auto known = [&](const auto& found) { return found && (command == "set" || command == "invoke") ? found->declared() : nullptr; };
   if (const client::Declared* const declared = command == "set" ? known(robot.property(name)) : known(robot.action(name)))
-    return declared->choices;  // no request
+    return declared->is_variant ? with_equals(declared->choices) : declared->choices;  // no request
   if (command == "set") {
     if (const auto property = robot.property(name)) schema = schema_of(property->shape());
   } else if (command == "invoke") {
     if (const auto action = robot.action(name)) schema = schema_of(action->input_shape());
   }
   if (!schema) return {};
-  if (schema->type().kind == rdf::Type::Kind::boolean) return {"true", "false"};
-  return schema->type().kind == rdf::Type::Kind::enumeration ? schema->type().names : std::vector<std::string>();
+  const rdf::Type& type = schema->type();
+  if (type.kind == rdf::Type::Kind::boolean) return {"true", "false"};
+  if (type.kind != rdf::Type::Kind::variant) return type.kind == rdf::Type::Kind::enumeration ? type.names : std::vector<std::string>();
+  std::vector<std::string> tags;
+  for (const rdf::FieldType& field : type.fields) tags.push_back(field.name);
+  return with_equals(std::move(tags));
 }
 
 std::vector<std::string> values_of(const CLI::Option& option) {

@@ -19,6 +19,7 @@ std::size_t changes_in(const SetOptions& options) {
 }
 
 bool has_parts(const rdf::Type& type) {
+  if (type.kind == rdf::Type::Kind::variant) return false;  // "moveTo=1" is its whole value
   return type.kind == rdf::Type::Kind::optional ? has_parts(*type.element) : type.kind == rdf::Type::Kind::map || !type.fields.empty();
 }
 
@@ -45,7 +46,7 @@ Result<int> set(Session& session, SetOptions& options) {
   client::WriteOptions write;
   write.if_match = options.if_match;
   if (!write.if_match.empty() && write.if_match != "*" && write.if_match.find('"') == std::string::npos) write.if_match = '"' + write.if_match + '"';
-  // Of a text, "a=b" is a value.
+  // Of a text or a variant, "a=b" is a value.
   if (changes > 0 && !(changes == 1 && schema && !has_parts(schema->type()))) {
     const Result<client::Patch> patch = patch_of({options.words.begin() + 1, options.words.end()}, schema);
     if (!patch) return unexpected(patch.error());
@@ -67,14 +68,16 @@ Result<int> set(Session& session, SetOptions& options) {
 
 void add_set(CommandLine& line) {
   auto options = std::make_shared<SetOptions>();
-  CLI::App* const command = line.add("set", "Write a property",
-                                     "The value is validated against the published shape before it is sent. Examples:\n"
-                                     "  lrt set right_s1/friction 1.5\n"
-                                     "  lrt set right_s1/position 30deg        # converted to rad, which is the declared unit\n"
-                                     "  lrt set arm/pose '{\"x\": 1, \"y\": 2}'    # a record, as JSON\n"
-                                     "  lrt set arm/pose x=1 limits.upper=30deg   # some of its fields; the robot keeps the others\n"
-                                     "  lrt set arm/pose @pose.ttl             # a file: .ttl, .nt, .rdf, .jsonld, .json, .cbor; - is standard input",
-                                     options, set);
+  CLI::App* const command =
+      line.add("set", "Write a property",
+               "The value is validated against the published shape before it is sent. Examples:\n"
+               "  lrt set right_s1/friction 1.5\n"
+               "  lrt set right_s1/position 30deg        # converted to rad, which is the declared unit\n"
+               "  lrt set arm/pose '{\"x\": 1, \"y\": 2}'    # a record, as JSON\n"
+               "  lrt set arm/pose x=1 limits.upper=30deg   # some of its fields; the robot keeps the others\n"
+               "  lrt set arm/target moveTo='{\"x\": 1}'   # one of several alternatives; or arm/target stop, if it has no content\n"
+               "  lrt set arm/pose @pose.ttl             # a file: .ttl, .nt, .rdf, .jsonld, .json, .cbor; - is standard input",
+               options, set);
   command->add_option("VALUE", options->words, "The name of a property, and its new value, or new values of some of its fields")
       ->required()
       ->type_name("[ROBOT] NAME VALUE | FIELD=VALUE...")
