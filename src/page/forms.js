@@ -3,12 +3,16 @@
 
 /// The form model of a node shape: { fields, fixed, classes, unit }. Constraints that a form cannot express are checked by the robot only.
 function nodeModel(g, shape, depth = 0) {
-  const model = { fields: [], fixed: [], classes: [], unit: "" }, shapes = shape ? [shape] : [], byPath = new Map();
+  const model = { fields: [], fixed: [], classes: [], unit: "" }, shapes = shape ? [shape] : [], byPath = new Map(), tagged = new Map();
+  let mayBeAbsent = false;
   if (depth > 6) return model;
   for (const s of shapes) {
     const more = [...g.ids(s, sh("node")), ...listed(g, s, "and")];
     // The last alternative with properties: lrt writes optional parts as "nothing, or this".
-    more.push(listed(g, s, "or").filter((id) => g.id(id, sh("property"))).pop());
+    more.push(listed(g, s, "or").filter((id) => g.id(id, sh("property")) || g.id(id, sh("xone"))).pop());
+    const own = alternativesOf(g, s);
+    mayBeAbsent ||= own.mayBeAbsent;
+    for (const [path, p] of own) tagged.set(path, [...(tagged.get(path) ?? []), p]);
     shapes.push(...more.filter((m) => m && !shapes.includes(m) && shapes.length < 50));
     model.classes.push(...g.ids(s, sh("targetClass")), ...g.ids(s, sh("class")));
     for (const p of g.ids(s, sh("property"))) {
@@ -16,6 +20,13 @@ function nodeModel(g, shape, depth = 0) {
       if (path && !g.about.has(path)) byPath.set(path, [...(byPath.get(path) ?? []), p]);
     }
   }
+  const choices = [...tagged].map(([path, parts]) => {
+    const all = [...parts, ...(byPath.get(path) ?? [])], field = { ...valueModel(g, all, depth), path, minValues: 1 };
+    byPath.delete(path);
+    const isEmpty = field.kind === "text" && !field.types.length && !field.choices;
+    return isEmpty ? { ...field, kind: "node", node: nodeModel(g, all.find((p) => g.id(p, sh("class"))) ?? all[0], depth + 1) } : field;
+  });
+  if (choices.length) model.fields.push({ kind: "choice", alternatives: choices, path: "", minValues: mayBeAbsent ? 0 : 1, name: "" });
   for (const [path, parts] of byPath) {
     const field = { ...valueModel(g, parts, depth), path }, only = field.choices?.length === 1 && field.choices[0];
     if (field.maxValues === 0) continue;
@@ -27,6 +38,13 @@ function nodeModel(g, shape, depth = 0) {
   }
   for (const field of model.fields) field.unit ||= model.unit;
   return model;
+}
+/// The alternatives of sh:xone, [predicate, property shape], if each requires one predicate, or that there is none; else nothing.
+function alternativesOf(g, s) {
+  const all = listed(g, s, "xone").map((m) => g.id(m, sh("path")) ? [m] : g.ids(m, sh("property"))), present = all.filter((ps) => !ps.length || ps.some((p) => g.number(p, sh("maxCount")) !== 0));
+  const required = present.map((ps) => ps.filter((p) => g.number(p, sh("minCount")) > 0));
+  const found = required.every((ps) => ps.length === 1 && !g.about.has(g.id(ps[0], sh("path")))) ? required.map(([p]) => [g.id(p, sh("path")), p]) : [];
+  return Object.assign(found, { mayBeAbsent: found.length > 0 && found.length < all.length });
 }
 /// The members of the lists in sh:or or sh:and.
 const listed = (g, s, which) => g.ids(s, sh(which)).flatMap((l) => g.list(l).flatMap((o) => o.id ?? []));
@@ -57,7 +75,7 @@ function valueModel(g, parts, depth) {
     const element = inner.find((q) => g.list(g.id(q, sh("path"))).at(-1)?.id === rdf("first"));
     const cells = inner.find((q) => g.id(g.id(q, sh("path")), sh("zeroOrMorePath")));
     if (element) Object.assign(field, { kind: "list", element: valueModel(g, [element], depth + 1), minItems: (g.number(cells, sh("minCount")) ?? 1) - 1, maxItems: (g.number(cells, sh("maxCount")) ?? Infinity) - 1 });
-    else if (inner.length) Object.assign(field, { kind: "node", node: nodeModel(g, p, depth + 1) });
+    else if (inner.length || [p, ...g.ids(p, sh("node"))].some((n) => alternativesOf(g, n).length)) Object.assign(field, { kind: "node", node: nodeModel(g, p, depth + 1) });
   }
   if (field.kind === "text") {
     field.types = types;
@@ -99,12 +117,12 @@ class Form {
     this.element = h("div", this.parts.map((p) => p.element));
   }
   part(field, subject) {
-    return field.kind === "node" ? this.node(field) : field.kind === "list" ? this.rows(field, subject) : this.single(field, subject);
+    return field.kind === "choice" ? this.choice(field, subject) : field.kind === "node" ? this.node(field) : field.kind === "list" ? this.rows(field, subject) : this.single(field, subject);
   }
   /// Nodes have IRIs, so that a SHACL report can refer to them.
   node(field) {
     let node;
-    const { fields, fixed, classes } = field.node, alone = fields.length === 1;  // a node with one value is shown as that value
+    const { fields, fixed, classes } = field.node, alone = fields.length === 1 && fields[0].kind !== "choice";  // a node with one value is shown as that value
     const inner = fields.map((f) => this.part(alone ? { ...f, name: fieldName(field), outer: field.path, minValues: field.minValues && f.minValues } : f, () => node));
     const error = h("p.error");
     const element = alone ? inner[0].element : h("fieldset", h("legend", fieldName(field)), inner.map((p) => p.element), error);
@@ -117,6 +135,23 @@ class Form {
         if (own.length || field.minValues) triples.push([s, field.path, { id: node }], ...classes.map((c) => [node, rdf("type"), { id: c }]), ...fixed.map(([p, o]) => [node, p, o]), ...own);
       },
       read: (g, s) => { const n = g.id(s, field.path); if (n) inner.forEach((p) => p.read(g, n)); } };
+  }
+  /// One of several alternatives. The others stay as they were filled in, and are not written.
+  choice(field, subject) {
+    const id = freshId(), error = h("p.error", { id: id + "e" }), { alternatives } = field;
+    const parts = alternatives.map((f) => this.part(f, subject)), rows = parts.map((p) => h("div.alternative", { hidden: true }, p.element));
+    const input = h("select", { id, "aria-describedby": id + "e", "aria-required": field.minValues > 0 && "true", onchange: () => show() }, h("option", field.minValues ? "choose …" : "none"), alternatives.map((f) => h("option", fieldName(f))));
+    const now = () => input.selectedIndex - 1, show = () => rows.forEach((row, i) => { row.hidden = now() !== i; });
+    this.controls.push({ subject, input, error });
+    return { element: h("div.choice", h("div.entry", h("label", { for: id }, "one of"), h("div.line", input), error), rows),
+      write: (triples, s) => parts[now()]?.write(triples, s),
+      read: (g, s) => {
+        const found = alternatives.findIndex((f) => g.one(s, f.path));
+        if (found < 0 && field.minValues) return;
+        input.selectedIndex = found + 1;
+        show();
+        parts[found]?.read(g, s);
+      } };
   }
   rows(field, subject) {
     const error = h("p.error"), list = h("ol"), parts = [], open = field.minItems !== field.maxItems, name = fieldName(field);
@@ -212,7 +247,7 @@ class Form {
   }
   /// Shows each result of a SHACL report at its control. Returns the messages of the results that have no control.
   showReport(report) {
-    const unplaced = [], { controls } = this;
+    const unplaced = [], controls = this.controls.filter((c) => !c.error.closest(".alternative[hidden]"));
     let first;
     for (const result of report.subjects(rdf("type"), sh("ValidationResult"))) {
       if (report.subjects(sh("detail"), result).length) continue;

@@ -426,6 +426,10 @@ function showData(g, base) {
 function showBlueprint(g) {
   const rows = (model, before) => model.fields.flatMap((f) => {
     const name = [before, fieldName(f)].filter(Boolean).join(" › "), v = f.element ?? f;
+    if (f.kind === "choice") return f.alternatives.flatMap((a) => {
+      const tag = [before, fieldName(a)].filter(Boolean).join(" › "), its = rows({ fields: [a] }, before);
+      return its.length ? its.map(([n, ...rest]) => [`one of: ${n}`, ...rest]) : [[`one of: ${tag}`, "nothing more", "", ""]];
+    });
     if (f.kind === "node") return rows(f.node, name);
     return [[name || "value", (f.element ? "list of " : "") + (v.choices ? v.choices.map((c) => c.id ? localName(c.id) : c.value).join(" | ") : v.kind), hint({ ...v, kind: "", types: [], minValues: f.minValues }), f.unit]];
   });

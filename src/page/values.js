@@ -20,8 +20,11 @@ function leaves(g, node, path = [], seen = new Set(), outer = "", depth = 0) {
       if (items.every((i) => i.length === 1 && i[0].objects.length === 1)) return [{ path: here, objects: items.map((i) => i[0].objects[0]), isList: true, unit: unit || items[0]?.[0].unit }];
       return items.flatMap((inner, i) => inner.map((leaf) => ({ ...leaf, path: [...here, String(i + 1), ...leaf.path] })));
     }
-    if (!isInside(g, node, o)) return [{ path: here, objects: [o], unit }];
+    // A node without content, such as an alternative that is only there.
+    const isHollow = o.id && !g.about.has(o.id) && (isBlank(o.id) || o.id.startsWith(withoutHash(node) + "#"));
+    if (isHollow || !isInside(g, node, o)) return [{ path: here, objects: isHollow ? [] : [o], unit }];
     const inner = leaves(g, o.id, here, seen, unit, depth + 1), names = inner.map((l) => l.path.at(-1));
+    if (!inner.length) return [{ path: here, objects: [] }];
     const isVector = inner.length > 1 && inner.length < 5 && inner.every((l) => l.path.length === here.length + 1 && l.path.at(-1).length < 3 && l.unit === inner[0].unit && l.objects.length === 1 && !l.isList);
     return isVector ? [{ path: here, objects: inner.map((l) => l.objects[0]), names, unit: inner[0].unit }] : inner;
   });
@@ -75,16 +78,19 @@ class Plot {
     this.element = h("figure.plot", { hidden: true }, this.canvas, this.legend);
   }
   add(all) {
-    const now = performance.now();
+    const now = performance.now(), seen = new Set();
     for (const { path, objects, names, isList } of all) objects.slice(0, 8).forEach((o, i) => {
       const n = isNumeric(o) ? toNumber(o.value) : NaN, name = [...path, names?.[i] ?? (isList ? `${i + 1}` : "")].filter(Boolean).join(" › ");
       if (!Number.isFinite(n)) return;
+      seen.add(name);
       if (!this.series.has(name)) this.series.set(name, []);
       const points = this.series.get(name);
       points.push([now, n]);
       // One point older than a minute is kept: the line begins there.
       while (points.length > 2 && points[1][0] < now - MINUTE) points.shift();
     });
+    // What is no longer part of the value ends: another alternative is there now, or an optional part has gone.
+    for (const [name, points] of this.series) if (!seen.has(name) && !Number.isNaN(points.at(-1)[1])) points.push([now, NaN]);
   }
   /// Nothing was heard since that time: the lines end there, and begin anew with the next value.
   silence(from) {
