@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <limits>
+#include <set>
 #include <unordered_map>
 #include <utility>
 
@@ -46,7 +47,10 @@ class Generator {
         "// robot still has these Blueprints.\n"
         "#pragma once\n\n"
         "#include <array>\n#include <chrono>\n#include <cstdint>\n#include <map>\n#include <optional>\n#include <string>\n"
-        "#include <utility>\n#include <vector>\n\n"
+        "#include <utility>\n";
+    out += variants_.empty() ? "" : "#include <variant>\n";
+    out +=
+        "#include <vector>\n\n"
         "#include <lrt/client.hpp>\n#include <lrt/rdf/traits.hpp>\n";
     if (!notes_.empty()) {
       out += "\n// What C++ cannot express:\n";
@@ -209,6 +213,7 @@ class Generator {
       case Kind::instant: return Cpp{"std::chrono::system_clock::time_point", "{}", t.datatype == vocab::xsd::dateTime ? std::string() : datatype};
       case Kind::enumeration: return enumeration(t, hint, where);
       case Kind::record: return record(t, facets, hint, bounds, where);
+      case Kind::variant: return variant(t, facets, hint, bounds, where);
       case Kind::optional: {
         std::optional<Cpp> inner = type_of(*t.element, facets, hint, bounds, where);
         if (inner) inner->type = "std::optional<" + inner->type + ">", inner->initial.clear();
@@ -306,50 +311,136 @@ class Generator {
       members += "  " + type->type + " " + id + type->initial + ";" + (range.empty() ? "" : "  ///< " + range) + "\n";
       const std::string term = term_or_iri(f.predicate);
       fields += "    r.field(lrt::Iri{" + cpp::string_literal(term) + "}, &" + q + "::" + id + ")" + facets_code(*f.type, own, bounds) + ";\n";
-      const std::string at = "      t.fields[" + std::to_string(index) + "]";
-      // The predicate and name that Record derives from it.
-      const std::string name = term.substr(term.find_last_of("#/") + 1);
-      const std::string placed = term.front() == '#' ? "#" + made.name + "/" + iri::encode_segment(name) : term;
-      if (placed != term) changes += at + ".predicate = " + cpp::string_literal(term) + ";\n";
-      if (name != f.name) changes += at + ".name = " + cpp::string_literal(f.name) + ";\n";
-      if (!type->datatype.empty())
-        changes += at + ".type = &lrt::client::with_datatype(*t.fields[" + std::to_string(index) + "].type, lrt::Iri{" +
-                   cpp::string_literal(type->datatype) + "});\n";
-      ++index;
+      changes += changes_of(f, *type, term, made.name, index++);
     }
-    std::string classes;
+    const std::string classes = classes_code("r", t);
     std::vector<std::string> value_terms;
-    for (const std::string& c : t.classes) classes += "    r.is(lrt::Iri{" + cpp::string_literal(term_or_iri(c)) + "});\n";
     for (const std::string& c : t.value_classes) value_terms.push_back(term_or_iri(c));
     if (t.classes.empty()) changes += "      t.classes.clear();\n";
     if (!t.value_predicate.empty()) {
       changes += "      t.value_predicate = " + cpp::string_literal(t.value_predicate) + ";\n";
       changes += "      t.value_classes = " + list_of_literals(value_terms) + ";\n";
     }
-    made.definition = t.classes.empty()
-                          ? std::string()
-                          : "/// " + cpp::comment_text(ValueLines(origin_, true).short_iri(t.classes.front()), options_.max_comment) + "\n";
-    made.definition += "struct " + made.name + " {\n" + members + "};\n";
-    const bool uses = !classes.empty() || !fields.empty();
-    made.traits = "template <>\nstruct lrt::rdf::traits<" + q + "> : lrt::rdf::Record<" + q + "> {\n  static void describe(" +
-                  (uses ? "Record<" + q + ">& r" : "Record<" + q + ">&") + ") {\n" + classes + fields + "  }\n";
+    made.definition = class_comment(t) + "struct " + made.name + " {\n" + members + "};\n";
+    made.traits = traits_code("Record", "r", q, classes + fields, changes);
+    return add_type(key, std::move(made));
+  }
+
+  /// Whether no other program has the C++ type: a struct or an enum of this header is part of it.
+  static bool is_own(const Type& type) {
+    if (type.kind == Kind::record) return !type.fields.empty() || !type.classes.empty();
+    if (type.kind == Kind::enumeration || type.kind == Kind::variant) return true;
+    return type.element && is_own(*type.element);
+  }
+
+  /// The shape of a variant that may be absent does not state its class. Its terms do: "#Target/moveTo".
+  Type with_class(const Type& variant) const {
+    Type t = variant;
+    std::string owner;
+    for (const FieldType& f : t.fields) {
+      const std::string own = own_term(f.predicate);
+      const std::size_t slash = own.find('/');
+      const std::string of = slash == std::string::npos ? std::string() : f.predicate.substr(0, f.predicate.size() - own.size() + slash);
+      if (!t.classes.empty() || of.empty() || (!owner.empty() && of != owner)) return t;
+      owner = of;
+    }
+    if (!owner.empty()) t.classes.push_back(owner);
+    return t;
+  }
+
+  /// One of several alternatives: a std::variant, or a struct that derives from one if the std::variant could have other traits, too.
+  std::optional<Cpp> variant(const Type& stated, const Facets& facets, const std::string& hint, bool bounds, const std::string& where) {
+    const Type t = with_class(stated);
+    const std::string key = "variant" + ValueLines(origin_, bounds).text(t, Facets(facets).without_bounds().unit(unit::none));
+    if (const auto known = by_form_.find(key); known != by_form_.end()) return known->second;
+    for (const std::string& c : t.classes)
+      if (c.size() > options_.max_text) return note(where + ": the IRI of a class is too long");
+    Made made;
+    made.name = scope_.add(cpp::type_name(t.classes.empty() ? hint : decoded_last_part(t.classes.front()), options_.max_name));
+    std::string lines, types, code = "    v.named(" + cpp::string_literal(made.name) + ");\n" + classes_code("v", t), changes;
+    std::size_t index = 0;
+    bool own_type = false;
+    for (const FieldType& f : t.fields) {
+      const std::string place = where + ", alternative " + f.name;
+      if (f.predicate.size() > options_.max_text || f.name.size() > options_.max_text) {
+        note(place.substr(0, options_.max_comment) + ": the predicate is too long; the alternative is left out");
+        continue;
+      }
+      const Facets own = rdf::field_facets(f, facets);
+      const bool is_empty = f.type->kind == Kind::record && f.type->fields.empty() && f.type->classes.empty();
+      const std::optional<Cpp> type = is_empty ? Cpp{"std::monostate", {}, {}} : type_of(*f.type, own, f.name, bounds, place);
+      if (!type) {
+        note(place + ": there is no C++ type for it; the alternative is left out");
+        continue;
+      }
+      const std::string range = range_text(*f.type, own, bounds);
+      lines += "///   " + quoted(f.name) + ": " + cpp::comment_text(type->type, options_.max_comment) + (range.empty() ? "" : ", " + range) + "\n";
+      types += (types.empty() ? "" : ", ") + type->type;
+      own_type = own_type || is_own(*f.type);
+      const std::string term = term_or_iri(f.predicate);
+      code +=
+          "    v.alternative<" + std::to_string(index) + ">(lrt::Iri{" + cpp::string_literal(term) + "})" + facets_code(*f.type, own, bounds) + ";\n";
+      changes += changes_of(f, *type, term, made.name, index++);
+    }
+    if (index == 0) return note(where + ": none of its alternatives has a C++ type");
+    if (t.classes.empty()) changes += "      t.classes.clear();\n";
+    const std::string base = "std::variant<" + types + ">";
+    made.definition = class_comment(t) + "/// One of:\n" + lines;
+    if (variants_.insert(types).second && own_type) made.definition += "using " + made.name + " = " + base + ";\n";
+    else made.definition += "struct " + made.name + " : " + base + " {\n  using " + base + "::variant;\n};\n";
+    made.traits = traits_code("Variant", "v", qualified(made.name), code, changes);
+    return add_type(key, std::move(made));
+  }
+
+  std::string classes_code(const char* object, const Type& t) const {
+    std::string text;
+    for (const std::string& c : t.classes) text += std::string("    ") + object + ".is(lrt::Iri{" + cpp::string_literal(term_or_iri(c)) + "});\n";
+    return text;
+  }
+  std::string class_comment(const Type& t) const {
+    if (t.classes.empty()) return {};
+    return "/// " + cpp::comment_text(ValueLines(origin_, true).short_iri(t.classes.front()), options_.max_comment) + "\n";
+  }
+  /// What rdf::Record and rdf::Variant would make of a field in another way.
+  /// @param owner  the name of the record or variant
+  static std::string changes_of(const FieldType& f, const Cpp& type, const std::string& term, const std::string& owner, std::size_t index) {
+    std::string changes;
+    const std::string at = "      t.fields[" + std::to_string(index) + "]";
+    // The predicate and name that they derive from the term.
+    const std::string name = term.substr(term.find_last_of("#/") + 1);
+    const std::string placed = term.front() == '#' ? "#" + owner + "/" + iri::encode_segment(name) : term;
+    if (placed != term) changes += at + ".predicate = " + cpp::string_literal(term) + ";\n";
+    if (name != f.name) changes += at + ".name = " + cpp::string_literal(f.name) + ";\n";
+    if (!type.datatype.empty())
+      changes += at + ".type = &lrt::client::with_datatype(*t.fields[" + std::to_string(index) + "].type, lrt::Iri{" +
+                 cpp::string_literal(type.datatype) + "});\n";
+    return changes;
+  }
+  /// @param base  of the traits: Record or Variant
+  static std::string traits_code(const std::string& base, const std::string& object, const std::string& q, const std::string& code,
+                                 const std::string& changes) {
+    const std::string type = base + "<" + q + ">";
+    std::string text = "template <>\nstruct lrt::rdf::traits<" + q + "> : lrt::rdf::" + type + " {\n  static void describe(" + type + "&" +
+                       (code.empty() ? "" : " " + object) + ") {\n" + code + "  }\n";
     if (!changes.empty())
-      made.traits += "  static const Type& type() {\n    static const lrt::Immortal<Type> changed([] {\n      Type t = Record<" + q + ">::type();\n" +
-                     changes + "      return t;\n    }());\n    return *changed;\n  }\n";
-    made.traits += "};\n";
+      text += "  static const Type& type() {\n    static const lrt::Immortal<Type> changed([] {\n      Type t = " + type + "::type();\n" + changes +
+              "      return t;\n    }());\n    return *changed;\n  }\n";
+    return text + "};\n";
+  }
+  Cpp add_type(const std::string& key, Made made) {
     count(made.definition), count(made.traits);
-    const Cpp result{made.name, {}, {}};
+    Cpp result{made.name, {}, {}};
     by_form_[key] = result;
     types_.push_back(std::move(made));
     return result;
   }
 
-  /// A type of a shape that belongs to no Thing. A type that is neither a struct nor an enum gets a name.
+  /// A type of a shape that belongs to no Thing. A type that has no name yet gets one.
   void shape(const client::ShapeDescription& s) {
     origin_ = origin_of(s.iri);
     const Type& type = s.schema.type();
     const std::optional<Cpp> made = type_of(type, s.schema.facets(), s.name, true, s.name);
-    if (!made || type.kind == Kind::record || type.kind == Kind::enumeration) return;
+    if (!made || type.kind == Kind::record || type.kind == Kind::variant || type.kind == Kind::enumeration) return;
     if (!made->datatype.empty()) note(s.name + ": the C++ type does not have the datatype " + made->datatype);
     const std::string range = range_text(type, s.schema.facets(), true);
     const std::string out = "\n/// " + sentence(cpp::comment_text(s.name, options_.max_comment) + with_colon(range)) + "\nusing " +
@@ -473,6 +564,7 @@ class Generator {
   std::vector<std::string> names_;
   cpp::Scope scope_;
   std::vector<Made> types_;
+  std::set<std::string> variants_;  ///< lists of alternatives in C++
   std::unordered_map<std::string, Cpp> by_form_;
   std::string classes_, origin_;
   std::vector<std::string> notes_, warnings_;

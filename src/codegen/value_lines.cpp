@@ -48,10 +48,11 @@ void ValueLines::add(const std::string& path, const Type& type, const Facets& fa
     else text += "list" + length_of(*t) + " of ";
   }
   lines.emplace_back(path, text + one(*t, facets));
-  if (t->kind != Kind::record) return;
+  if (t->kind != Kind::record && t->kind != Kind::variant) return;
   std::vector<const FieldType*> fields;
   for (const FieldType& f : t->fields) fields.push_back(&f);
-  std::sort(fields.begin(), fields.end(), [](const auto* a, const auto* b) { return a->predicate < b->predicate; });
+  // Alternatives have an index in C++.
+  if (t->kind == Kind::record) std::sort(fields.begin(), fields.end(), [](const auto* a, const auto* b) { return a->predicate < b->predicate; });
   for (const FieldType* f : fields) add(path + (path.empty() ? "" : " ") + short_iri(f->predicate), *f->type, rdf::field_facets(*f, facets), lines);
 }
 
@@ -73,8 +74,9 @@ std::string ValueLines::short_iri(std::string_view iri) const {
 std::string ValueLines::one(const Type& t, const Facets& f) const {
   std::string text;
   switch (t.kind) {
-    case Kind::record: {
-      text = "record";
+    case Kind::record:
+    case Kind::variant: {
+      text = t.kind == Kind::record ? "record" : "one of";
       std::vector<std::string> classes;
       for (const std::string& c : t.classes) classes.push_back(short_iri(c));
       std::sort(classes.begin(), classes.end());
