@@ -335,6 +335,14 @@ struct ActionShape {
   using Input = std::conditional_t<takes_view, std::string, Parameter>;
 };
 
+/// What an action's callable gives: by its Responder, or as what it returns.
+template <class F, bool asynchronous = ActionShape<F>::asynchronous>
+struct OutputOf : Unwrapped<typename ActionShape<F>::Return> {};
+template <class F>
+struct OutputOf<F, true> {
+  using type = typename ResponderTraits<typename ActionShape<F>::Last>::Output;
+};
+
 /// The static_asserts about an action's callable, one after another, so that there is one error.
 template <class F>
 constexpr bool check_action() {

@@ -26,6 +26,12 @@ struct WorldSpec;
 }  // namespace v0
 }  // namespace lrt::model
 
+namespace lrt::rdf {
+inline namespace v0 {
+class DynamicType;
+}  // namespace v0
+}  // namespace lrt::rdf
+
 namespace lrt {
 inline namespace v0 {
 
@@ -176,6 +182,30 @@ class LRT_API Thing {
     }
   }
 
+  /// As property(path, read), for a type that is made at run time: with `#include <lrt/rdf/dynamic_type.hpp>`.
+  ///
+  /// @param type  of the value, see rdf::DynamicType
+  /// @param read  callable that returns an rdf::Value of the type, or a Result of one. An error is answered with 500.
+  /// @par Errors  invalid_option (`type` is none), and those of the other property(): from Server::add()
+  template <class Read>
+  PulledProperty<rdf::Value> property(std::string_view path, const rdf::DynamicType& type, Read read, const Unit& unit = unit::none) {
+    if constexpr (!std::is_invocable_r_v<Result<rdf::Value>, Read&>) {
+      static_assert(rdf::detail::always_false<Read>,
+                    "lrt: a property of a DynamicType expects a callable that returns an rdf::Value or a Result of one: "
+                    "property(path, type, [] { return lrt::rdf::Value(1.5); })");
+      return PulledProperty<rdf::Value>();
+    } else {
+      return PulledProperty<rdf::Value>(new_pulled(path, kept_type(path, type), unit, [read = std::move(read)](bool whole) mutable {
+        Result<rdf::Value> value = read();
+        return model::reading_of(std::move(value), whole);
+      }));
+    }
+  }
+  /// As property<T>(path), for a type that is made at run time: publish() takes an rdf::Value of the type. It allocates,
+  /// as for each T that owns memory. For a control loop that must not, use property<double>(path) and the like.
+  /// @par Errors  as those of the other property() with a type
+  PushedProperty<rdf::Value> property(std::string_view path, const rdf::DynamicType& type, const Unit& unit = unit::none);
+
   /// Exposes a command as an Action below `actions/`.
   ///
   /// The status of the response to a POST states the outcome of the command. The server waits, at most Limits::host_timeout, for the
@@ -225,6 +255,26 @@ class LRT_API Thing {
     }
   }
 
+  /// As action(path, f), for types that are made at run time.
+  ///
+  /// @param input,output  types of the input and of the output, see rdf::DynamicType; none: `rdf::DynamicType()`
+  /// @param f             as above, with rdf::Value as input and output. It has a parameter of rdf::Value exactly if
+  ///                      `input` is a type, and returns one, or has a ResponderOf<rdf::Value>, exactly if `output` is one.
+  /// @par Errors  invalid_option (`f` does not fit the types), and those of the other action(): from Server::add()
+  template <class F>
+  Action action(std::string_view path, const rdf::DynamicType& input, const rdf::DynamicType& output, F f) {
+    if constexpr (!model::check_action<F>()) {
+      return Action();
+    } else {
+      using Shape = model::ActionShape<F>;
+      using Out = typename model::OutputOf<F>::type;
+      constexpr bool takes = !std::is_void_v<typename Shape::Input>, gives = !std::is_void_v<Out>;
+      static_assert((!takes || std::is_same_v<typename Shape::Input, rdf::Value>)&&(!gives || std::is_same_v<Out, rdf::Value>),
+                    "lrt: an action with types that are made at run time takes and gives rdf::Value");
+      return Action(new_action(path, input, output, takes, gives, Shape::asynchronous, model::erase_action(std::move(f))));
+    }
+  }
+
   /// Exposes a container of values. Clients create and remove its members.
   /// @param path   relative to the thing, without a leading '/'
   /// @return       handle, for on_create, on_remove, unit and bounds
@@ -235,6 +285,10 @@ class LRT_API Thing {
     if constexpr (detail::checks) report_moved("collection");
     return Collection<T>(new_collection(path, rdf::traits<T>::type()));
   }
+
+  /// As collection<T>(path), for a type that is made at run time.
+  /// @par Errors  invalid_option (`type` is none), and those of the other collection(): from Server::add()
+  Collection<rdf::Value> collection(std::string_view path, const rdf::DynamicType& type);
 
   /// The path in percent-encoded form; empty after the thing was moved from.
   const std::string& path() const noexcept;
@@ -259,6 +313,10 @@ class LRT_API Thing {
   std::shared_ptr<model::ResourceSpec> new_action(std::string_view path, const rdf::Type* input, const rdf::Type* output, bool asynchronous,
                                                   model::StartFunction start);
   std::shared_ptr<model::ResourceSpec> new_collection(std::string_view path, const rdf::Type& type);
+  /// The type, or another one if there is none: then an error is remembered.
+  const rdf::Type& kept_type(std::string_view path, const rdf::DynamicType& type);
+  std::shared_ptr<model::ResourceSpec> new_action(std::string_view path, const rdf::DynamicType& input, const rdf::DynamicType& output, bool takes,
+                                                  bool gives, bool asynchronous, model::StartFunction start);
   void set_path(model::ResourceSpec& spec, std::string_view path, const char* what);
   void remember(Error error);
   /// Reports a call on a thing that was moved from.

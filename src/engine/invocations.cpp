@@ -226,8 +226,8 @@ void Invocations::respond_to(const std::vector<WaitingRequest>& requests, TimePo
 void Invocations::finished(InvocationResource& invocation, Result<rdf::Value> result, TimePoint now) {
   if (invocation.finished() || invocation.is_concluding) return;
   if (result && invocation.action.spec->output)
-    if (const std::string_view fault = rdf::fault_of_value(*invocation.action.spec->output, *result); !fault.empty())
-      result = unexpected(Errc::failed, "output: " + std::string(fault));
+    if (const std::string fault = rdf::fault_of_value(*invocation.action.spec->output, *result); !fault.empty())
+      result = unexpected(Errc::failed, "output: " + fault);
   invocation.result = std::move(result);
   if (!invocation.result || !invocation.action.spec->releases || !stops_) return conclude(invocation, now);
   invocation.is_concluding = true;

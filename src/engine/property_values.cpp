@@ -303,8 +303,8 @@ void PropertyValues::read(PropertyResource& property) {
 void PropertyValues::was_read(PropertyResource& property, Result<model::Reading> reading, TimePoint now) {
   PropertyRefresh& state = *property.refresh_state;
   if (reading)
-    if (const std::string_view fault = rdf::fault_of_value(*property.spec->type, reading->value); !fault.empty())
-      reading = unexpected(Errc::failed, std::string(fault));
+    if (std::string fault = rdf::fault_of_value(*property.spec->type, reading->value); !fault.empty())
+      reading = unexpected(Errc::failed, std::move(fault));
   if (reading) {
     const std::vector<std::size_t> encoders = wanted_encoders(property);
     if (rdf::same(property.value, reading->value)) {
@@ -455,9 +455,9 @@ void PropertyValues::recover(PropertyResource& property) {
 void PropertyValues::set(PropertyResource& property, Sample sample) {
   property.mark_changing();
   property.count(sample.number);
-  if (const std::string_view fault = rdf::fault_of_value(*property.spec->type, sample.value); !fault.empty()) {  // it was published
-    if (!std::exchange(property.nameless, true) && options_.log)
-      options_.log(LogLevel::error, "property \"" + property.path + "\" has no value: " + std::string(fault));
+  if (const std::string fault = sample.value.is_null() ? std::string() : rdf::fault_of_value(*property.spec->type, sample.value); !fault.empty()) {
+    if (!std::exchange(property.nameless, true) && options_.log)  // it was published
+      options_.log(LogLevel::error, "property \"" + property.path + "\" has no value: " + fault);
     sample.value = {};
     sample.whole = nullptr;
     sample.encodings.clear();

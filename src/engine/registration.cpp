@@ -12,6 +12,7 @@
 #include <lrt/base/media_type.hpp>
 #include <lrt/http/message.hpp>
 #include <lrt/rdf/codec.hpp>
+#include <lrt/rdf/dynamic_type.hpp>
 #include <lrt/rdf/lexical.hpp>
 #include <lrt/rdf/vocab.hpp>
 
@@ -222,6 +223,10 @@ Result<void> check_action(const model::ActionSpec& action, const std::string& na
     return unexpected(Errc::invalid_option, name + ": ActionPolicy::parallel(0) lets no invocation run: expected at least 1");
   for (const model::EffectSpec& effect : action.effects)
     if (Result<void> checked = check_effect(action, effect, name); !checked) return checked;
+  for (const model::EffectSpec& effect : action.effects)
+    if (effect.value && effect.spec && effect.spec->type->is_checked)
+      if (const std::string fault = rdf::detail::fault_of(*effect.spec->type, *effect.value); !fault.empty())
+        return unexpected(Errc::invalid_option, name + ": effect(\"" + effect.property + "\"): " + fault);
   if (Result<void> checked = check_together(action.effects, name); !checked) return checked;
   for (const auto& [field, value] : action.headers) {
     http::Fields fields;

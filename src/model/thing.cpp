@@ -9,6 +9,7 @@
 #include <lrt/base/immortal.hpp>
 #include <lrt/base/iri.hpp>
 #include <lrt/base/misuse.hpp>
+#include <lrt/rdf/dynamic_type.hpp>
 #include <lrt/rdf/lexical.hpp>
 
 #include "src/base/read_file.hpp"
@@ -101,6 +102,12 @@ void HandleLog::write(std::string_view message) noexcept {
 void HandleLog::close() noexcept {
   const std::lock_guard lock(mutex_);
   log_ = nullptr;
+}
+
+Reading reading_of(Result<rdf::Value> value, bool whole) {
+  Reading reading{std::move(value).value(), nullptr};
+  if (whole) reading.whole = shared_value(rdf::Value(reading.value));
+  return reading;
 }
 
 rdf::Texts titles_of(const ThingSpec& thing) {
@@ -243,6 +250,31 @@ void Thing::set_path(model::ResourceSpec& spec, std::string_view path, const cha
     return;
   }
   remember({encoded.error().code, std::string(what) + " of thing \"" + described().path + "\": " + encoded.error().message, encoded.error().offset});
+}
+
+const rdf::Type& Thing::kept_type(std::string_view its_path, const rdf::DynamicType& type) {
+  if (type) return *type;
+  remember({Errc::invalid_option, "\"" + path() + "/" + std::string(its_path) + "\": there is no type; an empty rdf::DynamicType is none"});
+  return *rdf::DynamicType::of<bool>();
+}
+
+std::shared_ptr<model::ResourceSpec> Thing::new_action(std::string_view its_path, const rdf::DynamicType& input, const rdf::DynamicType& output,
+                                                       bool takes, bool gives, bool asynchronous, model::StartFunction start) {
+  const auto wrong = [&](const char* what) {
+    remember({Errc::invalid_option, "action \"" + path() + "/actions/" + std::string(its_path) + "\": " + what});
+  };
+  if (takes && !input) wrong("the callable takes an input, and no type of it is given");
+  if (!takes && input) wrong("the callable does not take the input; write [](lrt::rdf::Value input) { ... }");
+  if (gives && !output) wrong("the callable gives an output, and no type of it is given");
+  if (!gives && output) wrong("the callable gives no output; return an lrt::rdf::Value, or take an lrt::ResponderOf<lrt::rdf::Value>");
+  return new_action(its_path, input ? &*input : nullptr, output ? &*output : nullptr, asynchronous, std::move(start));
+}
+
+PushedProperty<rdf::Value> Thing::property(std::string_view path, const rdf::DynamicType& type, const Unit& unit) {
+  return PushedProperty<rdf::Value>(new_pushed(path, kept_type(path, type), unit, model::new_slot<rdf::Value>()));
+}
+Collection<rdf::Value> Thing::collection(std::string_view path, const rdf::DynamicType& type) {
+  return Collection<rdf::Value>(new_collection(path, kept_type(path, type)));
 }
 
 std::shared_ptr<model::PropertySpec> Thing::new_property(std::string_view path, const rdf::Type& type, const Unit& unit) {

@@ -2,6 +2,9 @@
 #include "src/rdf/value_faults.hpp"
 
 #include <algorithm>
+#include <string_view>
+
+#include <lrt/rdf/dynamic_type.hpp>
 
 namespace lrt::rdf {
 namespace {
@@ -40,8 +43,12 @@ std::string_view find_fault(const Type& type, const Value& value) {
 
 }  // namespace
 
-std::string_view fault_of_value(const Type& type, const Value& value) {
-  return may_have_fault(type) ? find_fault(type, value) : std::string_view();
+std::string fault_of_value(const Type& type, const Value& value) {
+  if (type.is_checked) {
+    const std::string fault = detail::fault_of(type, value);
+    return fault.empty() ? fault : "the value is not of its type: " + fault;
+  }
+  return std::string(may_have_fault(type) ? find_fault(type, value) : std::string_view());
 }
 
 }  // namespace lrt::rdf

@@ -138,7 +138,8 @@ struct Type {
   std::string value_predicate;             ///< record: from its node to a node that has its fields; empty: the fields are at its own node
   std::vector<std::string> value_classes;  ///< record with a value_predicate: rdf:types of that node
   Iri quantity_kind;                       ///< record: object of vom:quantityKind
-  std::string fault;                       ///< what is wrong with it, a sentence; Server::add() refuses the type. Empty: nothing
+  std::string fault;        ///< what is wrong with it, a sentence; Server::add() refuses the type. Empty: nothing
+  bool is_checked = false;  ///< its values are made by the host, not by rdf::traits, and checked: a DynamicType
 
   bool is_number() const noexcept { return kind == Kind::integer || kind == Kind::real; }  ///< integer or real
   /// Record or variant: a node with a predicate for each of the fields that it has.

@@ -383,7 +383,7 @@ void PropertyResource::call_patch(Ticket ticket, const Context& context, Parts& 
             return written;
           }
           const rdf::Value current = s->read ? s->read(false).value : known;
-          if (const std::string_view fault = rdf::fault_of_value(*s->type, current); !fault.empty()) return unexpected(Errc::failed, std::string(fault));
+          if (std::string fault = rdf::fault_of_value(*s->type, current); !fault.empty()) return unexpected(Errc::failed, std::move(fault));
           JudgedBody judged = patch->apply(current);
           if (auto* const fault = std::get_if<BodyFault>(&judged)) {
             written.fault = std::make_unique<BodyFault>(std::move(*fault));

@@ -51,6 +51,10 @@ std::shared_ptr<const void> shared_value(T&& value) {
 LRT_API void keep_whole(Reading& reading, const void* value, void (*destroy)(const void*) noexcept);
 /// @}
 
+/// Of a value that describes itself.
+/// @throws BadResult  there is none
+LRT_API Reading reading_of(Result<rdf::Value> value, bool whole);
+
 /// The user's callables without their types: made by templates, called by the engine. Exceptions of user code pass through.
 /// @{
 using ReadFunction = UniqueFunction<Reading(bool whole)>;  ///< `whole`: Reading::whole is requested
