@@ -5,7 +5,7 @@ include(CMakePackageConfigHelpers)
 
 set(LRT_INSTALL_CMAKEDIR ${CMAKE_INSTALL_LIBDIR}/cmake/lrt)
 set(LRT_INSTALL_PKGCONFIGDIR ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
-set(LRT_COMPONENTS client check codegen mirror query urdf mqtt)  # libraries besides lrt itself
+set(LRT_COMPONENTS client check codegen mirror query urdf mqtt protobuf)  # libraries besides lrt itself
 
 # What an archive is linked with, which its user therefore needs: packages for CMake, and modules or libraries for pkg-config. A shared
 # library has found its own.
@@ -41,6 +41,7 @@ if(lrt_type STREQUAL "STATIC_LIBRARY")
   endforeach()
   lrt_archive_needs(urdf Tinyxml2 tinyxml2)
   lrt_archive_needs(mqtt Mosquitto libmosquitto)
+  lrt_archive_needs(protobuf Libprotobuf protobuf)
 endif()
 
 set(LRT_DESCRIPTION_lrt "${PROJECT_DESCRIPTION}")
@@ -51,6 +52,7 @@ set(LRT_DESCRIPTION_mirror "Copies of Linked Robotic Things in RDF stores")
 set(LRT_DESCRIPTION_query "SPARQL queries to a robot's Linked Robotic Things")
 set(LRT_DESCRIPTION_urdf "Robot descriptions (URDF) as Linked Robotic Things")
 set(LRT_DESCRIPTION_mqtt "Linked Robotic Things on an MQTT broker")
+set(LRT_DESCRIPTION_protobuf "Messages of Protocol Buffers as values of Linked Robotic Things")
 set(LRT_PC_PREFIX "\${pcfiledir}")  # so that an installed tree can be moved
 if(NOT IS_ABSOLUTE "${LRT_INSTALL_PKGCONFIGDIR}")
   file(RELATIVE_PATH up "/p/${LRT_INSTALL_PKGCONFIGDIR}" "/p")
@@ -79,7 +81,7 @@ foreach(library lrt ${LRT_COMPONENTS})
   else()
     set(target lrt_${library})
     set(package lrt_runtime)
-    if(library MATCHES "urdf|mqtt")  # a Debian package of its own: see LrtDebian.cmake
+    if(library MATCHES "urdf|mqtt|protobuf")  # a Debian package of its own: see LrtDebian.cmake
       set(package lrt_${library}_runtime)
     endif()
     set(LRT_PC_REQUIRES "lrt = ${PROJECT_VERSION}")

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Everything that describes and serves a robot. Include the headers that need further packages or libraries by name: eigen.hpp, urdf.hpp,
+// Everything that describes and serves a robot. Include the headers that need further packages or libraries by name: eigen.hpp, urdf.hpp, protobuf.hpp,
 // httplib.hpp, mqtt.hpp, query.hpp, client.hpp.
 #include <lrt/action.hpp>
 #include <lrt/collection.hpp>

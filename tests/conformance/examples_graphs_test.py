@@ -62,7 +62,8 @@ def start(path, folder):
     if name == "ex_ros_node":
         os.environ.update(ROS_MASTER_URI="http://127.0.0.1:1/", ROS_IP="127.0.0.1", ROS_HOME=str(folder), ROS_LOG_DIR=str(folder))
         print("ex_ros_node has no joints, for there is no master")
-    if name in ("ex_mobile_base", "ex_own_transport", "ex_lws_host", "ex_ros_node", "ex_urdf_robot"):
+    if name in ("ex_mobile_base", "ex_own_transport", "ex_lws_host", "ex_ros_node", "ex_urdf_robot",
+                "ex_parameter_table", "ex_protobuf_host"):
         return Program(path, "--port", "0")
     if name == "ex_httplib_host":
         return Mounted(path, "0")

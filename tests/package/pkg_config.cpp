@@ -17,6 +17,10 @@
 #ifdef WITH_MQTT
 #include <lrt/mqtt.hpp>
 #endif
+#ifdef WITH_PROTOBUF
+#include <google/protobuf/timestamp.pb.h>
+#include <lrt/protobuf.hpp>
+#endif
 
 int main([[maybe_unused]] int argc, [[maybe_unused]] char** argv) {
   lrt::Options options;
@@ -38,5 +42,10 @@ int main([[maybe_unused]] int argc, [[maybe_unused]] char** argv) {
   mqtt.broker.port = 1;
   mqtt.prefix = "robots/r1";
   lrt::mqtt::Bridge::create(server, mqtt).value().poll();
+#endif
+#ifdef WITH_PROTOBUF
+  lrt::Thing clock{"clock"};
+  clock.property("time", [] { return google::protobuf::Timestamp(); });
+  server.add(std::move(clock)).value();
 #endif
 }
