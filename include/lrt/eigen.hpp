@@ -31,6 +31,7 @@
 /// |---|---|---|
 /// | vectors of 2, 3, 4; columns or rows | maths:Vector2D, 3D, 4D: maths:x, y, z, w | {"x": 1, "y": 2, "z": 3} |
 /// | vectors of any other size, fixed or dynamic | list | [1, 2, 3, 4, 5, 6] |
+/// | arrays (Eigen::Array) | as matrices; a row or a column is a list of numbers | [1, 2, 3] |
 /// | matrices of any size | list of rows, for every storage order | [[1, 2], [3, 4]] |
 /// | Quaternion | spatial:Rotation3D: vom:quantityValue a maths:Quaternion: maths:x, y, z, w | {"x": 0, "y": 0, "z": 0, "w": 1} |
 /// | AngleAxis | spatial:AxisAngle, spatial:Rotation3D: spatial:rotationAngle [rad], spatial:rotationAxis | as in Figure 3 of the paper |
@@ -266,6 +267,9 @@ template <class M>
 using MatrixTraits = std::conditional_t<!M::IsVectorAtCompileTime, Rows<M>,
                                         std::conditional_t<(M::SizeAtCompileTime >= 2 && M::SizeAtCompileTime <= 4), Coordinates<M>, List<M>>>;
 
+template <class A>
+using ArrayTraits = std::conditional_t<A::IsVectorAtCompileTime, List<A>, Rows<A>>;
+
 /// The reason why it is not a rotation; nullopt: it is one.
 template <class S>
 std::optional<Error> no_rotation(const Eigen::Matrix<S, 3, 3>& m) {
@@ -294,6 +298,11 @@ bool same_transform(const T& a, const T& b) noexcept {
 template <class S, int Rows, int Columns, int Options, int MostRows, int MostColumns>
 struct traits<Eigen::Matrix<S, Rows, Columns, Options, MostRows, MostColumns>>
     : detail::eigen::MatrixTraits<Eigen::Matrix<S, Rows, Columns, Options, MostRows, MostColumns>> {};
+
+/// Arrays, fixed and dynamic: lists of numbers, or of rows. They have no coordinates: an ArrayXd of 3 is [1, 2, 3].
+template <class S, int Rows, int Columns, int Options, int MostRows, int MostColumns>
+struct traits<Eigen::Array<S, Rows, Columns, Options, MostRows, MostColumns>>
+    : detail::eigen::ArrayTraits<Eigen::Array<S, Rows, Columns, Options, MostRows, MostColumns>> {};
 
 /// Quaternions: 4 numbers by name (x, y, z, w), norm 1 within 1e-9 (float: 1e-6). A spatial rotation in the frame of
 /// the owning thing. q and -q are different values; a GET shows the signs that the robot published. Finite values read

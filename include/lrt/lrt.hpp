@@ -6,6 +6,7 @@
 #include <lrt/action.hpp>
 #include <lrt/collection.hpp>
 #include <lrt/property.hpp>
+#include <lrt/rdf/macros.hpp>
 #include <lrt/rdf/traits.hpp>
 #include <lrt/rdf/unit.hpp>
 #include <lrt/rdf/vocab.hpp>

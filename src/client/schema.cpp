@@ -542,7 +542,8 @@ class SchemaReader {
     if (t.kind == Kind::real || t.kind == Kind::integer) number_facets(c, t, made.facets);
     else if (t.kind == Kind::instant) instant_bounds(c);
     else if (c.has_bounds()) warn("bounds of " + shortened(rdf::abbreviate(iri)) + " are not part of the type");
-    if (t.kind == Kind::text) made.facets.length(c.min_length, c.max_length);
+    if (t.is_bytes()) bytes_of(t, c);
+    else if (t.kind == Kind::text) made.facets.length(c.min_length, c.max_length);
     else if (c.has_lengths()) warn("sh:minLength and sh:maxLength are not part of the type");
     for (const std::string& pattern : c.patterns) {
       const bool own = (t.kind == Kind::duration && pattern == shacl::day_time_pattern) ||
@@ -551,6 +552,12 @@ class SchemaReader {
     }
     made.type = keep(std::move(t));
     return made;
+  }
+
+  /// Four characters of base64 are one to three bytes.
+  static void bytes_of(Type& t, const Constraints& c) {
+    if (c.min_length > 3) t.shortest = c.min_length / 4 * 3 - 2;
+    if (c.max_length != std::numeric_limits<std::size_t>::max()) t.longest = c.max_length / 4 * 3;
   }
 
   /// As far as a Type can state it: of negative integers, from -2^63.

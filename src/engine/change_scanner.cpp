@@ -164,7 +164,8 @@ void ChangeScanner::sample_later(PropertyResource& property, TimePoint now) {
     if (period.count() > 0) samples_.set(property.next_sample, now.steady + std::clamp(rest, std::chrono::milliseconds(1), period), property.id);
     return;
   }
-  const std::chrono::milliseconds period = property.spec->sample_period ? *property.spec->sample_period : options_.sample_period;
+  std::chrono::milliseconds period = options_.sample_period;
+  if (property.spec->sample_period) period = *property.spec->sample_period;
   if (period.count() > 0) samples_.set(property.next_sample, now.steady + period, property.id);
 }
 

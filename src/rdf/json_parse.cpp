@@ -10,6 +10,7 @@
 
 #include <lrt/rdf/lexical.hpp>
 
+#include "src/base/base64.hpp"
 #include "src/base/quote.hpp"
 #include "src/base/utf8.hpp"
 #include "src/rdf/limits.hpp"
@@ -40,6 +41,11 @@ class Builder {
   }
   bool string(std::string& value) { return (limits_.nul || plain(value)) && with_text(Kind::string, value); }
   bool binary(json::binary_t&) { return false; }
+  bool octets(std::string_view bytes) {
+    if (!with_text(Kind::string, lrt::detail::base64(bytes))) return false;
+    document_.values_.back().octets = true;
+    return true;
+  }
 
   bool start_object(std::size_t) { return open(Kind::object); }
   bool start_array(std::size_t) { return open(Kind::array); }
@@ -87,8 +93,8 @@ class Builder {
       return Document::none;
     }
     const auto id = static_cast<Id>(values.size());
-    values.push_back({kind});
-    Document::Value& value = values.back();
+    Document::Value& value = values.emplace_back();
+    value.kind = kind;
     value.parent = at_;
     if (at_ == Document::none) return id;
     Document::Value& parent = values[at_];
@@ -194,7 +200,10 @@ class CborReader {
     switch (h.major) {
       case 0: return builder_.number_unsigned(h.argument);
       case 1: return builder_.number(h.argument == UINT64_MAX ? "-18446744073709551616" : "-" + std::to_string(h.argument + 1));
-      case 2: return fail(begin_, "a byte string, which JSON does not have");
+      case 2: {
+        std::string bytes;
+        return string(h, bytes) && builder_.octets(bytes);
+      }
       case 3: {
         std::string text;
         return string(h, text) && builder_.string(text);
@@ -227,14 +236,18 @@ class CborReader {
   bool string(const Head& h, std::string& out) {
     if (!h.open) return chunk(h, out);
     return each(h, [&](const Head& part) {
-      if (part.major != 3 || part.open) return fail(begin_, "a chunk of a text that is not a text of definite length");
+      if (part.major != h.major || part.open) {
+        const std::string what = h.major == 2 ? "byte string" : "text";
+        return fail(begin_, "a chunk of a " + what + " that is not a " + what + " of definite length");
+      }
       return chunk(part, out);
     });
   }
   bool chunk(const Head& h, std::string& out) {
     if (bytes_.size() - at_ < h.argument) return fail(bytes_.size(), "the end of the body");
     const std::string_view text = bytes_.substr(at_, static_cast<std::size_t>(h.argument));
-    if (const auto bad = utf8::find_invalid(text)) return fail(at_ + *bad, "invalid UTF-8");
+    if (h.major == 3)
+      if (const auto bad = utf8::find_invalid(text)) return fail(at_ + *bad, "invalid UTF-8");
     at_ += text.size();
     out += text;
     return true;

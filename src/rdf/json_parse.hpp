@@ -27,14 +27,16 @@ class LRT_INTERNAL_API Document {
 
   /// @par Errors  expected_rdf with the position; also for repeated members, U+0000, invalid UTF-8, numbers out of the range of double
   static Result<Document> parse(std::string_view text, const Limits& limits);
-  /// RFC 8949: the types of JSON, and NaN and infinities. The text of a floating-point number never looks like an integer: "1.0", "NaN", "-INF".
-  /// @par Errors  as for JSON; also expected_rdf for byte strings, tags, undefined, and member names that are not texts
+  /// RFC 8949: the types of JSON, NaN and infinities, and byte strings, which become strings in base64. The text of a floating-point number never looks like an integer: "1.0", "NaN", "-INF".
+  /// @par Errors  as for JSON; also expected_rdf for tags, undefined, and member names that are not texts
   static Result<Document> parse_cbor(std::string_view bytes, const Limits& limits);
 
   Id root() const noexcept { return 0; }
   Kind kind(Id id) const noexcept { return values_[id].kind; }
   /// The characters of a string or the digits of a number. Digits are as written, except that integers within 64 bits are normalised ("-5").
   std::string_view text(Id id) const noexcept { return view(values_[id].text, values_[id].length); }
+  /// Whether a string was a byte string of CBOR.
+  bool is_octets(Id id) const noexcept { return values_[id].octets; }
   /// The name of a member of an object.
   std::string_view key(Id id) const noexcept { return view(values_[id].key, values_[id].key_length); }
   Id parent(Id id) const noexcept { return values_[id].parent; }
@@ -49,6 +51,7 @@ class LRT_INTERNAL_API Document {
   friend class Builder;
   struct Value {
     Kind kind;
+    bool octets = false;
     std::uint32_t text = 0, length = 0, key = 0, key_length = 0;
     Id parent = none, first = none, last = none, next = none;
   };

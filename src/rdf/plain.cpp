@@ -14,6 +14,7 @@
 
 #include "src/base/quote.hpp"
 #include "src/base/utf8.hpp"
+#include "src/rdf/bytes.hpp"
 #include "src/rdf/exactly_one.hpp"
 #include "src/rdf/json_parse.hpp"
 #include "src/rdf/n_triples.hpp"
@@ -192,6 +193,13 @@ class CborWriter {
             write(*type.element, (*member.sequence())[1]);
           }
         return;
+      case Kind::text:
+        if (const auto bytes = type.is_bytes() && value.text() ? bytes_of(*value.text()) : std::nullopt) {
+          head(2, bytes->size());
+          out_ += *bytes;
+          return;
+        }
+        [[fallthrough]];
       default: text(lexical_form(type, value));
     }
   }
@@ -505,6 +513,7 @@ class DocumentReader {
         return typed(type.kind == Kind::integer && fits(type, text) ? type.datatype : vocab::xsd::integer);
       }
       case Json::string: {
+        if (document_.is_octets(id)) return typed(vocab::xsd::base64Binary);  // the shape refuses it for a text
         const bool fits = type.kind == Kind::real ? text == "NaN" || text == "INF" || text == "-INF"
                                                   : type.kind == Kind::text || type.kind == Kind::enumeration || type.kind == Kind::duration ||
                                                         type.kind == Kind::instant;

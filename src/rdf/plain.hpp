@@ -32,6 +32,7 @@ inline namespace v0 {
 /// - A record is an object with its fields by name. Two fields with the same name get prefixes ("maths:x") or their
 ///   IRIs as names.
 /// - A map is an object with its members by name, in the order of the names. Its values state their units one by one.
+/// - Bytes are a text in base64, in CBOR a byte string, which no other type accepts.
 /// - A duration is the text of an xsd:dayTimeDuration, an instant the text of an xsd:dateTime.
 /// - An absent value is left out of its record or list; as a whole value it is null.
 /// - NaN and infinities are the texts "NaN", "INF", "-INF" in JSON, as in XML Schema.
@@ -98,8 +99,8 @@ LRT_INTERNAL_API Result<std::string> write_plain(const Type& type, const Facets&
 ///
 /// @param mismatch  receives, with the error expected_value, the JSON Pointer of the refused member and the message
 /// @par Errors   After an error the graph must be discarded. expected_rdf, with the position: invalid JSON, CBOR or
-///               UTF-8; U+0000; two members with the same name; octets of a wrong length; in CBOR also tags, byte
-///               strings, undefined. expected_value, with the JSON Pointer, what was found and what was expected: an
+///               UTF-8; U+0000; two members with the same name; octets of a wrong length; in CBOR also tags
+///               and undefined. expected_value, with the JSON Pointer, what was found and what was expected: an
 ///               unknown member of a record, an object or null that the type does not allow, a unit other than the
 ///               declared one. limit_exceeded: nested more than 64 deep, or more than `max_values` values.
 ///               unsupported_syntax: octets, and reads_octets() is false.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "src/rdf/plain_schema.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -8,6 +9,7 @@
 #include <lrt/rdf/lexical.hpp>
 
 #include "src/base/quote.hpp"
+#include "src/rdf/bytes.hpp"
 #include "src/rdf/n_triples.hpp"
 #include "src/rdf/plain.hpp"
 #include "src/rdf/plain_names.hpp"
@@ -32,7 +34,11 @@ class SchemaWriter {
       case Kind::boolean: name("boolean"); break;
       case Kind::integer: name("integer"), integer_bounds(type, facets); break;
       case Kind::real: name("number"), bounds(facets); break;
-      case Kind::text: name("string"), lengths(facets); break;
+      case Kind::text:
+        name("string");
+        if (type.is_bytes()) bytes(type, facets);
+        else lengths(facets);
+        break;
       case Kind::enumeration: name("string"), names(type); break;
       case Kind::duration: name("string"), member("format", "\"duration\""); break;
       case Kind::instant: name("string"), member("format", "\"date-time\""); break;
@@ -90,6 +96,13 @@ class SchemaWriter {
     if (f.max_length() != std::numeric_limits<std::size_t>::max()) member("maxLength", std::to_string(f.max_length()));
   }
 
+  void bytes(const Type& type, const Facets& f) {
+    const std::size_t shortest = std::max(type.shortest, f.min_length()), longest = std::min(type.longest, f.max_length());
+    member("contentEncoding", "\"base64\"");
+    if (shortest > 0) member("minLength", std::to_string(base64_length(shortest)));
+    if (longest != std::numeric_limits<std::size_t>::max()) member("maxLength", std::to_string(base64_length(longest)));
+  }
+
   void names(const Type& type) {
     key("enum");
     out_ += '[';
@@ -117,9 +130,21 @@ class SchemaWriter {
     write(*type.element, facets, false);
     if (type.shortest > 0) member("minItems", std::to_string(type.shortest));
     if (type.longest != std::numeric_limits<std::size_t>::max()) member("maxItems", std::to_string(type.longest));
+    if (type.each_once) member("uniqueItems", "true");
   }
 
   void values(const Type& type, const Facets& facets) {
+    if (type.key && type.key->kind == Kind::integer) {
+      member("propertyNames", type.key->lowest < 0 ? R"({"pattern":"^(0|-?[1-9][0-9]*)$"})" : R"({"pattern":"^(0|[1-9][0-9]*)$"})");
+    } else if (type.key) {
+      key("propertyNames");
+      out_ += "{\"enum\":[";
+      for (std::size_t i = 0; i < type.key->names.size(); ++i) {
+        if (i > 0) out_ += ',';
+        append_quoted(out_, type.key->names[i]);
+      }
+      out_ += "]}";
+    }
     key("additionalProperties");
     write(*type.element, facets, true);
   }

@@ -2,6 +2,7 @@
 #include <lrt/rdf/traits.hpp>
 
 #include <algorithm>
+#include <optional>
 
 #include <lrt/base/immortal.hpp>
 #include <lrt/base/iri.hpp>
@@ -30,16 +31,109 @@ namespace {
 const void* at(const void* record, std::ptrdiff_t offset) noexcept { return static_cast<const char*>(record) + offset; }
 void* at(void* record, std::ptrdiff_t offset) noexcept { return static_cast<char*>(record) + offset; }
 
+/// The type T of "... [with T = X]" (GCC) or "... [T = X]" (Clang).
+std::string_view type_in(std::string_view function) noexcept {
+#ifdef _MSC_VER
+  function = function.substr(function.find("function_of<") + 12);
+  function = function.substr(0, function.rfind(">(void)"));
+#else
+  function = function.substr(function.find("T = ") + 4);
+  function = function.substr(0, function.rfind(']'));
+#endif
+  for (const std::string_view word : {std::string_view("struct "), std::string_view("class ")})
+    if (function.substr(0, word.size()) == word) function = function.substr(word.size());
+  return function;
+}
+
+bool is_bracket(char c, std::string_view those) noexcept { return those.find(c) != std::string_view::npos; }
+
+/// The parts of a qualified name, which "::" separates outside of brackets.
+std::vector<std::string_view> parts_of(std::string_view name) {
+  std::vector<std::string_view> parts;
+  int depth = 0;
+  std::size_t begin = 0;
+  for (std::size_t i = 0; i < name.size(); ++i) {
+    if (is_bracket(name[i], "<({[")) ++depth;
+    if (is_bracket(name[i], ">)}]")) --depth;
+    if (depth != 0 || name[i] != ':' || i + 1 == name.size() || name[i + 1] != ':') continue;
+    parts.push_back(name.substr(begin, i - begin));
+    begin = ++i + 1;
+  }
+  parts.push_back(name.substr(begin));
+  return parts;
+}
+
+/// Whether the part before the last ones of a type's name is a class. Compilers write namespaces and classes alike: a name with arguments is that of
+/// a class, and one that begins with a capital letter is taken for one. Not a function, or a namespace without a name: "f()", "{anonymous}".
+bool looks_like_class(std::string_view part) noexcept {
+  return !part.empty() && ((part.front() >= 'A' && part.front() <= 'Z') || part.back() == '>') && !is_bracket(part.back(), ")}");
+}
+
+std::string name_of_class(std::string_view type, std::optional<std::size_t> namespaces);
+
+/// The arguments of a template, each without its namespaces: "<my::A, 3>" is "-A-3".
+std::string name_of_arguments(std::string_view text) {
+  std::string out;
+  std::size_t begin = 0;
+  int depth = 0;
+  for (std::size_t i = 0; i <= text.size(); ++i) {
+    if (i < text.size() && is_bracket(text[i], "<({[")) ++depth;
+    if (i < text.size() && is_bracket(text[i], ">)}]")) --depth;
+    if (i < text.size() && (text[i] != ',' || depth != 0)) continue;
+    std::string_view argument = text.substr(begin, i - begin);
+    begin = i + 1;
+    argument.remove_prefix(std::min(argument.find_first_not_of(' '), argument.size()));
+    out.append("-").append(name_of_class(argument, std::nullopt));
+  }
+  return out;
+}
+
+/// The name of a class with its enclosing classes and without namespaces: "Arm.Gains", "LimitsOf-Arm.Gains".
+/// @param namespaces  how many of its parts are known to be namespaces, and the others classes
+std::string name_of_class(std::string_view type, std::optional<std::size_t> namespaces) {
+  const std::vector<std::string_view> parts = parts_of(type);
+  std::size_t first = parts.size() - 1;
+  while (first > 0 && (namespaces ? first > *namespaces && !is_bracket(parts[first - 1].back(), ")}") : looks_like_class(parts[first - 1]))) --first;
+  std::string out;
+  for (std::size_t i = first; i < parts.size(); ++i) {
+    const std::size_t open = parts[i].find('<'), close = parts[i].rfind('>');
+    if (i > first) out += '.';
+    out.append(parts[i].substr(0, open));
+    if (open != std::string_view::npos && close != std::string_view::npos && close > open)
+      out += name_of_arguments(parts[i].substr(open + 1, close - open - 1));
+  }
+  return out;
+}
+
+/// How many namespaces a function lrt_fields() is in, if the type is in the same ones: "void my::arm::lrt_fields(...)".
+std::optional<std::size_t> namespaces_of(std::string_view function, std::string_view type, bool is_friend) {
+  const std::size_t end = function.find("lrt_fields(");
+  if (end == std::string_view::npos) return std::nullopt;
+  std::size_t begin = 0;
+  int depth = 0;
+  for (std::size_t i = 0; i < end; ++i) {  // the last space before it outside of "(anonymous namespace)"
+    if (is_bracket(function[i], "<({[")) ++depth;
+    if (is_bracket(function[i], ">)}]")) --depth;
+    if (function[i] == ' ' && depth == 0) begin = i + 1;
+  }
+  const std::string_view scope = function.substr(begin, end - begin);  // "my::arm::", or empty
+  if (scope.empty()) return is_friend ? std::optional<std::size_t>(0) : std::nullopt;
+  if (type.substr(0, scope.size()) != scope) return std::nullopt;
+  return parts_of(scope).size() - 1;
+}
+
 }  // namespace
 
 std::string term_name(std::string_view name) {
   std::string out;
   for (const char c : name) {
     const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
+    const bool after_plain = !out.empty() && out.back() != '-' && out.back() != '.';
     if (plain) out += c;
-    else if (!out.empty() && out.back() != '-') out += '-';
+    else if (c == '.' && !out.empty() && out.back() == '-') out.back() = '.';
+    else if (after_plain) out += c == '.' ? '.' : '-';
   }
-  if (!out.empty() && out.back() == '-') out.pop_back();
+  while (!out.empty() && (out.back() == '-' || out.back() == '.')) out.pop_back();
   return out;
 }
 
@@ -95,19 +189,10 @@ bool is_within_itself(const Type& type) noexcept {
 }
 
 std::string_view short_type_name(std::string_view text) noexcept {
-#ifdef _MSC_VER
-  text = text.substr(text.find("function_of<") + 12);
-  text = text.substr(0, text.rfind(">(void)"));
-#else
-  text = text.substr(text.find("T = ") + 4);
-  text = text.substr(0, text.find_first_of(";]"));
-#endif
+  text = type_in(text);
   const std::size_t arguments = text.find('<');
   const std::size_t colons = text.substr(0, arguments).rfind("::");
-  if (colons != std::string_view::npos) text = text.substr(colons + 2);
-  for (const std::string_view word : {std::string_view("struct "), std::string_view("class ")})
-    if (text.substr(0, word.size()) == word) text = text.substr(word.size());
-  return text;
+  return colons != std::string_view::npos ? text.substr(colons + 2) : text;
 }
 
 FieldAccess::~FieldAccess() = default;
@@ -117,14 +202,24 @@ void set_absent(FieldDraft& draft, Value value, bool fits) {
   draft.loses_absent = !fits;
 }
 
-RecordFields::RecordFields(std::string_view type_name) {
+RecordFields::RecordFields(std::string_view function) : function_(function) {
   type_.kind = Type::Kind::record;
-  type_.name = term_name(type_name);
+  type_.name = term_name(name_of_class(type_in(function), std::nullopt));
 }
 RecordFields::~RecordFields() = default;
 
 void RecordFields::add_class(std::string_view iri) { type_.classes.emplace_back(iri); }
 void RecordFields::set_name(std::string_view name) { type_.name = term_name(name); }
+void RecordFields::set_place(std::string_view function, bool is_friend) {
+  const std::string_view type = type_in(function_);
+  if (const auto namespaces = namespaces_of(function, type, is_friend)) type_.name = term_name(name_of_class(type, namespaces));
+}
+Facets& RecordFields::facets(std::string_view name) {
+  for (std::size_t i = 0; i < type_.fields.size(); ++i)
+    if (type_.fields[i].name == name) return drafts_[i]->facets;
+  if (type_.fault.empty()) type_.fault = "facets(\"" + std::string(name) + "\") names no field that has been added";
+  return no_field_.emplace();
+}
 
 FieldDraft& RecordFields::add(FieldName&& name, const MemberOperations& operations, std::ptrdiff_t offset, bool read_only) {
   const Type& type = operations.type();
@@ -180,7 +275,60 @@ EnumeratorNames::EnumeratorNames() {
 }
 EnumeratorNames::~EnumeratorNames() = default;
 
+namespace {
+/// Visits the values of a name_of_values(), with the name of each or an empty text.
+template <class Visit>
+void each_value(std::string_view function, Visit visit) {
+  constexpr std::string_view before = "lrt_values = ";
+  const std::size_t begin = function.rfind(before);
+  if (begin == std::string_view::npos) return;
+  // "{Mode::slow, (Mode)1}" by GCC, "<Mode::slow, (Mode)1>" by Clang. A type may have commas within <>.
+  const std::string_view rest = function.substr(begin + before.size() + 1);
+  int depth = 0;
+  std::size_t start = 0, index = 0;
+  for (std::size_t i = 0; i < rest.size() && depth >= 0; ++i) {
+    const char c = rest[i];
+    if (is_bracket(c, "<({")) ++depth;
+    if (is_bracket(c, ">)}")) --depth;
+    if ((c != ',' || depth != 0) && depth >= 0) continue;
+    std::string_view text = rest.substr(start, i - start);
+    start = i + 1;
+    text.remove_prefix(std::min(text.find_first_not_of(' '), text.size()));
+    const std::size_t bracket = text.rfind(')');  // a number if digits follow; in a namespace without a name "::" does
+    const char next = bracket == std::string_view::npos ? ':' : bracket + 1 < text.size() ? text[bracket + 1] : '0';
+    visit(index++, next == ':' ? text : std::string_view());
+  }
+}
+}  // namespace
+
+void EnumeratorNames::add_nameless(std::uint64_t value) {
+  nameless_.push_back(value);
+  const auto found = std::find(values_.begin(), values_.begin() + static_cast<std::ptrdiff_t>(named_by_compiler_), value);
+  if (found == values_.begin() + static_cast<std::ptrdiff_t>(named_by_compiler_)) return;
+  type_.names.erase(type_.names.begin() + (found - values_.begin()));
+  values_.erase(found);
+  --named_by_compiler_;
+}
+void EnumeratorNames::add_all(std::string_view function, std::uint64_t first, bool powers) {
+  each_value(function, [&](std::size_t index, std::string_view text) {
+    const std::uint64_t value = powers ? first << index : first + index;
+    if (text.empty() || std::find(values_.begin(), values_.end(), value) != values_.end() ||
+        std::find(nameless_.begin(), nameless_.end(), value) != nameless_.end())
+      return;
+    const std::size_t colons = text.rfind("::");
+    type_.names.emplace_back(colons == std::string_view::npos ? text : text.substr(colons + 2));
+    values_.push_back(value);
+  });
+  named_by_compiler_ = values_.size();
+}
 void EnumeratorNames::add(std::uint64_t value, std::string&& name) {
+  for (std::size_t i = 0; i < named_by_compiler_; ++i)
+    if (values_[i] == value) {  // another name instead of that by the compiler
+      values_.erase(values_.begin() + static_cast<std::ptrdiff_t>(i));
+      type_.names.erase(type_.names.begin() + static_cast<std::ptrdiff_t>(i));
+      --named_by_compiler_;
+      break;
+    }
   const auto wrong = [&](std::string what) {
     if (type_.fault.empty()) type_.fault = std::move(what);
   };
@@ -195,33 +343,14 @@ void EnumeratorNames::add(std::uint64_t value, std::string&& name) {
 }
 void EnumeratorNames::find_nameless(std::string_view function) {
   if (type_.names.empty() && type_.fault.empty()) type_.fault = "no enumerator has a name";
-  constexpr std::string_view before = "lrt_values = ";
-  const std::size_t begin = function.rfind(before);
-  if (begin == std::string_view::npos || !type_.fault.empty()) return;
-  // "{Mode::slow, (Mode)1}" by GCC, "<Mode::slow, (Mode)1>" by Clang. A type may have commas within <>.
-  std::string_view rest = function.substr(begin + before.size() + 1);
+  if (!type_.fault.empty()) return;
   const auto knows = [](const std::vector<std::uint64_t>& values, std::uint64_t value) {
     return std::find(values.begin(), values.end(), value) != values.end();
   };
-  int depth = 0;
-  std::size_t start = 0;
-  std::uint64_t value = 0;
-  for (std::size_t i = 0; i < rest.size() && depth >= 0; ++i) {
-    const char c = rest[i];
-    if (c == '<' || c == '(' || c == '{') ++depth;
-    if (c == '>' || c == ')' || c == '}') --depth;
-    if ((c != ',' || depth != 0) && depth >= 0) continue;
-    std::string_view text = rest.substr(start, i - start);
-    start = i + 1;
-    text.remove_prefix(std::min(text.find_first_not_of(' '), text.size()));
-    const std::size_t bracket = text.rfind(')');  // a number if digits follow; in a namespace without a name "::" does
-    const char next = bracket == std::string_view::npos ? ':' : bracket + 1 < text.size() ? text[bracket + 1] : '0';
-    if (next == ':' && !knows(values_, value) && !knows(nameless_, value)) {
+  each_value(function, [&](std::uint64_t value, std::string_view text) {
+    if (!text.empty() && type_.fault.empty() && !knows(values_, value) && !knows(nameless_, value))
       type_.fault = "the enumerator " + std::string(text) + " has no name; give it one by name(), or state by without_name() that it is no value";
-      return;
-    }
-    ++value;
-  }
+  });
 }
 
 Words& EnumeratorNames::newest_words() {

@@ -10,7 +10,7 @@ namespace lrt::rdf {
 inline namespace v0 {
 namespace detail {
 
-/// The name with '-' for each run of characters that a term does not have: "LimitsOf-true".
+/// The name with '-' for each run of characters that a term does not have: "LimitsOf-true". A '.' is between two other characters.
 std::string term_name(std::string_view name);
 
 /// Puts "#name" predicates below the type's name, and gives a record or variant without classes its own.

@@ -88,14 +88,22 @@ Type optional_type(const Type& element) {
   return t;
 }
 
-Type map_type(const Type& element) {
+Type set_type(const Type& element) {
+  Type t = list_type(element, 0, std::numeric_limits<std::size_t>::max());
+  t.each_once = true;
+  return t;
+}
+
+Type map_type(const Type& element, const Type* key) {
   Type t;
   t.kind = Type::Kind::map;
   t.element = &element;
+  t.key = key;
   return t;
 }
 
 Unexpected not_a_value_of(const char* what) { return unexpected(Errc::expected_value, std::string("expected ") + what); }
+Unexpected not_in_set() { return unexpected(Errc::expected_value, "expected each member of the set once"); }
 Unexpected read_only() { return unexpected(Errc::expected_value, "the field is read-only"); }
 Unexpected does_not_fit(const char* what) { return unexpected(Errc::out_of_range, std::string("expected ") + what + " that the C++ type can hold"); }
 

@@ -56,6 +56,7 @@ class Search {
  public:
   std::string of(const Type& type) {
     if (!type.fault.empty()) return type.fault;
+    if (type.key && !type.key->fault.empty()) return "its names: " + type.key->fault;
     if (!type.element && type.fields.empty()) return {};
     if (std::find(done_.begin(), done_.end(), &type) != done_.end()) return {};
     if (std::find(open_.begin(), open_.end(), &type) != open_.end()) return "its type contains itself, so its values have no bounded depth";

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <lrt/rdf/value_codec.hpp>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <map>
 #include <optional>
@@ -15,6 +17,7 @@
 
 #include "src/base/ascii.hpp"
 #include "src/base/utf8.hpp"
+#include "src/rdf/bytes.hpp"
 #include "src/rdf/exactly_one.hpp"
 #include "src/rdf/json_parse.hpp"
 #include "src/rdf/named_cells.hpp"
@@ -385,7 +388,10 @@ std::string expected_of(const Type& type, const Facets& facets) {
       return text + " from " + std::to_string(type.lowest) + " to " + std::to_string(type.highest);
     }
     case Kind::real: return std::string(facets.allows_non_finite() ? "a number" : "a finite number") + expected_range(facets);
-    case Kind::text: return "a text (xsd:string)";
+    case Kind::text:
+      if (!type.is_bytes()) return "a text (xsd:string)";
+      return "bytes in base64 (xsd:base64Binary)" +
+             (type.shortest == type.longest ? ", " + std::to_string(type.shortest) + " of them" : std::string());
     case Kind::enumeration: {
       std::string text = "one of";
       for (std::size_t i = 0; i < type.names.size(); ++i) text += (i ? ", \"" : " \"") + type.names[i] + '"';
@@ -402,6 +408,56 @@ std::string expected_of(const Type& type, const Facets& facets) {
     case Kind::optional: return expected_of(*type.element, facets);
   }
   return {};
+}
+
+/// A total order of the values of one type.
+int compare(const Value& a, const Value& b) noexcept {
+  const auto order = [](const auto& x, const auto& y) { return x < y ? -1 : y < x ? 1 : 0; };
+  if (a.text() && b.text()) return a.text()->compare(*b.text());
+  if (a.integer() && b.integer()) return order(*a.integer(), *b.integer());
+  if (a.large_integer() && b.large_integer()) return order(*a.large_integer(), *b.large_integer());
+  if (a.boolean() && b.boolean()) return order(*a.boolean(), *b.boolean());
+  if (a.real() && b.real()) {
+    std::uint64_t x = 0, y = 0;  // NaN, too, has a place
+    std::memcpy(&x, a.real(), sizeof x);
+    std::memcpy(&y, b.real(), sizeof y);
+    return order(x, y);
+  }
+  const Value::Sequence *x = a.sequence(), *y = b.sequence();
+  if (x && y) {
+    for (std::size_t i = 0; i < x->size() && i < y->size(); ++i)
+      if (const int n = compare((*x)[i], (*y)[i]); n != 0) return n;
+    return order(x->size(), y->size());
+  }
+  const auto kind = [](const Value& v) {
+    return v.is_null() ? 0 : v.integer() ? 1 : v.large_integer() ? 2 : v.boolean() ? 3 : v.real() ? 4 : v.text() ? 5 : 6;
+  };
+  return order(kind(a), kind(b));
+}
+
+/// The second of two equal members.
+std::optional<std::size_t> find_twice(const Value::Sequence& members) {
+  std::vector<std::size_t> order(members.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    const int n = compare(members[a], members[b]);
+    return n != 0 ? n < 0 : a < b;
+  });
+  std::optional<std::size_t> twice;
+  for (std::size_t i = 1; i < order.size(); ++i)
+    if (compare(members[order[i - 1]], members[order[i]]) == 0 && (!twice || order[i] < *twice)) twice = order[i];
+  return twice;
+}
+
+/// Whether a name of a map is the text of a value of its key type.
+bool is_key(const Type& key, const std::string& name) noexcept {
+  if (key.kind != Kind::integer) return std::find(key.names.begin(), key.names.end(), name) != key.names.end();
+  const auto number = lexical::parse_int64(name);
+  if (number) {
+    return std::to_string(*number) == name && *number >= key.lowest && (*number < 0 || static_cast<std::uint64_t>(*number) <= key.highest);
+  }
+  const auto large = lexical::parse_uint64(name);
+  return large && std::to_string(*large) == name && *large <= key.highest;
 }
 
 /// The way to a step as a property path, predicates and "[0]" between slashes.
@@ -626,6 +682,12 @@ class ValueReader {
           const Visit visit(*this, {id, {}, (*members)[i], nullptr, i});
           out.push_back(object((*members)[i], *type.element, facets));
         }
+        if (type.each_once && !keeps_all() && mismatches_->empty()) {
+          if (const auto twice = find_twice(out)) {
+            const Visit visit(*this, {id, {}, (*members)[*twice], nullptr, *twice});
+            return fail("expected each member once, found " + shown(graph_.term((*members)[*twice])) + " twice");
+          }
+        }
         return Value(std::move(out));
       }
       case Kind::map: return map(id, type, facets);
@@ -651,6 +713,10 @@ class ValueReader {
       const Value name = only({node, vocab::schema::name.text}, detail::text_type(), {});
       Value value = only({node, vocab::schema::value.text}, *type.element, facets);
       if (!name.text()) continue;  // a mismatch
+      if (type.key && !is_key(*type.key, *name.text())) {
+        fail("expected " + expected_of(*type.key, {}) + " as name, found \"" + *name.text() + '"');
+        continue;
+      }
       if (!members.emplace(*name.text(), std::move(value)).second) return fail("expected each name once, found \"" + *name.text() + "\" twice");
     }
     Value::Sequence out;
@@ -710,13 +776,23 @@ class ValueReader {
           if (own_datatype && name == term.text) return Value(name);
         return refuse();
       default: {
-        if (!own_datatype || !lexical::is_well_formed(term.text, lexical::Datatype::string)) return refuse();
+        if (!own_datatype) return refuse();
         Value value{std::string(term.text)};
+        if (type.is_bytes()) return bytes(type, facets, std::move(value));
+        if (!lexical::is_well_formed(term.text, lexical::Datatype::string)) return refuse();
         return within(type, facets, value) ? value
                                            : fail("expected a text of " + std::to_string(facets.min_length()) + " to " +
                                                   std::to_string(facets.max_length()) + " characters, found " + shown(term));
       }
     }
+  }
+
+  Value bytes(const Type& type, const Facets& facets, Value value) {
+    const std::optional<std::string> found = bytes_of(*value.text());
+    if (!found) return fail("expected " + expected_of(type, facets) + ", found " + shown(literal(*value.text(), type.datatype)));
+    if (found->size() >= std::max(type.shortest, facets.min_length()) && found->size() <= std::min(type.longest, facets.max_length())) return value;
+    return fail("expected " + std::to_string(std::max(type.shortest, facets.min_length())) + " to " +
+                std::to_string(std::min(type.longest, facets.max_length())) + " bytes, found " + std::to_string(found->size()));
   }
 
   const Graph& graph_;
@@ -866,6 +942,10 @@ bool within(const Type& type, const Facets& facets, const Value& value) noexcept
       return std::isfinite(*value.real()) ? in_range(facets, *value.real(), type.single) : facets.allows_non_finite();
     case Kind::text: {
       if (!value.text()) return false;
+      if (type.is_bytes()) {
+        const std::optional<std::string> found = bytes_of(*value.text());
+        return found && found->size() >= facets.min_length() && found->size() <= facets.max_length();
+      }
       std::size_t length = 0;
       for (const char c : *value.text()) length += (static_cast<unsigned char>(c) & 0xC0) != 0x80;
       return length >= facets.min_length() && length <= facets.max_length();

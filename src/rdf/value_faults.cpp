@@ -14,6 +14,7 @@ using TypeKind = Type::Kind;
 /// Whether there are values of the C++ type that have no representation.
 bool may_have_fault(const Type& type) {
   if (type.kind == TypeKind::enumeration || type.kind == TypeKind::variant) return true;
+  if (type.key && may_have_fault(*type.key)) return true;
   if (type.element) return may_have_fault(*type.element);
   return std::any_of(type.fields.begin(), type.fields.end(), [](const FieldType& field) { return may_have_fault(*field.type); });
 }
@@ -26,9 +27,11 @@ std::string_view find_fault(const Type& type, const Value& value) {
   const Value::Sequence* const members = value.sequence();
   if (!members) return {};
   if (type.kind == TypeKind::list || type.kind == TypeKind::map) {
-    if (!may_have_fault(*type.element)) return {};
+    if (!may_have_fault(type)) return {};
     for (const Value& member : *members) {
       const Value::Sequence* const pair = type.kind == TypeKind::map ? member.sequence() : nullptr;
+      if (pair && pair->size() == 2 && type.key)
+        if (const std::string_view fault = find_fault(*type.key, pair->front()); !fault.empty()) return fault;
       const Value& inner = pair && pair->size() == 2 ? pair->back() : member;
       if (const std::string_view fault = find_fault(*type.element, inner); !fault.empty()) return fault;
     }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <lrt/shacl/derive.hpp>
 
+#include <algorithm>
 #include <charconv>
 #include <chrono>
 #include <cmath>
@@ -15,6 +16,7 @@
 #include <lrt/rdf/value_codec.hpp>
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/rdf/bytes.hpp"
 #include "src/rdf/named_cells.hpp"
 #include "src/rdf/value_writer.hpp"
 #include "src/shacl/derived_patterns.hpp"
@@ -239,11 +241,20 @@ class Deriver {
         return add(shape, sh::in_, list(names));
       }
       case Kind::text:
+        if (type.is_bytes()) return bytes(shape, type, facets);
         if (facets.min_length() > 0) count(shape, sh::minLength, facets.min_length());
         if (facets.max_length() != std::numeric_limits<std::size_t>::max()) count(shape, sh::maxLength, facets.max_length());
         [[fallthrough]];
       case Kind::boolean: return add(shape, sh::datatype, rdf::TermView(type.datatype));
     }
+  }
+
+  /// Base64 of so many bytes. Spaces within it count as characters, and without a bound they are allowed.
+  void bytes(TermId shape, const Type& type, const Facets& facets) {
+    const std::size_t shortest = std::max(type.shortest, facets.min_length()), longest = std::min(type.longest, facets.max_length());
+    if (shortest > 0) count(shape, sh::minLength, rdf::base64_length(shortest));
+    if (longest != std::numeric_limits<std::size_t>::max()) count(shape, sh::maxLength, rdf::base64_length(longest));
+    add(shape, sh::datatype, rdf::TermView(type.datatype));
   }
 
   void members(TermId shape, const Type& type, const Facets& facets) { object(cells(shape, type), *type.element, facets); }
@@ -256,6 +267,13 @@ class Deriver {
     count(name, sh::minCount, 1);
     count(name, sh::maxCount, 1);
     add(name, sh::datatype, TermId(graph_.intern(xsd::string)));
+    if (type.key && type.key->kind == Kind::integer) {
+      add(name, sh::pattern, rdf::literal(type.key->lowest < 0 ? "^(0|-?[1-9][0-9]*)$" : "^(0|[1-9][0-9]*)$"));  // read_value() checks the range
+    } else if (type.key) {
+      std::vector<TermId> names;
+      for (const std::string& one : type.key->names) names.push_back(graph_.intern(rdf::literal(one)));
+      add(name, sh::in_, list(names));
+    }
     value(property(member, vocab::schema::value), *type.element, facets, true);
   }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// expect: a const C array or an array of arrays cannot be a field
+// expect: a const C array cannot be a field
 #include <lrt/rdf/traits.hpp>
 
 struct S {

@@ -6,8 +6,8 @@
 
 void describe(lrt::Thing& thing) {
 #ifdef LRT_MUST_FAIL
-  thing.property("gains", [] { return std::map<int, double>(); });
+  thing.property("gains", [] { return std::map<double, double>(); });
 #else
-  thing.property("gains", [] { return std::map<std::string, double>(); });
+  thing.property("gains", [] { return std::map<int, double>(); });
 #endif
 }

@@ -6,8 +6,8 @@
 
 void describe(lrt::Thing& thing) {
 #ifdef LRT_MUST_FAIL
-  thing.property("angle", [] { return std::shared_ptr<double>(); });
+  thing.property("angle", [] { return std::weak_ptr<double>(); });
 #else
-  thing.property("angle", [] { return std::optional<double>(); });
+  thing.property("angle", [] { return std::shared_ptr<double>(); });
 #endif
 }

@@ -6,8 +6,8 @@
 
 void describe(lrt::Thing& thing) {
 #ifdef LRT_MUST_FAIL
-  thing.property("angle", [] { return std::unique_ptr<double>(); });
+  thing.property("angle", [] { return std::unique_ptr<double[]>(); });
 #else
-  thing.property("angle", [] { return std::optional<double>(); });
+  thing.property("angle", [] { return std::unique_ptr<double>(); });
 #endif
 }

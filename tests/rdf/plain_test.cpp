@@ -633,8 +633,7 @@ TEST_CASE("invalid CBOR, and CBOR that JSON cannot express, are refused with the
   CHECK(none("820161") == "byte 3: expected CBOR, found the end of the body");
   CHECK(none("1b00") == "byte 2: expected CBOR, found the end of the body");
   CHECK(none("0505") == "byte 1: expected CBOR, found more after the value");
-  CHECK(none("4101") == "byte 0: expected CBOR, found a byte string, which JSON does not have");
-  CHECK(none("815f4101ff") == "byte 1: expected CBOR, found a byte string, which JSON does not have");
+  CHECK(none("815f6101ff") == "byte 2: expected CBOR, found a chunk of a byte string that is not a byte string of definite length");
   CHECK(none("c074") == "byte 0: expected CBOR, found a tag, which JSON does not have");
   CHECK(none("d9d9f700") == "byte 0: expected CBOR, found a tag, which JSON does not have");
   CHECK(none("f7") == "byte 0: expected CBOR, found simple value 23, which JSON does not have");
@@ -654,7 +653,7 @@ TEST_CASE("invalid CBOR, and CBOR that JSON cannot express, are refused with the
   CHECK(none("9bffffffffffffffffff") == "byte 9: expected CBOR, found a break outside an item of indefinite length");
   CHECK(none("bbffffffffffffffff") == "byte 9: expected CBOR, found the end of the body");
   CHECK(none("7bffffffffffffffff") == "byte 9: expected CBOR, found the end of the body");
-  CHECK(none("5bffffffffffffffff").substr(0, 7) == "byte 0:");
+  CHECK(none("5bffffffffffffffff") == "byte 9: expected CBOR, found the end of the body");
   const auto at = [](std::string_view digits) { return refusal<Step>(unhex(digits), Plain::cbor).message; };
   CHECK(at("a2617801617802") == "at \"/x\": a second member of this name");
   CHECK(at("a1646d6f64656100") == "at \"\": U+0000 is not accepted");

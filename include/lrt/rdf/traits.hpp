@@ -22,6 +22,7 @@
 #include <lrt/base/abi.hpp>
 #include <lrt/base/immortal.hpp>
 #include <lrt/base/result.hpp>
+#include <lrt/rdf/detail/found_traits.hpp>
 #include <lrt/rdf/detail/record_fields.hpp>
 #include <lrt/rdf/type.hpp>
 #include <lrt/rdf/value.hpp>
@@ -30,51 +31,11 @@ namespace lrt::rdf {
 inline namespace v0 {
 
 namespace detail {
-template <class... T>
-inline constexpr bool always_false = false;
-
-template <class T>
-inline constexpr bool is_character =
-    std::is_same_v<T, char> || std::is_same_v<T, wchar_t> || std::is_same_v<T, char16_t> || std::is_same_v<T, char32_t>
-#ifdef __cpp_char8_t
-    || std::is_same_v<T, char8_t>
-#endif
-    ;
-template <class T>
-inline constexpr bool is_text_view = std::is_same_v<T, std::string_view> || std::is_same_v<T, const char*> || std::is_same_v<T, char*>;
-
-// The sentences for types without traits. They are in functions because a class whose own static_assert fails causes further errors.
-template <class... T>
-auto undescribed() {
-  static_assert(always_false<T...>,
-                "lrt: this type has no rdf::traits. For a struct write: template <> struct lrt::rdf::traits<S> : lrt::rdf::Record<S> "
-                "{ static void describe(Record<S>& r) { r.field(\"x\", &S::x); } };   for an enum: template <> struct "
-                "lrt::rdf::traits<E> : lrt::rdf::Enumeration<E> { static void describe(Enumeration<E>& e) { e.name(E::a, \"a\"); } };");
-}
-template <class... T>
-auto a_character() {
-  static_assert(always_false<T...>, "lrt: a character is neither a number nor a text; write std::string for a text, std::int8_t for a number");
-}
-template <class... T>
-auto a_text_view() {
-  static_assert(always_false<T...>,
-                "lrt: a std::string_view or const char* does not own its text; write std::string here (only what a lambda returns, and the "
-                "input of an action without a Responder, may be a view)");
-}
-template <class... T>
-auto a_pointer() {
-  static_assert(always_false<T...>,
-                "lrt: a pointer is no value; write the type that it points to, or std::optional of it if the value may be absent");
-}
+// Sentences for types without traits. They are in functions because a class whose own static_assert fails causes further errors.
 template <class... T>
 auto a_c_array() {
   static_assert(always_false<T...>,
                 "lrt: a C array has rdf::traits only as the data member of a Record; write std::array or std::vector, for char[N] std::string");
-}
-template <class... T>
-auto a_map_without_names() {
-  static_assert(always_false<T...>,
-                "lrt: the keys of a map are names; write std::map<std::string, T>, or a std::vector of a struct with a field for the key");
 }
 template <class... T>
 auto a_result() {
@@ -82,30 +43,13 @@ auto a_result() {
                 "lrt: a Result is no value; only actions, on_write and on_create may return one; write std::optional for a value that may be absent");
 }
 
-/// Members for types without traits, so that the static_assert is the only error.
-template <class T>
-struct NoTraits {
-  static const Type& type();
-  static Value encode(const T& value);
-  static Result<std::decay_t<T>> decode(const Value& value);
-  static bool same(const T& a, const T& b) noexcept;
-};
-
 LRT_API const Type& boolean_type() noexcept;
-LRT_API const Type& text_type() noexcept;
 LRT_API const Type& float_type() noexcept;
 LRT_API const Type& double_type() noexcept;
 LRT_API const Type& duration_type() noexcept;
 LRT_API const Type& instant_type() noexcept;
 LRT_API Type integer_type(std::int64_t lowest, std::uint64_t highest, std::size_t bytes);
-LRT_API Type list_type(const Type& element, std::size_t shortest, std::size_t longest);
 LRT_API Type optional_type(const Type& element);
-LRT_API Type map_type(const Type& element);
-/// True if traits<T>::encode calls code of the user. Specialisations of lrt state it by a fifth member,
-/// runs_user_code().
-template <class T>
-bool runs_user_code() noexcept;
-LRT_API Unexpected not_a_value_of(const char* what);
 LRT_API Unexpected does_not_fit(const char* what);
 LRT_API Unexpected read_only();
 /// How many periods of `num` / `den` seconds a duration or an instant has.
@@ -131,10 +75,12 @@ Result<Duration> duration_of(std::int64_t nanoseconds, bool is_instant) {
 
 /// Converts a C++ type to and from RDF and every other representation.
 ///
-/// lrt has specialisations for bool, integers, float, double, std::string, durations, system_clock time points, for
-/// std::array, std::vector, std::optional and std::variant of these, and for std::map and std::unordered_map from
-/// std::string to these; lrt/eigen.hpp has those for Eigen. For your own structs and enums derive a specialisation from Record or
-/// Enumeration. For another type without traits a static_assert says what to write.
+/// lrt has traits of bool, numbers, std::string, std::filesystem::path, durations, time points of system_clock; of the
+/// containers of the standard library and others that are like them; of std::optional, std::unique_ptr, std::shared_ptr,
+/// std::variant, std::pair, std::tuple and std::bitset, and of bytes (lrt/rdf/standard_types.hpp); lrt/eigen.hpp has those
+/// for Eigen. An enum with a fixed underlying type has its enumerators. For your own structs write LRT_RECORD
+/// (lrt/rdf/macros.hpp), or derive a specialisation from Record, and for other enums from Enumeration. For another type a
+/// static_assert says what to write.
 ///
 /// Every specialisation has four static members:
 ///
@@ -151,33 +97,11 @@ Result<Duration> duration_of(std::int64_t nanoseconds, bool is_instant) {
 /// @par Units    The unit of a number is stated by the property, action or field (Facets::unit). Numbers are never
 ///               converted.
 /// @par Implements  R1.5, R1.11, paper 5.2
-template <class T, class Enable = void>
-struct traits : detail::NoTraits<T> {
-  using Sentence = decltype(detail::undescribed<T>());
-};
+template <class T, class Enable>
+struct traits : detail::FoundTraits<T> {};
 
 /// @cond internal
-// Types that have no traits, with what to write instead.
-template <class T>
-struct traits<T, std::enable_if_t<detail::is_character<T>>> : detail::NoTraits<T> {
-  using Sentence = decltype(detail::a_character<T>());
-};
-template <class T>
-struct traits<T, std::enable_if_t<detail::is_text_view<T>>> : detail::NoTraits<T> {
-  using Sentence = decltype(detail::a_text_view<T>());
-};
-template <class T>
-struct traits<T, std::enable_if_t<std::is_pointer_v<T> && !detail::is_text_view<T>>> : detail::NoTraits<T> {
-  using Sentence = decltype(detail::a_pointer<T>());
-};
-template <class T, class Delete>
-struct traits<std::unique_ptr<T, Delete>> : detail::NoTraits<std::unique_ptr<T, Delete>> {
-  using Sentence = decltype(detail::a_pointer<T>());
-};
-template <class T>
-struct traits<std::shared_ptr<T>> : detail::NoTraits<std::shared_ptr<T>> {
-  using Sentence = decltype(detail::a_pointer<T>());
-};
+// Types that have no traits, with what to write instead. FoundTraits has the others.
 template <class T, std::size_t N>
 struct traits<T[N]> : detail::NoTraits<T[N]> {
   using Sentence = decltype(detail::a_c_array<T>());
@@ -205,7 +129,7 @@ struct traits<bool> {
 /// unsignedLong. Character types have no traits; std::int8_t and std::uint8_t are numbers. A value outside the range of
 /// T is refused: expected_value.
 template <class T>
-struct traits<T, std::enable_if_t<std::is_integral_v<T> && !std::is_same_v<T, bool> && !detail::is_character<T>>> {
+struct traits<T, std::enable_if_t<std::is_integral_v<T> && !std::is_same_v<T, bool> && !detail::is_character<T> && sizeof(T) <= 8>> {
   static const Type& type() {
     static const Immortal<Type> t(detail::integer_type(static_cast<std::int64_t>(std::numeric_limits<T>::min()),
                                                        static_cast<std::uint64_t>(std::numeric_limits<T>::max()), sizeof(T)));
@@ -302,16 +226,6 @@ struct traits<std::chrono::time_point<std::chrono::system_clock, Duration>> {
   static bool same(const T& a, const T& b) noexcept { return a == b; }
 };
 
-namespace detail {
-template <class T, class Sequence>
-Value encode_list(const Sequence& members) {
-  Value::Sequence out;
-  out.reserve(members.size());
-  for (const auto& m : members) out.push_back(traits<T>::encode(m));
-  return Value(std::move(out));
-}
-}  // namespace detail
-
 /// Arrays, as RDF lists of exactly N members in order. Unit and bounds are those of each member.
 template <class T, std::size_t N>
 struct traits<std::array<T, N>> {
@@ -391,77 +305,14 @@ struct traits<std::optional<T>> {
   }
 };
 
-/// @cond internal
-namespace detail {
-template <class T>
-inline constexpr bool is_optional = false;
-template <class T>
-inline constexpr bool is_optional<std::optional<T>> = true;
-
-/// Traits of Map, which has std::string as its keys.
-template <class Map>
-struct MapTraits {
-  using T = typename Map::mapped_type;
-
-  static const Type& type() {
-    static_assert(!is_optional<T>, "lrt: a member of a map cannot be absent; write the map without std::optional and leave the member out");
-    const Type& element = traits<T>::type();  // before `t`, see Describing
-    static const Immortal<Type> t(map_type(element));
-    return *t;
-  }
-  static Value encode(const Map& v) {
-    std::vector<const typename Map::value_type*> members;
-    members.reserve(v.size());
-    for (const auto& m : v) members.push_back(&m);
-    std::sort(members.begin(), members.end(), [](const auto* a, const auto* b) { return a->first < b->first; });
-    Value::Sequence out;
-    out.reserve(members.size());
-    for (const auto* m : members) out.push_back(Value(Value::Sequence{Value(m->first), traits<T>::encode(m->second)}));
-    return Value(std::move(out));
-  }
-  static Result<Map> decode(const Value& v) {
-    const Value::Sequence* s = v.sequence();
-    if (!s) return not_a_value_of("a map");
-    Map out;
-    for (const Value& m : *s) {
-      const Value::Sequence* pair = m.sequence();
-      if (!pair || pair->size() != 2 || !pair->front().text()) return not_a_value_of("a map");
-      Result<T> member = traits<T>::decode(pair->back());
-      if (!member) return Unexpected{std::move(member).error()};
-      out.emplace(*pair->front().text(), *std::move(member));
-    }
-    return out;
-  }
-  static bool runs_user_code() noexcept { return detail::runs_user_code<T>(); }
-  static bool same(const Map& a, const Map& b) noexcept {
-    if (a.size() != b.size()) return false;
-    for (const auto& m : a)
-      if (const auto other = b.find(m.first); other == b.end() || !traits<T>::same(m.second, other->second)) return false;
-    return true;
-  }
-};
-}  // namespace detail
-/// @endcond
-
 /// Maps from names to values. In JSON and CBOR: an object with a member for each. In RDF: a list of nodes with
 /// schema:name and schema:value, in the byte order of the names. Unit and bounds are those of the values. A name occurs
-/// once.
-template <class T, class Less, class Allocator>
-struct traits<std::map<std::string, T, Less, Allocator>> : detail::MapTraits<std::map<std::string, T, Less, Allocator>> {};
-/// As std::map from names.
-template <class T, class Hash, class Equal, class Allocator>
-struct traits<std::unordered_map<std::string, T, Hash, Equal, Allocator>>
-    : detail::MapTraits<std::unordered_map<std::string, T, Hash, Equal, Allocator>> {};
-/// @cond internal
+/// once. The name of an integer is its decimal form, and that of an enumerator is that of its traits.
 template <class K, class T, class Less, class Allocator>
-struct traits<std::map<K, T, Less, Allocator>> : detail::NoTraits<std::map<K, T, Less, Allocator>> {
-  using Sentence = decltype(detail::a_map_without_names<K>());
-};
+struct traits<std::map<K, T, Less, Allocator>> : detail::FoundMap<std::map<K, T, Less, Allocator>> {};
+/// As std::map.
 template <class K, class T, class Hash, class Equal, class Allocator>
-struct traits<std::unordered_map<K, T, Hash, Equal, Allocator>> : detail::NoTraits<std::unordered_map<K, T, Hash, Equal, Allocator>> {
-  using Sentence = decltype(detail::a_map_without_names<K>());
-};
-/// @endcond
+struct traits<std::unordered_map<K, T, Hash, Equal, Allocator>> : detail::FoundMap<std::unordered_map<K, T, Hash, Equal, Allocator>> {};
 
 /// Base of rdf::traits for an enum. Its values are texts from a closed set of names; in RDF xsd:string literals.
 ///
@@ -475,7 +326,7 @@ struct traits<std::unordered_map<K, T, Hash, Equal, Allocator>> : detail::NoTrai
 /// a name is encoded as an empty text, which no name is: a read that returns it is answered with 500, an action whose
 /// output it is fails, and a published one is logged as an error and is like no value. A name that is not in the set is refused: expected_value.
 template <class E>
-class Enumeration {
+class Enumeration : lrt_described_anywhere {
  public:
   /// Gives an enumerator its name.
   Enumeration& name(E value, std::string text) { return names_.add(number(value), std::move(text)), *this; }
@@ -488,6 +339,12 @@ class Enumeration {
     return names_.add_description(std::move(text), std::move(language)), *this;
   }
 
+  /// Names each enumerator as it is spelled in the program, in the order of the values: those from `low` to `high`, and
+  /// without arguments also each power of two. An enumerator outside has no name: so give the range that you use. name()
+  /// replaces a name, without_name() removes one. An enum without traits of its own, and without LRT_ENUM, is named so.
+  /// @tparam low, high  -16 (0 if the underlying type is unsigned) to 127, or all of one byte; at most 1024 values
+  template <std::int64_t low = detail::lowest_named<E>, std::int64_t high = detail::highest_named<E>>
+  Enumeration& name_all();
   /// States that an enumerator is no value of its own, such as the number of the others: it has no name.
   Enumeration& without_name(E value) { return names_.add_nameless(number(value)), *this; }
 
@@ -504,7 +361,8 @@ class Enumeration {
   struct Described {};
   explicit Enumeration(Described) {
     traits<E>::describe(*this);
-    names_.find_nameless(detail::first_values<E>());
+    if constexpr (std::is_base_of_v<detail::NamedByCompiler, traits<E>>) names_.find_nameless({});
+    else names_.find_nameless(detail::first_values<E>());
   }
   /// @endcond
 
@@ -518,9 +376,17 @@ class Enumeration {
 };
 
 namespace detail {
-/// The type in which a lambda's result is stored. Text views become std::string.
 template <class T>
-using stored_t = std::conditional_t<is_text_view<std::decay_t<T>>, std::string, std::decay_t<T>>;
+struct Unwrapped {
+  using type = T;
+};
+template <class T>
+struct Unwrapped<std::reference_wrapper<T>> {
+  using type = std::remove_cv_t<T>;
+};
+/// The type in which a lambda's result is stored. Text views become std::string, and std::ref(x) a copy of x.
+template <class T>
+using stored_t = std::conditional_t<is_text_view<std::decay_t<T>>, std::string, typename Unwrapped<std::decay_t<T>>::type>;
 
 template <class T>
 inline constexpr bool is_result = false;
@@ -610,37 +476,43 @@ struct OperationsOf<char[N]> {
   static bool same(const void* a, const void* b) noexcept { return text(a) == text(b); }
   static bool runs_user_code() noexcept { return false; }
 };
-/// T[N]: a list of N members.
+/// T[N]: a list of N members, which may be arrays.
 template <class T, std::size_t N>
 struct OperationsOf<T[N]> {
+  using Member = OperationsOf<T>;
+  static const T* begin(const void* member) noexcept { return *static_cast<const T(*)[N]>(member); }
   static const Type& type() {
-    const Type& element = traits<T>::type();  // before `t`, see Describing
+    const Type& element = Member::type();  // before `t`, see Describing
     static const Immortal<Type> t(list_type(element, N, N));
     return *t;
   }
   static Value encode(const void* member) {
     Value::Sequence out;
     out.reserve(N);
-    for (const T& m : *static_cast<const T(*)[N]>(member)) out.push_back(traits<T>::encode(m));
+    for (std::size_t i = 0; i < N; ++i) out.push_back(Member::encode(begin(member) + i));
     return Value(std::move(out));
   }
   static Result<void> decode(const Value& v, void* member) {
     const Value::Sequence* members = v.sequence();
     if (!members || members->size() != N) return not_a_value_of("a list of the array's length");
-    for (std::size_t i = 0; i < N; ++i) {
-      Result<T> r = traits<T>::decode((*members)[i]);
-      if (!r) return Unexpected{std::move(r).error()};
-      (*static_cast<T(*)[N]>(member))[i] = *std::move(r);
-    }
+    for (std::size_t i = 0; i < N; ++i)
+      if (Result<void> r = Member::decode((*members)[i], *static_cast<T(*)[N]>(member) + i); !r) return r;
     return {};
   }
   static bool same(const void* a, const void* b) noexcept {
     for (std::size_t i = 0; i < N; ++i)
-      if (!traits<T>::same((*static_cast<const T(*)[N]>(a))[i], (*static_cast<const T(*)[N]>(b))[i])) return false;
+      if (!Member::same(begin(a) + i, begin(b) + i)) return false;
     return true;
   }
-  static bool runs_user_code() noexcept { return detail::runs_user_code<T>(); }
+  static bool runs_user_code() noexcept { return Member::runs_user_code(); }
 };
+/// The longest text of an array of characters, or of an array of such arrays; 0: it has none.
+template <class T>
+inline constexpr std::size_t longest_text = 0;
+template <std::size_t N>
+inline constexpr std::size_t longest_text<char[N]> = N - 1;
+template <class T, std::size_t N>
+inline constexpr std::size_t longest_text<T[N]> = longest_text<T>;
 template <class T>
 inline constexpr MemberOperations operations_of{OperationsOf<T>::type, OperationsOf<T>::encode, OperationsOf<T>::decode, OperationsOf<T>::same,
                                                 OperationsOf<T>::runs_user_code};
@@ -795,13 +667,16 @@ class Field {
 ///
 /// @par Threads  describe() runs once, at the first use. Getters and setters run where rdf::traits says.
 template <class S>
-class Record {
+class Record : lrt_described_anywhere {
  public:
   /// Adds an rdf:type.
   Record& is(Iri type) { return fields_.add_class(type.text), *this; }
   /// Sets the name of the C++ type in the server's vocabulary: letters, digits, '-' and '_'. Use it if two namespaces
   /// have types of the same name, and to keep the terms when the C++ type is renamed.
   Record& named(std::string_view name) { return fields_.set_name(name), *this; }
+  /// The facets of a field that has been added, for its unit, bounds and words. Without a field of this name Server::add()
+  /// returns invalid_option.
+  Facets& facets(std::string_view name) { return fields_.facets(name); }
   /// @{
   /// Adds a field: a data member, or a read-only field by a getter or a callable of const S&.
   template <class Get>
@@ -850,14 +725,17 @@ class Record {
       return out;
     }
   }
-  static bool runs_user_code() noexcept { return &traits<S>::encode != &Record::encode || instance().fields_.runs_user_code(); }
+  static bool runs_user_code() noexcept {
+    return &traits<S>::encode != &Record::encode || detail::Describing::type_within(&Record::type) || instance().fields_.runs_user_code();
+  }
   static bool same(const S& a, const S& b) noexcept { return instance().fields_.same(std::addressof(a), std::addressof(b)); }
 
   /// @cond internal
   /// What decode() does, with an object that exists. After an error some fields have changed.
   static Result<void> decode_fields(const Value& v, S& out) { return instance().fields_.decode(v, std::addressof(out)); }
+  void set_place(std::string_view function, bool is_friend) { fields_.set_place(function, is_friend); }
   struct Described {};
-  explicit Record(Described) : fields_(detail::type_name<S>()) {
+  explicit Record(Described) : fields_(detail::function_of<S>()) {
     const detail::Describing describing(&Record::type);
     traits<S>::describe(*this);
     fields_.finish();
@@ -928,17 +806,25 @@ class Record {
     } else {
       using M = std::remove_cv_t<Declared>;
       constexpr bool read_only = std::is_const_v<std::remove_all_extents_t<Declared>>;
-      if constexpr (std::is_array_v<M> && (read_only || std::is_array_v<std::remove_extent_t<M>>)) {
-        static_assert(detail::always_false<S>,
-                      "lrt: a const C array or an array of arrays cannot be a field; write a lambda: field(name, [](const S& s) { return ...; })");
+      if constexpr (std::is_array_v<M> && read_only) {
+        static_assert(detail::always_false<S>, "lrt: a const C array cannot be a field; write a lambda: field(name, [](const S& s) { return ...; })");
         return none();
+      } else if constexpr (detail::is_reference_wrapper<M>) {
+        return add_getter(
+            std::move(name), [pointer](const S& s) -> const auto& { return (s.*pointer).get(); }, nullptr);
+      } else if constexpr (detail::is_member_by_load<M>) {
+        using Loaded = std::decay_t<decltype(std::declval<const M&>().load())>;
+        return add_getter(
+            std::move(name), [pointer](const S& s) { return (s.*pointer).load(); },
+            [pointer](S& s, Loaded value) { (s.*pointer).store(std::move(value)); });
       } else if constexpr (!std::is_convertible_v<Declared C::*, Declared S::*> || std::is_volatile_v<Declared>) {
         const Type& type = traits<M>::type();
         return Field<M>(fields_.add(std::move(name), type, detail::is_within_itself(type) || detail::runs_user_code<M>(), read_only,
                                     std::make_unique<MovingMember<M, Declared C::*>>(pointer)));
-      } else if constexpr (std::is_array_v<M> && std::is_same_v<std::remove_extent_t<M>, char>) {
-        return Field<std::string>(fields_.add(std::move(name), detail::operations_of<M>, detail::offset_of<Declared, S>(pointer), false))
-            .length(0, std::extent_v<M> - 1);
+      } else if constexpr (detail::longest_text<M> > 0) {
+        return Field<typename detail::DefaultOf<M>::type>(
+                   fields_.add(std::move(name), detail::operations_of<M>, detail::offset_of<Declared, S>(pointer), false))
+            .length(0, detail::longest_text<M>);
       } else {
         return Field<typename detail::DefaultOf<M>::type>(
             fields_.add(std::move(name), detail::operations_of<M>, detail::offset_of<Declared, S>(pointer), read_only));
@@ -1022,4 +908,5 @@ bool runs_user_code() noexcept {
 }  // namespace v0
 }  // namespace lrt::rdf
 
-#include <lrt/rdf/variant.hpp>  // has traits of std::variant
+#include <lrt/rdf/standard_types.hpp>  // needs what is above
+#include <lrt/rdf/variant.hpp>         // as well

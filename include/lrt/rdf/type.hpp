@@ -47,7 +47,7 @@ class Facets {
   Facets& without_bounds() { return has_min_ = false, has_max_ = false, *this; }
   /// Accepts NaN and infinities from clients. Values that the robot reads or publishes may always be non-finite.
   Facets& allow_non_finite() { return non_finite_ = true, *this; }
-  /// Bounds the length of a text, in code points.
+  /// Bounds the length of a text, in code points, or the number of bytes of a value that is bytes.
   Facets& length(std::size_t min, std::size_t max) { return min_length_ = kept_length(min), max_length_ = kept_length(max), *this; }
   /// Sets what people call a field of a record, in one language. Each call adds a language:
   /// `r.field("x", &S::x).title("Width", "en").title("Breite", "de")`. Other values have no such words: a Property and an
@@ -130,17 +130,21 @@ struct Type {
   std::vector<std::string> names;                                 ///< enumeration: names in the given order
   std::vector<Words> name_words;                                  ///< enumeration: words of the name with the same index; may be shorter
   const Type* element = nullptr;                                  ///< list, optional, map: type of the members or of the value
-  std::size_t shortest = 0;                                       ///< list: minimum number of members
-  std::size_t longest = std::numeric_limits<std::size_t>::max();  ///< list: maximum number of members
+  std::size_t shortest = 0;                                       ///< list: minimum number of members; text of bytes: of bytes
+  std::size_t longest = std::numeric_limits<std::size_t>::max();  ///< list: maximum number of members; text of bytes: of bytes
   std::string name;                        ///< record, variant: name of the C++ type, "PidGains"; empty: it has no terms of its own
   std::vector<std::string> classes;        ///< record, variant: its rdf:types, terms: absolute IRIs, or "#Type" of the server's vocabulary
   std::vector<FieldType> fields;           ///< record: its fields in order; variant: its alternatives in order, a value has exactly one
   std::string value_predicate;             ///< record: from its node to a node that has its fields; empty: the fields are at its own node
   std::vector<std::string> value_classes;  ///< record with a value_predicate: rdf:types of that node
   Iri quantity_kind;                       ///< record: object of vom:quantityKind
-  std::string fault;        ///< what is wrong with it, a sentence; Server::add() refuses the type. Empty: nothing
-  bool is_checked = false;  ///< its values are made by the host, not by rdf::traits, and checked: a DynamicType
+  std::string fault;          ///< what is wrong with it, a sentence; Server::add() refuses the type. Empty: nothing
+  bool is_checked = false;    ///< its values are made by the host, not by rdf::traits, and checked: a DynamicType
+  bool each_once = false;     ///< list: no member occurs twice, as in a set
+  const Type* key = nullptr;  ///< map: an integer or an enumeration whose values are the names; nullptr: any text
 
+  /// A text that is base64 (xsd:base64Binary): Facets::length() counts its bytes.
+  bool is_bytes() const noexcept;
   bool is_number() const noexcept { return kind == Kind::integer || kind == Kind::real; }  ///< integer or real
   /// Record or variant: a node with a predicate for each of the fields that it has.
   bool has_fields() const noexcept { return kind == Kind::record || kind == Kind::variant; }

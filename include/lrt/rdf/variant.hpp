@@ -49,7 +49,7 @@ struct AlternativesOfType<T, std::variant<All...>> {
 template <class V, std::size_t index>
 struct AlternativeAt {
   using T = AlternativeOf<V, index>;
-  static_assert(!is_optional<T>, "lrt: an alternative of a variant cannot be absent; write the variant without std::optional and add std::monostate");
+  static_assert(!may_be_absent<T>, "lrt: an alternative of a variant cannot be absent; write the variant without std::optional and add std::monostate");
 
   static const void* find(const void* variant) noexcept {
     return std::get_if<index>(static_cast<const VariantOf<V>*>(static_cast<const V*>(variant)));
@@ -155,7 +155,9 @@ class Variant {
     if (Result<void> r = instance().alternatives_.decode(v, std::addressof(made)); !r) return Unexpected{std::move(r).error()};
     return *std::move(made);
   }
-  static bool runs_user_code() noexcept { return &traits<V>::encode != &Variant::encode || instance().alternatives_.runs_user_code(); }
+  static bool runs_user_code() noexcept {
+    return &traits<V>::encode != &Variant::encode || detail::Describing::type_within(&Variant::type) || instance().alternatives_.runs_user_code();
+  }
   static bool same(const V& a, const V& b) noexcept { return instance().alternatives_.same(std::addressof(a), std::addressof(b)); }
 
   /// @cond internal

@@ -26,6 +26,7 @@ LRT_TERM(rdf, nil);
 LRT_TERM(rdf, List);
 LRT_TERM(rdf, Property);
 LRT_TERM(rdf, langString);
+LRT_TERM(rdf, Seq);
 }  // namespace rdf_
 
 #define LRT_VOCAB_rdfs "http://www.w3.org/2000/01/rdf-schema#"
@@ -67,6 +68,7 @@ LRT_TERM(xsd, dateTime);
 LRT_TERM(xsd, dayTimeDuration);
 LRT_TERM(xsd, duration);
 LRT_TERM(xsd, anyURI);
+LRT_TERM(xsd, base64Binary);
 }  // namespace xsd
 
 #define LRT_VOCAB_dcterms "http://purl.org/dc/terms/"

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <cstring>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -15,6 +16,10 @@
 #include <lrt/base/result.hpp>
 #include <lrt/rdf/type.hpp>
 #include <lrt/rdf/value.hpp>
+
+/// Base of Record and Enumeration. The macros declare functions with these as parameter, and C++ looks for such a function in the namespaces of
+/// the bases, too: so a macro may stand in the global namespace.
+struct lrt_described_anywhere {};
 
 namespace lrt::rdf {
 inline namespace v0 {
@@ -74,18 +79,24 @@ LRT_API void set_absent(FieldDraft& draft, Value value, bool fits);
 /// @par Threads  One thread while fields are added, then any.
 class LRT_API RecordFields {
  public:
-  /// @param type_name  of the C++ type, as type_name() returns it
-  explicit RecordFields(std::string_view type_name);
+  /// @param function  function_of<S>()
+  explicit RecordFields(std::string_view function);
   RecordFields(const RecordFields&) = delete;
   RecordFields& operator=(const RecordFields&) = delete;
   ~RecordFields();
 
   void add_class(std::string_view iri);
   void set_name(std::string_view name);
+  /// States where the macro stands that describes the struct: so the enclosing classes of its name are known.
+  /// @param function   what the compiler calls the macro's function
+  /// @param is_friend  of the struct: then its namespace is that of the function
+  void set_place(std::string_view function, bool is_friend);
   /// Adds a data member.
   /// @param offset  of the member, in bytes from the beginning of the struct
   FieldDraft& add(FieldName&& name, const MemberOperations& operations, std::ptrdiff_t offset, bool read_only);
   FieldDraft& add(FieldName&& name, const Type& type, bool runs_user_code, bool read_only, std::unique_ptr<FieldAccess> access);
+  /// The facets of a field that was added. Without such a field the type has a fault.
+  Facets& facets(std::string_view name);
   /// To be called when all fields are added.
   void finish();
 
@@ -105,9 +116,11 @@ class LRT_API RecordFields {
   FieldDraft& add(FieldName&& name, const Type& type, bool runs_user_code, bool read_only, Member member);
 
   Type type_;
+  std::string_view function_;
   std::vector<Member> members_;
   std::vector<std::unique_ptr<FieldDraft>> drafts_;
-  bool runs_user_code_ = false;  // a field's traits or its getter do
+  std::optional<Facets> no_field_;  // of facets()
+  bool runs_user_code_ = false;     // a field's traits or its getter do
 };
 
 /// The names of an enum, without the enum: all of Enumeration<E> that does not need E.
@@ -119,7 +132,12 @@ class LRT_API EnumeratorNames {
   ~EnumeratorNames();
 
   void add(std::uint64_t value, std::string&& name);
-  void add_nameless(std::uint64_t value) { nameless_.push_back(value); }
+  void add_nameless(std::uint64_t value);
+  /// Adds the enumerators that the compiler names.
+  /// @param function  name_of_values()
+  /// @param first     the first of the values
+  /// @param powers    each value is twice the one before, else it is the next
+  void add_all(std::string_view function, std::uint64_t first, bool powers);
   /// Looks for enumerators without a name, after all were added.
   /// @param function  first_values()
   void find_nameless(std::string_view function);
@@ -137,6 +155,7 @@ class LRT_API EnumeratorNames {
   Words& newest_words();
   Type type_;
   std::vector<std::uint64_t> values_, nameless_;
+  std::size_t named_by_compiler_ = 0;  // of the first names
 };
 
 /// Whether each number of the underlying type is a value of the enum, by its declaration.
@@ -157,6 +176,18 @@ const char* name_of_values() noexcept {
 template <class E, std::size_t... n>
 const char* name_of_values(std::index_sequence<n...>) noexcept {
   return name_of_values<E, static_cast<E>(n)...>();
+}
+/// The values from `low` on.
+template <class E, std::int64_t low, std::size_t... n>
+const char* name_of_range(std::index_sequence<n...>) noexcept {
+  using Number = std::underlying_type_t<E>;
+  return name_of_values<E, static_cast<E>(static_cast<Number>(low + static_cast<std::int64_t>(n)))...>();
+}
+/// The powers of two from 2^low on.
+template <class E, std::size_t low, std::size_t... n>
+const char* name_of_powers(std::index_sequence<n...>) noexcept {
+  using Number = std::underlying_type_t<E>;
+  return name_of_values<E, static_cast<E>(static_cast<Number>(std::uint64_t{1} << (low + n)))...>();
 }
 /// The first values of an enum, as the compiler writes them; empty if it is not known which values the enum has.
 template <class E>
