@@ -435,6 +435,13 @@ Result<void> Engine::check() const {
   if (const std::string& vocabulary = impl_->parts.options.vocabulary;
       !vocabulary.empty() && (!iri::is_absolute(vocabulary) || (vocabulary.back() != '#' && vocabulary.back() != '/')))
     return unexpected(Errc::invalid_option, "vocabulary: expected an absolute IRI that ends with '#' or '/', found \"" + vocabulary + "\"");
+  const EngineOptions& options = impl_->parts.options;
+  const std::pair<const char*, bool> negative[] = {{"limits.host_timeout", options.host_timeout.count() < 0},
+                                                   {"limits.max_wait", options.max_wait.count() < 0},
+                                                   {"limits.retry_after", options.retry_after.count() < 0},
+                                                   {"subscriptions.sample_period", options.subscriptions.sample_period.count() < 0}};
+  for (const auto& [name, is_negative] : negative)
+    if (is_negative) return unexpected(Errc::invalid_option, std::string(name) + ": expected at least 0, found a negative time");
   if (Result<void> checked = rdf::check_words({impl_->parts.options.title, impl_->parts.options.description}, "server"); !checked) return checked;
   if (Result<void> checked = impl_->parts.cors.check(); !checked) return checked;
   if (const auto& queries = impl_->parts.queries)

@@ -184,7 +184,7 @@ const Type* Describing::type_within(Key key) noexcept {
 }
 bool is_within_itself(const Type& type) noexcept {
   const Type* inner = &type;
-  while (inner->element) inner = inner->element;
+  for (int depth = 0; inner->element && depth < 64; ++depth) inner = inner->element;  // a type of the user may refer to itself
   return inner == &within_itself();
 }
 

@@ -13,6 +13,7 @@ namespace lrt::rdf {
 LRT_INTERNAL_API std::string fault_of(const Type& type);
 
 /// What is wrong with the unit, bounds and length of values of a type; empty: nothing.
+/// @pre  the type has no fault
 LRT_INTERNAL_API std::string fault_of(const Facets& facets, const Type& type);
 
 }  // namespace lrt::rdf

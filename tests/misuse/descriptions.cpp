@@ -32,6 +32,9 @@ struct Faulty {
   std::string name;
   int count = 0;
 };
+struct Late {
+  double x = 0;
+};
 enum class Twice { a, b };
 enum class Renamed { a };
 enum class Nameless { a, b };
@@ -101,6 +104,19 @@ struct traits<Faulty<fault>> : Record<Faulty<fault>> {
     if (fault == 13) r.field("count", &S::count).at_least(3e9);
     if (fault == 14) r.field("a", &S::a).title("x", "no language");
     if (fault == 15) r.field(Iri{"http://x/1#a"}, &S::a), r.field(Iri{"http://x/2#a"}, &S::b);
+  }
+};
+/// What field() returns is used after the next field().
+template <>
+struct traits<Late> : Record<Late> {
+  static void describe(Record<Late>& r) {
+    auto&& first = r.field("x", &Late::x);
+    if constexpr (std::is_same_v<decltype(first), Facets&>) {
+      std::puts("a reference to Facets: used before the next field() only");
+      first.unit(unit::metre);
+    }
+    for (int i = 0; i < 40; ++i) r.field("x" + std::to_string(i), &Late::x);
+    if constexpr (!std::is_same_v<decltype(first), Facets&>) first.unit(unit::metre);
   }
 };
 template <>
@@ -305,6 +321,8 @@ std::vector<Misuse> of_descriptions() {
       {"NaN for an integer field", "field \"count\": allow_non_finite(): expected numbers with a fraction, found numbers", of_fault<12>},
       {"a bound beyond the type of a field", "field \"count\": no value is within the bounds", of_fault<13>},
       {"a title of a field in no language", "expected_rdf", of_fault<14>},
+      {"a field that gets its unit after the next field()", "nothing; m",
+       [] { return of_type<Late>() + "; " + std::string(lrt::rdf::traits<Late>::type().fields[0].facets.unit().ucum); }},
       {"two enumerators of one name", "two enumerators have the name \"a\"", of_type<Twice>},
       {"one enumerator of two names", "one enumerator has the names \"a\" and \"b\"", of_type<Renamed>},
       {"an enumerator without a name", "has no name; give it one by name()", of_type<Nameless>},

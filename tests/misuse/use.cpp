@@ -470,6 +470,30 @@ std::vector<Misuse> of_use() {
          options.vocabulary = "terms";
          return lrt::Server::create(options).error().message;
        }},
+      {"a negative time limit", "limits.host_timeout: expected at least 0, found a negative time",
+       [] {
+         lrt::Options options;
+         options.limits.host_timeout = std::chrono::milliseconds(-1);
+         return lrt::Server::create(options).error().message;
+       }},
+      {"a negative period of samples", "subscriptions.sample_period: expected at least 0, found a negative time",
+       [] {
+         lrt::Options options;
+         options.subscriptions.sample_period = std::chrono::milliseconds(-1);
+         return lrt::Server::create(options).error().message;
+       }},
+      {"a period of scans of no time", "subscriptions.scan_period: expected more than 0 us",
+       [] {
+         lrt::Options options;
+         options.subscriptions.scan_period = std::chrono::microseconds(0);
+         return lrt::Server::create(options).error().message;
+       }},
+      {"a poll() with a negative budget", "200",
+       [] {
+         Host host;
+         host.server.poll(std::chrono::microseconds(-5));
+         return host.ask("GET", "/");
+       }},
       {"an address that is none", "listen.address: expected a numeric address or a host name that resolves",
        [] {
          lrt::Options options;
