@@ -358,7 +358,11 @@ class DocumentReader {
       case Kind::variant:
         if (kind(id) != Json::object) refuse(id, "expected an object");
         if (record(focus, type, facets, id) || outer.kind != Kind::optional) return;
-        if (type.kind == Kind::variant) throw Refused{{document_.pointer(id), exactly_one_of(member_names(type), {})}};
+        if (type.kind == Kind::variant) {
+          ExactlyOne none;
+          for (const FieldType& field : type.fields) none.add(field.name, false);
+          throw Refused{{document_.pointer(id), none.message()}};
+        }
         return triples_.present(focus);
       case Kind::integer:
       case Kind::real: return triples_.number(focus, scalar(type, id), facets.unit());

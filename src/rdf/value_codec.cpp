@@ -630,15 +630,14 @@ class ValueReader {
   /// The fields that are present, of a variant.
   Value alternatives(TermId node, const Type& type, const Facets& facets) {
     Value::Sequence members(type.fields.size());
-    std::vector<std::string> names, found;
+    ExactlyOne one;
     for (std::size_t i = 0; i < type.fields.size(); ++i) {
       const FieldType& field = type.fields[i];
-      names.push_back(field.name);
-      if (values(node, term_iri(field.predicate, vocabulary_)).empty()) continue;
-      found.push_back(field.name);
-      members[i] = only({node, field.predicate, {}, &type, i}, *field.type, field_facets(field, facets));
+      const bool is_present = !values(node, term_iri(field.predicate, vocabulary_)).empty();
+      one.add(field.name, is_present);
+      if (is_present) members[i] = only({node, field.predicate, {}, &type, i}, *field.type, field_facets(field, facets));
     }
-    return found.size() == 1 ? Value(std::move(members)) : fail(exactly_one_of(names, found));
+    return one.holds() ? Value(std::move(members)) : fail(one.message());
   }
 
   Value fields(TermId node, const Type& type, const Facets& facets) {

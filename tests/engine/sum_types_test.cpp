@@ -42,6 +42,9 @@ struct Fragile {
   int n = 0;
 };
 using Weak = std::variant<int, Fragile>;
+struct Fixed {
+  int n = 1;
+};
 
 struct Step {
   std::string name;
@@ -85,6 +88,12 @@ struct traits<Pace> : Enumeration<Pace> {
 template <>
 struct traits<Fragile> : Record<Fragile> {
   static void describe(Record& r) { r.field("n", &Fragile::n); }
+};
+template <>
+struct traits<Fixed> : Record<Fixed> {
+  static void describe(Record& r) {
+    r.field("n", [](const Fixed& f) { return f.n; });
+  }
 };
 template <>
 struct traits<Motion> : Variant<Motion> {
@@ -233,7 +242,7 @@ TEST_CASE("no alternative and several are refused, with their names and the plac
   const std::string of_target = "expected exactly one of angle, height, place; found ";
   refused("motion", "{}", of_motion + "none", "");
   refused("motion", R"({"moveL":{"x":1,"y":1},"hold":{}})", of_motion + "moveL and hold", "");
-  refused("target", R"({"angle":1,"height":1,"place":"x"})", of_target + "angle, height and place", "");
+  refused("target", R"({"angle":1,"height":1,"place":"x"})", of_target + "angle and height and place", "");
   refused("target", R"({"angle":null})", of_target + "none", "");
   refused("maybe", "{}", of_target + "none", "");
   refused("maybe", R"({"angle":1,"height":1})", of_target + "angle and height", "");
@@ -316,6 +325,25 @@ TEST_CASE("a variant without a value is an error of the robot", "[engine][varian
   const Answer lost = r.send("POST", "/arm/actions/lose", "application/json", "");
   CHECK(lost.status == 500);
   CHECK(has(lost, "valueless"));
+}
+
+TEST_CASE("a variant that clients cannot send, or whose alternatives have one name, is refused when the thing is added", "[engine][variant]") {
+  Bench bench;
+  const auto refusal = [&](Thing thing) {
+    const Result<void> added = bench.engine.add(std::move(thing));
+    return added ? std::string("none") : added.error().message;
+  };
+  Thing fixed{"fixed"}, twice{"twice"}, nested{"nested"};
+  fixed.property("v", [] { return std::variant<Fixed, bool>(true); }).on_write([](const std::variant<Fixed, bool>&) {});
+  CHECK(refusal(std::move(fixed)).find("its field \"fixed/n\" is read-only") != std::string::npos);
+  twice.property("v", [] { return std::vector<std::variant<int, long>>(); });
+  CHECK(refusal(std::move(twice)).find("the alternatives 0 and 1 of a variant have the same name \"integer\"") != std::string::npos);
+  nested.action("go", [](const std::variant<bool, std::variant<int, long>>&) {});
+  CHECK(refusal(std::move(nested)).find("the alternative 1 of a variant has no name") != std::string::npos);
+  Thing shown{"shown"};
+  shown.property("v", [] { return std::variant<Fixed, bool>(Fixed()); });
+  CHECK(refusal(std::move(shown)) == "none");
+  CHECK(bench.ask("GET /shown/v\nAccept: application/json").body == R"({"fixed":{"n":1}})");
 }
 
 TEST_CASE("watchers are told of another alternative", "[engine][variant]") {

@@ -154,15 +154,13 @@ class Xone final : public Several {
  private:
   /// The predicates of which the node should have exactly one, if the shapes are about the presence of a predicate each. One may be about that of none.
   std::string alternatives_violation(Run& run, const Scene& scene, Node node) const {
-    std::vector<std::string> names, found;
+    rdf::ExactlyOne one;
     for (const ShapeIndex shape : shapes_) {
       const std::optional<std::string> name = required_predicate(run.plan(), scene.shape.id, run.plan().shapes[shape].id);
       if (!name) return {};
-      if (name->empty()) continue;
-      names.push_back(*name);
-      if (run.conforms(node, shape)) found.push_back(*name);
+      if (!name->empty()) one.add(*name, run.conforms(node, shape));
     }
-    return names.empty() ? std::string() : rdf::exactly_one_of(names, found);
+    return one.is_empty() ? std::string() : one.message();
   }
 };
 
