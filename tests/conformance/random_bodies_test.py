@@ -12,6 +12,7 @@ registry, or Apache Jena it exits with 77. LRT_RANDOM_BODIES_SEED, LRT_RANDOM_BO
 """
 
 import collections
+import decimal
 import itertools
 import math
 import os
@@ -119,12 +120,18 @@ def is_number(text, datatype):
     return datatype in NUMBERS and bool(re.fullmatch(DECIMAL if datatype == "decimal" else DOUBLE, text))
 
 
+def whole(text):
+    """The digits of a number without a fraction, such as "66.000"; None: it has one."""
+    number = decimal.Decimal(text) if "N" not in text else None
+    return str(int(number)) if number is not None and abs(number) < 2**64 and number == int(number) else None
+
+
 def holds(wanted, text, datatype):
     """Rule "numbers": whether a number of one datatype has a value of another one."""
     if not is_number(text, datatype):
         return False
     if wanted in INTEGERS:
-        return datatype in INTEGERS and within(int(text), wanted)
+        return whole(text) is not None and within(int(whole(text)), wanted)
     if "N" in text:
         return True
     if wanted == "float":
@@ -699,6 +706,7 @@ class Completion:
             text, datatype = parts(o)
             wanted = [d[1:-1].rsplit("#", 1)[-1] for d in self.shapes.datatypes(p)]
             if len(wanted) == 1 and wanted[0] in NUMBERS and datatype != wanted[0] and datatype in NUMBERS and holds(wanted[0], text, datatype):
+                text = whole(text) if wanted[0] in INTEGERS else text
                 self.replaced[t] = (t[0], t[1], literal(text, wanted[0]))  # rule "numbers"
             return
         of_list = self.shapes.list_of(p)

@@ -654,15 +654,19 @@ std::string names_of(const Type& record) {
   return names;
 }
 
+/// Whether a text is one value in JSON.
+bool is_json(const std::string& text) { return rdf::json::Document::parse(text, {max_members, max_depth, true}).has_value(); }
+
 /// The JSON of a part of a value.
 Result<std::string> json_of_part(const std::string& name, const std::string& text, const Type& outer, const rdf::Facets& facets) {
   const Type& type = without_optional(outer);
-  if (text == "null" && type.kind != Type::Kind::text) return std::string("null");
+  if (text == "null" && type.kind != Type::Kind::text) return text;
   if (type.is_number()) {
     const Result<double> number = client::number_in(trimmed(text), facets.unit());
     if (!number) return unexpected(Errc::expected_value, name + ": " + number.error().message);
     // All digits of a large integer.
-    return trimmed(text).find_first_not_of("-0123456789") == std::string::npos ? trimmed(text) : json_of(*number);
+    const bool has_unit = trimmed(text).find_first_not_of("-0123456789") != std::string::npos;
+    return !has_unit && is_json(trimmed(text)) ? trimmed(text) : json_of(*number);
   }
   if (type.kind == Type::Kind::variant && !looks_like_json(text)) {
     Result<std::string> json = json_of_alternative(type, facets, text);
@@ -673,12 +677,11 @@ Result<std::string> json_of_part(const std::string& name, const std::string& tex
       if (other.name != tag) json->insert(json->size() - 1, "," + json_string(other.name) + ":null");
     return json;
   }
-  if (type.kind == Type::Kind::variant || type.kind == Type::Kind::boolean || type.kind == Type::Kind::list || type.kind == Type::Kind::record || type.kind == Type::Kind::map)
-    return text;
-  return json_string(text);
+  const bool may_be_json = type.kind == Type::Kind::boolean || type.kind == Type::Kind::list || type.kind == Type::Kind::map || !type.fields.empty();
+  return may_be_json && is_json(text) ? text : json_string(text);
 }
 
-/// Adds one change at the way to its field, "limits.upper".
+/// Changes of parts, and of their parts.
 struct PartTree {
   std::vector<std::pair<std::string, PartTree>> members;
   std::string json;  ///< of a leaf
