@@ -17,6 +17,7 @@
 
 #include "src/base/ascii.hpp"
 #include "src/client/session.hpp"
+#include "src/rdf/representable.hpp"
 
 namespace lrt::client {
 
@@ -147,7 +148,7 @@ std::string number_as(const TermView& literal, std::string_view datatype) {
   const auto is_integer = [](std::string_view iri) { return rdf::lexical::is_integer_type(rdf::lexical::datatype_of(iri)); };
   if (!is_real(literal.datatype) && !is_integer(literal.datatype)) return {};
   const std::optional<double> number = rdf::lexical::parse_double(literal.text);
-  if (!number) return {};
+  if (!number || (is_integer(datatype) && rdf::lexical::is_rounded_away(literal.text, *number))) return {};
   if (is_real(datatype)) {
     if (datatype == xsd::decimal.text && literal.text.find_first_of("eENI") != std::string_view::npos) return {};
     return std::string(literal.text);

@@ -16,6 +16,7 @@
 
 #include "src/base/ascii.hpp"
 #include "src/base/quote.hpp"
+#include "src/rdf/representable.hpp"
 
 namespace lrt::client {
 inline namespace v0 {
@@ -276,6 +277,8 @@ Result<Split> split(std::string_view text) {
   const std::optional<double> number = length > 0 ? rdf::lexical::parse_double(body.substr(0, length)) : std::nullopt;
   if (!number) return unexpected(Error{Errc::expected_value, "expected a number, with or without a unit, found " + quoted(body), 0});
   if (!std::isfinite(*number)) return unexpected(Error{Errc::expected_value, "expected a finite number, found " + quoted(body), 0});
+  if (rdf::lexical::is_rounded_away(body.substr(0, length), *number))
+    return unexpected(Error{Errc::expected_value, "expected 0 or a number that a double can hold, found " + quoted(body), 0});
   return Split{*number, lrt::detail::trim_space(body.substr(length))};
 }
 

@@ -558,25 +558,22 @@ Value Run::cast(std::string_view type, const Value& a) {
       else if (a.is_floating()) digits = std::isfinite(a.real) ? without_exponent(lexical::format(a.real)) : std::string();
       else if (a.is_number()) digits = operators.text_of(a).value_or("");
       else if (is_string && (kind == Type::integer ? lexical::is_integer(text) : lexical::is_decimal(text))) digits = text;
-      auto number = Decimal::parse(digits);
-      if (number && kind == Type::integer) number = number->rounded(Decimal::Rounding::to_zero);
+      if (kind == Type::integer && !digits.empty()) {
+        digits.erase(std::min(digits.find('.'), digits.size()));
+        if (digits.empty() || digits == "-" || digits == "+") digits = "0";
+      }
+      const auto number = Decimal::parse(digits);
       return number ? operators.of(*number, kind) : Value();
     }
     case Datatype::float_:
     case Datatype::double_: {
       const Type kind = target == Datatype::float_ ? Type::float_ : Type::double_;
-      double value = 0;
-      if (a.type == Type::boolean) {
-        value = a.truth ? 1 : 0;
-      } else if (a.is_number()) {
-        value = a.as_double();
-      } else {
-        const auto read = lexical::parse_double(text);
-        if (!is_string || !read) return {};
-        value = *read;
-        if (const auto single = lexical::parse_float(text); kind == Type::float_ && single) value = static_cast<double>(*single);
-      }
-      return Value(kind == Type::float_ ? static_cast<double>(static_cast<float>(value)) : value, kind);
+      const bool is_single = kind == Type::float_;
+      if (a.type == Type::boolean) return Value(a.truth ? 1.0 : 0.0, kind);
+      if (a.is_number()) return Value(is_single ? static_cast<double>(a.as_float()) : a.as_double(), kind);
+      const auto wide = lexical::parse_double(text);
+      if (!is_string || !wide) return {};
+      return Value(is_single ? static_cast<double>(lexical::parse_float(text).value_or(0)) : *wide, kind);
     }
     case Datatype::date_time:
       if (a.type == Type::date_time) return a;

@@ -41,6 +41,12 @@ int rank(Type type) noexcept {
 
 }  // namespace
 
+float Value::as_float() const noexcept {
+  if (type == Type::integer && fits) return static_cast<float>(integer);
+  if (type == Type::integer || type == Type::decimal) return lexical::parse_float(text()).value_or(0) + 0.0F;  // they have no -0
+  return static_cast<float>(real);
+}
+
 std::string without_exponent(const std::string& text) {
   const std::size_t e = text.find('e');
   if (e == std::string::npos) return text;
@@ -139,7 +145,7 @@ std::optional<bool> Operators::truth(const Value& value, const Terms& terms) {
     case Type::string:
     case Type::tagged: return !value.text().empty();
     case Type::integer: return value.fits ? value.integer != 0 : true;
-    case Type::decimal:
+    case Type::decimal: return value.text().find_first_of("123456789") != std::string_view::npos;  // the nearest double may be 0
     case Type::float_:
     case Type::double_: return value.real != 0 && !std::isnan(value.real);
     case Type::other: {  // an ill-typed number or boolean is false
@@ -161,11 +167,9 @@ Operators::Order Operators::compare_numbers(const Value& a, const Value& b) cons
   if (a.type == Type::integer && b.type == Type::integer && a.fits && b.fits)
     return a.integer < b.integer ? Order::less : a.integer > b.integer ? Order::greater : Order::equal;
   if (a.is_floating() || b.is_floating()) {
-    double x = a.as_double(), y = b.as_double();
-    if (a.type != Type::double_ && b.type != Type::double_) {  // xsd:float, to which exact numbers are promoted
-      x = static_cast<double>(static_cast<float>(x));
-      y = static_cast<double>(static_cast<float>(y));
-    }
+    // Without an xsd:double, exact numbers are promoted to xsd:float.
+    const bool is_single = a.type != Type::double_ && b.type != Type::double_;
+    const double x = is_single ? static_cast<double>(a.as_float()) : a.as_double(), y = is_single ? static_cast<double>(b.as_float()) : b.as_double();
     return x < y ? Order::less : x > y ? Order::greater : x == y ? Order::equal : Order::none;
   }
   const std::string x = exact_text(a), y = exact_text(b);
@@ -262,7 +266,7 @@ Value Operators::compute(Arithmetic operation, const Value& a, const Value& b) c
   if (a.is_floating() || b.is_floating()) {
     const double x = a.as_double(), y = b.as_double();
     if (a.type != Type::double_ && b.type != Type::double_) {
-      const auto f = static_cast<float>(x), g = static_cast<float>(y);
+      const float f = a.as_float(), g = b.as_float();
       float result = 0;
       switch (operation) {
         case Arithmetic::add: result = f + g; break;

@@ -44,6 +44,8 @@ struct Value {
   bool is_number() const noexcept { return !failed && query::is_number(type); }
   bool is_floating() const noexcept { return type == Type::float_ || type == Type::double_; }
   double as_double() const noexcept { return type == Type::integer && fits ? static_cast<double>(integer) : real; }
+  /// The nearest float: an exact number is rounded once.
+  float as_float() const noexcept;
   /// The text of a string, decimal or integer that does not fit; of a term: its IRI or lexical form.
   std::string_view text() const noexcept { return owns ? std::string_view(owned) : borrowed; }
 };

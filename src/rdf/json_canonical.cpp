@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <optional>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -10,6 +11,7 @@
 #include <lrt/rdf/lexical.hpp>
 
 #include "src/base/utf8.hpp"
+#include "src/rdf/representable.hpp"
 
 namespace lrt::rdf::json {
 namespace {
@@ -58,7 +60,11 @@ void append(std::string& out, const Document& document, Id value) {
     case Kind::null: out += "null"; return;
     case Kind::false_: out += "false"; return;
     case Kind::true_: out += "true"; return;
-    case Kind::number: out += canonical_number(lexical::parse_double(document.text(value)).value_or(0)); return;
+    case Kind::number: {  // one that no double can hold keeps its digits
+      const std::optional<double> number = lexical::representable_double(document.text(value));
+      out += number ? canonical_number(*number) : std::string(document.text(value));
+      return;
+    }
     case Kind::string: return append_string(out, document.text(value));
     case Kind::array: {
       out += '[';

@@ -11,6 +11,7 @@
 #include "src/base/civil.hpp"
 #include "src/base/utf8.hpp"
 #include "src/rdf/integer_range.hpp"
+#include "src/rdf/representable.hpp"
 
 namespace lrt::rdf::lexical {
 inline namespace v0 {
@@ -88,6 +89,47 @@ unsigned days_in_month(std::int64_t year, unsigned month) noexcept {
   return month == 2 && leap ? 29 : lengths[month - 1];
 }
 
+/// What a number beyond the range of a binary type is rounded to: infinity if it is too large, 0 if it is too small. The place of its first digit
+/// that is not 0 decides, as no mantissa and exponent near the bounds of either type come here with the other sign.
+/// @pre is_double() of the text, which has a mantissa
+double beyond_range(std::string_view text) noexcept {
+  const bool negative = text.front() == '-';
+  if (negative || text.front() == '+') text.remove_prefix(1);
+  const std::size_t e = text.find_first_of("eE");
+  const std::string_view mantissa = text.substr(0, e);
+  const std::size_t first = mantissa.find_first_of("123456789");
+  bool is_large = false;
+  if (first != std::string_view::npos) {
+    const std::size_t whole = std::min(mantissa.find('.'), mantissa.size());
+    const auto magnitude = first < whole ? static_cast<std::int64_t>(whole - first) : -static_cast<std::int64_t>(first - whole);
+    // A text has less than 2^60 characters, so that the sum cannot overflow.
+    constexpr std::int64_t far = std::int64_t{1} << 61;
+    std::int64_t exponent = 0;
+    if (e != std::string_view::npos) {
+      const std::string_view digits_text = text.substr(e + 1);
+      exponent = std::clamp(parse_whole<std::int64_t>(digits_text).value_or(digits_text.front() == '-' ? -far : far), -far, far);
+    }
+    is_large = magnitude + exponent > 0;
+  }
+  const double limit = is_large ? std::numeric_limits<double>::infinity() : 0.0;
+  return negative ? -limit : limit;
+}
+
+/// Rounded once, to nearest.
+template <class T>
+std::optional<T> parse_real(std::string_view text) noexcept {
+  if (!is_double(text)) return std::nullopt;
+  if (text == "NaN") return std::numeric_limits<T>::quiet_NaN();
+  if (text == "INF" || text == "+INF") return std::numeric_limits<T>::infinity();
+  if (text == "-INF") return -std::numeric_limits<T>::infinity();
+  text = without_plus(text);
+  T value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error == std::errc::result_out_of_range) return static_cast<T>(beyond_range(text));
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
 template <class T>
 std::string format_real(T value) {
   if (std::isnan(value)) return "NaN";
@@ -114,34 +156,23 @@ bool is_double(std::string_view text) noexcept {
   return (text[mantissa] == 'e' || text[mantissa] == 'E') && is_integer(text.substr(mantissa + 1));
 }
 
-std::optional<double> parse_double(std::string_view text) noexcept {
-  if (!is_double(text)) return std::nullopt;
-  if (text == "NaN") return std::numeric_limits<double>::quiet_NaN();
-  if (text == "INF" || text == "+INF") return std::numeric_limits<double>::infinity();
-  if (text == "-INF") return -std::numeric_limits<double>::infinity();
-  text = without_plus(text);
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error == std::errc::result_out_of_range) {
-    // Overflow and underflow have the same result: the position of the mantissa's first non-zero digit and the exponent decide.
-    const std::size_t e = text.find_first_of("eE");
-    const bool negative = text.front() == '-';
-    const std::string_view mantissa = text.substr(negative ? 1 : 0, (e == std::string_view::npos ? text.size() : e) - (negative ? 1 : 0));
-    const std::size_t point = mantissa.find('.');
-    const std::size_t first = mantissa.find_first_not_of("0.");
-    if (first == std::string_view::npos) return negative ? -0.0 : 0.0;
-    const std::size_t whole = point == std::string_view::npos ? mantissa.size() : point;
-    const auto magnitude = first < whole ? static_cast<std::int64_t>(whole - first) : -static_cast<std::int64_t>(first - whole);
-    std::int64_t exponent = 0;
-    if (e != std::string_view::npos) {
-      const std::string_view digits_text = text.substr(e + 1);
-      exponent = parse_int64(digits_text).value_or(digits_text.front() == '-' ? INT64_MIN / 4 : INT64_MAX / 4);
-    }
-    const double limit = magnitude + exponent / 2 + (exponent - exponent / 2) > 0 ? std::numeric_limits<double>::infinity() : 0.0;
-    return negative ? -limit : limit;
-  }
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return value;
+std::optional<double> parse_double(std::string_view text) noexcept { return parse_real<double>(text); }
+std::optional<float> parse_float(std::string_view text) noexcept { return parse_real<float>(text); }
+
+bool is_rounded_away(std::string_view text, double value) noexcept {
+  const std::string_view mantissa = text.substr(0, text.find_first_of("eE"));
+  if (std::isinf(value)) return mantissa.find_first_of("0123456789") != std::string_view::npos;
+  return value == 0 && mantissa.find_first_of("123456789") != std::string_view::npos;
+}
+
+std::optional<double> representable_double(std::string_view text) noexcept {
+  const auto value = parse_double(text);
+  return value && !is_rounded_away(text, *value) ? value : std::nullopt;
+}
+
+std::optional<float> representable_float(std::string_view text) noexcept {
+  const auto value = parse_float(text);
+  return value && !is_rounded_away(text, static_cast<double>(*value)) ? value : std::nullopt;
 }
 
 std::optional<std::int64_t> parse_int64(std::string_view text) noexcept { return parse_whole<std::int64_t>(text); }
@@ -229,11 +260,11 @@ std::optional<std::chrono::nanoseconds> parse_instant(std::string_view text) noe
       return std::nullopt;
     zone_minutes = static_cast<std::int64_t>(zone_hour * 60 + zone_minute) * (text[0] == '-' ? -1 : 1);
   }
+  std::int64_t seconds = lrt::detail::days_from_civil(year, month, day) * (day_ns / second_ns) + std::int64_t{hour} * 3600 +
+                         std::int64_t{minute} * 60 + std::int64_t{second} - zone_minutes * 60;
+  if (seconds < 0 && ns > 0) ++seconds, ns -= second_ns;  // of one sign, so that no part is out of range unless the sum is
   std::int64_t total = 0;
-  if (!accumulate(total, lrt::detail::days_from_civil(year, month, day), day_ns) || !accumulate(total, hour, hour_ns) ||
-      !accumulate(total, minute, minute_ns) || !accumulate(total, second, second_ns) || !accumulate(total, ns, 1) ||
-      !accumulate(total, -zone_minutes, minute_ns))
-    return std::nullopt;
+  if (!accumulate(total, seconds, second_ns) || !accumulate(total, ns, 1)) return std::nullopt;
   return std::chrono::nanoseconds(total);
 }
 
@@ -652,17 +683,6 @@ int compare_decimal(std::string_view a, std::string_view b) noexcept {
   return x.negative ? -magnitude : magnitude;
 }
 
-std::optional<float> parse_float(std::string_view text) noexcept {
-  const auto wide = parse_double(text);
-  if (!wide) return std::nullopt;
-  if (std::isnan(*wide) || std::isinf(*wide)) return static_cast<float>(*wide);
-  text = without_plus(text);
-  float value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error == std::errc() && end == text.data() + text.size()) return value;
-  return static_cast<float>(*wide);  // out of the range of normal floats: infinity, 0 or a subnormal
-}
-
 std::optional<Moment> parse_moment(std::string_view text, Datatype datatype) noexcept {
   if (datatype == Datatype::g_month || datatype == Datatype::g_month_day || datatype == Datatype::g_day) return std::nullopt;
   const auto c = parse_civil(text, datatype);
@@ -685,11 +705,8 @@ std::optional<Duration> parse_full_duration(std::string_view text, Datatype data
   for (std::size_t i = 0; i < 6; ++i) {
     if (parts->count[i].empty()) continue;
     const auto count = parse_int64(parts->count[i]);
-    if (!count || !accumulate(i < 2 ? d.months : d.seconds, *count, units[i])) return std::nullopt;
-  }
-  if (parts->negative) {
-    d.months = -d.months;
-    d.seconds = -d.seconds;
+    const std::int64_t sign = parts->negative ? -1 : 1;  // per part: the lowest value has no positive counterpart
+    if (!count || !accumulate(i < 2 ? d.months : d.seconds, sign * *count, units[i])) return std::nullopt;
   }
   d.fraction = parts->fraction;
   d.negative = parts->negative;

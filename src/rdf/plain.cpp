@@ -2,6 +2,7 @@
 #include "src/rdf/plain.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -20,6 +21,7 @@
 #include "src/rdf/n_triples.hpp"
 #include "src/rdf/limits.hpp"
 #include "src/rdf/plain_names.hpp"
+#include "src/rdf/representable.hpp"
 #include "src/rdf/value_writer.hpp"
 #include "src/rdf/whole_number.hpp"
 
@@ -511,7 +513,7 @@ class DocumentReader {
         if (text.find_first_not_of("-0123456789") != std::string_view::npos) {
           // JSON has one kind of number: 5.0 and 5e0 are integers.
           const auto whole = whole_number(text, is_binary_ ? lexical::Datatype::double_ : lexical::Datatype::decimal);
-          if (type.kind == Kind::integer && whole && fits(type, *whole)) return graph_.intern(literal(*whole, type.datatype));
+          if (type.kind == Kind::integer && whole) return graph_.intern(literal(*whole, fits(type, *whole) ? type.datatype : vocab::xsd::integer));
           return typed(vocab::xsd::double_);
         }
         return typed(type.kind == Kind::integer && fits(type, text) ? type.datatype : vocab::xsd::integer);
@@ -538,10 +540,22 @@ class DocumentReader {
     const bool has_exponent = type.datatype == vocab::xsd::decimal && (is_binary_ || !lexical::is_decimal(digits));  // a decimal has none
     if (!is_binary_ && !has_exponent) return graph_.intern(literal(digits, type.datatype));
     const double number = lexical::parse_double(digits).value_or(0);
-    if (has_exponent) return graph_.intern(literal(std::isfinite(number) ? lexical_form(type, Value(number)) : std::string(digits), type.datatype));
-    const auto narrow = static_cast<float>(number);
-    const bool is_float = type.single && (static_cast<double>(narrow) == number || std::isnan(number));
-    return graph_.intern(literal(is_float ? lexical::format(narrow) : lexical::format(number), type.datatype));
+    if (has_exponent) {  // a number that is rounded away keeps its digits, so that the report shows them
+      const bool has_form = std::isfinite(number) && !lexical::is_rounded_away(digits, number);
+      return graph_.intern(literal(has_form ? lexical_form(type, Value(number)) : std::string(digits), type.datatype));
+    }
+    if (!type.single || !std::isfinite(number)) return graph_.intern(literal(lexical::format(number), type.datatype));
+    // Rounded once: an integer from its digits, a double from its value. A number beyond the range of float is written exactly, so that its digits
+    // are beyond it, too.
+    const bool is_whole = lexical::is_integer(digits);
+    const float narrow = is_whole ? lexical::parse_float(digits).value_or(0) : static_cast<float>(number);
+    if (std::isfinite(narrow) && (narrow != 0 || number == 0)) return graph_.intern(literal(lexical::format(narrow), type.datatype));
+    return graph_.intern(literal(std::isfinite(narrow) ? lexical::format(number) : fixed(number), type.datatype));
+  }
+
+  static std::string fixed(double number) {
+    char text[400];
+    return std::string(text, std::to_chars(text, text + sizeof text, number, std::chars_format::fixed, 0).ptr);
   }
 
   const Document& document_;
@@ -558,7 +572,7 @@ TermId text_literal(std::string_view text, const Type& type, Graph& graph) {
     case Kind::real: return typed(lexical::is_double(text));
     case Kind::integer:
       if (!lexical::is_integer(text) && lexical::is_double(text)) {
-        if (const auto whole = whole_number(text); whole && fits(type, *whole)) return graph.intern(literal(*whole, type.datatype));
+        if (const auto whole = whole_number(text)) return graph.intern(literal(*whole, fits(type, *whole) ? type.datatype : vocab::xsd::integer));
         return graph.intern(literal(text, vocab::xsd::double_));
       }
       if (lexical::is_integer(text) && !fits(type, text)) return graph.intern(literal(text, vocab::xsd::integer));

@@ -22,6 +22,7 @@
 #include "src/rdf/json_parse.hpp"
 #include "src/rdf/named_cells.hpp"
 #include "src/rdf/plain_names.hpp"
+#include "src/rdf/representable.hpp"
 #include "src/rdf/shown.hpp"
 #include "src/rdf/value_places.hpp"
 #include "src/rdf/value_writer.hpp"
@@ -345,12 +346,7 @@ bool Completion::holds_real(const Type& type, const TermView& term) {
     return false;
   if (name == "float" && type.kind == Kind::real && !type.single) return true;  // NaN and infinities, too
   if (term.text.find('N') != std::string_view::npos) return true;
-  if (type.single) {
-    const auto value = lexical::parse_float(term.text);
-    return value && std::isfinite(*value);
-  }
-  const auto value = lexical::parse_double(term.text);
-  return value && std::isfinite(*value);
+  return type.single ? lexical::representable_float(term.text).has_value() : lexical::representable_double(term.text).has_value();
 }
 
 /// Whether the seconds of a duration or an instant have a tenth decimal, which parse_duration() and parse_instant() would drop.
@@ -376,6 +372,16 @@ bool in_range(const Facets& f, Number v, bool single = false) noexcept {
   if (f.min() && !(f.min_exclusive() ? x > bound(*f.min()) : x >= bound(*f.min()))) return false;
   if (f.max() && !(f.max_exclusive() ? x < bound(*f.max()) : x <= bound(*f.max()))) return false;
   return true;
+}
+
+std::optional<double> widened(std::optional<float> value) noexcept { return value ? std::optional(static_cast<double>(*value)) : std::nullopt; }
+
+/// @param rounded  infinity or 0
+std::string out_of_range(const Type& type, std::string_view text, double rounded) {
+  std::string expected = "a finite number";
+  if (rounded == 0) expected = std::string("0 or a number that a ") + (type.single ? "float of 32" : "double of 64") + " bits can hold";
+  else if (type.single && lexical::representable_double(text)) expected = "a number that a float of 32 bits can hold";
+  return "expected " + expected + ", found " + std::string(text.substr(0, 80));
 }
 
 std::string expected_of(const Type& type, const Facets& facets) {
@@ -746,17 +752,12 @@ class ValueReader {
                                      : name == "decimal" ? lexical::is_decimal(term.text)
                                                          : integer_form(term) == IntegerForm::yes;
         if (!lexically_right) return refuse();
-        const auto number = lexical::parse_double(term.text);
+        const auto number = type.single ? widened(lexical::parse_float(term.text)) : lexical::parse_double(term.text);
         if (!number) return refuse();
-        const bool is_special = !std::isfinite(*number) && term.text.find_first_of("123456789") == std::string_view::npos;
-        const bool too_large =
-            (std::isinf(*number) && !is_special) || (type.single && std::isfinite(*number) && std::isinf(static_cast<float>(*number)));
-        if (too_large)
-          return fail(std::string("expected ") +
-                      (type.single && std::isfinite(*number) ? "a number that a float of 32 bits can hold" : "a finite number") + ", found " +
-                      std::string(term.text.substr(0, 80)));
+        if (lexical::is_rounded_away(term.text, *number)) return fail(out_of_range(type, term.text, *number));
+        const double value = *number;
+        const bool is_special = !std::isfinite(value);
         if (is_special && !facets.allows_non_finite()) return refuse();
-        const double value = type.single ? static_cast<double>(static_cast<float>(*number)) : *number;
         return is_special || in_range(facets, value, type.single) ? Value(value) : refuse();
       }
       case Kind::duration: {

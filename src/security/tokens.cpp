@@ -58,6 +58,15 @@ Result<Digest> digest_of_word(std::string_view word) {
   return digest_of(word);
 }
 
+/// The end of the clock's range if it cannot hold the time: a token that expires in 2300 does not expire, one of the year 1500 has expired.
+std::chrono::system_clock::time_point time_of(std::int64_t seconds) noexcept {
+  using Clock = std::chrono::system_clock;
+  constexpr auto longest = std::chrono::duration_cast<std::chrono::seconds>(Clock::duration::max());
+  if (seconds > longest.count()) return Clock::time_point::max();
+  if (seconds < -longest.count()) return Clock::time_point::min();
+  return Clock::time_point(std::chrono::seconds(seconds));
+}
+
 Result<std::vector<std::string>> roles_in(std::string_view word) {
   std::vector<std::string> roles;
   while (true) {
@@ -96,7 +105,7 @@ Result<Tokens> Tokens::parse(std::string_view text) {
     if (!expires.empty()) {
       const auto moment = rdf::lexical::parse_moment(expires, rdf::lexical::Datatype::date_time);
       if (!moment || !moment->zoned) return wrong("expected a time such as 2027-01-01T00:00:00Z, found \"" + std::string(expires) + "\"");
-      entry.expires = std::chrono::system_clock::time_point(std::chrono::seconds(moment->seconds));
+      entry.expires = time_of(moment->seconds);
     }
     if (tokens.find_entry(entry.digest)) return wrong("the token is that of a line before");
     tokens.entries_.push_back(std::move(entry));

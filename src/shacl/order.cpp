@@ -21,8 +21,11 @@ Order of(const Moment& a, const Moment& b) noexcept {
   if (a.zoned == b.zoned) return a.seconds != b.seconds ? of(a.seconds, b.seconds) : of(a.fraction, b.fraction);
   // XSD 1.1 part 2, E.3.3: without a zone the instant may differ by up to 14 hours to either side.
   constexpr std::int64_t widest = 14 * 3600;
-  if (a.seconds + widest < b.seconds) return Order::less;
-  return b.seconds + widest < a.seconds ? Order::greater : Order::unordered;
+  const auto is_before = [](const Moment& x, const Moment& y) {
+    return x.seconds + widest != y.seconds ? x.seconds + widest < y.seconds : x.fraction < y.fraction;
+  };
+  if (is_before(a, b)) return Order::less;
+  return is_before(b, a) ? Order::greater : Order::unordered;
 }
 
 Order seconds_of(std::int64_t a, const Duration& x, std::int64_t b, const Duration& y) noexcept {

@@ -21,6 +21,7 @@
 
 #include "src/base/quote.hpp"
 #include "src/base/utf8.hpp"
+#include "src/rdf/representable.hpp"
 
 namespace lrt::urdf {
 inline namespace v0 {
@@ -284,7 +285,7 @@ class Reader {
     return name;
   }
   double parsed(const XMLElement& e, const char* name, std::string_view text) const {
-    const auto value = rdf::lexical::is_double(text) ? rdf::lexical::parse_double(text) : std::nullopt;
+    const auto value = rdf::lexical::representable_double(text);
     if (!value || !std::isfinite(*value)) refuse(e, "expected a number as " + std::string(name) + ", found " + lrt::quoted(text));
     return *value;
   }

@@ -24,6 +24,7 @@
 #include "src/rdf/json_parse.hpp"
 #include "src/rdf/n_triples.hpp"
 #include "src/rdf/limits.hpp"
+#include "src/rdf/representable.hpp"
 
 // JSON-LD 1.1 to triples: context processing (4.1, 4.2), expansion (5.1-5.3) and deserialisation to RDF (8.1) of its API, in one pass over
 // the document and without intermediate documents.
@@ -1213,7 +1214,7 @@ class Reader {
     const std::size_t length = digits.size() - (digits.front() == '-' ? 1 : 0);
     if (is_integer && !wants_double && length <= 21) return made(digits, vocab::xsd::integer);  // below 10^21
     const double number = lexical::parse_double(digits).value_or(0);
-    if (!std::isfinite(number)) refuse(value, "a number beyond xsd:double");
+    if (lexical::is_rounded_away(digits, number)) refuse(value, "a number beyond xsd:double");
     if (wants_double || std::fabs(number) >= 1e21 || number != std::trunc(number)) return made(exact_double(number), vocab::xsd::double_);
     char buffer[32];
     const auto end = std::to_chars(buffer, buffer + sizeof buffer, number == 0 ? 0.0 : number, std::chars_format::fixed, 0).ptr;
