@@ -270,15 +270,14 @@ class Check {
     const Value::Sequence* const members = value.sequence();
     if (!members || members->size() != type.fields.size())
       return wrong("expected a sequence of " + std::to_string(type.fields.size()) + ", one for each alternative, found " + found(value));
-    std::vector<std::string> names, present;
+    ExactlyOne alternatives;
     std::size_t active = 0;
     for (std::size_t i = 0; i < members->size(); ++i) {
-      names.push_back(type.fields[i].name);
-      if ((*members)[i].is_null()) continue;
-      present.push_back(type.fields[i].name);
-      active = i;
+      const bool is_present = !(*members)[i].is_null();
+      alternatives.add(type.fields[i].name, is_present);
+      if (is_present) active = i;
     }
-    if (present.size() != 1) return wrong(exactly_one_of(names, present));
+    if (!alternatives.holds()) return wrong(alternatives.message());
     return at(type.fields[active].name, *type.fields[active].type, (*members)[active]);
   }
 
