@@ -373,7 +373,6 @@ Result<rdf::Graph> read_effects(const model::ActionSpec& action, const std::stri
 
 Result<std::unique_ptr<ThingNode>> build_thing(std::unique_ptr<model::ThingSpec>& spec) {
   if (!spec) return Unexpected{model::moved_from()};
-  if (spec->first_error) return Unexpected{*spec->first_error};
   if (spec->handles && spec->handles->first_error) return Unexpected{*spec->handles->first_error};
   if (Result<void> checked = check(*spec); !checked) return Unexpected{std::move(checked).error()};
   for (const auto& a : spec->actions)

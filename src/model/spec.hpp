@@ -50,7 +50,10 @@ class HandleLog {
 struct HandleContext {
   std::string path;                            ///< ThingSpec::path
   std::shared_ptr<HandleLog> log{};            ///< of the server, set before the resources are sealed
-  std::unique_ptr<const Error> first_error{};  ///< of the set-up calls on handles; null: none
+  std::unique_ptr<const Error> first_error{};  ///< of the calls that describe the Thing; null: none
+
+  /// Keeps the first error: Server::add() returns it.
+  void remember(Error error);
 };
 
 /// A representation that a user's encoder makes of a property's values.
@@ -82,8 +85,8 @@ struct ResourceSpec {
   /// Its usual path below the root: "/arm/angle", "/arm/actions/turn".
   std::string location() const;
   void seal() noexcept { sealed.store(true, std::memory_order_release); }
-  /// Keeps the first error of set-up calls: Server::add() returns it.
-  void remember(Error error) const;
+  /// See HandleContext::remember().
+  void remember(Error error) const { thing->remember(std::move(error)); }
   /// "property \"arm/angle\"".
   std::string description() const;
   /// Logs an error: the resource, "call()" and what is wrong with the call. Any thread.
@@ -200,7 +203,7 @@ struct Guards {
 
 struct ThingSpec {
   std::string path;                        ///< percent-encoded, without leading or trailing '/'
-  std::shared_ptr<HandleContext> handles;  ///< null: it has no resources
+  std::shared_ptr<HandleContext> handles;  ///< see context(); null: nothing needs it
   ThinVector<std::string> classes;
   std::string title;                  ///< the last segment of its path, or the title without a language
   std::unique_ptr<rdf::Words> words;  ///< the other words of the user; null: none
@@ -211,14 +214,16 @@ struct ThingSpec {
   Dispatch dispatch = Dispatch::as_server;
   bool has_plain_title = false;  ///< the user gave `title`
   bool requires_expiry = false;  ///< Thing::requires_expiry()
-  ThinVector<std::shared_ptr<PropertySpec>> properties;
+  std::vector<std::shared_ptr<PropertySpec>> properties;
   ThinVector<std::shared_ptr<ActionSpec>> actions;
   ThinVector<std::shared_ptr<CollectionSpec>> collections;
-  std::unique_ptr<const Error> first_error;          ///< null: none; see HandleContext::first_error
   std::unique_ptr<Guards> guards;                    ///< of Thing::guard(); null: none
   std::shared_ptr<WorldSpec> world;                  ///< of a World; null: it is no World
   std::unique_ptr<const ControlSpec> control;        ///< null: clients do not take control of it
   std::unique_ptr<const std::string> cache_control;  ///< of the Thing and its state; null: "no-cache"
+
+  /// Makes `handles` if there are none. @pre `path` is set
+  std::shared_ptr<HandleContext>& context();
 };
 
 /// The error of a Thing without its description.

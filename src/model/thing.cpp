@@ -143,8 +143,13 @@ rdf::Words& words_of(ThingSpec& thing) {
 
 std::string ResourceSpec::location() const { return "/" + thing->path + (kind == Kind::action ? "/actions/" : "/") + path; }
 
-void ResourceSpec::remember(Error error) const {
-  if (!thing->first_error) thing->first_error = std::make_unique<const Error>(std::move(error));
+void HandleContext::remember(Error error) {
+  if (!first_error) first_error = std::make_unique<const Error>(std::move(error));
+}
+
+std::shared_ptr<HandleContext>& ThingSpec::context() {
+  if (!handles) handles = std::make_shared<HandleContext>(HandleContext{path});
+  return handles;
 }
 
 std::string ResourceSpec::description() const {
@@ -238,12 +243,11 @@ void Thing::report_moved(const char* call) const noexcept {
 }
 
 void Thing::remember(Error error) {
-  if (!described().first_error) described().first_error = std::make_unique<const Error>(std::move(error));
+  described().context()->remember(std::move(error));
 }
 
 void Thing::set_path(model::ResourceSpec& spec, std::string_view path, const char* what) {
-  if (!described().handles) described().handles = std::make_shared<model::HandleContext>(model::HandleContext{described().path});
-  spec.thing = described().handles;
+  spec.thing = described().context();
   Result<std::string> encoded = model::encode_path(path);
   if (encoded) {
     spec.path = *std::move(encoded);

@@ -135,7 +135,7 @@ WorldGraph World::graph(std::string_view path, GraphOptions options) {
     return fails(std::move(r).error());
   if (options.title.empty()) options.title = std::string(path.substr(path.rfind('/') + 1));
   if (!options.shapes.empty()) shapes(options.shapes);
-  auto state = model::GraphState::create(whole, std::move(options), std::string(base) + "/" + spec_->path + "/blueprint", spec_->handles);
+  auto state = model::GraphState::create(whole, std::move(options), std::string(base) + "/" + spec_->path + "/blueprint", spec_->context());
   if (!state) return fails(std::move(state).error());
   spec_->world->graphs.push_back(*state);
   return WorldGraph(*std::move(state));
@@ -151,13 +151,12 @@ Result<void> set_up_world(ThingSpec& thing, WorldOptions options, const WorldExt
   thing.world = std::make_shared<WorldSpec>(WorldSpec{extension, {}, {}, {}});
   WorldSpec& world = *thing.world;
   world.options = std::move(options);
-  if (!thing.handles) thing.handles = std::make_shared<HandleContext>(HandleContext{thing.path});
   if (!world.options.clients_may_create) return {};
   GraphOptions& created = world.options.created;
   created.clients_may_write = true;
   created.file.clear();
   created.turtle.clear();
-  auto rules = GraphState::create("/" + thing.path, created, std::string(World::base) + "/" + thing.path + "/blueprint", thing.handles);
+  auto rules = GraphState::create("/" + thing.path, created, std::string(World::base) + "/" + thing.path + "/blueprint", thing.context());
   if (!rules) return Unexpected{rules.error()};
   world.created = *std::move(rules);
   world.created->set_budget(std::make_shared<GraphBudget>(world.options.max_created_bytes));

@@ -46,9 +46,8 @@ void Registration::keep() noexcept { state_ = nullptr; }
 Result<Registration> Server::add_scoped(Thing thing) {
   if (!impl_) return Unexpected{add(std::move(thing)).error()};
   model::ThingSpec& described = thing.described();
-  if (!described.handles) described.handles = std::make_shared<model::HandleContext>(model::HandleContext{described.path});
   auto state = std::make_unique<Registration::State>(
-      Registration::State{shared_engine().scoped(), iri::decode(described.path).value_or(described.path), described.handles});
+      Registration::State{shared_engine().scoped(), iri::decode(described.path).value_or(described.path), described.context()});
   if (Result<void> added = add(std::move(thing)); !added) return Unexpected{std::move(added).error()};
   return Registration(std::move(state));
 }
