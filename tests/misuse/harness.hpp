@@ -61,6 +61,7 @@ class Host {
 
   lrt::Options complete(lrt::Options options) {
     options.threads.io = lrt::Io::in_poll;
+    options.limits.host_timeout = std::chrono::seconds(30);  // a slow machine is no mistake
     options.listen.public_base = "http://robot.example";
     options.log = [log = log_](lrt::LogLevel, std::string_view message) {
       const std::lock_guard lock(log->mutex);
