@@ -9,6 +9,7 @@
 #include <lrt/shacl/validator.hpp>
 
 #include "src/base/ascii.hpp"
+#include "src/check/alternatives.hpp"
 #include "src/check/survey.hpp"
 
 namespace lrt::check {
@@ -255,6 +256,26 @@ void check_conformance(Context& context, const Resource& thing) {
   v.pass("blueprint.conforms", source);
 }
 
+/// Shapes of values that are one of several alternatives.
+void check_alternatives(Context& context) {
+  Verdicts& v = context.verdicts;
+  Announced announced;
+  for (const Resource* thing : context.things()) {
+    const std::vector<std::string> types = thing->offered_types();
+    if (context.probe.exhausted() || std::find(types.begin(), types.end(), "application/json") == types.end()) continue;
+    const Exchange json = context.probe.ask("GET", thing->url, {{"Accept", "application/json"}});
+    if (json.reply.ok() && json.reply.media_type() == "application/json") add_announced(json.reply.body, announced);
+  }
+  for (const Resource& r : context.resources) {
+    if (!r.blueprint || !r.graph) continue;
+    std::size_t judged = 0;
+    const std::vector<std::string> faults = shapes_that_accept_several(*r.graph, announced, judged);
+    for (const std::string& fault : faults) v.fail("blueprint.alternatives", "<" + r.url + ">: " + fault, &r.get);
+    if (judged > faults.size()) v.pass("blueprint.alternatives", &r.get);
+  }
+  v.otherwise("blueprint.alternatives", Outcome::not_applicable, "no Blueprint has a value that is one of several alternatives");
+}
+
 void check_blueprints(Context& context) {
   Verdicts& v = context.verdicts;
   check_triples(context, "blueprint.triple", vocab::hybrit::blueprint, vocab::sh::NodeShape, &Resource::blueprint);
@@ -344,6 +365,7 @@ void check_linked_data(Context& context) {
   check_triples(context, "property.triples", vocab::hybrit::property, vocab::hybrit::Property, &Resource::property);
   check_triples(context, "action.triples", vocab::hybrit::action, vocab::hybrit::Action, &Resource::action);
   check_blueprints(context);
+  check_alternatives(context);
 }
 
 }  // namespace lrt::check

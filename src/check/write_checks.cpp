@@ -7,6 +7,7 @@
 #include <lrt/rdf/codec.hpp>
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/check/alternatives.hpp"
 #include "src/check/notifications.hpp"
 #include "src/check/survey.hpp"
 
@@ -128,9 +129,19 @@ void check_put(Context& context, const std::string& url) {
     must_be_refused(context, "write.shape", *violation, "a value of another datatype");
   }
 
+  bool accepts_wrong = false;
+  if (const std::optional<rdf::Graph> graph = graph_of(context, present)) {
+    for (const WrongBody& body : with_wrong_alternatives(context, *graph, url)) {
+      const Exchange put = context.probe.ask("PUT", url, with(tag, turtle_type), body.turtle);
+      must_be_refused(context, "write.alternatives", put, body.what);
+      accepts_wrong = accepts_wrong || put.reply.ok();
+    }
+  }
+  v.otherwise("write.alternatives", Outcome::not_applicable, "no Blueprint says that a value is one of several alternatives");
+
   const Exchange after = context.probe.ask("GET", url, {{"Accept", "text/turtle, */*;q=0.5"}});
   if (after.reply.ok() && after.reply.body == present.reply.body) v.pass("write.unchanged", &after);
-  else if (bad.reply.ok() || unknown.reply.ok() || (violation && violation->reply.ok()))
+  else if (bad.reply.ok() || unknown.reply.ok() || accepts_wrong || (violation && violation->reply.ok()))
     v.not_testable("write.unchanged", "a body that must be refused was accepted");
   else if (after.reply.ok())
     v.fail("write.unchanged", url + " has changed after requests that were refused; it may also change by itself", &after, Certainty::likely);
@@ -186,8 +197,12 @@ void check_post(Context& context, const Invocation& invocation) {
     options.base = invocation.url;
     const auto syntax = rdf::syntax_of(invocation.media_type);
     std::string wrong;
-    if (const Result<rdf::Graph> input = syntax ? rdf::read(invocation.body, *syntax, options) : unexpected(Errc::unsupported_syntax, ""); input)
+    if (const Result<rdf::Graph> input = syntax ? rdf::read(invocation.body, *syntax, options) : unexpected(Errc::unsupported_syntax, ""); input) {
       wrong = violating(*input);
+      for (const WrongBody& body : with_wrong_alternatives(context, *input, invocation.url))
+        must_be_refused(context, "invoke.alternatives", context.probe.ask("POST", invocation.url, as_turtle, body.turtle), body.what);
+    }
+    v.otherwise("invoke.alternatives", Outcome::not_applicable, "no shape says that an input is one of several alternatives");
     if (!has_blueprint(context)) {
       v.not_applicable("invoke.shape", "no Blueprint says which bodies are valid");
     } else if (wrong.empty()) {
@@ -199,6 +214,7 @@ void check_post(Context& context, const Invocation& invocation) {
   } else {
     v.not_applicable("invoke.bad-rdf", "the action states no input");
     v.not_applicable("invoke.shape", "the action states no input");
+    v.not_applicable("invoke.alternatives", "the action states no input");
   }
   if (invocation.body.empty() && !invocation.send_empty) return;
   FieldList fields = context.probe.command_fields();
@@ -221,10 +237,12 @@ void check_writes(Context& context) {
   for (const Invocation& invocation : context.options.invoke)
     if (!context.probe.exhausted()) check_post(context, invocation);
   context.verdicts.otherwise("prefer.applied", Outcome::not_applicable, "no response has Preference-Applied");
-  for (const char* id : {"write.put", "write.no-content", "write.if-match", "write.bad-rdf", "write.media-type", "write.shape", "write.unchanged"})
+  for (const char* id : {"write.put", "write.no-content", "write.if-match", "write.bad-rdf", "write.media-type", "write.shape", "write.alternatives",
+                         "write.unchanged"})
     context.verdicts.otherwise(id, Outcome::not_testable,
                                context.options.write.empty() ? "nothing may be written: no resource was named for it" : "no response shows it");
-  for (const char* id : {"invoke.post", "invoke.no-content", "invoke.bad-rdf", "invoke.shape", "post.location", "post.location-get"})
+  for (const char* id :
+       {"invoke.post", "invoke.no-content", "invoke.bad-rdf", "invoke.shape", "invoke.alternatives", "post.location", "post.location-get"})
     context.verdicts.otherwise(id, Outcome::not_testable,
                                context.options.invoke.empty() ? "nothing may be invoked: no action was named for it" : "no response shows it");
 }

@@ -21,6 +21,7 @@
 #include "tests/client/robot_host.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/folder.hpp"
+#include "tests/support/mover.hpp"
 #include "tests/support/skip.hpp"
 #include "tests/support/tls.hpp"
 
@@ -54,6 +55,7 @@ constexpr const char* input =
 struct Case {
   Fault fault{};
   bool moving = false;
+  bool variants = false;  ///< its values are one of several alternatives
   std::uint32_t address = INADDR_LOOPBACK;
   std::string host = "127.0.0.1";
   std::function<void(check::CheckOptions&, const std::string& url)> options{};
@@ -75,13 +77,15 @@ Result<check::Report> report_of(Case c) {
   server.security.allowed_hosts = {authority, "check.example:80"};
   server.callbacks.allow = {"127.0.0.1"};
   server.callbacks.confirmation = subscription::Confirmation::none;
-  test::RobotHost host(robot(c.moving), {}, server);
+  test::Mover mover;
+  test::RobotHost host(c.variants ? test::one_thing(mover.thing("arm")) : robot(c.moving), {}, server);
   proxy.start(host.server().port(), std::move(c.fault));
   const std::string url = "http://" + authority + "/arm";
   check::CheckOptions options = quick();
   options.callback_address = "127.0.0.1";
-  if (!c.moving) options.write = {url + "/angle"};
+  if (!c.moving) options.write = {url + (c.variants ? "/target" : "/angle")};
   options.invoke = {{url + "/actions/turn", input}};
+  if (c.variants) options.invoke = {{url + "/actions/go", "<> a </ns/vocabulary#Target> ; </ns/vocabulary#Target/hold> [] ."}};
   if (c.options) c.options(options, url);
   return check::run(url, options);
 }
@@ -524,6 +528,46 @@ struct Broken {
   Names also{};  ///< findings that may follow from it: what one document lacks, the merged graph may lack, too
 };
 
+/// Values of which several alternatives, or none, are accepted.
+void alternatives(std::vector<Broken>& all) {
+  const auto add = [&all](const char* id, const char* what, Fault fault) {
+    Case c;
+    c.fault = std::move(fault);
+    c.variants = true;
+    c.options = [](check::CheckOptions& o, const std::string&) { o.subscribe = false; };
+    all.push_back({id, what, std::move(c), {}});
+  };
+  const auto everywhere = [](const Asked&) { return true; };
+  add("blueprint.alternatives", "has a shape of alternatives that do not exclude each other",
+      edited(everywhere, [](const std::string&, const rdf::Graph& from, rdf::Graph& to) {
+        for (const rdf::Triple& t : from.triples())
+          to.add(from.term(t.subject), from.term(t.predicate) == vocab::sh::xone ? rdf::TermView(vocab::sh::or_) : from.term(t.predicate),
+                 from.term(t.object));
+      }));
+  add("blueprint.alternatives", "has a shape that says nothing of what its JSON has as alternatives",
+      without_triples(everywhere, [](rdf::TermView, rdf::TermView p, rdf::TermView) { return p == vocab::sh::xone; }));
+  /// Requests with that method whose body is of that kind get 204 instead of 422.
+  const auto accepts = [](std::string method, std::function<bool(const std::string& request)> is_wrong) {
+    auto wrong = std::make_shared<std::atomic<bool>>(false);
+    Fault f;
+    f.request = [=](std::string& q) { *wrong = q.compare(0, method.size() + 1, method + " ") == 0 && is_wrong(q); };
+    f.response = [=](const Asked& a, std::string& r) {
+      if (*wrong && a.method == method && test::status_of(r) == 422) test::set_empty(r, 204);
+    };
+    return f;
+  };
+  const auto has = [](const std::string& q, const char* tag) { return q.find("Target/" + std::string(tag)) != std::string::npos; };
+  const auto both = [has](const std::string& q) { return has(q, "grip") && (has(q, "moveTo") || has(q, "hold")); };
+  const auto several = [has](const std::string& q) { return has(q, "moveTo") && has(q, "hold"); };
+  const auto none = [has](const std::string& q) {
+    return q.find("#Target") != std::string::npos && !has(q, "moveTo") && !has(q, "grip") && !has(q, "height") && !has(q, "hold");
+  };
+  add("write.alternatives", "accepts a value with two alternatives", accepts("PUT", both));
+  add("write.alternatives", "accepts a value without an alternative", accepts("PUT", none));
+  add("invoke.alternatives", "accepts an input with two alternatives", accepts("POST", several));
+  add("invoke.alternatives", "accepts an input without an alternative", accepts("POST", none));
+}
+
 std::vector<Broken> broken_servers() {
   std::vector<Broken> all;
   const auto add = [&all](const char* id, const char* what, Fault fault, bool moving = false) {
@@ -911,6 +955,7 @@ std::vector<Broken> broken_servers() {
   add("http.slow", "takes its time", on_response([](const Asked&, std::string&) { std::this_thread::sleep_for(milliseconds(3)); }));
   all.back().server.options = [](check::CheckOptions& o, const std::string&) { o.slow_time = milliseconds(1); };
   announcements(add);
+  alternatives(all);
   caching(add);
   subscriptions(add, hurried);
   extensions(add);
@@ -954,6 +999,19 @@ std::vector<Result<check::Report>> reports_of(std::vector<Broken>& all) {
     });
   for (std::thread& t : threads) t.join();
   return reports;
+}
+
+TEST_CASE("a robot whose values are one of several alternatives has no fault", "[check]") {
+  Case c;
+  c.variants = true;
+  const Result<check::Report> report = report_of(std::move(c));
+  INFO(told(report));
+  CHECK(failures(report).empty());
+  REQUIRE(report);
+  for (const char* id : {"blueprint.alternatives", "write.alternatives", "invoke.alternatives", "blueprint.conforms", "write.put", "invoke.post"}) {
+    INFO(id);
+    CHECK(report->find(id)->outcome == Outcome::pass);
+  }
 }
 
 TEST_CASE("each broken server has exactly its fault", "[check]") {
