@@ -388,9 +388,9 @@ class SchemaReader {
   }
   /// A node without content: only its presence matters.
   static bool says_nothing(const Constraints& c) {
-    const bool is_node = c.node_kind.empty() || c.node_kind == sh::BlankNodeOrIRI.text || c.node_kind == sh::BlankNode.text;
+    const bool is_node = c.node_kind == sh::BlankNodeOrIRI.text || c.node_kind == sh::BlankNode.text || (c.node_kind.empty() && c.max_count == 1);
     return is_node && c.fields.empty() && c.datatypes.empty() && c.one_of.empty() && c.exactly.empty() && c.members.empty() &&
-           c.alternatives.empty() && c.exclusive.empty() && c.patterns.empty() && !c.has_bounds() && !c.has_lengths() && c.max_count == 1;
+           c.alternatives.empty() && c.exclusive.empty() && c.patterns.empty() && !c.has_bounds() && !c.has_lengths() && c.max_count > 0;
   }
 
   std::optional<Made> record(const Constraints& c) {

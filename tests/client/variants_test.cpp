@@ -163,6 +163,16 @@ TEST_CASE("an alternative without content is a record without fields, and absenc
   CHECK(type.fields[0].type->fields.empty());
 }
 
+TEST_CASE("an alternative of which only its node is known is part of the variant", "[client][R1.6]") {
+  const Result<Schema> schema = read(
+      "ex:S sh:xone ( [ sh:path ex:a ; sh:minCount 1 ; sh:nodeKind sh:BlankNodeOrIRI ] [ sh:path ex:b ; sh:minCount 1 ; "
+      "sh:maxCount 1 ; sh:datatype xsd:int ] ) .");
+  REQUIRE(schema);
+  REQUIRE(schema->usable());
+  REQUIRE(schema->type().kind == Kind::variant);
+  CHECK(names(schema->type()) == "a b");
+}
+
 TEST_CASE("sh:xone of anything else is no variant", "[client][R1.6]") {
   const std::string name = "[ sh:path ex:name ; sh:minCount 1 ; sh:maxCount 1 ; sh:datatype xsd:string ]";
   const char* warned = "only the first of 2 alternatives of sh:xone";
