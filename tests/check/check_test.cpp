@@ -546,6 +546,23 @@ void alternatives(std::vector<Broken>& all) {
       }));
   add("blueprint.alternatives", "has a shape that says nothing of what its JSON has as alternatives",
       without_triples(everywhere, [](rdf::TermView, rdf::TermView p, rdf::TermView) { return p == vocab::sh::xone; }));
+  add("blueprint.alternatives", "has a shape whose alternatives exclude each other by their content only",
+      edited(everywhere, [](const std::string&, const rdf::Graph& from, rdf::Graph& to) {
+        // What an alternative must be is said where it is required, and not beside it.
+        const auto xone = from.find(vocab::sh::xone);
+        const auto is_place = [&](rdf::TermId shape) {
+          const auto path = from.object(from.term(shape), vocab::sh::path);
+          return path && path->text.size() > 7 && path->text.substr(path->text.size() - 7) == "/moveTo";
+        };
+        const auto has_alternatives = [&](rdf::TermId shape) { return xone && !from.match(shape, *xone, std::nullopt).empty(); };
+        for (const rdf::Triple& t : from.triples()) {
+          const bool is_beside = from.term(t.predicate) == vocab::sh::property && is_place(t.object) && has_alternatives(t.subject);
+          if (!is_beside) to.add(from.term(t.subject), from.term(t.predicate), from.term(t.object));
+          const bool is_required =
+              from.term(t.predicate) == vocab::sh::path && is_place(t.subject) && from.object(from.term(t.subject), vocab::sh::minCount).has_value();
+          if (is_required) to.add(from.term(t.subject), vocab::sh::nodeKind, vocab::sh::BlankNodeOrIRI);
+        }
+      }));
   /// Requests with that method whose body is of that kind get 204 instead of 422.
   const auto accepts = [](std::string method, std::function<bool(const std::string& request)> is_wrong) {
     auto wrong = std::make_shared<std::atomic<bool>>(false);
