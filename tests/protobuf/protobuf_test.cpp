@@ -181,8 +181,8 @@ class Filler {
 };
 
 /// A Property with any message, read and written by its descriptor.
-struct Served {
-  explicit Served(const pb::Message& prototype, const protobuf::Options& options = {})
+struct MessageRobot {
+  explicit MessageRobot(const pb::Message& prototype, const protobuf::Options& options = {})
       : type(MessageType::of(*prototype.GetDescriptor(), options).value()), now(prototype.New()), written(prototype.New()) {
     Thing thing{"arm"};
     thing.property("value", type.type(), [this] { return type.encode(*now); }).on_write([this](const rdf::Value& v) {
@@ -197,7 +197,7 @@ struct Served {
 
 /// What a client reads in each format and sends back is the same message.
 void check_round_trips(const pb::Message& prototype, unsigned seed, int messages) {
-  Served served(prototype);
+  MessageRobot served(prototype);
   Filler filler(seed);
   for (int i = 0; i < messages; ++i) {
     served.now->Clear();
@@ -302,7 +302,7 @@ message_type { name: "Table"
   oneof_decl { name: "_raw" } }
 )");
   check_round_trips(pool.prototype("fc.Table"), 6, 20);
-  Served served(pool.prototype("fc.Table"));
+  MessageRobot served(pool.prototype("fc.Table"));
   REQUIRE(pb::TextFormat::ParseFromString("outputs { channel: 3 kind: PWM ticks: 7 names { key: -2 value: \"two\" } }", served.now.get()));
   CHECK(json(served.bench, "/arm/value") ==
         "{\"outputs\":[{\"channel\":3,\"kind\":\"PWM\",\"limit\":{\"ticks\":7},\"names\":{\"-2\":\"two\"}}],\"byName\":{}}");
@@ -312,7 +312,7 @@ TEST_CASE("a oneof has exactly one of its fields, or is absent unless the host r
   for (const bool required : {false, true}) {
     protobuf::Options options;
     options.oneof_is_required = [&](const pb::OneofDescriptor&) { return required; };
-    Served served(robot::Move(), options);
+    MessageRobot served(robot::Move(), options);
     const auto status = [&](const std::string& target) { return put(served.bench, "/arm/value", "{\"name\":\"a\"" + target + "}").status; };
     CHECK(status("") == (required ? 422 : 204));
     CHECK(status(",\"target\":{\"place\":\"dock\"}") == 204);
@@ -382,7 +382,7 @@ TEST_CASE("what is no value is an error with its place, and no document", "[prot
 }
 
 TEST_CASE("keys of maps and bytes are read exactly, or refused", "[protobuf][R0.6]") {
-  Served served{robot::Nested()};
+  MessageRobot served{robot::Nested()};
   const std::string rest = "\"points\":[],\"packed\":[],\"unpacked\":[],\"texts\":[],\"modes\":[]";
   const auto sent = [&](const std::string& places, const std::string& answers, const std::string& ids, const std::string& blobs) {
     return put(served.bench, "/arm/value",
@@ -409,7 +409,7 @@ TEST_CASE("keys of maps and bytes are read exactly, or refused", "[protobuf][R0.
 }
 
 TEST_CASE("times are exact, or no values", "[protobuf][R0.6]") {
-  Served served{robot::WellKnown()};
+  MessageRobot served{robot::WellKnown()};
   auto& now = dynamic_cast<robot::WellKnown&>(*served.now);
   const auto status = [&] { return served.bench.get("/arm/value").status; };
   now.mutable_at()->set_seconds(-1);
@@ -437,7 +437,7 @@ TEST_CASE("times are exact, or no values", "[protobuf][R0.6]") {
 }
 
 TEST_CASE("what proto2 requires is there, and what it makes optional may be absent", "[protobuf][R0.6]") {
-  Served served{robot::old::Gain()};
+  MessageRobot served{robot::old::Gain()};
   CHECK(served.bench.get("/arm/value").says("a required field is not set"));
   REQUIRE(pb::TextFormat::ParseFromString("p: 1 Limit { lower: -1 } Limit { lower: 2 upper: 3 }", served.now.get()));
   CHECK(json(served.bench, "/arm/value") == "{\"p\":1,\"limit\":[{\"lower\":-1},{\"lower\":2,\"upper\":3}]}");
@@ -469,7 +469,7 @@ TEST_CASE("two fields with one name in JSON are refused", "[protobuf][R0.6]") {
 }
 
 TEST_CASE("messages without a form of their own are texts with their JSON", "[protobuf]") {
-  Served served{robot::Free()};
+  MessageRobot served{robot::Free()};
   REQUIRE(
       pb::util::JsonStringToMessage(
           R"({"structure":{"a":[1,"x",null]},"value":2.5,"list":[true],"any":{"@type":"type.googleapis.com/robot.Point","x":1}})", served.now.get())
@@ -543,7 +543,7 @@ TEST_CASE("JSON says what protobuf's own JSON says", "[protobuf]") {
   unsigned seed = 10;
   for (const pb::Message* prototype : {static_cast<const pb::Message*>(&scalars), static_cast<const pb::Message*>(&nested),
                                        static_cast<const pb::Message*>(&move), static_cast<const pb::Message*>(&well_known)}) {
-    Served served(*prototype);
+    MessageRobot served(*prototype);
     Filler filler(seed++);
     for (int i = 0; i < 10; ++i) {
       served.now->Clear();
