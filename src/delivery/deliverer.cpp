@@ -163,6 +163,7 @@ class Work : public std::enable_shared_from_this<Work> {
 
   void fail_without_thread(Worker& caller, Channel channel);
   void work(Worker& worker) noexcept;
+  bool take_turn(Lock& lock);
   /// Fetches and delivers one notification. Releases the lock meanwhile. `slow`: the task counts as slow (its last delivery failed).
   void serve(Lock& lock, Task task, bool& slow);
   std::optional<Notification> fetch(Channel channel) noexcept;
@@ -210,7 +211,12 @@ void Work::notify(Channel channel, std::string_view receiver) {
       if (at->second.fetched) at->second.notified_again = true;
       return;
     }
-    enqueue(channel, std::string(receiver));
+    try {
+      enqueue(channel, std::string(receiver));
+    } catch (...) {
+      channels_.erase(at);
+      throw;
+    }
     if (running_ == 0) caller = &take_back(channel);
     for (auto worker = workers_.begin(); worker != workers_.end();) {
       if (worker->finished) {
@@ -346,13 +352,14 @@ void Work::end(const std::string& receiver, bool slow) noexcept {
 
 void Work::start_worker() {
   if (running_ >= options_.max_threads) return;
-  workers_.emplace_back();
-  Worker& worker = workers_.back();
+  const std::size_t before = workers_.size();
   try {
+    workers_.emplace_back();
+    Worker& worker = workers_.back();
     worker.thread = start_thread("lrt-callback", options_.threads, [this, self = shared_from_this(), &worker] { work(worker); }).value();
     ++running_;
   } catch (...) {  // no thread is available: the running ones continue
-    workers_.pop_back();
+    if (workers_.size() > before) workers_.pop_back();
   }
 }
 
@@ -363,10 +370,11 @@ std::optional<Work::Task> Work::next_task(bool& slow) {
   slow = slow_can && (!fresh_can || slow_turn_);  // by turns: neither queue can starve the other
   slow_turn_ = !slow_turn_;
   Task task = slow ? *slow_one : *fresh_one;
+  Progress& progress = channels_[task.channel];
   begin(task, slow);
+  progress.fetched = true;
   if (slow) slow_.erase(slow_one);
   else fresh_.erase(fresh_one);
-  channels_[task.channel].fetched = true;
   if (idle_ > 0 && (is_servable() || !waiting_.empty())) changed_.notify_one();
   else if (is_servable()) start_worker();
   return task;
@@ -374,37 +382,46 @@ std::optional<Work::Task> Work::next_task(bool& slow) {
 
 void Work::work(Worker& worker) noexcept {
   Lock lock(mutex_);
-  while (!stopping_) {
-    end_late_waits();
-    bool slow = false;
-    if (std::optional<Task> task = next_task(slow)) {
-      const Channel channel = task->channel;
-      const std::string receiver = task->receiver;
-      try {
-        serve(lock, *std::move(task), slow);
-      } catch (...) {  // out of memory: the channel starts again with its next notification
-        if (!lock.owns_lock()) lock.lock();
-        channels_.erase(channel);
-      }
-      end(receiver, slow);
-      if (is_servable()) changed_.notify_one();  // the limits allow another task
-      continue;
+  while (!stopping_) try {
+      if (!take_turn(lock)) break;
+    } catch (...) {  // out of memory, at a place where nothing has begun. It is tried again after a moment
+      if (!lock.owns_lock()) lock.lock();
+      changed_.wait_for(lock, std::chrono::milliseconds(10), [this] { return stopping_; });
     }
-    const bool called = wait_for_task(lock);
-    if (stopping_) break;
-    auto surplus = idle_wires_.take_surplus(details_.kept, steady_clock::now() - details_.kept_time);
-    if (!surplus.empty()) {
-      lock.unlock();
-      for (const auto& wire : surplus) wire->end();
-      surplus.clear();
-      lock.lock();
-    }
-    if (!called && !is_servable() && (running_ > 1 || (idle_wires_.empty() && waiting_.empty())))
-      break;  // the last worker stays, to close idle connections and for the time limits of names
-  }
   --running_;
   worker.finished = true;
   changed_.notify_all();
+}
+
+/// One task, or one wait for a task. False: the worker has nothing to do and ends.
+bool Work::take_turn(Lock& lock) {
+  end_late_waits();
+  bool slow = false;
+  if (std::optional<Task> task = next_task(slow)) {
+    const Channel channel = task->channel;
+    const auto load = loads_.find(task->receiver);
+    const std::string* const receiver = &load->first;  // it stays there until end()
+    try {
+      serve(lock, *std::move(task), slow);
+    } catch (...) {  // out of memory: the channel starts again with its next notification
+      if (!lock.owns_lock()) lock.lock();
+      channels_.erase(channel);
+    }
+    end(*receiver, slow);
+    if (is_servable()) changed_.notify_one();  // the limits allow another task
+    return true;
+  }
+  const bool called = wait_for_task(lock);
+  if (stopping_) return false;
+  auto surplus = idle_wires_.take_surplus(details_.kept, steady_clock::now() - details_.kept_time);
+  if (!surplus.empty()) {
+    lock.unlock();
+    for (const auto& wire : surplus) wire->end();
+    surplus.clear();
+    lock.lock();
+  }
+  // The last worker stays, to close idle connections and for the time limits of names.
+  return called || is_servable() || (running_ <= 1 && !(idle_wires_.empty() && waiting_.empty()));
 }
 
 void Work::serve(Lock& lock, Task task, bool& slow) {

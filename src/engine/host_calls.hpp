@@ -79,12 +79,18 @@ class Inbox {
     messages_.take_all([now, &failed](Message message) noexcept {
       try {
         message(now);
-      } catch (const std::exception& e) { failed = e.what(); }
+      } catch (const std::exception& e) { keep(failed, e.what()); }
     });
     return failed;
   }
 
  private:
+  static void keep(std::string& text, const char* what) noexcept {
+    try {
+      text = what;
+    } catch (...) { text = "no memory"; }  // short enough for a string without memory
+  }
+
   Mailbox<Message> messages_;
   std::shared_ptr<Waker> waker_;
 };

@@ -5,6 +5,7 @@
 #include <deque>
 #include <exception>
 #include <memory>
+#include <new>
 #include <utility>
 #include <variant>
 
@@ -127,7 +128,10 @@ void Subscriptions::keep_values(const SubscriptionResource& s, bool keep) {
 
 void Subscriptions::end(SubscriptionResource& s, std::uint16_t code, std::string reason) {
   if (code != 0 && s.receiver->gets_close()) s.receiver->close(closing_, code, std::move(reason));
-  report(SubscriptionEvent::Kind::ended, s, true);
+  // An end is whole also when memory is exhausted: then nobody hears of it.
+  try {
+    report(SubscriptionEvent::Kind::ended, s, true);
+  } catch (const std::bad_alloc&) {}
   parts_.schedule.forget(s);
   heartbeats_.forget(s.channel);
   parts_.subscribers.remove(s);
@@ -135,7 +139,9 @@ void Subscriptions::end(SubscriptionResource& s, std::uint16_t code, std::string
   s.observed.remove_observer(s, scanner_);
   s.receiver->ended();
   SubscriptionsResource& container = *s.observed.subscriptions();
-  container.mark_changed();
+  try {
+    container.mark_changed();
+  } catch (const std::bad_alloc&) {}
   registry_.remove(s);
   auto& members = container.subscriptions;
   members.erase(std::find_if(members.begin(), members.end(), [&](const auto& m) { return m.get() == &s; }));

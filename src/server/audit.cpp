@@ -85,6 +85,14 @@ void AuditWriter::run() noexcept {
   if (dropped_.load(std::memory_order_relaxed) != 0) give(R"({"event":"end"})");
 }
 
+/// Of the failures until the sink succeeds, the first.
+void AuditWriter::say_once(const char* why) noexcept {
+  if (std::exchange(sink_fails_, true) || !log_) return;
+  try {
+    log_(LogLevel::error, std::string("the audit sink threw an exception, and lines are lost: ") + why);
+  } catch (...) {}
+}
+
 void AuditWriter::give(std::string line) noexcept {
   std::uint64_t dropped = 0;
   try {
@@ -93,11 +101,8 @@ void AuditWriter::give(std::string line) noexcept {
     sink_(line);
     sink_fails_ = false;
     return;
-  } catch (const std::exception& e) {
-    if (!std::exchange(sink_fails_, true) && log_)
-      log_(LogLevel::error, std::string("the audit sink threw an exception, and lines are lost: ") + e.what());
-  } catch (...) {
-    if (!std::exchange(sink_fails_, true) && log_) log_(LogLevel::error, "the audit sink threw an exception, and lines are lost");
+  } catch (const std::exception& e) { say_once(e.what()); } catch (...) {
+    say_once("an exception that is not a std::exception");
   }
   dropped_.fetch_add(dropped, std::memory_order_relaxed);
   drop();

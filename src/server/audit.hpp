@@ -47,6 +47,7 @@ class AuditWriter {
 
  private:
   void give(std::string line) noexcept;
+  void say_once(const char* why) noexcept;
 
   const std::function<void(std::string_view)> sink_;
   const std::size_t max_lines_;

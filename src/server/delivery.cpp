@@ -43,7 +43,7 @@ class Delivery final : public Service, public delivery::Source {
     try {
       server_.use([&] { server_.engine().delivered(channel, result, server_.clock().now()); });
       if (result.status / 100 != 2) server_.loop().wake_io();  // there is a new timer
-    } catch (const std::exception& e) { server_.log(LogLevel::error, std::string("a delivery result could not be processed: ") + e.what()); }
+    } catch (const std::exception& e) { server_.log(LogLevel::error, "a delivery result could not be processed", e); }
   }
 
  private:

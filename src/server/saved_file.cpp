@@ -170,6 +170,12 @@ class SavedFile::Writer {
       if (log_) log_(LogLevel::error, text);
     } catch (...) {}
   }
+  /// "what PATH: why"; nothing if there is no memory for it.
+  void say(const char* what, const char* why) noexcept {
+    try {
+      say(std::string(what) + " \"" + path_ + "\": " + why);
+    } catch (...) {}
+  }
   void report(std::uint64_t revision, bool written) noexcept {
     const std::lock_guard calls(calls_mutex_);
     try {
@@ -217,14 +223,14 @@ class SavedFile::Writer {
       }
       if (logged_.emplace(failure->step, failure->error).second) say(file_error(*failure, path_).error.message);
     } catch (const BadResult& e) { say_once(e); } catch (...) {
-      say("saving \"" + path_ + "\": out of memory");
+      say("saving", "out of memory");
     }
     return false;
   }
   /// The text could not be made.
   void say_once(const BadResult& reason) noexcept {
     try {
-      if (logged_.emplace(reason.what(), 0).second) say("saving \"" + path_ + "\": " + reason.what());
+      if (logged_.emplace(reason.what(), 0).second) say("saving", reason.what());
     } catch (...) {}  // there is no memory for the line
   }
 
@@ -251,7 +257,7 @@ void SavedFile::save(std::string text, std::uint64_t revision) noexcept {
   try {
     save(Make([text = std::move(text)] { return text; }), revision);
   } catch (...) {
-    writer_->say("saving \"" + writer_->path() + "\": out of memory");
+    writer_->say("saving", "out of memory");
     writer_->report(revision, false);
   }
 }
@@ -260,7 +266,7 @@ void SavedFile::save(Make make, std::uint64_t revision) noexcept {
   try {
     writer_->save(std::move(make), revision, writer_);
   } catch (...) {
-    writer_->say("saving \"" + writer_->path() + "\": no thread to write it");
+    writer_->say("saving", "no thread to write it");
     writer_->report(revision, false);
   }
 }

@@ -295,7 +295,8 @@ class LRT_LOCAL Server::Impl final : public SharedEngine::Loop {
       if (finished_) return forever;
       try {
         rest = engine_.is_stopping() ? forever : transport_->poll(budget, wait);
-      } catch (const std::exception& e) { engine_.log(LogLevel::error, std::string("transport: ") + e.what()); }
+      } catch (const std::exception& e) { engine_.log(LogLevel::error, "transport", e); } catch (...) {
+      }
       if (engine_.is_stopping()) finish();
     }
     engine_.flush_log();
@@ -314,7 +315,9 @@ class LRT_LOCAL Server::Impl final : public SharedEngine::Loop {
       transport_->stop();
     } catch (...) {}
     jobs_.end_lapses_of_io();
-    engine_.finish();
+    try {
+      engine_.finish();
+    } catch (...) {}
     const std::lock_guard lock(threads_mutex_);
     finished_ = true;
     finished_changed_.notify_all();

@@ -138,7 +138,11 @@ void SharedEngine::pass_on(std::unique_lock<std::mutex>& lock) {
   if (std::exchange(has_outputs_, false)) {
     engine::Outputs outputs = std::exchange(outputs_, {});
     lock.unlock();
-    for (const auto& service : services_) service->pass_on(outputs);
+    for (const auto& service : services_) try {
+        service->pass_on(outputs);
+      } catch (const std::exception& e) {  // what it did not take is not done, and who waits for it gets its response at the time limit
+        log(LogLevel::error, "work could not be passed on", e);
+      }
   } else {
     lock.unlock();
   }
@@ -146,8 +150,8 @@ void SharedEngine::pass_on(std::unique_lock<std::mutex>& lock) {
 }
 
 void SharedEngine::close(engine::Channel channel) noexcept {
-  engine_.closed(channel);
   try {
+    engine_.closed(channel);
     take();
   } catch (...) {}  // no memory: the services get it later
 }
@@ -163,6 +167,12 @@ LogCallback SharedEngine::waking_log() {
 void SharedEngine::log(LogLevel level, const std::string& message) noexcept {
   try {
     if (const LogCallback sink = log_.sink()) sink(level, message);
+  } catch (...) {}
+}
+
+void SharedEngine::log(LogLevel level, const char* what, const std::exception& why) noexcept {
+  try {
+    log(level, std::string(what) + ": " + why.what());
   } catch (...) {}
 }
 

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <exception>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -132,6 +133,8 @@ class SharedEngine final : public engine::Handler {
   /// The log function for threads that do not flush the log themselves.
   LogCallback waking_log();
   void log(LogLevel level, const std::string& message) noexcept;
+  /// "what: why". For handlers of exceptions, which must not throw when memory is exhausted: the message is made here, or lost.
+  void log(LogLevel level, const char* what, const std::exception& why) noexcept;
   void flush_log() noexcept { log_.flush(); }
 
   // Things and numbers.

@@ -116,9 +116,9 @@ void Connection::upgrade(TimePoint now) {
   try {
     next = std::make_shared<WebSocket>(loop_, std::move(upgrade), now);
   } catch (const std::exception& e) {
-    loop_.log(LogLevel::warning, std::string("a connection is closed: the WebSocket could not be opened: ") + e.what());
     loop_.context.handler->closed(opened);
-    return close();
+    close();
+    return loop_.log(LogLevel::warning, std::string("a connection is closed: the WebSocket could not be opened: ") + e.what());  // may throw, too
   }
   closed_ = true;
   close_channel();
