@@ -30,6 +30,9 @@ struct EndpointOptions : engine::QueryService::Limits {
   std::size_t max_solution_bytes = 64 * 1024 * 1024;  ///< of the solutions that one evaluation holds at a time; and of its result as a document
   std::size_t max_depth = 64;                         ///< nesting of groups, parentheses, paths and queries
   std::size_t max_triples = 2'000'000;                ///< of the robot; more: its queries get 503
+  /// What all queries hold together, of all clients and under all names of the robot: copies of its graphs, solutions, and
+  /// results until they are sent; more: 503. At least 1 MiB is used.
+  std::size_t max_total_bytes = 256 * 1024 * 1024;
 };
 
 /// Makes an endpoint that answers queries of a server, for Options::query. Several servers may use one endpoint.

@@ -24,6 +24,17 @@ void Budget::check() {
     end(Errc::timed_out, "the query reached its limit of " + std::to_string(bounds_.time.count()) + " ms");
 }
 
+void Budget::allow() {
+  constexpr std::size_t block = 256 * 1024;
+  if (bytes_ > bounds_.bytes) out_of_bytes();
+  if (!bounds_.share) return;
+  const std::size_t wanted = (bytes_ + answer_bytes_) / block * block + block;
+  if (!bounds_.share->set(std::max(wanted, bounds_.share->bytes())))
+    end(Errc::limit_exceeded,
+        "all queries together reached their limit of " + grouped(bounds_.share->max()) + " bytes (max_total_bytes); try again later: this one ended");
+  allowed_ = std::min(bounds_.bytes, bounds_.share->bytes() - answer_bytes_);
+}
+
 void Budget::out_of_bytes() { end(Errc::limit_exceeded, "the query reached its limit of " + grouped(bounds_.bytes) + " bytes"); }
 
 void Budget::out_of_answer() {

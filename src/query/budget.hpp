@@ -23,9 +23,16 @@ struct Ended {
 class Budget {
  public:
   Budget(const Bounds& bounds, const std::atomic<bool>& cancelled) noexcept
-      : bounds_(bounds), cancelled_(cancelled), end_((bounds.begin ? *bounds.begin : std::chrono::steady_clock::now()) + bounds.time) {}
+      : bounds_(bounds),
+        cancelled_(cancelled),
+        allowed_(bounds.share ? 0 : bounds.bytes),
+        end_((bounds.begin ? *bounds.begin : std::chrono::steady_clock::now()) + bounds.time) {}
   Budget(const Budget&) = delete;
   Budget& operator=(const Budget&) = delete;
+  /// The share has the answer from now on.
+  ~Budget() {
+    if (bounds_.share) (void)bounds_.share->set(std::min(answer_bytes_, bounds_.share->bytes()));
+  }
 
   /// Counts steps. Checks the clock and the cancellation every few microseconds.
   void step(std::uint64_t count = 1) {
@@ -37,7 +44,7 @@ class Budget {
   /// Counts memory that is kept.
   void take(std::size_t bytes) {
     bytes_ += bytes;
-    if (bytes_ > bounds_.bytes) out_of_bytes();
+    if (bytes_ > allowed_) allow();
   }
   void give(std::size_t bytes) noexcept { bytes_ -= std::min(bytes, bytes_); }
   /// Refuses a text that would not fit, before it is created.
@@ -49,6 +56,7 @@ class Budget {
     step(bytes / 64);
     answer_bytes_ += bytes;
     if (answer_bytes_ > bounds_.answer_bytes) out_of_answer();
+    if (bounds_.share && bytes_ + answer_bytes_ > bounds_.share->bytes()) allow();
   }
   /// Counts a row, or a triple of a graph, of the answer.
   void row() {
@@ -61,12 +69,15 @@ class Budget {
 
  private:
   [[noreturn]] void end(Errc code, const std::string& limit) const;
+  /// Takes more of what all queries hold together.
+  void allow();
   [[noreturn]] void out_of_bytes();
   [[noreturn]] void out_of_answer();
   [[noreturn]] void out_of_rows();
 
   const Bounds& bounds_;
   const std::atomic<bool>& cancelled_;
+  std::size_t allowed_;  ///< of bytes_, before allow() is called
   std::chrono::steady_clock::time_point end_;
   std::uint64_t steps_ = 0, next_check_ = 0;
   std::size_t bytes_ = 0, answer_bytes_ = 0, rows_ = 0;

@@ -158,7 +158,9 @@ rdf::Prefixes prefixes_of(const Query& query) {
 class Answered final : public engine::QueryAnswer {
  public:
   /// @param of_standing  its digest is computed now, on the thread of the query. That of another answer is hardly ever wanted
-  Answered(std::shared_ptr<const Query> query, Answer answer, bool of_standing) : query_(std::move(query)), answer_(std::move(answer)) {
+  /// @param share        for the answer
+  Answered(std::shared_ptr<const Query> query, Answer answer, bool of_standing, MemoryShare share)
+      : query_(std::move(query)), answer_(std::move(answer)), share_(std::move(share)) {
     if (of_standing) digest_ = digest_of(answer_, is_ordered());
   }
 
@@ -186,6 +188,7 @@ class Answered final : public engine::QueryAnswer {
 
   const std::shared_ptr<const Query> query_;
   const Answer answer_;
+  const MemoryShare share_;
   std::optional<std::uint64_t> digest_;
 };
 
@@ -208,12 +211,17 @@ rdf::Graph placed(const rdf::Graph& graph, std::string_view placeholder, const s
   return result;
 }
 
+/// About what a dataset needs for a new triple, with its terms.
+constexpr std::size_t bytes_of_triple = 200;
+
 /// The graphs of one audience. An evaluation reads an immutable dataset: if an evaluation still reads it, the next change makes a copy.
 class Data final : public engine::QueryData {
  public:
   /// A dataset, and how many evaluations read it.
   struct Version {
+    explicit Version(std::shared_ptr<Memory> memory) : share(std::move(memory)) {}
     Dataset dataset;
+    MemoryShare share;
     std::atomic<int> readers{0};
   };
   class Reader {
@@ -230,6 +238,8 @@ class Data final : public engine::QueryData {
     std::shared_ptr<Version> version_;
   };
 
+  explicit Data(std::shared_ptr<Memory> memory) : memory_(std::move(memory)) {}
+
   void change(std::vector<engine::NamedGraph> graphs) override {
     const std::lock_guard lock(waiting_mutex_);
     if (waiting_.empty()) waiting_ = std::move(graphs);
@@ -237,13 +247,14 @@ class Data final : public engine::QueryData {
   }
 
   /// The graphs as they are now. Changes that are not yet applied when an error occurs stay for the next call.
-  /// @par Errors  limit_exceeded: max_triples; what Budget::check() throws. Both are checked before each graph
+  /// @par Errors  limit_exceeded: max_triples, max_total_bytes; what Budget::check() throws. Both are checked before each graph
   Result<Reader> read(Budget& budget, std::size_t max_triples) {
     const std::lock_guard lock(mutex_);
     budget.check();
     take_changes();
     if (!changes_.empty() && current_->readers.load(std::memory_order_acquire) != 0) {
-      auto copy = std::make_shared<Version>();
+      auto copy = std::make_shared<Version>(memory_);
+      if (!copy->share.set(current_->dataset.bytes())) return too_many_bytes();
       copy->dataset = current_->dataset;
       current_ = std::move(copy);
     }
@@ -257,8 +268,10 @@ class Data final : public engine::QueryData {
         continue;
       }
       if (too_many() && one.graph->size() > size_of(one.name)) break;
+      if (!current_->share.set(dataset.bytes() + one.graph->size() * bytes_of_triple)) return too_many_bytes();
       dataset.put(one.name, one.placeholder.empty() ? *one.graph : placed(*one.graph, one.placeholder, one.base));
     }
+    if (!current_->share.set(dataset.bytes())) return too_many_bytes();
     if (too_many()) {
       return unexpected(Errc::limit_exceeded, "this robot has " + std::to_string(dataset.triple_count()) + " triples" +
                                                   (changes_.empty() ? "" : " and more") + "; the maximum for queries is " +
@@ -269,6 +282,10 @@ class Data final : public engine::QueryData {
   }
 
  private:
+  Unexpected too_many_bytes() const {
+    return unexpected(Errc::limit_exceeded, "the graphs of this robot and all queries together reached their limit of " +
+                                                std::to_string(memory_->max()) + " bytes (max_total_bytes); try again later");
+  }
   std::size_t size_of(std::string_view name) const noexcept {
     const Dataset& dataset = current_->dataset;
     const GraphNumber graph = dataset.graph_named(dataset.find(rdf::iri(name)));
@@ -297,7 +314,8 @@ class Data final : public engine::QueryData {
   std::mutex waiting_mutex_;  ///< guards waiting_: held for moments only
   std::vector<engine::NamedGraph> waiting_;
   std::mutex mutex_;  ///< guards current_ and changes_ while the graphs are updated
-  std::shared_ptr<Version> current_ = std::make_shared<Version>();
+  const std::shared_ptr<Memory> memory_;
+  std::shared_ptr<Version> current_ = std::make_shared<Version>(memory_);
   std::vector<engine::NamedGraph> changes_;  ///< to be applied to current_, the next one last
 };
 
@@ -322,7 +340,7 @@ class Endpoint final : public engine::QueryService {
         std::make_shared<Prepared>(*std::move(parsed), Selection{std::move(default_graphs), std::move(named_graphs)}));
   }
 
-  std::shared_ptr<engine::QueryData> make_data() const override { return std::make_shared<Data>(); }
+  std::shared_ptr<engine::QueryData> make_data() const override { return std::make_shared<Data>(memory_); }
 
   Result<std::shared_ptr<const engine::QueryAnswer>> evaluate(const engine::PreparedQuery& prepared, engine::QueryData& data,
                                                               const std::atomic<bool>& cancelled, TimePoint now,
@@ -335,12 +353,15 @@ class Endpoint final : public engine::QueryService {
     bounds.bytes = bounds.answer_bytes = options_.max_solution_bytes;
     // The engine writes and compares the results of standing queries on its own thread.
     if (max_rows && bounds.rows < bounds.answer_bytes / bytes_of_row) bounds.answer_bytes = bounds.rows * bytes_of_row;
+    MemoryShare share(memory_);
+    bounds.share = &share;
     const Result<Data::Reader> reader = read(static_cast<Data&>(data), bounds, cancelled);
     if (!reader) return Unexpected{reader.error()};
     const auto& asked = static_cast<const Prepared&>(prepared);
     Result<Answer> answer = query::evaluate(*asked.query, **reader, bounds, cancelled, now.utc, &asked.selection);
     if (!answer) return Unexpected{std::move(answer).error()};
-    return std::shared_ptr<const engine::QueryAnswer>(std::make_shared<Answered>(asked.query, *std::move(answer), max_rows.has_value()));
+    return std::shared_ptr<const engine::QueryAnswer>(
+        std::make_shared<Answered>(asked.query, *std::move(answer), max_rows.has_value(), std::move(share)));
   }
 
  private:
@@ -351,7 +372,9 @@ class Endpoint final : public engine::QueryService {
     } catch (Ended& ended) { return unexpected(std::move(ended.error)); }
   }
 
+  static constexpr std::size_t least_total_bytes = 1024 * 1024;
   const EndpointOptions options_;
+  const std::shared_ptr<Memory> memory_ = std::make_shared<Memory>(std::max(options_.max_total_bytes, least_total_bytes));
 };
 
 }  // namespace

@@ -14,6 +14,7 @@
 
 #include "src/query/algebra.hpp"
 #include "src/query/dataset.hpp"
+#include "src/query/memory.hpp"
 
 namespace lrt::query {
 
@@ -26,6 +27,8 @@ struct Bounds {
   /// Of the answer as a document, whatever its format: an upper bound that is counted while the answer is made, so that writing, hashing and
   /// comparing it afterwards are bounded, too.
   std::size_t answer_bytes = 64 * 1024 * 1024;
+  /// Of what all queries hold together. Null: that has no limit.
+  MemoryShare* share = nullptr;
   std::optional<std::chrono::steady_clock::time_point> begin{};  ///< when the time began; nullopt: when the evaluation does
 };
 
