@@ -299,7 +299,7 @@ TEST_CASE("a path may begin with the server's root, and an error says what to wr
   CHECK(bench.get("/arm/left").graph().objects(rdf::iri(host + "/arm/left"), rdf::TermView(vocab::dcterms::hasPart)).front().text ==
         host + "/arm/left/angle");
   REQUIRE(bench.engine.remove("/arm/left"));
-  const auto error_of = [](const char* path) { return std::move(Thing{path}).release()->first_error->message; };
+  const auto error_of = [](const char* path) { return std::move(Thing{path}).release()->handles->first_error->message; };
   CHECK(error_of("") == "path \"\": it is empty: write a name, for example \"arm\"");
   CHECK(error_of("/") == "path \"/\": it begins with '/': write a name, for example \"arm\"");
   CHECK(error_of("arm/") == "path \"arm/\": it ends with '/': write \"arm\"");
@@ -311,7 +311,7 @@ TEST_CASE("a path may begin with the server's root, and an error says what to wr
   const auto property_error = [](const char* path) {
     Thing other{"arm"};
     other.property<int>(path);
-    return std::move(other).release()->first_error->message;
+    return std::move(other).release()->handles->first_error->message;
   };
   CHECK(property_error("/angle") == "property of thing \"arm\": path \"/angle\": it begins with '/': write \"angle\"");
 }
