@@ -12,7 +12,7 @@ registry, or Apache Jena it exits with 77. LRT_RANDOM_BODIES_SEED, LRT_RANDOM_BO
 """
 
 import collections
-import decimal
+import fractions
 import itertools
 import math
 import os
@@ -20,6 +20,7 @@ import pathlib
 import random
 import re
 import shutil
+import struct
 import subprocess
 import sys
 import urllib.parse
@@ -120,10 +121,15 @@ def is_number(text, datatype):
     return datatype in NUMBERS and bool(re.fullmatch(DECIMAL if datatype == "decimal" else DOUBLE, text))
 
 
-def whole(text):
-    """The digits of a number without a fraction, such as "66.000"; None: it has one."""
-    number = decimal.Decimal(text) if "N" not in text else None
-    return str(int(number)) if number is not None and abs(number) < 2**64 and number == int(number) else None
+def whole(text, datatype):
+    """The digits of an integer that is written as 5.0 or 5e0; None: there is a fraction, or no integer type has so many digits."""
+    if re.search("N", text) or abs(float(text)) >= 1e20:
+        return None
+    exact = fractions.Fraction(text)
+    if exact.denominator != 1:
+        return None
+    value = {"decimal": lambda: exact, "double": lambda: float(text), "float": lambda: struct.unpack("f", struct.pack("f", float(text)))[0]}
+    return str(int(value[datatype]()))
 
 
 def holds(wanted, text, datatype):
@@ -131,7 +137,8 @@ def holds(wanted, text, datatype):
     if not is_number(text, datatype):
         return False
     if wanted in INTEGERS:
-        return whole(text) is not None and within(int(whole(text)), wanted)
+        digits = text if datatype in INTEGERS else whole(text, datatype)
+        return digits is not None and within(int(digits), wanted)
     if "N" in text:
         return True
     if wanted == "float":
@@ -706,7 +713,8 @@ class Completion:
             text, datatype = parts(o)
             wanted = [d[1:-1].rsplit("#", 1)[-1] for d in self.shapes.datatypes(p)]
             if len(wanted) == 1 and wanted[0] in NUMBERS and datatype != wanted[0] and datatype in NUMBERS and holds(wanted[0], text, datatype):
-                text = whole(text) if wanted[0] in INTEGERS else text
+                if wanted[0] in INTEGERS and datatype not in INTEGERS:
+                    text = whole(text, datatype)
                 self.replaced[t] = (t[0], t[1], literal(text, wanted[0]))  # rule "numbers"
             return
         of_list = self.shapes.list_of(p)
