@@ -83,7 +83,7 @@ void BlueprintResource::describe(const Description& d) const {
     const std::string shape = node.shape_iri(d.base, p->spec->path);
     About judge(d.graph, d.graph.fresh_blank());
     judge.a(vocab::sh::NodeShape).link(vocab::sh::targetNode, d.base + p->path);
-    value_or_error.conforms(judge, value_or_error.absence(*p), shape);
+    value_or_error.conforms(judge, *p, shape);
   }
   add_placed(d.graph, seen_shapes(node, d.audience), d.base);
 }

@@ -93,20 +93,22 @@ std::vector<std::string> own_predicates(const PropertyResource& property, const 
 rdf::TermId ValueOrError::absence(const PropertyResource& property) {
   const TermId absent = graph_.fresh_blank();
   shacl::derive_absence(graph_, absent, *property.spec->type, vocabulary_);
-  if (!property.promises_value) return absent;
-  if (!with_error_) {
-    with_error_ = graph_.fresh_blank();
-    Structure(graph_, *with_error_).path(vocab::lrt_::error, 1);
-  }
-  About(graph_, absent).add(vocab::sh::node, *with_error_);
   return absent;
 }
 
-void ValueOrError::conforms(const About& constraint, TermId absence, const std::string& shape) {
-  graph_.add(constraint.subject(), graph_.intern(vocab::sh::or_), graph_.add_list({absence, graph_.intern(rdf::iri(shape))}));
+void ValueOrError::conforms(const About& constraint, const PropertyResource& property, const std::string& shape) {
+  const TermId absent = absence(property);
+  if (property.promises_value) {
+    if (!with_error_) {
+      with_error_ = graph_.fresh_blank();
+      Structure(graph_, *with_error_).path(vocab::lrt_::error, 1);
+    }
+    About(graph_, absent).add(vocab::sh::node, *with_error_);
+  }
+  graph_.add(constraint.subject(), graph_.intern(vocab::sh::or_), graph_.add_list({absent, graph_.intern(rdf::iri(shape))}));
 }
 
-void ValueOrError::has_no_error(const About& constraint, TermId absence, bool is_timed) {
+void ValueOrError::has_no_error(const About& constraint, const PropertyResource& property, bool is_timed) {
   std::optional<TermId>& present = is_timed ? timed_without_error_ : without_error_;
   if (!present) {
     present = graph_.fresh_blank();
@@ -114,7 +116,7 @@ void ValueOrError::has_no_error(const About& constraint, TermId absence, bool is
     structure.path(vocab::lrt_::error, 0).add(vocab::sh::maxCount, rdf::literal("0", vocab::xsd::integer));
     if (is_timed) structure.path(vocab::dcterms::modified, 1, 1).add(vocab::sh::datatype, rdf::TermView(vocab::xsd::dateTime));
   }
-  graph_.add(constraint.subject(), graph_.intern(vocab::sh::or_), graph_.add_list({*present, absence}));
+  graph_.add(constraint.subject(), graph_.intern(vocab::sh::or_), graph_.add_list({*present, absence(property)}));
 }
 
 // ------------------------------------------------------------------------------------------------------------------ kind
@@ -275,9 +277,8 @@ void describe_kind(const Description& d, const std::string& self, const std::str
     for (const std::string& c : p.classes) constraint.link(vocab::sh::class_, c);
     if (p.file) continue;  // not in the state
     const bool promised = property.promises_value, has_shape = !has_user_shape(first, p.path);
-    const TermId absence = value_or_error.absence(property);
-    if (has_shape) value_or_error.conforms(constraint, absence, self + "#" + p.path);
-    value_or_error.has_no_error(constraint, absence, promised && p.type->kind != rdf::Type::Kind::optional);
+    if (has_shape) value_or_error.conforms(constraint, property, self + "#" + p.path);
+    value_or_error.has_no_error(constraint, property, promised && p.type->kind != rdf::Type::Kind::optional);
     if (const std::string of = rdf::target_class(*p.type, vocabulary); !promised && !of.empty()) constraint.link(vocab::sh::class_, of);
     constraint.add(vocab::sh::node, any);
     Structure more(graph, constraint.subject());
@@ -333,7 +334,7 @@ void BoundsResource::describe(const Description& d) const {
     if (!values.property || values.property->spec->file) continue;
     for (const std::string& predicate : own_predicates(*values.property, vocabulary)) {
       About constraint = Structure(d.graph, about.subject()).path(predicate, 0);
-      value_or_error.conforms(constraint, value_or_error.absence(*values.property), shape);
+      value_or_error.conforms(constraint, *values.property, shape);
     }
   }
 }

@@ -96,15 +96,16 @@ void describe_kind(const Description& d, const std::string& self, const std::str
 class ValueOrError {
  public:
   ValueOrError(rdf::Graph& graph, std::string vocabulary) : graph_(graph), vocabulary_(std::move(vocabulary)) {}
-  /// A shape: the property has no value, but an error if it promises a value.
-  rdf::TermId absence(const PropertyResource& property);
-  /// Adds to a shape of the property: its value is absent or conforms to a shape.
-  void conforms(const About& constraint, rdf::TermId absence, const std::string& shape);
-  /// Adds to a shape of the property: its value is absent, or it has no error.
+  /// Adds to a shape of the property: it has a value that conforms to a shape, or an error and no value. One that promises no value may have neither.
+  void conforms(const About& constraint, const PropertyResource& property, const std::string& shape);
+  /// Adds to a shape of the property: it has no error, or no value.
   /// @param is_timed  a value has a time
-  void has_no_error(const About& constraint, rdf::TermId absence, bool is_timed);
+  void has_no_error(const About& constraint, const PropertyResource& property, bool is_timed);
 
  private:
+  /// A shape of its own for each use: not each SHACL engine judges a node by one shape twice.
+  rdf::TermId absence(const PropertyResource& property);
+
   rdf::Graph& graph_;
   const std::string vocabulary_;
   std::optional<rdf::TermId> with_error_, without_error_, timed_without_error_;
