@@ -80,6 +80,7 @@ TEST_CASE("a patch is a JSON document", "[client]") {
   CHECK(client::Patch().set("position", 0.1).set("label", "a \"b\"").clear("effort").set("bounds", inner).json() ==
         "{\"position\":0.1,\"label\":\"a \\\"b\\\"\",\"effort\":null,\"bounds\":{\"upper\":2.5}}");
   CHECK(client::Patch().set("all", std::vector<int>{1, 2}).json() == "{\"all\":[1,2]}");
+  CHECK(client::Patch::from_json("{\"a\": null}").json() == "{\"a\": null}");
 }
 
 TEST_CASE("a client changes parts of a value, and the server says what it refuses", "[client]") {
