@@ -158,7 +158,7 @@ TEST_CASE("the schema of a value with alternatives has the members of all, which
                     bytes += more;
                     return {};
                   }).value();
-    writer->describe(left, schema);
+    writer->describe(left + "arm/angle", schema);
     REQUIRE(writer->add(value(microseconds(0), left, R"({"grip":"open"})", 1)));
     REQUIRE(writer->add(value(microseconds(1), left, R"({"hold":{}})", 2)));
     REQUIRE(writer->add(value(microseconds(2), right, R"({"grip":"open"})", 1)));
