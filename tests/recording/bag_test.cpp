@@ -141,12 +141,11 @@ std::vector<BagWriterOptions> all_options() {
 
 TEST_CASE("the schema of a value with alternatives has the members of all, whichever came first", "[recording]") {
   const std::string schema = recording::schema_of_alternatives(rdf::traits<test::Target>::type(), {});
-  CHECK(schema ==
-        R"({"type":"object","description":"one of these members","properties":{"moveTo":{"type":"object","properties":{)"
-        R"("x":{"type":"object","properties":{"value":{"type":"number"},"unit":{"type":"string"}}},)"
-        R"("y":{"type":"object","properties":{"value":{"type":"number"},"unit":{"type":"string"}}},"speed":{"type":"number"}}},)"
-        R"("grip":{"type":"string"},"height":{"type":"object","properties":{"value":{"type":"number"},"unit":{"type":"string"}}},)"
-        R"("hold":{"type":"object","properties":{}}}})");
+  CHECK(schema == R"({"type":"object","description":"one of these members","properties":{"moveTo":{"type":"object","properties":{)"
+                  R"("x":{"type":"object","properties":{"value":{"type":"number"},"unit":{"type":"string"}}},)"
+                  R"("y":{"type":"object","properties":{"value":{"type":"number"},"unit":{"type":"string"}}},"speed":{"type":"number"}}},)"
+                  R"("grip":{"type":"string"},"height":{"type":"object","properties":{"value":{"type":"number"},"unit":{"type":"string"}}},)"
+                  R"("hold":{"type":"object","properties":{}}}})");
   CHECK(recording::schema_of_alternatives(rdf::traits<test::Job>::type(), {}).find("\"hold\"") != std::string::npos);
   CHECK(recording::schema_of_alternatives(rdf::traits<std::vector<test::Target>>::type(), {}).find("\"hold\"") != std::string::npos);
   CHECK(recording::schema_of_alternatives(rdf::traits<test::MoveTo>::type(), {}).empty());
