@@ -655,8 +655,8 @@ class Field {
 /// field() returns the Field, for unit, bounds, title, description and a default. A field is optional exactly if its C++ type is
 /// std::optional. A client may leave out a field that is optional or has a default (Field::value_if_absent()).
 ///
-/// A record without is() has the class `<vocabulary>Type`. Type is the name of the C++ type without namespaces, or that
-/// of named(). If two types of one server have the same name and different fields, Server::add() returns an error.
+/// A record without is() has the class `<vocabulary>Type`. Type is the name of the C++ type with its enclosing classes and
+/// without namespaces, "Arm.Gains" (docs/types.md says how they are told apart), or that of named(). If two types of one server have the same name and different fields, Server::add() returns an error.
 ///
 /// A value with a read-only field, or with a const data member, cannot be decoded. If on_write, on_create or the input
 /// of an action needs such a value, Server::add() returns an error that names the field.
@@ -671,7 +671,7 @@ class Record : lrt_described_anywhere {
  public:
   /// Adds an rdf:type.
   Record& is(Iri type) { return fields_.add_class(type.text), *this; }
-  /// Sets the name of the C++ type in the server's vocabulary: letters, digits, '-' and '_'. Use it if two namespaces
+  /// Sets the name of the C++ type in the server's vocabulary: letters, digits, '-', '_' and '.'. Use it if two namespaces
   /// have types of the same name, and to keep the terms when the C++ type is renamed.
   Record& named(std::string_view name) { return fields_.set_name(name), *this; }
   /// The facets of a field that has been added, for its unit, bounds and words. Without a field of this name Server::add()
