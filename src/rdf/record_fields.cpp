@@ -185,7 +185,9 @@ const Type* Describing::type_within(Key key) noexcept {
 bool is_within_itself(const Type& type) noexcept {
   const Type* inner = &type;
   for (int depth = 0; inner->element && depth < 64; ++depth) inner = inner->element;  // a type of the user may refer to itself
-  return inner == &within_itself();
+  if (inner == &within_itself()) return true;
+  if (!inner->name.empty()) return false;  // a pair or a tuple has none
+  return std::any_of(inner->fields.begin(), inner->fields.end(), [](const FieldType& field) { return is_within_itself(*field.type); });
 }
 
 std::string_view short_type_name(std::string_view text) noexcept {
@@ -214,11 +216,17 @@ void RecordFields::set_place(std::string_view function, bool is_friend) {
   const std::string_view type = type_in(function_);
   if (const auto namespaces = namespaces_of(function, type, is_friend)) type_.name = term_name(name_of_class(type, namespaces));
 }
-Facets& RecordFields::facets(std::string_view name) {
-  for (std::size_t i = 0; i < type_.fields.size(); ++i)
-    if (type_.fields[i].name == name) return drafts_[i]->facets;
+FieldDraft& RecordFields::draft(std::string_view name) {
+  for (std::size_t i = 0; i < drafts_.size(); ++i)
+    if (type_.fields[i].name == name) return *drafts_[i];
   if (type_.fault.empty()) type_.fault = "facets(\"" + std::string(name) + "\") names no field that has been added";
-  return no_field_.emplace();
+  return no_field_;
+}
+FieldDraft& RecordFields::draft(const MemberOperations& operations, std::ptrdiff_t offset) {
+  for (std::size_t i = 0; i < drafts_.size(); ++i)
+    if (members_[i].operations == &operations && members_[i].offset == offset) return *drafts_[i];
+  if (type_.fault.empty()) type_.fault = "facets() of a data member that is no field";
+  return no_field_;
 }
 
 FieldDraft& RecordFields::add(FieldName&& name, const MemberOperations& operations, std::ptrdiff_t offset, bool read_only) {

@@ -18,6 +18,7 @@ LRT_RECORD(Gains, p, i, d)
 inline void lrt_describe(lrt::rdf::Record<Gains>& r) {
   r.named("PidGains").facets("p").unit(lrt::unit::newton_metre).at_least(0);
   r.facets("d").title("Damping", "en");
+  r.facets(&Gains::i).at_most(5).value_if_absent(1.5);
 }
 
 struct arm {
@@ -115,6 +116,9 @@ TEST_CASE("a macro describes a struct by the names of its members", "[rdf]") {
   CHECK(gains.fields[0].predicate == "#PidGains/p");
   CHECK(gains.fields[0].facets.unit() == lrt::unit::newton_metre);
   CHECK(gains.fields[0].facets.min() == 0.0);
+  CHECK(gains.fields[1].facets.max() == 5.0);
+  REQUIRE(gains.fields[1].absent);
+  CHECK(*gains.fields[1].absent->real() == 1.5);
   CHECK(gains.fields[2].facets.words().titles.begin()->text == "Damping");
   const Value value = traits<Gains>::encode({1, 2, 3});
   CHECK(traits<Gains>::decode(value).value().d == 3);

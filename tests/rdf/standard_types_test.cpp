@@ -59,6 +59,12 @@ struct Held {
 };
 LRT_RECORD(Held, matrix, labels, raw, count, own, shared)
 
+struct Node {
+  std::unique_ptr<Node> next;
+  std::vector<std::pair<int, Node>> children;
+};
+LRT_RECORD(Node, next, children)
+
 double somewhere = 2.5;
 struct Referring {
   std::reference_wrapper<double> to = somewhere;
@@ -247,6 +253,13 @@ TEST_CASE("a record holds nested arrays, bytes, atomics and pointers", "[rdf]") 
   CHECK(refuses<Held>(R"({"matrix":[[9,8],[6,5,4],[3,2,1]],"labels":["",""],)" + rest));
   CHECK(refuses<Held>(R"({"matrix":[[9,8,7],[6,5,4],[3,2,1]],"labels":["four",""],)" + rest));
   CHECK_FALSE(refuses<Held>(R"({"matrix":[[9,8,7],[6,5,4],[3,2,1]],"labels":["fou",""],)" + rest));
+}
+
+TEST_CASE("a record that contains itself by a pointer or a pair is a fault, and no endless call", "[rdf]") {
+  const Type& node = traits<standard_types_test::Node>::type();
+  REQUIRE(node.fields.size() == 2);
+  CHECK_FALSE(node.fields[0].type->element->fault.empty());
+  CHECK_FALSE(node.fields[1].type->element->fields[1].type->fault.empty());
 }
 
 TEST_CASE("a reference within a record is read where it refers to, and not written", "[rdf]") {

@@ -77,10 +77,10 @@ Result<Duration> duration_of(std::int64_t nanoseconds, bool is_instant) {
 ///
 /// lrt has traits of bool, numbers, std::string, std::filesystem::path, durations, time points of system_clock; of the
 /// containers of the standard library and others that are like them; of std::optional, std::unique_ptr, std::shared_ptr,
-/// std::variant, std::pair, std::tuple and std::bitset, and of bytes (lrt/rdf/standard_types.hpp); lrt/eigen.hpp has those
-/// for Eigen. An enum with a fixed underlying type has its enumerators. For your own structs write LRT_RECORD
-/// (lrt/rdf/macros.hpp), or derive a specialisation from Record, and for other enums from Enumeration. For another type a
-/// static_assert says what to write.
+/// std::variant (lrt/rdf/variant.hpp), std::pair, std::tuple and std::bitset, and of bytes (lrt/rdf/standard_types.hpp);
+/// lrt/eigen.hpp has those for Eigen. An enum with a fixed underlying type has its enumerators. For your own structs write
+/// LRT_RECORD (lrt/rdf/macros.hpp), or derive a specialisation from Record, and for other enums from Enumeration. For
+/// another type a static_assert says what to write.
 ///
 /// Every specialisation has four static members:
 ///
@@ -674,9 +674,16 @@ class Record : lrt_described_anywhere {
   /// Sets the name of the C++ type in the server's vocabulary: letters, digits, '-', '_' and '.'. Use it if two namespaces
   /// have types of the same name, and to keep the terms when the C++ type is renamed.
   Record& named(std::string_view name) { return fields_.set_name(name), *this; }
-  /// The facets of a field that has been added, for its unit, bounds and words. Without a field of this name Server::add()
-  /// returns invalid_option.
-  Facets& facets(std::string_view name) { return fields_.facets(name); }
+  /// @{
+  /// A field that has been added: its facets by its name, or the Field of a data member, which also has value_if_absent().
+  /// Without such a field Server::add() returns invalid_option.
+  Facets& facets(std::string_view name) { return fields_.draft(name).facets; }
+  template <class M, class C, class = std::enable_if_t<std::is_object_v<M> && std::is_base_of_v<C, S>>>
+  auto facets(M C::*member) {
+    using Member = std::remove_cv_t<M>;
+    return Field<typename detail::DefaultOf<Member>::type>(fields_.draft(detail::operations_of<Member>, detail::offset_of<M, S>(member)));
+  }
+  /// @}
   /// @{
   /// Adds a field: a data member, or a read-only field by a getter or a callable of const S&.
   template <class Get>
@@ -909,4 +916,4 @@ bool runs_user_code() noexcept {
 }  // namespace lrt::rdf
 
 #include <lrt/rdf/standard_types.hpp>  // needs what is above
-#include <lrt/rdf/variant.hpp>         // as well
+#include <lrt/rdf/variant.hpp>         // has traits of std::variant

@@ -95,8 +95,11 @@ class LRT_API RecordFields {
   /// @param offset  of the member, in bytes from the beginning of the struct
   FieldDraft& add(FieldName&& name, const MemberOperations& operations, std::ptrdiff_t offset, bool read_only);
   FieldDraft& add(FieldName&& name, const Type& type, bool runs_user_code, bool read_only, std::unique_ptr<FieldAccess> access);
-  /// The facets of a field that was added. Without such a field the type has a fault.
-  Facets& facets(std::string_view name);
+  /// @{
+  /// A field that was added. Without such a field the type has a fault.
+  FieldDraft& draft(std::string_view name);
+  FieldDraft& draft(const MemberOperations& operations, std::ptrdiff_t offset);
+  /// @}
   /// To be called when all fields are added.
   void finish();
 
@@ -119,8 +122,8 @@ class LRT_API RecordFields {
   std::string_view function_;
   std::vector<Member> members_;
   std::vector<std::unique_ptr<FieldDraft>> drafts_;
-  std::optional<Facets> no_field_;  // of facets()
-  bool runs_user_code_ = false;     // a field's traits or its getter do
+  FieldDraft no_field_;          // of draft()
+  bool runs_user_code_ = false;  // a field's traits or its getter do
 };
 
 /// The names of an enum, without the enum: all of Enumeration<E> that does not need E.
