@@ -116,7 +116,9 @@ void ValueOrError::has_no_error(const About& constraint, const PropertyResource&
     structure.path(vocab::lrt_::error, 0).add(vocab::sh::maxCount, rdf::literal("0", vocab::xsd::integer));
     if (is_timed) structure.path(vocab::dcterms::modified, 1, 1).add(vocab::sh::datatype, rdf::TermView(vocab::xsd::dateTime));
   }
-  graph_.add(constraint.subject(), graph_.intern(vocab::sh::or_), graph_.add_list({*present, absence(property)}));
+  const TermId either = graph_.fresh_blank();  // not each SHACL engine judges by two sh:or of one shape
+  graph_.add(either, graph_.intern(vocab::sh::or_), graph_.add_list({*present, absence(property)}));
+  graph_.add(constraint.subject(), graph_.intern(vocab::sh::node), either);
 }
 
 // ------------------------------------------------------------------------------------------------------------------ kind
