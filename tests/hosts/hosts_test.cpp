@@ -92,7 +92,7 @@ TEST_CASE("a motor that is unplugged while it is read and publishes leaves an er
     while (!ends) {
       const Answer state = web.ask("GET /motors/left/state\nAccept: application/json");
       wrong += state.status != 200;
-      if (state.says(R"("@errors":{"temperature":"it could not be read: it threw: it is unplugged"})")) ++errors;
+      if (state.says(R"("@errors":{"temperature":"it could not be read: the part of the robot's program that serves it is gone"})")) ++errors;
     }
   });
   while (web.json("/motors/left/state").find("\"sample\"") == std::string::npos) std::this_thread::yield();
@@ -102,7 +102,7 @@ TEST_CASE("a motor that is unplugged while it is read and publishes leaves an er
   while (errors < 3) std::this_thread::yield();
   CHECK(web.json("/motors/left/state").find("\"sample\":{") != std::string::npos);  // the last one, and its time says when
   CHECK(web.wrong("/motors/left") == "");
-  CHECK(web.ask("POST /motors/left/actions/aim", "1").says("it is unplugged"));
+  CHECK(web.ask("POST /motors/left/actions/aim", "1").says("is gone"));
   ends = true;
   reader.join();
   CHECK(wrong == 0);
