@@ -106,14 +106,14 @@ struct PropertySpec : ResourceSpec {
   bool file = false;     ///< not in the state; the first representation is the default
   const rdf::Type* type = nullptr;
   rdf::Facets facets;
-  std::unique_ptr<SlotBase> slot;                          ///< of a pushed property; null: the property is pulled
-  ReadFunction read;                                       ///< of a pulled property
-  std::shared_ptr<ChangeSignal> changes;                   ///< of a pulled property
+  std::unique_ptr<SlotBase> slot;         ///< of a pushed property; null: the property is pulled
+  ReadFunction read;                      ///< of a pulled property
+  std::shared_ptr<ChangeSignal> changes;  ///< of a pulled property
   /// Of a pulled property, at most 24 days; nullopt: SubscriptionOptions::sample_period. Short, because a property has it and its Thing many.
   std::optional<std::chrono::duration<std::int32_t, std::milli>> sample_period;
-  WriteFunction write;                                     ///< empty: read-only
-  const PatchExtension* patches = nullptr;                 ///< nullptr: its values have no parts
-  std::unique_ptr<ValueLife> life;                         ///< of a written value; null: it has no end
+  WriteFunction write;                      ///< empty: read-only
+  const PatchExtension* patches = nullptr;  ///< nullptr: its values have no parts
+  std::unique_ptr<ValueLife> life;          ///< of a written value; null: it has no end
   ThinVector<RepresentationSpec> representations;
   WholeFunction whole;                               ///< makes the T of a written value; returns null if it cannot
   std::unique_ptr<const Object> frame;               ///< null: none

@@ -242,9 +242,7 @@ void Thing::report_moved(const char* call) const noexcept {
   ::lrt::detail::misuse(text);
 }
 
-void Thing::remember(Error error) {
-  described().context()->remember(std::move(error));
-}
+void Thing::remember(Error error) { described().context()->remember(std::move(error)); }
 
 void Thing::set_path(model::ResourceSpec& spec, std::string_view path, const char* what) {
   spec.thing = described().context();

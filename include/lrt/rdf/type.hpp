@@ -138,10 +138,10 @@ struct Type {
   std::string value_predicate;             ///< record: from its node to a node that has its fields; empty: the fields are at its own node
   std::vector<std::string> value_classes;  ///< record with a value_predicate: rdf:types of that node
   Iri quantity_kind;                       ///< record: object of vom:quantityKind
-  std::string fault;          ///< what is wrong with it, a sentence; Server::add() refuses the type. Empty: nothing
-  bool is_checked = false;    ///< its values are made by the host, not by rdf::traits, and checked: a DynamicType
-  bool each_once = false;     ///< list: no member occurs twice, as in a set
-  const Type* key = nullptr;  ///< map: an integer or an enumeration whose values are the names; nullptr: any text
+  std::string fault;                       ///< what is wrong with it, a sentence; Server::add() refuses the type. Empty: nothing
+  bool is_checked = false;                 ///< its values are made by the host, not by rdf::traits, and checked: a DynamicType
+  bool each_once = false;                  ///< list: no member occurs twice, as in a set
+  const Type* key = nullptr;               ///< map: an integer or an enumeration whose values are the names; nullptr: any text
 
   /// A text that is base64 (xsd:base64Binary): Facets::length() counts its bytes.
   bool is_bytes() const noexcept;

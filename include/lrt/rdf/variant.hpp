@@ -49,7 +49,8 @@ struct AlternativesOfType<T, std::variant<All...>> {
 template <class V, std::size_t index>
 struct AlternativeAt {
   using T = AlternativeOf<V, index>;
-  static_assert(!may_be_absent<T>, "lrt: an alternative of a variant cannot be absent; write the variant without std::optional and add std::monostate");
+  static_assert(!may_be_absent<T>,
+                "lrt: an alternative of a variant cannot be absent; write the variant without std::optional and add std::monostate");
 
   static const void* find(const void* variant) noexcept {
     return std::get_if<index>(static_cast<const VariantOf<V>*>(static_cast<const V*>(variant)));
