@@ -25,7 +25,7 @@ match($0, /@par [A-Z][a-z]+ +/) {
 /^  +[A-Za-z]+& operator=\(const [A-Za-z]+&( [a-z]+)?\);/ && !documented() { describe("Copies.") }
 
 /^  using Sentence =/ { describe("Makes the static_assert that says what to write.") }
-/^(struct|class) / { in_traits = /^struct traits</ || /^class (Record|Enumeration) / }
+/^(struct|class) / { in_traits = /^struct traits</ || /^class (Record|Enumeration|Variant) / }
 in_traits && /^  using [A-Z][a-z]* =/ && !/Sentence/ && !documented() { describe("The C++ type, or a part of it.") }
 in_traits && /^  static const Type& type\(/ && !documented() { describe("Structure of the values, see rdf::traits.") }
 in_traits && /^  static Value encode\(/ && !documented() { describe("Converts a value for its representations, see rdf::traits.") }

@@ -83,6 +83,7 @@ struct Options {
 /// server: if two differ in units, Server::add() returns duplicate_path.
 template <class M>
 struct OptionsOf {
+  /// The options.
   static Options options() { return {}; }
 };
 

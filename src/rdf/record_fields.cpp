@@ -176,7 +176,9 @@ const Type& within_itself() {
 }  // namespace
 
 Describing::Describing(Key key) noexcept : key_(key), outer_(innermost) { innermost = this; }
-Describing::~Describing() { innermost = outer_; }
+void Describing::end() noexcept {
+  if (innermost == this) innermost = outer_;
+}
 const Type* Describing::type_within(Key key) noexcept {
   for (const Describing* one = innermost; one; one = one->outer_)
     if (one->key_ == key) return &within_itself();
@@ -204,11 +206,16 @@ void set_absent(FieldDraft& draft, Value value, bool fits) {
   draft.loses_absent = !fits;
 }
 
-RecordFields::RecordFields(std::string_view function) : function_(function) {
+RecordFields::RecordFields(const char* function, Self self) : describing_(reinterpret_cast<Describing::Key>(self)), function_(function) {
   type_.kind = Type::Kind::record;
   type_.name = term_name(name_of_class(type_in(function), std::nullopt));
 }
 RecordFields::~RecordFields() = default;
+
+const Type& RecordFields::type_of(Self self) {
+  if (const Type* fault = Describing::type_within(reinterpret_cast<Describing::Key>(self))) return *fault;
+  return self().type_;
+}
 
 void RecordFields::add_class(std::string_view iri) { type_.classes.emplace_back(iri); }
 void RecordFields::set_name(std::string_view name) { type_.name = term_name(name); }
@@ -244,6 +251,7 @@ FieldDraft& RecordFields::add(FieldName&& name, const Type& type, bool runs_user
   return *drafts_.back();
 }
 void RecordFields::finish() {
+  describing_.end();
   for (std::size_t i = 0; i < drafts_.size(); ++i) {
     FieldType& field = type_.fields[i];
     field.facets = drafts_[i]->facets;

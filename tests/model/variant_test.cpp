@@ -163,6 +163,8 @@ TEST_CASE("names that do not tell alternatives apart are a fault of the type", "
 }
 
 TEST_CASE("a variant goes to a value and back", "[rdf][variant]") {
+  CHECK(traits<std::variant<std::monostate, int>>::type().has_fields());
+  CHECK_FALSE(traits<int>::type().has_fields());
   check_round_trip(Motion(MoveJ{1}));
   check_round_trip(Motion(LED{}));
   check_round_trip(Plain{std::variant<MoveJ, LED>(MoveJ{1})});

@@ -29,6 +29,7 @@ class LRT_API Patch {
   Patch& set(std::string_view name, const T& value) {
     return set(name, rdf::traits<std::decay_t<T>>::type(), rdf::traits<std::decay_t<T>>::encode(value));
   }
+  /// Gives a field a new text.
   Patch& set(std::string_view name, const char* text) { return set(name, std::string(text)); }
   /// A value of a type that is known at run time.
   Patch& set(std::string_view name, const rdf::Type& type, const rdf::Value& value);

@@ -22,8 +22,10 @@
 #include <lrt/rdf/type.hpp>
 #include <lrt/rdf/value.hpp>
 
+/// @file
 /// Traits of pointers that own, of pairs and tuples, and of bytes. Those of std::deque, list, set and other containers need no header: see
 /// rdf::traits.
+/// @par Threads  Any, as rdf::traits says.
 
 namespace lrt::rdf {
 inline namespace v0 {
@@ -38,12 +40,14 @@ LRT_API Result<std::string> decode_bytes(const Value& value);
 /// @param elements  of a pair or a tuple, in order
 LRT_API Type tuple_type(const Type* const* elements, std::size_t count, bool is_pair);
 
+/// @cond internal
 template <class T>
 inline constexpr bool may_be_absent<std::optional<T>> = true;
 template <class T>
 inline constexpr bool may_be_absent<std::unique_ptr<T>> = true;
 template <class T>
 inline constexpr bool may_be_absent<std::shared_ptr<T>> = true;
+/// @endcond
 
 /// Traits of a pointer that owns: those of std::optional.
 template <class P, class T>

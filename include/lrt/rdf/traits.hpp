@@ -613,24 +613,34 @@ class Field {
     }
   }
 
-  /// @{
-  /// As the function of Facets.
+  /// Facets::unit().
   Field unit(const Unit& u) const { return draft_->facets.unit(u), *this; }
+  /// Facets::unit_of().
   Field unit_of(const Facets& other) const { return draft_->facets.unit_of(other), *this; }
+  /// Facets::at_least().
   Field at_least(double v) const { return draft_->facets.at_least(v), *this; }
+  /// Facets::above().
   Field above(double v) const { return draft_->facets.above(v), *this; }
+  /// Facets::at_most().
   Field at_most(double v) const { return draft_->facets.at_most(v), *this; }
+  /// Facets::below().
   Field below(double v) const { return draft_->facets.below(v), *this; }
+  /// Facets::between().
   Field between(double low, double high) const { return draft_->facets.between(low, high), *this; }
+  /// Facets::without_bounds().
   Field without_bounds() const { return draft_->facets.without_bounds(), *this; }
+  /// Facets::allow_non_finite().
   Field allow_non_finite() const { return draft_->facets.allow_non_finite(), *this; }
+  /// Facets::length().
   Field length(std::size_t min, std::size_t max) const { return draft_->facets.length(min, max), *this; }
+  /// Facets::title().
   Field title(std::string text, std::string language = {}) const { return draft_->facets.title(std::move(text), std::move(language)), *this; }
+  /// Facets::description().
   Field description(std::string text, std::string language = {}) const {
     return draft_->facets.description(std::move(text), std::move(language)), *this;
   }
+  /// Facets::merge().
   Field merge(const Facets& other) const { return draft_->facets.merge(other), *this; }
-  /// @}
 
  private:
   Field set_absent(Value value, bool fits) const {
@@ -715,11 +725,8 @@ class Record : lrt_described_anywhere {
   }
   /// @}
 
-  static const Type& type() {
-    if (const Type* fault = detail::Describing::type_within(&Record::type)) return *fault;
-    return instance().fields_.type();
-  }
-  static Value encode(const S& v) { return instance().fields_.encode(std::addressof(v)); }
+  static const Type& type() { return detail::RecordFields::type_of(&Record::fields); }
+  static Value encode(const S& v) { return fields().encode(std::addressof(v)); }
   static Result<S> decode(const Value& v) {
     if constexpr (!std::is_default_constructible_v<S>) {
       static_assert(detail::always_false<S>,
@@ -732,18 +739,15 @@ class Record : lrt_described_anywhere {
       return out;
     }
   }
-  static bool runs_user_code() noexcept {
-    return &traits<S>::encode != &Record::encode || detail::Describing::type_within(&Record::type) || instance().fields_.runs_user_code();
-  }
-  static bool same(const S& a, const S& b) noexcept { return instance().fields_.same(std::addressof(a), std::addressof(b)); }
+  static bool runs_user_code() noexcept { return &traits<S>::encode != &Record::encode || fields().runs_user_code(); }
+  static bool same(const S& a, const S& b) noexcept { return fields().same(std::addressof(a), std::addressof(b)); }
 
   /// @cond internal
   /// What decode() does, with an object that exists. After an error some fields have changed.
-  static Result<void> decode_fields(const Value& v, S& out) { return instance().fields_.decode(v, std::addressof(out)); }
+  static Result<void> decode_fields(const Value& v, S& out) { return fields().decode(v, std::addressof(out)); }
   void set_place(std::string_view function, bool is_friend) { fields_.set_place(function, is_friend); }
   struct Described {};
-  explicit Record(Described) : fields_(detail::function_of<S>()) {
-    const detail::Describing describing(&Record::type);
+  explicit Record(Described) : fields_(detail::function_of<S>(), &Record::fields) {
     traits<S>::describe(*this);
     fields_.finish();
   }
@@ -868,9 +872,9 @@ class Record : lrt_described_anywhere {
   }
   /// Follows a static_assert.
   static Facets none() { return {}; }
-  [[gnu::noinline]] static const Record& instance() {  // with the initialisation: once for each struct, not once for each use
+  [[gnu::noinline]] static const detail::RecordFields& fields() {  // with the initialisation: once for each struct, not once for each use
     static const Immortal<Record> self(Described{});
-    return *self;
+    return self->fields_;
   }
   detail::RecordFields fields_;
 };

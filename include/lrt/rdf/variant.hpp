@@ -129,14 +129,15 @@ class Variant {
   Variant& is(Iri type) { return alternatives_.add_class(type.text), *this; }
   /// Sets the name of the variant in the server's vocabulary, as Record::named().
   Variant& named(std::string_view name) { return alternatives_.set_name(name), *this; }
-  /// @{
-  /// Sets the name and the predicate of an alternative, by its index or by its type if that occurs once.
+  /// Sets the name and the predicate of an alternative, by its index.
   /// @return  the facets of its values; valid as long as the process runs
   template <std::size_t index>
   Facets& alternative(FieldName name) {
     static_assert(index < std::variant_size_v<detail::VariantOf<V>>, "lrt: the variant has no alternative with this index");
     return alternatives_.name(index, std::move(name));
   }
+  /// Sets the name and the predicate of an alternative, by its type if that occurs once.
+  /// @return  the facets of its values; valid as long as the process runs
   template <class T>
   Facets& alternative(FieldName name) {
     using All = detail::AlternativesOfType<T, detail::VariantOf<V>>;
@@ -144,10 +145,9 @@ class Variant {
     static_assert(All::count < 2, "lrt: the variant has several alternatives of this type; name them by index: alternative<0>(\"name\")");
     return alternatives_.name(All::index(), std::move(name));
   }
-  /// @}
 
   static const Type& type() {
-    if (const Type* fault = detail::Describing::type_within(&Variant::type)) return *fault;
+    if (const Type* fault = detail::Describing::type_within(reinterpret_cast<detail::Describing::Key>(&Variant::type))) return *fault;
     return instance().alternatives_.type();
   }
   static Value encode(const V& v) { return instance().alternatives_.encode(std::addressof(v)); }
@@ -156,14 +156,12 @@ class Variant {
     if (Result<void> r = instance().alternatives_.decode(v, std::addressof(made)); !r) return Unexpected{std::move(r).error()};
     return *std::move(made);
   }
-  static bool runs_user_code() noexcept {
-    return &traits<V>::encode != &Variant::encode || detail::Describing::type_within(&Variant::type) || instance().alternatives_.runs_user_code();
-  }
+  static bool runs_user_code() noexcept { return &traits<V>::encode != &Variant::encode || instance().alternatives_.runs_user_code(); }
   static bool same(const V& a, const V& b) noexcept { return instance().alternatives_.same(std::addressof(a), std::addressof(b)); }
 
   /// @cond internal
   struct Described {};
-  explicit Variant(Described, const detail::Describing& = detail::Describing(&Variant::type))
+  explicit Variant(Described, const detail::Describing& = detail::Describing(reinterpret_cast<detail::Describing::Key>(&Variant::type)))
       : alternatives_(detail::AlternativesTable<V>::all, std::variant_size_v<detail::VariantOf<V>>,
                       std::is_same_v<V, detail::VariantOf<V>> ? std::string_view() : detail::type_name<V>()) {
     traits<V>::describe(*this);
@@ -186,6 +184,7 @@ struct traits<std::variant<T...>> : Variant<std::variant<T...>> {
                 "lrt: two alternatives of this std::variant have the same type, so that their names do not say which one it is; give each a name: "
                 "template <> struct lrt::rdf::traits<V> : lrt::rdf::Variant<V> { static void describe(Variant<V>& v) { "
                 "v.alternative<0>(\"first\"); v.alternative<1>(\"second\"); } };");
+  /// Gives no names.
   static void describe(Variant<std::variant<T...>>&) {}
 };
 

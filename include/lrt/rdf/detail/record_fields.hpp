@@ -42,10 +42,12 @@ struct MemberOperations {
 /// the end of that description, or end the process: a record within itself is found by this.
 class LRT_API Describing {
  public:
-  /// Says which record it is: its type() itself.
-  using Key = const Type& (*)();
+  /// Says which record it is: a function of its own.
+  using Key = void (*)();
   explicit Describing(Key key) noexcept;
-  ~Describing();
+  ~Describing() { end(); }
+  /// It is described.
+  void end() noexcept;
   Describing(const Describing&) = delete;
   Describing& operator=(const Describing&) = delete;
   /// nullptr: the record is not being described. Else a type that states the fault, for the field within it.
@@ -79,8 +81,10 @@ LRT_API void set_absent(FieldDraft& draft, Value value, bool fits);
 /// @par Threads  One thread while fields are added, then any.
 class LRT_API RecordFields {
  public:
+  /// The fields of a struct, which are described at the first call. One function for each struct.
+  using Self = const RecordFields& (*)();
   /// @param function  function_of<S>()
-  explicit RecordFields(std::string_view function);
+  RecordFields(const char* function, Self self);
   RecordFields(const RecordFields&) = delete;
   RecordFields& operator=(const RecordFields&) = delete;
   ~RecordFields();
@@ -103,7 +107,8 @@ class LRT_API RecordFields {
   /// To be called when all fields are added.
   void finish();
 
-  const Type& type() const noexcept { return type_; }
+  /// The type of a struct. If this thread is describing it, a type with that fault.
+  static const Type& type_of(Self self);
   bool runs_user_code() const noexcept { return runs_user_code_; }
   Value encode(const void* record) const;
   Result<void> decode(const Value& value, void* record) const;
@@ -119,6 +124,7 @@ class LRT_API RecordFields {
   FieldDraft& add(FieldName&& name, const Type& type, bool runs_user_code, bool read_only, Member member);
 
   Type type_;
+  Describing describing_;  // until finish()
   std::string_view function_;
   std::vector<Member> members_;
   std::vector<std::unique_ptr<FieldDraft>> drafts_;
