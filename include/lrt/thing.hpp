@@ -195,6 +195,9 @@ class LRT_API Thing {
                     "property(path, type, [] { return lrt::rdf::Value(1.5); })");
       return PulledProperty<rdf::Value>();
     } else {
+      if constexpr (detail::checks) report_moved("property");
+      if constexpr (model::can_be_null<Read>)
+        if (!read) return PulledProperty<rdf::Value>(new_pulled(path, kept_type(path, type), unit, {}));
       return PulledProperty<rdf::Value>(new_pulled(path, kept_type(path, type), unit, [read = std::move(read)](bool whole) mutable {
         Result<rdf::Value> value = read();
         return model::reading_of(std::move(value), whole);
@@ -271,6 +274,9 @@ class LRT_API Thing {
       constexpr bool takes = !std::is_void_v<typename Shape::Input>, gives = !std::is_void_v<Out>;
       static_assert((!takes || std::is_same_v<typename Shape::Input, rdf::Value>)&&(!gives || std::is_same_v<Out, rdf::Value>),
                     "lrt: an action with types that are made at run time takes and gives rdf::Value");
+      if constexpr (detail::checks) report_moved("action");
+      if constexpr (model::can_be_null<F>)
+        if (!f) return Action(new_action(path, input, output, takes, gives, Shape::asynchronous, {}));
       return Action(new_action(path, input, output, takes, gives, Shape::asynchronous, model::erase_action(std::move(f))));
     }
   }
