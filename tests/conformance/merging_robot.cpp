@@ -131,8 +131,7 @@ lrt::Thing make_rig() {
       .between(-1, 1)
       .on_write([](double) {});
   rig.property<double>("neverPublished", lrt::unit::radian);
-  rig.property(
-      "unread", []() -> double { throw std::runtime_error("no voltage"); }, lrt::unit::ampere);
+  rig.property("unread", []() -> double { throw std::runtime_error("no voltage"); });
   rig.property("unreadPlan", []() -> Plan { throw 7; });
   rig.property("unreadMaybe", []() -> std::optional<Point> { throw 7; });
   rig.property("manyValues", [] { return std::vector<double>(5'000, 0.5); });  // more than max_value_members

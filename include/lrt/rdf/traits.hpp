@@ -545,6 +545,7 @@ class GetterField : public FieldAccess {
 };
 }  // namespace detail
 
+/// @cond internal
 namespace detail {
 /// The type of the default of a field: that of the field, for a C array the type with its values.
 template <class M>
@@ -574,6 +575,7 @@ constexpr bool is_negative(N n) noexcept {
   else return false;
 }
 }  // namespace detail
+/// @endcond
 
 /// A field while describe() runs: `r.field("gain", &S::gain).unit(unit::none).between(0, 10).value_if_absent(1.5)`. Its
 /// functions are those of Facets, and value_if_absent(). It converts to Facets&, which stays valid.
@@ -586,6 +588,7 @@ class Field {
   /// @cond internal
   explicit Field(detail::FieldDraft& draft) noexcept : draft_(&draft) {}
   /// @endcond
+  /// Of the field; valid as long as its record.
   operator Facets&() const noexcept { return draft_->facets; }
 
   /// Declares the value that the field has if a client leaves it out of a PUT, of a POST or of an action's input, or
@@ -596,6 +599,7 @@ class Field {
   /// @par Errors   invalid_option, from Server::add(): the value is outside of the field's bounds or of its C++ type; the
   ///               field is read-only or a std::optional
   Field value_if_absent(const M& value) const { return set_absent(traits<M>::encode(value), true); }
+  /// @cond internal
   template <class V>
   Field value_if_absent(const V& value) const {
     if constexpr (!detail::is_default_for<std::decay_t<const V>, M>()) {
@@ -612,6 +616,7 @@ class Field {
       return set_absent(traits<M>::encode(M(value)), true);
     }
   }
+  /// @endcond
 
   /// Facets::unit().
   Field unit(const Unit& u) const { return draft_->facets.unit(u), *this; }
