@@ -51,6 +51,9 @@ VALUES = {
     "job": [json.dumps({"name": "\"a\"\n\u00e9", "urgent": True, "repeats": 0, "way": [], "colour": [0, 255, 1]}),
             json.dumps({"name": "x", "urgent": False, "repeats": 20, "speed": 1.25, "start": {"x": 0, "y": 2}, "way": [{"x": 1, "y": 2}, {"x": 3, "y": 4}],
                         "colour": [1, 2, 3], "pause": "PT1.5S"})],
+    "tuning": ['{"limit":1}', json.dumps({"gain": 0, "limit": -1e300, "count": 2147483647, "name": "\u00e9 \"x\"", "gear": "first", "active": True,
+                                          "offset": 50, "steps": [], "limits": {"low": -100, "high": 1e-30}, "extra": {"": 1, "a/b": 2}})],
+    "twin": ['{"limit":2,"steps":[-1,0]}'],
 }
 
 

@@ -53,6 +53,8 @@ STATED = {
     LRT + "radius": OF_A_GEOMETRY,
     "http://vocab.arvida.de/2015/06/spatial/vocab#scaling": OF_A_GEOMETRY,
     "Grip/item": "std::optional in t04_structs_and_enums",
+    "acme.Status/at": "a message within a message may be absent in Protocol Buffers",
+    "class of a member of a map": "follows from its schema:name, which the Blueprint requires",
     "http://purl.org/dc/terms/hasFormat": "the formats depend on the value",
     "description of a Thing": "what is said of one Thing for people; its kind does not demand it",
     "class of the Blueprint": "by this the Blueprint finds its Things",
@@ -82,6 +84,8 @@ def stated(state, subject, what, predicate, of):
     elif (subject, RDF.type, rdflib.URIRef(LRT + "World")) in state and predicate in (RDF.type, rdflib.URIRef("http://www.w3.org/ns/ldp#contains"),
                                                                                     rdflib.URIRef(LRT + "allGraphs")):
         entry = "of a World"
+    elif predicate == RDF.type and str(of) == "http://schema.org/PropertyValue":
+        entry = "class of a member of a map"
     elif name == "http://purl.org/dc/terms/description":
         entry = "description of a Thing" if what == "Thing" else None
     elif name == QUDT + "hasUnit":

@@ -20,7 +20,7 @@ import urllib.parse
 import xml.etree.ElementTree as ElementTree
 
 sys.dont_write_bytecode = True  # nothing is left in the source tree
-from robot_process import LRT, Program
+from robot_process import LRT, Program, until
 
 MAX_REQUESTS = 10
 COMUNICA = "@comunica/query-sparql@4.4.1"  # 5 needs a newer Node than Debian has
@@ -133,6 +133,11 @@ def report(client, robot, question, rows, requests, seconds):
     assert requests <= MAX_REQUESTS, requests
 
 
+def wait_for_actions(robot, description):
+    """A Thing has no actions until the robot's program has said that it is not stopped."""
+    until(lambda: f"/actions/{description.action}>" in robot.get(robot.url + "all", Accept="application/n-triples").expect(200).body, "the actions")
+
+
 def rdflib_reads(name, robot, description):
     import rdflib
     client = f"rdflib {rdflib.__version__}"
@@ -145,6 +150,7 @@ def rdflib_reads(name, robot, description):
         answer = robot.get(url, Accept=media_types[syntax]).expect(200)
         return (store if store is not None else rdflib.Graph()).parse(data=answer.body, format=syntax, publicID=url)
 
+    wait_for_actions(robot, description)
     started = time.monotonic()
     every = str(next(read("", "turtle").objects(None, rdflib.URIRef(LRT + "all"))))
     turtle = read(every, "turtle")
@@ -183,6 +189,7 @@ def install_comunica(folder):
 
 
 def comunica_reads(name, robot, description, folder):
+    wait_for_actions(robot, description)
     script = os.path.join(os.path.dirname(os.path.abspath(__file__)), "comunica.mjs")
     queries = json.dumps({"all": ALL, "questions": {**QUESTIONS, "angle by graph": ANGLES_BY_GRAPH}})
     done = subprocess.run(["node", script, str(folder), robot.url], input=queries, capture_output=True, text=True, timeout=COMUNICA_TIMEOUT, check=False)

@@ -745,6 +745,11 @@ std::string lacks_members(const Body& body, const client::Schema& schema, const 
   constexpr std::size_t max_values = 100'000;
   const auto document = rdf::json::Document::parse(body.bytes, {max_values, max_depth, true});
   if (!document || document->kind(document->root()) != rdf::json::Document::Kind::object) return {};
+  const auto is_field = [&](std::string_view key) {
+    return std::any_of(type.fields.begin(), type.fields.end(), [&](const rdf::FieldType& field) { return field.name == key; });
+  };
+  for (const auto member : rdf::json::Children(*document, document->root()))
+    if (!is_field(document->key(member))) return {};  // which is said of it
   constexpr std::size_t max_shown = 10;
   std::size_t missing = 0, present = 0;
   std::string names, example;

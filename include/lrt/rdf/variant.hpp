@@ -180,12 +180,13 @@ class Variant {
 /// Variants whose alternatives have names of their own: see Variant.
 template <class... T>
 struct traits<std::variant<T...>> : Variant<std::variant<T...>> {
-  static_assert(detail::AlternativesOfType<void, std::variant<T...>>::are_unique,
-                "lrt: two alternatives of this std::variant have the same type, so that their names do not say which one it is; give each a name: "
-                "template <> struct lrt::rdf::traits<V> : lrt::rdf::Variant<V> { static void describe(Variant<V>& v) { "
-                "v.alternative<0>(\"first\"); v.alternative<1>(\"second\"); } };");
   /// Gives no names.
-  static void describe(Variant<std::variant<T...>>&) {}
+  static void describe(Variant<std::variant<T...>>&) {
+    static_assert(detail::AlternativesOfType<void, std::variant<T...>>::are_unique,
+                  "lrt: two alternatives of this std::variant have the same type, so that their names do not say which one it is; give each a name: "
+                  "template <> struct lrt::rdf::traits<V> : lrt::rdf::Variant<V> { static void describe(Variant<V>& v) { "
+                  "v.alternative<0>(\"first\"); v.alternative<1>(\"second\"); } };");
+  }
 };
 
 }  // namespace v0
