@@ -60,7 +60,7 @@ int main() {
 //         http-core:requestURI <http://127.0.0.1:8080/arm/speed> ;
 //         http-core:body [
 //             a maths:Scalar ;
-//             dcterms:conformsTo <http://127.0.0.1:8080/blueprints/arm-4bef2ea9-d6d969ac#speed>
+//             dcterms:conformsTo <http://127.0.0.1:8080/blueprints/arm-8da351c3-d6d969ac#speed>
 //         ]
 //     ] .
 //

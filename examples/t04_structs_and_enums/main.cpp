@@ -86,7 +86,7 @@ int main() {
 //         http-core:requestURI <http://127.0.0.1:8080/gripper/grip> ;
 //         http-core:body [
 //             a <http://127.0.0.1:8080/ns/vocabulary#Grip> ;
-//             dcterms:conformsTo <http://127.0.0.1:8080/blueprints/gripper-599a9b8b#grip>
+//             dcterms:conformsTo <http://127.0.0.1:8080/blueprints/gripper-7fcb3444#grip>
 //         ]
 //     ] .
 //
@@ -153,7 +153,7 @@ int main() {
 //         http-core:requestURI <http://127.0.0.1:8080/gripper/grip> ;
 //         http-core:body [
 //             a <http://127.0.0.1:8080/ns/vocabulary#Grip> ;
-//             dcterms:conformsTo <http://127.0.0.1:8080/blueprints/gripper-599a9b8b#grip>
+//             dcterms:conformsTo <http://127.0.0.1:8080/blueprints/gripper-7fcb3444#grip>
 //         ]
 //     ] .
 //

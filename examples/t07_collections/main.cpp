@@ -92,7 +92,7 @@ int main() {
 //         http-core:requestURI <http://127.0.0.1:8080/rover/waypoints> ;
 //         http-core:body [
 //             a maths:Vector2D ;
-//             dcterms:conformsTo <http://127.0.0.1:8080/blueprints/rover-3837a616#waypoints>
+//             dcterms:conformsTo <http://127.0.0.1:8080/blueprints/rover-aa17dae8#waypoints>
 //         ]
 //     ] .
 //
@@ -128,7 +128,7 @@ int main() {
 //         http-core:requestURI <http://127.0.0.1:8080/rover/waypoints> ;
 //         http-core:body [
 //             a maths:Vector2D ;
-//             dcterms:conformsTo <http://127.0.0.1:8080/blueprints/rover-3837a616#waypoints>
+//             dcterms:conformsTo <http://127.0.0.1:8080/blueprints/rover-aa17dae8#waypoints>
 //         ]
 //     ] .
 //

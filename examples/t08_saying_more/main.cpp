@@ -89,7 +89,7 @@ int main() {
 //     <http://www.w3.org/ns/ldp#Resource>; rel="type"
 //     <http://www.w3.org/ns/ldp#RDFSource>; rel="type"
 //     <http://127.0.0.1:8080/rover/battery>; rel="up"
-//     <http://127.0.0.1:8080/blueprints/battery-5c769265>; rel="describedby"
+//     <http://127.0.0.1:8080/blueprints/battery-d5340b37>; rel="describedby"
 //     <http://127.0.0.1:8080/rover/battery/charge>; rel="related"
 //     <http://127.0.0.1:8080/rover/battery/state?accept=text/turtle>; rel="alternate"; type="text/turtle"
 //     <http://127.0.0.1:8080/rover/battery/state?accept=application/n-triples>; rel="alternate"; type="application/n-triples"
@@ -104,9 +104,9 @@ int main() {
 //     hybrit:subscriptions <http://127.0.0.1:8080/rover/battery/subscriptions> ;
 //     hybrit:websocketUrl "ws://127.0.0.1:8080/rover/battery/state"^^xsd:anyURI .
 //
-// <http://127.0.0.1:8080/rover/battery> a hybrit:RoboticThing, <http://127.0.0.1:8080/blueprints/battery-5c769265> ;
+// <http://127.0.0.1:8080/rover/battery> a hybrit:RoboticThing, <http://127.0.0.1:8080/blueprints/battery-d5340b37> ;
 //     dcterms:title "battery" ;
-//     hybrit:blueprint <http://127.0.0.1:8080/blueprints/battery-5c769265> ;
+//     hybrit:blueprint <http://127.0.0.1:8080/blueprints/battery-d5340b37> ;
 //     hybrit:subscriptions <http://127.0.0.1:8080/rover/battery/subscriptions> ;
 //     lrt:state <http://127.0.0.1:8080/rover/battery/state> ;
 //     dcterms:isPartOf <http://127.0.0.1:8080/rover> ;

@@ -57,8 +57,22 @@ int main() {
 // Content-Type: text/turtle
 // <http://127.0.0.1:8080/gripper/blueprint> a ldp:RDFSource .
 //
-// :name a sh:NodeShape ;
+// [] a sh:NodeShape ;
 //     sh:targetNode <http://127.0.0.1:8080/gripper/name> ;
+//     sh:or ( [
+//             sh:property [
+//                 sh:path rdf:value ;
+//                 sh:maxCount 0
+//             ] ;
+//             sh:node [
+//                 sh:property [
+//                     sh:path lrt:error ;
+//                     sh:minCount 1
+//                 ]
+//             ]
+//         ] :name ) .
+//
+// :name a sh:NodeShape ;
 //     sh:property :nameText .
 //
 // :nameText sh:path rdf:value ;

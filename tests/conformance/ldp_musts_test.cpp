@@ -178,7 +178,7 @@ std::vector<Exchange> every_answer() {
   turtle(500, "POST", "/arm/actions/fail", "");
   turtle(400, "POST", "/arm/actions/turn", "no Turtle");
   ask(500, "GET /arm/broken");
-  ask(500, "GET /arm/state");  // of which that one is a part
+  ask(200, "GET /arm/state");  // of which that one is a part, and says why it is missing
   r.robot.locked = true;
   turtle(409, "PUT", "/arm/angle", number_body("7", "maths:Degree"));
   ask(409, "DELETE " + r.member);

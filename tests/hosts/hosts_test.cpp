@@ -119,16 +119,17 @@ TEST_CASE("a program of steps with alternatives is read and written, and has exa
   cell::Status status;
   Web web;
   web.server->add(cell_thing(program, status)).value();
-  CHECK(web.json("/cell/program") ==
-        R"({"name":"pick","steps":[{"name":"wait","wait":{"seconds":1}},{"name":"move","moveJ":{"joints":[0,0,0,0,0,0],"speed":0.5}}]})");
+  CHECK(
+      web.json("/cell/program") ==
+      R"({"name":"pick","steps":[{"name":"wait","what":{"wait":{"seconds":1}}},{"name":"move","what":{"moveJ":{"joints":[0,0,0,0,0,0],"speed":0.5}}}]})");
   CHECK(web.wrong("/cell") == "");
-  CHECK(web.ask("PUT /cell/program", R"({"name":"p","steps":[{"name":"w","wait":{"seconds":2}}]})").status == 204);
+  CHECK(web.ask("PUT /cell/program", R"({"name":"p","steps":[{"name":"w","what":{"wait":{"seconds":2}}}]})").status == 204);
   REQUIRE(program.steps.size() == 1);
   CHECK(std::get<cell::Wait>(program.steps[0].what).seconds == 2);
-  const Answer none = web.ask("PUT /cell/program", R"({"name":"p","steps":[{"name":"w"}]})");
+  const Answer none = web.ask("PUT /cell/program", R"({"name":"p","steps":[{"name":"w","what":{}}]})");
   CHECK(none.status == 422);
   CHECK(
-      web.ask("PUT /cell/program", R"({"name":"p","steps":[{"name":"w","wait":{"seconds":2},"moveJ":{"joints":[0,0,0,0,0,0],"speed":1}}]})").status ==
-      422);
+      web.ask("PUT /cell/program", R"({"name":"p","steps":[{"name":"w","what":{"wait":{"seconds":2},"moveJ":{"joints":[0,0,0,0,0,0],"speed":1}}}]})")
+          .status == 422);
   CHECK(program.steps.size() == 1);
 }
