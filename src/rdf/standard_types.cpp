@@ -9,8 +9,6 @@
 namespace lrt::rdf {
 inline namespace v0 {
 
-bool Type::is_bytes() const noexcept { return kind == Kind::text && datatype == vocab::xsd::base64Binary; }
-
 namespace detail {
 
 const Type& byte_type() {

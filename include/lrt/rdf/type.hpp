@@ -10,7 +10,6 @@
 #include <utility>
 #include <vector>
 
-#include <lrt/base/abi.hpp>
 #include <lrt/base/iri.hpp>
 #include <lrt/rdf/unit.hpp>
 #include <lrt/rdf/words.hpp>
@@ -145,7 +144,7 @@ struct Type {
   const Type* key = nullptr;               ///< map: an integer or an enumeration whose values are the names; nullptr: any text
 
   /// A text that is base64 (xsd:base64Binary): Facets::length() counts its bytes.
-  LRT_API bool is_bytes() const noexcept;
+  bool is_bytes() const noexcept { return kind == Kind::text && datatype == Iri("http://www.w3.org/2001/XMLSchema#base64Binary"); }
   bool is_number() const noexcept { return kind == Kind::integer || kind == Kind::real; }  ///< integer or real
   /// Record or variant: a node with a predicate for each of the fields that it has.
   bool has_fields() const noexcept { return kind == Kind::record || kind == Kind::variant; }
