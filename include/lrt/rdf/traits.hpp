@@ -589,7 +589,7 @@ class Field {
   explicit Field(detail::FieldDraft& draft) noexcept : draft_(&draft) {}
   /// @endcond
   /// Of the field; valid as long as its record.
-  operator Facets&() const noexcept { return draft_->facets; }
+  operator Facets&() const noexcept { return draft_->facets; }  // NOLINT: a function that takes facets takes a field
 
   /// Declares the value that the field has if a client leaves it out of a PUT, of a POST or of an action's input, or
   /// removes it by PATCH. Without this, a client must state every field that is not a std::optional; a C++ initialiser of
