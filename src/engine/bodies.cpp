@@ -91,7 +91,7 @@ Bodies::Read Bodies::read_patch(Context& context, const model::PropertySpec& pro
       context, bytes, bytes, [task = std::move(task), text = std::move(text), read] { return read(task); }, false);
 }
 
-http::Response Bodies::refused_patch(const Context& context, BodyFault fault) const {
+http::Response Bodies::refused(const Context& context, BodyFault fault) const {
   auto read = as_read(context, JudgedBody(std::move(fault)));
   return std::move(std::get<http::Response>(read));
 }
@@ -332,8 +332,6 @@ Bodies::Read Bodies::prepare_graphs(Context& context, const std::shared_ptr<Data
   return defer(
       context, 0, triples * work_of_triple, [work] { return work(true); }, false);
 }
-
-http::Response Bodies::refused_graphs(const Context& context, BodyFault fault) const { return refused_patch(context, std::move(fault)); }
 
 http::Response Bodies::graphs_are_busy(const Context& context) const {
   http::Response response = responses_.problem(context, 503, "a graph of the document is being changed by others; none was changed, try again later");

@@ -57,8 +57,6 @@ class Bodies {
   /// The patch in a body, which is judged when it is applied to a value: Body::patch. The response if it cannot be read.
   /// @pre PropertySpec::patches
   Read read_patch(Context& context, const model::PropertySpec& property, std::shared_ptr<const void> owner);
-  /// The response to a patch that was refused when it was applied.
-  http::Response refused_patch(const Context& context, BodyFault fault) const;
   /// The node in a body that the rule finds and the input shape of the requested resource accepts.
   Read read_graph(Context& context, const FocusRule& focus);
   /// What a request that changes a graph of a World has to do; the response if its body cannot be read.
@@ -72,8 +70,8 @@ class Bodies {
   Read prepare_graphs(Context& context, const std::shared_ptr<DatasetChange>& change);
   /// Whether the body of a request is in a syntax with named graphs; the response if it is in none that is read.
   std::variant<bool, http::Response> has_graphs(const Context& context) const;
-  /// The response to a change that was refused.
-  http::Response refused_graphs(const Context& context, BodyFault fault) const;
+  /// The response to a patch of a value or a change of graphs that was refused when it was carried out.
+  http::Response refused(const Context& context, BodyFault fault) const;
   http::Response graphs_are_busy(const Context& context) const;
   /// Executes the change, at once or in a BodyJob.
   Read change_graph(Context& context, GraphTask task);

@@ -456,14 +456,14 @@ void PropertyValues::set(PropertyResource& property, Sample sample) {
   property.mark_changing();
   property.count(sample.number);
   if (const std::string fault = sample.value.is_null() ? std::string() : rdf::fault_of_value(*property.spec->type, sample.value); !fault.empty()) {
-    if (!std::exchange(property.nameless, true) && options_.log)  // it was published
+    if (!std::exchange(property.is_fault_logged, true) && options_.log)  // it was published
       options_.log(LogLevel::error, "property \"" + property.path + "\" has no value: " + fault);
     sample.value = {};
     sample.whole = nullptr;
     sample.encodings.clear();
     refresh_of(property).failure = failure_of(fault);
   } else {
-    property.nameless = false;
+    property.is_fault_logged = false;
     if (property.is_failing()) property.refresh_state->failure.clear();
   }
   // The value and whether there is one are one change, which is counted as that of the value.

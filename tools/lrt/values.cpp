@@ -644,10 +644,6 @@ std::optional<Error> unknown_alternative(const Type& outer, const JsonNode& node
   return std::nullopt;
 }
 
-}  // namespace
-
-namespace {
-
 std::string names_of(const Type& record) {
   std::string names;
   for (const rdf::FieldType& field : record.fields) names += (names.empty() ? "\"" : ", \"") + field.name + '"';

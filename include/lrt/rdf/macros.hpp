@@ -31,7 +31,8 @@
 ///     };
 #define LRT_RECORD_MEMBERS(...) friend LRT_DETAIL_RECORD_(true, LRT_DETAIL_FIRST(__VA_ARGS__, 0), __VA_ARGS__)
 /// Names the enumerators of an enum as they are spelled: LRT_ENUM(Mode, idle, busy). It is needed for an enum without a
-/// fixed underlying type, one with values outside of -16 to 127 that are no power of two, and one without some of its enumerators; others are named by the compiler. It stands where LRT_RECORD may stand.
+/// fixed underlying type, one with values outside of -16 to 127 that are no power of two, and one of which clients see only
+/// some enumerators; others are named by the compiler. It stands where LRT_RECORD may stand.
 #define LRT_ENUM(...)                                                                                                  \
   [[maybe_unused]] inline void lrt_names(::lrt::rdf::Enumeration<LRT_DETAIL_FIRST(__VA_ARGS__, 0)>& lrt_enumeration) { \
     using LrtType [[maybe_unused]] = LRT_DETAIL_FIRST(__VA_ARGS__, 0);                                                 \

@@ -671,7 +671,8 @@ class Field {
 /// std::optional. A client may leave out a field that is optional or has a default (Field::value_if_absent()).
 ///
 /// A record without is() has the class `<vocabulary>Type`. Type is the name of the C++ type with its enclosing classes and
-/// without namespaces, "Arm.Gains" (docs/types.md says how they are told apart), or that of named(). If two types of one server have the same name and different fields, Server::add() returns an error.
+/// without namespaces, "Arm.Gains" (docs/types.md says how they are told apart), or that of named(). If two types of one
+/// server have the same name and different fields, Server::add() returns an error.
 ///
 /// A value with a read-only field, or with a const data member, cannot be decoded. If on_write, on_create or the input
 /// of an action needs such a value, Server::add() returns an error that names the field.

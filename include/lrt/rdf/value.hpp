@@ -22,10 +22,9 @@ inline namespace v0 {
 /// | integer   | int64, or uint64 above the range of int64; durations and instants in nanoseconds |
 /// | real      | float and double |
 /// | text      | strings and names of enumerators |
-/// | sequence  | lists; records, in the order of their fields; maps, as sequences of two (name and value) in the order of the names; variants, as records of which only the field of the active alternative is not null |
+/// | sequence  | lists; records, in the order of their fields; variants, as records with one field that is not null; maps, as sequences of two (name and value) in the order of the names |
 ///
 /// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
-/// sequences of two, the name and the value, in the order of the names.
 class LRT_API Value {
  public:
   using Sequence = std::vector<Value>;  ///< content of a list, record or map

@@ -433,7 +433,7 @@ void PropertyResource::respond_to(const Write& write, Result<Written> written, R
   } else if (context && !written) {
     parts.pending.respond(write.ticket, parts.responses.refused(*context, "property \"" + path + "\" was not written", written.error()));
   } else if (context && written->fault) {
-    parts.pending.respond(write.ticket, parts.bodies.refused_patch(*context, std::move(*written->fault)));
+    parts.pending.respond(write.ticket, parts.bodies.refused(*context, std::move(*written->fault)));
   } else if (context && context->wants_representation()) {
     parts.representations.respond_when_read(write.ticket, *this, [&parts](Context& c) {
       http::Response response = parts.representations.respond(c);

@@ -94,9 +94,9 @@ class PropertyResource final : public ValueResource {
   rdf::Value value;                   ///< null: none yet
   std::shared_ptr<const void> whole;  ///< the T of the value, for the user's encoders
   Utc modified{};
-  const bool promises_value;  ///< in its Blueprint: it is read for each request, or was published before the registration
-  bool only_octets = false;   ///< the value has too many members for RDF, which describes its octets instead
-  bool nameless = false;      ///< what was published last has no representation, see fault_of_value(); this was logged
+  const bool promises_value;     ///< in its Blueprint: it is read for each request, or was published before the registration
+  bool only_octets = false;      ///< the value has too many members for RDF, which describes its octets instead
+  bool is_fault_logged = false;  ///< what was published last has no representation, see fault_of_value()
 
   ThinVector<Encoding> encodings;                  ///< of the present value, by the user's encoders; of the same index
   std::unique_ptr<PropertyRefresh> refresh_state;  ///< PropertyValues'; null: none was needed yet

@@ -529,7 +529,7 @@ Outcome WorldResource::commit(Context& context, Parts& parts, const std::shared_
   if (!graphs) return parts.bodies.graphs_are_busy(context);
   if (std::optional<model::GraphRefusal> refused = GraphState::commit_all(std::move(all))) {
     remove_last(graphs_.size() - before, parts);
-    if (refused->kind == model::GraphRefusal::Kind::too_large) return parts.bodies.refused_graphs(context, {413, refused->message});
+    if (refused->kind == model::GraphRefusal::Kind::too_large) return parts.bodies.refused(context, {413, refused->message});
     if (change->times_prepared >= max_attempts) return parts.bodies.graphs_are_busy(context);
     auto prepared = parts.bodies.prepare_graphs(context, change);
     if (auto outcome = outcome_of(prepared)) return *std::move(outcome);
