@@ -19,4 +19,14 @@ inline std::string base64(std::string_view bytes) {
   return text;
 }
 
+/// The value of a digit of Base64 (RFC 4648 4, table 1); -1: it is none.
+constexpr int base64_digit(char c) noexcept {
+  return c >= 'A' && c <= 'Z'   ? c - 'A'
+         : c >= 'a' && c <= 'z' ? c - 'a' + 26
+         : c >= '0' && c <= '9' ? c - '0' + 52
+         : c == '+'             ? 62
+         : c == '/'             ? 63
+                                : -1;
+}
+
 }  // namespace lrt::detail

@@ -7,6 +7,8 @@
 #include <string>
 #include <string_view>
 
+#include "src/base/base64.hpp"
+
 namespace lrt::rdf {
 
 /// The bytes of xsd:base64Binary, which may have spaces within. nullopt: it is no base64, or its last digit has bits that no byte has.
@@ -19,12 +21,7 @@ inline std::optional<std::string> bytes_of(std::string_view text) {
       ++padding;
       continue;
     }
-    const int digit = c >= 'A' && c <= 'Z'   ? c - 'A'
-                      : c >= 'a' && c <= 'z' ? c - 'a' + 26
-                      : c >= '0' && c <= '9' ? c - '0' + 52
-                      : c == '+'             ? 62
-                      : c == '/'             ? 63
-                                             : -1;
+    const int digit = lrt::detail::base64_digit(c);
     if (digit < 0 || padding > 0) return std::nullopt;
     group = group << 6 | static_cast<unsigned>(digit);
     if (++digits % 4 != 0) continue;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "src/base/ascii.hpp"
+#include "src/base/base64.hpp"
 
 namespace lrt::security {
 namespace {
@@ -20,12 +21,7 @@ std::optional<std::string> decode_base64(std::string_view text) {
   std::uint32_t word = 0;
   for (std::size_t i = 0; i < text.size() - padding; ++i) {
     const char c = text[i];
-    const auto digit = c >= 'A' && c <= 'Z'   ? c - 'A'
-                       : c >= 'a' && c <= 'z' ? c - 'a' + 26
-                       : c >= '0' && c <= '9' ? c - '0' + 52
-                       : c == '+'             ? 62
-                       : c == '/'             ? 63
-                                              : -1;
+    const int digit = lrt::detail::base64_digit(c);
     if (digit < 0) return std::nullopt;
     word = word << 6 | static_cast<std::uint32_t>(digit);
     if (i % 4 == 0) continue;
