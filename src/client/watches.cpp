@@ -827,7 +827,7 @@ void Watch::Impl::socket_ended(Generation generation, const WebSocketEnd& ended)
     was_connected = counts_.values > 0;
   }
   int status = ended.status;
-  // A server that can no longer refuse the handshake sends the reason in the close frame, as lrt does on libwebsockets.
+  // A server that can no longer refuse the handshake sends the reason in the close frame, as lrt did on libwebsockets.
   constexpr std::string_view prefix = "HTTP ";
   if (!has_value && ended.code != 0 && ended.reason.substr(0, prefix.size()) == prefix) {
     int found = 0;

@@ -214,9 +214,7 @@ class Scene {
       return answer;
     } catch (const std::runtime_error& e) {
       const std::string what = e.what();
-      // OpenSSL's own socket layer, which libwebsockets uses, goes on after a record that the system did not take: the client finds that out.
-      const bool is_broken = setting_.transport == "libwebsockets" && has_failed() && what.compare(0, 4, "TLS:") == 0;
-      if (what != "connect failed" && what != "send failed" && !is_broken) throw;
+      if (what != "connect failed" && what != "send failed") throw;
       return std::nullopt;
     }
   }

@@ -423,22 +423,13 @@ def honest(robot, seconds):
     return loop, client
 
 
-# What the honest client may get besides what it requests, by transport and attack.
-# libwebsockets does not say which connection has pipelined bytes (is_pipelined() in its connection.cpp), and so refuses bodies for a moment.
-SMALL_LOSSES = {
-    ("libwebsockets", "900 clients that read nothing"): {"PUT": {503}},
-    ("libwebsockets", "pipelined GETs"): {"PUT": {503}},
-}
-
-
 def check(transport, name, client):
     """The honest client got what it should get."""
     if name == ALL_TAKEN:  # a connection between two requests is closed for another client, and a new one serves stops only
         assert client.statuses["stop"][204] > 0, (transport, name, client.statuses)
         return
     for kind, (_, _, _, status) in Client.KINDS.items():
-        lost = SMALL_LOSSES.get((transport, name), {}).get(kind, set())
-        assert set(client.statuses[kind]) <= {status} | lost and client.statuses[kind], (transport, name, kind, client.statuses[kind])
+        assert set(client.statuses[kind]) == {status}, (transport, name, kind, client.statuses[kind])
 
 
 def under(attack, robot):

@@ -447,15 +447,8 @@ TEST_CASE("the cases hold on http", "[conformance][http]") { run_served_cases("h
 TEST_CASE("the cases hold on http over TLS", "[conformance][http][tls][R0.2]") { run_served_cases("http over TLS"); }
 TEST_CASE("the cases hold on a transport of one's own", "[conformance][own]") { run_served_cases("a transport of one's own"); }
 
-TEST_CASE("the cases hold on libwebsockets", "[conformance][libwebsockets]") {
-  run_served_cases("libwebsockets", read_exceptions(LRT_SOURCE_DIR "/tests/conformance/libwebsockets.txt"));
-}
-TEST_CASE("the cases hold on libwebsockets over TLS", "[conformance][libwebsockets][tls][R0.2]") {
-  run_served_cases("libwebsockets over TLS", read_exceptions(LRT_SOURCE_DIR "/tests/conformance/libwebsockets.txt"));
-}
-TEST_CASE("the cases that libwebsockets cannot carry differ in fact", "[conformance][libwebsockets]") {
-  check_exceptions("libwebsockets", read_exceptions(LRT_SOURCE_DIR "/tests/conformance/libwebsockets.txt"));
-}
+TEST_CASE("the cases hold on libwebsockets", "[conformance][libwebsockets]") { run_served_cases("libwebsockets"); }
+TEST_CASE("the cases hold on libwebsockets over TLS", "[conformance][libwebsockets][tls][R0.2]") { run_served_cases("libwebsockets over TLS"); }
 
 TEST_CASE("the cases hold mounted in cpp-httplib", "[conformance][httplib]") {
   run_served_cases("cpp-httplib", read_exceptions(LRT_SOURCE_DIR "/tests/conformance/cpp_httplib.txt"));

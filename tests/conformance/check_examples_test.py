@@ -21,7 +21,7 @@ from ex_jwt_test import AUDIENCE, ISSUER, Key, token  # noqa: E402
 from examples_graphs_test import ASKED, LEFT_OUT, PREFIXES, Lesson, start  # noqa: E402
 from robot_process import HYBRIT, Program, Robot, Way, http_request, objects, plain  # noqa: E402
 
-SERVERS = {"ex_httplib_host": "cpp_httplib", "ex_lws_host": "libwebsockets", "ex_own_transport": "own_transport"}  # of check_differences.txt
+SERVERS = {"ex_httplib_host": "cpp_httplib", "ex_own_transport": "own_transport"}  # of check_differences.txt
 CHECK_TIME = 100  # seconds of one program
 MAX_WRITTEN = 8   # Properties of a program
 CREDENTIALS = {"t22_rights": {"X-Badge": "bert"}}
@@ -119,7 +119,7 @@ def main():
                 print("baxter on libwebsockets is left out: this build has no such transport")
             else:
                 with running:
-                    good = check(lrt, "baxter on libwebsockets", running, folder, {}, "libwebsockets") and good
+                    good = check(lrt, "baxter on libwebsockets", running, folder, {}) and good
             Way.arguments, Way.transport = [], None
     return 0 if good else 1
 

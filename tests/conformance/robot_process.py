@@ -250,15 +250,8 @@ class Robot(Program):
         return self.post(f"baxter/{joint}/actions/rotate", body, **headers)
 
     def call_back(self, path, url, upgrade="callback", **headers):
-        """Subscribes by the Upgrade form, or by POST where the transport refuses protocols that it does not know."""
-        if Way.transport != "libwebsockets":
-            return self.get(path, Upgrade=upgrade, Callback=url, **headers)
-        query = urllib.parse.urlsplit(path).query
-        path = urllib.parse.urlsplit(path).path.lstrip("/")  # of a whole URL, too
-        more = f'; hybrit:mediaType "{headers["Accept"]}" ' if "Accept" in headers else ""
-        for name, value in urllib.parse.parse_qsl(query):
-            more += f'; hybrit:mediaType "{value}" ' if name == "accept" else f"; lrt:{name} {value} "
-        return self.post_subscription(path, url, more)
+        """Subscribes by the Upgrade form."""
+        return self.get(path, Upgrade=upgrade, Callback=url, **headers)
 
     def post_subscription(self, path, url, more="", container=None):
         body = (f"@prefix hybrit: <{HYBRIT}> . @prefix lrt: <{LRT}> . @prefix xsd: <http://www.w3.org/2001/XMLSchema#> . "

@@ -195,14 +195,12 @@ TEST_CASE("the rights are the same on each transport", "[server][security][R0.2]
     CAPTURE(transport);
     const Ruled robot{std::string(transport)};
     const std::string host = "\nHost: 127.0.0.1:" + std::to_string(robot.server->port());
-    check_rights(
-        [&](const std::string& request, const std::string& token) {
-          const std::size_t body = std::min(request.find("\n\n"), request.size());
-          return Socket(robot.server->port())
-              .ask(request.substr(0, body) + host + (token.empty() ? "" : "\nAuthorization: Bearer " + token) + request.substr(body))
-              .status;
-        },
-        transport != "libwebsockets");  // which takes no Upgrade but websocket
+    check_rights([&](const std::string& request, const std::string& token) {
+      const std::size_t body = std::min(request.find("\n\n"), request.size());
+      return Socket(robot.server->port())
+          .ask(request.substr(0, body) + host + (token.empty() ? "" : "\nAuthorization: Bearer " + token) + request.substr(body))
+          .status;
+    });
     const std::string handshake =
         host + "\nConnection: Upgrade\nUpgrade: websocket\nSec-WebSocket-Version: 13\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==";
     const auto opens = [&](const std::string& path, const std::string& who) {

@@ -648,7 +648,7 @@ struct lrt::rdf::traits<Picture> : lrt::rdf::Record<Picture> {
   static void describe(Record<Picture>& r) { r.field("number", &Picture::number); }
 };
 
-TEST_CASE("pictures reach four clients as they are, and the default transport copies none of them", "[server][R0.12][R0.17]") {
+TEST_CASE("pictures reach four clients as they are, and no transport copies them", "[server][R0.12][R0.17]") {
   const std::string name(GENERATE(from_range(transport::names())));
   CAPTURE(name);
   constexpr std::size_t size = 1'000'000, clients = 4;
@@ -666,12 +666,13 @@ TEST_CASE("pictures reach four clients as they are, and the default transport co
                         "\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: " + WebSocketClient::key +
                         "\r\n\r\n");
   }
-  std::size_t polled = 0;  // bytes allocated within poll()
+  std::size_t polled =
+      0;  // bytes allocated within poll(), in pieces as large as those of a picture: how often poll() is called depends on the machine
   const auto until = [&](const auto& reached) {
     eventually([&] {
       const std::size_t before = allocated_bytes;
       server.poll(milliseconds(1));
-      polled += allocated_bytes - before;
+      if (const std::size_t more = allocated_bytes - before; more >= size / 10) polled += more;
       for (WebSocketClient& s : sockets) s.step();
       return reached();
     });
@@ -696,6 +697,5 @@ TEST_CASE("pictures reach four clients as they are, and the default transport co
   }
   std::printf("%s: %.0f KB allocated in poll() for 3 pictures of %.0f KB to %zu clients\n", name.c_str(), static_cast<double>(polled) / 1e3,
               size / 1e3, clients);
-  if (name == "http") CHECK(polled < size);
-  else CHECK(polled < 3 * clients * size * 5 / 2);  // libwebsockets wants a copy, and gives one back
+  CHECK(polled < size);
 }

@@ -55,7 +55,7 @@ struct Host {
     transport::TransportOptions options;
     options.port = 0;
     options.limits = limits;
-    server = transport::make_http(std::move(options));
+    server = make_network(std::move(options));
     if (const auto started = server->start(handler); !started) throw std::runtime_error(started.error().message);
     item.fd = server->descriptor();
   }

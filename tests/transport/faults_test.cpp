@@ -62,7 +62,7 @@ int lose_the_interface() {
   if (::unshare(CLONE_NEWUSER | CLONE_NEWNET) != 0 && ::unshare(CLONE_NEWNET) != 0) return no_namespace;
   if (!set_loopback(true)) return no_namespace;
   TestHandler handler;
-  const auto server = transport::make_http(options_on(0));
+  const auto server = make_network(options_on(0));
   if (!server->start(handler)) return not_served;
   RawClient early(server->port()), deaf(server->port());
   early.send(get("/"));
@@ -92,7 +92,7 @@ TEST_CASE("a client that breaks off does not end the process by SIGPIPE, and the
   ::sigaction(SIGPIPE, &standard, &before);
   {
     TestHandler handler;
-    const auto server = transport::make_http(options_on(0));
+    const auto server = make_network(options_on(0));
     REQUIRE(server->start(handler));
     for (int i = 0; i < 20; ++i) {
       RawClient client(server->port(), "127.0.0.1", 4096);
@@ -118,7 +118,7 @@ TEST_CASE("a robot that is started again listens on its port at once", "[transpo
   TestHandler handler;
   std::uint16_t port = 0;
   for (int life = 0; life < 3; ++life) {
-    auto server = transport::make_http(options_on(port));
+    auto server = make_network(options_on(port));
     REQUIRE(server->start(handler));
     port = server->port();
     RawClient closed(port), open(port);

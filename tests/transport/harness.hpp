@@ -27,13 +27,21 @@
 
 #include <lrt/base/clock.hpp>
 #include <lrt/engine/handler.hpp>
-#include <lrt/transport/http.hpp>
+#include <lrt/transport/named.hpp>
 #include <lrt/transport/transport.hpp>
 
 #include "src/http/target.hpp"
 #include "tests/support/catch.hpp"
 
 namespace lrt::test {
+
+/// The transport under test: "http", or the one that the environment names in LRT_TEST_TRANSPORT.
+inline std::unique_ptr<transport::Transport> make_network(transport::TransportOptions options) {
+  const char* const name = std::getenv("LRT_TEST_TRANSPORT");
+  auto made = transport::make_named(name != nullptr ? name : "http", std::move(options));
+  if (!made) throw std::runtime_error(std::string("this build has no transport ") + name);
+  return made;
+}
 
 class HandClock final : public Clock {
  public:

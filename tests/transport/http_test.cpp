@@ -48,7 +48,7 @@ transport::TransportOptions on_any_port() {
 }
 
 struct Host : TestHost {
-  explicit Host(transport::TransportOptions options = on_any_port()) : TestHost(transport::make_http(std::move(options))) {}
+  explicit Host(transport::TransportOptions options = on_any_port()) : TestHost(make_network(std::move(options))) {}
 };
 
 }  // namespace
@@ -305,7 +305,7 @@ TEST_CASE("a small request is served before large bodies that arrived before it"
     }
     std::string order;
   } handler;
-  TestHost host(transport::make_http(on_any_port()), &handler);
+  TestHost host(make_network(on_any_port()), &handler);
   const std::string body(50'000, 'b');
   std::vector<RawClient> large;
   auto small = host.client();
@@ -820,15 +820,15 @@ TEST_CASE("start says why it cannot listen", "[transport]") {
   TestHandler handler;
   auto options = on_any_port();
   options.port = host.server->port();
-  const auto taken = transport::make_http(options)->start(handler);
+  const auto taken = make_network(options)->start(handler);
   REQUIRE_FALSE(taken);
   CHECK(taken.error().code == Errc::address_in_use);
   options.address = "robot.example";
-  const auto named = transport::make_http(options)->start(handler);
+  const auto named = make_network(options)->start(handler);
   REQUIRE_FALSE(named);
   CHECK(named.error().code == Errc::invalid_option);
   options.address = "192.0.2.1";
-  const auto foreign = transport::make_http(options)->start(handler);
+  const auto foreign = make_network(options)->start(handler);
   REQUIRE_FALSE(foreign);
   CHECK(foreign.error().code == Errc::io_error);
   CHECK_FALSE(host.server->start(handler));
@@ -838,7 +838,7 @@ TEST_CASE("IPv6 is served where there is any", "[transport]") {
   auto options = on_any_port();
   options.address = "::1";
   TestHandler handler;
-  const auto server = transport::make_http(options);
+  const auto server = make_network(options);
   if (!server->start(handler)) return print_skip("this machine has no IPv6");
   RawClient client(server->port(), "::1");
   client.send(get("/"));

@@ -86,7 +86,7 @@ transport::TransportOptions on_any_port() {
 struct Host {
   explicit Host(transport::TransportOptions options = on_any_port()) : limits(options.limits) {
     options.clock = &clock;
-    server = transport::make_http(std::move(options));
+    server = make_network(std::move(options));
     if (const auto started = server->start(handler); !started) throw std::runtime_error(started.error().message);
   }
   ~Host() { CHECK(handler.wrong == ""); }

@@ -107,7 +107,7 @@ struct Host {
     options.tls->key_file = folder.put_key("server-key.pem", own);
     folder.put("ca.pem", {&authority()});
     if (change) change(options);
-    server = transport::make_http(options);
+    server = make_network(options);
     if (const auto started = server->start(handler); !started) throw std::runtime_error(started.error().message);
   }
   TlsClient client(int receive_buffer = 0) { return TlsClient(server->port(), context.get(), receive_buffer); }
@@ -266,7 +266,7 @@ TEST_CASE("5 MB go both ways over TLS, also to a client that reads slowly", "[tr
   CHECK(answers[1].body == "hello");
 }
 
-TEST_CASE("a handshake and a request over TLS may be split at any byte", "[transport][tls][R0.2]") {
+TEST_CASE("a handshake and a request over TLS may be split at any byte", "[transport][tls][long][R0.2]") {
   Host host;
   const int version = GENERATE(TLS1_2_VERSION, TLS1_3_VERSION);
   SSL_CTX_set_max_proto_version(host.context.get(), version);
@@ -618,7 +618,7 @@ TEST_CASE("a new certificate is for new connections; open ones go on; bad files 
 
   auto options = host.options;
   options.tls.reset();
-  const auto plain = transport::make_http(options)->reload_tls();
+  const auto plain = make_network(options)->reload_tls();
   REQUIRE_FALSE(plain);
   CHECK(plain.error().code == Errc::invalid_option);
 }
@@ -673,7 +673,7 @@ TEST_CASE("start says which file of TLS is wrong and why", "[transport][tls][R0.
     options.port = 0;
     options.tls = good;
     item.change(*options.tls);
-    const auto server = transport::make_http(options);
+    const auto server = make_network(options);
     const auto started = server->start(handler);
     REQUIRE_FALSE(started);
     CHECK(started.error().code == item.code);
@@ -794,7 +794,7 @@ TEST_CASE("one address can have so many connections, and again when one leaves",
   options.limits.max_connections_per_address = 2;
   options.limits.linger_timeout = milliseconds(300);
   {
-    const auto server = transport::make_http(options);
+    const auto server = make_network(options);
     REQUIRE(server->start(handler));
     std::vector<RawClient> clients;
     for (int i = 0; i < 5; ++i) {
@@ -809,7 +809,7 @@ TEST_CASE("one address can have so many connections, and again when one leaves",
     return;
   }
   options.address = address;
-  const auto server = transport::make_http(options);
+  const auto server = make_network(options);
   REQUIRE(server->start(handler));
   std::vector<RawClient> clients;
   for (const int status : {200, 200, 503}) {
