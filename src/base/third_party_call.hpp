@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <memory>
-
 #include <lrt/base/abi.hpp>
-#include <lrt/base/waker.hpp>
 
 namespace lrt {
 
@@ -25,8 +22,6 @@ class LRT_INTERNAL_API ThirdPartyCall {
 
   /// Registers the handler that waits in exit(). Must be called once for each third party, after its initialisation: handlers run in reverse order.
   static bool close_at_exit() noexcept;
-  /// Interrupts a blocking call, so that exit() does not wait for it.
-  static void wake_at_exit(std::weak_ptr<Waker> waker);
 
  private:
   bool entered_;
