@@ -50,6 +50,18 @@ std::optional<FileFailure> write_directory(const std::string& directory) {
   return std::nullopt;
 }
 
+Result<void> make_directory(const std::string& directory) {
+  const std::string above = directory_of(directory);
+  bool made = ::mkdir(directory.c_str(), 0700) == 0;
+  if (!made && errno == ENOENT && above != directory) {
+    if (Result<void> made_above = make_directory(above); !made_above) return made_above;
+    made = ::mkdir(directory.c_str(), 0700) == 0;
+  }
+  if (!made) return errno == EEXIST ? Result<void>() : file_error({"making the directory", errno}, directory);
+  const auto failure = write_directory(above);
+  return failure ? file_error(*failure, directory) : Result<void>();
+}
+
 Result<void> check_leftover(const std::string& path, std::string_view mark) {
   const std::string fresh = path + ".new";
   const auto in_the_way = [&](const std::string& found) {

@@ -56,6 +56,10 @@ LRT_INTERNAL_API std::string followed(std::string path);
 /// The directory of a path; ".": the path has none.
 LRT_INTERNAL_API std::string directory_of(const std::string& path);
 
+/// Makes a directory and those above it, for their owner only (0700), unless they exist.
+/// @par Errors  io_error
+LRT_INTERNAL_API Result<void> make_directory(const std::string& directory);
+
 /// Puts the names of a directory on the disk. Some file systems do not support this, which is no failure.
 LRT_INTERNAL_API std::optional<FileFailure> write_directory(const std::string& directory);
 

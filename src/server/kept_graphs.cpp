@@ -39,7 +39,7 @@ KeptGraph::~KeptGraph() {
 }
 
 void KeptGraph::begin(LogCallback log, ThreadOptions threads) {
-  file_ = std::make_unique<SavedFile>(state_->options().file, nullptr, std::move(log), std::move(threads));
+  file_ = std::make_unique<SavedFile>(state_->options().file, nullptr, std::move(log), std::move(threads), std::move(claim_));
   state_->set_saver([file = file_.get()](const model::GraphState::Version& version) -> std::function<void()> {
     SavedFile::Make make = [graph = version.graph] { return rdf::write(*graph, rdf::Syntax::n_triples).value(); };
     return [file, make = std::move(make), revision = version.revision]() mutable { file->save(std::move(make), revision); };

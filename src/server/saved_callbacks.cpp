@@ -36,7 +36,7 @@ class SavedCallbacks final : public Service {
       if (Result<void> restored = restore(*content); !restored) return restored;
     file_.emplace(
         path_, [this](std::uint64_t revision, bool written) { server_.engine().saved(revision, written); }, server_.waking_log(),
-        server_.options().threads.own);
+        server_.options().threads.own, std::move(claim_));
     return {};
   }
   void take(engine::Outputs& outputs) override {
@@ -69,7 +69,7 @@ class SavedCallbacks final : public Service {
 
   SharedEngine& server_;
   const std::string& path_;
-  SavedFile::Claim claim_;
+  SavedFile::Claim claim_;                     ///< the same
   std::optional<SavedFile::Content> content_;  ///< until start()
   std::optional<SavedFile> file_;              ///< set by start(); writes the pending text when it is destroyed
 };

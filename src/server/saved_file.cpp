@@ -52,19 +52,6 @@ Unexpected not_ours(const std::string& path, const std::string& found) {
   return unexpected(Errc::invalid_option, "\"" + path + "\": expected a file that lrt wrote, or none; found " + found + ". Choose another path");
 }
 
-/// Makes a directory and those above it, for their owner only.
-Result<void> make_directory(const std::string& directory) {
-  const std::string above = directory_of(directory);
-  bool made = ::mkdir(directory.c_str(), 0700) == 0;
-  if (!made && errno == ENOENT && above != directory) {
-    if (Result<void> made_above = make_directory(above); !made_above) return made_above;
-    made = ::mkdir(directory.c_str(), 0700) == 0;
-  }
-  if (!made) return errno == EEXIST ? Result<void>() : file_error({"making the directory", errno}, directory);
-  const auto failure = write_directory(above);
-  return failure ? file_error(*failure, directory) : Result<void>();
-}
-
 /// The lock files of this process, by device and number. System locks alone are not enough: some file systems have none.
 class Claimed {
  public:
@@ -107,7 +94,7 @@ int lock_whole(int descriptor) noexcept {
 
 /// The empty file at that path stays: removing it would let two processes lock two files of that name.
 Result<SavedFile::Claim> claim(const std::string& lock) {
-  const auto taken = [&](Errc code, const char* by) {
+  const auto taken = [&](Errc code, const char* by) -> Result<SavedFile::Claim> {
     return unexpected(code, "\"" + lock + "\": another " + by + " writes this file. Choose another path");
   };
   constexpr const char* here = "graph or server of this program";
@@ -116,14 +103,14 @@ Result<SavedFile::Claim> claim(const std::string& lock) {
   if (::lstat(lock.c_str(), &about) == 0 && claimed_files().has({about.st_dev, about.st_ino})) return taken(Errc::invalid_option, here);
   Descriptor file(::open(lock.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0600));
   if (!file) {
-    if (errno == ENOSPC || errno == EDQUOT) return SavedFile::Claim();  // a full disk does not stop the start
+    if (errno == ENOSPC || errno == EDQUOT) return SavedFile::Claim(lock, -1);  // a full disk does not stop the start
     return file_error({"opening", errno}, lock);
   }
   if (::fstat(file.get(), &about) != 0) return file_error({"examining", errno}, lock);
   const Claimed::Key key(about.st_dev, about.st_ino);
   if (!claimed_files().add(key)) return taken(Errc::invalid_option, here);
   const int error = lock_whole(file.get());
-  if (error != EACCES && error != EAGAIN) return SavedFile::Claim(file.release());  // some file systems have no locks
+  if (error != EACCES && error != EAGAIN) return SavedFile::Claim(lock, file.release());  // some file systems have no locks
   claimed_files().remove(key);
   return taken(Errc::io_error, "process");
 }
@@ -133,8 +120,8 @@ Result<SavedFile::Claim> claim(const std::string& lock) {
 /// Shared with its thread, which is detached if the disk does not respond.
 class SavedFile::Writer {
  public:
-  Writer(std::string path, Written written, LogCallback log, ThreadOptions threads)
-      : path_(std::move(path)), threads_(std::move(threads)), written_(std::move(written)), log_(std::move(log)) {}
+  Writer(std::string path, Written written, LogCallback log, ThreadOptions threads, Claim claim)
+      : path_(std::move(path)), claim_(std::move(claim)), threads_(std::move(threads)), written_(std::move(written)), log_(std::move(log)) {}
 
   void save(Make make, std::uint64_t revision, const std::shared_ptr<Writer>& self) {
     const std::lock_guard lock(mutex_);
@@ -216,6 +203,7 @@ class SavedFile::Writer {
   bool write(const Make& make) noexcept {
     try {
       const std::string text = make();
+      if (!may_write()) return false;
       const std::optional<FileFailure> failure = replace_file(path_, {first_line(text), text}, {mark}).failure;
       if (!failure) {
         logged_.clear();
@@ -234,7 +222,23 @@ class SavedFile::Writer {
     } catch (...) {}  // there is no memory for the line
   }
 
+  /// Nothing is written beside another process that has claimed the path. What such a process has left is kept.
+  bool may_write() {
+    const Result<bool> renewed = claim_.renew();
+    if (!renewed) {
+      if (logged_.emplace("claiming", 0).second) say(renewed.error().message);
+      return false;
+    }
+    struct stat about {};
+    if (!*renewed || ::lstat(followed(path_).c_str(), &about) != 0 || about.st_size == 0) return true;
+    const Result<std::string> copy = keep_copy(path_);
+    say("the lock of \"" + path_ + "\" was removed while the file was in use; " +
+        (copy ? "what is there now is kept as \"" + *copy + "\"" : "what is there now could not be kept: " + copy.error().message));
+    return true;
+  }
+
   const std::string path_;
+  Claim claim_;  // the thread's, as logged_ is
   const ThreadOptions threads_;
   std::set<std::pair<std::string, int>> logged_;  // the thread's
   std::mutex calls_mutex_;                        // guards written_ and log_, and is held while they run
@@ -249,8 +253,10 @@ class SavedFile::Writer {
   bool over_ = false;
 };
 
+SavedFile::SavedFile(std::string path, Written written, LogCallback log, ThreadOptions threads, Claim claim)
+    : writer_(std::make_shared<Writer>(std::move(path), std::move(written), std::move(log), std::move(threads), std::move(claim))) {}
 SavedFile::SavedFile(std::string path, Written written, LogCallback log, ThreadOptions threads)
-    : writer_(std::make_shared<Writer>(std::move(path), std::move(written), std::move(log), std::move(threads))) {}
+    : SavedFile(std::move(path), std::move(written), std::move(log), std::move(threads), Claim()) {}
 SavedFile::~SavedFile() { writer_->finish(); }
 
 void SavedFile::save(std::string text, std::uint64_t revision) noexcept {
@@ -276,6 +282,22 @@ SavedFile::Claim::~Claim() {
   struct stat about {};
   if (::fstat(descriptor_, &about) == 0) claimed_files().remove({about.st_dev, about.st_ino});
   ::close(descriptor_);
+}
+
+Result<bool> SavedFile::Claim::renew() {
+  if (path_.empty()) return false;
+  struct stat mine {
+  }, named{};
+  if (descriptor_ >= 0 && ::fstat(descriptor_, &mine) == 0 && ::lstat(path_.c_str(), &named) == 0 && mine.st_dev == named.st_dev &&
+      mine.st_ino == named.st_ino)
+    return false;
+  if (Result<void> made = make_directory(directory_of(path_)); !made) return Unexpected{made.error()};
+  Result<Claim> again = claim(path_);
+  if (!again) return Unexpected{std::move(again).error()};
+  if (again->descriptor_ < 0) return false;  // a full disk: the write says so
+  const bool had_one = descriptor_ >= 0;
+  *this = *std::move(again);
+  return had_one;
 }
 
 Result<SavedFile::Claim> SavedFile::prepare(const std::string& given) {

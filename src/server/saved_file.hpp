@@ -29,7 +29,10 @@ class SavedFile {
   /// A text is on the disk, or writing it failed; so are those with smaller revisions. Called on the writing thread. After a failure it may
   /// be called again with the same revision.
   using Written = std::function<void(std::uint64_t revision, bool written)>;
+  class Claim;
 
+  /// @param claim  of that path; it is renewed before each write, and ends with the last one. Without it nothing locks others out
+  SavedFile(std::string path, Written written, LogCallback log, ThreadOptions threads, Claim claim);
   SavedFile(std::string path, Written written, LogCallback log, ThreadOptions threads = {});
   /// Writes the pending text. If the disk does not respond for five seconds, the thread is detached.
   ~SavedFile();
@@ -50,16 +53,27 @@ class SavedFile {
   class Claim {
    public:
     Claim() = default;
-    explicit Claim(int descriptor) noexcept : descriptor_(descriptor) {}
-    Claim(Claim&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
+    /// @param path        of the lock
+    /// @param descriptor  of it; less than 0: there was no space for it on the disk
+    explicit Claim(std::string path, int descriptor) noexcept : path_(std::move(path)), descriptor_(descriptor) {}
+    Claim(Claim&& other) noexcept : path_(std::exchange(other.path_, {})), descriptor_(std::exchange(other.descriptor_, -1)) {}
     Claim& operator=(Claim&& other) noexcept {
+      path_.swap(other.path_);
       std::swap(descriptor_, other.descriptor_);
       return *this;
     }
     ~Claim();
 
+    /// Claims the path again if the lock was removed, as by somebody who has deleted the directory and made it again: then others could claim it,
+    /// too. Makes the directory again. Call it before writing.
+    /// @return  whether it had been removed: another process may have had the path meanwhile
+    /// @par Errors   io_error: also, another process has claimed the path meanwhile; invalid_option: this process has
+    /// @par Threads  One at a time.
+    Result<bool> renew();
+
    private:
-    int descriptor_ = -1;  ///< of `path.lock`, with a lock
+    std::string path_;
+    int descriptor_ = -1;
   };
   /// Checks that a file of lrt is at that path, or nothing, that it can be written, and that nothing else writes it. Makes the directory for it (0700).
   /// @par Errors  invalid_option: something else is there, or this process writes the file already; io_error: also, another process writes the file

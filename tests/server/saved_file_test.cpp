@@ -396,6 +396,51 @@ TEST_CASE("one process gets a file once, by whatever name, until it gives it bac
   CHECK(SavedFile::prepare(folder / "state"));
 }
 
+TEST_CASE("a file whose directory was deleted and made again has one writer", "[server][saved_file]") {
+  const Folder folder;
+  const std::string path = folder / "state/file";
+  const bool another_comes = GENERATE(false, true);
+  CAPTURE(another_comes);
+  Result<SavedFile::Claim> claim = SavedFile::prepare(path);
+  REQUIRE(claim);
+  Log log;
+  std::atomic<std::uint64_t> written{0}, refused{0};
+  {
+    SavedFile file(
+        path, [&](std::uint64_t revision, bool is_written) { (is_written ? written : refused) = revision; }, log.callback(), {}, *std::move(claim));
+    const auto save = [&](const std::string& text, std::uint64_t revision) {
+      file.save(text, revision);
+      for (int i = 0; i < 60'000 && written < revision && refused < revision; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    };
+    save("1", 1);
+    CHECK(content(path) == "1");
+    fs::remove_all(folder / "state");
+    save("2", 2);  // the directory is made again
+    CHECK(content(path) == "2");
+    CHECK_FALSE(other_process_may_lock(path + ".lock"));
+    fs::remove_all(folder / "state");
+    fs::create_directory(folder / "state");
+    if (another_comes) {
+      const Result<SavedFile::Claim> other = SavedFile::prepare(path);
+      REQUIRE(other);
+      { SavedFile(path, nullptr, nullptr).save("of another", 1); }
+      save("3", 3);
+      CHECK(refused == 3);
+      CHECK(content(path) == "of another");
+      REQUIRE(log.lines().size() == 1);
+      CHECK(log.lines()[0].find(path + ".lock") != std::string::npos);
+    }
+    save("4", 4);  // the other one has ended
+    CHECK(written == 4);
+    CHECK_FALSE(other_process_may_lock(path + ".lock"));
+    CHECK_FALSE(SavedFile::prepare(path));
+  }
+  CHECK(content(path) == "4");
+  CHECK(fs::exists(path + ".damaged-1") == another_comes);
+  if (another_comes) CHECK(content(path + ".damaged-1") == "of another");
+  CHECK(SavedFile::prepare(path));
+}
+
 TEST_CASE("closing another descriptor of the lock does not give the file to another process", "[server][saved_file]") {
   const Folder folder;
   const Result<SavedFile::Claim> claim = SavedFile::prepare(folder / "state");
