@@ -58,6 +58,10 @@ constexpr Rights operator|(Right a, Right b) noexcept { return Rights(a) | Right
 struct Principal {
   std::string name;                ///< its name, for rules, limits and audit
   std::vector<std::string> roles;  ///< it has the rights of all of them
+  /// Of a principal that Authenticate returns: when what proves it ends, such as the `exp` of a JWT. From then on the
+  /// principal is unknown, and its subscriptions end, unless a later request of a principal of that name came with a
+  /// later end. nullopt: its subscriptions last until Server::sign_out().
+  std::optional<std::chrono::system_clock::time_point> expires{};
 };
 
 /// What each role may do. A role that is missing may do nothing.
@@ -115,7 +119,8 @@ LRT_API Result<std::vector<Rule>> parse_rules(std::string_view turtle);
 LRT_API Result<std::vector<Rule>> load_rules(const std::string& file);
 
 /// Finds the principal of a request from its header section; nullopt: it knows none. Called on the thread that serves
-/// the request, without a lock of lrt, before the body has been received.
+/// the request, without a lock of lrt, before the body has been received. When a principal logs out, refuse it here,
+/// then call Server::sign_out().
 using Authenticate = std::function<std::optional<Principal>(const http::Request&)>;
 
 /// Limits of what replaces a token: sessions of browsers whose users have logged in, and tickets.

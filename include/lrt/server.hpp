@@ -141,6 +141,14 @@ class LRT_API Server {
   /// @par Threads  Any.
   Result<void> reload_tls();
 
+  /// Ends what a principal has open: its WebSockets, event streams, web callbacks, feeds and standing queries, with a
+  /// last message or a close code (1008), and the sessions and tickets for its tokens. It does not refuse the principal:
+  /// Security::authenticate must do that before, or the token file. Requests and invocations that have begun go on, so
+  /// that no movement ends halfway; control ends with its time (Thing::control()), because commands need the principal.
+  /// @param principal  its name; unknown names have no effect
+  /// @par Threads  Any, also from a lambda and from Security::authenticate.
+  void sign_out(std::string_view principal);
+
   /// Counters since the server was created, and present numbers (server_thing.hpp).
   /// @par Threads  Any.
   ServerCounters counters() const;

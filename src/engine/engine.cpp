@@ -476,6 +476,7 @@ std::uint64_t Engine::structure() const noexcept { return impl_->parts.registry.
 std::string Engine::base() const { return impl_->parts.bases[0]; }
 
 void Engine::renew_rights() { impl_->parts.subscriptions.renew_rights(); }
+void Engine::sign_out(std::string_view principal) { impl_->parts.subscriptions.sign_out(principal); }
 
 Lapses& Engine::lapses() const noexcept { return *impl_->parts.lapses; }
 bool Engine::take_outputs(Outputs& outputs) { return impl_->parts.take(outputs); }

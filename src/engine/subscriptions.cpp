@@ -173,6 +173,12 @@ void Subscriptions::renew_rights() {
   }
 }
 
+void Subscriptions::sign_out(std::string_view principal) {
+  const auto is_theirs = [&](const SubscriptionResource& s) { return s.audience.principal && s.audience.principal->name == principal; };
+  for (const Channel channel : parts_.subscribers.channels_if(is_theirs))
+    if (SubscriptionResource* const s = find(channel)) end(*s, 1008, "the principal was signed out");
+}
+
 // ------------------------------------------------------------------------------------------------------------ transports
 
 void Subscriptions::scan(TimePoint now) {

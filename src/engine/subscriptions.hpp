@@ -63,6 +63,7 @@ class Subscriptions {
   void end_all_of(const Resource& observed, std::uint16_t code, const std::string& reason);
   void resource_removed(SubscriptionResource& s);
   void renew_rights();
+  void sign_out(std::string_view principal);
 
   // Transports.
   std::optional<Channel> next_ready(TimePoint now);

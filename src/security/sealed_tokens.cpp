@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "src/security/sealed_tokens.hpp"
 
+#include <iterator>
 #include <utility>
 
 #include "src/security/sealing.hpp"
@@ -69,6 +70,11 @@ void SealedTokens::remove(std::string_view secret, std::string_view purpose) {
   const Digest key = key_of(secret, purpose);
   const std::lock_guard lock(mutex_);
   entries_.erase(key);
+}
+
+void SealedTokens::remove_all_of(std::string_view owner) {
+  const std::lock_guard lock(mutex_);
+  for (auto at = entries_.begin(); at != entries_.end();) at = at->second.owner == owner ? entries_.erase(at) : std::next(at);
 }
 
 }  // namespace lrt::security

@@ -36,6 +36,7 @@ class SealedTokens {
   /// The same, and removes the secret.
   std::optional<std::string> take(std::string_view secret, std::string_view purpose, Instant now);
   void remove(std::string_view secret, std::string_view purpose);
+  void remove_all_of(std::string_view owner);
 
  private:
   struct Entry {

@@ -98,6 +98,11 @@ std::optional<std::string> Sessions::end(const http::Request& request) {
   return (cookie->name + "=; Max-Age=0").append(attributes).append(cookie->secure ? "; Secure" : "");
 }
 
+void Sessions::end_all_of(std::string_view owner) {
+  sessions_.remove_all_of(owner);
+  tickets_.remove_all_of(owner);
+}
+
 std::optional<std::string> Sessions::make_ticket(std::string_view owner, std::string_view token, TimePoint now) {
   return tickets_.add(owner, any_purpose, token, now.steady);
 }

@@ -41,6 +41,9 @@ class Sessions {
   /// @return  value of Set-Cookie that removes the cookie; nullopt: there is none
   std::optional<std::string> end(const http::Request& request);
 
+  /// Ends all sessions and tickets of an owner.
+  void end_all_of(std::string_view owner);
+
   /// A ticket for a token; nullopt: there are too many.
   std::optional<std::string> make_ticket(std::string_view owner, std::string_view token, TimePoint now);
   /// The token of a ticket, which ends.

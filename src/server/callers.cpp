@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "src/server/callers.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <optional>
 #include <utility>
@@ -97,10 +98,30 @@ Callers::Found Callers::find(const http::Request& request, TimePoint now) {
       if (found != certificates_.end()) return {found->second};
     }
   }
-  if (authenticate_)
-    if (std::optional<security::Principal> principal = authenticate_(request))
-      return {std::make_shared<const security::Principal>(*std::move(principal))};
-  return {nullptr, credentials.scheme != Scheme::none};
+  return authenticate(request, credentials.scheme != Scheme::none, now);
+}
+
+/// By the function of the host.
+Callers::Found Callers::authenticate(const http::Request& request, bool refused, TimePoint now) {
+  std::optional<security::Principal> principal = authenticate_ ? authenticate_(request) : std::nullopt;
+  if (!principal) return {nullptr, refused};
+  if (principal->expires) {
+    if (*principal->expires <= now.utc) return {nullptr, true};
+    constexpr std::size_t max_ends = 10'000;
+    const std::lock_guard lock(mutex_);
+    if (ends_.size() >= max_ends && ends_.count(principal->name) == 0) return {nullptr, true};  // until one of them ends
+    auto& end = ends_[principal->name];
+    end = std::max(end, *principal->expires);
+  }
+  return {std::make_shared<const security::Principal>(*std::move(principal))};
+}
+
+/// It was authenticated for a time, and none of its name was for a longer one.
+bool Callers::has_ended(const security::Principal& principal, TimePoint now) const {
+  if (!principal.expires || *principal.expires > now.utc) return false;
+  const std::lock_guard lock(mutex_);
+  const auto found = ends_.find(principal.name);
+  return found == ends_.end() || found->second <= now.utc;
 }
 
 /// By a ticket or a cookie; nullopt: the request has neither, or an expired cookie.
@@ -166,7 +187,7 @@ std::optional<engine::Caller> Callers::renew(const security::Principal* owner) {
     if (tokens_) caller.principal = tokens_->content(now)->find_name(owner->name, now.utc);
     for (const auto& [subject, principal] : certificates_)
       if (!caller.principal && principal->name == owner->name) caller.principal = principal;
-    if (!caller.principal && authenticate_) caller.principal = std::make_shared<const security::Principal>(*owner);
+    if (!caller.principal && authenticate_ && !has_ended(*owner, now)) caller.principal = std::make_shared<const security::Principal>(*owner);
     if (!caller.principal) return std::nullopt;
   }
   caller.view = view_of(caller.principal, now);
@@ -179,7 +200,11 @@ bool Callers::have_changed(TimePoint now) {
   const std::lock_guard lock(mutex_);
   next_look_ = now.steady + security::look_pause;
   const auto expiry = tokens ? tokens->next_expiry(seen_at_) : std::nullopt;
-  const bool changed = tokens != seen_tokens_ || policy != seen_policy_ || (expiry && *expiry <= now.utc);
+  bool changed = tokens != seen_tokens_ || policy != seen_policy_ || (expiry && *expiry <= now.utc);
+  for (auto end = ends_.begin(); end != ends_.end();) {
+    if (end->second > now.utc) ++end;
+    else changed = true, end = ends_.erase(end);
+  }
   seen_tokens_ = tokens;
   seen_policy_ = policy;
   seen_at_ = now.utc;
@@ -187,8 +212,8 @@ bool Callers::have_changed(TimePoint now) {
 }
 
 std::optional<std::chrono::steady_clock::time_point> Callers::next_look() const {
-  if (!tokens_ && !policy_file_) return std::nullopt;
   const std::lock_guard lock(mutex_);
+  if (!tokens_ && !policy_file_ && ends_.empty()) return std::nullopt;
   return next_look_;
 }
 

@@ -53,6 +53,8 @@ class Callers {
   Callers(const Security& security, std::shared_ptr<security::Sessions> sessions, const Clock& clock);
   Found find(const http::Request& request, TimePoint now);
   std::optional<Found> find_by_session(const http::Request& request, TimePoint now);
+  Found authenticate(const http::Request& request, bool refused, TimePoint now);
+  bool has_ended(const security::Principal& principal, TimePoint now) const;
   Found find_by_token(const http::Request& request, const std::string& token, TimePoint now);
   ViewPtr view_of(const PrincipalPtr& principal, TimePoint now);
   ViewPtr make_view(const security::Principal* principal);
@@ -77,6 +79,8 @@ class Callers {
   std::shared_ptr<const security::Tokens> seen_tokens_;
   std::shared_ptr<security::Policy> seen_policy_;
   std::chrono::system_clock::time_point seen_at_{};
+  /// When principals of `authenticate_` end, by name; the latest that each came with.
+  std::unordered_map<std::string, std::chrono::system_clock::time_point> ends_;
   std::chrono::steady_clock::time_point next_look_{};
 };
 

@@ -31,7 +31,7 @@ class RightsRenewal final : public Service, public TurnWork {
 
 std::unique_ptr<Service> make_rights_renewal(SharedEngine& server) {
   const Security& security = server.options().security;
-  if (security.token_file.empty() && security.policy_file.empty()) return nullptr;
+  if (security.token_file.empty() && security.policy_file.empty() && !security.authenticate) return nullptr;
   return std::make_unique<RightsRenewal>(server);
 }
 

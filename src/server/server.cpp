@@ -170,6 +170,7 @@ class LRT_LOCAL Server::Impl final : public SharedEngine::Loop {
     engine_.count(all);
     return all;
   }
+  void sign_out(std::string_view principal) { engine_.sign_out(principal); }
   std::uint16_t port() const noexcept { return transport_ ? transport_->port() : 0; }
   std::string url() const {
     const bool six = options_.listen.address.find(':') != std::string::npos;
@@ -424,6 +425,9 @@ EventSource::Event EventSource::next(std::chrono::milliseconds max_wait) {
   return {push->message, push->close != 0};
 }
 
+void Server::sign_out(std::string_view principal) {
+  if (impl_) impl_->sign_out(principal);
+}
 ServerCounters Server::counters() const { return impl_ ? impl_->counters() : ServerCounters(); }
 std::function<ServerCounters()> Server::counter_source() const {
   return [impl = impl_.get()] { return impl ? impl->counters() : ServerCounters(); };

@@ -331,6 +331,13 @@ Result<void> SharedEngine::remove(std::string_view path, const model::HandleCont
   return result;
 }
 
+void SharedEngine::sign_out(std::string_view principal) {
+  if (!is_own_process()) return;
+  if (sessions_) sessions_->end_all_of(principal);
+  use([&] { engine_.sign_out(principal); });
+  loop_.wake_io();
+}
+
 void SharedEngine::count(ServerCounters& all) const {
   for (const auto& service : services_) service->count(all);
   if (!is_own_process()) return;

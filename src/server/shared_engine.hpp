@@ -141,6 +141,8 @@ class SharedEngine final : public engine::Handler {
   Result<void> add(std::vector<Thing> things);
   /// @param handles  of the thing; nullptr: of any
   Result<void> remove(std::string_view path, const model::HandleContext* handles = nullptr);
+  /// Server::sign_out()
+  void sign_out(std::string_view principal);
   void count(ServerCounters& all) const;
 
   // engine::Handler, on the transport's thread.

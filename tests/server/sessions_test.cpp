@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <lrt/server.hpp>
 
+#include <chrono>
 #include <fstream>
 #include <mutex>
 #include <optional>
@@ -332,6 +333,101 @@ TEST_CASE("a session stands for the tokens of the user's own function, too", "[s
   CHECK(g.ask("GET /ns/session" + cookie).content() == R"({"name":"jo","roles":["operator"],"session":true})");
   known = false;
   CHECK(g.status("GET /arm" + cookie) == 401);
+}
+
+namespace {
+
+/// A server whose own function knows the tokens "jo-1", "jo-2" ... of jo, and the same of ann.
+struct OfOne {
+  explicit OfOne(const std::string& transport = "") : g(security(), transport) {}
+  Security security() {
+    Security made;
+    made.authenticate = [this](const http::Request& request) -> std::optional<security::Principal> {
+      const std::string token(request.find("Authorization").value_or(""));
+      const std::string name = token.substr(0, 10) == "Bearer jo-" ? "jo" : token.substr(0, 11) == "Bearer ann-" ? "ann" : "";
+      if (name.empty() || refused == name) return std::nullopt;
+      security::Principal principal{name, {"operator"}};
+      principal.expires = expires;
+      return principal;
+    };
+    return made;
+  }
+  Served stream(const std::string& credentials) {
+    RequestText request("GET /arm/angle\nAccept: text/event-stream\nHost: localhost:4711" + credentials);
+    request.get().local_port = 4711;
+    request.get().can_stream = true;
+    return g.server->serve(request.get());
+  }
+  /// Within a minute. Requests wake the thread that serves, because the clock is moved by hand.
+  bool ends(Served& stream) {
+    for (const auto late = std::chrono::steady_clock::now() + std::chrono::minutes(1); std::chrono::steady_clock::now() < late;)
+      if (has_ended(stream)) return true;
+    return false;
+  }
+  bool has_ended(Served& stream) {
+    (void)g.status("GET /nothing");
+    for (int i = 0; i < 20; ++i)
+      if (stream.events->next(std::chrono::milliseconds(1)).end) return true;
+    return false;
+  }
+
+  std::string refused;
+  std::optional<std::chrono::system_clock::time_point> expires;
+  Guarded g;
+};
+
+const std::string jo = "\nAuthorization: Bearer jo-0123456789abcdef", ann = "\nAuthorization: Bearer ann-0123456789abcdef";
+
+}  // namespace
+
+TEST_CASE("sign_out() ends what a principal has open, and nothing of others", "[server][security][R0.2]") {
+  OfOne o;
+  const std::string cookie = o.g.session("jo-0123456789abcdef"), of_ann = o.g.session("ann-0123456789abcdef");
+  const std::string ticket = o.g.ticket("jo-0123456789abcdef");
+  Served first = o.stream(jo), second = o.stream(cookie + own), third = o.stream(ann);
+  REQUIRE((first.events && second.events && third.events));
+  CHECK_FALSE(o.has_ended(first));
+  o.g.server->sign_out("nobody");
+  CHECK_FALSE(o.has_ended(first));
+  o.refused = "jo";
+  CHECK_FALSE(o.has_ended(second));  // to refuse requests is not enough
+  o.g.server->sign_out("jo");
+  CHECK(o.ends(first));
+  CHECK(o.ends(second));
+  CHECK_FALSE(o.has_ended(third));
+  CHECK(o.g.server->counters().event_streams == 1);
+  o.refused.clear();
+  CHECK(o.g.status("GET /arm" + cookie) == 401);  // also when it is let in again
+  CHECK(o.g.status("GET /arm/angle?ticket=" + ticket + "\nAccept: text/event-stream") == 401);
+  CHECK(o.g.status("GET /arm" + of_ann) == 200);
+  CHECK(o.g.status("GET /arm" + jo) == 200);
+}
+
+TEST_CASE("a principal of the user's own function ends when it says, with its streams", "[server][security][R0.2]") {
+  using std::chrono::seconds;
+  OfOne o;
+  const auto now = o.g.clock.now().utc;
+  o.expires = now + seconds(60);
+  Served first = o.stream(jo);
+  o.expires = std::nullopt;
+  Served endless = o.stream(ann);
+  o.g.clock.advance(seconds(59));
+  CHECK_FALSE(o.has_ended(first));
+  o.g.clock.advance(seconds(2));
+  CHECK(o.ends(first));
+  CHECK_FALSE(o.has_ended(endless));
+  o.expires = now + seconds(60);
+  CHECK(o.g.status("GET /arm" + jo) == 401);  // the function says that it has ended
+  // A later token of the same name keeps the streams of the earlier one.
+  o.expires = now + seconds(120);
+  Served second = o.stream(jo);
+  o.expires = now + seconds(180);
+  CHECK(o.g.status("GET /arm" + jo) == 200);
+  o.g.clock.advance(seconds(70));
+  CHECK_FALSE(o.has_ended(second));
+  o.g.clock.advance(seconds(60));
+  CHECK(o.ends(second));
+  CHECK_FALSE(o.has_ended(endless));
 }
 
 TEST_CASE("a ticket opens one event stream within 30 s, and nothing else", "[server][security][R0.2]") {

@@ -243,6 +243,8 @@ class LRT_API Engine final : public Handler {
   /// Checks the rights of the owners of subscriptions again (EngineOptions::renew). A subscription without the right
   /// ends.
   void renew_rights();
+  /// Ends the subscriptions of a principal.
+  void sign_out(std::string_view principal);
 
   /// The written values that have a life (model::PropertyHandle::expires()). Who runs jobs also runs their lapses.
   /// @par Threads  Any.
