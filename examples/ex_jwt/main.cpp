@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Bearer tokens of an identity provider: JSON Web Tokens (RFC 7519), verified by libjwt in Security::authenticate. "sub" is the name of the principal, the
-// words of "scope" are its roles. A browser logs in with such a token as with any other.
+// words of "scope" are its roles, "exp" is when its streams end. A browser logs in with such a token as with any other.
 //
 //   ex_jwt KEY ISSUER AUDIENCE [PORT]     KEY: a file with the provider's public key (RSA, PEM)
 
@@ -19,11 +19,62 @@
 #include <thread>
 #include <utility>
 
+#include <lrt/http/problem.hpp>
 #include <lrt/lrt.hpp>
 
 namespace {
 
 volatile std::sig_atomic_t ended = 0;
+
+constexpr double latest_time = 253402300799;    // the end of the year 9999 [s]
+constexpr double end_of_clock = 9'000'000'000;  // system_clock ends in 2262
+
+using Json = std::unique_ptr<char, void (*)(void*)>;  // a text of libjwt
+
+/// The claims of a token. A claim may have any type of JSON, and only the right one counts.
+class Claims {
+ public:
+  explicit Claims(jwt_t& jwt) : jwt_(jwt) {}
+
+  bool has(const char* name) const { return json(name).has_value(); }
+  /// A string.
+  std::optional<std::string> text(const char* name) const {
+    const char* const value = jwt_get_grant(&jwt_, name);
+    return value ? std::optional<std::string>(value) : std::nullopt;
+  }
+  /// NumericDate (RFC 7519 2): a number of JSON, also with a fraction; of the years 1970 to 9999.
+  std::optional<double> time(const char* name) const {
+    const auto value = json(name);
+    if (!value || (*value)[0] < '0' || (*value)[0] > '9') return std::nullopt;
+    const double number = std::strtod(value->c_str(), nullptr);
+    return number <= latest_time ? std::optional(number) : std::nullopt;
+  }
+  /// "aud" is a string, or an array of strings, one of which is this one (RFC 7519 4.1.3).
+  bool is_for(const std::string& audience) const {
+    const std::string value = json("aud").value_or("");
+    const std::string wanted = lrt::http::json_string(audience);
+    if (value.empty() || value[0] != '[') return value == wanted;
+    bool found = false;
+    std::size_t at = 0;
+    do {  // jansson writes ["one","two"], without spaces
+      const std::size_t begin = ++at;
+      if (value[at] != '"') return false;
+      for (++at; value[at] != '"'; ++at)
+        if (value[at] == '\\') ++at;
+      found = value.compare(begin, ++at - begin, wanted) == 0 || found;
+    } while (value[at] == ',');
+    return found;
+  }
+
+ private:
+  /// As JSON; nullopt: it is absent.
+  std::optional<std::string> json(const char* name) const {
+    const Json value(jwt_get_grants_json(&jwt_, name), std::free);
+    return value ? std::optional<std::string>(value.get()) : std::nullopt;
+  }
+
+  jwt_t& jwt_;
+};
 
 class TokenJudge {
  public:
@@ -41,19 +92,25 @@ class TokenJudge {
     const std::unique_ptr<jwt_t, void (*)(jwt_t*)> jwt(decoded, jwt_free);
     // The token names the algorithm that libjwt has used. "none" is no signature, and of HS256 the public key would be the secret.
     if (jwt_get_alg(jwt.get()) != JWT_ALG_RS256) return std::nullopt;
-    const long now = static_cast<long>(std::chrono::system_clock::to_time_t(std::chrono::system_clock::now()));
-    if (jwt_get_grant_int(jwt.get(), "exp") <= now || jwt_get_grant_int(jwt.get(), "nbf") > now) return std::nullopt;
-    if (text(*jwt, "iss") != issuer_ || text(*jwt, "aud") != audience_ || text(*jwt, "sub").empty()) return std::nullopt;
-    std::istringstream scope(text(*jwt, "scope"));
-    return lrt::security::Principal{text(*jwt, "sub"), {std::istream_iterator<std::string>(scope), {}}};
+    const Json critical(jwt_get_headers_json(jwt.get(), "crit"), std::free);
+    if (critical) return std::nullopt;  // RFC 7515 4.1.11: it wants what this program does not know
+    const Claims claims(*jwt);
+    const double now = std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+    const auto end = claims.time("exp");
+    if (!end || *end <= now) return std::nullopt;
+    // A claim that may be absent counts as what it says, or the token is refused: a "nbf" that is a string must not become one that is absent.
+    if (claims.has("nbf") && claims.time("nbf").value_or(latest_time) > now) return std::nullopt;
+    if (claims.has("iat") && !claims.time("iat")) return std::nullopt;
+    const auto scope = claims.has("scope") ? claims.text("scope") : std::optional<std::string>("");
+    const auto subject = claims.text("sub");
+    if (claims.text("iss") != issuer_ || !claims.is_for(audience_) || !subject || subject->empty() || !scope) return std::nullopt;
+    std::istringstream words(*scope);
+    lrt::security::Principal principal{*subject, {std::istream_iterator<std::string>(words), {}}};
+    if (*end < end_of_clock) principal.expires = std::chrono::system_clock::time_point(std::chrono::seconds(static_cast<long long>(*end)));
+    return principal;
   }
 
  private:
-  static std::string text(jwt_t& jwt, const char* claim) {
-    const char* const value = jwt_get_grant(&jwt, claim);
-    return value ? value : "";
-  }
-
   std::string key_, issuer_, audience_;
 };
 
