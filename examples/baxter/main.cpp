@@ -18,7 +18,7 @@
 // --tls DIR               HTTPS with DIR/server.pem and DIR/server-key.pem (examples/make-certificate.sh DIR); SIGHUP reloads them
 // --tokens FILE           lets in only those who send a token of the file, a line "NAME ROLE TOKEN" each: reader, operator, administrator
 // --policy FILE           access rights: rules of Web Access Control in Turtle, such as examples/policy.ttl
-// --audit FILE            appends an audit line of JSON to FILE for each command
+// --audit FILE            appends an audit line of JSON to FILE for each command, before its response; SIGHUP opens the file again
 // --metrics               adds the Thing /server with the counters of the server; /server/metrics is their text for Prometheus
 // --mqtt HOST:PORT        publishes every property, state and invocation to the MQTT broker there, if lrt::mqtt is built
 // --mqtt-prefix LEVELS    the first levels of the topics; default: robots/baxter
@@ -28,7 +28,6 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
-#include <fstream>
 #include <memory>
 #include <optional>
 #include <string>
@@ -42,6 +41,7 @@
 #if BAXTER_HAS_MQTT
 #include <lrt/mqtt.hpp>
 #endif
+#include <lrt/security/audit_file.hpp>
 #include <lrt/server_thing.hpp>
 #include <lrt/transport/named.hpp>
 
@@ -75,6 +75,7 @@ int failed(const lrt::Error& error) { return std::fprintf(stderr, "baxter: %s\n"
 
 int main(int argc, char** argv) {
   lrt::Options options;
+  std::shared_ptr<lrt::security::AuditFile> audit;
   std::vector<std::string>& callbacks = options.callbacks.allow;
   callbacks = {"127.0.0.0/8", "::1"};  // this machine only, and the hosts of --allow-callback
 #ifdef BAXTER_HAS_QUERY
@@ -118,8 +119,11 @@ int main(int argc, char** argv) {
     } else if (arg == "--policy" && i + 1 < argc) {
       options.security.policy_file = argv[++i];
     } else if (arg == "--audit" && i + 1 < argc) {
-      auto file = std::make_shared<std::ofstream>(argv[++i], std::ios::app);
-      options.security.audit.sink = [file](std::string_view line) { *file << line << std::endl; };
+      lrt::security::AuditFileOptions waits;
+      waits.respond_when_saved = true;
+      auto file = lrt::security::audit_file(argv[++i], waits);
+      if (!file) return failed(file.error());
+      options.security.audit.file = audit = *std::move(file);
     } else if (arg == "--port" && i + 1 < argc) {
       if (!read_port(argv[++i], options.listen.port)) return std::fprintf(stderr, "baxter: --port wants 0 to 65535\n"), 2;
 #if BAXTER_HAS_MQTT
@@ -173,7 +177,7 @@ int main(int argc, char** argv) {
 
   std::signal(SIGINT, [](int) { interrupted = 1; });
   std::signal(SIGTERM, [](int) { interrupted = 1; });
-  if (options.security.tls) std::signal(SIGHUP, [](int) { hung_up = 1; });
+  if (options.security.tls || audit) std::signal(SIGHUP, [](int) { hung_up = 1; });
   std::printf("Baxter's right arm is at %s (Ctrl-C ends)\n", server->url().c_str());
   std::fflush(stdout);
 
@@ -182,7 +186,10 @@ int main(int argc, char** argv) {
   while (!interrupted) {
     if (hung_up) {
       hung_up = 0;
-      if (auto read = server->reload_tls(); !read) std::fprintf(stderr, "baxter: the old certificate stays: %s\n", read.error().message.c_str());
+      if (audit) audit->reopen();
+      if (audit) audit->reopen();
+      if (auto read = options.security.tls ? server->reload_tls() : lrt::Result<void>(); !read)
+        std::fprintf(stderr, "baxter: the old certificate stays: %s\n", read.error().message.c_str());
     }
     if (demo) demonstrate(arm);
     arm.step();

@@ -22,6 +22,8 @@
 namespace lrt::security {
 inline namespace v0 {
 
+class AuditFile;
+
 /// The kinds of access to a resource.
 enum class Right : std::uint8_t {
   read = 1,       ///< GET, HEAD, OPTIONS
@@ -217,7 +219,7 @@ struct ClientLimits {
 /// | `resource`  | path of the target |
 /// | `status`    | of the response, also of a deferred one; absent if the client did not wait for it (`reason` "abandoned") |
 /// | `reason`    | http::Denial |
-/// | `dropped`   | number of lines that are missing before this one |
+/// | `dropped`   | number of lines that are missing before this one; with `file` there is a line "lost" instead |
 ///
 /// Texts of more than 1,024 bytes are cut. Queries, header fields and bodies are not logged. Requests that the
 /// transport itself refuses (400, 408, 414, 431 and so on) are not logged either.
@@ -230,6 +232,9 @@ struct Audit {
   /// Lines that wait for the sink; 1 to 1,000,000, about 300 bytes each. A further one is dropped, and the next line
   /// counts it.
   std::size_t max_waiting_lines = 4'096;
+  /// A file in place of `sink`: audit_file() of security/audit_file.hpp opens it. It serves one server at a time.
+  std::shared_ptr<AuditFile> file;
+  std::size_t max_waiting_bytes = 4 * 1024 * 1024;  ///< of these lines together; 64 KiB to 1 GiB
 };
 
 }  // namespace v0

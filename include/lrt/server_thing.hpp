@@ -38,7 +38,8 @@ struct ServerCounters : engine::EngineCounts {
   TimeCounts poll;                                           ///< durations of Server::poll()
   TimeCounts poll_interval;                                  ///< from the beginning of one Server::poll() to that of the next
   std::uint64_t audit_dropped = 0;                           ///< lines of the audit that were lost
-  std::size_t audit_waiting = 0;                             ///< lines that wait for the sink of the audit
+  std::size_t audit_waiting = 0;                             ///< lines that wait for the sink or the file of the audit
+  std::uint64_t audit_errors = 0;                            ///< steps that failed in writing the file of the audit
 };
 
 /// The counters in the text format 0.0.4 of Prometheus, `text/plain;version=0.0.4;charset=utf-8`. The names begin with

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include <lrt/engine/query_service.hpp>
+#include <lrt/security/audit_file.hpp>
 
 #include "src/base/quote.hpp"
 #include "src/base/utf8.hpp"
@@ -55,16 +56,26 @@ void AuditWriter::stop() noexcept {
   waker_.wake();
 }
 
-void AuditWriter::write(std::string line) noexcept {
+std::uint64_t AuditWriter::write(std::string line) noexcept {
+  const std::size_t bytes = line.size();
   try {
-    if (waiting_.fetch_add(1, std::memory_order_relaxed) < max_lines_) {
+    const std::size_t bytes_before = waiting_bytes_.fetch_add(bytes, std::memory_order_relaxed);
+    if (waiting_.fetch_add(1, std::memory_order_relaxed) < max_lines_ && bytes_before + bytes <= max_bytes_) {
       lines_.put(std::move(line));
-      return waker_.wake();
+      waker_.wake();
+      return ++number_;
     }
   } catch (...) {  // no memory for the line
   }
   waiting_.fetch_sub(1, std::memory_order_relaxed);
+  waiting_bytes_.fetch_sub(bytes, std::memory_order_relaxed);
   drop();
+  return 0;
+}
+
+void AuditWriter::count(ServerCounters& all) const {
+  all.audit_dropped = all_dropped_.load(std::memory_order_relaxed);
+  all.audit_waiting = waiting_.load(std::memory_order_relaxed);
 }
 
 void AuditWriter::drop() noexcept {
@@ -77,6 +88,7 @@ void AuditWriter::run() noexcept {
     const bool last = stopping_;
     lines_.take_all([this](std::string line) {
       waiting_.fetch_sub(1, std::memory_order_relaxed);
+      waiting_bytes_.fetch_sub(line.size(), std::memory_order_relaxed);
       give(std::move(line));
     });
     if (last) break;
@@ -110,23 +122,36 @@ void AuditWriter::give(std::string line) noexcept {
 
 // ----------------------------------------------------------------------------------------------------------------- Audit
 
+Audit::Audit(SharedEngine& server)
+    : server_(server),
+      options_(server.options().security.audit),
+      query_path_(server.options().query ? server.options().query->limits().path : std::string()),
+      output_(options_.file ? options_.file->make_output(server) : std::make_unique<AuditWriter>(options_, server.waking_log())),
+      hold_(output_->hold()) {}
+
 Result<void> Audit::check(const security::Audit& options) {
+  const auto wrong = [](const std::string& option, const std::string& expected, std::size_t found) {
+    return unexpected(Errc::invalid_option, "security.audit." + option + ": expected " + expected + ", found " + std::to_string(found));
+  };
   if (options.max_waiting_lines == 0 || options.max_waiting_lines > max_lines)
-    return unexpected(Errc::invalid_option,
-                      "security.audit.max_waiting_lines: expected 1 to 1000000, found " + std::to_string(options.max_waiting_lines));
+    return wrong("max_waiting_lines", "1 to 1000000", options.max_waiting_lines);
+  if (options.max_waiting_bytes < 64 * 1024 || options.max_waiting_bytes > 1024 * 1024 * 1024)
+    return wrong("max_waiting_bytes", "65536 to 1073741824", options.max_waiting_bytes);
+  if (options.sink && options.file) return unexpected(Errc::invalid_option, "security.audit: expected sink or file, found both");
   return {};
 }
 
 Result<void> Audit::prepare() {
   if (Result<void> checked = check(options_); !checked) return checked;
-  Result<Thread> started = start_thread("lrt-audit", threads_, [this] { writer_.run(); });
+  if (Result<void> claimed = output_->prepare(); !claimed) return claimed;
+  Result<Thread> started = start_thread("lrt-audit", server_.options().threads.own, [this] { output_->run(); });
   if (!started) return Unexpected{std::move(started).error()};
   thread_ = *std::move(started);
   return {};
 }
 
 void Audit::join() noexcept {
-  writer_.stop();
+  output_->stop();
   Thread ended;
   {
     const std::lock_guard lock(mutex_);
@@ -140,15 +165,18 @@ bool Audit::is_current_thread() noexcept {
   return thread_.is_current();
 }
 
-void Audit::count(ServerCounters& all) const {
-  all.audit_dropped = writer_.dropped();
-  all.audit_waiting = writer_.waiting();
+void Audit::count(ServerCounters& all) const { output_->count(all); }
+
+void Audit::wake_all() noexcept {
+  if (hold_ && server_.is_stopping()) hold_->end();
 }
 
-Audit::Record Audit::record_of(const http::Request& request, const Result<engine::Caller>& caller, TimePoint now) {
+Audit::Record Audit::record_of(const http::Request& request, const Result<engine::Caller>& caller, TimePoint now) const {
   const auto target = http::split_target(request.target);
   const std::string_view path = target ? target->path : request.target.substr(0, request.target.find_first_of("?#"));
-  return {now.utc, {caller ? caller->principal : nullptr, std::string(request.peer)}, std::string(request.method), std::string(path)};
+  Record record{now.utc, {caller ? caller->principal : nullptr, std::string(request.peer)}, std::string(request.method), std::string(path)};
+  record.waits = hold_ && !is_safe(request.method) && !server_.engine().is_stop(request);
+  return record;
 }
 
 bool Audit::is_wanted(const Record& record, int status, http::Denial denial, bool subscribes) const {
@@ -157,42 +185,59 @@ bool Audit::is_wanted(const Record& record, int status, http::Denial denial, boo
   return denial != http::Denial::none || status == 401 || status == 403 || status == 421 || status == 429;
 }
 
-void Audit::handled(const http::Request& request, const Result<engine::Caller>& caller, const engine::Outcome& outcome, TimePoint now) {
+void Audit::handled(const http::Request& request, const Result<engine::Caller>& caller, engine::Outcome& outcome, TimePoint now) {
   Record record = record_of(request, caller, now);
-  if (const auto* deferred = std::get_if<engine::Deferred>(&outcome)) deferred_.insert_or_assign(number_of(deferred->ticket), std::move(record));
-  else if (const auto* upgraded = std::get_if<engine::Upgraded>(&outcome)) finished(record, upgraded->response);
-  else if (const auto* streamed = std::get_if<engine::Streamed>(&outcome)) finished(record, streamed->response);
-  else finished(record, std::get<http::Response>(outcome));
+  if (const auto* deferred = std::get_if<engine::Deferred>(&outcome)) {
+    deferred_.insert_or_assign(number_of(deferred->ticket), std::move(record));
+  } else if (const auto* upgraded = std::get_if<engine::Upgraded>(&outcome)) {
+    (void)finished(record, upgraded->response);
+  } else if (const auto* streamed = std::get_if<engine::Streamed>(&outcome)) {
+    (void)finished(record, streamed->response);
+  } else {
+    auto& response = std::get<http::Response>(outcome);
+    const auto line = finished(record, response);
+    if (!line || !must_wait(record, response)) return;
+    engine::Reply reply{engine::Ticket{AuditHold::first_ticket | *line}, std::move(response)};
+    if (hold_->keep(*line, reply)) outcome = engine::Deferred{reply.ticket};
+    else response = std::move(reply.response);
+  }
 }
 
 void Audit::refused(const http::Request& request, const Result<engine::Caller>& caller, const http::Response& response, TimePoint now) {
-  finished(record_of(request, caller, now), response);
+  (void)finished(record_of(request, caller, now), response);
 }
 
-void Audit::replied(const engine::Reply& reply) {
+bool Audit::replied(engine::Reply& reply) {
   const auto found = deferred_.find(number_of(reply.ticket));
-  if (found == deferred_.end()) return;
+  if (found == deferred_.end()) return true;
   const Record record = std::move(found->second);
   deferred_.erase(found);
-  finished(record, reply.response);
+  const auto line = finished(record, reply.response);
+  if (!line || reply.channel || !must_wait(record, reply.response)) return true;
+  return !hold_->keep(*line, reply);
 }
 
 void Audit::abandoned(engine::Ticket ticket) {
+  if (hold_) hold_->abandon(ticket);
   const auto found = deferred_.find(number_of(ticket));
   if (found == deferred_.end()) return;
   const Record record = std::move(found->second);
   deferred_.erase(found);
   http::Response none;
   none.status = 0;
-  finished(record, none);
+  (void)finished(record, none);
 }
 
-void Audit::finished(const Record& record, const http::Response& response) {
+bool Audit::must_wait(const Record& record, const http::Response& response) const noexcept {
+  return record.waits && response.status >= 200 && response.status < 300;
+}
+
+std::optional<std::uint64_t> Audit::finished(const Record& record, const http::Response& response) {
   const auto location = response.fields.find("Location");
   const auto made =
       !location ? made_.end() : std::find_if(made_.begin(), made_.end(), [&](const std::string& path) { return ends_with(*location, path); });
   const bool subscribes = made != made_.end();
-  if (!is_wanted(record, response.status, response.denial, subscribes)) return;
+  if (!is_wanted(record, response.status, response.denial, subscribes)) return std::nullopt;
   std::string line = begin_line(record.time, subscribes ? "subscription_made" : "request", record.sender.principal.get(), record.sender.address);
   append_member(line, "method", record.method);
   append_member(line, "resource", record.path);
@@ -207,12 +252,12 @@ void Audit::finished(const Record& record, const http::Response& response) {
   if (response.status != 0) line += ",\"status\":" + std::to_string(response.status);
   else append_member(line, "reason", "abandoned");
   if (response.denial != http::Denial::none) append_member(line, "reason", http::to_string(response.denial));
-  writer_.write(line += '}');
+  return output_->write(line += '}');
 }
 
 void Audit::take(engine::Outputs& outputs) {
   for (const engine::SubscriptionEvent& event : std::exchange(outputs.subscription_events, {})) try {
-      changed(event, clock_.now());
+      changed(event, server_.clock().now());
     } catch (...) { dropped(); }
 }
 
@@ -235,14 +280,14 @@ void Audit::changed(const engine::SubscriptionEvent& event, TimePoint now) {
   append_member(line, "subscription", event.path);
   append_member(line, "observed", ended.resource);
   append_member(line, "protocol", ended.protocol);
-  writer_.write(line += '}');
+  output_->write(line += '}');
 }
 
 std::unique_ptr<Service> make_audit(SharedEngine& server) {
   const Options& options = server.options();
-  if (!options.security.audit.sink && Audit::check(options.security.audit)) return nullptr;  // its prepare() reports wrong options
-  return std::make_unique<Audit>(options.security.audit, options.threads.own, server.clock(), server.waking_log(),
-                                 options.query ? options.query->limits().path : std::string());
+  const security::Audit& audit = options.security.audit;
+  if (!audit.sink && !audit.file && Audit::check(audit)) return nullptr;  // its prepare() reports wrong options
+  return std::make_unique<Audit>(server);
 }
 
 }  // namespace lrt

@@ -8,6 +8,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -23,38 +24,36 @@
 #include "src/base/event_waker.hpp"
 #include "src/base/mailbox.hpp"
 #include "src/base/thread.hpp"
+#include "src/server/audit_output.hpp"
 #include "src/server/service.hpp"
 
 namespace lrt {
 
+class SharedEngine;
+
 /// Passes lines to the audit sink on a separate thread. Writers neither lock nor wait.
-///
-/// @par Threads  any; run(): its own
-class AuditWriter {
+class AuditWriter final : public AuditOutput {
  public:
-  AuditWriter(const security::Audit& options, LogCallback log) : sink_(options.sink), max_lines_(options.max_waiting_lines), log_(std::move(log)) {}
+  AuditWriter(const security::Audit& options, LogCallback log)
+      : sink_(options.sink), max_lines_(options.max_waiting_lines), max_bytes_(options.max_waiting_bytes), log_(std::move(log)) {}
 
-  /// Calls the sink until stop() has been called and all lines are written.
-  void run() noexcept;
-  void stop() noexcept;
-
-  void write(std::string line) noexcept;
-  /// Counts a line that could not be created.
-  void drop() noexcept;
-  /// All lines that were dropped.
-  std::uint64_t dropped() const noexcept { return all_dropped_.load(std::memory_order_relaxed); }
-  std::size_t waiting() const noexcept { return waiting_.load(std::memory_order_relaxed); }
+  void run() noexcept override;
+  void stop() noexcept override;
+  std::uint64_t write(std::string line) noexcept override;
+  void drop() noexcept override;
+  void count(ServerCounters& all) const override;
 
  private:
   void give(std::string line) noexcept;
   void say_once(const char* why) noexcept;
 
   const std::function<void(std::string_view)> sink_;
-  const std::size_t max_lines_;
+  const std::size_t max_lines_, max_bytes_;
   const LogCallback log_;
   EventWaker waker_;
   Mailbox<std::string> lines_;
-  std::atomic<std::size_t> waiting_{0};
+  std::uint64_t number_ = 0;  ///< of the newest line
+  std::atomic<std::size_t> waiting_{0}, waiting_bytes_{0};
   std::atomic<std::uint64_t> dropped_{0};  ///< since the last line
   std::atomic<std::uint64_t> all_dropped_{0};
   std::atomic<bool> stopping_{false};
@@ -69,9 +68,9 @@ class Audit final : public Service, public RequestObserver {
  public:
   RequestObserver* observer() noexcept override { return this; }
 
-  /// @param query_path  of the endpoint of queries, where a POST changes nothing; empty: there is none
-  Audit(const security::Audit& options, const ThreadOptions& threads, const Clock& clock, LogCallback log, std::string query_path = {})
-      : options_(options), threads_(threads), clock_(clock), query_path_(std::move(query_path)), writer_(options, std::move(log)) {}
+  TurnWork* turn_work() noexcept override { return hold_; }
+
+  explicit Audit(SharedEngine& server);
 
   /// @par Errors  invalid_option
   static Result<void> check(const security::Audit& options);
@@ -79,11 +78,12 @@ class Audit final : public Service, public RequestObserver {
   /// @par Errors  those of check()
   Result<void> prepare() override;
   void take(engine::Outputs& outputs) override;
-  void handled(const http::Request& request, const Result<engine::Caller>& caller, const engine::Outcome& outcome, TimePoint now) override;
+  void handled(const http::Request& request, const Result<engine::Caller>& caller, engine::Outcome& outcome, TimePoint now) override;
   void refused(const http::Request& request, const Result<engine::Caller>& caller, const http::Response& response, TimePoint now) override;
-  void replied(const engine::Reply& reply) override;
+  bool replied(engine::Reply& reply) override;
   void abandoned(engine::Ticket ticket) override;
-  void dropped() noexcept override { writer_.drop(); }
+  void dropped() noexcept override { output_->drop(); }
+  void wake_all() noexcept override;
   /// The first caller joins the thread, without a lock: the sink may be stopping the server, too.
   void join() noexcept override;
   bool is_current_thread() noexcept override;
@@ -98,27 +98,30 @@ class Audit final : public Service, public RequestObserver {
     std::chrono::system_clock::time_point time;
     Sender sender;
     std::string method, path;
+    bool waits = false;  ///< its response is sent when its line is saved
   };
   struct Subscription {
     std::string resource;
     std::string_view protocol;
     Sender sender;
   };
-  static Record record_of(const http::Request& request, const Result<engine::Caller>& caller, TimePoint now);
-  void finished(const Record& record, const http::Response& response);
+  Record record_of(const http::Request& request, const Result<engine::Caller>& caller, TimePoint now) const;
+  /// @return  the number of its line; 0: it was dropped; nullopt: there is none
+  std::optional<std::uint64_t> finished(const Record& record, const http::Response& response);
+  bool must_wait(const Record& record, const http::Response& response) const noexcept;
   bool is_wanted(const Record& record, int status, http::Denial denial, bool subscribes) const;
 
   void changed(const engine::SubscriptionEvent& event, TimePoint now);
 
+  SharedEngine& server_;
   const security::Audit& options_;
-  const ThreadOptions& threads_;
-  const Clock& clock_;
   const std::string query_path_;
   std::unordered_map<std::uint64_t, Record> deferred_;           ///< by ticket
   std::unordered_map<std::string, Subscription> subscriptions_;  ///< by path; those that exist
   std::vector<std::string> made_;                                ///< whose request is still pending
-  AuditWriter writer_;
-  std::mutex mutex_;  ///< guards thread_, not its end
+  const std::unique_ptr<AuditOutput> output_;
+  AuditHold* const hold_;  ///< nullptr: responses do not wait
+  std::mutex mutex_;       ///< guards thread_, not its end
   Thread thread_;
 };
 

@@ -11,7 +11,7 @@ void Counters::response(int status, http::Denial denial) noexcept {
   if (denial != http::Denial::none) refusals_[static_cast<std::size_t>(denial)].fetch_add(1, std::memory_order_relaxed);
 }
 
-void Counters::handled(const http::Request&, const Result<engine::Caller>&, const engine::Outcome& outcome, TimePoint) {
+void Counters::handled(const http::Request&, const Result<engine::Caller>&, engine::Outcome& outcome, TimePoint) {
   requests_.fetch_add(1, std::memory_order_relaxed);
   if (const auto* at_once = std::get_if<http::Response>(&outcome)) response(at_once->status, at_once->denial);
   else if (const auto* streamed = std::get_if<engine::Streamed>(&outcome)) response(streamed->response.status, http::Denial::none);

@@ -53,9 +53,12 @@ class Counters final : public Service, public RequestObserver {
   const char* identity() const noexcept override { return &key; }
   RequestObserver* observer() noexcept override { return this; }
 
-  void handled(const http::Request& request, const Result<engine::Caller>& caller, const engine::Outcome& outcome, TimePoint now) override;
+  void handled(const http::Request& request, const Result<engine::Caller>& caller, engine::Outcome& outcome, TimePoint now) override;
   void refused(const http::Request& request, const Result<engine::Caller>& caller, const http::Response& refusal, TimePoint now) override;
-  void replied(const engine::Reply& reply) override { response(reply.response.status, reply.response.denial); }
+  bool replied(engine::Reply& reply) override {
+    response(reply.response.status, reply.response.denial);
+    return true;
+  }
   void count(ServerCounters& all) const override;
   /// Measures a call of Server::poll().
   class Poll {

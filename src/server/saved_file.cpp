@@ -288,9 +288,12 @@ Result<bool> SavedFile::Claim::renew() {
   if (path_.empty()) return false;
   struct stat mine {
   }, named{};
-  if (descriptor_ >= 0 && ::fstat(descriptor_, &mine) == 0 && ::lstat(path_.c_str(), &named) == 0 && mine.st_dev == named.st_dev &&
-      mine.st_ino == named.st_ino)
-    return false;
+  if (descriptor_ >= 0) {
+    const bool is_there = ::lstat(path_.c_str(), &named) == 0;
+    if (!is_there && errno != ENOENT && errno != ENOTDIR) return false;  // it cannot be known, and the write may fail, too
+    if (::fstat(descriptor_, &mine) != 0) return false;
+    if (is_there && mine.st_dev == named.st_dev && mine.st_ino == named.st_ino) return false;
+  }
   if (Result<void> made = make_directory(directory_of(path_)); !made) return Unexpected{made.error()};
   Result<Claim> again = claim(path_);
   if (!again) return Unexpected{std::move(again).error()};

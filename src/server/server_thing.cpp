@@ -84,7 +84,8 @@ std::string prometheus_text(const ServerCounters& counters) {
   e.histogram("lrt_poll_interval_seconds", "From the beginning of one call of poll to that of the next.", counters.poll_interval);
   e.single("lrt_poll_interval_maximum_seconds", "gauge", "The longest of these times.", text_of(counters.poll_interval.maximum));
   e.single("lrt_audit_dropped_lines_total", "counter", "Lines of the audit that were dropped.", counters.audit_dropped);
-  e.single("lrt_audit_waiting_lines", "gauge", "Lines that wait for the sink of the audit.", counters.audit_waiting);
+  e.single("lrt_audit_waiting_lines", "gauge", "Lines that wait for the sink or the file of the audit.", counters.audit_waiting);
+  e.single("lrt_audit_file_errors_total", "counter", "Steps that failed in writing the file of the audit.", counters.audit_errors);
   return e.take();
 }
 
@@ -132,7 +133,8 @@ Thing server_thing(const Server& server, std::string_view path) {
   time("poll/interval/maximum", "Longest time between polls", "The longest time from one call of poll to the next.",
        [](C c) { return c.poll_interval.maximum; });
   count("audit/dropped", "Audit lines dropped", "Lines of the audit that were dropped.", [](C c) { return c.audit_dropped; });
-  count("audit/waiting", "Audit lines waiting", "Lines that wait for the sink of the audit.", [](C c) { return c.audit_waiting; });
+  count("audit/waiting", "Audit lines waiting", "Lines that wait for the sink or the file of the audit.", [](C c) { return c.audit_waiting; });
+  count("audit/errors", "Audit file errors", "Steps that failed in writing the file of the audit.", [](C c) { return c.audit_errors; });
   thing.property("metrics", [read] { return prometheus_text(read()); })
       .title("Metrics", "en")
       .description("The counters in the text format of Prometheus.", "en")

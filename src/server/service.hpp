@@ -94,12 +94,13 @@ class Receiver {
 /// Sees all requests with their outcomes. Called with the engine's lock, after Service::take() got what the request has caused.
 class RequestObserver {
  public:
-  /// A request and its response, or that the response is deferred.
-  virtual void handled(const http::Request& request, const Result<engine::Caller>& caller, const engine::Outcome& outcome, TimePoint now) = 0;
+  /// A request and its response, or that the response is deferred. The observer may keep the response and defer it with a ticket of its own: see
+  /// SharedEngine::reply().
+  virtual void handled(const http::Request& request, const Result<engine::Caller>& caller, engine::Outcome& outcome, TimePoint now) = 0;
   /// A request that was refused by its header section.
   virtual void refused(const http::Request& request, const Result<engine::Caller>& caller, const http::Response& response, TimePoint now) = 0;
-  /// A deferred response.
-  virtual void replied(const engine::Reply& reply) = 0;
+  /// A deferred response. False: the observer keeps it.
+  virtual bool replied(engine::Reply& reply) = 0;
   /// The client did not wait for the response.
   virtual void abandoned(engine::Ticket ticket) { (void)ticket; }
   /// One of the functions above threw an exception: there is no memory.

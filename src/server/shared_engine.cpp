@@ -68,7 +68,7 @@ engine::EngineOptions SharedEngine::engine_options() {
   options.renew = [this](const security::Principal* owner) { return callers_ ? callers_->renew(owner) : engine::Caller(); };
   options.sessions = sessions_;
   options.body_jobs = options_.threads.body_threads > 0;
-  options.reports_subscriptions = static_cast<bool>(options_.security.audit.sink);
+  options.reports_subscriptions = options_.security.audit.sink || options_.security.audit.file;
   options.saves_callbacks = !options_.callbacks.file.empty();
   if (options.saves_callbacks && options_.callbacks.respond_when_saved) options.save_timeout = options_.callbacks.save_timeout;
   options.log = log_.sink();
@@ -200,10 +200,17 @@ engine::Outcome SharedEngine::handle(const http::Request& request, const Result<
 }
 
 std::optional<engine::Reply> SharedEngine::take_reply(TimePoint now) {
-  std::optional<engine::Reply> reply = engine_.next_reply(now);
-  take();
-  if (reply) observe([&](RequestObserver& observer) { observer.replied(*reply); });
-  return reply;
+  while (true) {
+    std::optional<engine::Reply> reply = engine_.next_reply(now);
+    take();
+    bool is_kept = false;
+    if (reply) observe([&](RequestObserver& observer) { is_kept = !observer.replied(*reply) || is_kept; });
+    if (!is_kept) return reply;
+  }
+}
+
+void SharedEngine::reply(engine::Reply reply) {
+  if (!is_claimed(reply)) replies_.push_back(std::move(reply));
 }
 
 void SharedEngine::collect_replies(TimePoint now) {

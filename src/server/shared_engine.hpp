@@ -128,6 +128,10 @@ class SharedEngine final : public engine::Handler {
   /// @pre the lock is held
   void collect_replies(TimePoint now);
 
+  /// A response that an observer had kept. Wake the thread that serves the network afterwards.
+  /// @pre the lock is held
+  void reply(engine::Reply reply);
+
   /// The log function for parts that run in a turn or with the lock.
   LogCallback log_sink() { return log_.sink(); }
   /// The log function for threads that do not flush the log themselves.

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include <lrt/base/result.hpp>
+#include <lrt/engine/engine.hpp>
+
+#include "src/server/service.hpp"
+
+namespace lrt {
+
+/// Responses that wait until their lines of the audit are saved. Called with the engine's lock, except as TurnWork says.
+class AuditHold : public TurnWork {
+ public:
+  /// Tickets of the responses that the engine did not defer begin here.
+  static constexpr std::uint64_t first_ticket = std::uint64_t{1} << 63;
+
+  /// Keeps a response until its line is saved. False: it is to be sent now, and may have become another.
+  /// @param line  its number; 0: it was dropped
+  virtual bool keep(std::uint64_t line, engine::Reply& reply) = 0;
+  /// The client of a response does not wait for it.
+  virtual void abandon(engine::Ticket ticket) noexcept = 0;
+  /// The server stops: they become 503.
+  virtual void end() noexcept = 0;
+
+ protected:
+  ~AuditHold() = default;
+};
+
+/// Where the lines of the audit go: a sink or a file.
+///
+/// @par Threads  write(): one at a time. run(): its own. The others: any
+class AuditOutput {
+ public:
+  virtual ~AuditOutput() = default;
+  /// @par Errors  invalid_option
+  virtual Result<void> prepare() { return {}; }
+  /// Saves lines until stop() has been called and all are saved, or cannot be.
+  virtual void run() noexcept = 0;
+  virtual void stop() noexcept = 0;
+  /// @return  the number of the line; 0: it was dropped
+  virtual std::uint64_t write(std::string line) noexcept = 0;
+  /// Counts a line that could not be created.
+  virtual void drop() noexcept = 0;
+  virtual void count(ServerCounters& all) const = 0;
+  /// nullptr: responses do not wait.
+  virtual AuditHold* hold() noexcept { return nullptr; }
+};
+
+}  // namespace lrt
