@@ -8,7 +8,8 @@
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/base/ascii.hpp"
-#include "src/rdf/hash.hpp"
+#include "src/rdf/shared_graph.hpp"
+#include "src/rdf/term_hash.hpp"
 
 namespace lrt::rdf {
 namespace {
@@ -18,31 +19,6 @@ constexpr std::size_t first_terms = 32, first_triples = 16, first_bytes = 1024;
 constexpr std::uint32_t few = 8;  // a triple is searched in its chains up to this place, then by its hash
 
 std::uint32_t number(TermId id) noexcept { return static_cast<std::uint32_t>(id); }
-
-bool equals_lower(std::string_view lowered, std::string_view text) noexcept {
-  if (lowered.size() != text.size()) return false;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    if (lowered[i] != lrt::detail::lower(text[i])) return false;
-  }
-  return true;
-}
-
-/// Sets the datatype of a literal if the caller left it empty.
-std::string_view datatype_of(const TermView& term) noexcept {
-  if (!term.language.empty()) return vocab::rdf_::langString.text;
-  return term.datatype.empty() ? vocab::xsd::string.text : term.datatype;
-}
-
-std::uint32_t hash_of(const TermView& term) noexcept {
-  std::uint64_t h = hash_bytes(term.text, hash_seeds().bytes + static_cast<std::uint64_t>(term.kind));
-  if (term.is_literal()) {
-    h = hash_bytes(datatype_of(term), h);
-    for (const char c : term.language) h = fold_multiply(h ^ static_cast<unsigned char>(lrt::detail::lower(c)), 0xE7037ED1A0B428DBu);
-  }
-  return to_32_bits(h);
-}
-
-std::uint32_t hash_of(const Triple& t) noexcept { return to_32_bits(hash_triple(number(t.subject), number(t.predicate), number(t.object))); }
 
 bool points_into(std::string_view text, const std::string& pool) noexcept {
   const std::less<const char*> before;
@@ -96,6 +72,7 @@ std::uint32_t Graph::append(const TermView& term, std::uint32_t datatype) {
 }
 
 TermId Graph::intern(const TermView& term) {
+  if (shared_) return TermId{(*shared_).intern(term)};
   if (const std::uint32_t id = find_fresh(term); id != none) return TermId{id};
   const std::uint32_t hash = hash_of(term);
   if (const std::uint32_t id = find_hashed(term, hash); id != none) return TermId{id};
@@ -111,6 +88,10 @@ TermId Graph::intern(const TermView& term) {
 }
 
 std::optional<TermId> Graph::find(const TermView& term) const noexcept {
+  if (shared_) {
+    const std::uint32_t known = (*shared_).find(term);
+    return known == none ? std::nullopt : std::optional<TermId>(TermId{known});
+  }
   if (terms_.empty()) return std::nullopt;
   std::uint32_t id = find_fresh(term);
   if (id == none) id = find_hashed(term, hash_of(term));
@@ -118,6 +99,7 @@ std::optional<TermId> Graph::find(const TermView& term) const noexcept {
 }
 
 TermView Graph::term(TermId id) const noexcept {
+  if (shared_) return (*shared_).term(number(id));
   assert(number(id) < terms_.size());
   const std::string_view pool = text_;
   const Entry& entry = terms_[number(id)];
@@ -131,6 +113,7 @@ TermView Graph::term(TermId id) const noexcept {
 }
 
 TermId Graph::fresh_blank() {
+  if (shared_) return TermId{(*shared_).fresh_blank()};
   for (;;) {
     char label[12] = {'b'};
     const auto end = std::to_chars(label + 1, label + sizeof label, fresh_.size()).ptr;
@@ -155,6 +138,7 @@ bool Graph::add(const TermView& subject, const TermView& predicate, const TermVi
 }
 
 bool Graph::add(TermId subject, TermId predicate, TermId object) {
+  if (shared_) return (*shared_).add({subject, predicate, object});
   assert(number(subject) < terms_.size() && terms_[number(subject)].kind != TermKind::literal);
   assert(number(predicate) < terms_.size() && terms_[number(predicate)].kind == TermKind::iri);
   assert(number(object) < terms_.size());
@@ -206,17 +190,20 @@ std::uint32_t Graph::find(const Triple& triple) const noexcept {
 
 void Graph::merge(const Graph& other) {
   if (this == &other) return;
-  std::vector<std::uint32_t> ids(other.terms_.size(), none);
+  std::vector<std::uint32_t> ids(other.term_count(), none);
   const auto translate = [&](TermId id) {
     std::uint32_t& mine = ids[number(id)];
     if (mine == none) mine = number(intern(other.term(id)));
     return TermId{mine};
   };
-  for (const Triple& t : other.triples_) {
+  const auto take = [&](const Triple& t) {
     const TermId s = translate(t.subject);
     const TermId p = translate(t.predicate);
     add(s, p, translate(t.object));
-  }
+  };
+  for (const Triple& t : other.triples_) take(t);
+  if (other.shared_)
+    for (const Triple& t : other.match(std::nullopt, std::nullopt, std::nullopt)) take(t);
 }
 
 bool Graph::contains(TermId subject, TermId predicate, TermId object) const noexcept { return !match(subject, predicate, object).empty(); }
@@ -227,27 +214,35 @@ bool Graph::contains(const TermView& subject, const TermView& predicate, const T
 
 Graph::Matches Graph::match(std::optional<TermId> subject, std::optional<TermId> predicate, std::optional<TermId> object) const noexcept {
   Matches matches(this);
-  if (triples_.empty()) return matches;
+  if (empty()) return matches;
   const std::optional<TermId> bound[3] = {subject, predicate, object};
   if (subject && predicate && object) {
     matches.position_ = 4;  // one triple, no chain
-    matches.first_ = find(Triple{*subject, *predicate, *object});
+    const Triple wanted{*subject, *predicate, *object};
+    matches.first_ = shared_ ? (*shared_).find(wanted) : find(wanted);
     return matches;
   }
   std::uint32_t shortest = none;
   for (int i = 0; i < 3; ++i) {
     if (!bound[i]) continue;
-    assert(number(*bound[i]) < terms_.size());
+    assert(number(*bound[i]) < term_count());
     matches.wanted_[i] = number(*bound[i]);
-    const Chain& chain = terms_[number(*bound[i])].chain[i];
-    if (chain.count < shortest) {
-      shortest = chain.count;
+    const auto choose = [&](std::uint32_t first, std::uint32_t count) {
+      if (count >= shortest) return;
+      shortest = count;
       matches.position_ = i;
-      matches.first_ = chain.first;
+      matches.first_ = first;
+    };
+    if (shared_) {
+      const SharedGraph::Chain& chain = (*shared_).chain(number(*bound[i]), i);
+      choose(chain.first, chain.count);
+    } else {
+      const Chain& chain = terms_[number(*bound[i])].chain[i];
+      choose(chain.first, chain.count);
     }
   }
   if (matches.position_ == 3) {
-    matches.first_ = 0;
+    matches.first_ = shared_ ? (*shared_).used_from(0) : 0;
   } else if (matches.first_ != none && !matches.fits(matches.first_)) {
     matches.first_ = matches.next(matches.first_);
   }
@@ -266,13 +261,19 @@ Graph::Matches Graph::match(const TermView* subject, const TermView* predicate, 
 }
 
 bool Graph::Matches::fits(std::uint32_t at) const noexcept {
-  const Triple& t = graph_->triples_[at];
+  const Triple& t = graph_->at(at);
   return (wanted_[0] == none || wanted_[0] == number(t.subject)) && (wanted_[1] == none || wanted_[1] == number(t.predicate)) &&
          (wanted_[2] == none || wanted_[2] == number(t.object));
 }
 
 std::uint32_t Graph::Matches::next(std::uint32_t at) const noexcept {
   if (position_ == 4) return none;
+  if (graph_->shared_) {
+    const SharedGraph& shared = *graph_->shared_;
+    if (position_ == 3) return shared.used_from(at + 1);
+    do { at = shared.next(at, position_); } while (at != none && !fits(at));
+    return at;
+  }
   if (position_ == 3) return at + 1 < graph_->triples_.size() ? at + 1 : none;
   do { at = graph_->links_[at].next[position_]; } while (at != none && !fits(at));
   return at;
@@ -329,7 +330,7 @@ std::optional<std::vector<TermId>> Graph::list(TermId head) const {
   };
   for (TermId cell = head; cell != *nil;) {
     const auto member = only(cell, *first), next = only(cell, *rest);
-    if (!member || !next || members.size() >= triples_.size()) return std::nullopt;  // more cells than triples: a cycle
+    if (!member || !next || members.size() >= size()) return std::nullopt;  // more cells than triples: a cycle
     members.push_back(*member);
     cell = *next;
   }

@@ -137,14 +137,15 @@ void GraphWriter::push_triples(TermId subject) {
   std::uint32_t ranks = 1;  // 0 is rdf:type
   bool sorted = true;
   const std::uint32_t stamp = number(subject) + 1;
-  for (const Triple& t : graph_.match(subject, std::nullopt, std::nullopt)) {
+  const Graph::Matches matches = graph_.match(subject, std::nullopt, std::nullopt);
+  for (auto match = matches.begin(); match != matches.end(); ++match) {
+    const Triple& t = *match;
     Node& predicate = node(t.predicate);
     if (predicate.ranked_by != stamp) {
       predicate.ranked_by = stamp;
       predicate.rank = type_ && t.predicate == *type_ ? 0 : ranks++;
     }
-    const auto at = static_cast<std::uint64_t>(&t - graph_.triples().data());
-    const std::uint64_t key = (static_cast<std::uint64_t>(predicate.rank) << 32) | at;
+    const std::uint64_t key = (static_cast<std::uint64_t>(predicate.rank) << 32) | match.place();
     sorted = sorted && (keys_.size() == base || keys_.back() < key);
     keys_.push_back(key);
   }

@@ -78,7 +78,7 @@ class GraphWriter {
   /// Pushes the subject's triples on keys_, grouped by predicate, rdf:type first with rank 0. The caller removes them.
   void push_triples(TermId subject);
   static std::uint64_t rank_of(std::uint64_t key) noexcept { return key >> 32; }
-  const Triple& triple_of(std::uint64_t key) const noexcept { return graph_.triples()[key & 0xFFFFFFFF]; }
+  const Triple& triple_of(std::uint64_t key) const noexcept { return graph_.at(static_cast<std::uint32_t>(key)); }
 
   /// Appends a text that occurs in out_ already. False: it does not.
   bool repeat(Text text);

@@ -10,6 +10,7 @@
 
 #include <lrt/base/abi.hpp>
 #include <lrt/rdf/detail/hash_index.hpp>
+#include <lrt/rdf/detail/shared_graph.hpp>
 #include <lrt/rdf/term.hpp>
 
 namespace lrt::rdf {
@@ -53,9 +54,11 @@ class LRT_API Graph {
   /// Adds every triple of `other`. Blank nodes with equal labels become one.
   void merge(const Graph& other);
 
-  std::size_t size() const noexcept { return triples_.size(); }             ///< number of triples
-  bool empty() const noexcept { return triples_.empty(); }                  ///< whether there are no triples
-  const std::vector<Triple>& triples() const noexcept { return triples_; }  ///< all triples, in the order in which they were added
+  std::size_t size() const noexcept { return shared_ ? shared_->size() : triples_.size(); }  ///< number of triples
+  bool empty() const noexcept { return size() == 0; }                                        ///< whether there are no triples
+  /// All triples, in the order in which they were added. A large graph of a World makes this list with the first call, from
+  /// any thread, and keeps it until it is changed or destroyed; match() needs no list.
+  const std::vector<Triple>& triples() const { return shared_ ? shared_->triples() : triples_; }
 
   /// The number of a term. The term is added if the graph does not have it.
   TermId intern(const TermView& term);
@@ -63,7 +66,7 @@ class LRT_API Graph {
   std::optional<TermId> find(const TermView& term) const noexcept;
   /// The term of a number. Its views are valid until the graph is changed or destroyed.
   TermView term(TermId id) const noexcept;
-  std::size_t term_count() const noexcept { return terms_.size(); }  ///< numbers of terms are below this
+  std::size_t term_count() const noexcept { return shared_ ? shared_->term_count() : terms_.size(); }  ///< numbers of terms are below this
   /// A new blank node with a label that is unique in this graph.
   TermId fresh_blank();
 
@@ -94,7 +97,13 @@ class LRT_API Graph {
   /// @param cells  nodes for the first cells; for further cells new blank nodes are made
   TermId add_list(const std::vector<TermId>& members, std::vector<TermId> cells = {});
 
+  /// @cond internal
+  /// The triple at Matches::iterator::place().
+  const Triple& at(std::uint32_t place) const noexcept { return shared_ ? shared_->at(place) : triples_[place]; }
+  /// @endcond
+
  private:
+  friend class SharedGraph;
   static constexpr std::uint32_t none = lrt::detail::HashIndex::none;
   struct Chain {  // the triples with a term in one position, linked in order
     std::uint32_t first = none, last = none, count = 0;
@@ -124,6 +133,7 @@ class LRT_API Graph {
   std::vector<Triple> triples_;
   std::vector<Links> links_;
   lrt::detail::HashIndex triple_index_;  // of triples that are beyond the first few in all three chains
+  SharedGraphPointer shared_;            // has everything instead, if it is there: a large graph of a World
 };
 
 /// A range of triples: `for (const Triple& t : graph.match(...))`. Valid until the graph is changed or destroyed.
@@ -140,7 +150,8 @@ class Graph::Matches {
     using reference = const Triple&;
 
     iterator() = default;
-    reference operator*() const noexcept { return range_->graph_->triples_[at_]; }
+    reference operator*() const noexcept { return range_->graph_->at(at_); }
+    std::uint32_t place() const noexcept { return at_; }
     pointer operator->() const noexcept { return &**this; }
     iterator& operator++() noexcept {
       at_ = range_->next(at_);
