@@ -14,6 +14,7 @@
 
 #include "src/rdf/limits.hpp"
 #include "src/rdf/n_triples.hpp"
+#include "src/rdf/shared_graph.hpp"
 
 namespace lrt::model {
 
@@ -22,30 +23,36 @@ namespace {
 /// The triples that are not marked. Terms that none of them has are left out.
 rdf::Graph unmarked(const rdf::Graph& graph, const std::vector<bool>& marked) {
   rdf::Graph rest;
+  if (rdf::SharedGraph::in(graph)) rdf::SharedGraph::of(rest);
   std::vector<std::optional<rdf::TermId>> known(graph.term_count());
   const auto same = [&](rdf::TermId id) {
     std::optional<rdf::TermId>& mine = known[static_cast<std::size_t>(id)];
     if (!mine) mine = rest.intern(graph.term(id));
     return *mine;
   };
-  const std::vector<rdf::Triple>& all = graph.triples();
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    if (i < marked.size() && marked[i]) continue;
-    const rdf::TermId s = same(all[i].subject), p = same(all[i].predicate), o = same(all[i].object);
+  const auto all = graph.match(std::nullopt, std::nullopt, std::nullopt);
+  for (auto at = all.begin(); at != all.end(); ++at) {
+    if (at.place() < marked.size() && marked[at.place()]) continue;
+    const rdf::TermId s = same(at->subject), p = same(at->predicate), o = same(at->object);
     rest.add(s, p, o);
   }
   return rest;
 }
 
-/// The bytes of all occurrences of terms: the size of the graph when it is written.
-std::size_t text_bytes(const rdf::Graph& graph) {
+/// The bytes of a triple when it is written.
+std::size_t text_bytes(const rdf::Graph& graph, const rdf::Triple& t) {
   std::size_t bytes = 0;
-  for (const rdf::Triple& t : graph.triples())
-    for (const rdf::TermId id : {t.subject, t.predicate, t.object}) {
-      const rdf::TermView term = graph.term(id);
-      bytes += term.text.size() + term.datatype.size() + term.language.size();
-    }
+  for (const rdf::TermId id : {t.subject, t.predicate, t.object}) {
+    const rdf::TermView term = graph.term(id);
+    bytes += term.text.size() + term.datatype.size() + term.language.size();
+  }
   return bytes;
+}
+
+/// Places of triples are below.
+std::uint32_t place_limit(const rdf::Graph& graph) {
+  const rdf::SharedGraph* const shared = rdf::SharedGraph::in(graph);
+  return shared ? shared->place_limit() : static_cast<std::uint32_t>(graph.size());
 }
 
 constexpr std::size_t max_violations = 64;
@@ -63,6 +70,16 @@ struct Updating {
 }  // namespace
 
 // ------------------------------------------------------------------------------------------------------------------ edit
+
+GraphEdit::GraphEdit(const rdf::Graph& before, std::size_t bytes, std::string base, const GraphOptions& limits)
+    : before_(before.size()), base_(std::move(base)), limits_(limits), graph_(before), first_new_(place_limit(before)), bytes_(bytes) {}
+
+/// A graph becomes large while it is still small, so that this costs little.
+void GraphEdit::share() {
+  if (rdf::SharedGraph::in(graph_)) return;
+  graph();
+  rdf::SharedGraph::of(graph_);
+}
 
 std::string GraphEdit::resolved(std::string_view iri) {
   if (iri::is_absolute(iri)) return std::string(iri);
@@ -94,6 +111,7 @@ void GraphEdit::add(const rdf::TermView& subject, const rdf::TermView& predicate
   const auto mine = [&](const rdf::TermView& term) { return term.is_iri() ? interned(rdf::iri(resolved(term.text))) : interned(term); };
   // A view may be of this graph, whose text moves when a term is added.
   const rdf::Term s(subject), p(predicate), o(object);
+  if (graph_.size() >= rdf::SharedGraph::least_size) share();
   const rdf::TermId s_id = mine(s), p_id = mine(p);
   add(s_id, p_id, mine(o));
 }
@@ -112,17 +130,32 @@ rdf::TermId GraphEdit::interned(const rdf::TermView& term) {
 }
 
 void GraphEdit::add(rdf::TermId subject, rdf::TermId predicate, rdf::TermId object) {
-  if (graph_.add(subject, predicate, object)) return;
-  const std::size_t at = place(*graph_.match(subject, predicate, object).begin());
+  if (graph_.add(subject, predicate, object)) {
+    bytes_ += text_bytes(graph_, {subject, predicate, object});
+    return;
+  }
+  const auto found = graph_.match(subject, predicate, object);
+  const std::uint32_t at = found.begin().place();
   if (!is_removed(at)) return;
   removed_[at] = false;
   --removed_count_;
-  if (at < before_) --removed_before_;
+  if (at < first_new_) --removed_before_;
+}
+
+void GraphEdit::add_turtle(std::string_view text) {
+  rdf::ReadOptions options;
+  options.base = base_;
+  options.max_triples = limits_.max_triples;
+  options.max_bytes = std::max(options.max_bytes, limits_.max_bytes);
+  const Result<rdf::Graph> graph = rdf::read(text, rdf::Syntax::turtle, options);
+  if (graph) merge(*graph);
+  else fail(graph.error());
 }
 
 void GraphEdit::merge(const rdf::Graph& other) {
   if (error_) return;
   if (&other == &graph_) return merge(rdf::Graph(other));
+  if (size() + other.size() >= rdf::SharedGraph::least_size) share();
   std::vector<std::optional<rdf::TermId>> known(other.term_count());
   const auto mine = [&](rdf::TermId id) {
     std::optional<rdf::TermId>& same = known[static_cast<std::size_t>(id)];
@@ -132,19 +165,20 @@ void GraphEdit::merge(const rdf::Graph& other) {
     }
     return *same;
   };
-  for (const rdf::Triple& t : other.triples()) {
+  for (const rdf::Triple& t : other.match(std::nullopt, std::nullopt, std::nullopt)) {
     const rdf::TermId s = mine(t.subject), p = mine(t.predicate), o = mine(t.object);
     if (error_) return;
     add(s, p, o);
   }
 }
 
-void GraphEdit::mark(std::size_t at) {
+void GraphEdit::mark(std::uint32_t at) {
   if (is_removed(at)) return;
-  if (removed_.size() <= at) removed_.resize(graph_.size());
+  if (removed_.size() <= at) removed_.resize(place_limit(graph_));
+  marked_.push_back(at);
   removed_[at] = true;
   ++removed_count_;
-  if (at < before_) ++removed_before_;
+  if (at < first_new_) ++removed_before_;
 }
 
 void GraphEdit::remove(const rdf::TermView* subject, const rdf::TermView* predicate, const rdf::TermView* object) {
@@ -159,31 +193,37 @@ void GraphEdit::remove(const rdf::TermView* subject, const rdf::TermView* predic
     views[i] = terms.back().view();
     wanted[i] = &views[i];
   }
-  for (const rdf::Triple& t : graph_.match(wanted[0], wanted[1], wanted[2])) mark(place(t));
+  const auto found = graph_.match(wanted[0], wanted[1], wanted[2]);
+  for (auto at = found.begin(); at != found.end(); ++at) mark(at.place());
 }
 
 void GraphEdit::remove_node(const rdf::TermView& subject) {
   if (error_) return;
   const auto first = graph_.find(subject);
   if (!first) return;
-  for (const rdf::Triple& t : graph_.match(std::nullopt, std::nullopt, *first)) mark(place(t));
+  const auto referring = graph_.match(std::nullopt, std::nullopt, *first);
+  for (auto at = referring.begin(); at != referring.end(); ++at) mark(at.place());
   std::vector<rdf::TermId> open = {*first};
   while (!open.empty()) {
     const rdf::TermId node = open.back();
     open.pop_back();
-    for (const rdf::Triple& t : graph_.match(node, std::nullopt, std::nullopt)) {
-      if (is_removed(place(t))) continue;
-      mark(place(t));
-      if (!graph_.term(t.object).is_blank()) continue;
-      const auto leading = graph_.match(std::nullopt, std::nullopt, t.object);
-      if (std::all_of(leading.begin(), leading.end(), [&](const rdf::Triple& other) { return is_removed(place(other)); })) open.push_back(t.object);
+    const auto about = graph_.match(node, std::nullopt, std::nullopt);
+    for (auto at = about.begin(); at != about.end(); ++at) {
+      if (is_removed(at.place())) continue;
+      mark(at.place());
+      if (!graph_.term(at->object).is_blank()) continue;
+      const auto leading = graph_.match(std::nullopt, std::nullopt, at->object);
+      auto other = leading.begin();
+      while (other != leading.end() && is_removed(other.place())) ++other;
+      if (other == leading.end()) open.push_back(at->object);
     }
   }
 }
 
 void GraphEdit::clear() {
   if (error_) return;
-  removed_.assign(graph_.size(), true);
+  removed_.assign(place_limit(graph_), true);
+  is_cleared_ = true;
   removed_count_ = graph_.size();
   removed_before_ = before_;
 }
@@ -193,17 +233,46 @@ const rdf::Graph& GraphEdit::graph() {
   return graph_;
 }
 
+rdf::Graph GraphEdit::take() {
+  graph();
+  rdf::SharedGraph::compact(graph_);
+  return std::move(graph_);
+}
+
 /// Positions change here. Only the number of removed original triples is kept.
 void GraphEdit::remove_removed() {
-  std::size_t first_left = 0;
-  for (std::size_t i = 0; i < before_; ++i)
-    if (!is_removed(i)) ++first_left;
-  graph_ = unmarked(graph_, removed_);
+  rdf::SharedGraph* const shared = rdf::SharedGraph::in(graph_);
+  // Most of a large graph stays as it is.
+  if (shared && !is_cleared_ && removed_count_ <= graph_.size() / 2) {
+    for (const std::uint32_t at : marked_) {
+      if (!is_removed(at)) continue;
+      removed_[at] = false;  // it may be there twice
+      const rdf::Triple gone = graph_.at(at);
+      bytes_ -= text_bytes(graph_, gone);
+      shared->remove(gone);
+    }
+  } else if (shared && removed_count_ <= graph_.size() / 2) {
+    for (std::uint32_t at = shared->used_from(0); at != rdf::SharedGraph::none; at = shared->used_from(at + 1)) {
+      if (!is_removed(at)) continue;
+      const rdf::Triple gone = graph_.at(at);
+      bytes_ -= text_bytes(graph_, gone);
+      shared->remove(gone);
+    }
+  } else {
+    const auto all = graph_.match(std::nullopt, std::nullopt, std::nullopt);
+    for (auto at = all.begin(); at != all.end(); ++at)
+      if (is_removed(at.place())) bytes_ -= text_bytes(graph_, *at);
+    const auto left = static_cast<std::uint32_t>(before_ - removed_before_);
+    graph_ = unmarked(graph_, removed_);
+    first_new_ = left;
+  }
   removed_.clear();
+  marked_.clear();
+  is_cleared_ = false;
   removed_count_ = 0;
   // A triple that is removed, and then added again, counts as a change from here on.
-  lost_ += before_ - first_left;
-  before_ = first_left;
+  lost_ += removed_before_;
+  before_ -= removed_before_;
   removed_before_ = 0;
 }
 
@@ -234,13 +303,7 @@ Result<std::shared_ptr<GraphState>> GraphState::create(std::string path, GraphOp
     state->shapes_ = *std::move(compiled);
   }
   if (!state->options_.turtle.empty()) {
-    const Result<void> first = state->make([&](GraphEdit& edit) {
-      rdf::ReadOptions first_reading;
-      first_reading.base = edit.base();
-      const Result<rdf::Graph> graph = rdf::read(state->options_.turtle, rdf::Syntax::turtle, first_reading);
-      if (graph) edit.merge(*graph);
-      else edit.fail(graph.error());
-    });
+    const Result<void> first = state->make([&](GraphEdit& edit) { edit.add_turtle(state->options_.turtle); });
     if (!first) return named(first.error());
   }
   return state;
@@ -307,7 +370,7 @@ Result<void> GraphState::make(FunctionRef<void(GraphEdit&)> change) {
   const Turn turn(*this, Turn::Wait::always);
   try {
     const Version before = version();
-    GraphEdit edit(*before.graph, iri());
+    GraphEdit edit(*before.graph, before.bytes, iri(), options_);
     change(edit);
     if (edit.error()) return Unexpected{*edit.error()};
     const std::optional<GraphRefusal> refused = commit(edit);
@@ -327,7 +390,7 @@ std::optional<GraphRefusal> GraphState::write(const GraphWrite& wanted, bool wai
   if (!turn) return GraphRefusal{waits ? GraphRefusal::Kind::stopped : GraphRefusal::Kind::busy};
   const Version before = version();
   if (wanted.expected && *wanted.expected != before.revision) return GraphRefusal{GraphRefusal::Kind::changed};
-  GraphEdit edit(*before.graph, iri());
+  GraphEdit edit(*before.graph, before.bytes, iri(), options_);
   if (auto refused = change(edit, wanted)) return refused;
   return commit(edit);
 }
@@ -359,13 +422,13 @@ void GraphState::wait_for_writes() { const Turn turn(*this, Turn::Wait::until_st
 
 std::variant<PreparedWrite, GraphRefusal> GraphState::prepare(const GraphWrite& wanted) const {
   const Version before = version();
-  GraphEdit edit(*before.graph, iri());
+  GraphEdit edit(*before.graph, before.bytes, iri(), options_);
   if (auto refused = change(edit, wanted)) return *std::move(refused);
   PreparedWrite made;
   made.revision = before.revision;
   if (!edit.has_changed()) return made;
   made.graph = std::make_shared<const rdf::Graph>(edit.take());
-  made.bytes = text_bytes(*made.graph);
+  made.bytes = edit.bytes();
   if (auto refused = judge(*made.graph, made.bytes)) return *std::move(refused);
   return made;
 }
@@ -430,7 +493,7 @@ Result<void> GraphState::restore(rdf::Graph graph) {
 std::optional<GraphRefusal> GraphState::commit(GraphEdit& edit) {
   if (!edit.has_changed()) return std::nullopt;
   auto next = std::make_shared<const rdf::Graph>(edit.take());
-  const std::size_t bytes = text_bytes(*next);
+  const std::size_t bytes = edit.bytes();
   if (auto refused = judge(*next, bytes)) return refused;
   Version made{std::move(next), current_.revision + 1, bytes};  // only who has the Turn changes current_
   {
@@ -471,8 +534,7 @@ std::optional<GraphRefusal> GraphState::judge(const rdf::Graph& graph, std::size
 /// the value's description. Other triples may refer to the value.
 void GraphState::merge(GraphEdit& edit, const rdf::Graph& graph) const {
   std::vector<rdf::TermId> open;
-  std::vector<bool> reached(graph.term_count()), removed(graph.size());
-  const auto remove = [&](const rdf::Triple& t) { removed[static_cast<std::size_t>(&t - graph.triples().data())] = true; };
+  std::vector<bool> reached(graph.term_count()), removed(place_limit(graph));
   for (const PublishedSpec& p : published()) {
     const std::string value = std::string(World::base) + p.property->location();
     const auto id = graph.find(rdf::iri(value));
@@ -481,17 +543,19 @@ void GraphState::merge(GraphEdit& edit, const rdf::Graph& graph) const {
     open.push_back(*id);
     const auto object = graph.find(rdf::iri(iri() + p.object)), predicate = graph.find(rdf::iri(p.predicate));
     if (!object || !predicate) continue;
-    for (const rdf::Triple& t : graph.match(*object, *predicate, *id)) remove(t);
+    const auto leading = graph.match(*object, *predicate, *id);
+    for (auto at = leading.begin(); at != leading.end(); ++at) removed[at.place()] = true;
   }
   if (open.empty()) return edit.merge(graph);
   while (!open.empty()) {
     const rdf::TermId node = open.back();
     open.pop_back();
-    for (const rdf::Triple& t : graph.match(node, std::nullopt, std::nullopt)) {
-      remove(t);
-      if (!graph.term(t.object).is_blank() || reached[static_cast<std::size_t>(t.object)]) continue;
-      reached[static_cast<std::size_t>(t.object)] = true;
-      open.push_back(t.object);
+    const auto about = graph.match(node, std::nullopt, std::nullopt);
+    for (auto at = about.begin(); at != about.end(); ++at) {
+      removed[at.place()] = true;
+      if (!graph.term(at->object).is_blank() || reached[static_cast<std::size_t>(at->object)]) continue;
+      reached[static_cast<std::size_t>(at->object)] = true;
+      open.push_back(at->object);
     }
   }
   edit.merge(unmarked(graph, removed));

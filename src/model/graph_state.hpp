@@ -28,13 +28,17 @@
 namespace lrt::model {
 inline namespace v0 {
 
-/// Changes to a copy of a graph, in the order in which they are made.
+/// Changes to a copy of a graph, in the order in which they are made. A large graph shares its structure with the copy.
 class GraphEdit {
  public:
-  /// @param base  IRI of the graph
-  GraphEdit(const rdf::Graph& before, std::string base) : before_(before.size()), base_(std::move(base)), graph_(before) {}
+  /// @param bytes   of the graph, as GraphState::Version has it
+  /// @param base    IRI of the graph
+  /// @param limits  also of a document that is read for it
+  GraphEdit(const rdf::Graph& before, std::size_t bytes, std::string base, const GraphOptions& limits);
 
   void add(const rdf::TermView& subject, const rdf::TermView& predicate, const rdf::TermView& object);
+  /// Adds a Turtle document.
+  void add_turtle(std::string_view text);
   /// Adds all triples with new blank nodes.
   void merge(const rdf::Graph& graph);
   void remove(const rdf::TermView* subject, const rdf::TermView* predicate, const rdf::TermView* object);
@@ -43,10 +47,9 @@ class GraphEdit {
   /// The graph with the changes up to now.
   const rdf::Graph& graph();
   /// The same, at the end.
-  rdf::Graph take() {
-    graph();
-    return std::move(graph_);
-  }
+  rdf::Graph take();
+  /// Of graph(): the bytes of its IRIs and literals, written in full at each occurrence.
+  std::size_t bytes() const noexcept { return bytes_; }
   std::size_t size() const noexcept { return graph_.size() - removed_count_; }
   /// The triples differ from those at the beginning.
   bool has_changed() const noexcept { return size() != before_ || removed_before_ != 0 || lost_ != 0; }
@@ -58,20 +61,24 @@ class GraphEdit {
     if (!error_) error_ = std::move(error);
   }
   const std::optional<Error>& error() const noexcept { return error_; }
-  const std::string& base() const noexcept { return base_; }
 
  private:
-  std::size_t place(const rdf::Triple& triple) const noexcept { return static_cast<std::size_t>(&triple - graph_.triples().data()); }
   bool is_removed(std::size_t at) const noexcept { return at < removed_.size() && removed_[at]; }
-  void mark(std::size_t at);
+  void mark(std::uint32_t at);
   void add(rdf::TermId subject, rdf::TermId predicate, rdf::TermId object);
   rdf::TermId interned(const rdf::TermView& term);
   void remove_removed();
+  void share();
 
   std::size_t before_;  ///< triples of the graph at the beginning
   const std::string base_;
+  const GraphOptions& limits_;
   rdf::Graph graph_;
-  std::vector<bool> removed_;  ///< by place in graph_; the rest: not removed
+  std::uint32_t first_new_;            ///< the place in graph_ of the first triple that was not there at the beginning
+  std::size_t bytes_;                  ///< of graph_, with what is removed
+  std::vector<bool> removed_;          ///< by place in graph_; the rest: not removed
+  std::vector<std::uint32_t> marked_;  ///< the places in removed_, and some that were added again
+  bool is_cleared_ = false;            ///< marked_ is not complete
   std::size_t removed_count_ = 0;
   std::size_t removed_before_ = 0;  ///< of those that were there at the beginning
   std::size_t lost_ = 0;            ///< those that are not in graph_ any more

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include <lrt/base/iri.hpp>
-#include <lrt/rdf/codec.hpp>
 
 #include "src/model/graph_state.hpp"
 #include "src/model/spec.hpp"
@@ -27,11 +26,7 @@ GraphUpdate& GraphUpdate::add(const rdf::TermView& subject, const rdf::TermView&
 }
 
 GraphUpdate& GraphUpdate::add_turtle(std::string_view text) {
-  rdf::ReadOptions options;
-  options.base = edit_.base();
-  const Result<rdf::Graph> graph = rdf::read(text, rdf::Syntax::turtle, options);
-  if (graph) edit_.merge(*graph);
-  else edit_.fail(graph.error());
+  edit_.add_turtle(text);
   return *this;
 }
 

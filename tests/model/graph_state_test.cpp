@@ -1,14 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "src/model/graph_state.hpp"
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
 #include <new>
+#include <random>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <utility>
 #include <vector>
 
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/rdf/difference.hpp"
+#include "src/rdf/shared_graph.hpp"
 #include "tests/support/catch.hpp"
 
 using namespace lrt;
@@ -41,4 +50,165 @@ TEST_CASE("each new state of a graph is saved after it is shown, and one that ca
   CHECK(state->version().graph->size() == 2);
   CHECK(saved == std::vector<std::uint64_t>{2, 3});
   CHECK(listened == 2);
+}
+
+namespace {
+
+std::multiset<std::string> lines_of(const rdf::Graph& graph) {
+  std::multiset<std::string> lines;
+  for (const rdf::Triple& t : graph.triples())
+    lines.insert(rdf::to_string(graph.term(t.subject)) + " " + rdf::to_string(graph.term(t.predicate)) + " " + rdf::to_string(graph.term(t.object)));
+  return lines;
+}
+
+std::size_t bytes_of(const rdf::Graph& graph) {
+  std::size_t bytes = 0;
+  for (const rdf::Triple& t : graph.triples())
+    for (const rdf::TermId id : {t.subject, t.predicate, t.object}) {
+      const rdf::TermView term = graph.term(id);
+      bytes += term.text.size() + term.datatype.size() + term.language.size();
+    }
+  return bytes;
+}
+
+void add_objects(model::GraphEdit& edit, int from, int to) {
+  for (int i = from; i < to; ++i) edit.add(rdf::iri("#o" + std::to_string(i)), vocab::rdfs::label, edit.term_of(i));
+}
+
+}  // namespace
+
+TEST_CASE("a graph of a World grows large and small again under random updates, and is what a set would be", "[model][world][shared]") {
+  GraphOptions options;
+  options.max_triples = 1'000'000;
+  const auto state = GraphState::create("/world/map", options, "http://lrt.invalid/shapes", nullptr).value();
+  std::mt19937 random(11);
+  std::multiset<std::string> model;
+  bool was_large = false, was_small_again = false;
+  std::vector<std::pair<std::shared_ptr<const rdf::Graph>, std::multiset<std::string>>> past;
+  const auto line = [](int s, int o) {
+    return "<http://lrt.invalid/world/map#s" + std::to_string(s) + "> <http://www.w3.org/2000/01/rdf-schema#label> \"" + std::to_string(o) + "\"";
+  };
+  for (int step = 0; step < 60; ++step) {
+    const bool fails = random() % 5 == 0;
+    std::multiset<std::string> next = model;
+    const auto before = state->version();
+    const Result<void> result = state->update([&](model::GraphEdit& edit) {
+      const int kind = static_cast<int>(random() % 12);
+      if (kind == 0) edit.clear(), next.clear();
+      for (int i = kind == 1 ? 6'000 : 20; i > 0; --i) {
+        const int s = static_cast<int>(random() % 300), o = static_cast<int>(random() % 100);
+        edit.add(rdf::iri("#s" + std::to_string(s)), vocab::rdfs::label, rdf::literal(std::to_string(o)));
+        if (next.count(line(s, o)) == 0) next.insert(line(s, o));
+      }
+      for (int i = 0; i < 10; ++i) {
+        const int s = static_cast<int>(random() % 300), o = static_cast<int>(random() % 100);
+        const std::string subject = "#s" + std::to_string(s), label = std::to_string(o);
+        const rdf::TermView sv = rdf::iri(subject), pv = vocab::rdfs::label, ov = rdf::literal(label);
+        edit.remove(&sv, &pv, &ov);
+        next.erase(line(s, o));
+      }
+      if (random() % 8 == 0) REQUIRE(lines_of(edit.graph()) == next);
+      if (fails) throw std::runtime_error("given up");
+    });
+    REQUIRE(bool(result) == !fails);
+    const auto version = state->version();
+    if (fails) {
+      REQUIRE(version.graph == before.graph);
+    } else {
+      REQUIRE((version.revision != before.revision || next == model));
+      model = std::move(next);
+    }
+    const bool is_large = rdf::SharedGraph::in(*version.graph) != nullptr;
+    if (was_large && !is_large) was_small_again = true;
+    was_large = is_large || was_large;
+    if (step % 2 == 0) continue;
+    REQUIRE(lines_of(*version.graph) == model);
+    REQUIRE(version.bytes == bytes_of(*version.graph));
+    if (step % 10 == 1) past.emplace_back(version.graph, model);
+  }
+  CHECK(was_large);
+  CHECK(was_small_again);
+  for (const auto& [graph, had] : past) REQUIRE(lines_of(*graph) == had);
+}
+
+TEST_CASE("a large graph that is replaced by nearly the same one shares its structure with it", "[model][world][shared]") {
+  GraphOptions options;
+  options.max_triples = 100'000;
+  const auto state = GraphState::create("/world/map", options, "http://lrt.invalid/shapes", nullptr).value();
+  state->update([](model::GraphEdit& edit) { add_objects(edit, 0, 9'000); }).value();
+  const auto before = state->version();
+  model::GraphWrite same;
+  same.graph.merge(*before.graph);
+  CHECK_FALSE(state->write(same, true));
+  CHECK(state->version().revision == before.revision);
+  model::GraphWrite other;
+  other.graph.merge(*before.graph);
+  other.graph.add(rdf::iri("http://e/new"), vocab::rdfs::label, rdf::literal("new"));
+  CHECK_FALSE(state->write(other, true));
+  const auto after = state->version();
+  const auto difference = rdf::shared_difference(*before.graph, *after.graph);
+  REQUIRE(difference);
+  CHECK(difference->removed.empty());
+  CHECK(difference->added.size() == 1);
+  CHECK(state
+            ->update([](model::GraphEdit& edit) {
+              add_objects(edit, 9'000, 9'010);
+              throw std::bad_alloc();
+            })
+            .error()
+            .code == Errc::failed);
+  CHECK(state->version().graph == after.graph);
+}
+
+TEST_CASE("the limits of a graph reach what reads documents for it", "[model][world]") {
+  GraphOptions options;
+  options.max_triples = 120'000;
+  options.turtle = "<#x> <#p> 1";
+  for (int i = 2; i <= 110'000; ++i) options.turtle += "," + std::to_string(i);  // more than ReadOptions allow by themselves
+  options.turtle += ".";
+  const auto state = GraphState::create("/world/map", options, "http://lrt.invalid/shapes", nullptr).value();
+  CHECK(state->version().graph->size() == 110'000);
+  options.max_triples = 100;
+  const auto refused = GraphState::create("/world/map", options, "http://lrt.invalid/shapes", nullptr);
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().code == Errc::limit_exceeded);
+  CHECK(refused.error().message.find("more than 100 triples") != std::string::npos);  // it is not read to its end
+}
+
+TEST_CASE("readers of a large graph of a World keep their version while it is written", "[model][world][shared][threads]") {
+  GraphOptions options;
+  options.max_triples = 100'000;
+  const auto state = GraphState::create("/world/map", options, "http://lrt.invalid/shapes", nullptr).value();
+  state->update([](model::GraphEdit& edit) { add_objects(edit, 0, 5'000); }).value();
+  std::atomic<bool> done{false};
+  std::atomic<int> faults{0};
+  std::vector<std::thread> readers;
+  for (int r = 0; r < 2; ++r)
+    readers.emplace_back([&] {
+      for (bool last = false; !last;) {
+        last = done;
+        const auto version = state->version();
+        std::size_t pairs = 0;
+        for (const rdf::Triple& t : version.graph->match(nullptr, nullptr, nullptr))
+          pairs += version.graph->term(t.predicate).text == "http://e/pair";
+        if (pairs % 2 != 0 || version.graph->size() != 5'000 + pairs) ++faults;
+      }
+    });
+  for (int i = 0; i < 60; ++i)
+    state
+        ->update([i](model::GraphEdit& edit) {  // two triples come, and at times four go
+          const std::string s = "#pair" + std::to_string(i);
+          edit.add(rdf::iri(s), rdf::iri("http://e/pair"), edit.term_of(1));
+          edit.add(rdf::iri(s), rdf::iri("http://e/pair"), edit.term_of(2));
+          if (i % 5 != 4) return;
+          for (int k : {i, i - 1}) {
+            const std::string gone = "#pair" + std::to_string(k);
+            const rdf::TermView sv = rdf::iri(gone);
+            edit.remove(&sv, nullptr, nullptr);
+          }
+        })
+        .value();
+  done = true;
+  for (std::thread& reader : readers) reader.join();
+  CHECK(faults == 0);
 }
