@@ -229,11 +229,12 @@ Bodies::Read Bodies::defer(Context& context, std::size_t bytes, std::size_t effo
     CancelToken token;
     Work work;
     JudgedBody judged = BodyFault{500, "internal server error"};
-    bool ran = false;
+    bool ran = false, is_counted = false;
   };
   auto judging = std::make_shared<Judging>();
   judging->work = std::move(work);
   Inbox::Reserved reply = Inbox::reserve([this, ticket = *ticket, client, bytes, judging](TimePoint now) {
+    if (!judging->is_counted) return;  // defer() has thrown
     ended(client, bytes);
     Context* const kept = judging->ran ? pending_.resume(ticket, now) : nullptr;
     if (!kept) return;
@@ -241,15 +242,16 @@ Bodies::Read Bodies::defer(Context& context, std::size_t bytes, std::size_t effo
     continue_(ticket, *kept);
   });
   Waiting& waiting = waiting_by_client_[client];
-  jobs_.push_back({client, effort, [judging, inbox = calls_.inbox(), reply = std::move(reply)]() mutable {
+  jobs_.push_back({client, effort, [judging, reply = Owed(calls_.inbox(), std::move(reply))]() mutable {
                      if (judging->token.take()) {
                        judging->ran = true;
                        Result<JudgedBody> result = guarded<JudgedBody>([&]() -> Result<JudgedBody> { return judging->work(); });
                        if (result) judging->judged = *std::move(result);
                      }
                      judging->work = {};
-                     inbox->put(std::move(reply));
+                     reply.leave();
                    }});
+  judging->is_counted = true;
   ++waiting.jobs;
   waiting.bytes += bytes;
   waiting_bytes_ += bytes;

@@ -95,6 +95,24 @@ class Inbox {
   std::shared_ptr<Waker> waker_;
 };
 
+/// A message that a job leaves when it has run, or when it is destroyed without: memory may end between the engine and the thread of the job, and what
+/// waits for the message must not wait for ever.
+class Owed {
+ public:
+  Owed(std::shared_ptr<Inbox> inbox, Inbox::Reserved message) noexcept : inbox_(std::move(inbox)), message_(std::move(message)) {}
+  Owed(Owed&&) noexcept = default;
+  Owed(const Owed&) = delete;
+  Owed& operator=(const Owed&) = delete;
+  ~Owed() { leave(); }
+  void leave() noexcept {
+    if (message_) inbox_->put(std::move(message_));
+  }
+
+ private:
+  std::shared_ptr<Inbox> inbox_;
+  Inbox::Reserved message_;
+};
+
 /// All calls of user code. A call becomes a Job, which runs as its Dispatch says, without any lock of lrt; its result
 /// comes back as a message that the engine runs.
 ///
@@ -105,7 +123,7 @@ class HostCalls {
   HostCalls(Dispatch dispatch, std::size_t max_open) : dispatch_(dispatch), max_open_(max_open) {}
 
   /// Calls `work`, a callable of Result<T>(), and then `done` of (Result<T>, TimePoint) on the engine's thread. If the call is
-  /// cancelled before it begins, `done` gets Errc::cancelled.
+  /// cancelled before it begins, or the job is lost, `done` gets Errc::cancelled.
   template <class T, class Work, class Done>
   std::shared_ptr<CancelToken> call(Dispatch where, Work work, Done done) {
     // The memory for the result is allocated before the call.
@@ -113,14 +131,18 @@ class HostCalls {
       CancelToken token;
       Result<T> result = unexpected(Errc::cancelled, "the call was cancelled");
       Done done;
+      bool is_handed_out = false;  ///< else call() has thrown, and its caller knows
       explicit Call(Done d) : done(std::move(d)) {}
     };
     auto call = std::make_shared<Call>(std::move(done));
-    Inbox::Reserved reply = Inbox::reserve([call](TimePoint now) { call->done(std::move(call->result), now); });
-    run(where, [inbox = inbox_, call, reply = std::move(reply), work = std::move(work)]() mutable {
-      if (call->token.take()) call->result = guarded<T>([&]() -> Result<T> { return work(); });
-      inbox->put(std::move(reply));
+    Inbox::Reserved reply = Inbox::reserve([call](TimePoint now) {
+      if (call->is_handed_out) call->done(std::move(call->result), now);
     });
+    run(where, [call, reply = Owed(inbox_, std::move(reply)), work = std::move(work)]() mutable {
+      if (call->token.take()) call->result = guarded<T>([&]() -> Result<T> { return work(); });
+      reply.leave();
+    });
+    call->is_handed_out = true;
     return {call, &call->token};
   }
   /// Runs a job that never throws and posts its own messages.

@@ -353,14 +353,17 @@ void Queries::begin(std::shared_ptr<Evaluation> evaluation) {
   struct Running {
     std::shared_ptr<Evaluation> evaluation;
     Result<std::shared_ptr<const QueryAnswer>> answer = unexpected(Errc::cancelled, "the query was cancelled");
+    bool is_handed_out = false;
   };
   auto running = std::make_shared<Running>();
   running->evaluation = std::move(evaluation);
   cancels_.erase(std::remove_if(cancels_.begin(), cancels_.end(), [](const auto& one) { return one.expired(); }), cancels_.end());
   cancels_.push_back(running->evaluation->cancelled);
-  Inbox::Reserved reply = Inbox::reserve([running](TimePoint now) { running->evaluation->done(std::move(running->answer), now); });
+  Inbox::Reserved reply = Inbox::reserve([running](TimePoint now) {
+    if (running->is_handed_out) running->evaluation->done(std::move(running->answer), now);
+  });
   jobs_.push_back({running->evaluation->client, job_size,
-                   [service = &service_, now = clock_.now(), inbox = calls_.inbox(), running, reply = std::move(reply)]() mutable {
+                   [service = &service_, now = clock_.now(), running, reply = Owed(calls_.inbox(), std::move(reply))]() mutable {
                      Evaluation& e = *running->evaluation;
                      if (!*e.cancelled)
                        running->answer = guarded<std::shared_ptr<const QueryAnswer>>(
@@ -369,8 +372,9 @@ void Queries::begin(std::shared_ptr<Evaluation> evaluation) {
                        Result<void> written = guarded<void>([&]() -> Result<void> { return e.write(*running->answer), Result<void>(); });
                        if (!written) running->answer = Unexpected{std::move(written).error()};
                      }
-                     inbox->put(std::move(reply));
+                     reply.leave();
                    }});
+  running->is_handed_out = true;
 }
 
 void Queries::stop() {

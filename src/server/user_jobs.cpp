@@ -103,7 +103,7 @@ bool UserJobs::run_next(bool stopping) {
     arrived_.take_all([&](UniqueFunction<void()> job) noexcept {
       try {
         due_.push_back(std::move(job));
-      } catch (const std::bad_alloc&) {}  // its request gets 503 at its time limit; the jobs behind it run
+      } catch (const std::bad_alloc&) {}  // it is not run, and says so when it is destroyed
     });
   if (due_.empty()) return false;
   UniqueFunction<void()> job = std::move(due_.front());
