@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <lrt/rdf/value.hpp>
 
+#include <type_traits>
+#include <utility>
+#include <variant>
+
 namespace lrt::rdf {
 
 Value::Value() noexcept = default;
@@ -12,9 +16,13 @@ Value::Value(std::uint64_t v) noexcept : data_(v) {
 Value::Value(double v) noexcept : data_(v) {}
 Value::Value(std::string v) noexcept : data_(std::move(v)) {}
 Value::Value(Sequence v) noexcept : data_(std::move(v)) {}
-Value::Value(const Value& other) = default;
+/// Not the copy of std::variant: libstdc++ 12 destroys what it has not made if memory is exhausted, because it takes this variant for one that is never
+/// without a value.
+Value::Value(const Value& other) {
+  std::visit([this](const auto& content) { data_ = std::decay_t<decltype(content)>(content); }, other.data_);
+}
 Value::Value(Value&& other) noexcept = default;
-Value& Value::operator=(const Value& other) = default;
+Value& Value::operator=(const Value& other) { return *this = Value(other); }
 Value& Value::operator=(Value&& other) noexcept = default;
 Value::~Value() = default;
 
