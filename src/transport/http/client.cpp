@@ -6,6 +6,7 @@
 #include <sys/socket.h>
 #include <sys/uio.h>
 
+#include <string>
 #include <utility>
 
 namespace lrt::transport {
@@ -30,12 +31,19 @@ ssize_t Client::send(const Socket& socket, TlsStream* tls, const OutputParts& ou
   return ::sendmsg(socket.descriptor(), &message, MSG_NOSIGNAL);
 }
 
+void Client::failed(const char* why) noexcept {
+  close();
+  try {
+    loop_.log(LogLevel::error, std::string("a connection is closed: ") + why);
+  } catch (...) {}
+}
+
 void Client::join() {
   index_ = loop_.clients.size();
   loop_.clients.push_back(shared_from_this());
 }
 
-void Client::leave() {
+void Client::leave() noexcept {
   Watched::unlink();
   auto self = std::move(loop_.clients[index_]);
   if (index_ + 1 < loop_.clients.size()) {
@@ -46,7 +54,7 @@ void Client::leave() {
   loop_.readiness.defer_delete(std::move(self));
 }
 
-void Client::make_way(std::shared_ptr<Client> next) {
+void Client::make_way(std::shared_ptr<Client> next) noexcept {
   Watched::unlink();
   next->index_ = index_;
   std::swap(loop_.clients[index_], next);
@@ -83,8 +91,13 @@ void Client::push_some(TimePoint now) {
 }
 
 void PushRound::add(Client& client) {
-  requests.push_back({*client.channel(), client.max_messages(), max_bytes_at_once});
   clients.push_back(&client);
+  try {
+    requests.push_back({*client.channel(), client.max_messages(), max_bytes_at_once});
+  } catch (...) {
+    clients.pop_back();
+    throw;
+  }
 }
 
 }  // namespace lrt::transport

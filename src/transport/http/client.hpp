@@ -27,9 +27,11 @@ class Client : public Watched, public Linked<TurnTag>, public std::enable_shared
   std::size_t max_messages() const noexcept { return channel_ ? room_for_messages() : 0; }
   std::optional<engine::Channel> channel() const noexcept { return channel_; }
   /// Sends messages of its channel, at most max_messages().
-  void push(engine::Push* pushes, std::size_t count, TimePoint now) {
-    take_turn(pushes, count, now);
-    update(now);
+  void push(engine::Push* pushes, std::size_t count, TimePoint now) noexcept {
+    call([&] {
+      take_turn(pushes, count, now);
+      update(now);
+    });
   }
   /// When messages were sent last, as the number of that turn; 0: never.
   std::uint64_t last_turn() const noexcept { return last_turn_; }
@@ -40,7 +42,10 @@ class Client : public Watched, public Linked<TurnTag>, public std::enable_shared
   virtual bool is_busy() const noexcept = 0;
   /// Called when the time limit of stop() has passed.
   virtual void give_up(TimePoint now) = 0;
-  virtual void close() = 0;
+  virtual void close() noexcept = 0;
+  void failed(const char* why) noexcept override;
+
+  std::shared_ptr<Client> next_deferred;  ///< Readiness::defer_delete()
 
  protected:
   explicit Client(Loop& loop) : loop_(loop) {}
@@ -52,9 +57,9 @@ class Client : public Watched, public Linked<TurnTag>, public std::enable_shared
   /// Enters the loop's list.
   void join();
   /// Leaves it; deleted later.
-  void leave();
+  void leave() noexcept;
   /// Replaces this by `next` in the loop's list.
-  void make_way(std::shared_ptr<Client> next);
+  void make_way(std::shared_ptr<Client> next) noexcept;
 
   /// From now on push() is called when the handler has messages for the channel.
   void open_channel(engine::Channel channel, const Socket& socket);

@@ -37,30 +37,34 @@ Connection::Connection(Loop& loop, Socket socket, std::string peer, Addresses::P
 
 void Connection::open(TimePoint now) {
   join();
-  update(now);
+  call([&] { update(now); });
 }
 
 void Connection::open_refused(TimePoint now) {
+  join();
   refused_ = true;
   ++loop_.refused;
-  join();
-  session_.refuse(503, "too many connections", now);
-  write_and_update(now);
+  call([&] {
+    session_.refuse(503, "too many connections", now);
+    write_and_update(now);
+  });
 }
 
 void Connection::open_reserved(TimePoint now, bool scarce) {
+  join();
   reserved_ = true;
   scarce_ = scarce;
   ++loop_.reserved_count;
   session_.serve_only_stops();
-  join();
-  update(now);
+  call([&] { update(now); });
 }
 
 void Connection::leave_reserve(TimePoint now) {
   if (tls_ && !tls_->is_open()) return close();
-  session_.refuse(503, "too many connections", now);
-  write_and_update(now);
+  call([&] {
+    session_.refuse(503, "too many connections", now);
+    write_and_update(now);
+  });
 }
 
 void Connection::reply(engine::Reply reply, TimePoint now) {
@@ -70,8 +74,10 @@ void Connection::reply(engine::Reply reply, TimePoint now) {
 }
 
 void Connection::expire(TimePoint now) {
-  session_.expire(now);
-  write_and_update(now);
+  call([&] {
+    session_.expire(now);
+    write_and_update(now);
+  });
 }
 
 void Connection::give_up(TimePoint now) {
@@ -83,7 +89,7 @@ void Connection::give_up(TimePoint now) {
   write(now);
 }
 
-void Connection::close() {
+void Connection::close() noexcept {
   if (closed_) return;
   closed_ = true;
   loop_.deadlines.clear(*this);
@@ -110,15 +116,14 @@ void Connection::begin_stop(TimePoint now) {
 
 /// Hands the socket, and the bytes behind the header section, to a WebSocket, which takes the place of this in the loop.
 void Connection::upgrade(TimePoint now) {
-  auto upgrade = session_.take_upgrade();
+  Session::Upgrade upgrade = session_.take_upgrade();
   const auto opened = upgrade.channel;
   std::shared_ptr<WebSocket> next;
   try {
     next = std::make_shared<WebSocket>(loop_, std::move(upgrade), now);
   } catch (const std::exception& e) {
     loop_.context.handler->closed(opened);
-    close();
-    return loop_.log(LogLevel::warning, std::string("a connection is closed: the WebSocket could not be opened: ") + e.what());  // may throw, too
+    return failed(e.what());
   }
   closed_ = true;
   close_channel();
@@ -127,7 +132,7 @@ void Connection::upgrade(TimePoint now) {
   next->take(std::move(socket_), std::move(place_), std::move(tls_));
   auto& websocket = *next;
   make_way(std::move(next));
-  websocket.open(opened, now);
+  websocket.call([&] { websocket.open(opened, now); });
 }
 
 // ------------------------------------------------------------------------------------------------------------- reading

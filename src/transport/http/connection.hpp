@@ -42,10 +42,12 @@ class Connection final : public Client, public Deadlines::Entry, public Linked<I
   bool is_busy() const noexcept override { return session_.ticket().has_value() || !session_.output().empty(); }
   /// Responds with 503 if the handler's reply is still open.
   void give_up(TimePoint now) override;
-  void close() override;
+  void close() noexcept override;
 
   /// Reads input that on_ready() may not have seen.
-  void read_pending() { read(false); }
+  void read_pending() noexcept {
+    call([&] { read(false); });
+  }
   /// True between requests and before the first, unless there is input that on_ready() has not seen.
   bool is_idle() const noexcept { return !closed_ && !reserved_ && session_.phase() == Session::Phase::idle && !(tls_ && tls_->is_under_way()); }
 

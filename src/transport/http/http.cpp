@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cstdint>
 #include <cstring>
+#include <exception>
 #include <optional>
 #include <string>
 #include <utility>
@@ -83,6 +84,7 @@ class HttpTransport final : public Transport {
   void deliver_replies(TimePoint now);
   void deliver_pushes(TimePoint now);
   void enqueue_ready(TimePoint now);
+  void add_candidate(Client& client) noexcept;
   void expire(TimePoint now);
   std::optional<Deadlines::Instant> next_due() const;
   void close_all();
@@ -189,8 +191,13 @@ void HttpTransport::deliver(TimePoint now) {
     if (!due || *due > now.steady) return;
   }
   wake_signal_.woken = left_ = false;
-  deliver_replies(now);
-  deliver_pushes(now);
+  try {
+    deliver_replies(now);
+    deliver_pushes(now);
+  } catch (...) {
+    left_ = true;  // no memory: the next poll goes on
+    throw;
+  }
 }
 
 void HttpTransport::deliver_replies(TimePoint now) {
@@ -200,7 +207,7 @@ void HttpTransport::deliver_replies(TimePoint now) {
     if (found != loop_.tickets.end()) {
       Connection& connection = *found->second;
       loop_.tickets.erase(found);
-      connection.reply(*std::move(reply), now);
+      connection.call([&] { connection.reply(*std::move(reply), now); });
     } else if (reply->channel) {
       handler.closed(*reply->channel);
     }
@@ -223,18 +230,27 @@ void HttpTransport::deliver_pushes(TimePoint now) {
     const std::size_t clients = loop_.readiness.steps_left(push_time, max_round);
     while (!loop_.turns.empty() && round.clients.size() < clients) {
       Client& client = loop_.turns.front();
+      try {
+        if (client.max_messages() > 0) round.add(client);  // otherwise it requests a message again later
+      } catch (...) {
+        if (round.clients.empty()) throw;
+        break;
+      }
       static_cast<Linked<TurnTag>&>(client).unlink();
-      if (client.max_messages() > 0) round.add(client);  // otherwise it requests a message again later
     }
-    handler.take_pushes(round.requests, round.pushes, now);
+    std::exception_ptr failed;  // what was taken before is sent, and the clients have another turn
+    try {
+      handler.take_pushes(round.requests, round.pushes, now);
+    } catch (...) { failed = std::current_exception(); }
     engine::Push* next = round.pushes.data();
     for (std::size_t i = 0; i < round.clients.size(); ++i) {
       const engine::PushRequest& request = round.requests[i];
       Client& client = *round.clients[i];
       if (request.given > 0) client.push(next, request.given, now);
       next += request.given;
-      if (request.more && client.max_messages() > 0) loop_.turns.push_back(client);
+      if ((request.more || failed) && client.max_messages() > 0) loop_.turns.push_back(client);
     }
+    if (failed) std::rethrow_exception(failed);
     if (loop_.readiness.is_over()) break;
   }
   round.clear();
@@ -246,17 +262,28 @@ void HttpTransport::deliver_pushes(TimePoint now) {
 /// which the last would miss most values when not all are served before the next value.
 void HttpTransport::enqueue_ready(TimePoint now) {
   loop_.ready.clear();
-  loop_.context.handler->take_ready(loop_.ready, now);
+  std::exception_ptr failed;  // those that were reported before are not reported again
+  try {
+    loop_.context.handler->take_ready(loop_.ready, now);
+  } catch (...) { failed = std::current_exception(); }
   loop_.candidates.clear();
   for (std::size_t i = loop_.ready.size(); i-- > 0;) {  // so that the first urgent one is at the front
     const auto found = loop_.channels.find(static_cast<std::uint64_t>(loop_.ready[i].channel));
     if (found == loop_.channels.end()) continue;
     Client& client = *found->second;
     if (loop_.ready[i].urgent) loop_.turns.push_front(client);
-    else if (!static_cast<Linked<TurnTag>&>(client).is_linked()) loop_.candidates.push_back(&client);
+    else if (!static_cast<Linked<TurnTag>&>(client).is_linked()) add_candidate(client);
   }
   std::sort(loop_.candidates.begin(), loop_.candidates.end(), [](const Client* a, const Client* b) { return a->last_turn() < b->last_turn(); });
   for (Client* const client : loop_.candidates) loop_.turns.push_back(*client);
+  if (failed) std::rethrow_exception(failed);
+}
+
+/// Without memory for the order it is served first.
+void HttpTransport::add_candidate(Client& client) noexcept {
+  try {
+    loop_.candidates.push_back(&client);
+  } catch (...) { loop_.turns.push_back(client); }
 }
 
 /// After reading, so that a client is not late because the host did not poll.
@@ -281,7 +308,10 @@ void HttpTransport::stop() {
   listener_.close();
   loop_.context.stopping = true;
   const auto now_stopping = loop_.clock.now();
-  for (std::size_t i = loop_.clients.size(); i-- > 0;) loop_.clients[i]->begin_stop(now_stopping);
+  for (std::size_t i = loop_.clients.size(); i-- > 0;) {
+    Client& client = *loop_.clients[i];
+    client.call([&] { client.begin_stop(now_stopping); });
+  }
   // Bounded by the machine's time, whatever the clock of the options says.
   const auto begin = SteadyClock::now();
   auto end = begin + loop_.options.limits.stop_timeout;
@@ -292,7 +322,10 @@ void HttpTransport::stop() {
     if (now >= end) break;
     poll(std::chrono::milliseconds(10), until(end, now));
   }
-  for (std::size_t i = loop_.clients.size(); i-- > 0;) loop_.clients[i]->give_up(loop_.clock.now());
+  for (std::size_t i = loop_.clients.size(); i-- > 0;) {
+    Client& client = *loop_.clients[i];
+    client.call([&] { client.give_up(loop_.clock.now()); });
+  }
   close_all();
   loop_.readiness.drop();
   loop_.context.handler = nullptr;

@@ -50,12 +50,12 @@ std::string numeric_address(const sockaddr_storage& address) {
 }
 
 /// Does not wait: a client whose request comes later may see a reset instead of the response. A client that expects TLS gets no response.
-void refuse_at_once(int descriptor, bool secure) noexcept {
+void refuse_at_once(const Socket& socket, bool secure) noexcept {
+  const int descriptor = socket.descriptor();
   [[maybe_unused]] const auto sent = secure ? 0 : ::send(descriptor, overloaded.data(), overloaded.size(), MSG_NOSIGNAL);
   ::shutdown(descriptor, SHUT_WR);
   char discarded[4096];
   for (int turn = 0; turn<discards_at_once&& ::recv(descriptor, discarded, sizeof discarded, 0)> 0; ++turn) {}
-  ::close(descriptor);
 }
 
 }  // namespace
@@ -117,10 +117,10 @@ void Listener::on_ready(std::uint32_t) {
   for (int turn = 0; turn < accepts_per_turn; ++turn) {
     sockaddr_storage address{};
     socklen_t size = sizeof address;
-    const int descriptor = ::accept4(socket_.descriptor(), reinterpret_cast<sockaddr*>(&address), &size, SOCK_NONBLOCK | SOCK_CLOEXEC);
-    if (descriptor >= 0) {
+    Socket accepted(::accept4(socket_.descriptor(), reinterpret_cast<sockaddr*>(&address), &size, SOCK_NONBLOCK | SOCK_CLOEXEC));
+    if (accepted.is_open()) {
       closed_one = false;
-      admit(descriptor, numeric_address(address), false);
+      admit(std::move(accepted), address, false);
       if (loop_.readiness.is_over()) break;
       continue;
     }
@@ -139,16 +139,17 @@ void Listener::on_ready(std::uint32_t) {
 }
 
 /// @param scarce  the descriptor is one of the reserve
-void Listener::admit(int descriptor, std::string peer, bool scarce) {
+void Listener::admit(Socket socket, const sockaddr_storage& address, bool scarce) {
+  const int descriptor = socket.descriptor();
   const auto now = loop_.clock.now();
+  std::string peer = numeric_address(address);
   const int on = 1;
   ::setsockopt(descriptor, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
   const bool secure = loop_.options.tls.has_value();
   auto place = loop_.addresses.take(peer);
   const bool full = scarce || !place || (!is_below_limit() && !close_idle());
   const bool reserves = full && make_reserve();
-  if (full && !reserves && (scarce || loop_.refused >= max_refused)) return refuse_at_once(descriptor, secure);
-  Socket socket(descriptor);
+  if (full && !reserves && (scarce || loop_.refused >= max_refused)) return refuse_at_once(socket, secure);
   std::unique_ptr<TlsStream> tls;
   if (secure && !(tls = loop_.tls.make(descriptor))) return loop_.log(LogLevel::warning, "a connection is closed: no memory for TLS");
   if (full) place.reset();
@@ -221,10 +222,11 @@ bool Listener::accept_with_reserve() {
   }
   sockaddr_storage address{};
   socklen_t size = sizeof address;
-  const int descriptor = ::accept4(socket_.descriptor(), reinterpret_cast<sockaddr*>(&address), &size, SOCK_NONBLOCK | SOCK_CLOEXEC);
-  if (descriptor >= 0) admit(descriptor, numeric_address(address), true);
+  Socket accepted(::accept4(socket_.descriptor(), reinterpret_cast<sockaddr*>(&address), &size, SOCK_NONBLOCK | SOCK_CLOEXEC));
+  const bool has_accepted = accepted.is_open();
+  if (has_accepted) admit(std::move(accepted), address, true);
   fill_reserve();
-  return descriptor >= 0;
+  return has_accepted;
 }
 
 }  // namespace lrt::transport

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <sys/socket.h>
+
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -31,7 +33,7 @@ class Listener final : public Watched {
   void go_on() override { on_ready(0); }
 
  private:
-  void admit(int descriptor, std::string peer, bool scarce);
+  void admit(Socket socket, const sockaddr_storage& address, bool scarce);
   bool is_below_limit() const noexcept;
   bool make_reserve();
   bool close_idle();

@@ -41,10 +41,18 @@ void Readiness::close(Socket& socket) noexcept {
   socket = Socket();
 }
 
-void Readiness::defer_delete(std::shared_ptr<Client> client) { deferred_.push_back(std::move(client)); }
+void Readiness::defer_delete(std::shared_ptr<Client> client) noexcept {
+  client->next_deferred = std::move(deferred_);
+  deferred_ = std::move(client);
+}
+
+/// One after the other: each would destroy the rest of the list with it.
+void Readiness::delete_all() noexcept {
+  while (deferred_) deferred_ = std::shared_ptr<Client>(std::move(deferred_->next_deferred));
+}
 
 void Readiness::delete_deferred() noexcept {
-  if (next_ >= count_) deferred_.clear();
+  if (next_ >= count_) delete_all();
 }
 
 void Readiness::drop() noexcept {
@@ -82,7 +90,7 @@ bool Readiness::serve(int wait) {
   }
   if (!serve_round()) return false;
   for (;;) {
-    deferred_.clear();
+    delete_all();
     next_ = 0;
     had_turns_ = false;
     count_ = ::epoll_wait(set_.descriptor(), events_.data(), static_cast<int>(events_.size()), wait);
@@ -98,7 +106,8 @@ bool Readiness::serve(int wait) {
 bool Readiness::serve_round() {
   while (next_ < count_) {
     const auto& event = events_[static_cast<std::size_t>(next_++)];
-    static_cast<Watched*>(event.data.ptr)->on_ready(event.events);
+    auto& watched = *static_cast<Watched*>(event.data.ptr);
+    watched.call([&] { watched.on_ready(event.events); });
     if (is_over()) return false;
   }
   return had_turns_ || serve_turns();
@@ -111,7 +120,7 @@ bool Readiness::serve_turns() {
   while (!later_.empty()) {
     auto& turn = later_.front();
     turn.unlink();
-    turn.go_on();
+    turn.call([&] { turn.go_on(); });
     if (is_over()) return false;
     if (std::chrono::steady_clock::now() >= end) return true;
   }

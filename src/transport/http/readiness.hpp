@@ -7,9 +7,9 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <exception>
 #include <memory>
 #include <optional>
-#include <vector>
 
 #include "src/transport/http/list.hpp"
 #include "src/transport/http/socket.hpp"
@@ -26,6 +26,17 @@ class Watched : public Linked<LaterTag> {
   virtual void on_ready(std::uint32_t events) = 0;
   /// Follows a call of Readiness::later().
   virtual void go_on() {}
+  /// One of the functions above threw an exception: there is no memory. A client is closed, because nobody knows how far it got.
+  virtual void failed(const char* why) noexcept { (void)why; }
+  /// Calls one of its functions.
+  template <class F>
+  void call(F f) noexcept {
+    try {
+      f();
+    } catch (const std::exception& e) { failed(e.what()); } catch (...) {
+      failed("an exception that is not a std::exception");
+    }
+  }
 
  protected:
   Watched() = default;
@@ -70,7 +81,7 @@ class Readiness {
   bool serve(int wait);
 
   /// Deletes a closed client when no event can point to it and none of its functions is running.
-  void defer_delete(std::shared_ptr<Client> client);
+  void defer_delete(std::shared_ptr<Client> client) noexcept;
   /// Must be called when none is running.
   void delete_deferred() noexcept;
   /// The same, and drops the events that the budget left over of this round: epoll will report them again.
@@ -91,6 +102,7 @@ class Readiness {
  private:
   bool serve_round();
   bool serve_turns();
+  void delete_all() noexcept;
   void begin_budget() noexcept;
 
   Socket set_;
@@ -101,7 +113,7 @@ class Readiness {
   List<Watched, LaterTag> later_;
   std::chrono::microseconds budget_{0};
   std::optional<std::chrono::steady_clock::time_point> end_;
-  std::vector<std::shared_ptr<Client>> deferred_;
+  std::shared_ptr<Client> deferred_;  ///< the first of a list: Client::next_deferred
 };
 
 }  // namespace lrt::transport

@@ -565,21 +565,22 @@ void Session::State::dispatch(TimePoint now) {
   if (x.refusal) return respond(*std::exchange(x.refusal, std::nullopt), now);
   x.request.can_upgrade = x.request.can_upgrade && !context_.stopping;
   x.request.can_stream = x.request.can_stream && !context_.stopping;
+  keep_handshake();  // a channel that is opened must not be lost
   auto outcome = context_.handler->handle(x.request, now);
   x.request.body = {};
   x.request.body_owner.reset();
   x.body.reset();
   if (auto* const deferred = std::get_if<engine::Deferred>(&outcome)) {
-    keep_handshake();
     ticket_ = deferred->ticket;
     enter(Phase::waiting);
     if (input_ended_) context_.handler->input_ended(*ticket_);
   } else if (auto* const upgraded = std::get_if<engine::Upgraded>(&outcome)) {
-    keep_handshake();
     accept_upgrade(upgraded->channel, std::move(upgraded->response), now);
   } else if (auto* const streamed = std::get_if<engine::Streamed>(&outcome)) {
+    x.upgrade.reset();
     accept_stream(streamed->channel, std::move(streamed->response), now);
   } else {
+    x.upgrade.reset();
     respond(std::get<http::Response>(std::move(outcome)), now);
   }
 }
@@ -617,9 +618,10 @@ void Session::State::accept_upgrade(engine::Channel channel, http::Response resp
 }
 
 Session::Upgrade Session::State::take_upgrade() {
-  auto upgrade = std::move(*exchange_->upgrade);
+  std::string early = exchange_->in.substr(exchange_->in_used);
+  Upgrade upgrade = std::move(*exchange_->upgrade);
   exchange_->upgrade.reset();
-  upgrade.early = exchange_->in.substr(exchange_->in_used);
+  upgrade.early = std::move(early);
   phase_ = Phase::closed;
   shared_.give_back(std::move(exchange_));
   return upgrade;
@@ -712,11 +714,11 @@ void Session::State::accept_stream(engine::Channel channel, http::Response respo
   if (!exchange_->request.can_stream || context_.stopping || header_only_) context_.handler->closed(channel);
   if (!exchange_->request.can_stream) return refuse(500, "this connection cannot carry an event stream", now);
   if (context_.stopping) return refuse(503, "the server is stopping", now);
+  if (!header_only_) channel_ = channel;
   keep_alive_ = keep_alive_ && version_ == 11;
   response.body.reset();
   const auto end = version_ == 11 ? http::BodyEnd::chunked : http::BodyEnd::close;
   http::write_response_header(exchange_->out, response, context_.date(now.utc), keep_alive_, version_, end, common_fields(now));
-  if (!header_only_) channel_ = channel;
   enter(Phase::writing);
 }
 

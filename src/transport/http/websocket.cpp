@@ -284,7 +284,7 @@ void WebSocket::linger() {
   ::shutdown(socket_.descriptor(), SHUT_WR);
 }
 
-void WebSocket::close() {
+void WebSocket::close() noexcept {
   if (phase_ == Phase::closed) return;
   phase_ = Phase::closed;
   loop_.deadlines.clear(life_);

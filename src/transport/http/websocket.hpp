@@ -41,7 +41,7 @@ class WebSocket final : public Client {
   void begin_stop(TimePoint now) override;
   bool is_busy() const noexcept override { return phase_ == Phase::closing; }
   void give_up(TimePoint) override {}
-  void close() override;
+  void close() noexcept override;
 
  private:
   /// The number of messages that one system call may send.
@@ -56,7 +56,9 @@ class WebSocket final : public Client {
   };
   struct Timer final : Deadlines::Entry {
     Timer(WebSocket& owner, void (WebSocket::*step)(TimePoint)) : owner_(owner), step_(step) {}
-    void expire(TimePoint now) override { (owner_.*step_)(now); }
+    void expire(TimePoint now) override {
+      owner_.call([&] { (owner_.*step_)(now); });
+    }
 
    private:
     WebSocket& owner_;
