@@ -66,6 +66,7 @@ class LRT_LOCAL Engine::Impl {
   bool is_allowed(const Context& context) const;
   std::size_t max_body_bytes(const Context& context) const;
   http::Response method_not_allowed(const Context& context) const;
+  http::Response internal_error(const Context& context) const noexcept;
 };
 
 HeaderVerdict Engine::Impl::judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes, const Result<Caller>& caller,
@@ -117,10 +118,21 @@ auto Engine::Impl::judge(Context& context, Next next) -> decltype(next()) {
     return response;
   } catch (const std::exception& e) {
     parts.pending.abandon_from(first);
-    parts.responses.log(LogLevel::error, std::string("internal error in a request: ") + e.what());
+    parts.responses.log(LogLevel::error, "internal error in a request", e);
+    return internal_error(context);
+  }
+}
+
+/// Without its text and fields if there is no memory for them.
+http::Response Engine::Impl::internal_error(const Context& context) const noexcept {
+  try {
     http::Response response = parts.responses.problem(context, 500, "internal server error");
     parts.cors.add_fields(context.request(), response);
     return response;
+  } catch (...) {
+    http::Response bare;
+    bare.status = 500;
+    return bare;
   }
 }
 
@@ -293,8 +305,8 @@ void Engine::Impl::continue_request(Ticket ticket, Context& kept) {
   try {
     outcome = context.resource ? dispatch(context) : parts.responses.gone(context);
   } catch (const std::exception& e) {
-    parts.responses.log(LogLevel::error, std::string("internal error in a request: ") + e.what());
-    outcome = parts.responses.problem(context, 500, "internal server error");
+    parts.responses.log(LogLevel::error, "internal error in a request", e);
+    outcome = internal_error(context);
   }
   if (auto* response = std::get_if<http::Response>(&outcome)) parts.pending.respond(ticket, std::move(*response));
 }
@@ -398,7 +410,7 @@ std::optional<Reply> Engine::next_reply(TimePoint now) {
     while (const auto id = parts.leases.take_due(now.steady)) static_cast<ControlBase*>(parts.registry.find(*id))->expire(now, parts.leases);
     if (parts.stops && !impl_->stopped) parts.stops->advance(now);
     if (parts.queries && !impl_->stopped) parts.queries->advance(now);
-  } catch (const std::exception& e) { parts.responses.log(LogLevel::error, std::string("internal error while making a response: ") + e.what()); }
+  } catch (const std::exception& e) { parts.responses.log(LogLevel::error, "internal error while making a response", e); }
   return parts.pending.take_reply();
 }
 

@@ -123,7 +123,7 @@ class HostCalls {
   HostCalls(Dispatch dispatch, std::size_t max_open) : dispatch_(dispatch), max_open_(max_open) {}
 
   /// Calls `work`, a callable of Result<T>(), and then `done` of (Result<T>, TimePoint) on the engine's thread. If the call is
-  /// cancelled before it begins, or the job is lost, `done` gets Errc::cancelled.
+  /// cancelled before it begins, `done` gets Errc::cancelled; if its job is destroyed without having run, Errc::unavailable.
   template <class T, class Work, class Done>
   std::shared_ptr<CancelToken> call(Dispatch where, Work work, Done done) {
     // The memory for the result is allocated before the call.
@@ -132,13 +132,17 @@ class HostCalls {
       Result<T> result = unexpected(Errc::cancelled, "the call was cancelled");
       Done done;
       bool is_handed_out = false;  ///< else call() has thrown, and its caller knows
+      bool has_run = false;
       explicit Call(Done d) : done(std::move(d)) {}
     };
     auto call = std::make_shared<Call>(std::move(done));
     Inbox::Reserved reply = Inbox::reserve([call](TimePoint now) {
-      if (call->is_handed_out) call->done(std::move(call->result), now);
+      if (!call->is_handed_out) return;
+      if (!call->has_run) call->result = unexpected(Errc::unavailable, "it was not run");  // short enough to need no memory
+      call->done(std::move(call->result), now);
     });
     run(where, [call, reply = Owed(inbox_, std::move(reply)), work = std::move(work)]() mutable {
+      call->has_run = true;
       if (call->token.take()) call->result = guarded<T>([&]() -> Result<T> { return work(); });
       reply.leave();
     });

@@ -229,7 +229,7 @@ void MessageSchedule::scan(TimePoint now) {
     notify_of_structure();
   } catch (const std::exception& e) {
     fills_queues_ = false;
-    responses_.log(LogLevel::error, std::string("observers could not be notified of a change: ") + e.what());
+    responses_.log(LogLevel::error, "observers could not be notified of a change", e);
   }
 }
 

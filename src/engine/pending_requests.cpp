@@ -113,16 +113,21 @@ void PendingRequests::expire(TimePoint now) {
     Context& context = *resume(ticket, now);
     Pending& pending = pending_.at(static_cast<std::uint64_t>(ticket));
     const bool runs = pending.token && !pending.token->cancel();
-    Timeout on_timeout = std::move(pending.on_timeout);
-    try {
-      on_timeout(ticket, context, runs);
-    } catch (const std::exception&) {
-      http::Response bare;
-      bare.status = 503;
-      respond(ticket, std::move(bare));
-      throw;
-    }
+    if (Timeout on_timeout = std::move(pending.on_timeout)) try {
+        on_timeout(ticket, context, runs);
+        continue;
+      } catch (const std::exception&) {
+        respond_bare(ticket);
+        throw;
+      }
+    respond_bare(ticket);  // there was no memory for that before
   }
+}
+
+void PendingRequests::respond_bare(Ticket ticket) {
+  http::Response bare;
+  bare.status = 503;
+  respond(ticket, std::move(bare));
 }
 
 std::optional<PendingRequests::Instant> PendingRequests::next_deadline() const {

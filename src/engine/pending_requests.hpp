@@ -74,6 +74,7 @@ class PendingRequests {
   void end_all(const std::function<http::Response(Context&)>& respond_with, TimePoint now);
 
  private:
+  void respond_bare(Ticket ticket);
   enum class WaitsFor : std::uint8_t { host, io_thread, disk, stop };
   struct Pending {
     Context context;

@@ -284,8 +284,10 @@ void PropertyValues::ends_if_thrown(PropertyResource& property, Step step) {
     step();
   } catch (const std::exception& e) {
     if (!property.is_refreshing()) throw;  // the refresh has ended, and a waiter has thrown
-    fail(property, "internal server error");
-    end(property, unexpected(Errc::failed, std::string("internal server error: ") + e.what()), clock_.now());
+    try {
+      fail(property, "internal server error");
+    } catch (...) {}  // no memory for the reason, too
+    end(property, Unexpected{thrown(e.what())}, clock_.now());
   }
 }
 
@@ -415,7 +417,9 @@ void PropertyValues::end(PropertyResource& property, const Result<void>& result,
       w.done(result, now);
     } catch (const std::exception& e) {
       // Its request gets 503 at its time limit. The others continue.
-      if (options_.log) options_.log(LogLevel::error, std::string("internal error while making a response: ") + e.what());
+      try {
+        if (options_.log) options_.log(LogLevel::error, std::string("internal error while making a response: ") + e.what());
+      } catch (...) {}  // no memory for that, too
     }
   if (turn) turn(now);
 }

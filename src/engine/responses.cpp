@@ -206,4 +206,10 @@ void Responses::log(LogLevel level, const std::string& message) const {
   if (options_.log) options_.log(level, message);
 }
 
+void Responses::log(LogLevel level, const char* what, const std::exception& why) const noexcept {
+  try {
+    log(level, std::string(what) + ": " + why.what());
+  } catch (...) {}
+}
+
 }  // namespace lrt::engine

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <exception>
 #include <string>
 #include <string_view>
 
@@ -66,6 +67,8 @@ class Responses {
   std::string context_iri(std::size_t base) const { return bases_[base] + context_document_; }
   std::string iri(const Context& context, std::string_view path) const { return bases_[context.base] + std::string(path); }
   void log(LogLevel level, const std::string& message) const;
+  /// "what: why". For handlers of exceptions, which must not throw when memory is exhausted: the message is made here, or lost.
+  void log(LogLevel level, const char* what, const std::exception& why) const noexcept;
 
  private:
   void add_constrained_by(http::Fields& fields, const Context& context) const;

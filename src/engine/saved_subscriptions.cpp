@@ -90,7 +90,7 @@ std::optional<SavedText> SavedSubscriptions::take() {
                                              options_.prefixes));
     return saved;
   } catch (const std::exception& e) {
-    responses_.log(LogLevel::error, std::string("the subscriptions cannot be saved: ") + e.what());
+    responses_.log(LogLevel::error, "the subscriptions cannot be saved", e);
     saves_.saved(revision, false, clock_.now());
     return std::nullopt;
   }

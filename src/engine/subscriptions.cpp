@@ -238,7 +238,7 @@ std::optional<Push> Subscriptions::next_push(Channel channel, TimePoint now) {
     if (!item) return std::nullopt;
     return s->receiver->push_of(item);
   } catch (const std::exception& e) {
-    parts_.responses.log(LogLevel::error, std::string("a notification could not be encoded: ") + e.what());
+    parts_.responses.log(LogLevel::error, "a notification could not be encoded", e);
     return std::nullopt;
   }
 }
@@ -270,7 +270,7 @@ std::optional<FeedMessage> Subscriptions::next_feed_message(Channel channel, Tim
     const subscription::Item item = feed ? take_item(*s, now) : nullptr;
     return item ? std::optional(feed->message(item)) : std::nullopt;
   } catch (const std::exception& e) {
-    parts_.responses.log(LogLevel::error, std::string("a message could not be encoded: ") + e.what());
+    parts_.responses.log(LogLevel::error, "a message could not be encoded", e);
     return std::nullopt;
   }
 }
@@ -288,7 +288,7 @@ std::optional<subscription::Notification> Subscriptions::next_notification(Chann
     CallbackReceiver* const callback = s ? s->receiver->callback() : nullptr;
     return callback ? callback->next(now) : std::nullopt;
   } catch (const std::exception& e) {
-    parts_.responses.log(LogLevel::error, std::string("a notification could not be encoded: ") + e.what());
+    parts_.responses.log(LogLevel::error, "a notification could not be encoded", e);
     return std::nullopt;
   }
 }

@@ -107,7 +107,9 @@ void SharedEngine::begin_stop() noexcept {
 void SharedEngine::finish() {
   for (const auto& service : services_) service->stop();
   const std::lock_guard lock(mutex_);
-  collect_replies(clock_.now());
+  try {
+    collect_replies(clock_.now());
+  } catch (const std::exception& e) { log(LogLevel::error, "responses are lost at the end", e); }
   for (const auto& service : services_) service->wake_all();
 }
 
@@ -127,10 +129,17 @@ Result<void> SharedEngine::check_open() const {
 
 // ------------------------------------------------------------------------------------------------- What is handed out
 
-void SharedEngine::take() {
-  if (!engine_.take_outputs(outputs_)) return;
+/// Never throws, because a reply that was taken before must not be lost. What could not be taken for want of memory is taken the next time.
+void SharedEngine::take() noexcept {
+  try {
+    if (!engine_.take_outputs(outputs_)) return;
+  } catch (const std::exception& e) { log(LogLevel::error, "work could not be taken", e); } catch (...) {
+  }
   has_outputs_ = true;
-  for (const auto& service : services_) service->take(outputs_);
+  for (const auto& service : services_) try {
+      service->take(outputs_);
+    } catch (const std::exception& e) { log(LogLevel::error, "work could not be passed on", e); } catch (...) {
+    }
 }
 
 void SharedEngine::pass_on(std::unique_lock<std::mutex>& lock) {
@@ -150,10 +159,8 @@ void SharedEngine::pass_on(std::unique_lock<std::mutex>& lock) {
 }
 
 void SharedEngine::close(engine::Channel channel) noexcept {
-  try {
-    engine_.closed(channel);
-    take();
-  } catch (...) {}  // no memory: the services get it later
+  engine_.closed(channel);
+  take();
 }
 
 LogCallback SharedEngine::waking_log() {

@@ -166,7 +166,7 @@ class SharedEngine final : public engine::Handler {
 
  private:
   engine::EngineOptions engine_options();
-  void take();
+  void take() noexcept;
   std::optional<engine::Reply> take_reply(TimePoint now);
   template <class F>
   void observe(F f) noexcept {

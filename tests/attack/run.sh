@@ -4,7 +4,7 @@
 #
 #   tests/attack/run.sh [BUILD]      BUILD: a folder in which the tests are built; default build/dev
 #
-# Takes some minutes. LRT_KILLS, LRT_ATTACK_SECONDS, LRT_ATTACK_FACTOR and LRT_ATTACK_STRIDE make single attacks longer.
+# Takes some minutes. LRT_KILLS, LRT_ATTACK_SECONDS, LRT_ATTACK_FACTOR, LRT_ATTACK_RUNS and LRT_ATTACK_STRIDE make single attacks longer.
 set -eu
 
 here=$(cd "$(dirname "$0")" && pwd)
@@ -33,6 +33,7 @@ section "Lateness of a control loop under each attack" env "LRT_ATTACK_SECONDS=$
 section "Texts that are expensive for their size; unfinished bodies" "$build/tests/test_attack"
 section "The worst inputs for each parser" "$build/tests/attack/worst_inputs"
 section "Memory runs out once at any place of a request" "$build/tests/attack/test_fail_after"
+section "Memory is scarce: 5 to 10 of a thousand allocations fail" env "LRT_ATTACK_RUNS=${LRT_ATTACK_RUNS:-10}" "$build/tests/attack/test_scarce_memory"
 section "A system call fails once at any place of a server's life" "$build/tests/attack/test_fail_calls" "a system call fails once*"
 # shellcheck disable=SC2086  # a list
 section "The process ends while clients are served" python3 "$here/exit_test.py" "$build/tests/attack/exit_host" $transports

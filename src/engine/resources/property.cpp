@@ -238,11 +238,13 @@ void PropertyResource::begin_next_write(Parts& parts, TimePoint now) {
       continue;
     }
     writes_->writing = true;
-    const bool conditional = context->request().find("If-Match") || context->request().find("If-None-Match");
-    parts.values.take_published(*this);
-    const bool is_behind = spec->slot && spec->slot->has_change();
-    if (!conditional && !is_behind) return judge_write(parts, now, true);
-    return drops_if_thrown(ticket, [&] { judge_after_refresh({}, parts); });
+    return drops_if_thrown(ticket, [&] {
+      const bool conditional = context->request().find("If-Match") || context->request().find("If-None-Match");
+      parts.values.take_published(*this);
+      const bool is_behind = spec->slot && spec->slot->has_change();
+      if (!conditional && !is_behind) return judge_write(ticket, parts, now, true);
+      judge_after_refresh({}, parts);
+    });
   }
   writes_ = nullptr;
 }
@@ -264,7 +266,10 @@ void PropertyResource::judge_after_refresh(Encodings wanted, Parts& parts) {
   parts.values.refresh(*this, wanted, [this, &parts, ref = Ref(*this), ticket, all = wanted.all](const Result<void>& result, TimePoint now) {
     if (!parts.registry.find(ref) || !is_first_write(ticket)) return;
     if (result) return judge_write(parts, now, all);
-    if (const Context* c = parts.pending.resume(ticket, now)) parts.pending.respond(ticket, parts.responses.problem(*c, 500, result.error().message));
+    drops_if_thrown(ticket, [&] {
+      if (const Context* c = parts.pending.resume(ticket, now))
+        parts.pending.respond(ticket, parts.responses.problem(*c, 500, result.error().message));
+    });
     drop_write();
     begin_next_write(parts, now);
   });
@@ -412,9 +417,11 @@ void PropertyResource::end_write(Result<Written> written, Refusal refusal, Parts
     respond_to(write, std::move(written), refusal, parts, now);
   } catch (const std::exception& e) {
     // The client gets 202 or 503 at its time limit.
-    parts.responses.log(LogLevel::error, std::string("internal error while making a response: ") + e.what());
+    parts.responses.log(LogLevel::error, "internal error while making a response", e);
   }
-  end_turn(parts, now);
+  try {
+    end_turn(parts, now);
+  } catch (const std::exception& e) { parts.responses.log(LogLevel::error, "internal error while making a response", e); }
   begin_next_write(parts, now);
 }
 
