@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "src/base/blocked_signals.hpp"
+#include "src/base/turns.hpp"
 
 namespace lrt {
 namespace {
@@ -155,5 +156,12 @@ Result<Thread> start_thread(const char* name, const ThreadOptions& options, Uniq
   ::pthread_setname_np(thread.id_, named);  // the thread may not have done this yet
   return thread;
 }
+
+namespace {
+thread_local Turns* turns_of_this_thread = nullptr;
+}
+
+Turns* Turns::current() noexcept { return turns_of_this_thread; }
+Turns* Turns::set_current(Turns* turns) noexcept { return std::exchange(turns_of_this_thread, turns); }
 
 }  // namespace lrt

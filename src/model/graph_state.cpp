@@ -12,6 +12,7 @@
 #include <lrt/rdf/lexical.hpp>
 #include <lrt/shacl/validator.hpp>
 
+#include "src/base/turns.hpp"
 #include "src/rdf/limits.hpp"
 #include "src/rdf/n_triples.hpp"
 #include "src/rdf/shared_graph.hpp"
@@ -165,7 +166,9 @@ void GraphEdit::merge(const rdf::Graph& other) {
     }
     return *same;
   };
+  std::size_t count = 0;
   for (const rdf::Triple& t : other.match(std::nullopt, std::nullopt, std::nullopt)) {
+    if (++count % Turns::units_between_rests == 0) Turns::rest_now();
     const rdf::TermId s = mine(t.subject), p = mine(t.predicate), o = mine(t.object);
     if (error_) return;
     add(s, p, o);
@@ -328,8 +331,12 @@ class GraphState::Turn {
   Turn(GraphState& state, Wait wait) : state_(state) {
     std::unique_lock lock(state_.turn_mutex_);
     const auto gives_up = [&] { return wait == Wait::no || (wait == Wait::until_stopped && state_.stopped_); };
-    while (state_.is_writing_ && !gives_up()) state_.turn_changed_.wait(lock);
+    if (state_.is_writing_ && !gives_up()) {
+      const Turns::Waiting others_work;
+      while (state_.is_writing_ && !gives_up()) state_.turn_changed_.wait(lock);
+    }
     is_mine_ = !std::exchange(state_.is_writing_, true);
+    if (is_mine_) held_.emplace();
   }
   ~Turn() {
     if (!is_mine_) return;
@@ -344,6 +351,7 @@ class GraphState::Turn {
  private:
   GraphState& state_;
   bool is_mine_ = false;
+  std::optional<Turns::Held> held_;
 };
 
 void GraphState::end_waiting_writes() noexcept {
@@ -386,6 +394,16 @@ Result<void> GraphState::make(FunctionRef<void(GraphEdit&)> change) {
 }
 
 std::optional<GraphRefusal> GraphState::write(const GraphWrite& wanted, bool waits) {
+  // Large graphs take long. Without the Turn the work takes turns with that of other clients, once: if the graph is changed meanwhile, it begins again.
+  if (waits && Turns::current()) {
+    wait_for_writes();
+    auto made = prepare(wanted);
+    if (auto* refused = std::get_if<GraphRefusal>(&made)) return std::move(*refused);
+    const PreparedWrite& prepared = std::get<PreparedWrite>(made);
+    if (wanted.expected && *wanted.expected != prepared.revision) return GraphRefusal{GraphRefusal::Kind::changed};
+    auto refused = commit_all({{this, &prepared}});
+    if (!refused || refused->kind == GraphRefusal::Kind::too_large) return refused;
+  }
   const Turn turn(*this, waits ? Turn::Wait::until_stopped : Turn::Wait::no);
   if (!turn) return GraphRefusal{waits ? GraphRefusal::Kind::stopped : GraphRefusal::Kind::busy};
   const Version before = version();
@@ -407,6 +425,7 @@ std::optional<GraphRefusal> GraphState::change(GraphEdit& edit, const GraphWrite
           continue;
         }
         for (const rdf::Triple& t : update.graph.triples()) {
+          Turns::rest_now();
           const rdf::TermView s = update.graph.term(t.subject), p = update.graph.term(t.predicate), o = update.graph.term(t.object);
           edit.remove(&s, &p, &o);
         }

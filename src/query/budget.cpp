@@ -18,6 +18,7 @@ std::string grouped(std::uint64_t number) {
 
 void Budget::check() {
   next_check_ = steps_ + steps_between_checks;
+  if (turns_) end_ += turns_->rest();
   if (steps_ > bounds_.steps) end(Errc::limit_exceeded, "the query reached its limit of " + grouped(bounds_.steps) + " steps");
   if (cancelled_.load(std::memory_order_relaxed)) end(Errc::cancelled, "the query was cancelled");
   if (std::chrono::steady_clock::now() >= end_)

@@ -10,6 +10,7 @@
 
 #include <lrt/base/error.hpp>
 
+#include "src/base/turns.hpp"
 #include "src/query/evaluate.hpp"
 
 namespace lrt::query {
@@ -62,7 +63,7 @@ class Budget {
   void row() {
     if (++rows_ > bounds_.rows) out_of_rows();
   }
-  /// Checks the clock and the cancellation now.
+  /// Checks the clock and the cancellation now. If it is the turn of another query, waits, which does not count as time of this one.
   void check();
   /// A regular expression needs more work than it may.
   [[noreturn]] void out_of_search();
@@ -77,6 +78,7 @@ class Budget {
 
   const Bounds& bounds_;
   const std::atomic<bool>& cancelled_;
+  Turns* const turns_ = Turns::current();
   std::size_t allowed_;  ///< of bytes_, before allow() is called
   std::chrono::steady_clock::time_point end_;
   std::uint64_t steps_ = 0, next_check_ = 0;

@@ -367,6 +367,7 @@ class Endpoint final : public engine::QueryService {
  private:
   Result<Data::Reader> read(Data& data, const Bounds& bounds, const std::atomic<bool>& cancelled) const {
     try {
+      const Turns::Held held;  // the lock of the graphs
       Budget budget(bounds, cancelled);
       return data.read(budget, options_.max_triples);
     } catch (Ended& ended) { return unexpected(std::move(ended.error)); }

@@ -7,6 +7,7 @@
 #include <lrt/query/answer.hpp>
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/base/turns.hpp"
 #include "src/base/utf8.hpp"
 #include "src/base/quote.hpp"
 #include "src/rdf/n_triples.hpp"
@@ -43,6 +44,7 @@ std::string json(const Table& table) {
   }
   out += R"(]},"results":{"bindings":[)";
   for (std::size_t row = 0; row < table.rows(); ++row) {
+    if (row % Turns::units_between_rests == 0) Turns::rest_now();
     out += row == 0 ? "\n{" : ",\n{";
     bool first = true;
     for (std::size_t i = 0; i < table.columns(); ++i) {
@@ -118,6 +120,7 @@ Result<std::string> xml(const Table& table) {
   }
   out += "</head>\n<results>\n";
   for (std::size_t row = 0; row < table.rows(); ++row) {
+    if (row % Turns::units_between_rests == 0) Turns::rest_now();
     out += "<result>";
     for (std::size_t i = 0; i < table.columns(); ++i) {
       const auto term = table.at(row, i);
@@ -159,6 +162,7 @@ std::string csv(const Table& table) {
   }
   out += "\r\n";
   for (std::size_t row = 0; row < table.rows(); ++row) {
+    if (row % Turns::units_between_rests == 0) Turns::rest_now();
     for (std::size_t i = 0; i < table.columns(); ++i) {
       if (i != 0) out += ',';
       const auto term = table.at(row, i);
@@ -198,6 +202,7 @@ std::string tsv(const Table& table) {
   for (std::size_t i = 0; i < table.columns(); ++i) (out += i != 0 ? "\t?" : "?") += table.variables()[i];
   out += '\n';
   for (std::size_t row = 0; row < table.rows(); ++row) {
+    if (row % Turns::units_between_rests == 0) Turns::rest_now();
     for (std::size_t i = 0; i < table.columns(); ++i) {
       if (i != 0) out += '\t';
       const auto term = table.at(row, i);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "src/rdf/turtle_parser.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -12,6 +13,7 @@
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/base/ascii.hpp"
+#include "src/base/turns.hpp"
 #include "src/rdf/base_iri.hpp"
 #include "src/rdf/limits.hpp"
 #include "src/rdf/n_triples.hpp"
@@ -193,7 +195,13 @@ class Parser : Terminals {
   /// Counts triples as they are written.
   bool count_triples(std::size_t n, const char* from) {
     triples_ += n;
-    return triples_ <= max_triples_ || exceeds(from, "more than " + std::to_string(max_triples_) + " triples");
+    return triples_ <= next_look_ || look(from);
+  }
+  bool look(const char* from) {
+    if (triples_ > max_triples_) return exceeds(from, "more than " + std::to_string(max_triples_) + " triples");
+    Turns::rest_now();
+    next_look_ = std::min(max_triples_, triples_ + Turns::units_between_rests);
+    return true;
   }
   /// Counts bytes of terms as they are when written out.
   bool count_bytes(std::size_t n, const char* from) {
@@ -615,6 +623,7 @@ class Parser : Terminals {
   std::string iri_, escaped_iri_, string_;  // terms that are not in the text as they are
   const std::size_t max_triples_, max_bytes_;
   std::size_t triples_ = 0, bytes_ = 0, directives_ = 0;
+  std::size_t next_look_ = std::min(max_triples_, Turns::units_between_rests);
 };
 
 }  // namespace

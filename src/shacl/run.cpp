@@ -377,6 +377,16 @@ void Run::stop(const char* limit, std::size_t value) {
   stopped_ = Error{Errc::limit_exceeded, std::string("the validation was not complete within ") + limit + " = " + std::to_string(value)};
 }
 
+bool Run::look() {
+  if (steps_ > options_.max_steps) {
+    stop("max_steps", options_.max_steps);
+    return false;
+  }
+  turns_->rest();
+  next_look_ = next_look();
+  return !stopped_;
+}
+
 Result<Report> Run::finish() {
   if (stopped_) return unexpected(*std::move(stopped_));
   report_.complete_ = !full_;

@@ -13,6 +13,7 @@
 
 #include <lrt/shacl/validator.hpp>
 
+#include "src/base/turns.hpp"
 #include "src/shacl/plan.hpp"
 #include "src/shacl/regex.hpp"
 
@@ -133,9 +134,7 @@ class Run {
   /// Counts work. False: the budget is used up.
   bool step(std::size_t n = 1) {
     steps_ += n;
-    if (steps_ <= options_.max_steps) return !stopped_;
-    stop("max_steps", options_.max_steps);
-    return false;
+    return steps_ <= next_look_ ? !stopped_ : look();
   }
 
   /// Appends the nodes that the path reaches from `from`, without duplicates.
@@ -153,6 +152,7 @@ class Run {
     std::unordered_map<Node, std::vector<std::pair<Node, Node>>> of;  ///< predicate and other end, sorted by predicate
   };
   static constexpr std::size_t many_triples = 64;
+  static constexpr std::size_t steps_between_rests = 128;
 
   rdf::Graph::Matches triples_of(const Hubs& hubs, Node node) const noexcept {
     const std::optional<rdf::TermId> id = rdf::TermId{node};
@@ -186,6 +186,9 @@ class Run {
   ValidationResult* add_result(const Scene& scene, const Constraint& constraint, std::optional<Node> value);
   void add_details(std::size_t at, Node value, ShapeIndex inner);
   void stop(const char* limit, std::size_t value);
+  bool look();
+  /// Up to the limit, or until others have their turn.
+  std::size_t next_look() const noexcept { return turns_ ? std::min(options_.max_steps, steps_ + steps_between_rests) : options_.max_steps; }
   Result<Report> finish();
 
   std::shared_ptr<const Plan> plan_;
@@ -204,7 +207,9 @@ class Run {
   std::size_t level_ = 0;
   std::vector<std::pair<ShapeIndex, Node>> active_;  // of recursive shapes
   std::unordered_map<std::uint32_t, std::vector<Node>> subclasses_;
+  Turns* const turns_ = Turns::current();
   std::size_t depth_ = 0, steps_ = 0, path_nodes_ = 0;
+  std::size_t next_look_ = next_look();
   bool quiet_ = false, failed_ = false;
   bool full_ = false;  // max_results was reached
   std::optional<Error> stopped_;

@@ -18,6 +18,7 @@
 
 #include "src/base/ascii.hpp"
 #include "src/base/quote.hpp"
+#include "src/base/turns.hpp"
 #include "src/rdf/codecs.hpp"
 #include "src/rdf/json_canonical.hpp"
 #include "src/rdf/json_ld/context.hpp"
@@ -754,6 +755,7 @@ class Reader {
   void emit(TermId subject, TermId predicate, TermId object) {
     if (++triples_ > options_.max_triples)
       throw Refused{Error{Errc::limit_exceeded, "more than " + std::to_string(options_.max_triples) + " triples"}};
+    if (triples_ % Turns::units_between_rests == 0) Turns::rest_now();
     const auto size = [&](TermId id) {
       const TermView term = graph().term(id);
       return term.is_blank() ? 0 : term.text.size() + (term.datatype != vocab::xsd::string.text ? term.datatype.size() : 0);

@@ -14,6 +14,7 @@
 
 #include "src/base/third_party_call.hpp"
 #include "src/base/thread.hpp"
+#include "src/base/turns.hpp"
 #include "src/rdf/limits.hpp"
 #include "src/rdf/n_triples.hpp"
 #include "src/rdf/redland/raptor.hpp"
@@ -255,6 +256,7 @@ struct Sink {
     count(statement.subject);
     count(statement.predicate);
     count(statement.object);
+    if (statements % Turns::units_between_rests == Turns::units_between_rests - 1) Turns::rest_now();
     if (++statements > options.max_triples) {
       exceeded = "more than " + std::to_string(options.max_triples) + " triples";
     } else if (longest > max_iri) {
