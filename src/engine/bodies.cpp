@@ -8,7 +8,6 @@
 #include <lrt/http/message.hpp>
 
 #include "src/base/charset.hpp"
-#include "src/base/client_key.hpp"
 #include "src/engine/command_rules.hpp"
 #include "src/engine/resources/action.hpp"
 #include "src/engine/resources/blueprint.hpp"
@@ -211,7 +210,7 @@ std::shared_ptr<const void> Bodies::own_text(const Context& context, std::string
 /// @param effort  BodyJob::bytes
 /// @param writes  the work changes something: once it has begun, the request is carried out
 Bodies::Read Bodies::defer(Context& context, std::size_t bytes, std::size_t effort, Work work, bool writes) {
-  const std::string client = client_key(context.request().peer);
+  const std::string client = context.share_key();
   const auto known = waiting_by_client_.find(client);
   const std::size_t of_client = known == waiting_by_client_.end() ? 0 : known->second.bytes;
   if (waiting_bytes_ + bytes > options_.max_waiting_body_bytes || of_client + bytes > options_.max_waiting_body_bytes / 4) return too_many(context);

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <string>
+#include <string_view>
 #include <unordered_map>
 #include <utility>
 
@@ -29,6 +30,9 @@ class ClientCounts {
     void release() noexcept {
       if (Counts* const counts = std::exchange(counts_, nullptr); counts && --place_->second == 0) counts->erase(counts->find(place_->first));
     }
+
+    /// Empty: it is not counted for any.
+    std::string_view client() const noexcept { return counts_ ? std::string_view(place_->first) : std::string_view(); }
 
    private:
     friend class ClientCounts;

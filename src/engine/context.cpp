@@ -5,6 +5,7 @@
 
 #include <lrt/base/iri.hpp>
 
+#include "src/base/client_key.hpp"
 #include "src/http/form.hpp"
 
 namespace lrt::engine {
@@ -27,6 +28,8 @@ OwnedRequest::OwnedRequest(const http::Request& request) : view_(request) {
   view_.body = {};
   view_.body_owner.reset();
 }
+
+std::string Context::share_key() const { return client.empty() ? client_key(request_->peer) : client; }
 
 Context Context::kept() const {
   Context copy = *this;

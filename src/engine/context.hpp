@@ -59,6 +59,9 @@ class Context {
   /// connection (RFC 9110 7.6.1), and no cache keeps 101 or 201.
   std::string_view vary() const noexcept;
 
+  /// Who has its share of the time of threads used for this request: the client; one that is not counted by its address.
+  std::string share_key() const;
+
   TimePoint now;                                      ///< of the present step
   std::size_t base = 0;                               ///< index into Bases
   std::shared_ptr<const void> base_hold{};            ///< of `base`: Bases::hold()
@@ -71,7 +74,7 @@ class Context {
   std::optional<Ticket> ticket{};                     ///< of a request that is deferred
   std::shared_ptr<JudgedBody> judged{};               ///< its body, from a BodyJob; nullptr: not validated, or consumed
   Expiry expiry{};                                    ///< of a command, once CommandRules has judged it
-  std::string client{};                               ///< Caller::client
+  std::string client{};                               ///< Caller::client; share_key() is for all
   bool by_cookie = false;                             ///< Caller::by_cookie
   bool ignores_conditions = false;                    ///< If-Match and If-None-Match were already evaluated
   bool posts_query = false;                           ///< POST to its resource is a query: it changes nothing

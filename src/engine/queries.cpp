@@ -10,7 +10,6 @@
 
 #include "src/base/ascii.hpp"
 #include "src/base/charset.hpp"
-#include "src/base/client_key.hpp"
 #include "src/base/utf8.hpp"
 #include "src/engine/parts.hpp"
 #include "src/engine/receivers/protocols.hpp"
@@ -249,15 +248,23 @@ std::size_t Queries::running_of(const std::string& client) const {
   return found == running_of_.end() ? 0 : found->second;
 }
 
-void Queries::count_up(const std::string& client) {
-  if (!client.empty()) ++running_of_[client];
-  ++running_;
+/// A client without a query gets a place as long as fewer clients than max_queries have one, however many those have.
+bool Queries::is_full_for(const std::string& client) const {
+  const std::size_t max = service_.limits().max_queries;
+  return running_ >= max && (running_of(client) > 0 || running_of_.size() >= max);
 }
 
-void Queries::count_down(const std::string& client) {
+void Queries::count_up(Evaluation& evaluation) {
+  ++running_of_[evaluation.client];
+  ++running_;
+  evaluation.is_counted = true;
+}
+
+void Queries::count_down(Evaluation& evaluation) noexcept {
+  if (!std::exchange(evaluation.is_counted, false)) return;
   --running_;
-  const auto found = running_of_.find(client);
-  if (found != running_of_.end() && --found->second == 0) running_of_.erase(found);
+  const auto found = running_of_.find(evaluation.client);
+  if (--found->second == 0) running_of_.erase(found);
 }
 
 /// Until the result is complete: the properties are read, the query waits in the queue, and it is evaluated.
@@ -285,8 +292,9 @@ Outcome Queries::ask(Context& context, const Asked& asked) {
     return responses_.problem(context, 406, "none of the media types in Accept is available for this result; available are " + list);
   }
   const QueryService::Limits& limits = service_.limits();
-  if (running_ >= limits.max_queries) return too_many(context, "the maximum number of queries is running; try again later");
-  if (const std::size_t max = limits.max_queries_per_client; max != 0 && running_of(context.client) >= max)
+  const std::string client = context.share_key();
+  if (is_full_for(client)) return too_many(context, "the maximum number of queries is running; try again later");
+  if (const std::size_t max = limits.max_queries_per_client; max != 0 && !context.client.empty() && running_of(client) >= max)
     return too_many_of_client(context, http::Denial::rate, std::to_string(max) + " queries under way");
   const auto ticket = defer(context);
   if (!ticket) return responses_.overloaded(context);
@@ -294,28 +302,33 @@ Outcome Queries::ask(Context& context, const Asked& asked) {
   evaluation->query = query;
   evaluation->needs = snapshots_.needs_of(query->dependencies(), context.base, false);
   evaluation->snapshot = snapshots_.of(context.base, context.audience, evaluation->needs);
-  evaluation->client = client_key(context.request().peer);
+  evaluation->client = client;
   const auto text = std::make_shared<Result<std::string>>(std::string());
   evaluation->write = [text, type = *type](const std::shared_ptr<const QueryAnswer>& answer) {
     *text = guarded<std::string>([&] { return answer->write(type); });
   };
-  evaluation->done = [this, ticket = *ticket, query, type = *type, text, client = context.client](
+  evaluation->done = [this, ticket = *ticket, query, type = *type, text, &self = *evaluation](
                          const Result<std::shared_ptr<const QueryAnswer>>& answer, TimePoint now) {
-    count_down(client);
+    count_down(self);
     Context* waiting = pending_.resume(ticket, now);
     if (!waiting) return;
     pending_.respond(ticket, answer ? response_to(*waiting, *query, type, std::move(*text)) : failed(*waiting, answer.error()));
   };
   pending_.tell_end(*ticket, evaluation->cancelled);
-  count_up(context.client);
-  ReadSet read_first = read_set(query->dependencies(), Snapshots::hashes_of(query->dependencies().predicates), *evaluation->snapshot);
-  if (values_.ready(read_first, Variant(rdf::Plain::json), false)) {
-    snapshot_for(std::move(evaluation));
-  } else {
-    values_.refresh(read_first, {}, [this, evaluation](const Result<void>& read, TimePoint now) {
-      if (read) return snapshot_for(evaluation);
-      evaluation->done(Unexpected{read.error()}, now);
-    });
+  count_up(*evaluation);
+  try {
+    ReadSet read_first = read_set(query->dependencies(), Snapshots::hashes_of(query->dependencies().predicates), *evaluation->snapshot);
+    if (values_.ready(read_first, Variant(rdf::Plain::json), false)) {
+      start(evaluation);
+    } else {
+      values_.refresh(read_first, {}, [this, evaluation](const Result<void>& read, TimePoint now) {
+        if (read) return start(evaluation);
+        evaluation->done(Unexpected{read.error()}, now);
+      });
+    }
+  } catch (...) {
+    count_down(*evaluation);
+    throw;
   }
   return Deferred{*ticket};
 }
@@ -341,10 +354,20 @@ http::Response Queries::response_to(Context& context, const PreparedQuery& query
 
 // ----------------------------------------------------------------------------------------------------------- evaluation
 
+/// Whatever happens, done() is called once.
+void Queries::start(std::shared_ptr<Evaluation> evaluation) noexcept {
+  try {
+    return snapshot_for(evaluation);
+  } catch (...) {}
+  try {
+    evaluation->done(unexpected(Errc::failed, "out of memory"), clock_.now());
+  } catch (...) {}  // its request gets 503 at its time limit
+}
+
 /// Updates the graphs, in several turns of the engine if there are many, and then queues the job.
 void Queries::snapshot_for(std::shared_ptr<Evaluation> evaluation) {
   if (*evaluation->cancelled || snapshots_.update(*evaluation->snapshot, evaluation->needs)) return begin(std::move(evaluation));
-  calls_.inbox()->put([this, evaluation = std::move(evaluation)](TimePoint) { snapshot_for(evaluation); });
+  calls_.inbox()->put([this, evaluation = std::move(evaluation)](TimePoint) { start(evaluation); });
 }
 
 void Queries::begin(std::shared_ptr<Evaluation> evaluation) {
@@ -416,7 +439,7 @@ Outcome Queries::subscribe(Context& context, Protocol protocol) {
     unobserved(query);
     return responses_.overloaded(context);
   }
-  query.waiters.push_back({*ticket, protocol, *type, std::make_shared<std::atomic<bool>>(false)});
+  query.waiters.push_back({*ticket, protocol, *type, std::make_shared<std::atomic<bool>>(false), context.share_key()});
   pending_.tell_end(*ticket, query.waiters.back().ended);
   query.is_dirty = true;  // a result in this media type is needed
   advance(context.now);
@@ -464,20 +487,43 @@ std::variant<StandingQuery*, http::Response> Queries::standing_for(Context& cont
   return &query;
 }
 
+/// Of the clients that share a standing query the one with the fewest evaluations under way: one that keeps the threads busy does not delay the others.
+std::string_view Queries::payer_of(const StandingQuery& query) const {
+  std::optional<std::string_view> payer;
+  std::ptrdiff_t fewest = 0;
+  const auto consider = [&](std::string_view client) {
+    if (payer && (fewest == 0 || *payer == client)) return;
+    const auto count = std::count_if(standing_.begin(), standing_.end(), [&](const auto& one) { return one->cancelled && one->payer == client; });
+    if (!payer || count < fewest) payer = client, fewest = count;
+  };
+  for (const StandingQuery::Waiter& waiter : query.waiters) consider(waiter.client);
+  for (std::size_t i = 0; i < query.observers.size(); ++i) consider(static_cast<const SubscriptionResource&>(*query.observers[i]).share.client());
+  return payer.value_or(query.client);
+}
+
+/// One for each thread and client: those that are due wait here, and not before the queries of clients.
+bool Queries::may_start(const StandingQuery& query) const {
+  const std::string_view payer = payer_of(query);
+  const auto count = std::count_if(standing_.begin(), standing_.end(), [&](const auto& one) { return one->cancelled && one->payer == payer; });
+  return static_cast<std::size_t>(count) < service_.limits().threads;
+}
+
 void Queries::evaluate(StandingQuery& query, TimePoint now) {
   ReadSet read_first = read_set(query.query->dependencies(), query.predicates, *query.snapshot);
   // Later, pulled properties are read by their sample period.
   if (!values_.ready(read_first, Variant(rdf::Plain::json), false) && !query.latest.answer && !query.has_read) {
     query.is_running = true;
-    return values_.refresh(read_first, {}, [this, id = query.id](const Result<void>&, TimePoint) {
-      if (StandingQuery* const waiting = find(id)) waiting->is_running = false, waiting->has_read = true;
-    });
+    try {
+      return values_.refresh(read_first, {}, [this, id = query.id](const Result<void>&, TimePoint) {
+        if (StandingQuery* const waiting = find(id)) waiting->is_running = false, waiting->has_read = true;
+      });
+    } catch (...) {
+      query.is_running = false;
+      throw;
+    }
   }
-  query.is_running = true;
-  query.is_dirty = false;
-  query.last_start = now.steady;
   auto evaluation = std::make_shared<Evaluation>();
-  query.cancelled = evaluation->cancelled;
+  evaluation->client = payer_of(query);
   evaluation->query = query.query;
   evaluation->needs = query.needs;
   evaluation->snapshot = query.snapshot;
@@ -511,12 +557,15 @@ void Queries::evaluate(StandingQuery& query, TimePoint now) {
       written->answer.documents.emplace(type, StandingQuery::write(*prepared, *written->answer.answer, before, written->sequence, type));
   };
   evaluation->done = [this, id = query.id, written](const Result<std::shared_ptr<const QueryAnswer>>& answer, TimePoint at) {
-    --standing_running_;
     if (answer) evaluated(id, std::move(written->answer), at);
     else evaluated(id, Unexpected{answer.error()}, at);
   };
-  ++standing_running_;
-  snapshot_for(std::move(evaluation));
+  query.payer = evaluation->client;
+  query.cancelled = evaluation->cancelled;
+  query.is_running = true;
+  query.is_dirty = false;
+  query.last_start = now.steady;
+  start(std::move(evaluation));
 }
 
 void Queries::evaluated(ResourceId id, Result<StandingQuery::Answer> answer, TimePoint now) {
@@ -525,7 +574,10 @@ void Queries::evaluated(ResourceId id, Result<StandingQuery::Answer> answer, Tim
   query->is_running = false;
   query->cancelled.reset();
   if (!answer) {
-    if (answer.error().code == Errc::cancelled) return;
+    if (answer.error().code == Errc::cancelled) {
+      query->is_dirty = true;
+      return;
+    }
     responses_.log(LogLevel::warning, query->path + " ends: " + answer.error().message);
     for (const StandingQuery::Waiter& waiter : std::exchange(query->waiters, {}))
       if (Context* waiting = pending_.resume(waiter.ticket, now)) pending_.respond(waiter.ticket, failed(*waiting, answer.error()));
@@ -642,12 +694,12 @@ void Queries::advance(TimePoint now) {
   const bool has_new_structure = std::exchange(seen_structure_, registry_.structure()) != registry_.structure();
   if (has_new_structure)
     for (const auto& query : standing_) query->is_dirty = true;
-  // One for each thread: those that are due wait here, and not before the queries of clients.
-  while (standing_running_ < service_.limits().threads) {
+  while (true) {
     StandingQuery* first = nullptr;
     std::optional<Instant> first_due;
     for (const auto& query : standing_)
-      if (const auto due = due_of(*query); due && now.steady >= *due && (!first_due || *due < *first_due)) first = query.get(), first_due = due;
+      if (const auto due = due_of(*query); due && now.steady >= *due && (!first_due || *due < *first_due) && may_start(*query))
+        first = query.get(), first_due = due;
     if (!first) return;
     evaluate(*first, now);
   }
@@ -655,10 +707,9 @@ void Queries::advance(TimePoint now) {
 
 std::optional<Queries::Instant> Queries::next_deadline() const {
   std::optional<Instant> first = snapshots_.next_deadline();
-  const bool may_start = standing_running_ < service_.limits().threads;
   for (const auto& query : standing_) {
     if (std::any_of(query->waiters.begin(), query->waiters.end(), [](const auto& waiter) { return waiter.ended->load(); })) return Instant{};
-    if (const auto due = due_of(*query); due && may_start && (!first || *due < *first)) first = due;
+    if (const auto due = due_of(*query); due && (!first || *due < *first) && may_start(*query)) first = due;
   }
   return first;
 }

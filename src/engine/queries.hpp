@@ -80,7 +80,8 @@ class Queries {
     std::shared_ptr<Snapshot> snapshot;
     Snapshots::Needs needs{};
     std::shared_ptr<std::atomic<bool>> cancelled = std::make_shared<std::atomic<bool>>(false);
-    std::string client{};  ///< for the order of jobs
+    std::string client{};     ///< who has its share of the time used
+    bool is_counted = false;  ///< for that client, until done() is called
     std::optional<std::size_t> max_rows{};
     std::function<void()> graphs_are_current{};                        ///< called just before it starts; may be empty
     UniqueFunction<void(std::shared_ptr<const QueryAnswer>)> write{};  ///< run by the job, without the engine's lock
@@ -91,19 +92,23 @@ class Queries {
   std::variant<Asked, http::Response> asked_in(const Context& context, std::string_view form, bool is_body) const;
   std::variant<std::shared_ptr<const PreparedQuery>, http::Response> parse(const Context& context, const Asked& asked) const;
   Outcome ask(Context& context, const Asked& asked);
+  void start(std::shared_ptr<Evaluation> evaluation) noexcept;
   void snapshot_for(std::shared_ptr<Evaluation> evaluation);
   void begin(std::shared_ptr<Evaluation> evaluation);
   http::Response response_to(Context& context, const PreparedQuery& query, std::size_t type, Result<std::string> text) const;
   ReadSet read_set(const QueryDependencies& needs, const std::vector<std::uint32_t>& predicates, const Snapshot& snapshot) const;
   std::size_t running_of(const std::string& client) const;
-  void count_up(const std::string& client);
-  void count_down(const std::string& client);
+  bool is_full_for(const std::string& client) const;
+  void count_up(Evaluation& evaluation);
+  void count_down(Evaluation& evaluation) noexcept;
   std::optional<Ticket> defer(const Context& context);
   http::Response failed(const Context& context, const Error& error) const;
   http::Response too_many(const Context& context, const char* what) const;
   http::Response too_many_of_client(const Context& context, http::Denial denial, const std::string& what) const;
 
   std::variant<StandingQuery*, http::Response> standing_for(Context& context, const Asked& asked);
+  std::string_view payer_of(const StandingQuery& query) const;
+  bool may_start(const StandingQuery& query) const;
   void evaluate(StandingQuery& query, TimePoint now);
   void evaluated(ResourceId id, Result<StandingQuery::Answer> answer, TimePoint now);
   void serve_waiters(StandingQuery& query, TimePoint now);
@@ -131,8 +136,7 @@ class Queries {
   std::uint64_t next_standing_ = 1;
   std::uint64_t seen_structure_ = 0;
   std::size_t running_ = 0;                                  ///< queries under way, without standing queries
-  std::unordered_map<std::string, std::size_t> running_of_;  ///< the same of each client
-  std::size_t standing_running_ = 0;                         ///< evaluations of standing queries under way
+  std::unordered_map<std::string, std::size_t> running_of_;  ///< the same of each client that has one: Context::share_key()
   std::vector<BodyJob> jobs_;
   std::vector<std::weak_ptr<std::atomic<bool>>> cancels_;  ///< flag of running evaluations
 };

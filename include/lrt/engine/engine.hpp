@@ -124,7 +124,7 @@ struct Job {
 /// A request body to judge or a query to evaluate, on any thread and without the engine's lock. It calls no user code
 /// and never throws. If it is destroyed without being run, its request gets 503 at its time limit.
 struct BodyJob {
-  std::string client;          ///< numeric address of the client
+  std::string client;          ///< who has its share of the time used: Caller::client, or the client's address
   std::size_t bytes = 0;       ///< the work, as size of a body; for a change of a graph also the work that depends on the graph's size
   UniqueFunction<void()> run;  ///< the work
 };

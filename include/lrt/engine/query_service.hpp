@@ -94,9 +94,9 @@ class LRT_API QueryService {
   /// Limits of the endpoint.
   struct Limits {
     std::string path = "/sparql";                 ///< of the endpoint: "/" and one or more segments of unreserved characters (RFC 3986)
-    unsigned threads = 1;                         ///< number of threads that evaluate queries; they start with the first query
-    std::chrono::milliseconds time{2'000};        ///< of one evaluation; more: 503. A query waits at most the same time before it begins
-    std::size_t max_queries = 32;                 ///< running and waiting ones, without standing queries; more: 503
+    unsigned threads = 1;                         ///< queries that are evaluated at a time; those of several clients take turns
+    std::chrono::milliseconds time{2'000};        ///< of one evaluation, without the turns of others; more: 503
+    std::size_t max_queries = 32;                 ///< under way, without standing ones; more: 503, except for the first query of a client
     std::size_t max_text_bytes = 16 * 1024;       ///< of a query; more: 413
     std::size_t max_standing = 64;                ///< different standing queries; more: 503
     std::size_t max_standing_rows = 1'000;        ///< of the result of a standing query, of 4 KiB on average; more: its subscriptions end
@@ -104,7 +104,7 @@ class LRT_API QueryService {
     std::chrono::milliseconds max_age{100};       ///< a property that is read by a lambda is read again if its value is older
     std::size_t max_value_members = 1'000;        ///< a property whose value has more scalars is not in the graphs
     std::size_t max_views = 8;                    ///< cached sets of graphs, by rights and Host field; with subscriptions: by principal, too
-    std::size_t max_queries_per_client = 16;      ///< of max_queries, running and waiting ones of one client; more: 429. 0: no limit
+    std::size_t max_queries_per_client = 16;      ///< of max_queries, those of one client; more: 429. 0: no limit
     std::size_t max_standing_per_client = 32;     ///< of max_standing, those that one client has started; more: 429. 0: no limit
   };
 

@@ -24,9 +24,10 @@ struct Threads {
   /// Runs the lambdas of things with Dispatch::executor. It must run each function exactly once, at any time, on any
   /// thread.
   std::function<void(std::function<void()>)> executor;
-  /// Number of lrt's threads that parse and validate request bodies above Limits::small_body_bytes, so that neither the
-  /// control loop nor other clients wait for them. They start with the first such body and run no lambda. 0: the I/O
-  /// thread parses every body; 1 MiB takes up to 0.2 s.
+  /// How many request bodies above Limits::small_body_bytes are parsed and validated at a time, on threads of lrt's, so
+  /// that neither the control loop nor other clients wait for them. The threads start with the first such body and run no
+  /// lambda. Bodies of several clients take turns, which needs a thread for each client, at most 32 more than this. 0: the
+  /// I/O thread parses every body; 1 MiB takes up to 0.2 s.
   unsigned body_threads = 1;
   /// Policy, CPUs and stack of all threads that the server starts: lrt-io (Io::own_thread), lrt-run (Server::start),
   /// lrt-callback, lrt-resolve, lrt-save, lrt-body, lrt-query, lrt-audit. They do not inherit those of the thread that

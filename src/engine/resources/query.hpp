@@ -115,6 +115,7 @@ class StandingQuery final : public Resource, public OwnRepresentation {
     Protocol protocol;
     std::size_t type;                          ///< of its notifications
     std::shared_ptr<std::atomic<bool>> ended;  ///< its client has gone
+    std::string client;                        ///< Context::share_key()
   };
   /// A result in one media type, written by the job that made it.
   struct Document {
@@ -137,6 +138,7 @@ class StandingQuery final : public Resource, public OwnRepresentation {
   const Snapshots::Needs needs;
   std::string key;     ///< by which equal queries share it; empty: it is for one subscriber alone
   std::string client;  ///< that has started it; empty: none that has limits
+  std::string payer;   ///< who has its share of the time used for the present evaluation
   bool tells_changes = false;
   std::chrono::milliseconds interval{0};  ///< between two evaluations
   std::vector<Waiter> waiters;
@@ -146,7 +148,7 @@ class StandingQuery final : public Resource, public OwnRepresentation {
   bool is_dirty = true;
   bool is_running = false;                       ///< its first values are read, or it is evaluated
   bool has_read = false;                         ///< its first values were read
-  std::shared_ptr<std::atomic<bool>> cancelled;  ///< of the evaluation that runs
+  std::shared_ptr<std::atomic<bool>> cancelled;  ///< of the evaluation that runs; nullptr: none
   std::chrono::steady_clock::time_point last_start{};
   Answer latest;
   std::shared_ptr<const QueryAnswer> previous;
