@@ -557,7 +557,8 @@ class FileOutput final : public AuditOutput, public AuditHold {
   void turn(TimePoint now) override {
     const auto due = next_deadline();
     if (!due || *due > now.steady) return;
-    server_.use([&] { release(std::find_if(held_.begin(), held_.end(), [&](const auto& one) { return one.second.deadline > now.steady; }), false); });
+    server_.use_now(
+        [&] { release(std::find_if(held_.begin(), held_.end(), [&](const auto& one) { return one.second.deadline > now.steady; }), false); }, now);
   }
   std::optional<Steady::time_point> next_deadline() const override {
     const std::int64_t deadline = deadline_;

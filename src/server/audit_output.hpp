@@ -14,8 +14,8 @@ namespace lrt {
 /// Responses that wait until their lines of the audit are saved. Called with the engine's lock, except as TurnWork says.
 class AuditHold : public TurnWork {
  public:
-  /// Tickets of the responses that the engine did not defer begin here.
-  static constexpr std::uint64_t first_ticket = std::uint64_t{1} << 63;
+  /// Tickets of the responses that the engine did not defer begin here; those of Postponed have the bit above.
+  static constexpr std::uint64_t first_ticket = std::uint64_t{1} << 62;
 
   /// Keeps a response until its line is saved. False: it is to be sent now, and may have become another.
   /// @param line  its number; 0: it was dropped

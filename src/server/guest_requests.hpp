@@ -48,7 +48,7 @@ class GuestRequests final : public Service, public Receiver {
   SharedEngine& server_;
   std::unordered_map<std::uint64_t, std::optional<engine::Reply>> replies_;
   std::unordered_map<std::uint64_t, bool> channels_;  ///< named since the last is_ready()
-  std::condition_variable changed_;
+  std::condition_variable_any changed_;
 };
 
 }  // namespace v0

@@ -16,7 +16,8 @@ class RightsRenewal final : public Service, public TurnWork {
   explicit RightsRenewal(SharedEngine& server) : server_(server) {}
   void turn(TimePoint now) override {
     const auto due = next_deadline();
-    if (due && *due <= now.steady && server_.callers()->have_changed(now)) server_.use([this] { server_.engine().renew_rights(); });
+    if (due && *due <= now.steady && server_.callers()->have_changed(now)) changed_ = true;
+    if (changed_) changed_ = !server_.use_now([this] { server_.engine().renew_rights(); }, now);
   }
   std::optional<std::chrono::steady_clock::time_point> next_deadline() const override {
     const Callers* const callers = server_.callers();
@@ -25,6 +26,7 @@ class RightsRenewal final : public Service, public TurnWork {
 
  private:
   SharedEngine& server_;
+  bool changed_ = false;  ///< and the engine does not know yet
 };
 
 }  // namespace

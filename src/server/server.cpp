@@ -34,6 +34,9 @@ constexpr auto forever = std::chrono::milliseconds::max();
 constexpr std::chrono::milliseconds own_thread_budget{1};
 /// The time of one turn on a loop of the host.
 constexpr std::chrono::microseconds host_loop_budget{200};
+/// How long poll() says that the host may sleep when another thread had the engine, which wakes the host sooner. Not zero: a loop of a higher priority
+/// must not keep that thread from its processor.
+constexpr std::chrono::milliseconds refused_rest{1};
 
 }  // namespace
 
@@ -99,6 +102,7 @@ class LRT_LOCAL Server::Impl final : public SharedEngine::Loop {
       }
       // The results of the lambdas are sent in the same step.
       if (serves && ran) rest = serve_once(std::chrono::microseconds(0), std::chrono::milliseconds(0));
+      if (serves && engine_.was_refused()) rest = refused_rest;
       rest = std::min(rest, jobs_.until_lapse());
       if (jobs_.empty() && rest.count() > 0) return rest;
       if (descriptor_is_used_) wake();  // so that it shows that there is more to do

@@ -11,6 +11,9 @@
 namespace lrt {
 namespace {
 
+/// Requests that waited for the engine and are handled when a turn finds it free, before what the turn came for.
+constexpr std::size_t postponed_at_once = 4;
+
 /// nullptr: there are no tokens, so that no sessions are possible.
 std::shared_ptr<security::Sessions> make_sessions(const Options& options) {
   const Security& security = options.security;
@@ -31,6 +34,7 @@ SharedEngine::SharedEngine(const Options& options, Loop& loop)
       clock_(options.clock ? *options.clock : system_clock()),
       loop_(loop),
       log_(options.log),
+      lock_([&loop] { loop.wake_io(); }),
       sessions_(make_sessions(options)),
       engine_(engine_options()),
       scoped_(std::make_shared<Scoped>()) {
@@ -100,13 +104,14 @@ void SharedEngine::begin_stop() noexcept {
   stopping_ = true;
   loop_.wake_host();
   loop_.wake_io();
-  const std::lock_guard lock(mutex_);
+  const std::lock_guard lock(lock_);
   for (const auto& service : services_) service->wake_all();
 }
 
 void SharedEngine::finish() {
   for (const auto& service : services_) service->stop();
-  const std::lock_guard lock(mutex_);
+  const std::lock_guard lock(lock_);
+  report_ends(postponed_.take_ends());
   try {
     collect_replies(clock_.now());
   } catch (const std::exception& e) { log(LogLevel::error, "responses are lost at the end", e); }
@@ -142,7 +147,7 @@ void SharedEngine::take() noexcept {
     }
 }
 
-void SharedEngine::pass_on(std::unique_lock<std::mutex>& lock) {
+void SharedEngine::pass_on(std::unique_lock<EngineLock>& lock) {
   take();
   if (std::exchange(has_outputs_, false)) {
     engine::Outputs outputs = std::exchange(outputs_, {});
@@ -212,11 +217,14 @@ std::optional<engine::Reply> SharedEngine::take_reply(TimePoint now) {
     take();
     bool is_kept = false;
     if (reply) observe([&](RequestObserver& observer) { is_kept = !observer.replied(*reply) || is_kept; });
-    if (!is_kept) return reply;
+    if (is_kept) continue;
+    if (reply && postponed_.has_renamed()) postponed_.give_back_name(*reply);
+    return reply;
   }
 }
 
 void SharedEngine::reply(engine::Reply reply) {
+  if (postponed_.has_renamed()) postponed_.give_back_name(reply);
   if (!is_claimed(reply)) replies_.push_back(std::move(reply));
 }
 
@@ -227,24 +235,33 @@ void SharedEngine::collect_replies(TimePoint now) {
 
 engine::HeaderVerdict SharedEngine::judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes, TimePoint now) {
   const Result<engine::Caller> caller = admit(request, true, now);
-  engine::HeaderVerdict verdict = use([&] {
-    engine::HeaderVerdict made = engine_.judge_header(request, body_bytes, caller, now);
-    if (made.response) observe([&](RequestObserver& observer) { observer.refused(request, caller, *made.response, now); });
-    return made;
-  });
+  engine::HeaderVerdict verdict;
+  const auto judge = [&] {
+    verdict = engine_.judge_header(request, body_bytes, caller, now);
+    if (verdict.response) observe([&](RequestObserver& observer) { observer.refused(request, caller, *verdict.response, now); });
+  };
+  if (!use_now(judge, now) && caller) {  // handle() judges all of it when the body is complete; of a caller that is refused no body is kept
+    verdict.ignores_body = caller->access != engine::Access::granted;
+    if (!verdict.ignores_body) verdict.judged = engine::judged_caller(*caller);
+  }
   if (!verdict.response && caller)
     limiter_->count_body(*caller, std::min<std::uint64_t>(body_bytes.value_or(verdict.max_body_bytes), options_.limits.max_body_bytes), now);
   return verdict;
 }
 
+/// While another thread has the engine, each POST may be one: a stop is never refused for that.
 bool SharedEngine::is_stop(const http::Request& request) noexcept {
-  const std::lock_guard lock(mutex_);
-  return engine_.is_stop(request);
+  const auto lock = try_lock();
+  return lock ? engine_.is_stop(request) : request.method == "POST";
 }
 
 engine::Outcome SharedEngine::handle(const http::Request& request, TimePoint now) {
   const Result<engine::Caller> caller = admit(request, now);
-  return use([&] { return handle(request, caller, now); });
+  std::unique_lock lock = enter(now);
+  if (!lock) return postpone(request, caller);
+  engine::Outcome outcome = handle(request, caller, now);
+  pass_on(lock);
+  return outcome;
 }
 
 /// Without the lock: only the transport's thread calls it.
@@ -252,72 +269,177 @@ const http::Fields* SharedEngine::common_fields(TimePoint now) { return engine_.
 
 std::optional<engine::Reply> SharedEngine::next_reply(TimePoint now) {
   for (TurnWork* work : turn_works_) work->turn(now);
-  return use([&]() -> std::optional<engine::Reply> {
+  std::optional<engine::Reply> reply;
+  const auto find = [&] {
+    if (postponed_.has_reply()) return;
     if (!replies_.empty()) {
-      engine::Reply first = std::move(replies_.front());
+      reply = std::move(replies_.front());
       replies_.pop_front();
-      return first;
+      return;
     }
-    std::optional<engine::Reply> reply;
     do reply = take_reply(now);
     while (reply && is_claimed(*reply));
-    return reply;
-  });
+  };
+  use_now(find, now);
+  return reply ? std::move(reply) : postponed_.take_reply();
 }
 
 std::optional<std::chrono::steady_clock::time_point> SharedEngine::next_deadline() const {
   std::optional<std::chrono::steady_clock::time_point> first;
   for (const TurnWork* work : turn_works_)
     if (const auto due = work->next_deadline(); due && (!first || *due < *first)) first = due;
-  const std::lock_guard lock(mutex_);
-  if (!replies_.empty()) return std::chrono::steady_clock::time_point{};
+  if (postponed_.has_reply()) return std::chrono::steady_clock::time_point{};
+  const auto lock = try_lock();
+  if (!lock) return first;  // who has it wakes the transport
+  if (!replies_.empty() || !postponed_.empty() || !not_asked_.empty()) return std::chrono::steady_clock::time_point{};
   const auto deadline = engine_.next_deadline();
   return first && (!deadline || *first < *deadline) ? first : deadline;
 }
 
 void SharedEngine::abandon(engine::Ticket ticket) noexcept {
-  const std::lock_guard lock(mutex_);
+  if (Postponed::is_own(ticket) && postponed_.forget(ticket)) return;
+  end({Postponed::End::Kind::abandoned, number_of(ticket)}, [&] { abandon_in_engine(ticket); });
+}
+
+void SharedEngine::input_ended(engine::Ticket ticket) noexcept {
+  end({Postponed::End::Kind::input_ended, number_of(ticket)}, [&] {
+    if (!Postponed::is_own(ticket)) engine_.input_ended(ticket);
+    else if (const auto real = postponed_.renamed(ticket)) engine_.input_ended(*real);
+  });
+}
+
+/// @pre the lock is held
+void SharedEngine::abandon_in_engine(engine::Ticket ticket) noexcept {
+  if (Postponed::is_own(ticket)) {
+    const auto real = postponed_.renamed(ticket);
+    if (!real) return;  // its response is ready, and the transport drops it
+    postponed_.forget_renamed(ticket);
+    ticket = *real;
+  }
   engine_.abandon(ticket);
   observe([&](RequestObserver& observer) { observer.abandoned(ticket); });
 }
 
-void SharedEngine::input_ended(engine::Ticket ticket) noexcept {
-  const std::lock_guard lock(mutex_);
-  engine_.input_ended(ticket);
+// ------------------------------------------------------------------------------------ While another thread has the engine
+
+/// Inside poll() without waiting: the lock may be empty then.
+std::unique_lock<EngineLock> SharedEngine::try_lock() const {
+  return never_waits() ? std::unique_lock(lock_, std::try_to_lock) : std::unique_lock(lock_);
+}
+
+/// The same. Then comes first what was postponed.
+std::unique_lock<EngineLock> SharedEngine::enter(TimePoint now) {
+  std::unique_lock<EngineLock> lock = try_lock();
+  if (lock && options_.threads.io == Io::in_poll && loop_.is_serving() && !postponed_.empty()) hand_over_postponed(now);
+  return lock;
+}
+
+void SharedEngine::hand_over_postponed(TimePoint now) {
+  report_ends(postponed_.take_ends());
+  postponed_.hand_over(postponed_at_once, [&](Postponed::Request& waiting) { return hand_over(waiting, now); });
+}
+
+void SharedEngine::report_ends(std::vector<Postponed::End> ends) noexcept {
+  using Kind = Postponed::End::Kind;
+  for (const Postponed::End& end : ends) {
+    if (end.kind == Kind::closed) close(engine::Channel{end.number});
+    else if (end.kind == Kind::abandoned) abandon_in_engine(engine::Ticket{end.number});
+    else if (const engine::Ticket ticket{end.number}; !Postponed::is_own(ticket)) engine_.input_ended(ticket);
+    else if (const auto real = postponed_.renamed(ticket)) engine_.input_ended(*real);
+  }
+}
+
+/// @return  whether its response is there; false: it will come with its ticket
+bool SharedEngine::hand_over(Postponed::Request& waiting, TimePoint now) noexcept {
+  engine::Reply& reply = waiting.reply;
+  try {
+    engine::Outcome outcome = handle(waiting.view(), waiting.caller, now);
+    if (const auto* deferred = std::get_if<engine::Deferred>(&outcome)) {
+      postponed_.rename(deferred->ticket, reply.ticket);
+      return false;
+    }
+    if (auto* upgraded = std::get_if<engine::Upgraded>(&outcome)) {
+      reply.response = std::move(upgraded->response);
+      reply.response.status = 101;
+      reply.channel = upgraded->channel;
+    } else if (auto* streamed = std::get_if<engine::Streamed>(&outcome)) {
+      reply.response = std::move(streamed->response);
+      reply.channel = streamed->channel;
+    } else {
+      reply.response = std::get<http::Response>(std::move(outcome));
+    }
+  } catch (...) { reply.response = closed_response(); }  // no memory
+  return true;
+}
+
+engine::Outcome SharedEngine::postpone(const http::Request& request, const Result<engine::Caller>& caller) {
+  const bool cannot_wait = request.must_upgrade_now && request.find("Upgrade");
+  if (cannot_wait || postponed_.waiting() >= options_.limits.max_waiting_requests) {
+    http::Response response = closed_response();
+    response.fields.add("Retry-After", "1");
+    return response;
+  }
+  return engine::Deferred{postponed_.add(request, caller)};
+}
+
+/// Does something about a request or a channel that has ended, or postpones it.
+template <class F>
+void SharedEngine::end(Postponed::End what, F f) noexcept {
+  auto lock = try_lock();
+  if (!lock) try {
+      postponed_.add(what);
+      return;
+    } catch (const std::bad_alloc&) { lock.lock(); }  // an end must not be lost
+  f();
 }
 
 // ------------------------------------------------------------------------------------------------------------ Messages
 
 std::optional<engine::Channel> SharedEngine::next_ready(TimePoint now) {
-  return use([&] {
-    std::optional<engine::Channel> channel;
+  std::optional<engine::Channel> channel;
+  const auto find = [&] {
+    if (!not_asked_.empty()) {
+      channel = not_asked_.back();
+      not_asked_.pop_back();
+      return;
+    }
     do channel = engine_.next_ready(now);
     while (channel && is_claimed(*channel));
-    return channel;
-  });
+  };
+  use_now(find, now);
+  return channel;
 }
 
 std::optional<engine::Push> SharedEngine::next_push(engine::Channel channel, TimePoint now) {
-  return use([&] { return engine_.next_push(channel, now); });
+  std::optional<engine::Push> push;
+  if (!use_now([&] { push = engine_.next_push(channel, now); }, now)) not_asked_.push_back(channel);
+  return push;
 }
 
 void SharedEngine::take_ready(std::vector<engine::ReadyChannel>& channels, TimePoint now) {
-  use([&] {
+  const auto find = [&] {
     const std::size_t before = channels.size();
     engine_.take_ready(channels, now);
     channels.erase(std::remove_if(channels.begin() + static_cast<std::ptrdiff_t>(before), channels.end(),
                                   [&](engine::ReadyChannel& ready) { return is_claimed(ready.channel); }),
                    channels.end());
-  });
+    for (const engine::Channel channel : std::exchange(not_asked_, {})) channels.push_back({channel});
+  };
+  use_now(find, now);
 }
 
+/// The engine goes on naming the channels of which it was not asked only when they have been asked for.
 void SharedEngine::take_pushes(std::vector<engine::PushRequest>& requests, std::vector<engine::Push>& pushes, TimePoint now) {
-  use([&] { engine_.take_pushes(requests, pushes, now); });
+  if (use_now([&] { engine_.take_pushes(requests, pushes, now); }, now)) return;
+  for (engine::PushRequest& request : requests) {
+    request.given = 0;
+    request.more = false;
+    not_asked_.push_back(request.channel);
+  }
 }
 
 void SharedEngine::closed(engine::Channel channel) noexcept {
-  const std::lock_guard lock(mutex_);
-  close(channel);
+  end({Postponed::End::Kind::closed, number_of(channel)}, [&] { close(channel); });
 }
 
 // --------------------------------------------------------------------------------------------------- Things and numbers
@@ -355,7 +477,7 @@ void SharedEngine::sign_out(std::string_view principal) {
 void SharedEngine::count(ServerCounters& all) const {
   for (const auto& service : services_) service->count(all);
   if (!is_own_process()) return;
-  const std::lock_guard lock(mutex_);
+  const std::lock_guard lock(lock_);
   static_cast<engine::EngineCounts&>(all) = engine_.counts();
 }
 

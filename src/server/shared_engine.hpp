@@ -22,12 +22,17 @@
 #include "src/base/process.hpp"
 #include "src/server/callers.hpp"
 #include "src/server/client_limiter.hpp"
+#include "src/server/engine_lock.hpp"
 #include "src/server/log_queue.hpp"
+#include "src/server/postponed.hpp"
 #include "src/server/service.hpp"
 
 namespace lrt {
 
 /// The engine of a server behind its lock, with the services that get what it hands out. User code never runs under the lock.
+///
+/// Inside Server::poll() nothing waits for the lock (EngineLock): the functions of engine::Handler do nothing, postpone what they were given, or say that
+/// there is nothing yet, and the thread that has the lock wakes the transport when it releases it.
 ///
 /// @par Threads  any, unless a function says more
 class SharedEngine final : public engine::Handler {
@@ -94,13 +99,14 @@ class SharedEngine final : public engine::Handler {
     return static_cast<S&>(*services_[at]);
   }
 
-  std::unique_lock<std::mutex> lock() const { return std::unique_lock(mutex_); }
+  /// Waits; not for calls inside poll().
+  std::unique_lock<EngineLock> lock() const { return std::unique_lock(lock_); }
   /// @pre the lock is held
   engine::Engine& engine() noexcept { return engine_; }
-  /// Calls a function with the lock. Then the services get what the engine has handed out.
+  /// Calls a function with the lock. Then the services get what the engine has handed out. Waits; inside poll() see use_now().
   template <class F>
   std::invoke_result_t<F&> use(F f) {
-    std::unique_lock lock(mutex_);
+    std::unique_lock lock(lock_);
     if constexpr (std::is_void_v<std::invoke_result_t<F&>>) {
       f();
       pass_on(lock);
@@ -110,8 +116,20 @@ class SharedEngine final : public engine::Handler {
       return result;
     }
   }
+  /// The same for the thread that serves the network. Inside poll() it does not wait.
+  /// @return  false: another thread has the engine; nothing was done, and the transport is woken when it is free
+  template <class F>
+  bool use_now(F f, TimePoint now) {
+    std::unique_lock lock = enter(now);
+    if (!lock) return false;
+    f();
+    pass_on(lock);
+    return true;
+  }
+  /// A call inside poll() found the engine taken, and none has found it free since: the host should not sleep for long.
+  bool was_refused() const noexcept { return lock_.was_refused(); }
   /// Releases the lock after the services got what the engine has handed out, and passes on the rest.
-  void pass_on(std::unique_lock<std::mutex>& lock);
+  void pass_on(std::unique_lock<EngineLock>& lock);
   /// Ends a channel whose client has gone. What the engine hands out for it is passed on later.
   /// @pre the lock is held
   void close(engine::Channel channel) noexcept;
@@ -168,6 +186,17 @@ class SharedEngine final : public engine::Handler {
   engine::EngineOptions engine_options();
   void take() noexcept;
   std::optional<engine::Reply> take_reply(TimePoint now);
+  /// The calling thread is inside poll(), where nothing waits for a lock that others have.
+  bool never_waits() const noexcept { return options_.threads.io == Io::in_poll && !stopping_ && loop_.is_serving(); }
+  std::unique_lock<EngineLock> try_lock() const;
+  std::unique_lock<EngineLock> enter(TimePoint now);
+  void hand_over_postponed(TimePoint now);
+  bool hand_over(Postponed::Request& waiting, TimePoint now) noexcept;
+  engine::Outcome postpone(const http::Request& request, const Result<engine::Caller>& caller);
+  template <class F>
+  void end(Postponed::End what, F f) noexcept;
+  void report_ends(std::vector<Postponed::End> ends) noexcept;
+  void abandon_in_engine(engine::Ticket ticket) noexcept;
   template <class F>
   void observe(F f) noexcept {
     for (RequestObserver* observer : observers_) try {
@@ -186,14 +215,16 @@ class SharedEngine final : public engine::Handler {
   const Clock& clock_;
   Loop& loop_;
   LogQueue log_;
-  mutable std::mutex mutex_;  ///< guards the engine and what services do in functions that are called with the lock; never held while user code runs
+  mutable EngineLock lock_;  ///< guards the engine and what services do in functions that are called with the lock; never held while user code runs
   const std::shared_ptr<security::Sessions> sessions_;  ///< nullptr: nobody can log in
   std::shared_ptr<Callers> callers_;                    ///< set by prepare()
   std::optional<ClientLimiter> limiter_;                ///< the same
   engine::Engine engine_;
-  engine::Outputs outputs_;            ///< taken from the engine and not passed on yet
-  bool has_outputs_ = false;           ///< there may be something in outputs_
-  std::deque<engine::Reply> replies_;  ///< of the transport, found by other threads
+  engine::Outputs outputs_;                 ///< taken from the engine and not passed on yet
+  bool has_outputs_ = false;                ///< there may be something in outputs_
+  std::deque<engine::Reply> replies_;       ///< of the transport, found by other threads
+  Postponed postponed_;                     ///< inside poll(), while another thread has the engine
+  std::vector<engine::Channel> not_asked_;  ///< have a push that was asked for while another thread had the engine; of the thread in poll()
   std::atomic<bool> stopping_{false};
   std::vector<std::unique_ptr<Service>> services_;
   std::vector<TurnWork*> turn_works_;
