@@ -34,7 +34,7 @@ void RootResource::describe(const Description& d) const {
   about.link(vocab::rdfs::seeAlso, d.base + terms_).link(vocab::rdfs::seeAlso, d.base + VocabularyResource::location);
   about.link(vocab::rdfs::seeAlso, d.base + DatasetResource::location);
   about.link(vocab::lrt_::structure, d.base + StructureResource::location);
-  if (!registry_.roots().empty()) about.link(vocab::lrt_::all, d.base + all_.path);
+  about.link(vocab::lrt_::all, d.base + all_.path);  // also if there are no Things: a client may see none of those that there are
   if (!query_.empty()) about.link(vocab::lrt_::query, d.base + query_);
   for (const ActionResource* stop : stops()) {
     about.link(vocab::lrt_::stop, d.base + stop->path);
@@ -69,7 +69,7 @@ void RootResource::overview(Overview& o) const {
   if (options.title.empty()) o.text("title", title);
   o.words({options.title, options.description});
   if (const Resource* const structure = registry_.find(StructureResource::location)) o.link("structure", *structure);
-  if (!registry_.roots().empty()) o.link("all", all_);
+  o.link("all", all_);
   auto all = stops();
   all.erase(std::remove_if(all.begin(), all.end(), [&](const ActionResource* stop) { return !o.sees(*stop); }), all.end());
   if (!all.empty()) {
@@ -85,7 +85,6 @@ void RootResource::link_related(http::LinkWriter& links, const std::string& base
   if (!session_.empty()) links.add(base + session_, vocab::lrt_::session.text);
   if (!query_.empty()) links.add(base + query_, vocab::lrt_::query.text);
   links.add(base + StructureResource::location, vocab::lrt_::structure.text);
-  if (registry_.roots().empty()) return;
   links.add(base + all_.path, "related");
   links.add(base + all_.path, vocab::lrt_::all.text);
 }
