@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "src/engine/resources/tree.hpp"
 
+#include <string>
+
+#include <lrt/thing.hpp>
+#include <lrt/world.hpp>
+
 #include "tests/support/allocation_counters.hpp"  // counted by subscription_test.cpp
 #include "tests/support/bench.hpp"
 #include "tests/support/catch.hpp"
@@ -247,4 +252,22 @@ TEST_CASE("members in JSON have the names that people gave, without percent-enco
   CHECK(get("/all").body == "{\"x y\":" + members + "}");
   CHECK(get("/x%20y").says("\"val ue+\":{\"href\":\"http://localhost/x%20y/val%20ue+\""));
   CHECK(get("/x%20y").says("\"turn left\":{\"href\":\"http://localhost/x%20y/actions/turn%20left\""));
+}
+
+TEST_CASE("a document of many resources is made again when the structure and its first part change together", "[engine][world]") {
+  Bench bench;
+  Thing arm{"arm"};
+  auto angle = arm.property<int>("angle");
+  bench.add(std::move(arm));
+  World world("world");
+  auto map = world.graph("map");
+  bench.add(std::move(world));
+  for (int i = 0; i < 8; ++i) {
+    for (const char* path : {"/all", "/world?default"}) (void)bench.get(path);
+    angle.publish(1000 + i);
+    map.update([&](GraphUpdate& u) { u.add("#x", vocab::rdfs::label, 1000 + i); }).value();
+    bench.add(Thing{"other" + std::to_string(i)});
+    CAPTURE(i);
+    for (const char* path : {"/all", "/world?default"}) CHECK(bench.get(path).body.find(std::to_string(1000 + i)) != std::string::npos);
+  }
 }

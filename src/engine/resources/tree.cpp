@@ -95,7 +95,7 @@ bool TreeResource::is_shown_to(const Audience& audience) const {
 }
 
 std::uint64_t TreeResource::state(std::uint64_t structure) const noexcept {
-  std::uint64_t mixed = structure;
+  std::uint64_t mixed = structure * 1099511628211U;  // or one step of both would cancel out
   for_each_property([&](PropertyResource& p) { mixed = (mixed ^ (p.revision + p.failure_changes())) * 1099511628211U; });
   return mixed;
 }

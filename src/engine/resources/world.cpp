@@ -345,7 +345,7 @@ bool AllGraphsResource::exceeds(std::size_t max_bytes, const Audience& audience)
 }
 
 std::uint64_t AllGraphsResource::state(std::uint64_t structure) const noexcept {
-  std::uint64_t mixed = structure;
+  std::uint64_t mixed = structure * 1099511628211U;  // or one step of both would cancel out
   for (const auto& graph : world_.graphs()) mixed = (mixed ^ graph->revision) * 1099511628211U;
   return mixed;
 }
@@ -687,7 +687,7 @@ void WorldResource::describe(const Description& d) const {
 
 /// Its JSON has the number of triples of each graph.
 std::uint64_t WorldResource::state(std::uint64_t structure) const noexcept {
-  std::uint64_t mixed = structure;
+  std::uint64_t mixed = structure * 1099511628211U;  // or one step of both would cancel out
   for (const auto& graph : graphs_) mixed = (mixed ^ graph->stored()->size()) * 1099511628211U;
   return mixed;
 }
