@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "src/engine/named_blank.hpp"
@@ -99,9 +100,19 @@ rdf::Graph visible_part(const rdf::Graph& all, FunctionRef<bool(std::string_view
     if (is_blank(t.subject) && !withheld[static_cast<std::size_t>(t.subject)]) reach(t.subject);
   reach_all();
 
+  // Labels of blank nodes may count those that are hidden.
   rdf::Graph part;
-  for (const rdf::Triple& t : all.triples())
-    if (reached[static_cast<std::size_t>(t.subject)] && is_kept(t)) part.add(all.term(t.subject), all.term(t.predicate), all.term(t.object));
+  std::vector<std::optional<rdf::TermId>> placed(all.term_count());
+  const auto place = [&](rdf::TermId id) {
+    std::optional<rdf::TermId>& at = placed[static_cast<std::size_t>(id)];
+    if (!at) at = all.term(id).is_blank() ? part.fresh_blank() : part.intern(all.term(id));
+    return *at;
+  };
+  for (const rdf::Triple& t : all.triples()) {
+    if (!reached[static_cast<std::size_t>(t.subject)] || !is_kept(t)) continue;
+    const rdf::TermId subject = place(t.subject), predicate = place(t.predicate), object = place(t.object);
+    part.add(subject, predicate, object);
+  }
   return part;
 }
 

@@ -24,6 +24,8 @@ struct Audience {
   std::shared_ptr<const security::Principal> principal{};  ///< nullptr: no specific principal
 
   bool is_restricted() const noexcept { return view != nullptr; }
+  /// There may be a resource that it may not read.
+  bool hides_something() const noexcept { return view && !view->reads_everything(); }
   /// Its rights at a resource. The server's own documents, such as the list of Things and the Blueprints, may be read by all who may read anything;
   /// what the reader may not see is left out of them.
   security::Rights rights(const Resource& resource) const;

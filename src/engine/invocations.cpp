@@ -89,7 +89,7 @@ Outcome Invocations::invoke(ActionResource& action, Context& context) {
   if (!is_stop) invocation.share = clients_.take(context.client);
   invocation.created = context.now.utc;
   action.invocations.push_back(std::move(made));
-  action.mark_changed();
+  action.mark_invocation_changed(invocation.path);
   if (is_stop && stops_) stops_->sent(action, context);
   try {
     if (must_queue) wait_in_queue(invocation);
@@ -372,9 +372,10 @@ void Invocations::prune(ActionResource& action) {
       continue;
     }
     registry_.remove(**at);
+    const std::string path = (*at)->path;
     at = action.invocations.erase(at);
     --finished;
-    action.mark_changed();
+    action.mark_invocation_changed(path);
   }
 }
 
@@ -438,8 +439,9 @@ Outcome Invocations::remove(InvocationResource& invocation, Context& context) {
   }
   ActionResource& action = invocation.action;
   registry_.remove(invocation);
+  const std::string path = invocation.path;
   action.invocations.remove_if([&](const auto& i) { return i.get() == &invocation; });
-  action.mark_changed();
+  action.mark_invocation_changed(path);
   return response;
 }
 

@@ -19,10 +19,11 @@ constexpr std::chrono::milliseconds short_work{2};
 constexpr int rest_per_work = 4;
 
 /// It is a property that was never read: its representation would be null. One that cannot be read says why in the state.
-bool lacks_value(const Resource& resource) {
+bool lacks_value(const Resource& resource, const Audience& audience) {
   bool lacks = false;
   if (const ValueResource* const values = resource.values(); values && values->reads() >= ValueResource::Reads::values)
     values->for_each_property([&](const PropertyResource& p) {
+      if (!audience.sees(p)) return;
       const bool says_why = p.is_failing() && values->reads() == ValueResource::Reads::readable_values;
       lacks = lacks || (p.value.is_null() && !says_why);
     });
@@ -74,19 +75,20 @@ bool MessageSchedule::repeat(SubscriptionResource& s) {
 }
 
 void MessageSchedule::add_last(SubscriptionResource& s) {
-  if (!s.backlog.take_pending()) return;
+  if (s.backlog.take_pending() == subscription::Backlog::Pending::no) return;
   if (Representation* last = represent(s); last && last->tag != s.last_tag) s.backlog.push_last(s.receiver->message_of(*last, representations_));
 }
 
 /// @param is_change  counted as dropped if it has no representation
 void MessageSchedule::enqueue(SubscriptionResource& s, bool is_change) {
-  if (s.awaits_value && lacks_value(s.observed)) return;  // the change is in its description only
-  if (!representations_.ready(s.observed, s.its_variant, true)) {
-    values_.refresh(s.observed, Encodings::of(s.its_variant), [this, channel = s.channel, is_change](const Result<void>& result, TimePoint) {
+  if (s.awaits_value && lacks_value(s.observed, s.audience)) return;  // the change is in its description only
+  if (!representations_.ready(s.observed, s.its_variant, true, s.audience)) {
+    const auto done = [this, channel = s.channel, is_change](const Result<void>& result, TimePoint) {
       SubscriptionResource* waiting = subscribers_.find(channel);
       if (waiting && result) enqueue(*waiting, is_change);
       else if (waiting && is_change) waiting->backlog.count_dropped(1);
-    });
+    };
+    values_.refresh(s.observed, Encodings::of(s.its_variant), done, s.audience);
     return;
   }
   Representation* representation = represent(s);
@@ -154,21 +156,23 @@ subscription::Item MessageSchedule::next_item(SubscriptionResource& s, TimePoint
     return nullptr;
   }
   subscription::Item item = s.backlog.take_item();
-  if (!item && s.backlog.take_pending()) {
-    if (!representations_.ready(s.observed, s.its_variant, true)) {
+  using Pending = subscription::Backlog::Pending;
+  if (const Pending pending = item ? Pending::no : s.backlog.take_pending(); pending != Pending::no) {
+    if (!representations_.ready(s.observed, s.its_variant, true, s.audience)) {
       // The user's encoders have to run first.
-      s.backlog.mark_pending();
+      s.backlog.put_back(pending);
       s.ready_announced = true;
-      values_.refresh(s.observed, Encodings::of(s.its_variant), [this, channel = s.channel](const Result<void>&, TimePoint) {
+      const auto done = [this, channel = s.channel](const Result<void>&, TimePoint) {
         SubscriptionResource* waiting = subscribers_.find(channel);
         if (!waiting) return;
         waiting->ready_announced = false;
         announce(*waiting);
-      });
+      };
+      values_.refresh(s.observed, Encodings::of(s.its_variant), done, s.audience);
       return nullptr;
     }
     if (const auto rest = rest_of(s, now)) {
-      s.backlog.mark_pending();
+      s.backlog.put_back(pending);
       next_messages_.set(s.next_message, *rest, s.channel);
       return nullptr;
     }

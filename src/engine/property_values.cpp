@@ -83,6 +83,14 @@ void take_each(model::SlotBase& slot, const Clock& clock, PropertyValues::Instan
   }
 }
 
+/// Calls a function with each property that an audience sees.
+template <class F>
+void for_each_seen(const ValueResource& values, const Audience& audience, F visit) {
+  values.for_each_property([&](PropertyResource& property) {
+    if (audience.sees(property)) visit(property);
+  });
+}
+
 }  // namespace
 
 Encodings Encodings::of(Variant variant) noexcept {
@@ -123,7 +131,7 @@ bool PropertyValues::needs_user_code(const PropertyResource& property) const {
   return property.spec->slot->runs_user_code() || !wanted_encoders(property).empty();
 }
 
-bool PropertyValues::ready(Resource& resource, Variant variant, bool current) {
+bool PropertyValues::ready(Resource& resource, Variant variant, bool current, const Audience& audience) {
   ValueResource* const with_values = resource.values();
   if (!with_values) return true;
   with_values->refresh();
@@ -132,7 +140,7 @@ bool PropertyValues::ready(Resource& resource, Variant variant, bool current) {
   const bool values = reads >= ValueResource::Reads::values;
   const Encodings wanted = values ? Encodings::of(variant) : Encodings();
   bool all = true;
-  with_values->for_each_property([&](PropertyResource& p) {
+  for_each_seen(*with_values, audience, [&](PropertyResource& p) {
     if (!current) {
       if (p.spec->slot) {
         take_published(p);
@@ -147,7 +155,7 @@ bool PropertyValues::ready(Resource& resource, Variant variant, bool current) {
   return all;
 }
 
-void PropertyValues::refresh(Resource& resource, Encodings encodings, Done done) {
+void PropertyValues::refresh(Resource& resource, Encodings encodings, Done done, const Audience& audience) {
   struct Join {
     std::size_t open = 1;
     Result<void> result;
@@ -172,7 +180,7 @@ void PropertyValues::refresh(Resource& resource, Encodings encodings, Done done)
     properties.push_back(&p);
     if (is_late(p)) ++late;
   };
-  if (with_values) with_values->for_each_property(add);
+  if (with_values) for_each_seen(*with_values, audience, add);
   if (reads == ValueResource::Reads::readable_values && late > 0 && late < properties.size())
     properties.erase(std::remove_if(properties.begin(), properties.end(), [&](const PropertyResource* p) { return is_late(*p); }), properties.end());
   join->open += properties.size();
@@ -180,14 +188,14 @@ void PropertyValues::refresh(Resource& resource, Encodings encodings, Done done)
   one_done({}, clock_.now());
 }
 
-bool PropertyValues::give_up(Resource& resource) {
+bool PropertyValues::give_up(Resource& resource, const Audience& audience) {
   const ValueResource* const values = resource.values();
   if (!values) return false;
   std::vector<PropertyResource*> late;
   bool any_value = false, blocks = false;
   // A lambda that began much later has not had the time that a request has.
   const Instant latest = clock_.now().steady - options_.host_timeout / 2;
-  values->for_each_property([&](PropertyResource& p) {
+  for_each_seen(*values, audience, [&](PropertyResource& p) {
     if (p.is_refreshing() && p.refresh_state->begin <= latest)
       late.push_back(&p), blocks |= p.refresh_state->token && p.refresh_state->token->is_taken();
     else if (!p.value.is_null() && !p.is_failing()) any_value = true;

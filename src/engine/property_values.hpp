@@ -80,16 +80,17 @@ class PropertyValues {
       : calls_(calls), registry_(registry), options_(options), clock_(clock) {}
 
   /// Stores the values that need no user code. Returns whether a representation can be made.
-  /// @param current  a refresh has just ended: its values are new enough
-  bool ready(Resource& resource, Variant variant, bool current);
+  /// @param current   a refresh has just ended: its values are new enough
+  /// @param audience  whom the representation is for: what it does not see is neither read nor waited for, here and in the next functions
+  bool ready(Resource& resource, Variant variant, bool current, const Audience& audience = {});
   /// Brings all properties of a resource up to date and then calls `done`, once, on the engine's thread.
-  void refresh(Resource& resource, Encodings encodings, Done done);
+  void refresh(Resource& resource, Encodings encodings, Done done, const Audience& audience = {});
   void refresh(PropertyResource& property, Encodings encodings, Done done);
   using Instant = std::chrono::steady_clock::time_point;
   /// The time limit of a request for values of several properties has passed. If a lambda runs, those that have not returned count as failing until they
   /// do, and later requests do not wait for them.
   /// @return false: no lambda runs, because the host does not, or no property has a present value; nothing has changed
-  bool give_up(Resource& resource);
+  bool give_up(Resource& resource, const Audience& audience = {});
   /// An observed property may have a new value: refreshes it, unless a refresh is running.
   /// @param until  as for take_published()
   void refresh_observed(PropertyResource& property, Instant until);

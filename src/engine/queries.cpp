@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include <lrt/base/ids.hpp>
 #include <lrt/base/iri.hpp>
 #include <lrt/base/media_type.hpp>
 #include <lrt/rdf/type.hpp>
@@ -473,8 +474,9 @@ std::variant<StandingQuery*, http::Response> Queries::standing_for(Context& cont
     if (static_cast<std::size_t>(std::count_if(standing_.begin(), standing_.end(), is_of_client)) >= max)
       return too_many_of_client(context, http::Denial::subscriptions, std::to_string(max) + " standing queries");
   }
-  auto made = std::make_unique<StandingQuery>(endpoint_->path + "/standing-" + std::to_string(next_standing_++), *endpoint_, *this, prepared,
-                                              std::move(snapshot), needs);
+  // A number would count those that the client may not see.
+  const std::string name = context.audience.hides_something() ? options_.ids->next() : std::to_string(next_standing_++);
+  auto made = std::make_unique<StandingQuery>(endpoint_->path + "/standing-" + name, *endpoint_, *this, prepared, std::move(snapshot), needs);
   StandingQuery& query = *made;
   if (standing_.empty()) seen_structure_ = registry_.structure();
   query.key = std::move(key);
@@ -585,7 +587,7 @@ void Queries::evaluated(ResourceId id, Result<StandingQuery::Answer> answer, Tim
     return unobserved(*query);
   }
   if (answer->answer != query->latest.answer) {
-    for (std::size_t i = 0; i < query->observers.size(); ++i) query->observers[i]->resource_changes();
+    for (std::size_t i = 0; i < query->observers.size(); ++i) query->observers[i]->resource_changes(seen_by_all);
     query->previous = std::exchange(query->latest, *std::move(answer)).answer;
     ++query->sequence;
     query->mark_changed();

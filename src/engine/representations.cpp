@@ -119,7 +119,7 @@ Outcome Representations::attempt(Context& context, Step step) {
   std::unique_ptr<const Step> again;  // for a document that can do without some values
   if (values && values->reads() == ValueResource::Reads::readable_values) again = std::make_unique<const Step>(step);
   const auto ticket = pending_.defer(context, options_.host_timeout, [this, again = std::move(again)](Ticket late, Context& c, bool) {
-    if (again && c.resource && values_.give_up(*c.resource)) {
+    if (again && c.resource && values_.give_up(*c.resource, c.audience)) {
       Attempt without = (*again)(c, true);
       auto* outcome = std::get_if<Outcome>(&without);
       if (outcome && !std::holds_alternative<Deferred>(*outcome)) return pending_.respond(late, std::move(*outcome));
@@ -127,7 +127,7 @@ Outcome Representations::attempt(Context& context, Step step) {
     pending_.respond(late, responses_.timed_out(c));
   });
   if (!ticket) return responses_.overloaded(context);
-  go_on(*ticket, *context.resource, std::get<Missing>(first).encodings, std::move(step));
+  go_on(*ticket, *context.resource, std::get<Missing>(first).encodings, std::move(step), context.audience);
   return Deferred{*ticket};
 }
 
@@ -140,12 +140,12 @@ void Representations::respond_when_read(Ticket ticket, Resource& resource, std::
   };
   Context* context = pending_.resume(ticket, {});
   if (!context || !context->resource) return;
-  go_on(ticket, resource, {}, std::move(step));
+  go_on(ticket, resource, {}, std::move(step), context->audience);
 }
 
 /// Refreshes the values, and then tries the step again.
-void Representations::go_on(Ticket ticket, Resource& resource, Encodings encodings, Step step) {
-  values_.refresh(resource, encodings, [this, ticket, step = std::move(step)](const Result<void>& result, TimePoint now) {
+void Representations::go_on(Ticket ticket, Resource& resource, Encodings encodings, Step step, const Audience& audience) {
+  auto done = [this, ticket, step = std::move(step)](const Result<void>& result, TimePoint now) {
     Context* context = pending_.resume(ticket, now);
     if (!context) return;
     if (!context->resource) return pending_.respond(ticket, responses_.gone(*context));
@@ -155,9 +155,10 @@ void Representations::go_on(Ticket ticket, Resource& resource, Encodings encodin
       return pending_.respond(ticket, responses_.problem(*context, status, result.error().message));
     }
     Attempt next = step(*context, true);
-    if (auto* missing = std::get_if<Missing>(&next)) return go_on(ticket, *context->resource, missing->encodings, step);
+    if (auto* missing = std::get_if<Missing>(&next)) return go_on(ticket, *context->resource, missing->encodings, step, context->audience);
     pending_.respond(ticket, std::move(std::get<Outcome>(next)));
-  });
+  };
+  values_.refresh(resource, encodings, std::move(done), audience);
 }
 
 Representations::Selected Representations::select(Context& context, std::optional<Representation>* page, bool current) {
@@ -181,7 +182,7 @@ Representations::Selected Representations::select(Context& context, std::optiona
     if (const ValueResource* const values = resource.values())
       if (const std::size_t max = values->max_bytes(options_); values->exceeds(max, context.audience))
         return responses_.problem(context, 406, too_large_text(max));
-    if (!values_.ready(resource, variant, current)) return Missing{Encodings::of(variant)};
+    if (!values_.ready(resource, variant, current, context.audience)) return Missing{Encodings::of(variant)};
     const bool minimal = resource.container() && wants_minimal_container(context);
     const Languages languages(context.request());
     Result<Representation*> made = make(resource, context.base, variant, context.audience, minimal ? minimal_page : context.page, &languages);
@@ -519,7 +520,7 @@ std::optional<http::Response> Representations::failed_precondition(const Context
   });
   for (const Variant variant : variants) {
     if (matched && !if_none_match) break;
-    if (!values_.ready(resource, variant, true)) {
+    if (!values_.ready(resource, variant, true, context.audience)) {
       if (lacks_encodings) *lacks_encodings = true;
       continue;
     }

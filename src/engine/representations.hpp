@@ -70,7 +70,9 @@ class Representations {
   /// If-Match and If-None-Match of a PUT, POST or DELETE: the response if they exclude it.
   /// @param lacks_encodings  set if a variant could not be compared because an encoder has to run first
   std::optional<http::Response> failed_precondition(const Context& context, bool* lacks_encodings = nullptr);
-  bool ready(Resource& resource, Variant variant, bool current) { return values_.ready(resource, variant, current); }
+  bool ready(Resource& resource, Variant variant, bool current, const Audience& audience) {
+    return values_.ready(resource, variant, current, audience);
+  }
 
   /// The namespace of the server's own terms, for a base.
   std::string vocabulary(std::size_t base) const { return view_.vocabulary(view_.bases[base]); }
@@ -86,7 +88,7 @@ class Representations {
   http::Fields not_modified_fields(const Representation& representation, const Context& context) const;
   const PreparedFields* prepared_fields(Representation& representation, const Context& context);
   void prepare(http::Fields& fields, int status, const Context& context) const;
-  void go_on(Ticket ticket, Resource& resource, Encodings encodings, Step step);
+  void go_on(Ticket ticket, Resource& resource, Encodings encodings, Step step, const Audience& audience);
   Result<Bytes> body_of(Resource& resource, std::size_t base, Variant variant, const Audience& audience, std::size_t page, ChosenTexts& texts) const;
   Representation html_page(Resource& resource, std::size_t base, const Audience& audience, std::size_t page) const;
   http::Fields structure_fields(const Resource& resource, std::size_t base, const Audience& audience, std::size_t page,

@@ -75,18 +75,22 @@ std::string Resource::up() const { return thing ? thing->self.path : std::string
 
 std::string Resource::described_by(const std::string& base) const { return thing ? thing->blueprint_iris(base).front() : std::string(); }
 
-void Resource::mark_changed() {
+void Resource::mark_changed() { mark_changed(seen_by_all); }
+void Resource::notify_observers() { notify_observers(seen_by_all); }
+
+void Resource::mark_changed(SeenBy seen) {
   ++revision;
+  count_change(seen);
   record_change();
-  notify_observers();
+  notify_observers(seen);
 }
 
 void Resource::record_change() noexcept {
   if (thing && thing->kind) thing->kind->changes.add(id);  // a Thing without a kind is not in the tree: the structure changes later
 }
 
-void Resource::notify_observers() {
-  for (std::size_t i = 0; i < observers.size(); ++i) observers[i]->resource_changed();
+void Resource::notify_observers(SeenBy seen) {
+  for (std::size_t i = 0; i < observers.size(); ++i) observers[i]->resource_changed(seen);
 }
 
 void Resource::add_observer(Observer& observer, ChangeScanner& scanner) {

@@ -97,17 +97,21 @@ struct Representation {
   }
 };
 
-/// The interface by which a resource notifies its subscriptions.
+/// Whether an audience sees what has changed of a resource that others see more of. It is called before the resource changes again.
+using SeenBy = FunctionRef<bool(const Audience&)>;
+inline constexpr auto seen_by_all = [](const Audience&) noexcept { return true; };
+
+/// The interface by which a resource notifies its subscriptions. An observer for an audience ignores what that audience does not see.
 class Observer {
  public:
   /// The variant of its notifications.
   virtual Variant variant() const noexcept = 0;
   /// The representations of the resource have changed.
-  virtual void resource_changed() = 0;
+  virtual void resource_changed(SeenBy seen) = 0;
   /// The representations are about to change: the last chance to encode the current ones.
-  virtual void resource_changes() = 0;
+  virtual void resource_changes(SeenBy seen) = 0;
   /// The robot published values that were overwritten before the engine saw them.
-  virtual void values_missed(std::uint64_t count) = 0;
+  virtual void values_missed(std::uint64_t count, SeenBy seen) = 0;
   /// The resource is about to be removed. The observer leaves the list of observers.
   virtual void resource_removed() = 0;
   /// It gets each change, not only the current state.
@@ -232,6 +236,11 @@ class Resource {
   // What subscribers get with its representation (SPEC 3.6).
   /// Its changes so far: a larger difference than 1 between two messages means that changes between them were not sent.
   virtual std::uint64_t change_number() const noexcept { return revision; }
+  /// The same for an audience from whom something is hidden (View::reads_everything): only of what it sees.
+  virtual std::uint64_t change_number(const Audience& audience) const {
+    (void)audience;
+    return change_number();
+  }
   /// When its value became what it is; nullopt: it has no such time.
   virtual std::optional<Utc> value_time() const noexcept { return std::nullopt; }
   subscription::Stamp stamp() const noexcept { return {value_time(), change_number()}; }
@@ -255,6 +264,9 @@ class Resource {
   /// Its representations have changed: notifies the observers.
   void mark_changed();
   void notify_observers();
+  /// The same of something that not everybody sees who sees the resource: its other observers, and the numbers of its changes for them, do not notice.
+  void mark_changed(SeenBy seen);
+  void notify_observers(SeenBy seen);
   /// Its graph may have changed: records it for queries.
   void record_change() noexcept;
   void add_observer(Observer& observer, ChangeScanner& scanner);
@@ -280,6 +292,8 @@ class Resource {
   ThinVector<std::list<Representation>::iterator> representations;  ///< RepresentationCache's
 
  private:
+  /// mark_changed() was called.
+  virtual void count_change(SeenBy seen) { (void)seen; }
   std::size_t usual_size() const noexcept;
 };
 

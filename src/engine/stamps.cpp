@@ -14,7 +14,8 @@ bool is_state(const Resource& resource) noexcept { return resource.thing && &res
 
 std::uint64_t change_number(const Resource& resource, const Audience& audience) {
   if (!audience.sees(resource)) return 0;
-  if (!audience.is_restricted() || !is_state(resource)) return resource.change_number();
+  if (!audience.hides_something()) return resource.change_number();
+  if (!is_state(resource)) return resource.change_number(audience);
   std::uint64_t sum = 0;
   for (const PropertyResource* p : resource.thing->in_state())
     if (audience.sees(*p)) sum += p->change_number() + p->failure_changes();
@@ -23,7 +24,8 @@ std::uint64_t change_number(const Resource& resource, const Audience& audience) 
 
 subscription::Stamp stamp(const Resource& resource, const Audience& audience) {
   if (!audience.sees(resource)) return {};
-  if (!audience.is_restricted() || !is_state(resource)) return resource.stamp();
+  if (!audience.hides_something()) return resource.stamp();
+  if (!is_state(resource)) return {resource.value_time(), resource.change_number(audience)};
   subscription::Stamp stamp{std::nullopt, change_number(resource, audience)};
   for (const PropertyResource* p : resource.thing->in_state())
     if (const auto at = p->value_time(); at && !p->is_failing() && audience.sees(*p) && (!stamp.at || *stamp.at < *at)) stamp.at = at;

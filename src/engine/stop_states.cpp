@@ -48,12 +48,13 @@ struct Watched final : StopState, Observer {
       : StopState{node, its_shown}, owner(its_owner), spec(std::move(its_spec)) {}
 
   Variant variant() const noexcept override { return Variant(rdf::Plain::json); }
-  void resource_changed() override;
-  void resource_changes() override {}
-  void values_missed(std::uint64_t) override {}
+  void resource_changed(SeenBy) override { say_changed(); }
+  void resource_changes(SeenBy) override {}
+  void values_missed(std::uint64_t, SeenBy) override {}
   void resource_removed() override {}
   bool queues() const noexcept override { return false; }
-  void readability_changed() override { resource_changed(); }
+  void readability_changed() override { say_changed(); }
+  void say_changed();
 
   States& owner;
   const std::shared_ptr<model::StopStateSpec> spec;
@@ -106,7 +107,7 @@ class States final : public StopStates {
   DeadlineQueue<Ref<PropertyResource>> questions_;
 };
 
-void Watched::resource_changed() { owner.source_changed(*this); }
+void Watched::say_changed() { owner.source_changed(*this); }
 
 Watched* States::find(Ref<PropertyResource> shown) const {
   const PropertyResource* const property = parts_.registry.find(shown);

@@ -181,7 +181,7 @@ SubscriptionRequests::Selected SubscriptionRequests::select(Context& context, Su
   const bool now = opening.must_open_now(context);
   if (choice && (opening.needs_text() || now || offers.variants[*choice].may_be_missing())) {
     wanted.variant = offers.variants[*choice];
-    const bool ready = representations_.ready(*context.resource, wanted.variant, current);
+    const bool ready = representations_.ready(*context.resource, wanted.variant, current, context.audience);
     if (!ready && !now) return Representations::Missing{Encodings::of(wanted.variant)};
     wanted.begins_with_refresh = !ready;
   } else {
@@ -287,7 +287,7 @@ Result<SubscriptionRequest> SubscriptionRequests::read_feed(FeedSubscription wan
   request.policy = default_policy(*observed);
   if (wanted.queue_length) request.policy.queue_length = std::min(*wanted.queue_length, parts_.options.subscriptions.max_queue_length);
   request.policy.minimum_interval = std::clamp<std::chrono::milliseconds>(wanted.minimum_interval, std::chrono::milliseconds(0), max_interval);
-  request.begins_with_refresh = !representations_.ready(*observed, request.variant, false);
+  request.begins_with_refresh = !representations_.ready(*observed, request.variant, false, request.audience);
   request.feed = std::make_shared<const FeedProtocol>(FeedProtocol{std::move(wanted.protocol), std::move(wanted.statements), wanted.repeats});
   return request;
 }

@@ -109,14 +109,15 @@ SubscriptionResource& Subscriptions::make(SubscriptionRequest request, std::size
 
 void Subscriptions::read_first_value(SubscriptionResource& s) {
   s.awaits_value = true;
-  values_.refresh(s.observed, Encodings::of(s.its_variant), [this, channel = s.channel](const Result<void>& result, TimePoint) {
+  const auto done = [this, channel = s.channel](const Result<void>& result, TimePoint) {
     SubscriptionResource* begun = find(channel);
     if (!begun) return;
     begun->awaits_value = false;
     if (result) parts_.schedule.begin(*begun);
     else if (!begun->receiver->waits_for_value()) return end(*begun, 1011, "the value could not be read");
     if (begun->queues()) parts_.schedule.announce(*begun);  // what came into the queue meanwhile
-  });
+  };
+  values_.refresh(s.observed, Encodings::of(s.its_variant), done, s.audience);
 }
 
 /// With a queue, each published value counts.

@@ -155,6 +155,11 @@ class AuthorizationReader {
 
 View::View(std::shared_ptr<const Targets> targets, std::vector<Granted> granted) : targets_(std::move(targets)), granted_(std::move(granted)) {
   for (const Granted& g : granted_) anywhere_ = anywhere_ | g.here | g.below;
+  reads_everything_ = at("/").has(Right::read) && below("/").has(Right::read);
+  for (std::size_t i = 0; i < granted_.size(); ++i) {
+    const Targets::Target& target = targets_->all[i];
+    reads_everything_ &= (!target.here || granted_[i].here.has(Right::read)) && (!target.below || granted_[i].below.has(Right::read));
+  }
 }
 
 /// An index into Targets::all; granted_.size(): there is none.

@@ -36,7 +36,7 @@ class View {
   };
 
   /// A view with the same rights for each target.
-  explicit View(Rights everywhere) noexcept : everywhere_(everywhere), anywhere_(everywhere) {}
+  explicit View(Rights everywhere) noexcept : everywhere_(everywhere), anywhere_(everywhere), reads_everything_(everywhere.has(Right::read)) {}
   /// @param granted  for each target
   View(std::shared_ptr<const Targets> targets, std::vector<Granted> granted);
 
@@ -46,6 +46,8 @@ class View {
   bool grants_the_same_as(const View& other) const noexcept;
   /// The rights that it grants for at least one path.
   Rights anywhere() const noexcept { return anywhere_; }
+  /// It grants reading at each path: nothing is hidden from its callers.
+  bool reads_everything() const noexcept { return reads_everything_; }
 
  private:
   /// The rights at paths directly below that have no rules of their own.
@@ -53,6 +55,7 @@ class View {
   std::size_t target_of(std::string_view path) const noexcept;
 
   Rights everywhere_, anywhere_;
+  bool reads_everything_ = false;
   std::shared_ptr<const Targets> targets_;  ///< nullptr: `everywhere_` counts
   std::vector<Granted> granted_;
 };

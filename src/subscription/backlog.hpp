@@ -85,19 +85,27 @@ class Backlog {
   Backlog& operator=(const Backlog&) = delete;
 
   const Policy& policy() const noexcept { return policy_; }
-  bool empty() const noexcept { return !pending_ && items_.empty(); }
+  bool empty() const noexcept { return pending_ == Pending::no && items_.empty(); }
   std::uint64_t dropped() const noexcept { return dropped_; }
   void count_dropped(std::uint64_t n) noexcept { dropped_ += n; }
 
-  /// Sets the flag: the representation has changed. If the flag is set already, one change counts as dropped.
+  /// The flag: whether a representation is to be made.
+  enum class Pending : std::uint8_t {
+    no,
+    maybe,    ///< it may be the one before: nobody said that it has changed
+    changed,  ///< for a change, which the next one supersedes
+  };
+  /// Sets the flag: the representation has changed. If a change was pending already, it counts as dropped.
   void mark_changed() noexcept {
-    if (pending_) ++dropped_;
-    pending_ = true;
+    if (pending_ == Pending::changed) ++dropped_;
+    pending_ = Pending::changed;
   }
-  /// Sets the flag and counts nothing as dropped.
-  void mark_pending() noexcept { pending_ = true; }
+  /// Sets the flag, and counts nothing as dropped now or later.
+  void mark_pending() noexcept { put_back(Pending::maybe); }
   /// Clears the flag and returns its old value.
-  bool take_pending() noexcept { return std::exchange(pending_, false); }
+  Pending take_pending() noexcept { return std::exchange(pending_, Pending::no); }
+  /// Sets the flag as it was when it was taken.
+  void put_back(Pending pending) noexcept { pending_ = std::max(pending_, pending); }
 
   /// Appends an item. Then drops the oldest items until all limits hold; the newest item is always kept.
   void push(Item item) {
@@ -157,7 +165,7 @@ class Backlog {
   const Policy policy_;
   const std::size_t max_bytes_, max_total_bytes_;
   std::size_t& total_bytes_;
-  bool pending_ = false;
+  Pending pending_ = Pending::no;
   RingQueue<Item> items_;
   std::size_t bytes_ = 0;
   std::uint64_t dropped_ = 0;

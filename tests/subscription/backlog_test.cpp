@@ -31,7 +31,8 @@ TEST_CASE("without a queue a backlog is one flag, and a change that was not sent
   std::size_t total = 0;
   Backlog backlog({}, 1000, 1000, total);
   CHECK(backlog.empty());
-  CHECK_FALSE(backlog.take_pending());
+  using Pending = Backlog::Pending;
+  CHECK(backlog.take_pending() == Pending::no);
   backlog.mark_changed();
   CHECK_FALSE(backlog.empty());
   CHECK(backlog.dropped() == 0);
@@ -39,8 +40,15 @@ TEST_CASE("without a queue a backlog is one flag, and a change that was not sent
   CHECK(backlog.dropped() == 1);
   backlog.mark_pending();
   CHECK(backlog.dropped() == 1);
-  CHECK(backlog.take_pending());
+  CHECK(backlog.take_pending() == Pending::changed);
   CHECK(backlog.empty());
+  backlog.mark_pending();
+  backlog.mark_changed();
+  CHECK(backlog.dropped() == 1);  // that it may have changed is no change
+  CHECK(backlog.take_pending() == Pending::changed);
+  backlog.mark_changed();
+  backlog.put_back(Pending::maybe);
+  CHECK(backlog.take_pending() == Pending::changed);
 }
 
 TEST_CASE("a full queue drops its oldest items and keeps the newest", "[subscription][R0.13]") {

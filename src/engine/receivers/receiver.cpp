@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "src/engine/receivers/receiver.hpp"
 
+#include <string>
 #include <utility>
 
 #include "src/engine/receivers/protocols.hpp"
 #include "src/engine/subscriptions.hpp"
+#include "src/rdf/hash.hpp"
 
 namespace lrt::engine {
 
@@ -32,7 +34,9 @@ ClosingChannel Receiver::closing_channel(std::uint16_t code, std::string reason)
 }
 
 std::string Receiver::series(const ReceiverParts& parts) const {
-  return parts.series + "." + std::to_string(static_cast<std::uint64_t>(s_.observed.id));
+  const std::string id = std::to_string(static_cast<std::uint64_t>(s_.observed.id));
+  // The id itself would count all resources, also those that the subscriber may not see.
+  return parts.series + "." + std::to_string(rdf::hash_bytes(id, rdf::hash_seeds().bytes));
 }
 
 }  // namespace lrt::engine

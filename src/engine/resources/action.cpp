@@ -425,6 +425,10 @@ void ActionResource::set_observed(bool observed, ChangeScanner& scanner) {
   else scanner.unwatch_availability();
 }
 
+void ActionResource::mark_invocation_changed(const std::string& at) {
+  mark_changed([&](const Audience& audience) { return !audience.view || audience.view->at(at).has(security::Right::read); });
+}
+
 void ActionResource::path_changed() {
   if (Result<rdf::Graph> read = read_effects(*spec, path)) effects = *std::move(read);  // the texts were validated before
   mark_changed();

@@ -13,6 +13,7 @@
 
 #include <lrt/base/result.hpp>
 
+#include "src/engine/audience_numbers.hpp"
 #include "src/engine/client_counts.hpp"
 #include "src/engine/command_rules.hpp"
 #include "src/engine/deadline_queue.hpp"
@@ -110,6 +111,10 @@ class ActionResource final : public Resource {
   void link_related(http::LinkWriter& links, const std::string& base) const override;
   void set_observed(bool observed, ChangeScanner& scanner) override;
   void path_changed() override;
+  using Resource::change_number;
+  std::uint64_t change_number(const Audience& audience) const override { return numbers_.of(audience); }
+  /// The list of its invocations has changed by one at a path.
+  void mark_invocation_changed(const std::string& at);
 
   /// Stores the availability that the robot has set.
   /// @return  it has changed
@@ -124,12 +129,15 @@ class ActionResource final : public Resource {
   rdf::Graph effects;                                          ///< of the user's Turtle, with IRIs below placeholder_base
 
  private:
+  void count_change(SeenBy seen) override { numbers_.count(seen); }
   std::string shape_name(std::string_view what) const;
   void describe_binding(const Description& d, rdf::TermId node) const;
   void describe_parts(About& about, const Description& d) const;
   void describe_input_value(const Description& d, rdf::TermId effect_shape, std::size_t& parts, const model::EffectSpec& effect) const;
   void summarize_effects(Overview& o) const;
   void describe_effects(About& about, const Description& d) const;
+
+  AudienceNumbers numbers_;
 };
 
 }  // namespace v0

@@ -143,15 +143,18 @@ void PropertyResource::set_watched(bool watched, ChangeScanner& scanner) {
 
 void PropertyResource::mark_value_changed() {
   mark_changed();
-  if (in_graph) in_graph->graph.mark_changed();
-  else if (!spec->file) thing->state.notify_observers();
+  const auto seen = [this](const Audience& audience) { return audience.sees(*this); };
+  if (in_graph) in_graph->graph.mark_changed(seen);
+  else if (!spec->file) thing->state.notify_observers(seen);
 }
 
 ValueResource& PropertyResource::whole_resource() const { return in_graph ? in_graph->graph : thing->state; }
 
 void PropertyResource::mark_changing() {
-  for (const auto* all : {&observers, &whole_resource().observers})
-    for (std::size_t i = 0; i < all->size(); ++i) (*all)[i]->resource_changes();
+  const auto seen = [this](const Audience& audience) { return audience.sees(*this); };
+  for (std::size_t i = 0; i < observers.size(); ++i) observers[i]->resource_changes(seen_by_all);
+  const ThinVector<Observer*>& of_whole = whole_resource().observers;
+  for (std::size_t i = 0; i < of_whole.size(); ++i) of_whole[i]->resource_changes(seen);
 }
 
 void PropertyResource::mark_readability_changed() {
@@ -159,7 +162,7 @@ void PropertyResource::mark_readability_changed() {
   for (std::size_t i = 0; i < observers.size(); ++i) observers[i]->readability_changed();
   if (in_graph || spec->file) return;
   ++thing->state.number;
-  thing->state.notify_observers();
+  thing->state.notify_observers([this](const Audience& audience) { return audience.sees(*this); });
 }
 
 void PropertyResource::expire(Utc now) {
@@ -188,8 +191,9 @@ void PropertyResource::count_unchanged(std::uint64_t taken) noexcept {
 void PropertyResource::report_lost() {
   const std::uint64_t lost = spec->slot->lost();
   if (lost == seen_lost) return;
-  for (const auto* all : {&observers, &whole_resource().observers})
-    for (Observer* observer : *all) observer->values_missed(lost - seen_lost);
+  const auto seen = [this](const Audience& audience) { return audience.sees(*this); };
+  for (Observer* observer : observers) observer->values_missed(lost - seen_lost, seen_by_all);
+  for (Observer* observer : whole_resource().observers) observer->values_missed(lost - seen_lost, seen);
   seen_lost = lost;
 }
 

@@ -170,7 +170,9 @@ void StandingQuery::set_observed(bool observed, ChangeScanner&) {
   if (!observed) owner_.unobserved(*this);
 }
 
-void StandingQuery::Watch::resource_changed() { owner_.mark_dirty(); }
+void StandingQuery::Watch::resource_changed(SeenBy seen) {
+  if (seen(owner_.snapshot->audience)) owner_.mark_dirty();
+}
 void StandingQuery::Watch::resource_removed() { owner_.unwatch(*this); }
 void StandingQuery::unwatch(Watch& watch) { owner_.unwatch(*this, watch); }
 

@@ -94,12 +94,12 @@ class StandingQuery final : public Resource, public OwnRepresentation {
    public:
     Watch(StandingQuery& owner, Resource& its_resource) : resource(its_resource), owner_(owner) {}
     Variant variant() const noexcept override { return Variant(rdf::Plain::json); }  // no encoder of the user's is run for it
-    void resource_changed() override;
-    void resource_changes() override {}
-    void values_missed(std::uint64_t) override {}
+    void resource_changed(SeenBy seen) override;
+    void resource_changes(SeenBy) override {}
+    void values_missed(std::uint64_t, SeenBy) override {}
     void resource_removed() override;
     bool queues() const noexcept override { return false; }
-    void readability_changed() override { resource_changed(); }
+    void readability_changed() override { owner_.mark_dirty(); }
 
     Resource& resource;
 

@@ -59,10 +59,14 @@ Outcome SubscriptionResource::remove(Context& context, Parts& parts) {
   return receiver->cancel(context, parts.responses.no_content(context), owner_);  // this object may be destroyed now
 }
 
-void SubscriptionResource::resource_changed() { schedule_.changed(*this); }
-void SubscriptionResource::resource_changes() { schedule_.fill(*this); }
-void SubscriptionResource::values_missed(std::uint64_t count) {
-  if (queues()) backlog.count_dropped(count);
+void SubscriptionResource::resource_changed(SeenBy seen) {
+  if (seen(audience)) schedule_.changed(*this);
+}
+void SubscriptionResource::resource_changes(SeenBy seen) {
+  if (seen(audience)) schedule_.fill(*this);
+}
+void SubscriptionResource::values_missed(std::uint64_t count, SeenBy seen) {
+  if (queues() && seen(audience)) backlog.count_dropped(count);
 }
 void SubscriptionResource::resource_removed() { owner_.resource_removed(*this); }
 

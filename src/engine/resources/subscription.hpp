@@ -85,9 +85,9 @@ class SubscriptionResource final : public Resource, public Observer {
 
   // Observer
   Variant variant() const noexcept override { return its_variant; }
-  void resource_changed() override;
-  void resource_changes() override;
-  void values_missed(std::uint64_t count) override;
+  void resource_changed(SeenBy seen) override;
+  void resource_changes(SeenBy seen) override;
+  void values_missed(std::uint64_t count, SeenBy seen) override;
   void resource_removed() override;
   /// Where a feed sends its messages.
   void describe_controls(About& about, const Description& d) const override;

@@ -164,6 +164,7 @@ std::optional<http::Response> WorldGraphResource::refused_put(const Context& con
 void WorldGraphResource::attach(Parts& parts) {
   epoch_ = parts.options.ids->next();
   clock_ = &parts.clock;
+  view_ = &parts.representations.view();
   graph_state->set_listener([inbox = parts.calls.inbox(), &parts, ref = Ref(*this), waits = changes_wait_] {
     if (waits->exchange(true)) return;
     try {
@@ -180,32 +181,32 @@ void WorldGraphResource::attach(Parts& parts) {
 
 void WorldGraphResource::take_changes(Parts& parts) {
   changes_wait_->store(false);
-  bool changed = take_published(parts);
-  if (GraphState::Version version = graph_state->version(); version.revision != version_.revision) {
-    std::swap(version_, version);
-    changed = true;
-    if (version_.graph->size() != version.graph->size()) world.mark_changed();  // its JSON has the number
-  }
-  if (changed) mark_changed();
+  std::vector<std::string> gone;
+  const bool has_lost = take_published(parts, gone);
+  GraphState::Version version = graph_state->version();
+  const bool changed = version.revision != version_.revision;
+  if (changed) std::swap(version_, version);
+  if (changed || has_lost) mark_stored_changed(version, gone, changed);
 }
 
-bool WorldGraphResource::take_published(Parts& parts) {
+/// @param gone  paths of what is not published any more
+/// @return      something is not
+bool WorldGraphResource::take_published(Parts& parts, std::vector<std::string>& gone) {
   for (const std::string& fault : graph_state->take_reports()) parts.responses.log(LogLevel::error, fault);
   const std::vector<model::PublishedSpec> present = graph_state->published();
-  bool changed = false;
   for (std::size_t i = published_.size(); i-- > 0;) {
     const auto is_it = [&](const model::PublishedSpec& spec) { return spec.property == published_[i].resource->spec; };
     if (std::any_of(present.begin(), present.end(), is_it)) continue;
-    Published gone = std::move(published_[i]);
+    Published removed = std::move(published_[i]);
     published_.erase(published_.begin() + static_cast<std::ptrdiff_t>(i));
-    remove_published(gone, parts);
-    changed = true;
+    gone.push_back(removed.resource->path);
+    remove_published(removed, parts);
   }
   for (const model::PublishedSpec& spec : present) {
     const auto is_it = [&](const Published& known) { return known.resource->spec == spec.property; };
     if (std::none_of(published_.begin(), published_.end(), is_it)) add_published(spec, parts);
   }
-  return changed;
+  return !gone.empty();
 }
 
 void WorldGraphResource::add_published(const model::PublishedSpec& spec, Parts& parts) {
@@ -269,15 +270,17 @@ void WorldGraphResource::describe_as_member(About& about, const Description& d) 
 
 void WorldGraphResource::summarize(Overview& o) const {
   o.words({graph_state->options().title, graph_state->options().description});
-  o.number("triples", version_.graph->size());
+  o.number("triples", size_for(o.audience()));
 }
 
 /// The tag is a number of the state, so that no representation is encoded to compare tags. Published values have a second number after a point.
 std::string WorldGraphResource::entity_tag(std::string_view media_type, const std::string& base, const Audience& audience, bool for_write) const {
-  std::string state = base + " " + path + " " + epoch_ + " " + std::to_string(version_.revision);
-  if (audience.is_restricted() && audience.principal) state += " " + audience.principal->name;
+  const bool hides = audience.hides_something();
+  std::string state = base + " " + path + " ";
+  if (hides) state += seen_by(audience).digest;  // the number counts what it does not see
+  else state += epoch_ + " " + std::to_string(version_.revision);
   std::string tag = http::entity_tag(media_type, state);
-  if (!for_write && !published_.empty()) tag.insert(tag.size() - 1, "." + std::to_string(revision));
+  if (!for_write && !published_.empty()) tag.insert(tag.size() - 1, hides ? published_digits(audience) : "." + std::to_string(revision));
   return tag;
 }
 
@@ -340,7 +343,7 @@ std::size_t AllGraphsResource::max_bytes(const EngineOptions& options) const noe
 bool AllGraphsResource::exceeds(std::size_t max_bytes, const Audience& audience) const {
   std::size_t bytes = 0;
   for (const auto& graph : world_.graphs())
-    if (audience.sees(*graph)) bytes += graph->stored_bytes();
+    if (audience.sees(*graph)) bytes += graph->bytes_for(audience);
   return bytes > max_bytes;
 }
 
@@ -541,7 +544,10 @@ Outcome WorldResource::commit(Context& context, Parts& parts, const std::shared_
   }
   if (graphs_.size() != before) {
     parts.registry.structure_changed();
-    mark_changed();
+    mark_changed([&](const Audience& audience) {
+      return std::any_of(graphs_.begin() + static_cast<std::ptrdiff_t>(before), graphs_.end(),
+                         [&](const auto& made) { return audience.sees(*made); });
+    });
   }
   return parts.responses.no_content(context);
 }
@@ -577,13 +583,14 @@ Outcome WorldResource::make_graph(Context& context, Parts& parts, const std::str
   ++created_;
   added.attach(parts);
   parts.registry.structure_changed();
-  mark_changed();
+  mark_changed([&](const Audience& audience) { return audience.sees(added); });
   http::Response response = parts.responses.no_content(context, 201);
   response.fields.add("Location", parts.responses.iri(context, added.path));
   return response;
 }
 
 void WorldResource::remove_graph(WorldGraphResource& graph, Parts& parts) {
+  const std::string at = graph.path;
   graph.removed(parts);
   parts.registry.remove(graph);
   const auto found = std::find_if(graphs_.begin(), graphs_.end(), [&](const auto& g) { return g.get() == &graph; });
@@ -591,7 +598,7 @@ void WorldResource::remove_graph(WorldGraphResource& graph, Parts& parts) {
   graphs_.erase(found);
   --created_;
   parts.registry.structure_changed();
-  mark_changed();
+  mark_changed([&](const Audience& audience) { return !audience.view || audience.view->at(at).has(security::Right::read); });
 }
 
 void WorldResource::attach(Parts& parts) {
@@ -688,7 +695,7 @@ void WorldResource::describe(const Description& d) const {
 /// Its JSON has the number of triples of each graph.
 std::uint64_t WorldResource::state(std::uint64_t structure) const noexcept {
   std::uint64_t mixed = structure * 1099511628211U;  // or one step of both would cancel out
-  for (const auto& graph : graphs_) mixed = (mixed ^ graph->stored()->size()) * 1099511628211U;
+  for (const auto& graph : graphs_) mixed = (mixed ^ graph->size_state()) * 1099511628211U;
   return mixed;
 }
 

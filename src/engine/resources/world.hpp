@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "src/engine/audience_numbers.hpp"
 #include "src/engine/graph_task.hpp"
 #include "src/engine/resources/property.hpp"
 #include "src/engine/resources/thing.hpp"
@@ -65,6 +66,24 @@ class WorldGraphResource final : public ValueResource, public OwnRepresentation 
   /// The bytes of the IRIs and literals of stored(), written in full at each occurrence.
   std::size_t stored_bytes() const noexcept { return version_.bytes; }
 
+  using ValueResource::change_number;
+  std::uint64_t change_number(const Audience& audience) const override;
+  /// What an audience sees of stored().
+  struct Seen {
+    std::uint64_t revision = 0, structure = 0;  ///< of the graph and the registry, when it was looked at
+    std::string digest;                         ///< of its triples
+    std::size_t size = 0, bytes = 0;            ///< as those of stored()
+    std::uint64_t changed = 0, resized = 0;     ///< the revisions in which they became what they are
+    std::uint64_t number = 1, counted = 0;      ///< change_number(), and a digest of what it counts
+  };
+  /// Costs as much as stored() is large, once after each change and for audiences with equal rights.
+  /// @pre Audience::hides_something
+  const Seen& seen_by(const Audience& audience) const;
+  std::size_t size_for(const Audience& audience) const { return audience.hides_something() ? seen_by(audience).size : version_.graph->size(); }
+  std::size_t bytes_for(const Audience& audience) const { return audience.hides_something() ? seen_by(audience).bytes : version_.bytes; }
+  /// For the state of documents that have the number of its triples.
+  std::uint64_t size_state() const noexcept { return version_.graph->size() + (seen_.empty() ? 0 : version_.revision * 1099511628211U); }
+
   /// A PUT by a client that is not shown the whole graph is refused.
   std::optional<http::Response> refused_put(const Context& context, const Parts& parts) const;
   /// Applies the changes of other threads.
@@ -88,7 +107,12 @@ class WorldGraphResource final : public ValueResource, public OwnRepresentation 
   };
   Outcome write(Context& context, Parts& parts, model::GraphWrite::Kind kind);
   Outcome execute(Context& context, Parts& parts, GraphTask task);
-  bool take_published(Parts& parts);
+  void count_change(SeenBy seen) override;
+  Seen& look(const Audience& audience, const model::GraphState::Version& version) const;
+  std::uint64_t digest_of_all(const Seen& seen, const Audience& audience) const;
+  void mark_stored_changed(const model::GraphState::Version& before, const std::vector<std::string>& gone, bool has_more);
+  std::string published_digits(const Audience& audience) const;
+  bool take_published(Parts& parts, std::vector<std::string>& gone);
   void add_published(const model::PublishedSpec& spec, Parts& parts);
   void remove_published(Published& published, Parts& parts);
   void describe_published(const Description& d) const;
@@ -97,9 +121,11 @@ class WorldGraphResource final : public ValueResource, public OwnRepresentation 
   std::string epoch_;  ///< of entity tags: another one after a restart
   std::vector<Published> published_;
   const Clock* clock_ = nullptr;                                                                  ///< set by attach()
+  const EngineView* view_ = nullptr;                                                              ///< set by attach()
   std::shared_ptr<std::atomic<bool>> changes_wait_ = std::make_shared<std::atomic<bool>>(false);  ///< a message for take_changes() is queued
   mutable std::shared_ptr<const rdf::Graph> whole_;                                               ///< graph(), with the revision that it had
   mutable std::uint64_t whole_revision_ = 0;
+  mutable ByAudience<Seen> seen_;
 };
 
 /// All graphs of a World that the reader sees, as one graph (`?default`).
@@ -192,7 +218,13 @@ class WorldResource final : public ThingResource, public Container, public Graph
 
   const model::WorldSpec& spec;
 
+  using Resource::change_number;
+  std::uint64_t change_number(const Audience& audience) const override { return numbers_.of(audience); }
+  /// The number of triples of a graph has changed, for some or for all.
+  void mark_resized(SeenBy seen, bool for_all);
+
  private:
+  void count_change(SeenBy seen) override { numbers_.count(seen); }
   bool is_free(std::string_view at, const Parts& parts) const;
   WorldGraphResource* graph_at(std::string_view at) const noexcept;
   /// The canonical path of a graph that this World could have; empty: it could not.
@@ -211,6 +243,7 @@ class WorldResource final : public ThingResource, public Container, public Graph
   AllGraphsResource all_;
   NewGraphResource new_;
   std::size_t created_ = 0;
+  AudienceNumbers numbers_;
 };
 
 }  // namespace lrt::engine
