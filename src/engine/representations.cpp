@@ -396,6 +396,7 @@ bool Representations::is_made(Resource& resource, std::size_t base, Variant vari
 
 Result<Bytes> Representations::body_of(Resource& resource, std::size_t base, Variant variant, const Audience& audience, std::size_t page,
                                        ChosenTexts& texts) const {
+  if (!audience.sees(resource)) return std::make_shared<const std::string>();  // it may observe the resource, and not read it
   if (variant.kind() == Variant::Kind::encoded) {
     const auto& encodings = static_cast<PropertyResource&>(resource).encodings;
     if (variant.encoder() < encodings.size() && encodings[variant.encoder()].made) return encodings[variant.encoder()].bytes;

@@ -179,6 +179,48 @@ TEST_CASE("the series of numbers does not count resources", "[engine][security][
   }
 }
 
+TEST_CASE("who may observe a resource and not read it is sent nothing of it", "[engine][security][world][twins]") {
+  const auto policy = security::Policy::create({{"/", security::Scope::tree, {security::Who::Kind::anyone, {}}, Right::subscribe}}).value();
+  engine::EngineOptions options;
+  options.authorize = [&](const http::Request&) {
+    engine::Caller caller;
+    caller.view = policy->view(nullptr);
+    return caller;
+  };
+  Bench bench(std::move(options));
+  World world("world");
+  WorldGraph map = world.graph("map");
+  int said = 1, opened = 0;
+  const auto say = [&](int n) {
+    map.update([&](GraphUpdate& u) { u.add("https://example.org/cup", label, "secret " + std::to_string(n)); }).value();
+  };
+  say(1);
+  bench.add(std::move(world));
+  Thing arm{"arm"};
+  arm.title("secret arm");
+  auto word = arm.property<std::string>("word");
+  word.representation("application/x-word", [](const std::string& text) { return text; });
+  bench.add(std::move(arm));
+  word.publish("secret 1");
+  for (const char* path : {"/arm/word?accept=application/json", "/arm/word?accept=text/plain", "/arm/word?accept=text/turtle",
+                           "/arm/state?accept=application/json", "/arm?accept=application/json", "/arm/state?accept=text/turtle",
+                           "/world/map?accept=text/turtle", "/world?accept=text/turtle", "/world?accept=application/json"}) {
+    CAPTURE(path);
+    const auto sent = bench.stream(path);
+    if (!sent.channel) continue;
+    ++opened;
+    for (const std::string& message : bench.messages(*sent.channel)) {
+      CHECK(message.find("secret") == std::string::npos);
+      CHECK(message.find("\"triples\":1") == std::string::npos);
+    }
+    say(++said);
+    word.publish("secret " + std::to_string(said));
+    bench.look();
+    for (const std::string& message : bench.messages(*sent.channel)) CHECK(message.find("secret") == std::string::npos);
+  }
+  CHECK(opened > 5);
+}
+
 TEST_CASE("a robot of which a reader sees no Thing looks like one without Things", "[engine][security][twins]") {
   Bench robot(options_with(std::make_shared<TwinIds>())), twin(options_with(std::make_shared<TwinIds>()));
   Thing arm{"veiled_arm"};
