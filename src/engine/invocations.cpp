@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <exception>
 #include <memory>
+#include <new>
 #include <string>
 #include <utility>
 #include <vector>
@@ -23,6 +24,14 @@ std::optional<Error> unavailable(const model::ActionSpec& action) {
   const char* reason = action.availability.reason();
   if (!reason) return std::nullopt;
   return Error{Errc::refused, std::string("not available now: ") + reason};
+}
+
+/// Why an invocation ended without a result. It ends also if there is no memory for the text.
+template <class Text>
+Result<rdf::Value> no_result(Errc code, Text text) noexcept {
+  try {
+    return unexpected(code, text());
+  } catch (...) { return unexpected(code, "out of memory"); }
 }
 
 }  // namespace
@@ -91,12 +100,13 @@ Outcome Invocations::invoke(ActionResource& action, Context& context) {
   action.invocations.push_back(std::move(made));
   action.mark_invocation_changed(invocation.path);
   if (is_stop && stops_) stops_->sent(action, context);
-  try {
-    if (must_queue) wait_in_queue(invocation);
-    else launch(invocation, context.now);
-  } catch (const std::exception& e) {
-    finished(invocation, unexpected(Errc::failed, std::string("internal server error: ") + e.what()), context.now);
-  }
+  if (!must_queue) launch_or_end(invocation, context.now);
+  else try {
+      wait_in_queue(invocation);
+    } catch (const std::exception& e) {
+      leave_queue(invocation);
+      finished(invocation, Unexpected{thrown(e.what())}, context.now);
+    }
 
   if (ticket) return Deferred{*ticket};
   return accepted(context, invocation);
@@ -156,6 +166,16 @@ void Invocations::set_start_deadline(InvocationResource& invocation) {
   auto first = invocation.host_deadline;
   if (const auto deadline = invocation.check ? invocation.check->expiry().deadline() : std::nullopt) first = std::min(first, *deadline);
   start_deadlines_.set(invocation.start_deadline, first, invocation.id);
+}
+
+/// An invocation that cannot be launched ends, so that those behind it begin.
+void Invocations::launch_or_end(InvocationResource& invocation, TimePoint now) {
+  try {
+    launch(invocation, now);
+  } catch (const std::exception& e) {
+    if (invocation.token) invocation.token->cancel();
+    finished(invocation, Unexpected{thrown(e.what())}, now);
+  }
 }
 
 /// Calls the start lambda on the thread that its Dispatch names.
@@ -219,26 +239,38 @@ void Invocations::start_returned(InvocationResource& invocation, TimePoint now) 
 
 template <class MakeResponse>
 void Invocations::respond_to(const std::vector<WaitingRequest>& requests, TimePoint now, MakeResponse make) {
-  for (const WaitingRequest& request : requests)
-    if (const Context* context = pending_.resume(request.ticket, now)) pending_.respond(request.ticket, make(*context));
+  for (const WaitingRequest& request : requests) try {
+      if (const Context* context = pending_.resume(request.ticket, now)) pending_.respond(request.ticket, make(*context));
+    } catch (const std::exception& e) {  // it gets its response at its time limit, and what follows is done
+      responses_.log(LogLevel::error, "internal error while making a response", e);
+    }
 }
 
 void Invocations::finished(InvocationResource& invocation, Result<rdf::Value> result, TimePoint now) {
   if (invocation.finished() || invocation.is_concluding) return;
-  if (result && invocation.action.spec->output)
-    if (const std::string fault = rdf::fault_of_value(*invocation.action.spec->output, *result); !fault.empty())
-      result = unexpected(Errc::failed, "output: " + fault);
+  try {
+    if (result && invocation.action.spec->output)
+      if (const std::string fault = rdf::fault_of_value(*invocation.action.spec->output, *result); !fault.empty())
+        result = unexpected(Errc::failed, "output: " + fault);
+  } catch (const std::exception& e) { result = Unexpected{thrown(e.what())}; }
   invocation.result = std::move(result);
   if (!invocation.result || !invocation.action.spec->releases || !stops_) return conclude(invocation, now);
   invocation.is_concluding = true;
-  stops_->released(invocation, now);
+  try {
+    stops_->released(invocation, now);
+  } catch (...) {
+    conclude_release(invocation, false, now);
+    throw;
+  }
 }
 
 void Invocations::conclude(InvocationResource& invocation, TimePoint now) {
   const Result<rdf::Value>& result = invocation.result;
   invocation.status = result ? Status::succeeded : Status::failed;
   invocation.progress = result ? 1 : invocation.control->fraction();
-  if (!result) responses_.log(LogLevel::info, invocation.path + " failed: " + result.error().message);
+  try {
+    if (!result) responses_.log(LogLevel::info, invocation.path + " failed: " + result.error().message);
+  } catch (...) {}  // no memory
   ended(invocation, now);
 }
 
@@ -246,7 +278,7 @@ void Invocations::conclude_release(InvocationResource& release, bool ends, TimeP
   if (release.finished()) return;
   if (ends) return conclude(release, now);
   respond_to(std::exchange(release.waiting, {}), now, [&](const Context& context) { return rules_.refused(context, Refusal::stopped); });
-  release.result = unexpected(Errc::refused, "the robot says that it is still stopped");
+  release.result = no_result(Errc::refused, [] { return std::string("the robot says that it is still stopped"); });
   conclude(release, now);
 }
 
@@ -264,7 +296,7 @@ void Invocations::end_by_stop(InvocationResource& invocation, TimePoint now) {
   cancel_on_host(invocation);
   invocation.progress = invocation.control->fraction();
   invocation.status = Status::failed;
-  invocation.result = unexpected(Errc::refused, CommandRules::reason(Refusal::stopped));
+  invocation.result = no_result(Errc::refused, [] { return CommandRules::reason(Refusal::stopped); });
   respond_to(std::exchange(invocation.waiting, {}), now, [&](const Context& context) { return rules_.refused(context, Refusal::stopped); });
   ended(invocation, now);
 }
@@ -283,7 +315,7 @@ void Invocations::cancel(InvocationResource& invocation, TimePoint now) {
   cancel_on_host(invocation);
   invocation.progress = invocation.control->fraction();
   invocation.status = Status::cancelled;
-  invocation.result = unexpected(Errc::cancelled, "the invocation was cancelled");
+  invocation.result = no_result(Errc::cancelled, [] { return std::string("the invocation was cancelled"); });
   ended(invocation, now);
 }
 
@@ -294,8 +326,9 @@ void Invocations::never_begun(InvocationResource& invocation, Refusal why, TimeP
   (void)invocation.control->cancel();
   respond_to(std::exchange(invocation.waiting, {}), now,
              [&](const Context& context) { return why == Refusal::none ? responses_.timed_out(context) : rules_.refused(context, why); });
-  invocation.result =
-      unexpected(Errc::timed_out, why == Refusal::none ? "the robot's program did not start the action in time" : CommandRules::reason(why));
+  invocation.result = no_result(Errc::timed_out, [why] {
+    return why == Refusal::none ? std::string("the robot's program did not start the action in time") : CommandRules::reason(why);
+  });
   invocation.status = Status::failed;
   ended(invocation, now);
 }
@@ -305,10 +338,12 @@ void Invocations::ended(InvocationResource& invocation, TimePoint now) {
   ActionResource& action = invocation.action;
   invocation.ended = now.utc;
   invocation.share.release();
-  invocation.mark_changed();
   if (invocation.token) --action.active;
-  respond_to(std::exchange(invocation.waiting, {}), now, [&](const Context& context) { return response_for(context, invocation); });
   start_deadlines_.clear(invocation.start_deadline);
+  try {
+    invocation.mark_changed();
+  } catch (const std::bad_alloc&) {}  // those behind it begin all the same
+  respond_to(std::exchange(invocation.waiting, {}), now, [&](const Context& context) { return response_for(context, invocation); });
   if (action.spec->stop && stops_) stops_->ended(action, now);
   launch_next(action, now);
   prune(action);
@@ -355,7 +390,7 @@ void Invocations::launch_next(ActionResource& action, TimePoint now) {
   if (action.queue.empty() || action.active > 0) return;
   InvocationResource* next = action.queue.front();
   action.queue.pop_front();
-  launch(*next, now);
+  launch_or_end(*next, now);
 }
 
 void Invocations::leave_queue(InvocationResource& invocation) {

@@ -61,6 +61,7 @@ class Invocations {
   /// The response if the policy excludes another invocation now.
   std::optional<http::Response> refused_by_policy(const ActionResource& action, const Context& context) const;
   void wait_in_queue(InvocationResource& invocation);
+  void launch_or_end(InvocationResource& invocation, TimePoint now);
   void launch(InvocationResource& invocation, TimePoint now);
   void started(InvocationResource& invocation, TimePoint now);
   void start_returned(InvocationResource& invocation, TimePoint now);

@@ -11,7 +11,6 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
 #include <cstdlib>
 #include <exception>
 #include <memory>
@@ -111,18 +110,22 @@ class Scene {
   Scene(const Scene&) = delete;
   Scene& operator=(const Scene&) = delete;
 
-  /// 0: the connection was closed without a response.
-  int ask(const std::string& text, std::chrono::seconds wait = std::chrono::seconds(30)) {
+  /// 0: the connection was closed without a response. -1: neither within half a minute.
+  int ask(const std::string& text) {
+    int status = -1;
     try {
       if (!socket_ || socket_->ended()) socket_.emplace(server_->port());
       socket_->send(text);
-      for (const auto end = std::chrono::steady_clock::now() + wait; std::chrono::steady_clock::now() < end;) {
+      for (const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30); std::chrono::steady_clock::now() < end;) {
         if (auto answer = socket_->receive(milliseconds(20))) return answer->status;
-        if (socket_->ended()) break;
+        if (socket_->ended()) {
+          status = 0;
+          break;
+        }
       }
-    } catch (const std::exception&) {}  // it was closed
+    } catch (const std::exception&) { status = 0; }
     socket_.reset();
-    return 0;
+    return status;
   }
   /// Begins a stream and leaves it open.
   void open(const std::string& text) {
@@ -184,10 +187,10 @@ void run(const Setting& setting, unsigned share, std::uint64_t seed) {
   std::size_t served = 0, refused = 0;
   for (std::size_t i = 0; i < 12 * all.size(); ++i) {
     const auto& one = all[(i * 7 + seed) % all.size()].first;
-    const auto begin = std::chrono::steady_clock::now();
-    const int status = scene.ask(one, std::chrono::seconds(3));
-    if (std::chrono::steady_clock::now() - begin > std::chrono::seconds(2)) std::fprintf(stderr, "no response: %s\n", one.c_str());
-    ++(status != 0 && status < 500 ? served : refused);
+    CAPTURE(one);
+    const int status = scene.ask(one);
+    CHECK(status >= 0);  // a response, or the connection is closed
+    ++(status > 0 && status < 500 ? served : refused);
     if (i % 10 == 0) scene.open("GET /arm/angle\nAccept: text/event-stream");
     if (i % 10 == 5)
       scene.open("GET /arm/angle\nUpgrade: websocket\nConnection: Upgrade\nSec-WebSocket-Version: 13\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==");
@@ -201,7 +204,8 @@ void run(const Setting& setting, unsigned share, std::uint64_t seed) {
   CAPTURE(served, refused);
   for (std::size_t i = 0; i < all.size(); ++i) {
     CAPTURE(all[i].first);
-    const int status = scene.ask(all[i].first);
+    int status = scene.ask(all[i].first);
+    for (int again = 0; again < 2 && status == 503; ++again) status = scene.ask(all[i].first);  // a slow machine does not reach the host in time
     CAPTURE(status);
     CHECK((status == usual[i] || (status == 409 && usual[i] == 201)));  // 409: the collection is full by now
   }
