@@ -11,7 +11,6 @@
 #include <lrt/rdf/unit.hpp>
 #include <lrt/rdf/vocab.hpp>
 #include <lrt/responder.hpp>
-#include <lrt/security/audit_file.hpp>
 #include <lrt/server.hpp>
 #include <lrt/server_thing.hpp>
 #include <lrt/thing.hpp>

@@ -126,7 +126,8 @@ Audit::Audit(SharedEngine& server)
     : server_(server),
       options_(server.options().security.audit),
       query_path_(server.options().query ? server.options().query->limits().path : std::string()),
-      output_(options_.file ? options_.file->make_output(server) : std::make_unique<AuditWriter>(options_, server.waking_log())),
+      output_(options_.file ? std::unique_ptr<AuditOutput>(security::AuditFile::Place{server}.output_to(*options_.file))
+                            : std::make_unique<AuditWriter>(options_, server.waking_log())),
       hold_(output_->hold()) {}
 
 Result<void> Audit::check(const security::Audit& options) {

@@ -97,7 +97,7 @@ class File final : public OpenAuditFile, public std::enable_shared_from_this<Fil
   }
 
  private:
-  std::unique_ptr<AuditOutput> make_output(SharedEngine& server) override;
+  std::unique_ptr<Output> make_output(const Place& place) override;
   bool claim() noexcept override { return !claimed_.exchange(true); }
   void release() noexcept override { claimed_ = false; }
   void wake() noexcept override { waker_.wake(); }
@@ -514,7 +514,7 @@ void make_unsaved(http::Response& response) {
 }
 
 /// The audit of one server in a file.
-class FileOutput final : public AuditOutput, public AuditHold {
+class FileOutput final : public security::AuditFile::Output, public AuditHold {
  public:
   FileOutput(SharedEngine& server, bool holds)
       : server_(server),
@@ -600,7 +600,9 @@ class FileOutput final : public AuditOutput, public AuditHold {
   AuditFileWriter writer_;
 };
 
-std::unique_ptr<AuditOutput> File::make_output(SharedEngine& server) { return std::make_unique<FileOutput>(server, options_.respond_when_saved); }
+std::unique_ptr<security::AuditFile::Output> File::make_output(const Place& place) {
+  return std::make_unique<FileOutput>(place.server, options_.respond_when_saved);
+}
 
 }  // namespace
 }  // namespace lrt

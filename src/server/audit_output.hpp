@@ -2,14 +2,18 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 
 #include <lrt/base/result.hpp>
 #include <lrt/engine/engine.hpp>
+#include <lrt/security/audit_file.hpp>
 
 #include "src/server/service.hpp"
 
 namespace lrt {
+
+class SharedEngine;
 
 /// Responses that wait until their lines of the audit are saved. Called with the engine's lock, except as TurnWork says.
 class AuditHold : public TurnWork {
@@ -48,5 +52,13 @@ class AuditOutput {
   /// nullptr: responses do not wait.
   virtual AuditHold* hold() noexcept { return nullptr; }
 };
+
+/// The server that an AuditFile serves.
+struct security::AuditFile::Place {
+  SharedEngine& server;
+  std::unique_ptr<Output> output_to(AuditFile& file) const;
+};
+class security::AuditFile::Output : public AuditOutput {};
+inline std::unique_ptr<security::AuditFile::Output> security::AuditFile::Place::output_to(AuditFile& file) const { return file.make_output(*this); }
 
 }  // namespace lrt

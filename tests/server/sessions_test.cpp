@@ -9,6 +9,7 @@
 #include <utility>
 
 #include <lrt/served.hpp>
+#include <lrt/server_thing.hpp>
 #include <lrt/transport/loopback.hpp>
 #include <lrt/transport/named.hpp>
 

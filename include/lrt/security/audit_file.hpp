@@ -10,12 +10,6 @@
 #include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 
-namespace lrt {
-class Audit;
-class AuditOutput;
-class SharedEngine;
-}  // namespace lrt
-
 namespace lrt::security {
 inline namespace v0 {
 
@@ -73,10 +67,15 @@ class LRT_API AuditFile {
   /// What was written, and what failed.
   virtual AuditFileCounters counters() const = 0;
 
+  /// @{
+  /// For the server, which defines them.
+  class Output;
+  struct Place;
+  /// @}
+
  private:
-  friend class lrt::Audit;
-  /// Writes the lines of one server.
-  virtual std::unique_ptr<AuditOutput> make_output(SharedEngine& server) = 0;
+  /// What writes the lines of one server.
+  virtual std::unique_ptr<Output> make_output(const Place& place) = 0;
 };
 
 /// Opens a file for an audit, or makes it:
