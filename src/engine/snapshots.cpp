@@ -21,6 +21,7 @@
 #include "src/engine/resources/thing.hpp"
 #include "src/engine/resources/world.hpp"
 #include "src/rdf/hash.hpp"
+#include "src/rdf/shared_graph.hpp"
 
 namespace lrt::engine {
 
@@ -370,7 +371,9 @@ void Snapshots::visit(Snapshot& snapshot, Resource& resource, Changes& changes) 
   if (!is_kept && !is_failing && (!values || values->fits_rdf(service_.limits().max_value_members)))
     graph = std::make_shared<const rdf::Graph>(representations_.describe(resource, snapshot.base, snapshot.audience));
   std::vector<std::uint32_t> predicates;
-  if (graph) {
+  if (const rdf::SharedGraph* const shared = graph ? rdf::SharedGraph::in(*graph) : nullptr) {
+    for (const rdf::TermId id : shared->predicates()) predicates.push_back(hash_of(graph->term(id).text));
+  } else if (graph) {
     std::vector<bool> seen(graph->term_count());  // a client chooses the number of predicates in a graph of a World
     for (const rdf::Triple& t : graph->triples()) {
       const auto number = static_cast<std::size_t>(t.predicate);

@@ -291,6 +291,29 @@ void Dataset::put(std::string_view name, const rdf::Graph& graph) {
   compact();
 }
 
+void Dataset::change(std::string_view name, const std::vector<Change>& removed, const std::vector<Change>& added) {
+  const GraphNumber g = graph_for(name);
+  const auto known = [&](const rdf::TermView& term) {
+    const GraphNumber scope = term.is_blank() ? g : nothing;
+    return find(term, scope, hash_of(term, scope));
+  };
+  for (const Change& t : removed) {
+    const NumberedTriple triple{known(t.subject), known(t.predicate), known(t.object)};
+    if (triple.subject == nothing || triple.predicate == nothing || triple.object == nothing) continue;
+    const std::uint32_t at = find_triple(triple);
+    const std::uint32_t quad = at == nothing ? nothing : find_quad(at, g);
+    if (quad != nothing) remove_quad(quad);
+  }
+  for (const Change& t : added) {
+    const TermNumber subject = intern(t.subject, g), predicate = intern(t.predicate, g), object = intern(t.object, g);
+    const NumberedTriple triple{subject, predicate, object};
+    std::uint32_t at = find_triple(triple);
+    if (at == nothing) at = add_triple(triple);
+    if (find_quad(at, g) == nothing) add_quad(at, g);
+  }
+  compact();
+}
+
 void Dataset::remove(std::string_view name) {
   const GraphNumber g = graph_named(find(rdf::iri(name)));
   if (g == nothing) return;

@@ -67,6 +67,13 @@ class Dataset {
 
   /// Adds a graph, or replaces the one of that name. Only the triples that differ are touched.
   void put(std::string_view name, const rdf::Graph& graph);
+  /// A triple of a graph, for change().
+  struct Change {
+    rdf::TermView subject, predicate, object;
+  };
+  /// The graph of that name gets and loses some triples. None of those that it loses is one that it gets.
+  /// @par Time  1 us for each of these triples.
+  void change(std::string_view name, const std::vector<Change>& removed, const std::vector<Change>& added);
   /// Removes a graph, if there is one of that name.
   void remove(std::string_view name);
 

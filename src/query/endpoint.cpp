@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <iterator>
+#include <list>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -26,6 +27,7 @@
 #include "src/query/dependencies.hpp"
 #include "src/query/evaluate.hpp"
 #include "src/query/parser.hpp"
+#include "src/rdf/difference.hpp"
 #include "src/rdf/hash.hpp"
 
 namespace lrt::query {
@@ -211,8 +213,60 @@ rdf::Graph placed(const rdf::Graph& graph, std::string_view placeholder, const s
   return result;
 }
 
+/// The triples of a graph whose IRIs get another beginning.
+class Placed {
+ public:
+  explicit Placed(const engine::NamedGraph& graph) : placeholder_(graph.placeholder), base_(graph.base) {}
+
+  /// The triples of a list.
+  /// @param unless_in  without those that this graph has, too: under the name that they have here, or the one that they get
+  std::vector<Dataset::Change> triples(const std::vector<rdf::Triple>& list, const rdf::Graph& of, const rdf::Graph* unless_in) {
+    std::vector<Dataset::Change> all;
+    all.reserve(list.size());
+    for (const rdf::Triple& t : list) {
+      const rdf::TermView terms[3] = {of.term(t.subject), of.term(t.predicate), of.term(t.object)};
+      if (unless_in && has(*unless_in, terms)) continue;
+      all.push_back({placed(terms[0]), placed(terms[1]), placed(terms[2])});
+    }
+    return all;
+  }
+
+ private:
+  static bool begins(std::string_view text, std::string_view with) noexcept { return text.substr(0, with.size()) == with; }
+  rdf::TermView placed(rdf::TermView term) {
+    if (placeholder_.empty() || !term.is_iri() || !begins(term.text, placeholder_)) return term;
+    texts_.push_back(base_ + std::string(term.text.substr(placeholder_.size())));
+    term.text = texts_.back();
+    return term;
+  }
+  /// Two terms of the graph may be one when they are placed.
+  bool has(const rdf::Graph& graph, const rdf::TermView (&terms)[3]) const {
+    if (placeholder_.empty()) return false;
+    std::string texts[3];
+    rdf::TermView others[3];
+    bool any = false;
+    for (int i = 0; i < 3; ++i) {
+      others[i] = terms[i];
+      if (!terms[i].is_iri()) continue;
+      if (begins(terms[i].text, placeholder_)) texts[i] = base_ + std::string(terms[i].text.substr(placeholder_.size()));
+      else if (begins(terms[i].text, base_)) texts[i] = std::string(placeholder_) + std::string(terms[i].text.substr(base_.size()));
+      else continue;
+      others[i].text = texts[i];
+      any = true;
+    }
+    for (unsigned choice = 1; any && choice < 8; ++choice)
+      if (graph.contains(choice & 1 ? others[0] : terms[0], choice & 2 ? others[1] : terms[1], choice & 4 ? others[2] : terms[2])) return true;
+    return false;
+  }
+
+  const std::string &placeholder_, &base_;
+  std::list<std::string> texts_;
+};
+
 /// About what a dataset needs for a new triple, with its terms.
 constexpr std::size_t bytes_of_triple = 200;
+/// Graphs with fewer triples are compared as a whole.
+constexpr std::size_t many_triples = 2'000;
 
 /// The graphs of one audience. An evaluation reads an immutable dataset: if an evaluation still reads it, the next change makes a copy.
 class Data final : public engine::QueryData {
@@ -264,12 +318,20 @@ class Data final : public engine::QueryData {
       budget.check();
       const engine::NamedGraph& one = changes_.back();
       if (!one.graph) {
+        applied_.erase(one.name);
         dataset.remove(one.name);
         continue;
       }
       if (too_many() && one.graph->size() > size_of(one.name)) break;
+      if (std::optional<Differing> differing = difference_of(one)) {
+        if (!current_->share.set(dataset.bytes() + differing->difference.added.size() * bytes_of_triple)) return too_many_bytes();
+        change(dataset, one, *differing);
+        continue;
+      }
       if (!current_->share.set(dataset.bytes() + one.graph->size() * bytes_of_triple)) return too_many_bytes();
+      applied_.erase(one.name);
       dataset.put(one.name, one.placeholder.empty() ? *one.graph : placed(*one.graph, one.placeholder, one.base));
+      if (one.graph->size() >= many_triples) applied_[one.name] = one;
     }
     if (!current_->share.set(dataset.bytes())) return too_many_bytes();
     if (too_many()) {
@@ -282,6 +344,27 @@ class Data final : public engine::QueryData {
   }
 
  private:
+  struct Differing {
+    engine::NamedGraph before;
+    rdf::Difference difference;
+  };
+  /// If a large graph shares its structure with the version that the dataset has, the cost is that of the difference.
+  std::optional<Differing> difference_of(const engine::NamedGraph& one) const {
+    const auto known = applied_.find(one.name);
+    if (known == applied_.end() || known->second.placeholder != one.placeholder || known->second.base != one.base) return std::nullopt;
+    auto difference = rdf::shared_difference(*known->second.graph, *one.graph);
+    if (!difference || difference->removed.size() + difference->added.size() > one.graph->size() / 4) return std::nullopt;
+    return Differing{known->second, *std::move(difference)};
+  }
+  void change(Dataset& dataset, const engine::NamedGraph& one, const Differing& differing) {
+    Placed place(one);
+    const rdf::Graph& before = *differing.before.graph;
+    const std::vector<Dataset::Change> removed = place.triples(differing.difference.removed, before, one.graph.get());
+    const std::vector<Dataset::Change> added = place.triples(differing.difference.added, *one.graph, nullptr);
+    applied_.erase(one.name);  // if there is no memory for the rest, the next call compares all triples
+    dataset.change(one.name, removed, added);
+    applied_[one.name] = one;
+  }
   Unexpected too_many_bytes() const {
     return unexpected(Errc::limit_exceeded, "the graphs of this robot and all queries together reached their limit of " +
                                                 std::to_string(memory_->max()) + " bytes (max_total_bytes); try again later");
@@ -317,6 +400,8 @@ class Data final : public engine::QueryData {
   const std::shared_ptr<Memory> memory_;
   std::shared_ptr<Version> current_ = std::make_shared<Version>(memory_);
   std::vector<engine::NamedGraph> changes_;  ///< to be applied to current_, the next one last
+  /// Graphs that current_ has exactly so. Only large ones: another version of them may share their structure.
+  std::unordered_map<std::string, engine::NamedGraph> applied_;
 };
 
 /// The size of the result of a standing query is limited to this for each row that it may have.
