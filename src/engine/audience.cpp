@@ -30,6 +30,8 @@ std::string_view Audience::name_in(const Resource& resource) const noexcept {
 Methods Audience::methods(const Resource& resource) const {
   if (!may(resource.kind().right_to_change, resource)) return {};
   Methods methods = resource.methods();
+  if (methods.put && view)
+    if (const GraphStore* const store = resource.graph_store()) methods.put = store->max_put_bytes(*this).has_value();
   // A report about the whole value would show what else is in it.
   if (methods.patch && resource.patch_types() != update_type && !sees(resource)) methods.patch = false;
   return methods;
@@ -40,10 +42,24 @@ bool Audience::sees_iri(std::string_view iri, const std::string& base, const Reg
   const std::string_view rest = iri.substr(base.size());
   const std::string_view path = rest.substr(0, rest.find_first_of("?#"));
   const Resource* const resource = registry.find(path);
-  return resource ? sees(*resource) : view->at(path).has(Right::read);
+  if (!resource) return view->at(path).has(Right::read);
+  if (!sees(*resource)) return false;
+  const std::size_t hash = rest.find('#');
+  return hash == std::string_view::npos || resource->shows_fragment(rest.substr(hash + 1), *this);
 }
 
-rdf::Graph visible_part(const rdf::Graph& all, FunctionRef<bool(std::string_view iri)> is_shown) {
+bool Audience::may_choose_name(std::string_view path, std::string_view below) const {
+  if (!view) return true;
+  if (!view->at(path).has(Right::write)) return false;
+  for (std::string_view at = path; at.size() > below.size(); at = at.substr(0, at.rfind('/')))
+    if (!view->at(at).has(Right::read)) return false;
+  return true;
+}
+
+rdf::Graph visible_part(const rdf::Graph& all, FunctionRef<bool(std::string_view iri)> is_shown, const UserWords& words) {
+  std::vector<bool> is_word(words.empty() ? 0 : all.size());
+  for (const auto& [first, end] : words)
+    std::fill(is_word.begin() + static_cast<std::ptrdiff_t>(first), is_word.begin() + static_cast<std::ptrdiff_t>(end), true);
   enum class State : unsigned char { unknown, hidden, shown };
   std::vector<State> states(all.term_count());
   const auto shown = [&](rdf::TermId id) {
@@ -58,6 +74,7 @@ rdf::Graph visible_part(const rdf::Graph& all, FunctionRef<bool(std::string_view
     const rdf::TermView term = all.term(id);
     return term.is_blank() || (term.is_iri() && is_named_blank(term.text));
   };
+  const auto is_said = [&](std::size_t i) { return !is_word.empty() && is_word[i]; };
   const auto is_kept = [&](const rdf::Triple& t) { return shown(t.subject) && shown(t.predicate) && shown(t.object); };
 
   std::vector<bool> led_to(all.term_count()), reached(all.term_count());
@@ -69,8 +86,13 @@ rdf::Graph visible_part(const rdf::Graph& all, FunctionRef<bool(std::string_view
     reached[static_cast<std::size_t>(id)] = true;
     open.push_back(id);
   };
-  for (const rdf::Triple& t : all.triples())
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const rdf::Triple& t = all.triples()[i];
     if (shown(t.subject) && (!is_blank(t.subject) || !led_to[static_cast<std::size_t>(t.subject)])) reach(t.subject);
+    if (!is_said(i)) continue;
+    if (is_blank(t.subject)) reach(t.subject);
+    if (is_blank(t.object)) reach(t.object);
+  }
   const auto reach_all = [&] {
     while (!open.empty()) {
       const rdf::TermId next = open.back();
@@ -108,24 +130,13 @@ rdf::Graph visible_part(const rdf::Graph& all, FunctionRef<bool(std::string_view
     if (!at) at = all.term(id).is_blank() ? part.fresh_blank() : part.intern(all.term(id));
     return *at;
   };
-  for (const rdf::Triple& t : all.triples()) {
-    if (!reached[static_cast<std::size_t>(t.subject)] || !is_kept(t)) continue;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const rdf::Triple& t = all.triples()[i];
+    if (!is_said(i) && !(reached[static_cast<std::size_t>(t.subject)] && is_kept(t))) continue;
     const rdf::TermId subject = place(t.subject), predicate = place(t.predicate), object = place(t.object);
     part.add(subject, predicate, object);
   }
   return part;
-}
-
-bool has_hidden_part(const rdf::Graph& all, FunctionRef<bool(std::string_view iri)> is_shown) {
-  std::vector<bool> known(all.term_count());
-  const auto is_hidden = [&](rdf::TermId id) {
-    if (known[static_cast<std::size_t>(id)]) return false;
-    known[static_cast<std::size_t>(id)] = true;
-    const rdf::TermView term = all.term(id);
-    return term.is_iri() && !is_shown(term.text);
-  };
-  return std::any_of(all.triples().begin(), all.triples().end(),
-                     [&](const rdf::Triple& t) { return is_hidden(t.subject) || is_hidden(t.predicate) || is_hidden(t.object); });
 }
 
 }  // namespace v0

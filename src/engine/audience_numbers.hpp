@@ -41,11 +41,6 @@ class ByAudience {
     }
     return entries_.back().value;
   }
-  std::vector<Audience> audiences() const {
-    std::vector<Audience> all;
-    for (const Entry& entry : entries_) all.push_back(entry.audience);
-    return all;
-  }
   /// Calls f(const Audience&, T&) for each.
   template <class F>
   void for_each(F f) {

@@ -213,7 +213,9 @@ void Engine::Impl::forget_base(std::size_t base) {
 
 bool Engine::Impl::is_allowed(const Context& context) const {
   const std::string_view method = context.request().method;
-  const Methods allowed = context.resource->methods();
+  Methods allowed = context.resource->methods();
+  if (method == "PUT" && allowed.put && context.audience.is_restricted() && context.resource->graph_store())
+    allowed.put = context.audience.methods(*context.resource).put;  // as far as graphs that it sees take it
   return context.is_safe() || (method == "PUT" && allowed.put) || (method == "POST" && allowed.post) || (method == "DELETE" && allowed.remove) ||
          (method == "PATCH" && allowed.patch);
 }
@@ -221,6 +223,8 @@ bool Engine::Impl::is_allowed(const Context& context) const {
 /// Without a method that is allowed there is no limit, because the response is 405.
 std::size_t Engine::Impl::max_body_bytes(const Context& context) const {
   if (!is_allowed(context)) return std::numeric_limits<std::size_t>::max();
+  if (const GraphStore* const store = context.audience.is_restricted() && context.has_input() ? context.resource->graph_store() : nullptr)
+    return store->max_put_bytes(context.audience).value_or(parts.options.max_scalar_body_bytes);
   if (context.has_input()) return context.resource->input(parts.options).max_bytes;
   return parts.options.max_scalar_body_bytes;
 }
@@ -487,7 +491,10 @@ void Engine::follow_resources(bool follow) { impl_->parts.registry.follow(follow
 std::uint64_t Engine::structure() const noexcept { return impl_->parts.registry.structure(); }
 std::string Engine::base() const { return impl_->parts.bases[0]; }
 
-void Engine::renew_rights() { impl_->parts.subscriptions.renew_rights(); }
+void Engine::renew_rights() {
+  impl_->parts.kinds.renew(impl_->parts.view);
+  impl_->parts.subscriptions.renew_rights();
+}
 void Engine::sign_out(std::string_view principal) { impl_->parts.subscriptions.sign_out(principal); }
 
 Lapses& Engine::lapses() const noexcept { return *impl_->parts.lapses; }

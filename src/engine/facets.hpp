@@ -34,7 +34,7 @@ class Container {
  public:
   virtual std::vector<Resource*> members() const = 0;
   /// The members that an audience may see.
-  std::vector<Resource*> members(const Audience& audience) const;
+  virtual std::vector<Resource*> members(const Audience& audience) const;
   /// The triples of a member in the document of the container.
   virtual void describe_member(const Resource& member, About& about, const Description& d) const;
 
@@ -64,8 +64,10 @@ class GraphStore {
   virtual Result<Resource*> find_graph(std::string_view target, const Context& context, const Parts& parts) = 0;
   /// The value of Accept-Put: media types of documents with named graphs.
   static std::string dataset_types();
-  /// The resource that creates a graph at an unused path below; nullptr: none can be created.
-  virtual Resource* new_graph(std::string_view at, const Parts& parts) = 0;
+  /// The resource that creates a graph at an unused path below; nullptr: none can be created, or not by this audience.
+  virtual Resource* new_graph(std::string_view at, const Audience& audience, const Parts& parts) = 0;
+  /// The bytes of the largest document that PUT takes from an audience; nullopt: it sees no graph that PUT changes.
+  virtual std::optional<std::size_t> max_put_bytes(const Audience& audience) const = 0;
 
  protected:
   ~GraphStore() = default;
@@ -95,6 +97,8 @@ class OwnRepresentation {
     (void)engine;
     return nullptr;
   }
+  /// kept_graph() has nothing but words of users: all who may read the resource are shown the same.
+  virtual bool is_of_users() const noexcept { return false; }
   /// The text of Variant::answer().
   virtual Result<Bytes> answer(std::size_t type) const {
     (void)type;

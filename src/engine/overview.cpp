@@ -22,7 +22,7 @@ Overview::Overview(const EngineView& engine, std::size_t base, const Audience& a
 std::string Overview::of(const Resource& resource) {
   begin_object({});
   summary(resource);
-  if (const std::string up = resource.up(); !up.empty()) {
+  if (const std::string up = resource.up(audience_); !up.empty()) {
     if (const Resource* parent = engine_.registry.find(up)) link("parent", *parent);
   }
   resource.overview(*this);

@@ -70,6 +70,7 @@ class Overview {
   ChosenTexts& texts() noexcept { return texts_; }
   std::string vocabulary() const { return engine_.vocabulary(base_); }
   bool sees(const Resource& resource) const { return audience_.sees(resource); }
+  bool sees_iri(const std::string& iri) const { return audience_.sees_iri(iri, base_, engine_.registry); }
   Methods methods(const Resource& resource) const { return audience_.methods(resource); }
   std::string iri(const Resource& resource) const { return base_ + resource.path; }
   std::string iri(const Object& object) const;

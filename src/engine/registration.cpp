@@ -358,7 +358,11 @@ Result<void> check_without_executor(const model::ThingSpec& spec) {
 }
 
 Result<rdf::Graph> read_shapes(const model::ThingSpec& spec, const std::string& blueprint_path) {
-  return read_documents(spec.shapes, blueprint_path, "thing \"" + spec.path + "\", its shapes");
+  return read_shapes(spec, spec.shapes, blueprint_path);
+}
+
+Result<rdf::Graph> read_shapes(const model::ThingSpec& spec, const std::vector<std::string>& texts, const std::string& blueprint_path) {
+  return read_documents(texts, blueprint_path, "thing \"" + spec.path + "\", its shapes");
 }
 
 Result<rdf::Graph> read_effects(const model::ActionSpec& action, const std::string& path) {

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <memory>
+#include <string>
+#include <vector>
 
 #include <lrt/base/result.hpp>
 
@@ -21,6 +23,8 @@ Result<void> check_without_executor(const model::ThingSpec& spec);
 /// @param blueprint_path  their base
 /// @par Errors  expected_rdf
 Result<rdf::Graph> read_shapes(const model::ThingSpec& spec, const std::string& blueprint_path);
+/// The same of some of them.
+Result<rdf::Graph> read_shapes(const model::ThingSpec& spec, const std::vector<std::string>& texts, const std::string& blueprint_path);
 /// The user's Turtle about the effect of an action, with IRIs below placeholder_base.
 /// @param path  of the action: their base
 /// @par Errors  expected_rdf, also if `<#effect>` is not described

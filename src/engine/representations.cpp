@@ -425,7 +425,7 @@ Result<Bytes> Representations::body_of(Resource& resource, std::size_t base, Var
     if (variant == Variant(rdf::Syntax::rdf_xml) && graph.size() > options_.max_rdf_xml_triples)
       return unexpected(Errc::limit_exceeded, std::to_string(graph.size()) + " triples are too many for RDF/XML, which takes " +
                                                   std::to_string(options_.max_rdf_xml_triples) + ", but not for text/turtle");
-    if (values && rdf::has_named_graphs(variant.syntax()) && !values->described_resources().empty())
+    if (values && rdf::has_named_graphs(variant.syntax()) && !values->described_resources(audience).empty())
       text = rdf::write(dataset_of(*values, base, audience, std::move(graph)), variant.syntax(), options_.prefixes);
     else text = responses_.write(graph, variant, base);
   }
@@ -440,27 +440,31 @@ Result<Bytes> Representations::body_of(Resource& resource, std::size_t base, Var
 rdf::Dataset Representations::dataset_of(const ValueResource& resource, std::size_t base, const Audience& audience, rdf::Graph all) const {
   rdf::Dataset dataset{std::move(all), {}};
   std::size_t left = options_.max_value_members;
-  for (const Resource* part : resource.described_resources()) {
+  for (const Resource* part : resource.described_resources(audience)) {
     if (!audience.sees(*part)) continue;
     rdf::Graph graph;
-    resource.describe_part(*part, {graph, view_.bases[base], 1, view_, audience}, left);
-    dataset.named.emplace_back(view_.bases[base] + part->path, shown(std::move(graph), base, audience));
+    UserWords words;
+    resource.describe_part(*part, {graph, view_.bases[base], 1, view_, audience, audience.is_restricted() ? &words : nullptr}, left);
+    dataset.named.emplace_back(view_.bases[base] + part->path, shown(std::move(graph), base, audience, words));
   }
   return dataset;
 }
 
 rdf::Graph Representations::describe(const Resource& resource, std::size_t base, const Audience& audience, std::size_t page) const {
   rdf::Graph graph;
-  const Description d{graph, view_.bases[base], page, view_, audience};
+  UserWords words;
+  const Description d{graph, view_.bases[base], page, view_, audience, audience.is_restricted() ? &words : nullptr};
   resource.describe(d);
   About about(graph, d.base + resource.path);
   resource.describe_controls(about, d);
-  return shown(std::move(graph), base, audience);
+  return shown(std::move(graph), base, audience, words);
 }
 
-rdf::Graph Representations::shown(rdf::Graph graph, std::size_t base, const Audience& audience) const {
+rdf::Graph Representations::shown(rdf::Graph graph, std::size_t base, const Audience& audience, const UserWords& words) const {
   if (!audience.is_restricted()) return graph;
-  return visible_part(graph, [&](std::string_view iri) { return audience.sees_iri(iri, view_.bases[base], view_.registry); });
+  if (words.size() == 1 && words.front() == std::pair(std::size_t(0), graph.size())) return graph;  // a graph of a World may be large
+  return visible_part(
+      graph, [&](std::string_view iri) { return audience.sees_iri(iri, view_.bases[base], view_.registry); }, words);
 }
 
 const subscription::Item& Representations::message_of(Representation& kept) {
@@ -558,7 +562,11 @@ void Representations::add_links(http::Fields& fields, const Resource& resource, 
   const std::string& base = view_.bases[base_number];
   const std::string self = base + resource.path;
   http::LinkWriter links(options_.max_link_bytes);
-  if (audience.is_restricted()) links.leave_out([&](std::string_view target) { return !audience.sees_iri(target, base, view_.registry); });
+  if (audience.is_restricted())
+    links.leave_out([&](std::string_view target) {
+      const bool is_own_blueprint = resource.thing && target == resource.thing->names_base(base);
+      return !audience.sees_iri(target, base, view_.registry) || (is_own_blueprint && !resource.thing->adds_shapes(audience));
+    });
   links.add(vocab::ldp::Resource.text, "type");
   if (!resource.kind().is(Trait::no_rdf_source)) links.add(vocab::ldp::RDFSource.text, "type");
   if (!its_class.empty()) links.add(its_class, "type");
@@ -567,7 +575,7 @@ void Representations::add_links(http::Fields& fields, const Resource& resource, 
     links.add(vocab::ldp::Container.text, "type");
     links.add(vocab::ldp::BasicContainer.text, "type");
   }
-  if (const std::string up = resource.up(); !up.empty()) links.add(base + up, "up");
+  if (const std::string up = resource.up(audience); !up.empty()) links.add(base + up, "up");
   if (const std::string described_by = resource.described_by(base); !described_by.empty()) links.add(described_by, "describedby");
   if (const Methods methods = audience.methods(resource); resource.thing && (methods.put || methods.post))
     links.add(resource.thing->shapes_of(base, resource.input_shape()), vocab::ldp::constrainedBy.text);

@@ -94,7 +94,7 @@ class Representations {
   http::Fields structure_fields(const Resource& resource, std::size_t base, const Audience& audience, std::size_t page,
                                 std::string_view cache_control, bool has_languages = false) const;
   rdf::Dataset dataset_of(const ValueResource& resource, std::size_t base, const Audience& audience, rdf::Graph all) const;
-  rdf::Graph shown(rdf::Graph graph, std::size_t base, const Audience& audience) const;
+  rdf::Graph shown(rdf::Graph graph, std::size_t base, const Audience& audience, const UserWords& words) const;
   /// @param first  of its links after those that each response has
   void add_links(http::Fields& fields, const Resource& resource, std::size_t base, const Audience& audience, std::size_t page, std::size_t first = 0,
                  std::string_view its_class = {}) const;

@@ -73,7 +73,13 @@ SubscriptionsResource* Resource::subscriptions() const noexcept { return thing ?
 
 std::string Resource::up() const { return thing ? thing->self.path : std::string(); }
 
-std::string Resource::described_by(const std::string& base) const { return thing ? thing->blueprint_iris(base).front() : std::string(); }
+std::string Resource::up(const Audience& audience) const {
+  if (!audience.is_restricted() || !thing || this != &thing->self) return up();
+  const ThingNode* const above = thing->parent_seen_by(audience);
+  return above ? above->self.path : "/";
+}
+
+std::string Resource::described_by(const std::string& base) const { return thing ? thing->blueprint_iris(base, {}).front() : std::string(); }
 
 void Resource::mark_changed() { mark_changed(seen_by_all); }
 void Resource::notify_observers() { notify_observers(seen_by_all); }

@@ -157,7 +157,16 @@ struct Description {
   const std::string& base;  ///< of all IRIs of this server
   std::size_t page;         ///< of a container
   const EngineView& engine;
-  const Audience& audience;  ///< the triples that it may not see are removed later; values derived from hidden ones are the resource's task
+  const Audience& audience;    ///< the triples that it may not see are removed later; values derived from hidden ones are the resource's task
+  UserWords* words = nullptr;  ///< gets the triples that are not removed; nullptr: none is
+
+  /// Calls a function that adds the words of a user to the graph: the content or the value of a resource.
+  template <class F>
+  void quote(const Resource& resource, F add) const {
+    const std::size_t first = graph.size();
+    add();
+    if (words && audience.sees(resource)) words->emplace_back(first, graph.size());
+  }
 };
 
 /// The suffix for a name of lrt that the user has given to another resource.
@@ -216,6 +225,11 @@ class Resource {
     (void)audience;
     return true;
   }
+  /// Whether an audience that may read it may know what a fragment of its IRI stands for.
+  virtual bool shows_fragment(std::string_view fragment, const Audience& audience) const {
+    (void)fragment, (void)audience;
+    return true;
+  }
   /// The path at which its rights are looked up: without a query.
   std::string_view path_of_rights() const noexcept { return std::string_view(path).substr(0, path.find('?')); }
 
@@ -251,6 +265,8 @@ class Resource {
   virtual void link_related(http::LinkWriter& links, const std::string& base) const;
   /// Path for rel="up"; empty: none.
   virtual std::string up() const;
+  /// The same for an audience: above a Thing is the nearest one that it sees.
+  std::string up(const Audience& audience) const;
   /// IRI for rel="describedby"; empty: none.
   virtual std::string described_by(const std::string& base) const;
 
@@ -329,7 +345,11 @@ class ValueResource : public Resource {
     return true;
   }
   /// Resources whose triples it has in one document. TriG and N-Quads also have a graph for each.
-  virtual std::vector<const Resource*> described_resources() const { return {}; }
+  /// @param audience  they are in the order that it would find without what it does not see
+  virtual std::vector<const Resource*> described_resources(const Audience& audience) const {
+    (void)audience;
+    return {};
+  }
   /// Describes one of them as it is in this document.
   /// @param left  how many values the RDF of the document may still have; counted down
   virtual void describe_part(const Resource& part, const Description& d, std::size_t& left) const {

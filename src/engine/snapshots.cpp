@@ -365,7 +365,7 @@ void Snapshots::visit(Snapshot& snapshot, Resource& resource, Changes& changes) 
   entry.is_failing = is_failing;
   const std::string& base = representations_.base(snapshot.base);
   std::shared_ptr<const rdf::Graph> graph;
-  if (const OwnRepresentation* const own = resource.own_representation(); own && !snapshot.audience.is_restricted())
+  if (const OwnRepresentation* const own = resource.own_representation(); own && (!snapshot.audience.is_restricted() || own->is_of_users()))
     graph = own->kept_graph(representations_.view());
   const bool is_kept = graph != nullptr;
   if (!is_kept && !is_failing && (!values || values->fits_rdf(service_.limits().max_value_members)))

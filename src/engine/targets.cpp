@@ -33,7 +33,7 @@ Result<Resource*> Targets::resource_at(std::string_view path) const {
 }
 
 /// The World that can create a graph at an unused path: the path is below the World's path.
-Resource* Targets::new_graph(std::string_view path) const {
+Resource* Targets::new_graph(std::string_view path, const Audience& audience) const {
   const Result<std::string> canonical = canonical_path(local_path(path));
   if (!canonical || parts_.registry.find(*canonical)) return nullptr;
   std::string above = *canonical;
@@ -42,7 +42,7 @@ Resource* Targets::new_graph(std::string_view path) const {
     Resource* const resource = parts_.registry.find(above);
     if (!resource) continue;
     GraphStore* const store = resource->graph_store();
-    return store ? store->new_graph(*canonical, parts_) : nullptr;
+    return store ? store->new_graph(*canonical, audience, parts_) : nullptr;
   }
   return nullptr;
 }
@@ -56,7 +56,8 @@ std::optional<http::Response> Targets::find(Context& context, const http::Target
     if (!named) return parts_.responses.problem(context, 400, named.error().message);
     context.resource = *named;
   }
-  if (!context.resource && context.has_input()) context.resource = new_graph(target.path);
+  const std::string_view method = context.request().method;
+  if (!context.resource && (method == "PUT" || method == "POST")) context.resource = new_graph(target.path, context.audience);
   if (!context.resource) return parts_.responses.no_resource(context);
   context.resource_id = context.resource->id;
   if (target.query.empty()) return std::nullopt;

@@ -28,7 +28,7 @@ class Targets {
 
  private:
   std::string_view local_path(std::string_view path) const;
-  Resource* new_graph(std::string_view path) const;
+  Resource* new_graph(std::string_view path, const Audience& audience) const;
   std::optional<http::Response> read_page(Context& context, std::string_view query) const;
 
   Parts& parts_;

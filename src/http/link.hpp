@@ -47,6 +47,7 @@ class LinkWriter {
   void add(std::string_view target, std::string_view rel, std::string_view type = {});
   /// Sets a filter for later calls of add(): links are left out to targets for which `hidden` returns true.
   void leave_out(std::function<bool(std::string_view target)> hidden) { hidden_ = std::move(hidden); }
+  bool leaves_out(std::string_view target) const { return hidden_ && hidden_(target); }
   /// Appends the lines to `fields`. If links were left out, the last link has the target `rest` and the relation
   /// `rest_rel`. If that needs space, more links are left out.
   void finish(Fields& fields, std::string_view rest, std::string_view rest_rel = "next");

@@ -153,6 +153,17 @@ class AuthorizationReader {
 
 // ------------------------------------------------------------------------------------------------------------------ View
 
+std::optional<std::string> View::Targets::around(std::string_view path) const {
+  std::string_view nearest;
+  for (const Target& target : all) {
+    const std::string_view own = target.path;
+    if (own.substr(0, path.size()) == path && (own.size() == path.size() || own[path.size()] == '/')) return std::nullopt;
+    const bool is_above = own == "/" || (path.substr(0, own.size()) == own && path.size() > own.size() && path[own.size()] == '/');
+    if (is_above && target.below && own.size() > nearest.size()) nearest = own;
+  }
+  return std::string(nearest);
+}
+
 View::View(std::shared_ptr<const Targets> targets, std::vector<Granted> granted) : targets_(std::move(targets)), granted_(std::move(granted)) {
   for (const Granted& g : granted_) anywhere_ = anywhere_ | g.here | g.below;
   reads_everything_ = at("/").has(Right::read) && below("/").has(Right::read);

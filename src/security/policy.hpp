@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -29,6 +30,9 @@ class View {
     };
     std::vector<Target> all;
     std::unordered_map<std::string_view, std::size_t> by_path;  ///< index into `all`
+
+    /// The path of the rules that count at a path and everywhere below it; empty: there are none. nullopt: rules name the path, or one below.
+    std::optional<std::string> around(std::string_view path) const;
   };
   struct Granted {
     Rights here, below;
@@ -69,6 +73,8 @@ class Policy {
   static Result<std::shared_ptr<Policy>> create(const std::vector<Rule>& rules);
   /// @param principal  nullptr: a caller without credentials
   std::shared_ptr<const View> view(const Principal* principal);
+  /// View::Targets::around(). What has the same rules around it has the same rights for every caller.
+  std::optional<std::string> around(std::string_view path) const { return targets_->around(path); }
 
  private:
   struct Grant {

@@ -194,6 +194,11 @@ std::optional<engine::Caller> Callers::renew(const security::Principal* owner) {
   return caller;
 }
 
+std::optional<std::string> Callers::rules_around(std::string_view path) const {
+  const auto policy = policy_file_ ? policy_file_->content(clock_.now()) : policy_;
+  return policy ? policy->around(path) : std::string();
+}
+
 bool Callers::have_changed(TimePoint now) {
   const auto tokens = tokens_ ? tokens_->content(now) : nullptr;
   const auto policy = policy_file_ ? policy_file_->content(now) : policy_;

@@ -35,6 +35,8 @@ class Callers {
   engine::Caller of(const http::Request& request);
   /// The current rights of the owner of a subscription; nullopt: the principal no longer exists. nullptr: an anonymous caller.
   std::optional<engine::Caller> renew(const security::Principal* owner);
+  /// security::Policy::around() of the present rules; empty: there are none.
+  std::optional<std::string> rules_around(std::string_view path) const;
   /// Checks the files for changes. True: the result of renew() may differ from that of the previous call.
   bool have_changed(TimePoint now);
   /// When to call have_changed() again; nullopt: the rights cannot change.

@@ -69,6 +69,8 @@ engine::EngineOptions SharedEngine::engine_options() {
   options.dispatch = options_.threads.dispatch;
   options.has_executor = static_cast<bool>(options_.threads.executor);
   options.everybody_reads = !options_.security.authorize;
+  if (!options_.security.rules.empty() || !options_.security.policy_file.empty())
+    options.rules_around = [this](std::string_view path) { return callers_->rules_around(path); };
   options.renew = [this](const security::Principal* owner) { return callers_ ? callers_->renew(owner) : engine::Caller(); };
   options.sessions = sessions_;
   options.body_jobs = options_.threads.body_threads > 0;

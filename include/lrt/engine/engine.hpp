@@ -83,6 +83,9 @@ struct EngineOptions : Limits, RequestRules, CommonOptions {
   /// Every client may read if no view is restricted. False: shared caches must not store responses. nullopt: false with
   /// `authorize`.
   std::optional<bool> everybody_reads;
+  /// The path of the rules that count at a path and everywhere below it; empty: none count. nullopt: rules name this path, or one below. Things share
+  /// a Blueprint only if no caller could see one of them and not the other. Empty: there are no rules.
+  std::function<std::optional<std::string>(std::string_view path)> rules_around;
   /// Somebody runs jobs with Dispatch::executor. False: add() refuses things that need it.
   bool has_executor = true;
 };

@@ -104,7 +104,7 @@ void InvocationResource::describe(const Description& d) const {
   const auto part = [&](Iri predicate, const char* fragment, const rdf::Type& type, const rdf::Facets& facets, const rdf::Value& value) {
     const rdf::TermId node = d.graph.intern(rdf::iri(d.base + path + fragment));
     about.add(predicate, node);
-    rdf::write_value(d.graph, node, type, facets, value, names);
+    d.quote(*this, [&] { rdf::write_value(d.graph, node, type, facets, value, names); });
   };
   const model::ActionSpec& spec = *action.spec;
   if (spec.input && !input.is_null()) part(vocab::lrt_::input, "#input", *spec.input, spec.facets, input);
@@ -311,6 +311,17 @@ void ActionResource::describe_input_value(const Description& d, rdf::TermId effe
   number(vocab::lrt_::period, ".period", from.period);
 }
 
+namespace {
+
+/// Whether an audience may know that an action has an effect on a property: it may read it, or what may have its path.
+bool shows_effect(const model::EffectSpec& effect, const Audience& audience, const Registry& registry) {
+  if (!audience.is_restricted()) return true;
+  const Resource* const property = registry.find_usual(effect.property, vocab::hybrit::Property.text);
+  return property ? audience.sees(*property) : audience.sees_iri(effect.property, {}, registry);
+}
+
+}  // namespace
+
 /// Its effects: shapes that properties conform to afterwards. They have no target, because they hold only after the action.
 void ActionResource::describe_effects(About& about, const Description& d) const {
   if (!effects.empty()) {
@@ -323,6 +334,7 @@ void ActionResource::describe_effects(About& about, const Description& d) const 
   };
   std::map<std::string_view, Shape> shapes;  // one for each property, so that a query for what changes it finds the action once
   for (const model::EffectSpec& effect : spec->effects) {
+    if (!shows_effect(effect, d.audience, d.engine.registry)) continue;
     const auto [at, is_new] = shapes.try_emplace(effect.property);
     Shape& of_property = at->second;
     if (is_new) {
@@ -374,20 +386,22 @@ void ActionResource::overview(Overview& o) const {
     o.end_object();
   }
   summarize_effects(o);
-  if (spec->parts.empty()) return;
-  o.begin_array("parts");
+  std::vector<const Resource*> parts;
   for (const std::string& location : spec->parts)
-    if (const Resource* part = o.registry().find_usual(location, vocab::hybrit::Action.text)) o.link({}, *part);
+    if (const Resource* part = o.registry().find_usual(location, vocab::hybrit::Action.text); part && o.sees(*part)) parts.push_back(part);
+  if (parts.empty()) return;
+  o.begin_array("parts");
+  for (const Resource* part : parts) o.link({}, *part);
   o.end_array();
 }
 
 /// The effects that describe_effects() describes, on properties that the audience may see.
 void ActionResource::summarize_effects(Overview& o) const {
-  if (spec->effects.empty()) return;
-  o.begin_array("effects");
+  bool has_begun = false;
   for (const model::EffectSpec& effect : spec->effects) {
     const Resource* const property = o.registry().find_usual(effect.property, vocab::hybrit::Property.text);
     if (!property || !o.sees(*property)) continue;
+    if (!std::exchange(has_begun, true)) o.begin_array("effects");
     o.begin_object({});
     o.text("property", o.iri(*property));
     if (effect.value)
@@ -401,7 +415,7 @@ void ActionResource::summarize_effects(Overview& o) const {
     }
     o.end_object();
   }
-  o.end_array();
+  if (has_begun) o.end_array();
 }
 
 std::string ActionResource::shape_name(std::string_view what) const {

@@ -2,6 +2,8 @@
 #include "src/engine/resources/blueprint.hpp"
 
 #include <algorithm>
+#include <optional>
+#include <string_view>
 #include <vector>
 
 #include <lrt/engine/engine.hpp>
@@ -60,19 +62,32 @@ void describe_value_shape(const Description& d, const ThingNode& thing, const st
   if (values.repeated) describe_generated(d, thing.shape_iri(d.base, name), values, *values.facets);
 }
 
-namespace {
-
-/// The shapes that the user gave, but for those of values that the audience does not see.
-Graph seen_shapes(const ThingNode& thing, const Audience& audience) {
-  const Graph& all = thing.user_shapes();
-  if (!audience.is_restricted()) return all;
-  std::vector<std::string> hidden;
-  for (const ValueShape& values : value_shapes(thing))
-    if (!audience.sees(*values.resource)) hidden.push_back(std::string(placeholder_base) + thing.blueprint.path + "#" + values.name);
-  return visible_part(all, [&](std::string_view iri) { return std::find(hidden.begin(), hidden.end(), iri) == hidden.end(); });
+bool shows_shape(const ThingNode& thing, std::string_view fragment, const Audience& audience) {
+  const Resource* named = nullptr;  // by the longest name that the fragment begins with
+  std::size_t length = 0;
+  for (const ValueShape& values : value_shapes(thing)) {
+    const std::string& name = values.name;
+    const bool is_it =
+        fragment.substr(0, name.size()) == name && (fragment.size() == name.size() || fragment[name.size()] == '.' || fragment[name.size()] == '/');
+    if (is_it && name.size() >= length) named = values.resource, length = name.size();
+  }
+  return !named || audience.sees(*named);
 }
 
-}  // namespace
+Graph seen_shapes(const ThingNode& thing, const Audience& audience) {
+  if (!audience.is_restricted() || thing.user_shapes().empty()) return thing.user_shapes();
+  const std::optional<std::vector<std::string>> texts = thing.self.shapes_seen_by(audience);
+  const Result<Graph> of_texts = texts ? read_shapes(*thing.spec, *texts, thing.blueprint.path) : Graph();
+  const Graph& all = texts && of_texts ? *of_texts : thing.user_shapes();
+  const std::string prefix = std::string(placeholder_base) + thing.blueprint.path + "#";
+  return visible_part(
+      all, [&](std::string_view iri) { return iri.substr(0, prefix.size()) != prefix || shows_shape(thing, iri.substr(prefix.size()), audience); });
+}
+
+bool BlueprintResource::shows_fragment(std::string_view fragment, const Audience& audience) const {
+  const rdf::TermView shape = rdf::iri(std::string(placeholder_base) + path + "#" + std::string(fragment));
+  return shows_shape(*thing, fragment, audience) && (!thing->user_shapes().find(shape) || seen_shapes(*thing, audience).find(shape));
+}
 
 void BlueprintResource::describe(const Description& d) const {
   const ThingNode& node = *thing;

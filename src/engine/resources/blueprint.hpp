@@ -31,6 +31,7 @@ class BlueprintResource final : public ValueResource {
     return kind;
   }
   void overview(Overview& o) const override;
+  bool shows_fragment(std::string_view fragment, const Audience& audience) const override;
   std::string described_by(const std::string&) const override { return {}; }
   Reads reads() const noexcept override { return Reads::known_values; }
   void for_each_property(FunctionRef<void(PropertyResource&)> visit) const override;
@@ -48,6 +49,12 @@ void describe_value_shape(const Description& d, const ThingNode& thing, const st
 
 /// Whether the generated shape of that name has bounds of numbers.
 bool has_bounds(const ThingNode& thing, const std::string& name);
+
+/// Whether the fragment of a Blueprint stands for something that an audience may know of: no shape of values, or one of values that it sees.
+bool shows_shape(const ThingNode& thing, std::string_view fragment, const Audience& audience);
+
+/// The shapes that the user gave, without those of values and of graphs that the audience does not see.
+rdf::Graph seen_shapes(const ThingNode& thing, const Audience& audience);
 
 /// Whether the user has given the shape of that name.
 bool has_user_shape(const ThingNode& thing, const std::string& name);

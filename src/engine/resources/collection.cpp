@@ -81,7 +81,8 @@ void MemberResource::removed(const Result<void>& result, Refusal refusal, Ticket
 void MemberResource::describe(const Description& d) const {
   About about(d.graph, d.base + path);
   describe_types(about, d);
-  rdf::write_value(d.graph, about.subject(), *collection.spec->type, collection.spec->facets, value, d.engine.vocabulary(d.base));
+  d.quote(*this,
+          [&] { rdf::write_value(d.graph, about.subject(), *collection.spec->type, collection.spec->facets, value, d.engine.vocabulary(d.base)); });
 }
 
 void MemberResource::describe_types(About& about, const Description& d) const {

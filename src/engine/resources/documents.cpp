@@ -95,6 +95,12 @@ std::vector<Resource*> RootResource::members() const {
   return all;
 }
 
+std::vector<Resource*> RootResource::members(const Audience& audience) const {
+  std::vector<Resource*> all;
+  for (ThingNode* root : seen_things(registry_.roots(), audience)) all.push_back(&root->self);
+  return all;
+}
+
 void TermsResource::describe(const Description& d) const {
   rdf::ReadOptions options;
   options.base = vocab::lrt_::state.text.substr(0, vocab::lrt_::state.text.find('#'));

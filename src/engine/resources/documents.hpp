@@ -28,8 +28,9 @@ class RootResource final : public Resource, public Container {
   }
   void overview(Overview& o) const override;
   const Container* container() const noexcept override { return this; }
-  using Container::members;
   std::vector<Resource*> members() const override;
+  /// Things below a hidden one are members in its place.
+  std::vector<Resource*> members(const Audience& audience) const override;
   void link_related(http::LinkWriter& links, const std::string& base) const override;
   std::string described_by(const std::string& base) const override { return base + terms_; }
 

@@ -74,12 +74,12 @@ std::vector<bool> shown_shapes(const std::vector<const ThingNode*>& things, std:
   return shown;
 }
 
-/// The predicates from a Thing to this property alone.
-std::vector<std::string> own_predicates(const PropertyResource& property, const std::string& vocabulary) {
+/// The predicates from a Thing to this property alone, of those that the audience sees.
+std::vector<std::string> own_predicates(const PropertyResource& property, const std::string& vocabulary, const Audience& audience) {
   std::vector<std::string> own = property.spec->predicates;
   if (own.empty()) return {rdf::term_iri(link_term(property.spec->path), vocabulary)};
   for (const auto& other : property.thing->properties) {
-    if (other.get() == &property) continue;
+    if (other.get() == &property || !audience.sees(*other)) continue;
     const std::vector<std::string>& theirs = other->spec->predicates;
     own.erase(
         std::remove_if(own.begin(), own.end(), [&](const std::string& p) { return std::find(theirs.begin(), theirs.end(), p) != theirs.end(); }),
@@ -134,12 +134,17 @@ std::string free_path(const std::string& path, const Registry& registry) {
 
 }  // namespace
 
-KindResource::KindResource(std::string its_path, std::string its_name, std::string its_signature, ChangeLog& its_changes)
-    : SharedBlueprint(std::move(its_path)), name(std::move(its_name)), signature(std::move(its_signature)), changes(its_changes) {}
+KindResource::KindResource(std::string its_path, std::string its_name, std::string its_signature, std::optional<std::string> its_rules,
+                           ChangeLog& its_changes)
+    : SharedBlueprint(std::move(its_path)),
+      name(std::move(its_name)),
+      signature(std::move(its_signature)),
+      rules(std::move(its_rules)),
+      changes(its_changes) {}
 KindResource::~KindResource() = default;
 
 void KindResource::join(ThingNode& member, Registry& registry) {
-  if (std::string text = bounds_of(member); !text.empty()) {
+  if (std::string text = rules ? bounds_of(member) : std::string(); !text.empty()) {
     auto at = bounds_.find(text);
     if (at == bounds_.end()) {
       std::string its_path = free_path(path + "-" + short_hash(text), registry);
@@ -189,6 +194,11 @@ std::vector<rdf::FieldType> KindResource::state_fields(const ThingNode& member, 
     ++i;
   }
   return fields;
+}
+
+bool SharedBlueprint::shows_fragment(std::string_view fragment, const Audience& audience) const {
+  const auto shows = [&](const ThingNode* t) { return audience.sees(t->self) && shows_shape(*t, fragment, audience); };
+  return std::any_of(things.begin(), things.end(), shows);
 }
 
 bool SharedBlueprint::is_shown_to(const Audience& audience) const {
@@ -245,11 +255,21 @@ void describe_kind(const Description& d, const std::string& self, const std::str
   if (properties > 0) structure.path(vocab::hybrit::property, properties, 0, vocab::hybrit::Property);
 
   // The links that the user has given. What they lead to may have been removed: it has no class here.
-  std::map<std::string, Links> links = links_of(first, d.engine.registry);
+  std::map<std::string, Links> links = links_of(first, d.engine.registry, d.audience);
   if (d.audience.is_restricted())
     for (const ThingNode* t : members) {
       const std::map<std::string, Links> seen_links = links_of(*t, d.engine.registry, d.audience);
-      for (auto it = links.begin(); it != links.end();) it = seen_links.count(it->first) == 0 ? links.erase(it) : std::next(it);
+      for (auto it = links.begin(); it != links.end();) {
+        const auto seen_link = seen_links.find(it->first);
+        if (seen_link == seen_links.end()) {
+          it = links.erase(it);
+          continue;
+        }
+        Links& l = (it++)->second;
+        l.count = std::max(l.count, seen_link->second.count);
+        l.iris = l.iris && seen_link->second.iris;
+        l.literals = l.literals && seen_link->second.literals;
+      }
     }
   for (const auto& [predicate, l] : links) {
     About constraint = structure.path(predicate, 1, l.count == 1 ? 1 : 0);
@@ -310,7 +330,7 @@ void describe_kind(const Description& d, const std::string& self, const std::str
   for (std::size_t i = 0; i < shapes.size(); ++i) {
     if (!shown[i] || has_user_shape(first, shapes[i].name)) continue;
     rdf::Facets facets = *shapes[i].facets;
-    if (shapes[i].has_bounds()) facets.without_bounds();
+    if (shapes[i].has_bounds() && !(first.kind && !first.kind->rules)) facets.without_bounds();
     describe_generated(d, self + "#" + shapes[i].name, shapes[i], facets);
   }
   const std::string subscriptions = first.subscriptions.input_shape();
@@ -334,7 +354,7 @@ void BoundsResource::describe(const Description& d) const {
     const std::string shape = self + "#" + values.name;
     describe_generated(d, shape, values, *values.facets);
     if (!values.property || values.property->spec->file) continue;
-    for (const std::string& predicate : own_predicates(*values.property, vocabulary)) {
+    for (const std::string& predicate : own_predicates(*values.property, vocabulary, d.audience)) {
       About constraint = Structure(d.graph, about.subject()).path(predicate, 0);
       value_or_error.conforms(constraint, *values.property, shape);
     }
@@ -372,15 +392,33 @@ std::string text_of_kind(const ThingNode& thing, const EngineView& engine) {
 }  // namespace
 
 void Kinds::join(ThingNode& thing, const EngineView& engine) {
-  std::string signature = signature_of(thing, registry_);
+  const auto& rules_around = engine.options.rules_around;
+  std::optional<std::string> rules = rules_around ? rules_around(thing.self.path) : std::string();
+  std::string signature = rules ? signature_of(thing, registry_) + "\n" + *rules : "\n" + thing.self.path;
   std::unique_ptr<KindResource>& kind = kinds_[signature];
   if (!kind) {
     const std::string name = local_name(thing.spec->classes.empty() ? thing.spec->path : thing.spec->classes.back());
-    const std::string path = std::string(SharedBlueprint::folder) + "/" + iri::encode_segment(name) + "-" + short_hash(text_of_kind(thing, engine));
-    kind = std::make_unique<KindResource>(free_path(path, registry_), name, std::move(signature), registry_.changes());
+    std::string hashed = rules ? text_of_kind(thing, engine) : thing.self.path;
+    if (rules && rules->size() > 1) hashed += "\n" + *rules;
+    const std::string path = std::string(SharedBlueprint::folder) + "/" + iri::encode_segment(name) + "-" + short_hash(hashed);
+    kind = std::make_unique<KindResource>(free_path(path, registry_), name, std::move(signature), std::move(rules), registry_.changes());
     registry_.add(*kind);
   }
   kind->join(thing, registry_);
+}
+
+void Kinds::renew(const EngineView& engine) {
+  const auto& rules_around = engine.options.rules_around;
+  if (!rules_around) return;
+  bool changed = false;
+  for (const auto& [path, thing] : registry_.things()) {
+    if (rules_around(path) == thing->kind->rules) continue;
+    leave(*thing);
+    join(*thing, engine);
+    thing->shapes_moved();
+    changed = true;
+  }
+  if (changed) registry_.structure_changed();
 }
 
 void Kinds::leave(ThingNode& thing) {

@@ -39,6 +39,7 @@ class SharedBlueprint : public ValueResource {
   std::string up() const override { return "/"; }
   /// It is shown if the audience sees one of its Things.
   bool is_shown_to(const Audience& audience) const override;
+  bool shows_fragment(std::string_view fragment, const Audience& audience) const override;
   Reads reads() const noexcept override { return Reads::known_values; }
   void for_each_property(FunctionRef<void(PropertyResource&)> visit) const override;
   void path_changed() override;
@@ -56,7 +57,7 @@ class SharedBlueprint : public ValueResource {
 class KindResource final : public SharedBlueprint {
  public:
   /// @param its_changes  of the resources of its Things
-  KindResource(std::string its_path, std::string its_name, std::string its_signature, ChangeLog& its_changes);
+  KindResource(std::string its_path, std::string its_name, std::string its_signature, std::optional<std::string> its_rules, ChangeLog& its_changes);
   ~KindResource() override;
 
   void describe(const Description& d) const override;
@@ -69,6 +70,9 @@ class KindResource final : public SharedBlueprint {
 
   const std::string name;  ///< for people: "RevoluteJoint"
   const std::string signature;
+  /// EngineOptions::rules_around() its Things. nullopt: it is the Blueprint of one Thing, of which callers may see more or less, with the bounds of its
+  /// numbers; its IRI says nothing but the path of the Thing (0077).
+  const std::optional<std::string> rules;
   ChangeLog& changes;
 
  private:
@@ -119,6 +123,8 @@ class Kinds {
   void join(ThingNode& thing, const EngineView& engine);
   /// Removes the kind with its last Thing.
   void leave(ThingNode& thing);
+  /// The rules may have changed: Things that they tell apart now get other Blueprints.
+  void renew(const EngineView& engine);
   /// Removes all kinds, after their Things.
   void clear() noexcept { kinds_.clear(); }
 

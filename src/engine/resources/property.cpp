@@ -63,7 +63,7 @@ void PropertyResource::describe(const Description& d, std::string_view failure) 
   about.link(vocab::rdfs::seeAlso, d.base + thing->self.path);
   if (!failure.empty()) about.add(vocab::lrt_::error, rdf::literal(failure));
   else if (!value.is_null() && !only_octets)
-    rdf::write_value(d.graph, about.subject(), *spec->type, spec->facets, value, d.engine.vocabulary(d.base));
+    d.quote(*this, [&] { rdf::write_value(d.graph, about.subject(), *spec->type, spec->facets, value, d.engine.vocabulary(d.base)); });
   describe_quantity(about, *spec->type, spec->facets);
   if (failure.empty()) about.when(vocab::dcterms::modified, modified);
   if (spec->frame) about.add(frame_predicate(*spec->type), object_term(d.graph, *spec->frame, d.base));
@@ -91,7 +91,8 @@ void PropertyResource::describe_types(About& about, const Description& d) const 
 void PropertyResource::summarize(Overview& o) const {
   o.described(spec->statements, spec->classes, spec->type);
   o.schema("schema", spec->type, spec->facets);
-  if (spec->frame) o.text("frame", o.iri(*spec->frame));
+  if (spec->frame)
+    if (const std::string frame = o.iri(*spec->frame); o.sees_iri(frame)) o.text("frame", frame);
   if (methods().put) o.text("unavailable", reason_of_stop(*thing, *spec));
   if (spec->life) o.json("expiresAfter", seconds(spec->life->life()));
   std::vector<std::string> formats;

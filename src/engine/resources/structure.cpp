@@ -260,13 +260,13 @@ void StructureResource::for_each(const Audience& audience, FunctionRef<void(cons
   const std::size_t max = page_factor * options_.max_page_members;
   std::size_t page = 1, on_page = 0;
   std::vector<std::pair<const ThingNode*, const ThingNode*>> all;  // with the nearest above that is in the document
-  for (const ThingNode* root : registry_.roots()) all.emplace_back(root, nullptr);
+  for (const ThingNode* root : seen_things(registry_.roots(), audience)) all.emplace_back(root, nullptr);
   for (std::size_t i = 0; i < all.size(); ++i) {
     const auto [one, parent] = all[i];
     Entry entry;
     entry.parent = parent;
     const bool is_in = select(*one, audience, entry);
-    for (const ThingNode* child : one->children) all.emplace_back(child, is_in ? one : parent);
+    for (const ThingNode* child : seen_things(one->children, audience)) all.emplace_back(child, is_in ? one : parent);
     if (!is_in) continue;
     if (on_page != 0 && on_page + entry.size() > max) ++page, on_page = 0;
     on_page += entry.size();

@@ -46,18 +46,20 @@ void ThingResource::describe(const Description& d) const {
   // It is an instance of what judges it.
   about.link(vocab::rdf_::type, d.base + node.kind->path);
   if (node.bounds) about.link(vocab::rdf_::type, d.base + node.bounds->path);
-  for (const std::string& iri : node.blueprint_iris(d.base)) about.link(vocab::hybrit::blueprint, iri);
+  for (const std::string& iri : node.blueprint_iris(d.base, d.audience)) about.link(vocab::hybrit::blueprint, iri);
   about.link(vocab::hybrit::subscriptions, d.base + node.subscriptions.path);  // R1.8
   about.link(vocab::lrt_::state, d.base + node.state.path);
   if (!node.children.empty()) about.link(vocab::lrt_::all, d.base + node.tree.path);
   if (node.control) about.link(vocab::lrt_::control, d.base + node.control->path);
-  if (node.parent) about.link(vocab::dcterms::isPartOf, d.base + node.parent->self.path);
+  const ThingNode* const parent = node.parent_seen_by(d.audience);
+  if (parent) about.link(vocab::dcterms::isPartOf, d.base + parent->self.path);
   for (const ActionResource* a : actions) about.link(vocab::hybrit::action, d.base + a->path);  // R1.10
   for (const ActionResource* a : actions)
     if (a->spec->stop) about.link(vocab::lrt_::stop, d.base + a->path);
   for (const auto& p : node.properties) about.link(vocab::hybrit::property, d.base + p->path);  // R1.9
   for (const auto& c : node.collections) about.link(vocab::lrt_::collection, d.base + c->path);
-  for (const ThingNode* child : node.children) about.link(vocab::dcterms::hasPart, d.base + child->self.path);
+  const std::vector<ThingNode*> children = seen_things(node.children, d.audience);
+  for (const ThingNode* child : children) about.link(vocab::dcterms::hasPart, d.base + child->self.path);
   const auto domain_links = [&](const auto& resources) {
     for (const auto& r : resources)
       for (const std::string& predicate : r->spec->predicates) about.link(Iri(std::string_view(predicate)), d.base + r->path);
@@ -75,9 +77,9 @@ void ThingResource::describe(const Description& d) const {
   for (const ActionResource* a : actions) describe_types_of(*a, d);
   for (const auto& p : node.properties) describe_types_of(*p, d);
   for (const auto& c : node.collections) describe_types_of(*c, d);
-  for (const ThingNode* child : node.children) describe_types_of(child->self, d);
+  for (const ThingNode* child : children) describe_types_of(child->self, d);
   if (node.control) describe_types_of(*node.control, d);
-  if (node.parent) describe_types_of(node.parent->self, d);
+  if (parent) describe_types_of(parent->self, d);
   for (const Statement& s : spec.statements) {
     if (s.object.kind() != Object::Kind::resource) continue;
     const Result<std::string> linked_path = model::encode_path_from_root(s.object.text());
@@ -102,16 +104,29 @@ void ThingResource::overview(Overview& o) const {
   if (!node.spec->blueprint) o.link("blueprint", *node.kind);
   else o.link("blueprint", *node.spec->blueprint, node.blueprint.kind().name);
   if (node.bounds) o.link("boundsBlueprint", *node.bounds);
-  if (node.adds_shapes()) o.link("ownBlueprint", node.blueprint);
+  if (node.adds_shapes(o.audience())) o.link("ownBlueprint", node.blueprint);
   o.link("subscriptions", node.subscriptions);
   write_stop_states(o, stop_states_of(node));
   o.links("properties", node.properties);
   o.links("actions", node.available_actions());
   o.links("collections", node.collections);
   o.begin_array("things");
-  for (const ThingNode* child : node.children) o.link({}, child->self);
+  for (const ThingNode* child : seen_things(node.children, o.audience())) o.link({}, child->self);
   o.end_array();
 }
+
+namespace {
+
+/// Things below in place of one that is left out.
+void add_children(http::LinkWriter& links, const ThingNode& node, const std::string& base) {
+  for (const ThingNode* child : node.children) {
+    const std::string iri = base + child->self.path;
+    if (links.leaves_out(iri)) add_children(links, *child, base);
+    else links.add(iri, "related");
+  }
+}
+
+}  // namespace
 
 void ThingResource::link_related(http::LinkWriter& links, const std::string& base) const {
   const ThingNode& node = *thing;
@@ -131,7 +146,7 @@ void ThingResource::link_related(http::LinkWriter& links, const std::string& bas
   for (const ActionResource* a : node.available_actions()) links.add(base + a->path, "related");
   for (const auto& p : node.properties) links.add(base + p->path, "related");
   for (const auto& c : node.collections) links.add(base + c->path, "related");
-  for (const ThingNode* child : node.children) links.add(base + child->self.path, "related");
+  add_children(links, node, base);
 }
 
 std::string ThingResource::up() const { return thing->parent ? thing->parent->self.path : "/"; }
@@ -156,7 +171,7 @@ void describe_in_whole(const Resource& part, const Description& d, std::size_t& 
   else part.describe(d);
 }
 
-std::vector<const Resource*> StateResource::described_resources() const {
+std::vector<const Resource*> StateResource::described_resources(const Audience&) const {
   std::vector<const Resource*> parts = {&thing->self};
   for (const PropertyResource* p : thing->in_state()) parts.push_back(p);
   return parts;
@@ -254,10 +269,46 @@ bool ThingNode::adds_shapes() const { return !user_shapes().empty(); }
 const rdf::Graph& ThingNode::statements() const noexcept { return (texts ? *texts : no_texts()).statements; }
 const rdf::Graph& ThingNode::user_shapes() const noexcept { return (texts ? *texts : no_texts()).shapes; }
 
-std::vector<std::string> ThingNode::blueprint_iris(const std::string& base) const {
+bool ThingNode::adds_shapes(const Audience& audience) const {
+  return adds_shapes() && (!audience.is_restricted() || !seen_shapes(*this, audience).empty());
+}
+
+const ThingNode* ThingNode::parent_seen_by(const Audience& audience) const {
+  const ThingNode* above = parent;
+  while (above && !audience.sees(above->self)) above = above->parent;
+  return above;
+}
+
+namespace {
+
+/// @return  false: Things below took the place of one
+bool add_seen(const ThinVector<ThingNode*>& things, const Audience& audience, std::vector<ThingNode*>& seen) {
+  bool all = true;
+  for (ThingNode* thing : things) {
+    if (audience.sees(thing->self)) seen.push_back(thing);
+    else all = add_seen(thing->children, audience, seen) && thing->children.empty() && all;
+  }
+  return all;
+}
+
+}  // namespace
+
+inline namespace v0 {
+
+std::vector<ThingNode*> seen_things(const ThinVector<ThingNode*>& things, const Audience& audience) {
+  if (!audience.is_restricted()) return {things.begin(), things.end()};
+  std::vector<ThingNode*> seen;
+  if (!add_seen(things, audience, seen))  // in the order of registration
+    std::sort(seen.begin(), seen.end(), [](const ThingNode* a, const ThingNode* b) { return a->self.id < b->self.id; });
+  return seen;
+}
+
+}  // namespace v0
+
+std::vector<std::string> ThingNode::blueprint_iris(const std::string& base, const Audience& audience) const {
   std::vector<std::string> iris = {spec->blueprint ? *spec->blueprint : base + (kind ? kind->path : blueprint.path)};
   if (bounds) iris.push_back(base + bounds->path);
-  if (kind && adds_shapes()) iris.push_back(names_base(base));
+  if (kind && adds_shapes(audience)) iris.push_back(names_base(base));
   return iris;
 }
 

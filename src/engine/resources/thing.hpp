@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <iterator>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -46,6 +47,8 @@ class ThingResource : public Resource {
   std::string up() const override;
   std::string_view cache_control() const noexcept override;
   void set_observed(bool observed, ChangeScanner& scanner) override;
+  /// Of the texts of the user's shapes those that are not about something hidden; nullopt: all.
+  virtual std::optional<std::vector<std::string>> shapes_seen_by(const Audience&) const { return std::nullopt; }
   /// Further resources that only this kind of Thing has.
   virtual std::vector<Resource*> more_resources() { return {}; }
   /// Called after its registration.
@@ -60,7 +63,7 @@ class StateResource final : public ValueResource {
   using ValueResource::ValueResource;
   void describe(const Description& d) const override;
   void describe_types(About&, const Description&) const override {}
-  std::vector<const Resource*> described_resources() const override;
+  std::vector<const Resource*> described_resources(const Audience& audience) const override;
   const Variants& variants() const override { return value_variants(); }
   const ResourceKind& kind() const noexcept override {
     static constexpr Observable observable{vocab::lrt_::state};
@@ -131,8 +134,11 @@ struct ThingNode {
   std::string names_base(const std::string& base) const { return base + blueprint.path; }
   /// Its own Blueprint is not empty.
   bool adds_shapes() const;
+  bool adds_shapes(const Audience& audience) const;
   /// The Blueprints that it refers to: that of its kind or the external one, that of its bounds, and its own.
-  std::vector<std::string> blueprint_iris(const std::string& base) const;
+  std::vector<std::string> blueprint_iris(const std::string& base, const Audience& audience) const;
+  /// The nearest Thing above that an audience sees; nullptr: there is none.
+  const ThingNode* parent_seen_by(const Audience& audience) const;
   /// The Blueprint that has the shape of values under a name: its own, that of its bounds, or that of its kind.
   std::string shapes_of(const std::string& base, const std::string& name) const;
   std::string shape_iri(const std::string& base, const std::string& name) const { return shapes_of(base, name) + "#" + name; }
@@ -171,6 +177,9 @@ struct ThingNode {
   ThingNode* parent = nullptr;                 ///< nullptr: below the root
   ThinVector<ThingNode*> children;             ///< in the order of registration
 };
+
+/// Of some Things those that an audience sees. The Things below take the place of one that it does not see, as if that one was not registered.
+std::vector<ThingNode*> seen_things(const ThinVector<ThingNode*>& things, const Audience& audience);
 
 }  // namespace v0
 }  // namespace lrt::engine

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "src/engine/resources/tree.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include <lrt/engine/engine.hpp>
@@ -37,16 +38,30 @@ void TreeResource::for_each_thing(FunctionRef<void(const ThingNode&)> visit) con
 void TreeResource::describe(const Description& d) const {
   About(d.graph, d.base + path).a(vocab::ldp::RDFSource);
   std::size_t left = d.engine.options.max_value_members;
-  for (const Resource* part : described_resources())
+  for (const Resource* part : described_resources(d.audience))
     if (d.audience.sees(*part)) describe_in_whole(*part, d, left);
 }
 
-std::vector<const Resource*> TreeResource::described_resources() const {
+std::vector<const Resource*> TreeResource::described_resources(const Audience& audience) const {
   std::vector<const Resource*> parts;
-  for_each_thing([&](const ThingNode& one) {
+  const auto add = [&](const ThingNode& one) {
     parts.push_back(&one.self);
     for (const PropertyResource* p : one.in_state()) parts.push_back(p);
+  };
+  // A property may be seen where its Thing is not.
+  for_each_thing([&](const ThingNode& one) {
+    if (!audience.sees(one.self)) add(one);
   });
+  if (thing && audience.sees(thing->self)) add(*thing);
+  std::vector<ThingNode*> open = seen_things(thing ? thing->children : registry_->roots(), audience);
+  std::reverse(open.begin(), open.end());
+  while (!open.empty()) {
+    const ThingNode& next = *open.back();
+    open.pop_back();
+    add(next);
+    const std::vector<ThingNode*> below = seen_things(next.children, audience);
+    open.insert(open.end(), below.rbegin(), below.rend());
+  }
   return parts;
 }
 
@@ -59,7 +74,7 @@ std::optional<PlainValue> TreeResource::plain_value(const Audience& audience) co
     state.add(*thing, audience);
     add_children(state, *thing, thing->spec->path.size() + 1, audience);
   } else {
-    for (const ThingNode* root : registry_->roots()) add_member(state, *root, 0, audience);
+    for (const ThingNode* root : seen_things(registry_->roots(), audience)) add_member(state, *root, 0, audience);
   }
   state.add_failures(types_);
   record.fields = std::move(state.fields);
@@ -68,13 +83,11 @@ std::optional<PlainValue> TreeResource::plain_value(const Audience& audience) co
 
 /// @param prefix  how much of their paths is left out
 void TreeResource::add_children(PlainState& state, const ThingNode& one, std::size_t prefix, const Audience& audience) const {
-  for (const ThingNode* child : one.children) add_member(state, *child, prefix, audience);
+  for (const ThingNode* child : seen_things(one.children, audience)) add_member(state, *child, prefix, audience);
 }
 
-/// Adds a Thing with the Things below it as one member.
-/// If the audience may not see it, the Things below it are added in its place.
+/// Adds a Thing that the audience sees, with the Things below it, as one member.
 void TreeResource::add_member(PlainState& state, const ThingNode& member, std::size_t prefix, const Audience& audience) const {
-  if (!audience.sees(member.self)) return add_children(state, member, prefix, audience);
   rdf::Type& type = types_.emplace_back(empty_record());
   PlainState own;
   own.add(member, audience);

@@ -28,7 +28,7 @@ class TreeResource final : public ValueResource {
 
   void describe(const Description& d) const override;
   void describe_types(About&, const Description&) const override {}
-  std::vector<const Resource*> described_resources() const override;
+  std::vector<const Resource*> described_resources(const Audience& audience) const override;
   const ResourceKind& kind() const noexcept override {
     static constexpr ResourceKind kind{"all"};
     return kind;

@@ -8,6 +8,7 @@
 
 #include <lrt/base/ids.hpp>
 #include <lrt/base/iri.hpp>
+#include <lrt/rdf/codec.hpp>
 
 #include "src/base/canonical_path.hpp"
 #include "src/base/quote.hpp"
@@ -18,6 +19,7 @@
 #include "src/http/etag.hpp"
 #include "src/http/form.hpp"
 #include "src/http/target.hpp"
+#include "src/rdf/hash.hpp"
 
 namespace lrt::engine {
 
@@ -115,7 +117,6 @@ Outcome WorldGraphResource::write(Context& context, Parts& parts, GraphWrite::Ki
     return parts.responses.no_content(context);
   }
   if (auto response = parts.representations.failed_precondition(context)) return *std::move(response);
-  if (auto response = refused_put(context, parts)) return *std::move(response);
   auto made = parts.bodies.graph_task(context, graph_state);
   if (auto* response = std::get_if<http::Response>(&made)) return std::move(*response);
   GraphTask& task = std::get<GraphTask>(made);
@@ -138,7 +139,6 @@ Outcome WorldGraphResource::take_new(Context& context, Parts& parts) {
   context.resource = this;
   context.resource_id = id;
   if (auto response = parts.representations.failed_precondition(context)) return *std::move(response);
-  if (auto response = refused_put(context, parts)) return *std::move(response);
   GraphTask task;
   task.base = parts.bases[context.base];
   task.state = graph_state;
@@ -146,19 +146,6 @@ Outcome WorldGraphResource::take_new(Context& context, Parts& parts) {
   task.check = parts.rules.judge_before_call(context);
   task.set_graph(*std::get<Body>(judged).made_graph->version().graph);
   return execute(context, parts, std::move(task));
-}
-
-/// A client that writes back what it has read would remove what it is not shown. One that may not read the graph at all replaces it.
-std::optional<http::Response> WorldGraphResource::refused_put(const Context& context, const Parts& parts) const {
-  const Audience& audience = context.audience;
-  if (context.request().method != "PUT" || !audience.is_restricted() || !audience.sees(*this)) return std::nullopt;
-  const std::string base(placeholder_base);
-  const auto is_shown = [&](std::string_view iri) { return audience.sees_iri(iri, base, parts.registry); };
-  if (!has_hidden_part(*version_.graph, is_shown)) return std::nullopt;
-  return parts.responses.denied(
-      context, http::Denial::right, 403,
-      "the graph <" + parts.responses.iri(context, path) +
-          ">: these credentials do not show the whole graph, and PUT would remove the rest; change its triples by PATCH, or add to it by POST");
 }
 
 void WorldGraphResource::attach(Parts& parts) {
@@ -186,7 +173,14 @@ void WorldGraphResource::take_changes(Parts& parts) {
   GraphState::Version version = graph_state->version();
   const bool changed = version.revision != version_.revision;
   if (changed) std::swap(version_, version);
-  if (changed || has_lost) mark_stored_changed(version, gone, changed);
+  if (changed && version.graph->size() != version_.graph->size())  // the JSON of the World has the number
+    world.mark_changed([&](const Audience& audience) { return audience.sees(*this); });
+  if (!changed && !has_lost) return;
+  mark_changed([&](const Audience& audience) {
+    if (!audience.hides_something()) return true;
+    const auto saw = [&](const std::string& at) { return audience.view->at(at).has(security::Right::read); };
+    return audience.sees(*this) && (changed || std::any_of(gone.begin(), gone.end(), saw));
+  });
 }
 
 /// @param gone  paths of what is not published any more
@@ -247,7 +241,7 @@ void WorldGraphResource::removed(Parts& parts) {
 // Its triples.
 
 void WorldGraphResource::describe(const Description& d) const {
-  add_placed(d.graph, *version_.graph, d.base);
+  d.quote(*this, [&] { add_placed(d.graph, *version_.graph, d.base); });
   describe_published(d);
 }
 
@@ -270,18 +264,26 @@ void WorldGraphResource::describe_as_member(About& about, const Description& d) 
 
 void WorldGraphResource::summarize(Overview& o) const {
   o.words({graph_state->options().title, graph_state->options().description});
-  o.number("triples", size_for(o.audience()));
+  o.number("triples", version_.graph->size());
 }
 
 /// The tag is a number of the state, so that no representation is encoded to compare tags. Published values have a second number after a point.
 std::string WorldGraphResource::entity_tag(std::string_view media_type, const std::string& base, const Audience& audience, bool for_write) const {
-  const bool hides = audience.hides_something();
-  std::string state = base + " " + path + " ";
-  if (hides) state += seen_by(audience).digest;  // the number counts what it does not see
-  else state += epoch_ + " " + std::to_string(version_.revision);
-  std::string tag = http::entity_tag(media_type, state);
-  if (!for_write && !published_.empty()) tag.insert(tag.size() - 1, hides ? published_digits(audience) : "." + std::to_string(revision));
-  return tag;
+  std::string tag = http::entity_tag(media_type, base + " " + path + " " + epoch_ + " " + std::to_string(version_.revision));
+  if (for_write || published_.empty()) return tag;
+  // The revision counts published values that it may not see.
+  return tag.insert(tag.size() - 1, audience.hides_something() ? published_digits(audience) : "." + std::to_string(revision));
+}
+
+std::string WorldGraphResource::published_digits(const Audience& audience) const {
+  rdf::Graph all;
+  const std::string base(placeholder_base);
+  UserWords words;
+  describe_published({all, base, 1, *view_, audience, &words});
+  const rdf::Graph part = visible_part(all, [&](std::string_view iri) { return audience.sees_iri(iri, base, view_->registry); }, words);
+  if (part.empty()) return {};
+  const Result<std::string> text = rdf::write(part, rdf::Syntax::n_triples, {});
+  return "." + std::to_string(rdf::hash_bytes(text ? std::string_view(*text) : std::string_view(), 1));
 }
 
 std::string WorldGraphResource::for_write(std::string field) const {
@@ -330,7 +332,7 @@ void AllGraphsResource::describe(const Description& d) const {
     if (d.audience.sees(*graph)) graph->describe(d);
 }
 
-std::vector<const Resource*> AllGraphsResource::described_resources() const {
+std::vector<const Resource*> AllGraphsResource::described_resources(const Audience&) const {
   std::vector<const Resource*> parts;
   for (const auto& graph : world_.graphs()) parts.push_back(graph.get());
   return parts;
@@ -343,7 +345,7 @@ std::size_t AllGraphsResource::max_bytes(const EngineOptions& options) const noe
 bool AllGraphsResource::exceeds(std::size_t max_bytes, const Audience& audience) const {
   std::size_t bytes = 0;
   for (const auto& graph : world_.graphs())
-    if (audience.sees(*graph)) bytes += graph->bytes_for(audience);
+    if (audience.sees(*graph)) bytes += graph->stored_bytes();
   return bytes > max_bytes;
 }
 
@@ -394,13 +396,19 @@ Methods WorldResource::methods() const noexcept {
   return methods;
 }
 
-Input WorldResource::input(const EngineOptions& options) const { return methods().put ? input_of(dataset_limits()) : Resource::input(options); }
+Input WorldResource::input(const EngineOptions& options) const { return methods().put ? input_of(dataset_limits({})) : Resource::input(options); }
 
-GraphOptions WorldResource::dataset_limits() const {
+std::optional<std::size_t> WorldResource::max_put_bytes(const Audience& audience) const {
+  const auto takes = [&](const auto& graph) { return graph->methods().put && audience.sees(*graph); };
+  if (!takes_graphs() && std::none_of(graphs_.begin(), graphs_.end(), takes)) return std::nullopt;
+  return dataset_limits(audience).max_bytes;
+}
+
+GraphOptions WorldResource::dataset_limits(const Audience& audience) const {
   GraphOptions largest = takes_graphs() ? spec.options.created : GraphOptions();
   if (!takes_graphs()) largest.max_triples = largest.max_bytes = 0;
   for (const auto& graph : graphs_) {
-    if (!graph->methods().put) continue;
+    if (!graph->methods().put || !audience.sees(*graph)) continue;
     const GraphOptions& options = graph->graph_state->options();
     largest.max_triples = std::max(largest.max_triples, options.max_triples);
     largest.max_bytes = std::max(largest.max_bytes, options.max_bytes);
@@ -434,7 +442,7 @@ Outcome WorldResource::put(Context& context, Parts& parts) {
 // Several graphs at once.
 
 Outcome WorldResource::take_dataset(Context& context, Parts& parts, const std::string& one_path) {
-  auto read = context.judged ? parts.bodies.changed_graph(context) : parts.bodies.read_graphs(context, dataset_limits(), one_path);
+  auto read = context.judged ? parts.bodies.changed_graph(context) : parts.bodies.read_graphs(context, dataset_limits(context.audience), one_path);
   if (auto outcome = outcome_of(read)) return *std::move(outcome);
   Body& body = std::get<Body>(read);
   const std::shared_ptr<DatasetChange> change = std::move(body.dataset);
@@ -466,15 +474,13 @@ std::optional<http::Response> WorldResource::plan(const Context& context, const 
     if (at.empty()) return refuse(422, "expected an IRI below <" + base + path + "/>");
     if (!paths.insert(at).second) return refuse(422, "the document has it twice");
     const WorldGraphResource* const known = graph_at(at);
-    const bool may_write =
-        known ? audience.may(known->kind().right_to_change, *known) : !audience.view || audience.view->at(at).has(security::Right::write);
+    const bool may_write = known ? audience.may(known->kind().right_to_change, *known) : audience.may_choose_name(at, path);
     if (!may_write)
       return parts.responses.denied(context, http::Denial::right, 403,
                                     "the graph <" + shortened(name, max_shown_name) + ">: these credentials do not allow changing it");
     DatasetChange::Part part;
     if (known) {
       if (!known->methods().put) return refuse(409, "clients may not change it");
-      if (auto response = known->refused_put(context, parts)) return response;
       part.state = known->graph_state;
       part.shows = audience.sees(*known);
     } else {
@@ -616,6 +622,17 @@ std::vector<Resource*> WorldResource::more_resources() {
   return all;
 }
 
+std::optional<std::vector<std::string>> WorldResource::shapes_seen_by(const Audience& audience) const {
+  std::vector<std::string> left = thing->spec->shapes;
+  for (const auto& state : spec.graphs) {
+    const Resource* const graph = graph_at(state->path());
+    if (state->options().shapes.empty() || !graph || audience.sees(*graph)) continue;
+    if (const auto of_it = std::find(left.begin(), left.end(), state->options().shapes); of_it != left.end()) left.erase(of_it);
+  }
+  if (left.size() == thing->spec->shapes.size()) return std::nullopt;
+  return left;
+}
+
 std::vector<Resource*> WorldResource::members() const {
   std::vector<Resource*> all;
   for (const auto& graph : graphs_) all.push_back(graph.get());
@@ -664,7 +681,7 @@ Result<Resource*> WorldResource::find_graph(std::string_view target, const Conte
   const bool creates = takes_graphs() && (method == "PUT" || method == "POST");
   if (creates && named.empty())
     return unexpected(Errc::expected_iri, "graph: expected an IRI below <" + parts.bases[context.base] + path + "/>, found <" + *iri + ">");
-  return creates && !found && is_free(named, parts) ? &new_ : nullptr;
+  return creates && !found ? new_graph(named, context.audience, parts) : nullptr;
 }
 
 WorldGraphResource* WorldResource::graph_at(std::string_view at) const noexcept {
@@ -680,9 +697,9 @@ bool WorldResource::is_free(std::string_view at, const Parts& parts) const {
   return true;
 }
 
-Resource* WorldResource::new_graph(std::string_view at, const Parts& parts) {
-  (void)at, (void)parts;
-  return takes_graphs() ? &new_ : nullptr;
+Resource* WorldResource::new_graph(std::string_view at, const Audience& audience, const Parts& parts) {
+  if (!takes_graphs() || !audience.may(security::Right::write, *this) || !audience.may_choose_name(at, path)) return nullptr;
+  return is_free(at, parts) ? &new_ : nullptr;
 }
 
 void WorldResource::describe(const Description& d) const {
@@ -695,7 +712,7 @@ void WorldResource::describe(const Description& d) const {
 /// Its JSON has the number of triples of each graph.
 std::uint64_t WorldResource::state(std::uint64_t structure) const noexcept {
   std::uint64_t mixed = structure * 1099511628211U;  // or one step of both would cancel out
-  for (const auto& graph : graphs_) mixed = (mixed ^ graph->size_state()) * 1099511628211U;
+  for (const auto& graph : graphs_) mixed = (mixed ^ graph->stored()->size()) * 1099511628211U;
   return mixed;
 }
 

@@ -61,31 +61,14 @@ class WorldGraphResource final : public ValueResource, public OwnRepresentation 
   /// published and one has changed since the last call.
   std::shared_ptr<const rdf::Graph> graph(const EngineView& view) const;
   std::shared_ptr<const rdf::Graph> kept_graph(const EngineView& engine) const override { return graph(engine); }
+  bool is_of_users() const noexcept override { return published_.empty(); }
   /// The same without published values.
   const std::shared_ptr<const rdf::Graph>& stored() const noexcept { return version_.graph; }
   /// The bytes of the IRIs and literals of stored(), written in full at each occurrence.
   std::size_t stored_bytes() const noexcept { return version_.bytes; }
 
   using ValueResource::change_number;
-  std::uint64_t change_number(const Audience& audience) const override;
-  /// What an audience sees of stored().
-  struct Seen {
-    std::uint64_t revision = 0, structure = 0;  ///< of the graph and the registry, when it was looked at
-    std::string digest;                         ///< of its triples
-    std::size_t size = 0, bytes = 0;            ///< as those of stored()
-    std::uint64_t changed = 0, resized = 0;     ///< the revisions in which they became what they are
-    std::uint64_t number = 1, counted = 0;      ///< change_number(), and a digest of what it counts
-  };
-  /// Costs as much as stored() is large, once after each change and for audiences with equal rights.
-  /// @pre Audience::hides_something
-  const Seen& seen_by(const Audience& audience) const;
-  std::size_t size_for(const Audience& audience) const { return audience.hides_something() ? seen_by(audience).size : version_.graph->size(); }
-  std::size_t bytes_for(const Audience& audience) const { return audience.hides_something() ? seen_by(audience).bytes : version_.bytes; }
-  /// For the state of documents that have the number of its triples.
-  std::uint64_t size_state() const noexcept { return version_.graph->size() + (seen_.empty() ? 0 : version_.revision * 1099511628211U); }
-
-  /// A PUT by a client that is not shown the whole graph is refused.
-  std::optional<http::Response> refused_put(const Context& context, const Parts& parts) const;
+  std::uint64_t change_number(const Audience& audience) const override { return audience.hides_something() ? numbers_.of(audience) : change_number(); }
   /// Applies the changes of other threads.
   void take_changes(Parts& parts);
   /// The body of a request that wanted to create this graph, which another request has created meanwhile.
@@ -107,10 +90,8 @@ class WorldGraphResource final : public ValueResource, public OwnRepresentation 
   };
   Outcome write(Context& context, Parts& parts, model::GraphWrite::Kind kind);
   Outcome execute(Context& context, Parts& parts, GraphTask task);
-  void count_change(SeenBy seen) override;
-  Seen& look(const Audience& audience, const model::GraphState::Version& version) const;
-  std::uint64_t digest_of_all(const Seen& seen, const Audience& audience) const;
-  void mark_stored_changed(const model::GraphState::Version& before, const std::vector<std::string>& gone, bool has_more);
+  void count_change(SeenBy seen) override { numbers_.count(seen); }
+  /// For the entity tag: a digest of the published values that the audience sees. Empty if there are none.
   std::string published_digits(const Audience& audience) const;
   bool take_published(Parts& parts, std::vector<std::string>& gone);
   void add_published(const model::PublishedSpec& spec, Parts& parts);
@@ -125,7 +106,7 @@ class WorldGraphResource final : public ValueResource, public OwnRepresentation 
   std::shared_ptr<std::atomic<bool>> changes_wait_ = std::make_shared<std::atomic<bool>>(false);  ///< a message for take_changes() is queued
   mutable std::shared_ptr<const rdf::Graph> whole_;                                               ///< graph(), with the revision that it had
   mutable std::uint64_t whole_revision_ = 0;
-  mutable ByAudience<Seen> seen_;
+  AudienceNumbers numbers_;
 };
 
 /// All graphs of a World that the reader sees, as one graph (`?default`).
@@ -135,7 +116,7 @@ class AllGraphsResource final : public ValueResource {
   void describe(const Description& d) const override;
   void describe_controls(About&, const Description&) const override {}
   void describe_types(About& about, const Description& d) const override;
-  std::vector<const Resource*> described_resources() const override;
+  std::vector<const Resource*> described_resources(const Audience& audience) const override;
   const Variants& variants() const override;
   const ResourceKind& kind() const noexcept override {
     static constexpr ResourceKind kind{"graphs"};
@@ -199,10 +180,13 @@ class WorldResource final : public ThingResource, public Container, public Graph
   std::vector<Resource*> members() const override;
   void describe_member(const Resource& member, About& about, const Description& d) const override;
   std::vector<Resource*> more_resources() override;
+  /// Without the shapes of hidden graphs.
+  std::optional<std::vector<std::string>> shapes_seen_by(const Audience& audience) const override;
   using Resource::graph_store;
   GraphStore* graph_store() noexcept override { return this; }
   Result<Resource*> find_graph(std::string_view target, const Context& context, const Parts& parts) override;
-  Resource* new_graph(std::string_view at, const Parts& parts) override;
+  Resource* new_graph(std::string_view at, const Audience& audience, const Parts& parts) override;
+  std::optional<std::size_t> max_put_bytes(const Audience& audience) const override;
 
   const std::vector<std::unique_ptr<WorldGraphResource>>& graphs() const noexcept { return graphs_; }
   void attach(Parts& parts) override;
@@ -220,8 +204,6 @@ class WorldResource final : public ThingResource, public Container, public Graph
 
   using Resource::change_number;
   std::uint64_t change_number(const Audience& audience) const override { return numbers_.of(audience); }
-  /// The number of triples of a graph has changed, for some or for all.
-  void mark_resized(SeenBy seen, bool for_all);
 
  private:
   void count_change(SeenBy seen) override { numbers_.count(seen); }
@@ -229,8 +211,8 @@ class WorldResource final : public ThingResource, public Container, public Graph
   WorldGraphResource* graph_at(std::string_view at) const noexcept;
   /// The canonical path of a graph that this World could have; empty: it could not.
   std::string path_below(const std::string& named) const;
-  /// The limits of a document of several graphs: the largest of those of the graphs that clients may write.
-  GraphOptions dataset_limits() const;
+  /// The limits of a document of several graphs: the largest of those of the graphs that clients may write, as far as the audience sees them.
+  GraphOptions dataset_limits(const Audience& audience) const;
   Outcome take_dataset(Context& context, Parts& parts, const std::string& one_path);
   /// Finds the graphs of a document. Each is judged as a request that only changes it.
   std::optional<http::Response> plan(const Context& context, const Parts& parts, DatasetChange& change) const;
