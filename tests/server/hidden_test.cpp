@@ -3,11 +3,13 @@
 #include <lrt/server.hpp>
 
 #include <atomic>
+#include <chrono>
 #include <map>
 #include <memory>
 #include <set>
 #include <string>
 #include <string_view>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -19,6 +21,7 @@
 #include "tests/support/catch.hpp"
 #include "tests/support/fakes.hpp"
 #include "tests/support/message.hpp"
+#include "tests/support/rights_matrix.hpp"
 #include "tests/support/socket.hpp"
 
 using namespace lrt;
@@ -395,4 +398,46 @@ TEST_CASE("hidden and absent are the same on each transport", "[server][security
         CHECK(difference(a, b) == "");
       }
   }
+}
+
+TEST_CASE("Blueprints get other names when rules are loaded that hide the Thing which they are named after", "[server][security][R0.2]") {
+  const Rulebook book;
+  FakeClock clock;
+  const std::string all = R"(@prefix acl: <http://www.w3.org/ns/auth/acl#> .
+<#all> a acl:Authorization ; acl:accessTo </> ; acl:default </> ; acl:agentClass acl:AuthenticatedAgent ; acl:mode acl:Read .
+)";
+  book.put_rules(all);
+  Options options;
+  book.apply(options);
+  options.listen.transport = transport::no_network;
+  options.clock = &clock;
+  Server server = Server::create(std::move(options)).value();
+  for (const char* path : {"veiled_first", "second", "third"}) {
+    Thing thing{path};
+    thing.title("a weight").property("weight", [] { return 3.0; }).between(0, 10);
+    server.add(std::move(thing)).value();
+  }
+  const auto ask = [&](const std::string& path) {
+    RequestText request("GET " + path + "\nHost: localhost:4711\nAccept: text/turtle\nAuthorization: Bearer anna-0123456789abcdef");
+    request.get().local_port = 4711;
+    return std::string(server.serve(request.get()).response.content());
+  };
+  CHECK(ask("/second").find("/blueprints/veiled_first-") != std::string::npos);  // where nothing is hidden, equal Things share it
+  book.put_rules(all +
+                 "<#some> a acl:Authorization ; acl:accessTo </veiled_first> ; acl:default </veiled_first> ; "
+                 "acl:agentGroup <#administrator> ; acl:mode acl:Read .");
+  clock.advance(std::chrono::seconds(2));
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  while (ask("/second").find("veiled") != std::string::npos && std::chrono::steady_clock::now() < end) std::this_thread::yield();
+  for (const char* path : {"/second", "/third"}) {
+    const std::string seen = ask(path);
+    CHECK(seen.find("veiled") == std::string::npos);
+    CHECK(seen.find("/blueprints/") != std::string::npos);
+  }
+  const std::string seen = ask("/second"), begin = "/blueprints/";
+  const std::size_t at = seen.find(begin);
+  REQUIRE(at != std::string::npos);
+  const std::string blueprint = ask(seen.substr(at, seen.find_first_of("> ", at) - at));
+  CHECK(blueprint.find("NodeShape") != std::string::npos);
+  CHECK(blueprint.find("veiled") == std::string::npos);
 }

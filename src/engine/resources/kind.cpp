@@ -410,15 +410,22 @@ void Kinds::join(ThingNode& thing, const EngineView& engine) {
 void Kinds::renew(const EngineView& engine) {
   const auto& rules_around = engine.options.rules_around;
   if (!rules_around) return;
-  bool changed = false;
+  std::vector<ThingNode*> moved;
   for (const auto& [path, thing] : registry_.things()) {
-    if (rules_around(path) == thing->kind->rules) continue;
-    leave(*thing);
-    join(*thing, engine);
-    thing->shapes_moved();
-    changed = true;
+    const KindResource& kind = *thing->kind;
+    if (rules_around(path) == kind.rules) continue;
+    // Others do not keep a Blueprint that is named after it.
+    const bool names_others = kind.things.size() > 1 && kind.name == local_name(thing->spec->path);
+    if (names_others) moved.insert(moved.end(), kind.things.begin(), kind.things.end());
+    else moved.push_back(thing.get());
   }
-  if (changed) registry_.structure_changed();
+  if (moved.empty()) return;
+  std::sort(moved.begin(), moved.end(), [](const ThingNode* a, const ThingNode* b) { return a->self.id < b->self.id; });
+  moved.erase(std::unique(moved.begin(), moved.end()), moved.end());
+  for (ThingNode* thing : moved) leave(*thing);
+  for (ThingNode* thing : moved) join(*thing, engine);
+  for (ThingNode* thing : moved) thing->shapes_moved();
+  registry_.structure_changed();
 }
 
 void Kinds::leave(ThingNode& thing) {
