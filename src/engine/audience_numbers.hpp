@@ -23,7 +23,6 @@ class ByAudience {
   };
   static constexpr std::size_t max_entries = 64;
 
-  bool empty() const noexcept { return entries_.empty(); }
   /// @param removed  called with what was removed to make room
   template <class Make, class Remove>
   T& of(const Audience& audience, Make make, Remove removed) {
