@@ -40,6 +40,7 @@ struct ServerCounters : engine::EngineCounts {
   std::uint64_t audit_dropped = 0;                           ///< lines of the audit that were lost
   std::size_t audit_waiting = 0;                             ///< lines that wait for the sink or the file of the audit
   std::uint64_t audit_errors = 0;                            ///< steps that failed in writing the file of the audit
+  std::size_t unsaved_graph_changes = 0;                     ///< changes of graphs with a file that are not on the disk
 };
 
 /// The counters in the text format 0.0.4 of Prometheus, `text/plain;version=0.0.4;charset=utf-8`. The names begin with

@@ -42,15 +42,25 @@ struct GraphOptions {
   /// Of its IRIs and literals, written in full at each occurrence; also of a request body (413). A body must also be
   /// within transport::Limits::max_body_bytes; a larger graph takes several POSTs.
   std::size_t max_bytes = 32 * 1024 * 1024;
-  /// File that stores the graph across restarts: N-Triples with a first line of lrt. A thread of lrt replaces it
-  /// atomically after each change, so it always contains one state of the graph, without what is published(). update()
-  /// and the responses to clients do not wait for the disk: after a crash or a power failure the last changes may be
-  /// missing. They are written when the World is removed and when the server is destroyed. If the file was changed or
-  /// truncated, it is kept as FILE.damaged-1, the log says so, and the graph begins with `turtle`. A file belongs to one
-  /// graph: Server::add() refuses a file that another graph, server or process writes. Empty: the graph is not stored.
+  /// File that stores the graph across restarts, without what is published(): a journal to which each change is
+  /// appended, as much as it weighs, and which a thread of lrt compacts beside its use (docs/journal.md). update() does
+  /// not wait for the disk; unsaved_changes() counts what is not there yet. When the World is removed and when the server
+  /// is destroyed, all is written. What a crash has left half-written at its end is cut off. Server::add() refuses a file
+  /// that was damaged before its end (io_error, with the place), one of another program or a newer lrt (invalid_option),
+  /// and one that another graph, server or process writes. Files of earlier releases, N-Triples, are read and replaced.
+  /// Empty: the graph is not stored.
   std::string file;
   std::string turtle;      ///< first content, unless there is a stored file. Its base is the graph's IRI
   rdf::Texts description;  ///< dcterms:description
+  /// With a `file`: a client's change is shown, and acknowledged, when it is on the disk. Changes that arrive together are
+  /// written together. If the disk refuses, the response is 507 (it is full) or 503, and nothing has changed. Changes by
+  /// update() are shown at once and written when the disk takes them again. false: no response waits, and a crash loses
+  /// what was not written yet.
+  bool respond_when_saved = true;
+  std::chrono::milliseconds save_timeout{10'000};  ///< how long a request waits for the disk; then 503, and the change may still come
+  /// Of changes that wait for the disk. A client's write beyond it is refused (503). Beyond it, changes by update() are
+  /// written as one: the whole graph.
+  std::size_t max_unsaved_bytes = 64 * 1024 * 1024;
 };
 
 /// What clients may do with a World besides writing its graphs.
@@ -225,6 +235,8 @@ class LRT_API WorldGraph {
   std::shared_ptr<const rdf::Graph> snapshot() const;
   /// A number that grows with each change.
   std::uint64_t revision() const;
+  /// How many changes are not on the disk yet. 0 without GraphOptions::file.
+  std::size_t unsaved_changes() const;
 
   /// Adds a value of an object that the control loop publishes, for example its pose. The value is a pushed Property of
   /// its own, at `path` below the graph. Its triples, with the time, are also in the graph: `<#cup> predicate

@@ -376,6 +376,11 @@ Bodies::Read Bodies::changed_graph(Context& context) {
 /// The shapes judge the whole graph, so a report may name what was in it before.
 Bodies::Read Bodies::as_change(const Context& context, JudgedBody judged) const {
   const auto* fault = std::get_if<BodyFault>(&judged);
+  if (fault && fault->status == 503) {
+    http::Response response = refused(context, *fault);
+    responses_.add_retry_after(response);
+    return response;
+  }
   if (!fault || !fault->report || context.audience.sees(*context.resource)) return as_read(context, std::move(judged));
   return responses_.problem(context, fault->status, "the graph would not conform to its shapes; the report is for clients that may read the graph");
 }

@@ -23,6 +23,7 @@
 namespace lrt::model {
 inline namespace v0 {
 class GraphState;
+class Saving;
 }  // namespace v0
 }  // namespace lrt::model
 
@@ -42,6 +43,7 @@ struct Body {
   std::shared_ptr<model::GraphState> made_graph{};  ///< of a World, that the request has made
   std::shared_ptr<DatasetChange> dataset{};         ///< of several graphs of a World; nullptr: the body has none
   std::shared_ptr<const ValuePatch> patch{};        ///< of a value; nullptr: the body has none
+  std::shared_ptr<model::Saving> saving{};          ///< of the graph that was changed; nullptr: nothing to wait for
 };
 
 /// Why a body is refused.

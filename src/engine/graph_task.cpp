@@ -26,6 +26,7 @@ BodyFault fault_of(model::GraphRefusal refusal, const std::string& name, const s
   switch (refusal.kind) {
     case Why::changed: return {412, "If-Match: the graph has changed meanwhile; GET it again"};
     case Why::stopped: return {503, name + " is being changed, and its server stops or its World was removed"};
+    case Why::unsaved: return {503, name + ": " + refusal.message};
     case Why::too_large: return {413, name + ": " + refusal.message};
     case Why::violation: break;
     default: return {422, name + ": " + refusal.message};
@@ -46,10 +47,10 @@ BodyFault fault_of(model::GraphRefusal refusal, const std::string& name, const s
 std::optional<JudgedBody> GraphTask::carry_out(bool waits) {
   if (auto fault = parse()) return JudgedBody(*std::move(fault));
   if (!passes(check)) return JudgedBody(CommandRules::fault(check->refusal()));
-  std::optional<model::GraphRefusal> refused = state->write(write, waits);
+  Body accepted;
+  std::optional<model::GraphRefusal> refused = state->write(write, waits, &accepted.saving);
   if (refused && refused->kind == model::GraphRefusal::Kind::busy) return std::nullopt;
   if (refused) return JudgedBody(fault_of(*std::move(refused)));
-  Body accepted;
   if (creates) accepted.made_graph = state;
   return JudgedBody(std::move(accepted));
 }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <exception>
 #include <functional>
+#include <iterator>
 #include <list>
 #include <utility>
 
@@ -133,11 +134,12 @@ rdf::TermId GraphEdit::interned(const rdf::TermView& term) {
 void GraphEdit::add(rdf::TermId subject, rdf::TermId predicate, rdf::TermId object) {
   if (graph_.add(subject, predicate, object)) {
     bytes_ += text_bytes(graph_, {subject, predicate, object});
-    return;
+    return keep(true, {subject, predicate, object});
   }
   const auto found = graph_.match(subject, predicate, object);
   const std::uint32_t at = found.begin().place();
   if (!is_removed(at)) return;
+  keep(true, {subject, predicate, object});
   removed_[at] = false;
   --removed_count_;
   if (at < first_new_) --removed_before_;
@@ -175,8 +177,16 @@ void GraphEdit::merge(const rdf::Graph& other) {
   }
 }
 
+void GraphEdit::keep(bool added, const rdf::Triple& triple) {
+  if (!changes_) return;
+  const rdf::TermView s = graph_.term(triple.subject), p = graph_.term(triple.predicate), o = graph_.term(triple.object);
+  if (added) changes_->add(s, p, o);
+  else changes_->remove(s, p, o);
+}
+
 void GraphEdit::mark(std::uint32_t at) {
   if (is_removed(at)) return;
+  keep(false, graph_.at(at));
   if (removed_.size() <= at) removed_.resize(place_limit(graph_));
   marked_.push_back(at);
   removed_[at] = true;
@@ -225,6 +235,7 @@ void GraphEdit::remove_node(const rdf::TermView& subject) {
 
 void GraphEdit::clear() {
   if (error_) return;
+  if (changes_) changes_->clear();
   removed_.assign(place_limit(graph_), true);
   is_cleared_ = true;
   removed_count_ = graph_.size();
@@ -320,7 +331,7 @@ std::shared_ptr<GraphState> GraphState::like(const GraphState& other, std::strin
 }
 
 GraphState::~GraphState() {
-  if (budget_) budget_->change(current_.bytes, 0);
+  if (budget_) budget_->change(newest_.bytes, 0);
 }
 
 /// The right to write: one at a time.
@@ -365,6 +376,11 @@ GraphState::Version GraphState::version() const {
   return current_;
 }
 
+GraphState::Version GraphState::newest() const {
+  const std::lock_guard lock(mutex_);
+  return newest_;
+}
+
 /// Two threads that update two graphs within each other, in opposite orders, would wait for each other.
 Result<void> GraphState::update(FunctionRef<void(GraphEdit&)> change) {
   if (is_updating)
@@ -377,11 +393,12 @@ Result<void> GraphState::update(FunctionRef<void(GraphEdit&)> change) {
 Result<void> GraphState::make(FunctionRef<void(GraphEdit&)> change) {
   const Turn turn(*this, Turn::Wait::always);
   try {
-    const Version before = version();
+    const Version before = newest();
     GraphEdit edit(*before.graph, before.bytes, iri(), options_);
+    if (is_open_ && !options_.file.empty()) edit.keep_changes();
     change(edit);
     if (edit.error()) return Unexpected{*edit.error()};
-    const std::optional<GraphRefusal> refused = commit(edit);
+    const std::optional<GraphRefusal> refused = commit(edit, before, nullptr);
     if (!refused) return {};
     const Errc code = refused->kind == GraphRefusal::Kind::violation ? Errc::expected_value : Errc::limit_exceeded;
     return unexpected(code, "graph \"" + path_.substr(1) +
@@ -393,7 +410,7 @@ Result<void> GraphState::make(FunctionRef<void(GraphEdit&)> change) {
   }
 }
 
-std::optional<GraphRefusal> GraphState::write(const GraphWrite& wanted, bool waits) {
+std::optional<GraphRefusal> GraphState::write(const GraphWrite& wanted, bool waits, std::shared_ptr<Saving>* saving) {
   // Large graphs take long. Without the Turn the work takes turns with that of other clients, once: if the graph is changed meanwhile, it begins again.
   if (waits && Turns::current()) {
     wait_for_writes();
@@ -401,16 +418,20 @@ std::optional<GraphRefusal> GraphState::write(const GraphWrite& wanted, bool wai
     if (auto* refused = std::get_if<GraphRefusal>(&made)) return std::move(*refused);
     const PreparedWrite& prepared = std::get<PreparedWrite>(made);
     if (wanted.expected && *wanted.expected != prepared.revision) return GraphRefusal{GraphRefusal::Kind::changed};
-    auto refused = commit_all({{this, &prepared}});
-    if (!refused || refused->kind == GraphRefusal::Kind::too_large) return refused;
+    auto refused = commit_all({{this, &prepared}}, saving);
+    if (!refused || refused->kind == GraphRefusal::Kind::too_large || refused->kind == GraphRefusal::Kind::unsaved) return refused;
   }
   const Turn turn(*this, waits ? Turn::Wait::until_stopped : Turn::Wait::no);
   if (!turn) return GraphRefusal{waits ? GraphRefusal::Kind::stopped : GraphRefusal::Kind::busy};
-  const Version before = version();
-  if (wanted.expected && *wanted.expected != before.revision) return GraphRefusal{GraphRefusal::Kind::changed};
-  GraphEdit edit(*before.graph, before.bytes, iri(), options_);
-  if (auto refused = change(edit, wanted)) return refused;
-  return commit(edit);
+  while (true) {
+    const Version before = newest();
+    if (wanted.expected && *wanted.expected != before.revision) return GraphRefusal{GraphRefusal::Kind::changed};
+    GraphEdit edit(*before.graph, before.bytes, iri(), options_);
+    if (!options_.file.empty()) edit.keep_changes();
+    if (auto refused = change(edit, wanted)) return refused;
+    auto refused = commit(edit, before, saving);
+    if (!refused || refused->kind != GraphRefusal::Kind::changed) return refused;
+  }
 }
 
 /// What the client wants, in the graph that it wants to change.
@@ -440,96 +461,265 @@ std::optional<GraphRefusal> GraphState::change(GraphEdit& edit, const GraphWrite
 void GraphState::wait_for_writes() { const Turn turn(*this, Turn::Wait::until_stopped); }
 
 std::variant<PreparedWrite, GraphRefusal> GraphState::prepare(const GraphWrite& wanted) const {
-  const Version before = version();
+  const Version before = newest();
   GraphEdit edit(*before.graph, before.bytes, iri(), options_);
+  if (!options_.file.empty()) edit.keep_changes();
   if (auto refused = change(edit, wanted)) return *std::move(refused);
   PreparedWrite made;
   made.revision = before.revision;
   if (!edit.has_changed()) return made;
+  made.changes = edit.take_changes();
   made.graph = std::make_shared<const rdf::Graph>(edit.take());
   made.bytes = edit.bytes();
   if (auto refused = judge(*made.graph, made.bytes)) return *std::move(refused);
   return made;
 }
 
-std::optional<GraphRefusal> GraphState::commit_all(std::vector<Prepared> all) {
+std::optional<GraphRefusal> GraphState::commit_all(std::vector<Prepared> all, std::shared_ptr<Saving>* saving) {
   // All take their locks in one order.
   std::sort(all.begin(), all.end(), [](const Prepared& a, const Prepared& b) { return std::less<>()(a.state, b.state); });
   std::list<Turn> turns;
   for (const Prepared& one : all)
     if (!turns.emplace_back(*one.state, Turn::Wait::no)) return GraphRefusal{GraphRefusal::Kind::busy};
-  for (const Prepared& one : all)
-    if (one.state->version().revision != one.write->revision) return GraphRefusal{GraphRefusal::Kind::changed};
-  {
-    std::list<std::unique_lock<std::mutex>> listening;
-    for (const Prepared& one : all) listening.emplace_back(one.state->listener_mutex_);
-    std::vector<std::pair<Version, std::function<void()>>> made;
-    for (const Prepared& one : all) {
-      Version next{one.write->graph, one.write->revision + 1, one.write->bytes};
-      made.emplace_back(next, next.graph && one.state->saver_ ? one.state->saver_(next) : nullptr);
-    }
-    // Graphs that shrink come first, so that what they free is there for those that grow.
-    std::vector<std::size_t> order(all.size()), charged;
-    for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-    const auto grows = [&](std::size_t i) { return made[i].first.bytes > all[i].state->current_.bytes; };
-    std::stable_partition(order.begin(), order.end(), [&](std::size_t i) { return !grows(i); });
-    for (const std::size_t i : order) {
-      GraphState& state = *all[i].state;
-      if (!made[i].first.graph || !state.budget_) continue;
-      if (state.budget_->change(state.current_.bytes, made[i].first.bytes)) {
-        charged.push_back(i);
-        continue;
-      }
-      // Back from the last one, so that there is room for what shrank.
-      for (; !charged.empty(); charged.pop_back())
-        (void)all[charged.back()].state->budget_->change(made[charged.back()].first.bytes, all[charged.back()].state->current_.bytes);
-      return GraphRefusal{GraphRefusal::Kind::too_large, "the graphs of clients in this World would have more than " +
-                                                             std::to_string(state.budget_->max()) +
-                                                             " bytes of IRIs and literals, written out; delete some of them"};
-    }
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      if (!made[i].first.graph) continue;
-      {
-        const std::lock_guard lock(all[i].state->mutex_);
-        std::swap(all[i].state->current_, made[i].first);
-      }
-      if (made[i].second) made[i].second();
-    }
+  std::vector<Version> gone;  // are destroyed without the locks
+  gone.reserve(2 * all.size());
+  std::list<std::unique_lock<std::mutex>> locks;
+  for (const Prepared& one : all) locks.emplace_back(one.state->listener_mutex_);
+  for (const Prepared& one : all) locks.emplace_back(one.state->mutex_);
+  std::vector<Version> made;
+  std::size_t waiting = 0;
+  for (const Prepared& one : all) {
+    GraphState& state = *one.state;
+    if (state.newest_.revision != one.write->revision) return GraphRefusal{GraphRefusal::Kind::changed};
+    made.push_back({one.write->graph ? one.write->graph : state.newest_.graph, state.newest_.revision, one.write->graph ? one.write->bytes : 0});
+    if (!one.write->graph) made.back().bytes = state.newest_.bytes;
+    if (!saving || !state.waits_for_disk()) continue;
+    if (!one.write->graph && state.unsaved() == 0) continue;
+    if (!state.journal_->has_room(one.write->changes.size())) return state.unsaved_refusal();
+    ++waiting;
   }
+  const auto shared = waiting > 0 ? std::make_shared<Saving>(waiting) : nullptr;
+  // Graphs that shrink come first, so that what they free is there for those that grow.
+  std::vector<std::size_t> order(all.size()), charged;
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  const auto grows = [&](std::size_t i) { return made[i].bytes > all[i].state->newest_.bytes; };
+  std::stable_partition(order.begin(), order.end(), [&](std::size_t i) { return !grows(i); });
+  for (const std::size_t i : order) {
+    GraphState& state = *all[i].state;
+    if (!all[i].write->graph || !state.budget_) continue;
+    if (state.budget_->change(state.newest_.bytes, made[i].bytes)) {
+      charged.push_back(i);
+      continue;
+    }
+    // Back from the last one, so that there is room for what shrank.
+    for (; !charged.empty(); charged.pop_back())
+      (void)all[charged.back()].state->budget_->change(made[charged.back()].bytes, all[charged.back()].state->newest_.bytes);
+    return GraphRefusal{GraphRefusal::Kind::too_large, "the graphs of clients in this World would have more than " +
+                                                           std::to_string(state.budget_->max()) +
+                                                           " bytes of IRIs and literals, written out; delete some of them"};
+  }
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    GraphState& state = *all[i].state;
+    const bool has_changed = all[i].write->graph != nullptr;
+    const bool waits = shared && state.waits_for_disk() && (has_changed || state.unsaved() != 0);
+    if (!has_changed && !waits) continue;
+    if (has_changed) made[i].revision = ++state.last_revision_;
+    state.put(std::move(made[i]), all[i].write->changes, waits ? shared : nullptr, gone);
+  }
+  locks.clear();
+  if (saving) *saving = shared;
   for (const Prepared& one : all)
     if (one.write->graph) one.state->notify();
   return std::nullopt;
 }
 
-Result<void> GraphState::restore(rdf::Graph graph) {
+Result<void> GraphState::restore(FunctionRef<void(GraphEdit&)> fill) {
   return make([&](GraphEdit& edit) {
     edit.clear();
-    edit.merge(graph);
+    fill(edit);
   });
 }
 
+GraphRefusal GraphState::unsaved_refusal() const {
+  return {GraphRefusal::Kind::unsaved,
+          "more than " + std::to_string(options_.max_unsaved_bytes) + " bytes of changes wait for the disk; try again later"};
+}
+
 /// @pre the caller has the Turn
-std::optional<GraphRefusal> GraphState::commit(GraphEdit& edit) {
-  if (!edit.has_changed()) return std::nullopt;
-  auto next = std::make_shared<const rdf::Graph>(edit.take());
-  const std::size_t bytes = edit.bytes();
-  if (auto refused = judge(*next, bytes)) return refused;
-  Version made{std::move(next), current_.revision + 1, bytes};  // only who has the Turn changes current_
+std::optional<GraphRefusal> GraphState::commit(GraphEdit& edit, const Version& before, std::shared_ptr<Saving>* saving) {
+  const bool has_changed = edit.has_changed();
+  // What a client is told to be there has to be on the disk, whoever has written it.
+  if (!has_changed && (!saving || unsaved() == 0)) return std::nullopt;
+  const std::string changes = has_changed ? edit.take_changes() : std::string();
+  Version made = before;
+  if (has_changed) {
+    made.graph = std::make_shared<const rdf::Graph>(edit.take());
+    made.bytes = edit.bytes();
+    if (auto refused = judge(*made.graph, made.bytes)) return refused;
+  }
+  std::vector<Version> gone;  // are destroyed without the locks
+  gone.reserve(3);
   {
     const std::lock_guard listening(listener_mutex_);
-    const std::function<void()> save = saver_ ? saver_(made) : nullptr;
-    if (budget_ && !budget_->change(current_.bytes, bytes))
+    if (budget_ && !budget_->change(before.bytes, made.bytes))
       return GraphRefusal{GraphRefusal::Kind::too_large, "the graphs of clients in this World would have more than " +
                                                              std::to_string(budget_->max()) +
                                                              " bytes of IRIs and literals, written out; delete some of them"};
-    {
+    if (saving && waits_for_disk()) {
+      auto own = std::make_shared<Saving>();
       const std::lock_guard lock(mutex_);
-      std::swap(current_, made);  // the former graph is destroyed without the locks
+      if (newest_.revision != before.revision) return GraphRefusal{GraphRefusal::Kind::changed};
+      if (!journal_->has_room(changes.size())) return unsaved_refusal();
+      if (has_changed) made.revision = ++last_revision_;
+      put(std::move(made), changes, own, gone);
+      *saving = std::move(own);
+      return std::nullopt;  // it is shown later
     }
-    if (save) save();
+    if (has_changed)
+      if (auto refused = put_by_code(std::move(made), changes, before, gone)) return refused;
+  }
+  if (has_changed) notify();
+  return std::nullopt;
+}
+
+/// Not only by code: also by a client that does not wait for the disk.
+std::optional<GraphRefusal> GraphState::put_by_code(Version made, const std::string& changes, const Version& before, std::vector<Version>& gone) {
+  const std::lock_guard showing(show_mutex_);  // pending_ loses nothing now
+  std::unique_lock lock(mutex_);
+  if (newest_.revision != before.revision) {
+    const Version newest = newest_;
+    lock.unlock();
+    made = with_changes(newest, {changes});
+    if (auto refused = judge(*made.graph, made.bytes)) return refused;
+    lock.lock();
+  }
+  if (!journal_) pending_.clear();  // nobody saves them any more
+  if (pending_.empty()) {
+    made.revision = ++last_revision_;
+    put(std::move(made), changes, nullptr, gone);
+    return std::nullopt;
+  }
+  const Version shown_before = current_;
+  lock.unlock();
+  Version shown = with_changes(shown_before, {changes});
+  lock.lock();
+  made.revision = ++last_revision_;
+  put(std::move(made), changes, nullptr, gone);
+  shown.revision = ++last_revision_;
+  std::swap(current_, shown);
+  gone.push_back(std::move(shown));
+  return std::nullopt;
+}
+
+/// @pre mutex_ is held, `made` was made from newest_, and `gone` has room
+void GraphState::put(Version made, const std::string& changes, std::shared_ptr<Saving> saving, std::vector<Version>& gone) {
+  const bool is_waited = saving != nullptr;
+  const bool is_pending = is_waited || !pending_.empty();
+  if (is_pending) {
+    Pending next{last_number_ + 1, made, is_waited, is_waited ? std::string() : changes, {}};
+    if (saving) next.savings.push_back(std::move(saving));
+    pending_.push_back(std::move(next));
+  }
+  if (journal_) {
+    try {
+      const bool joins = journal_->append(changes, last_number_ + 1, is_waited);
+      if (joins && pending_.size() > 1) gone.push_back({std::exchange(pending_[pending_.size() - 2].version.graph, nullptr), 0});
+    } catch (...) {
+      if (is_pending) pending_.pop_back();
+      throw;
+    }
+    ++last_number_;
+  }
+  std::swap(newest_, made);
+  gone.push_back(std::move(made));
+  if (!is_pending) current_ = newest_;
+}
+
+/// With a new revision to come.
+GraphState::Version GraphState::with_changes(const Version& before, const std::vector<std::string>& changes) const {
+  GraphEdit edit(*before.graph, before.bytes, iri(), options_);
+  for (const std::string& one : changes)
+    if (Result<void> made = replay_changes(one, edit); !made) throw BadResult(std::move(made).error());
+  Version result = before;
+  result.graph = std::make_shared<const rdf::Graph>(edit.take());
+  result.bytes = edit.bytes();
+  return result;
+}
+
+void GraphState::saved(std::uint64_t number) {
+  std::vector<Pending> over;  // are destroyed without the locks
+  Version gone;
+  {
+    const std::lock_guard showing(show_mutex_);
+    std::unique_lock lock(mutex_);
+    if (pending_.empty() || pending_.front().number > number) return;
+    const auto first_left = std::find_if(pending_.begin(), pending_.end(), [&](const Pending& p) { return p.number > number; });
+    std::move(pending_.begin(), first_left, std::back_inserter(over));
+    pending_.erase(pending_.begin(), first_left);
+    Version shown = over.back().version;
+    if (std::none_of(pending_.begin(), pending_.end(), [](const Pending& p) { return p.is_waited; })) {
+      std::move(pending_.begin(), pending_.end(), std::back_inserter(over));
+      pending_.clear();
+      if (newest_.revision < current_.revision) newest_.revision = ++last_revision_;
+      shown = newest_;
+    } else {
+      std::vector<std::string> by_code;
+      for (const Pending& p : pending_)
+        if (!p.is_waited) by_code.push_back(p.changes);
+      lock.unlock();
+      try {
+        if (!by_code.empty()) shown = with_changes(shown, by_code);
+      } catch (...) {  // no memory: it is shown with the next that is saved
+        shown.graph = nullptr;
+      }
+      lock.lock();
+      if (!shown.graph) shown = current_;
+      else if (!by_code.empty() || shown.revision < current_.revision) shown.revision = ++last_revision_;
+      for (; !pending_.front().is_waited; pending_.pop_front()) over.push_back(std::move(pending_.front()));
+    }
+    gone = std::exchange(current_, std::move(shown));
   }
   notify();
-  return std::nullopt;
+  for (const Pending& p : over)
+    for (const auto& saving : p.savings) saving->settle(SaveOutcome::saved);
+}
+
+void GraphState::take_back(ChangeJournal& journal, SaveOutcome outcome) noexcept {
+  std::deque<Pending> over;
+  Version gone;
+  {
+    const std::lock_guard showing(show_mutex_);
+    const std::lock_guard lock(mutex_);
+    journal.drop_waited();
+    over.swap(pending_);
+    gone = std::exchange(newest_, current_);
+  }
+  for (const Pending& p : over)
+    for (const auto& saving : p.savings) saving->settle(outcome);
+}
+
+void Saving::settle(SaveOutcome outcome) noexcept {
+  Call call;
+  {
+    const std::lock_guard lock(mutex_);
+    worst_ = std::max(worst_, outcome);
+    if (--parts_ == 0) std::swap(call, call_);
+    outcome = worst_;
+  }
+  if (call) call(outcome);
+}
+
+void Saving::then(Call call) {
+  SaveOutcome outcome{};
+  {
+    const std::lock_guard lock(mutex_);
+    if (parts_ != 0) {
+      call_ = std::move(call);
+      return;
+    }
+    outcome = worst_;
+  }
+  call(outcome);
 }
 
 std::optional<GraphRefusal> GraphState::judge(const rdf::Graph& graph, std::size_t bytes) const {
@@ -626,9 +816,9 @@ void GraphState::set_listener(std::function<void()> listener) {
   listener_ = std::move(listener);
 }
 
-void GraphState::set_saver(Saver saver) {
+void GraphState::set_journal(ChangeJournal* journal) {
   const std::lock_guard lock(listener_mutex_);
-  saver_ = std::move(saver);
+  journal_ = journal;
 }
 
 void GraphState::notify() noexcept {

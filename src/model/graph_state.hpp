@@ -6,6 +6,7 @@
 #include <condition_variable>
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -16,12 +17,14 @@
 #include <vector>
 
 #include <lrt/base/result.hpp>
+#include <lrt/base/unique_function.hpp>
 #include <lrt/rdf/graph.hpp>
 #include <lrt/shacl/report.hpp>
 #include <lrt/shacl/shapes.hpp>
 #include <lrt/world.hpp>
 
 #include "src/base/function_ref.hpp"
+#include "src/model/graph_changes.hpp"
 #include "src/model/spec.hpp"
 #include "src/rdf/update_data.hpp"
 
@@ -35,6 +38,10 @@ class GraphEdit {
   /// @param base    IRI of the graph
   /// @param limits  also of a document that is read for it
   GraphEdit(const rdf::Graph& before, std::size_t bytes, std::string base, const GraphOptions& limits);
+  /// From now on the changes are also kept as text: take_changes().
+  void keep_changes() { changes_.emplace(); }
+  /// The changes since keep_changes(), as they can be repeated on another graph.
+  std::string take_changes() { return changes_ ? changes_->take() : std::string(); }
 
   void add(const rdf::TermView& subject, const rdf::TermView& predicate, const rdf::TermView& object);
   /// Adds a Turtle document.
@@ -69,6 +76,7 @@ class GraphEdit {
   rdf::TermId interned(const rdf::TermView& term);
   void remove_removed();
   void share();
+  void keep(bool added, const rdf::Triple& triple);
 
   std::size_t before_;  ///< triples of the graph at the beginning
   const std::string base_;
@@ -82,6 +90,7 @@ class GraphEdit {
   std::size_t removed_count_ = 0;
   std::size_t removed_before_ = 0;  ///< of those that were there at the beginning
   std::size_t lost_ = 0;            ///< those that are not in graph_ any more
+  std::optional<GraphChanges> changes_;
   std::optional<Error> error_;
 };
 
@@ -103,6 +112,7 @@ struct GraphRefusal {
     failed,     ///< validation did not complete
     busy,       ///< another write is running, and this one must not wait
     stopped,    ///< the server has stopped, or the World was removed, while this one waited
+    unsaved,    ///< too many bytes wait for the disk
   };
   Kind kind;
   std::string message{};
@@ -114,6 +124,53 @@ struct PreparedWrite {
   std::shared_ptr<const rdf::Graph> graph{};  ///< nullptr: the write changes nothing
   std::size_t bytes = 0;
   std::uint64_t revision = 0;  ///< of the graph that it was made from
+  std::string changes{};       ///< of a graph with a file
+};
+
+/// What became of a change that a client waits for. The worst one of several counts.
+enum class SaveOutcome : std::uint8_t {
+  saved,    ///< the disk has it
+  refused,  ///< the disk has refused it, and it was taken back
+  full,     ///< the same, because the disk or a quota has no room
+};
+
+/// Changes of a client that are shown when the disk has them.
+///
+/// @par Threads  Any.
+class Saving {
+ public:
+  using Call = UniqueFunction<void(SaveOutcome)>;
+  /// @param parts  calls of settle() until all is settled
+  explicit Saving(std::size_t parts = 1) noexcept : parts_(parts) {}
+  void settle(SaveOutcome outcome) noexcept;
+  /// Calls when all is settled: at once, or on the thread that settles. `call` must not throw.
+  void then(Call call);
+
+ private:
+  std::mutex mutex_;  // guards all of them
+  std::size_t parts_;
+  SaveOutcome worst_ = SaveOutcome::saved;
+  Call call_;
+};
+
+/// What keeps the changes of a graph on the disk.
+///
+/// @par Threads  Any.
+class ChangeJournal {
+ public:
+  /// Whether a change that a client waits for may be appended.
+  virtual bool has_room(std::size_t bytes) noexcept = 0;
+  /// Queues a change. Returns at once.
+  /// @param changes    as GraphChanges
+  /// @param number     larger than that of the change before
+  /// @param is_waited  a client waits for it: drop_waited() drops it
+  /// @return  others wait before it, and will be saved together with it
+  virtual bool append(const std::string& changes, std::uint64_t number, bool is_waited) = 0;
+  /// Changes that clients wait for and that are queued are not written any more.
+  virtual void drop_waited() noexcept = 0;
+
+ protected:
+  ~ChangeJournal() = default;
 };
 
 /// A value that the control loop publishes into a graph.
@@ -141,6 +198,10 @@ class GraphBudget {
 
 /// A graph with its shapes and limits. The user's handles and the engine share it.
 ///
+/// A graph with a file has two versions while clients wait for the disk: the newest one, on which all writes work, and the one that is shown, without
+/// the changes of these clients. When the disk has them, the newest one is shown; when it refuses them, they are taken back. Changes by code are shown
+/// at once and stay, also on top of changes that are taken back.
+///
 /// @par Threads  Any. Writers are serialised; readers never wait for writers.
 class GraphState {
  public:
@@ -164,13 +225,17 @@ class GraphState {
   const GraphOptions& options() const noexcept { return options_; }
   /// Its IRI below World::base.
   std::string iri() const { return std::string(World::base) + path_; }
+  /// The one that is shown.
   Version version() const;
+  /// What a write works on.
+  Version newest() const;
 
   /// A change by code.
   /// @par Errors  refused: called within an update, also of another graph, or before open()
   Result<void> update(FunctionRef<void(GraphEdit&)> change);
-  /// @param waits  for a running write; false: GraphRefusal::Kind::busy
-  std::optional<GraphRefusal> write(const GraphWrite& write, bool waits);
+  /// @param waits   for a running write; false: GraphRefusal::Kind::busy
+  /// @param saving  set if the change is shown later, and the client is to wait for that
+  std::optional<GraphRefusal> write(const GraphWrite& write, bool waits, std::shared_ptr<Saving>* saving = nullptr);
   /// Returns when no write is running, or when nobody may wait any more.
   void wait_for_writes();
   /// Makes and judges what write() would make of the present graph, and changes nothing.
@@ -181,15 +246,17 @@ class GraphState {
     const PreparedWrite* write;
   };
   /// Makes all of the changes or none. Does not wait.
-  /// @return  GraphRefusal::Kind::busy, changed: a graph has another writer, or another revision than was prepared; too_large: of their budget
-  static std::optional<GraphRefusal> commit_all(std::vector<Prepared> all);
+  /// @param saving  as of write(), of all of them
+  /// @return  GraphRefusal::Kind::busy, changed: a graph has another writer, or another revision than was prepared; too_large: of their budget; unsaved
+  static std::optional<GraphRefusal> commit_all(std::vector<Prepared> all, std::shared_ptr<Saving>* saving = nullptr);
   /// Shares a limit with other graphs.
   /// @pre the graph is empty, and only one thread uses it
   void set_budget(std::shared_ptr<GraphBudget> budget) noexcept { budget_ = std::move(budget); }
   /// From now on write() does not wait. Those that wait return GraphRefusal::Kind::stopped.
   void end_waiting_writes() noexcept;
   /// Replaces the graph by the content of a file.
-  Result<void> restore(rdf::Graph graph);
+  /// @param fill  makes it, in an empty graph
+  Result<void> restore(FunctionRef<void(GraphEdit&)> fill);
   /// A graph with a file is updated from here on: the file was read, and there is a saver.
   void open() noexcept { is_open_ = true; }
 
@@ -204,9 +271,15 @@ class GraphState {
 
   /// Called after each change of the graph or of what is published, on the thread that made it, and not after it was set to nullptr.
   void set_listener(std::function<void()> listener);
-  /// Called with each new state, in order, before it is shown. The result is called after that, and does not throw. What the saver throws stops the change.
-  using Saver = std::function<std::function<void()>(const Version&)>;
-  void set_saver(Saver saver);
+  /// Gets each change from now on, in order; nullptr: none. Afterwards the journal before it is not called any more.
+  void set_journal(ChangeJournal* journal);
+  /// Called by the journal: the changes up to that number are on the disk, and so are all before. Those of clients are shown.
+  void saved(std::uint64_t number);
+  /// Called by the journal: the disk has refused changes. Those of clients are taken back, all that are not shown yet.
+  void take_back(ChangeJournal& journal, SaveOutcome outcome) noexcept;
+  /// Called by the journal: how many changes are not on the disk.
+  void set_unsaved(std::size_t count) noexcept { unsaved_.store(count, std::memory_order_relaxed); }
+  std::size_t unsaved() const noexcept { return unsaved_.load(std::memory_order_relaxed); }
 
  private:
   GraphState(std::string path, GraphOptions options, std::shared_ptr<HandleContext> thing)
@@ -214,7 +287,23 @@ class GraphState {
   class Turn;
   Result<void> make(FunctionRef<void(GraphEdit&)> change);
   std::optional<GraphRefusal> change(GraphEdit& edit, const GraphWrite& wanted) const;
-  std::optional<GraphRefusal> commit(GraphEdit& edit);
+  /// A change that is not shown yet, or that stands behind one.
+  struct Pending {
+    std::uint64_t number;
+    Version version;        ///< the newest one with it; without its graph if a later change is saved together with this one
+    bool is_waited;         ///< by clients
+    std::string changes{};  ///< else: to be made on top of what is shown
+    std::vector<std::shared_ptr<Saving>> savings{};
+  };
+  /// @param before  what the change was made of
+  /// @param saving  nullptr: by code
+  /// @return  GraphRefusal::Kind::changed: `before` was taken back meanwhile, and a client's change has to be made anew
+  std::optional<GraphRefusal> commit(GraphEdit& edit, const Version& before, std::shared_ptr<Saving>* saving);
+  std::optional<GraphRefusal> put_by_code(Version made, const std::string& changes, const Version& before, std::vector<Version>& gone);
+  void put(Version made, const std::string& changes, std::shared_ptr<Saving> saving, std::vector<Version>& gone);
+  bool waits_for_disk() const noexcept { return journal_ && options_.respond_when_saved; }
+  GraphRefusal unsaved_refusal() const;
+  Version with_changes(const Version& before, const std::vector<std::string>& changes) const;
   std::optional<GraphRefusal> judge(const rdf::Graph& graph, std::size_t bytes) const;
   void merge(GraphEdit& edit, const rdf::Graph& graph) const;
   void notify() noexcept;
@@ -227,15 +316,20 @@ class GraphState {
   std::atomic<bool> is_open_;
   std::mutex turn_mutex_;  // guards both of them, for moments
   std::condition_variable turn_changed_;
-  bool is_writing_ = false;   // a Turn exists, with the user's lambda
-  bool stopped_ = false;      // no write() waits any more
-  mutable std::mutex mutex_;  // guards the rest, for moments
-  Version current_{std::make_shared<const rdf::Graph>(), 1};
+  bool is_writing_ = false;                                   // a Turn exists, with the user's lambda
+  bool stopped_ = false;                                      // no write() waits any more
+  mutable std::mutex mutex_;                                  // guards the rest, for moments
+  Version current_{std::make_shared<const rdf::Graph>(), 1};  // shown
+  Version newest_{current_};                                  // the same, unless pending_ has changes of clients
+  std::deque<Pending> pending_;                               // begins with a change that a client waits for; all changes since
+  std::uint64_t last_revision_ = 1, last_number_ = 0;         // given to a version; to a change
   std::vector<PublishedSpec> published_;
   std::vector<std::string> reports_;
   std::mutex listener_mutex_;  // guards them, and is held while they run
   std::function<void()> listener_;
-  Saver saver_;
+  ChangeJournal* journal_ = nullptr;
+  std::mutex show_mutex_;  // held while what is shown is made of changes by code; before mutex_
+  std::atomic<std::size_t> unsaved_{0};
 };
 
 struct ThingSpec;

@@ -83,6 +83,8 @@ std::shared_ptr<const rdf::Graph> WorldGraph::snapshot() const { return state_ ?
 
 std::uint64_t WorldGraph::revision() const { return state_ ? state_->version().revision : 0; }
 
+std::size_t WorldGraph::unsaved_changes() const { return state_ ? state_->unsaved() : 0; }
+
 std::pair<std::shared_ptr<model::SlotBase>, std::function<void()>> WorldGraph::add_published(std::unique_ptr<model::SlotBase> slot,
                                                                                              const rdf::Type& type, std::string_view path,
                                                                                              Iri predicate, const PublishedOptions& options) {

@@ -10,6 +10,8 @@
 #include <lrt/rdf/codec.hpp>
 
 #include "src/rdf/turtle_parser.hpp"
+#include "src/model/graph_changes.hpp"
+#include "src/server/journal_format.hpp"
 #include "src/server/shared_engine.hpp"
 #include "src/server/world_extension.hpp"
 
@@ -30,21 +32,61 @@ Unexpected named(const model::GraphState& state, Error error) {
   return Unexpected{std::move(error)};
 }
 
+/// Reads a file of a release before journals, or one without a beginning.
+Result<void> restore_earlier(model::GraphState& state, const LogCallback& log) {
+  const std::string& path = state.options().file;
+  Result<std::optional<SavedFile::Content>> content = SavedFile::load(path, max_file_bytes(state.options()));
+  if (!content) return Unexpected{std::move(content).error()};
+  if (!*content) return {};
+  const std::string& text = (*content)->text;
+  const bool is_cut = text == journal::first_line.substr(0, text.size());
+  if ((*content)->state == SavedFile::State::unmarked && !is_cut)
+    return unexpected(Errc::invalid_option,
+                      "\"" + path + "\", byte 0: expected a file that lrt wrote, or none; found a file of another program. Choose another path");
+  if ((*content)->state == SavedFile::State::whole) {
+    rdf::ReadOptions options;
+    options.max_triples = state.options().max_triples;
+    options.max_bytes = max_file_bytes(state.options());
+    Result<rdf::Graph> graph = rdf::read_kept_n_triples(text, options);
+    if (graph) return state.restore([&](model::GraphEdit& edit) { edit.merge(*graph); });
+    if (graph.error().code == Errc::limit_exceeded) return Unexpected{std::move(graph).error()};
+  }
+  const Result<std::string> copy = SavedFile::keep_copy(path);
+  if (log)
+    log(LogLevel::error, "the file \"" + path + "\" of the graph \"" + state.path() +
+                             "\" was changed or truncated after lrt wrote it: nothing is restored from it; it " +
+                             (copy ? "is kept as \"" + *copy + "\"" : "could not be kept: " + copy.error().message));
+  return {};
+}
+
+/// Reads a file of whatever kind to the graph.
+Result<FoundJournal> restore(model::GraphState& state, const LogCallback& log) {
+  const std::string& path = state.options().file;
+  Result<FoundJournal> found = FoundJournal();
+  const Result<void> restored = state.restore([&](model::GraphEdit& edit) {
+    found = open_journal(path, [&](std::string_view changes) { return model::replay_changes(changes, edit); });
+    // Nothing is restored from what is no journal.
+    if (!found) edit.fail(found.error());
+    else if (found->kind != FoundJournal::Kind::journal) edit.fail({Errc::closed, ""});
+  });
+  if (!found) return found;
+  if (found->kind == FoundJournal::Kind::earlier) {
+    if (Result<void> earlier = restore_earlier(state, log); !earlier) return Unexpected{std::move(earlier).error()};
+  } else if (found->kind == FoundJournal::Kind::journal) {
+    if (!restored) return Unexpected{restored.error()};
+    if (log && found->torn > 0)
+      log(LogLevel::warning, "the file \"" + path + "\" of the graph \"" + state.path() + "\": a change that was not saved whole, " +
+                                 std::to_string(found->torn) + " bytes, is cut off; " + std::to_string(found->changes) +
+                                 " changes before it are restored");
+  }
+  return found;
+}
+
 }  // namespace
 
 KeptGraph::~KeptGraph() {
   stop();
-  state_->set_saver(nullptr);
-  file_.reset();  // writes the pending text
-}
-
-void KeptGraph::begin(LogCallback log, ThreadOptions threads) {
-  file_ = std::make_unique<SavedFile>(state_->options().file, nullptr, std::move(log), std::move(threads), std::move(claim_));
-  state_->set_saver([file = file_.get()](const model::GraphState::Version& version) -> std::function<void()> {
-    SavedFile::Make make = [graph = version.graph] { return rdf::write(*graph, rdf::Syntax::n_triples).value(); };
-    return [file, make = std::move(make), revision = version.revision]() mutable { file->save(std::move(make), revision); };
-  });
-  state_->open();
+  journal_.reset();  // writes what waits
 }
 
 Result<std::vector<std::unique_ptr<KeptGraph>>> KeptGraph::open(const model::WorldSpec& world, const LogCallback& log, const ThreadOptions& threads) {
@@ -55,33 +97,13 @@ Result<std::vector<std::unique_ptr<KeptGraph>>> KeptGraph::open(const model::Wor
       opened.push_back(std::make_unique<KeptGraph>(state));
       continue;
     }
-    Result<SavedFile::Claim> claim = SavedFile::prepare(path);
+    Result<SavedFile::Claim> claim = SavedFile::prepare(path, journal::mark);
     if (!claim) return named(*state, std::move(claim).error());
     auto kept = std::make_unique<KeptGraph>(state, *std::move(claim));
-    Result<std::optional<SavedFile::Content>> content = SavedFile::load(path, max_file_bytes(state->options()));
-    if (!content) return named(*state, std::move(content).error());
-    if (*content && (*content)->state == SavedFile::State::unmarked && !(*content)->text.empty())
-      return named(*state, {Errc::invalid_option,
-                            "\"" + path + "\": expected a file that lrt wrote, or none; found a file of another program. Choose another path"});
-    if (*content) {
-      rdf::ReadOptions options;
-      options.max_triples = state->options().max_triples;
-      options.max_bytes = max_file_bytes(state->options());
-      const bool is_whole = (*content)->state == SavedFile::State::whole;
-      Result<rdf::Graph> graph = is_whole ? rdf::read_kept_n_triples((*content)->text, options) : unexpected(Errc::expected_rdf, "damaged");
-      if (graph) {
-        if (Result<void> restored = state->restore(*std::move(graph)); !restored) return named(*state, restored.error());
-      } else if (is_whole && graph.error().code == Errc::limit_exceeded) {
-        return named(*state, std::move(graph).error());
-      } else {
-        const Result<std::string> copy = SavedFile::keep_copy(path);
-        if (log)
-          log(LogLevel::error, "the file \"" + path + "\" of the graph \"" + state->path().substr(1) +
-                                   "\" was changed or truncated after lrt wrote it: nothing is restored from it; it " +
-                                   (copy ? "is kept as \"" + *copy + "\"" : "could not be kept: " + copy.error().message));
-      }
-    }
-    kept->begin(log, threads);
+    Result<FoundJournal> found = restore(*state, log);
+    if (!found) return named(*state, std::move(found).error());
+    kept->journal_ = std::make_unique<Journal>(state, *std::move(found), Journal::Options{log, threads});
+    state->open();
     opened.push_back(std::move(kept));
   }
   return opened;
@@ -123,6 +145,11 @@ void KeptGraphs::stop() noexcept {
   const std::lock_guard lock(mutex_);
   stopped_ = true;
   for (const auto& kept : all_) kept->stop();
+}
+
+void KeptGraphs::count(ServerCounters& all) const {
+  const std::lock_guard lock(mutex_);
+  for (const auto& kept : all_) all.unsaved_graph_changes += kept->state().unsaved();
 }
 
 std::unique_ptr<Service> make_kept_graphs(SharedEngine& server) { return std::make_unique<KeptGraphs>(server); }

@@ -12,6 +12,7 @@
 #include <lrt/base/thread_options.hpp>
 
 #include "src/model/graph_state.hpp"
+#include "src/server/journal.hpp"
 #include "src/server/saved_file.hpp"
 #include "src/server/service.hpp"
 
@@ -21,8 +22,8 @@ namespace lrt {
 class KeptGraph {
  public:
   /// The graphs of a World. Restores those that have a file. Their changes are saved from here on, for as long as the result lives.
-  /// @par Errors  as SavedFile::prepare() and load(); invalid_option: a file of another program; expected_value, limit_exceeded: the kept graph does not
-  ///              conform to the shapes, or exceeds the limits
+  /// @par Errors  as SavedFile::prepare() and open_journal(); expected_value, limit_exceeded: the kept graph does not conform to the shapes, or exceeds
+  ///              the limits
   static Result<std::vector<std::unique_ptr<KeptGraph>>> open(const model::WorldSpec& world, const LogCallback& log, const ThreadOptions& threads);
 
   explicit KeptGraph(std::shared_ptr<model::GraphState> state, SavedFile::Claim claim = {}) : state_(std::move(state)), claim_(std::move(claim)) {}
@@ -33,11 +34,9 @@ class KeptGraph {
   void stop() noexcept { state_->end_waiting_writes(); }
 
  private:
-  void begin(LogCallback log, ThreadOptions threads);
-
   const std::shared_ptr<model::GraphState> state_;
   SavedFile::Claim claim_;
-  std::unique_ptr<SavedFile> file_;
+  std::unique_ptr<Journal> journal_;
 };
 
 /// The graphs of Worlds that code has made, while the server has them.
@@ -56,12 +55,13 @@ class KeptGraphs final : public Service, public ThingKeeper {
   void removed(const std::string& path) override;
   /// Writes of clients that wait for an update end, because the update may be waiting for the server to stop.
   void stop() noexcept override;
+  void count(ServerCounters& all) const override;
 
  private:
   void add(Opened opened);
 
   SharedEngine& server_;
-  std::mutex mutex_;  // guards both of them
+  mutable std::mutex mutex_;  // guards both of them
   Opened all_;
   bool stopped_ = false;
 };

@@ -303,7 +303,7 @@ Result<bool> SavedFile::Claim::renew() {
   return had_one;
 }
 
-Result<SavedFile::Claim> SavedFile::prepare(const std::string& given) {
+Result<SavedFile::Claim> SavedFile::prepare(const std::string& given, std::string_view other_mark) {
   if (given.empty() || given.back() == '/') return not_ours(given, "the name of a directory");
   const std::string path = followed(given);
   const std::string directory = directory_of(path);
@@ -316,7 +316,8 @@ Result<SavedFile::Claim> SavedFile::prepare(const std::string& given) {
   } else if (!S_ISREG(about.st_mode)) {
     return not_ours(path, kind_of_file(about.st_mode));
   }
-  if (Result<void> checked = check_leftover(path, mark); !checked) return Unexpected{checked.error()};
+  if (Result<void> checked = check_leftover(path, mark); !checked && (other_mark.empty() || !check_leftover(path, other_mark)))
+    return Unexpected{checked.error()};
   if (::faccessat(AT_FDCWD, directory.c_str(), W_OK | X_OK, AT_EACCESS) != 0) return file_error({"writing to the directory", errno}, directory);
   return claim(path + ".lock");
 }

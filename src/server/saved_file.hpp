@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include <lrt/base/log.hpp>
@@ -76,8 +77,9 @@ class SavedFile {
     int descriptor_ = -1;
   };
   /// Checks that a file of lrt is at that path, or nothing, that it can be written, and that nothing else writes it. Makes the directory for it (0700).
+  /// @param other_mark  what `path.new` may begin with besides; empty: nothing
   /// @par Errors  invalid_option: something else is there, or this process writes the file already; io_error: also, another process writes the file
-  static Result<Claim> prepare(const std::string& path);
+  static Result<Claim> prepare(const std::string& path, std::string_view other_mark = {});
 
   enum class State : std::uint8_t {
     whole,     ///< as lrt wrote it

@@ -86,6 +86,7 @@ std::string prometheus_text(const ServerCounters& counters) {
   e.single("lrt_audit_dropped_lines_total", "counter", "Lines of the audit that were dropped.", counters.audit_dropped);
   e.single("lrt_audit_waiting_lines", "gauge", "Lines that wait for the sink or the file of the audit.", counters.audit_waiting);
   e.single("lrt_audit_file_errors_total", "counter", "Steps that failed in writing the file of the audit.", counters.audit_errors);
+  e.single("lrt_graph_changes_unsaved", "gauge", "Changes of graphs with a file that are not on the disk.", counters.unsaved_graph_changes);
   return e.take();
 }
 
@@ -135,6 +136,7 @@ Thing server_thing(const Server& server, std::string_view path) {
   count("audit/dropped", "Audit lines dropped", "Lines of the audit that were dropped.", [](C c) { return c.audit_dropped; });
   count("audit/waiting", "Audit lines waiting", "Lines that wait for the sink or the file of the audit.", [](C c) { return c.audit_waiting; });
   count("audit/errors", "Audit file errors", "Steps that failed in writing the file of the audit.", [](C c) { return c.audit_errors; });
+  count("graphs/unsaved", "Unsaved changes", "Changes of graphs with a file that are not on the disk.", [](C c) { return c.unsaved_graph_changes; });
   thing.property("metrics", [read] { return prometheus_text(read()); })
       .title("Metrics", "en")
       .description("The counters in the text format of Prometheus.", "en")

@@ -142,16 +142,64 @@ TEST_CASE("a World that is removed leaves its files to the next", "[server][worl
   CHECK(says(map, "a cup"));
 }
 
-TEST_CASE("a damaged file of a graph is kept aside, and the log says so", "[server][world][saves]") {
+TEST_CASE("a file of a graph that is cut is restored up to its last whole change, and one that is damaged before stays", "[server][world][saves]") {
   const Folder folder;
   const std::string file = folder / "map.nt";
   {
     Robot robot(file);
     robot.added.value();
     say(robot.map, "a cup");
+    say(robot.map, "a second cup");
   }
   const std::string whole = bytes_of(file);
-  std::filesystem::resize_file(file, whole.size() - 5);
+  std::filesystem::resize_file(file, whole.find("a second cup") + 3);
+  Log log;
+  {
+    Robot robot(file, {}, &log);
+    robot.added.value();
+    CHECK(says(robot.map, "a cup"));
+    CHECK(log.has("a change that was not saved whole, "));
+    say(robot.map, "a third cup");
+  }
+  CHECK(says(Robot(file).map, "a third cup"));
+  std::string damaged = whole;
+  damaged[damaged.find("a cup")] = 'A';
+  std::ofstream(file, std::ios::binary) << damaged;
+  const Error error = Robot(file).added.error();
+  CHECK(error.code == Errc::io_error);
+  CHECK(error.message.find("graph \"world/map\", its file: ") != std::string::npos);
+  CHECK(error.message.find(", byte ") != std::string::npos);
+  CHECK(bytes_of(file) == damaged);
+}
+
+TEST_CASE("a file of an earlier release is read, and replaced when the new one is on the disk", "[server][world][saves]") {
+  const Folder folder;
+  const std::string file = folder / "map.nt";
+  {
+    SavedFile earlier(file, nullptr, nullptr);
+    earlier.save("<http://lrt.invalid/world/map#cup> <http://www.w3.org/2000/01/rdf-schema#label> \"a cup\" .\n_:b0 <http://e.org/p> _:b1 .\n", 1);
+  }
+  const std::string before = bytes_of(file);
+  REQUIRE(before.compare(0, 9, "# lrt 1: ") == 0);
+  {
+    std::filesystem::create_directory(folder / "other");
+    std::filesystem::copy_file(file, folder / "other/map.nt");
+    Robot robot(folder / "other/map.nt");
+    robot.added.value();
+    CHECK(says(robot.map, "a cup"));
+    CHECK(robot.map.snapshot()->size() == 2);
+  }
+  CHECK(bytes_of(folder / "other/map.nt").compare(0, 22, "# lrt graph journal 1\n") == 0);  // without a change
+  for (int i = 0; i < 2; ++i) {
+    Robot robot(file);
+    robot.added.value();
+    CHECK(robot.map.snapshot()->size() == 2);
+    say(robot.map, "a cup");
+  }
+  std::string damaged = before;
+  damaged.back() = '!';
+  std::filesystem::remove(file);
+  std::ofstream(file, std::ios::binary) << damaged;
   Log log;
   GraphOptions options;
   options.turtle = "<#cup> <http://www.w3.org/2000/01/rdf-schema#label> \"a first cup\" .";
@@ -161,11 +209,51 @@ TEST_CASE("a damaged file of a graph is kept aside, and the log says so", "[serv
     CHECK(says(robot.map, "a first cup"));
     CHECK(log.has("was changed or truncated"));
     CHECK(log.has("map.nt.damaged-1"));
-    say(robot.map, "a new cup");
   }
-  CHECK(bytes_of(file + ".damaged-1") == whole.substr(0, whole.size() - 5));
-  Robot robot(file, options, &log);
-  CHECK(says(robot.map, "a new cup"));
+  CHECK(bytes_of(file + ".damaged-1") == damaged);
+  CHECK(says(Robot(file).map, "a first cup"));
+}
+
+TEST_CASE("a client's write that the disk refuses is 503, and has no effect; the counter says what of the host waits", "[server][world][saves]") {
+  const Folder folder;
+  const std::string file = folder / "map.nt";
+  Log log;
+  Robot robot(file, {}, &log);
+  robot.added.value();
+  const std::string host = "\nHost: localhost:" + std::to_string(robot.server.port());
+  Socket client(robot.server.port());
+  const auto insert = [&](const std::string& triple) {
+    return client.ask("PATCH /world/map" + host + "\nContent-Type: application/sparql-update\n\nINSERT DATA { " + triple + " }");
+  };
+  CHECK(insert("<#a> <p:b> 1").status == 204);
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+  {
+    // Another file in its place is as bad as a disk that refuses.
+    std::filesystem::rename(file, file + ".away");
+    std::ofstream(file) << "somebody's";
+    const Answer refused = insert("<#a> <p:b> 2");
+    CHECK(refused.status == 503);
+    CHECK(refused.has("Retry-After"));
+    CHECK(insert("<#a> <p:b> 3").status == 503);
+    CHECK(robot.map.snapshot()->size() == 1);
+    CHECK(client.ask("GET /world/map" + host).body.find("2") == std::string::npos);
+    say(robot.map, "a cup");
+    CHECK(robot.map.unsaved_changes() == 1);
+    CHECK(robot.server.counters().unsaved_graph_changes == 1);
+    CHECK(client.ask("GET /world/map" + host).body.find("a cup") != std::string::npos);
+    CHECK(log.has("changes are not saved"));
+    CHECK(bytes_of(file) == "somebody's");
+    std::filesystem::remove(file);
+    std::filesystem::rename(file + ".away", file);
+  }
+  CHECK(insert("<#a> <p:b> 4").status == 204);
+  while (robot.map.unsaved_changes() > 0 && std::chrono::steady_clock::now() < end) std::this_thread::yield();
+  CHECK(robot.map.unsaved_changes() == 0);
+  robot.server.remove("world").value();
+  Robot again(file);
+  again.added.value();
+  CHECK(again.map.snapshot()->size() == 3);
+  CHECK(says(again.map, "a cup"));
 }
 
 TEST_CASE("what is no file of a graph stops adding the World and stays", "[server][world][saves]") {

@@ -2,6 +2,7 @@
 #include "src/engine/resources/world.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <set>
 #include <unordered_set>
 #include <utility>
@@ -69,6 +70,45 @@ std::string unrepeated(const rdf::Dataset& dataset) {
   return {};
 }
 
+/// Responds when the disk has a change.
+/// @param time  how long the request waits
+Outcome respond_when_saved(const Context& context, Parts& parts, std::shared_ptr<model::Saving> saving, std::chrono::milliseconds time,
+                           http::Response response) {
+  if (!saving) return response;
+  const auto unavailable = [&parts](const Context& c, const char* why) {
+    http::Response problem = parts.responses.problem(c, 503, why);
+    parts.responses.add_retry_after(problem);
+    return problem;
+  };
+  const char* const unknown = "the disk has not said yet that it has this change, which may still come; GET the graph to see";
+  const auto ticket = parts.pending.defer_for_disk(
+      context, time, [&parts, unavailable, unknown](Ticket late, Context& c, bool) { parts.pending.respond(late, unavailable(c, unknown)); });
+  if (!ticket) return unavailable(context, unknown);
+  struct Wait {
+    http::Response response;
+    model::SaveOutcome outcome{};
+  };
+  auto wait = std::make_shared<Wait>(Wait{std::move(response)});
+  Inbox::Reserved reply = Inbox::reserve([&parts, ticket = *ticket, wait, unavailable](TimePoint now) {
+    const Context* const c = parts.pending.resume(ticket, now);
+    if (!c) return;
+    switch (wait->outcome) {
+      case model::SaveOutcome::saved: return parts.pending.respond(ticket, std::move(wait->response));
+      case model::SaveOutcome::refused:
+        return parts.pending.respond(ticket, unavailable(*c, "the disk does not take this change: nothing has changed"));
+      case model::SaveOutcome::full: break;
+    }
+    http::Response full = parts.responses.problem(*c, 507, "the disk has no room for this change: nothing has changed");
+    parts.responses.add_retry_after(full);
+    parts.pending.respond(ticket, std::move(full));
+  });
+  saving->then([wait, inbox = parts.calls.inbox(), reply = std::move(reply)](model::SaveOutcome outcome) mutable {
+    wait->outcome = outcome;
+    inbox->put(std::move(reply));
+  });
+  return Deferred{*ticket};
+}
+
 Input input_of(const GraphOptions& options) {
   Input input;
   input.may_be_empty = true;
@@ -114,7 +154,7 @@ Outcome WorldGraphResource::write(Context& context, Parts& parts, GraphWrite::Ki
     auto judged = parts.bodies.changed_graph(context);
     take_changes(parts);
     if (auto outcome = outcome_of(judged)) return *std::move(outcome);
-    return parts.responses.no_content(context);
+    return changed(context, parts, std::get<Body>(judged));
   }
   if (auto response = parts.representations.failed_precondition(context)) return *std::move(response);
   auto made = parts.bodies.graph_task(context, graph_state);
@@ -127,10 +167,14 @@ Outcome WorldGraphResource::write(Context& context, Parts& parts, GraphWrite::Ki
 }
 
 Outcome WorldGraphResource::execute(Context& context, Parts& parts, GraphTask task) {
-  auto changed = parts.bodies.change_graph(context, std::move(task));
+  auto done = parts.bodies.change_graph(context, std::move(task));
   take_changes(parts);
-  if (auto outcome = outcome_of(changed)) return *std::move(outcome);
-  return parts.responses.no_content(context);
+  if (auto outcome = outcome_of(done)) return *std::move(outcome);
+  return changed(context, parts, std::get<Body>(done));
+}
+
+Outcome WorldGraphResource::changed(const Context& context, Parts& parts, Body& accepted) const {
+  return respond_when_saved(context, parts, std::move(accepted.saving), graph_state->options().save_timeout, parts.responses.no_content(context));
 }
 
 Outcome WorldGraphResource::take_new(Context& context, Parts& parts) {
@@ -536,8 +580,14 @@ Outcome WorldResource::commit(Context& context, Parts& parts, const std::shared_
   const std::size_t before = graphs_.size();
   std::optional<std::vector<WorldGraphResource*>> graphs = graphs_of(*change, parts);
   if (!graphs) return parts.bodies.graphs_are_busy(context);
-  if (std::optional<model::GraphRefusal> refused = GraphState::commit_all(std::move(all))) {
+  std::shared_ptr<model::Saving> saving;
+  if (std::optional<model::GraphRefusal> refused = GraphState::commit_all(std::move(all), &saving)) {
     remove_last(graphs_.size() - before, parts);
+    if (refused->kind == model::GraphRefusal::Kind::unsaved) {
+      http::Response response = parts.bodies.refused(context, {503, refused->message});
+      parts.responses.add_retry_after(response);
+      return response;
+    }
     if (refused->kind == model::GraphRefusal::Kind::too_large) return parts.bodies.refused(context, {413, refused->message});
     if (change->times_prepared >= max_attempts) return parts.bodies.graphs_are_busy(context);
     auto prepared = parts.bodies.prepare_graphs(context, change);
@@ -555,7 +605,9 @@ Outcome WorldResource::commit(Context& context, Parts& parts, const std::shared_
                          [&](const auto& made) { return audience.sees(*made); });
     });
   }
-  return parts.responses.no_content(context);
+  std::chrono::milliseconds time{0};
+  for (const DatasetChange::Part& part : change->parts) time = std::max(time, part.state->options().save_timeout);
+  return respond_when_saved(context, parts, std::move(saving), time, parts.responses.no_content(context));
 }
 
 Outcome WorldResource::make_graph(Context& context, Parts& parts, const std::string& at, std::optional<rdf::Graph> graph_of_body) {

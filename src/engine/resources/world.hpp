@@ -90,6 +90,7 @@ class WorldGraphResource final : public ValueResource, public OwnRepresentation 
   };
   Outcome write(Context& context, Parts& parts, model::GraphWrite::Kind kind);
   Outcome execute(Context& context, Parts& parts, GraphTask task);
+  Outcome changed(const Context& context, Parts& parts, Body& accepted) const;
   void count_change(SeenBy seen) override { numbers_.count(seen); }
   /// For the entity tag: a digest of the published values that the audience sees. Empty if there are none.
   std::string published_digits(const Audience& audience) const;
