@@ -39,4 +39,6 @@ section "A system call fails once at any place of a server's life" "$build/tests
 section "The process ends while clients are served" python3 "$here/exit_test.py" "$build/tests/attack/exit_host" $transports
 section "Killed while callbacks are made and cancelled" env "LRT_KILLS=${LRT_KILLS:-10}" python3 "$here/kill_test.py" "$build/examples/baxter/baxter"
 section "Killed, and on a full disk, while an audit is written" env "LRT_KILLS=${LRT_KILLS:-10}" python3 "$here/audit_test.py" "$build/examples/baxter/baxter"
+section "Killed while a kept graph is written; a full disk" env "LRT_KILLS=${LRT_KILLS:-10}" \
+  python3 "$here/kill_graphs_test.py" "$build/tests/attack/kept_world" "$build/tests/attack/libfull_disk.so"
 exit $status
