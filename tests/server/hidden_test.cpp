@@ -6,10 +6,12 @@
 #include <chrono>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
 #include <thread>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -337,7 +339,7 @@ TEST_CASE("what is hidden cannot be told from what is not there, not even by cli
     for (const std::string& path : probed_paths()) {
       Robot with(Robot::Veileds::all), without(Robot::Veileds::none);
       int number = 1;
-      for (const std::string& request : requests_for(path)) {
+      for (const std::string& request : requests_for(path, who != std::string_view("bert"))) {
         CAPTURE(who, request);
         ++number;
         const std::string a = with.ask(request, who, number), b = without.ask(request, who, number);
