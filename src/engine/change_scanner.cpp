@@ -78,11 +78,12 @@ bool ChangeScanner::has_changes() const {
                      [](const InvocationResource* i) { return !i->finished() && i->control->fraction() != i->progress; });
 }
 
-void ChangeScanner::scan(TimePoint now, bool had_changes) {
+void ChangeScanner::scan(TimePoint now, bool had_changes, std::optional<Instant> until) {
   wake_signal_->take_urgent();
   bool irregular = had_changes;
   irregular |= take_availability();
-  irregular |= scan_properties(now);
+  left_ = !until;
+  if (until) irregular |= scan_properties(now, *until);
   for (InvocationResource* invocation : invocations_) {
     const double before = invocation->progress;
     invocation->refresh();
@@ -97,6 +98,7 @@ void ChangeScanner::scan(TimePoint now, bool had_changes) {
     const Instant periodical = now.steady + options_.scan_period;
     next = next ? std::min(*next, periodical) : periodical;
   }
+  if (left_) next = earliest_scan_;
   scanning_ = next && !watches_nothing();
   if (scanning_) {
     wake_signal_->stay_awake();
@@ -111,17 +113,23 @@ void ChangeScanner::scan(TimePoint now, bool had_changes) {
 }
 
 /// Returns whether a value was found that was published at an irregular time.
-bool ChangeScanner::scan_properties(TimePoint now) {
-  const Instant until = values_.catch_up_end();  // of all properties together
+/// @param until  of all properties together
+bool ChangeScanner::scan_properties(TimePoint now, Instant until) {
   bool irregular = false;
-  for (Watched& watched : properties_) {
+  const std::size_t count = properties_.size();
+  for (std::size_t i = 0; i < count && !left_; ++i) {
+    Watched& watched = properties_[(next_property_ + i) % count];
     PropertyResource& property = *watched.property;
     const bool pushed = property.spec->slot != nullptr;
     if (pushed ? !property.spec->slot->has_change() : !property.spec->changes->take()) {
       watched.rhythm.missed(now.steady);
       continue;
     }
-    values_.refresh_observed(property, until);
+    left_ = values_.refresh_observed(property, until);
+    if (left_ || (i + 1 < count && clock_.now().steady >= until)) {  // the others come first next time
+      next_property_ = (next_property_ + i + 1) % count;
+      left_ = true;
+    }
     irregular |= !pushed;
     if (!pushed || property.spec->slot->is_urgent()) continue;
     // The wall clock may have been set since, a value that the user's code encodes comes later, and a user may give another time.

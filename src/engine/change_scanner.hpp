@@ -49,9 +49,10 @@ class ChangeScanner {
   void start() noexcept;
   bool is_scanning() const noexcept { return scanning_; }
   bool is_due(TimePoint now) const noexcept;
-  /// Collects the changes.
+  /// Collects the changes. The next scan goes on where this one ends.
   /// @param had_changes  other code has already found changes
-  void scan(TimePoint now, bool had_changes);
+  /// @param until        the end of its time; nullopt: other code has used it up
+  void scan(TimePoint now, bool had_changes, std::optional<Instant> until);
   /// Takes over which actions the robot has made available or unavailable.
   /// @return  something has changed
   bool take_availability();
@@ -69,7 +70,7 @@ class ChangeScanner {
     PublishRhythm rhythm;
   };
   bool has_changes() const;
-  bool scan_properties(TimePoint now);
+  bool scan_properties(TimePoint now, Instant until);
   /// When to scan for values that are published at regular intervals; nullopt: there are none.
   std::optional<Instant> due_by_rhythm() const;
   bool is_slow(const PublishRhythm& rhythm) const noexcept { return rhythm.period() > 4 * options_.scan_period; }
@@ -85,6 +86,8 @@ class ChangeScanner {
   const std::shared_ptr<model::ChangeSignal> availability_signal_ = std::make_shared<model::ChangeSignal>();
 
   std::vector<Watched> properties_;
+  std::size_t next_property_ = 0;  ///< where the next scan begins
+  bool left_ = false;              ///< the last scan had no time for all
   std::vector<InvocationResource*> invocations_;
   std::size_t availability_watchers_ = 0;
   DeadlineQueue<ResourceId> samples_;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <unordered_map>
@@ -32,10 +33,12 @@ class Heartbeats {
     next_.clear(found->second.next);
     beats_.erase(found);
   }
-  /// Calls `announce` with each channel whose heartbeat has become due.
+  /// Calls `announce` with channels whose heartbeat has become due, with `most` at once.
   template <class F>
-  void take_due(Instant now, F announce) {
-    while (const auto channel = next_.take_due(now)) {
+  void take_due(Instant now, std::size_t most, F announce) {
+    for (; most > 0; --most) {
+      const auto channel = next_.take_due(now);
+      if (!channel) return;
       Beat& beat = beats_.at(number(*channel));
       beat.next.reset();
       beat.due = true;

@@ -44,9 +44,9 @@ void MessageSchedule::changed(SubscriptionResource& s) {
     s.backlog.mark_changed();
     return announce(s);
   }
-  if (fills_queues_ || s.observed.observable()->is_urgent()) return enqueue(s);
+  if ((fills_queues_ && !is_over_ && may_fill()) || s.observed.observable()->is_urgent()) return enqueue(s);
   if (std::exchange(s.marked, true)) s.backlog.count_dropped(1);
-  else marked_.push_back(s.channel);
+  else if (!std::exchange(s.listed, true)) marked_.push_back(s.channel);
   if (!scanner_.is_scanning()) scanner_.start();
 }
 
@@ -106,6 +106,7 @@ void MessageSchedule::enqueue(SubscriptionResource& s, bool is_change) {
   s.changes.seen(item->stamp.number);
   s.backlog.push(item);
   announce(s);
+  if (fills_queues_ && std::exchange(filled_, item.get()) != item.get()) has_time();  // it may have been made just now
 }
 
 /// nullptr: it cannot be encoded now.
@@ -194,10 +195,36 @@ subscription::Item MessageSchedule::next_item(SubscriptionResource& s, TimePoint
 
 void MessageSchedule::wait_until_due(SubscriptionResource& s) { next_messages_.set(s.next_message, s.backlog.due(), s.channel); }
 
+void MessageSchedule::begin_filling() {
+  fills_queues_ = true;
+  is_over_ = false;
+  fills_ = 0;
+  filled_ = nullptr;
+  fill_end_ = values_.catch_up_end();
+}
+
+bool MessageSchedule::has_time() noexcept {
+  is_over_ = is_over_ || clock_.now().steady >= fill_end_;
+  return !is_over_;
+}
+
+/// At least one, and as many as there is time for.
+void MessageSchedule::fill_marked() {
+  std::size_t filled = 0;
+  while (filled < marked_.size() && !is_over_) {
+    SubscriptionResource* const s = subscribers_.find(marked_[filled++]);
+    if (!s) continue;
+    s->listed = false;
+    fill(*s);
+    (void)may_fill();
+  }
+  marked_.erase(marked_.begin(), marked_.begin() + static_cast<std::ptrdiff_t>(filled));
+}
+
 void MessageSchedule::notify_of_structure() {
   if (notified_structure_ == registry_.structure()) return;
   notified_structure_ = registry_.structure();
-  fills_queues_ = true;
+  begin_filling();
   subscribers_.for_each([this](SubscriptionResource& s) {
     if (s.observed.state(notified_structure_) == s.observed.state(0)) return;  // it does not depend on the structure
     if (s.queues()) {
@@ -212,7 +239,9 @@ void MessageSchedule::notify_of_structure() {
 
 void MessageSchedule::scan(TimePoint now) {
   try {
-    while (const auto channel = next_messages_.take_due(now.steady)) {
+    for (std::size_t most = max_at_once; most > 0; --most) {
+      const auto channel = next_messages_.take_due(now.steady);
+      if (!channel) break;
       SubscriptionResource& s = *subscribers_.find(*channel);
       s.next_message.reset();
       s.ready_announced = false;
@@ -220,13 +249,11 @@ void MessageSchedule::scan(TimePoint now) {
     }
     scanner_.read_samples(now);
     if (scanner_.is_due(now)) {
-      fills_queues_ = true;
-      const std::vector<Channel> marked = std::exchange(marked_, {});
-      for (const Channel channel : marked) {
-        SubscriptionResource* s = subscribers_.find(channel);
-        if (s) fill(*s);
-      }
-      scanner_.scan(now, !marked.empty());
+      begin_filling();
+      const bool had_marked = !marked_.empty();
+      fill_marked();
+      // The queues get this change before the next one is taken.
+      scanner_.scan(now, had_marked, marked_.empty() ? std::optional(fill_end_) : std::nullopt);
       fills_queues_ = false;
       if (!marked_.empty() && !scanner_.is_scanning()) scanner_.start();
     }

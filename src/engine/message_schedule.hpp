@@ -27,6 +27,9 @@ namespace lrt::engine {
 class MessageSchedule {
  public:
   using Instant = std::chrono::steady_clock::time_point;
+  /// Subscribers that one turn reports, wakes or judges, however many there are: the next turn follows at once. Clients can make them many, and a turn
+  /// may be a step of a control loop.
+  static constexpr std::size_t max_at_once = 256;
 
   MessageSchedule(const Registry& registry, const Responses& responses, Representations& representations, PropertyValues& values,
                   ChangeScanner& scanner, Subscribers& subscribers, const Clock& clock)
@@ -74,6 +77,10 @@ class MessageSchedule {
   void took(const Resource& observed, Instant before);
   std::optional<Instant> rest_of(const SubscriptionResource& s, TimePoint now) const;
   void notify_of_structure();
+  void fill_marked();
+  void begin_filling();
+  bool may_fill() noexcept { return ++fills_ % fills_per_look != 0 || has_time(); }
+  bool has_time() noexcept;
 
   const Registry& registry_;
   const Responses& responses_;
@@ -87,8 +94,13 @@ class MessageSchedule {
   DeadlineQueue<Channel> next_messages_;
   std::unordered_set<std::uint64_t> slow_;  ///< ResourceIds of those whose last representation took long
   Instant rest_end_{};                      ///< none of them is represented for subscribers before
-  bool fills_queues_ = false;               ///< a scan, whose share of time is bounded, is under way
-  std::vector<Channel> marked_;             ///< with a queue, and changed between two scans
+  static constexpr unsigned fills_per_look = 16;
+  bool fills_queues_ = false;                      ///< a scan, whose share of time is bounded, is under way
+  bool is_over_ = false;                           ///< it has no time left: those that are not filled yet are marked
+  unsigned fills_ = 0;                             ///< of this scan
+  Instant fill_end_{};                             ///< until when it may fill queues
+  const subscription::Message* filled_ = nullptr;  ///< the last message that came into a queue; only compared
+  std::vector<Channel> marked_;                    ///< with a queue, and changed between two scans
   std::uint64_t notified_structure_ = 1;
 };
 

@@ -67,16 +67,25 @@ void run_encoders(model::PropertySpec& spec, const std::vector<std::size_t>& enc
     if (!encodings[i].made) encodings[i] = encoded(spec.representations[i], whole);
 }
 
+/// Kept values that are older are dropped when a scan has no time left for them, so that what observers get is not old.
+constexpr std::chrono::milliseconds max_age_of_kept{50};
+
 /// Takes the published values in their order. After the time limit, the older ones are dropped and the newest is taken.
+/// @param may_leave  at least one is taken; when the time is over, the others are left, unless the last one was old
 template <class Use>
-void take_each(model::SlotBase& slot, const Clock& clock, PropertyValues::Instant until, Use use) {
-  for (std::size_t left = slot.available(); left > 0; --left) {
-    if (left > 1 && clock.now().steady >= until) {
-      slot.skip_to_newest();
-      left = 1;
-    }
+void take_each(model::SlotBase& slot, const Clock& clock, PropertyValues::Instant until, Use use, bool may_leave = false) {
+  bool took = false;
+  Utc last{};
+  for (std::size_t left = slot.available(); left > 0; --left, took = true) {
+    if (may_leave ? took : left > 1)
+      if (const TimePoint now = clock.now(); now.steady >= until) {
+        if (!may_leave || slot.has_source_times() || now.utc - last > max_age_of_kept) slot.skip_to_newest();
+        if (may_leave) return;
+        left = 1;
+      }
     Sample sample;
     if (!slot.take(sample.value, sample.since)) return;
+    last = sample.since;
     sample.whole = slot.whole();
     sample.number = slot.taken();
     use(std::move(sample));
@@ -227,20 +236,23 @@ void PropertyValues::refresh(PropertyResource& property, Encodings encodings, Do
   start(property);
 }
 
-void PropertyValues::refresh_observed(PropertyResource& property, Instant until) {
-  if (property.spec->slot) take_published(property, until);
+bool PropertyValues::refresh_observed(PropertyResource& property, Instant until) {
+  if (property.spec->slot) take_published(property, until, true);
   const bool more = !property.spec->slot || property.spec->slot->has_change();
+  if (more && property.spec->slot && !property.is_refreshing() && !needs_user_code(property)) return true;
   if (more && !property.is_refreshing()) start(property);
   else if (more && !property.spec->slot && property.refresh_state->next_waiters.empty()) refresh(property, {}, [](const Result<void>&, TimePoint) {});
+  return false;
 }
 
 void PropertyValues::take_published(PropertyResource& property) { take_published(property, catch_up_end()); }
 
-void PropertyValues::take_published(PropertyResource& property, Instant until) {
+void PropertyValues::take_published(PropertyResource& property, Instant until, bool may_leave) {
   model::SlotBase* slot = property.spec->slot.get();
   if (!slot || property.is_refreshing() || !slot->has_change() || needs_user_code(property)) return;
   // Each kept value is a change.
-  take_each(*slot, clock_, until, [&](Sample sample) { set_published(property, std::move(sample)); });
+  const auto use = [&](Sample sample) { set_published(property, std::move(sample)); };
+  take_each(*slot, clock_, until, use, may_leave);
   property.report_lost();
 }
 

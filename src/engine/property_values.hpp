@@ -93,9 +93,11 @@ class PropertyValues {
   bool give_up(Resource& resource, const Audience& audience = {});
   /// An observed property may have a new value: refreshes it, unless a refresh is running.
   /// @param until  as for take_published()
-  void refresh_observed(PropertyResource& property, Instant until);
+  /// @return  when the time was over, kept values were left: call it again soon
+  bool refresh_observed(PropertyResource& property, Instant until);
   /// Takes published values if that needs no user code. After the time limit, older kept values are dropped.
-  void take_published(PropertyResource& property, Instant until);
+  /// @param may_leave  after at least one, those that are not old are left instead
+  void take_published(PropertyResource& property, Instant until, bool may_leave = false);
   void take_published(PropertyResource& property);
   /// Until when values for queues may be taken over, if that begins now (SubscriptionOptions::max_catch_up_time).
   Instant catch_up_end() const;

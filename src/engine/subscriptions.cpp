@@ -158,9 +158,16 @@ void Subscriptions::resource_removed(SubscriptionResource& s) {
   end(s, 1001, "the resource was removed");
 }
 
+/// The rest follows in the next turns, which are at once.
 void Subscriptions::renew_rights() {
-  for (const Channel channel : parts_.subscribers.channels_if([](const SubscriptionResource&) { return true; })) {
-    SubscriptionResource* s = find(channel);
+  renewing_ = parts_.subscribers.channels_if([](const SubscriptionResource&) { return true; });
+  renew_some();
+}
+
+void Subscriptions::renew_some() {
+  for (std::size_t most = MessageSchedule::max_at_once; most > 0 && !renewing_.empty(); --most) {
+    SubscriptionResource* s = find(renewing_.back());
+    renewing_.pop_back();
     if (!s || (s->receiver->feed() && !s->audience.principal)) continue;  // of the host itself
     std::optional<Audience> audience = renewed(parts_.options, s->audience, s->observed);
     if (!audience) {
@@ -183,13 +190,15 @@ void Subscriptions::sign_out(std::string_view principal) {
 // ------------------------------------------------------------------------------------------------------------ transports
 
 void Subscriptions::scan(TimePoint now) {
-  heartbeats_.take_due(now.steady, [this](Channel channel) {
+  if (!renewing_.empty()) renew_some();
+  heartbeats_.take_due(now.steady, MessageSchedule::max_at_once, [this](Channel channel) {
     if (SubscriptionResource* const s = find(channel)) parts_.schedule.announce_heartbeat(*s);
   });
   parts_.schedule.scan(now);
 }
 
 std::optional<std::chrono::steady_clock::time_point> Subscriptions::next_deadline() const {
+  if (!renewing_.empty()) return std::chrono::steady_clock::time_point{};
   const auto message = parts_.schedule.next_deadline(), heartbeat = heartbeats_.next_deadline();
   return message && heartbeat ? std::min(*message, *heartbeat) : message ? message : heartbeat;
 }
@@ -216,8 +225,12 @@ std::optional<Channel> Subscriptions::next_ready(TimePoint now) {
 void Subscriptions::take_ready(std::vector<ReadyChannel>& channels, TimePoint now) {
   scan(now);
   ReadyChannels& ready = parts_.schedule.ready();
-  for (const Channel channel : std::exchange(ready.urgent, {})) channels.push_back({channel, true});
-  for (const Channel channel : std::exchange(ready.others, {})) channels.push_back({channel, false});
+  std::size_t most = MessageSchedule::max_at_once;
+  for (std::deque<Channel>* list : {&ready.urgent, &ready.others})
+    for (; most > 0 && !list->empty(); --most) {
+      channels.push_back({list->front(), list == &ready.urgent});
+      list->pop_front();
+    }
 }
 
 /// The next item, which is sent now.

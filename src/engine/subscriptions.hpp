@@ -87,6 +87,7 @@ class Subscriptions {
   SubscriptionResource* find(Channel channel) const { return parts_.subscribers.find(channel); }
   void read_first_value(SubscriptionResource& s);
   void scan(TimePoint now);
+  void renew_some();
   Push heartbeat(const SubscriptionResource& s, TimePoint now) const;
   subscription::Item take_item(SubscriptionResource& s, TimePoint now);
   void keep_values(const SubscriptionResource& s, bool keep);
@@ -100,6 +101,7 @@ class Subscriptions {
   ChangeScanner& scanner_;
   ClosingChannels closing_;
   Heartbeats heartbeats_;
+  std::vector<Channel> renewing_;  ///< whose rights are to be checked again
   std::vector<SubscriptionEvent> events_;
 };
 

@@ -11,6 +11,10 @@
 namespace lrt {
 namespace {
 
+/// The time in which a round of messages for many clients is made.
+constexpr std::chrono::microseconds round_time{100};
+/// The longest scan for changes in one poll(). SubscriptionOptions::max_catch_up_time is for a thread of lrt.
+constexpr std::chrono::microseconds scan_in_poll{500};
 /// Requests that waited for the engine and are handled when a turn finds it free, before what the turn came for.
 constexpr std::size_t postponed_at_once = 4;
 
@@ -67,6 +71,7 @@ engine::EngineOptions SharedEngine::engine_options() {
   options.callbacks = options_.callbacks;
   options.public_base = options_.listen.public_base;
   options.dispatch = options_.threads.dispatch;
+  if (options_.threads.io == Io::in_poll) options.subscriptions.max_catch_up_time = std::min(options.subscriptions.max_catch_up_time, scan_in_poll);
   options.has_executor = static_cast<bool>(options_.threads.executor);
   options.everybody_reads = !options_.security.authorize;
   if (!options_.security.rules.empty() || !options_.security.policy_file.empty())
@@ -430,9 +435,31 @@ void SharedEngine::take_ready(std::vector<engine::ReadyChannel>& channels, TimeP
   use_now(find, now);
 }
 
+/// As engine::Handler does it, but messages that must be made for each client end the round when its time is over, after at least one.
+void SharedEngine::take_pushes_for(std::chrono::microseconds time, std::vector<engine::PushRequest>& requests, std::vector<engine::Push>& pushes,
+                                   TimePoint now) {
+  const auto end = std::chrono::steady_clock::now() + time;
+  const std::string* last = nullptr;
+  bool is_over = false;
+  for (engine::PushRequest& request : requests) {
+    std::size_t bytes = 0;
+    request.given = 0;
+    request.more = true;
+    while (!is_over && request.more && request.given < request.max && (request.given == 0 || bytes < request.max_bytes)) {
+      auto push = engine_.next_push(request.channel, now);
+      request.more = push && push->close == 0;
+      if (!push) break;
+      bytes += push->message ? push->message->size() : 0;
+      ++request.given;
+      if (std::exchange(last, push->message.get()) != push->message.get()) is_over = std::chrono::steady_clock::now() >= end;
+      pushes.push_back(*std::move(push));
+    }
+  }
+}
+
 /// The engine goes on naming the channels of which it was not asked only when they have been asked for.
 void SharedEngine::take_pushes(std::vector<engine::PushRequest>& requests, std::vector<engine::Push>& pushes, TimePoint now) {
-  if (use_now([&] { engine_.take_pushes(requests, pushes, now); }, now)) return;
+  if (use_now([&] { take_pushes_for(round_time, requests, pushes, now); }, now)) return;
   for (engine::PushRequest& request : requests) {
     request.given = 0;
     request.more = false;

@@ -55,7 +55,7 @@ struct Scanned {
   PropertyResource& of(std::size_t index) { return *node->properties[index]; }
   void scan() {
     clock.advance(milliseconds(10));
-    scanner.scan(clock.now(), false);
+    scanner.scan(clock.now(), false, ChangeScanner::Instant::max());
   }
   void run() {
     for (Job& job : calls.take_jobs()) job.run();
@@ -117,7 +117,7 @@ TEST_CASE("a property that is published at short regular intervals is scanned wh
     s.clock.advance(milliseconds(20));
     s.pushed->publish(i);
     s.clock.advance(milliseconds(1));
-    s.scanner.scan(s.clock.now(), false);
+    s.scanner.scan(s.clock.now(), false, ChangeScanner::Instant::max());
     CHECK(*s.of(0).value.integer() == i);
   }
   REQUIRE(s.scanner.next_deadline());
@@ -145,7 +145,7 @@ TEST_CASE("between values at long regular intervals the scanner sleeps", "[engin
     s.pushed->publish(i);
     CHECK(s.waker->count == before + 1);
     CHECK(s.scanner.is_due(s.clock.now()));
-    s.scanner.scan(s.clock.now(), false);
+    s.scanner.scan(s.clock.now(), false, ChangeScanner::Instant::max());
     CHECK(*s.of(0).value.integer() == i);
     CHECK_FALSE(s.scanner.is_scanning());
   }
@@ -166,7 +166,7 @@ TEST_CASE("each urgent value wakes the engine while it is observed, and is scann
     CHECK(*s.scanner.next_deadline() <= s.clock.now().steady + milliseconds(2));
     s.clock.advance(milliseconds(2));
     CHECK(s.scanner.is_due(s.clock.now()));
-    s.scanner.scan(s.clock.now(), false);
+    s.scanner.scan(s.clock.now(), false, ChangeScanner::Instant::max());
     CHECK(*s.of(2).value.integer() == i);
   }
   s.scanner.unwatch(s.of(2));

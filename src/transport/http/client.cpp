@@ -19,15 +19,26 @@ constexpr int turns_at_once = 8;
 /// Bytes that the system accepts for a channel beyond the client's window. Without this limit it accepts megabytes: a client that
 /// reads slowly would get values of minutes ago, and one that does not read would occupy that memory.
 constexpr int unsent_bytes = 32 * 1024;
+/// For Client::send(). TLS has TlsStream::chunk_bytes.
+constexpr std::size_t max_bytes_per_call = 64 * 1024;
 
 }  // namespace
 
 ssize_t Client::send(const Socket& socket, TlsStream* tls, const OutputParts& output) {
   if (tls != nullptr) return tls->send(output.data(), output.size());
-  if (output.size() == 1) return ::send(socket.descriptor(), output.data()->iov_base, output.data()->iov_len, MSG_NOSIGNAL);
+  std::size_t count = 0;
+  for (std::size_t left = max_bytes_per_call; count < output.size() && left > 0; ++count) {
+    const std::size_t bytes = output.data()[count].iov_len;
+    if (bytes > left) {  // its first bytes, alone or behind the others
+      if (count == 0) return ::send(socket.descriptor(), output.data()->iov_base, left, MSG_NOSIGNAL);
+      break;
+    }
+    left -= bytes;
+  }
+  if (count == 1) return ::send(socket.descriptor(), output.data()->iov_base, output.data()->iov_len, MSG_NOSIGNAL);
   msghdr message{};
   message.msg_iov = const_cast<iovec*>(output.data());
-  message.msg_iovlen = output.size();
+  message.msg_iovlen = count;
   return ::sendmsg(socket.descriptor(), &message, MSG_NOSIGNAL);
 }
 
@@ -83,7 +94,7 @@ void Client::push_some(TimePoint now) {
     round.add(*this);
     loop_.context.handler->take_pushes(round.requests, round.pushes, now);
     const engine::PushRequest request = round.requests.front();
-    take_turn(round.pushes.data(), request.given, now);
+    take_turn(round.pushes.data(), request.given, now, false);
     if (!request.more) return;
     if (loop_.readiness.is_over()) break;
   }

@@ -27,9 +27,10 @@ class Client : public Watched, public Linked<TurnTag>, public std::enable_shared
   std::size_t max_messages() const noexcept { return channel_ ? room_for_messages() : 0; }
   std::optional<engine::Channel> channel() const noexcept { return channel_; }
   /// Sends messages of its channel, at most max_messages().
-  void push(engine::Push* pushes, std::size_t count, TimePoint now) noexcept {
+  /// @param later  it keeps them, and sends them when it has its turn: the budget is used up
+  void push(engine::Push* pushes, std::size_t count, TimePoint now, bool later) noexcept {
     call([&] {
-      take_turn(pushes, count, now);
+      take_turn(pushes, count, now, later);
       update(now);
     });
   }
@@ -50,7 +51,7 @@ class Client : public Watched, public Linked<TurnTag>, public std::enable_shared
  protected:
   explicit Client(Loop& loop) : loop_(loop) {}
 
-  /// Sends like send(2).
+  /// Sends like send(2), at most max_bytes_per_call of plain text: the system copies a long message in one step, which no budget can interrupt.
   /// @param tls  nullptr: plain
   static ssize_t send(const Socket& socket, TlsStream* tls, const OutputParts& output);
 
@@ -69,16 +70,17 @@ class Client : public Watched, public Linked<TurnTag>, public std::enable_shared
 
   /// More than 0: the channel is open, and everything before has been sent.
   virtual std::size_t room_for_messages() const noexcept = 0;
-  virtual void send_messages(engine::Push* pushes, std::size_t count, TimePoint now) = 0;
+  /// @param later  keeps them, and sends them in a later turn
+  virtual void send_messages(engine::Push* pushes, std::size_t count, TimePoint now, bool later) = 0;
   /// Updates the events to wait for, and closes a finished connection.
   virtual void update(TimePoint now) = 0;
 
   Loop& loop_;
 
  private:
-  void take_turn(engine::Push* pushes, std::size_t count, TimePoint now) {
+  void take_turn(engine::Push* pushes, std::size_t count, TimePoint now, bool later) {
     last_turn_ = ++loop_.turn;
-    send_messages(pushes, count, now);
+    send_messages(pushes, count, now, later);
   }
 
   std::size_t index_ = 0;  ///< in loop_.clients

@@ -234,10 +234,11 @@ void Connection::write_and_update(TimePoint now) {
   update(now);
 }
 
-void Connection::send_messages(engine::Push* pushes, std::size_t count, TimePoint now) {
+void Connection::send_messages(engine::Push* pushes, std::size_t count, TimePoint now, bool later) {
   if (count == 0) return;
   session_.push(std::move(*pushes), now);
-  write(now);
+  if (later && !session_.output().empty()) write_later();
+  else write(now);
 }
 
 /// Sends the output of the session, one response after the other, until the socket is full or the session has none.

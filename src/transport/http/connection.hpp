@@ -55,7 +55,7 @@ class Connection final : public Client, public Deadlines::Entry, public Linked<I
   std::size_t room_for_messages() const noexcept override {
     return !closed_ && !blocked_ && !writes_later_ && session_.wants_message() && session_.channel() == channel() ? 1 : 0;
   }
-  void send_messages(engine::Push* pushes, std::size_t count, TimePoint now) override;
+  void send_messages(engine::Push* pushes, std::size_t count, TimePoint now, bool later) override;
   void read(bool broken);
   ssize_t receive(char* to, std::size_t size);
   bool wants_input() const noexcept { return session_.wants_input() || (tls_ && !tls_->is_open() && !half_closed_); }

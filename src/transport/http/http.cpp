@@ -243,10 +243,14 @@ void HttpTransport::deliver_pushes(TimePoint now) {
       handler.take_pushes(round.requests, round.pushes, now);
     } catch (...) { failed = std::current_exception(); }
     engine::Push* next = round.pushes.data();
+    bool is_over = false;
     for (std::size_t i = 0; i < round.clients.size(); ++i) {
       const engine::PushRequest& request = round.requests[i];
       Client& client = *round.clients[i];
-      if (request.given > 0) client.push(next, request.given, now);
+      if (request.given > 0) {
+        client.push(next, request.given, now, is_over);
+        is_over = is_over || loop_.readiness.is_over();
+      }
       next += request.given;
       if ((request.more || failed) && client.max_messages() > 0) loop_.turns.push_back(client);
     }

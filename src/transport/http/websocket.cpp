@@ -167,13 +167,14 @@ void WebSocket::discard() {
 
 // ---------------------------------------------------------------------------------------------------------------- writing
 
-void WebSocket::send_messages(engine::Push* pushes, std::size_t count, TimePoint now) {
+void WebSocket::send_messages(engine::Push* pushes, std::size_t count, TimePoint now, bool later) {
   for (engine::Push* push = pushes; push != pushes + count; ++push) {
     if (push->close != 0) return begin_close(push->close, push->reason, now);
     if (!push->message) push->message = empty_message();
     frames_.send(std::move(push->message), push->text);
   }
-  write(now);
+  if (later && has_output()) block(true, now);
+  else write(now);
 }
 
 void WebSocket::add_output(OutputParts& parts) const noexcept {
@@ -206,6 +207,7 @@ void WebSocket::send_all(TimePoint now) {
       sent(static_cast<std::size_t>(bytes));
       anew = true;
       if (phase_ != Phase::opening && count_pings(now) && must_pause()) return;
+      if (has_output() && loop_.readiness.is_over()) return block(anew, now);
     } else if (errno == EAGAIN || errno == EWOULDBLOCK) {
       return block(anew, now);
     } else if (errno != EINTR) {
@@ -235,6 +237,7 @@ void WebSocket::sent(std::size_t bytes) {
   else frames_.sent(bytes);
 }
 
+/// Until the socket takes more, or, if it takes more already, until the next turn.
 /// @param anew  restarts write_timeout, because the client has read some bytes
 void WebSocket::block(bool anew, TimePoint now) {
   blocked_ = true;

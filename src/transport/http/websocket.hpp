@@ -82,7 +82,7 @@ class WebSocket final : public Client {
   std::size_t room_for_messages() const noexcept override {
     return phase_ == Phase::open && !blocked_ && !frames_.has_output() ? max_messages_at_once : 0;
   }
-  void send_messages(engine::Push* pushes, std::size_t count, TimePoint now) override;
+  void send_messages(engine::Push* pushes, std::size_t count, TimePoint now, bool later) override;
   bool write(TimePoint now);
   void send_all(TimePoint now);
   bool has_output() const noexcept { return phase_ == Phase::opening ? header_sent_ < header_.size() : frames_.has_output(); }
