@@ -100,6 +100,13 @@ std::size_t max_file_bytes(std::size_t max_graphs) noexcept {
   return std::min(max_graphs, std::size_t{1} << 17) * 2 * std::size_t{20 * 1024} + 2 * MirrorState::min_excess;
 }
 
+/// The path names the open file.
+bool names(const std::string& path, int descriptor) noexcept {
+  struct stat opened {
+  }, named{};
+  return ::fstat(descriptor, &opened) == 0 && ::stat(path.c_str(), &named) == 0 && opened.st_ino == named.st_ino && opened.st_dev == named.st_dev;
+}
+
 }  // namespace
 
 Result<std::unique_ptr<MirrorState>> MirrorState::open(const std::string& path, const std::string& store, std::size_t max_graphs) {
@@ -108,10 +115,7 @@ Result<std::unique_ptr<MirrorState>> MirrorState::open(const std::string& path, 
     lock = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, file_mode);
     if (lock < 0) return unexpected(Errc::invalid_option, system_error("cannot write", path).message);
     const bool is_locked = ::flock(lock, LOCK_EX | LOCK_NB) == 0;
-    struct stat opened {
-    }, named{};
-    const bool is_same =
-        ::fstat(lock, &opened) == 0 && ::stat(path.c_str(), &named) == 0 && opened.st_ino == named.st_ino && opened.st_dev == named.st_dev;
+    const bool is_same = names(path, lock);
     if (is_locked && is_same) break;
     ::close(lock);
     lock = -1;
@@ -165,6 +169,11 @@ Result<void> MirrorState::fail() {
 
 Result<void> MirrorState::write(const std::string& lines) {
   if (error_) return unexpected(*error_);
+  // Somebody has removed it, as with its directory: another mirror may have its name now.
+  if (!names(path_, descriptor_)) {
+    error_ = Error{Errc::io_error, "\"" + path_ + "\" was removed or replaced while it was in use"};
+    return unexpected(*error_);
+  }
   if (!write_all(descriptor_, lines)) return fail();
   bytes_ += lines.size();
   shorten();

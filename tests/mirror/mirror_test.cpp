@@ -620,6 +620,22 @@ TEST_CASE("a state file is shortened while it is written, and stays complete", "
   CHECK(graphs[0].entity_tag == tag);
 }
 
+TEST_CASE("a state file that was removed while it is used is written no more, and may be another mirror's", "[mirror]") {
+  StateFile file;
+  const std::unique_ptr<MirrorState> first = MirrorState::open(file.path(), "http://store.example/", 10).value();
+  REQUIRE(first->write_unknown({"http://robot.example/arm", "http://robot.example/", {}, {}}, false).has_value());
+  ::unlink(file.path().c_str());
+  const std::unique_ptr<MirrorState> second = MirrorState::open(file.path(), "http://store.example/", 10).value();
+  const std::string before = file.text();
+  for (int i = 0; i < 2; ++i) {
+    const Result<void> written = first->write_forgotten("http://robot.example/arm");
+    REQUIRE_FALSE(written.has_value());
+    CHECK(written.error().message.find("was removed or replaced") != std::string::npos);
+  }
+  CHECK(file.text() == before);
+  CHECK(second->write_unknown({"http://robot.example/base", "http://robot.example/", {}, {}}, true).has_value());
+}
+
 TEST_CASE("a message about a store has no password", "[mirror]") {
   MirrorOptions options = options_for({"http://127.0.0.1:1/"}, "http://anna:s3cret@127.0.0.1:1/graphs");
   const Result<Mirror> mirror = Mirror::create(options);
