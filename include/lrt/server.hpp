@@ -90,9 +90,8 @@ class LRT_API Server {
   /// Runs lambdas that are due. With Io::in_poll it also serves the network. Never waits.
   ///
   /// When `budget` is used up, at most one more lambda is started. With Io::in_poll the current step is completed:
-  /// usually less than 1 ms with the transport `http`, up to 15 ms were measured with libwebsockets under attack. A
-  /// large body takes longer if Threads::body_threads is 0; limits.max_body_bytes bounds it. When idle, poll() does not
-  /// allocate; it makes no system call with Io::own_thread and one with Io::in_poll.
+  /// usually less than 1 ms. A large body takes longer if Threads::body_threads is 0; limits.max_body_bytes bounds it.
+  /// When idle, poll() does not allocate; it makes no system call with Io::own_thread and one with Io::in_poll.
   ///
   /// A lambda may call poll(), which then runs further lambdas. If another thread is polling, poll() has no effect: it
   /// logs an error, fails a check of the headers (base/misuse.hpp), and returns 1 ms.
