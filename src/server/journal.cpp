@@ -246,6 +246,7 @@ class Journal::Writer final : public model::ChangeJournal, public std::enable_sh
         begins_anew_(found.kind != FoundJournal::Kind::journal),
         file_(std::move(found.file)),
         key_(found.key),
+        claim_(std::move(options.claim)),
         log_(std::move(options.log)) {}
 
   /// A file of an earlier release is replaced now.
@@ -395,7 +396,8 @@ class Journal::Writer final : public model::ChangeJournal, public std::enable_sh
     }
     Failure failure;
     try {
-      failure = begins_anew_ || is_whole || !file_.file ? begin_anew(batch) : append_to_file(batch);
+      if (!claim_.renew()) failure = FileFailure{"claiming", EBUSY};
+      else failure = begins_anew_ || is_whole || !file_.file ? begin_anew(batch) : append_to_file(batch);
     } catch (...) { failure = FileFailure{"writing", ENOMEM}; }
     if (!failure) {
       try {
@@ -596,6 +598,7 @@ class Journal::Writer final : public model::ChangeJournal, public std::enable_sh
   bool begins_anew_;  ///< the file is not to be extended
   JournalFile file_;
   std::optional<FoundJournal::Key> key_;  ///< of the file that may be replaced
+  SavedFile::Claim claim_;                ///< its folder may have been made again
   bool is_ended_ = true;                  ///< nothing was written since it was opened
   bool is_logged_ = false;
   Instant logged_at_{};

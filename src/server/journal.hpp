@@ -17,6 +17,7 @@
 
 #include "src/base/descriptor.hpp"
 #include "src/model/graph_state.hpp"
+#include "src/server/saved_file.hpp"
 
 namespace lrt {
 
@@ -63,6 +64,7 @@ class Journal {
     LogCallback log;
     ThreadOptions threads;
     std::uint64_t compact_beyond = std::uint64_t{4} * 1024 * 1024;  ///< bytes of changes behind the first content; and as many as that has
+    SavedFile::Claim claim{};                                       ///< of the file; renewed before each write
   };
   /// Begins to keep the changes of a graph, which is as it was read from the file.
   Journal(std::shared_ptr<model::GraphState> state, FoundJournal found, Options options);

@@ -9,9 +9,10 @@
 
 #include <lrt/rdf/codec.hpp>
 
-#include "src/rdf/turtle_parser.hpp"
 #include "src/model/graph_changes.hpp"
+#include "src/rdf/turtle_parser.hpp"
 #include "src/server/journal_format.hpp"
+#include "src/server/saved_file.hpp"
 #include "src/server/shared_engine.hpp"
 #include "src/server/world_extension.hpp"
 
@@ -99,10 +100,12 @@ Result<std::vector<std::unique_ptr<KeptGraph>>> KeptGraph::open(const model::Wor
     }
     Result<SavedFile::Claim> claim = SavedFile::prepare(path, journal::mark);
     if (!claim) return named(*state, std::move(claim).error());
-    auto kept = std::make_unique<KeptGraph>(state, *std::move(claim));
+    auto kept = std::make_unique<KeptGraph>(state);
     Result<FoundJournal> found = restore(*state, log);
     if (!found) return named(*state, std::move(found).error());
-    kept->journal_ = std::make_unique<Journal>(state, *std::move(found), Journal::Options{log, threads});
+    Journal::Options journal_options{log, threads};
+    journal_options.claim = *std::move(claim);
+    kept->journal_ = std::make_unique<Journal>(state, *std::move(found), std::move(journal_options));
     state->open();
     opened.push_back(std::move(kept));
   }

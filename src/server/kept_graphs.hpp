@@ -13,7 +13,6 @@
 
 #include "src/model/graph_state.hpp"
 #include "src/server/journal.hpp"
-#include "src/server/saved_file.hpp"
 #include "src/server/service.hpp"
 
 namespace lrt {
@@ -26,7 +25,7 @@ class KeptGraph {
   ///              the limits
   static Result<std::vector<std::unique_ptr<KeptGraph>>> open(const model::WorldSpec& world, const LogCallback& log, const ThreadOptions& threads);
 
-  explicit KeptGraph(std::shared_ptr<model::GraphState> state, SavedFile::Claim claim = {}) : state_(std::move(state)), claim_(std::move(claim)) {}
+  explicit KeptGraph(std::shared_ptr<model::GraphState> state) : state_(std::move(state)) {}
   ~KeptGraph();
   KeptGraph(const KeptGraph&) = delete;
   KeptGraph& operator=(const KeptGraph&) = delete;
@@ -35,7 +34,6 @@ class KeptGraph {
 
  private:
   const std::shared_ptr<model::GraphState> state_;
-  SavedFile::Claim claim_;
   std::unique_ptr<Journal> journal_;
 };
 

@@ -460,6 +460,26 @@ TEST_CASE("of two graphs with one file the second is refused, and of a graph and
   CHECK(code_of(file) == "added");
 }
 
+TEST_CASE("a graph whose folder was deleted and made again is saved there, and keeps others out", "[server][world][saves]") {
+  const Folder folder;
+  const std::string file = folder / "worlds/map.nt";
+  Robot robot(file);
+  robot.added.value();
+  say(robot.map, "a cup");
+  std::filesystem::remove_all(folder / "worlds");
+  Socket client(robot.server.port());
+  const Answer a = client.ask("PATCH /world/map\nHost: localhost:" + std::to_string(robot.server.port()) +
+                              "\nContent-Type: application/sparql-update\n\nINSERT DATA { <#plate> <p:in> <#cup> }");
+  CHECK(a.status == 204);
+  CHECK(std::filesystem::exists(file));
+  Robot second(file);
+  CHECK(second.added.error().code == Errc::invalid_option);
+  robot.server.remove("world").value();
+  Robot third(file);
+  third.added.value();
+  CHECK(third.map.snapshot()->size() == 2);
+}
+
 TEST_CASE("a graph with a file is not updated before its file was read", "[server][world][saves]") {
   const Folder folder;
   const std::string file = folder / "map.nt";
