@@ -25,6 +25,7 @@ struct Audience;
 struct Description;
 struct EngineView;
 struct Parts;
+struct QueryDependencies;
 }  // namespace v0
 
 // Facets of resources: what only some kinds have. A resource that has one derives from it, and a function of Resource returns a pointer to it.
@@ -69,6 +70,9 @@ class GraphStore {
   /// The bytes of the largest document that PUT takes from an audience; nullopt: it sees no graph that PUT changes.
   virtual std::optional<std::size_t> max_put_bytes(const Audience& audience) const = 0;
 
+  /// While a change is reported: only the sizes of graphs have changed, which are in JSON and no triple.
+  bool only_sizes_change = false;
+
  protected:
   ~GraphStore() = default;
 };
@@ -99,6 +103,12 @@ class OwnRepresentation {
   }
   /// kept_graph() has nothing but words of users: all who may read the resource are shown the same.
   virtual bool is_of_users() const noexcept { return false; }
+  /// While a change is reported: whether it may have a triple that a query depends on.
+  /// @param base  of the IRIs of this server in the query
+  virtual bool is_change_for(const QueryDependencies& query, const std::string& base) const {
+    (void)query, (void)base;
+    return true;
+  }
   /// The text of Variant::answer().
   virtual Result<Bytes> answer(std::size_t type) const {
     (void)type;

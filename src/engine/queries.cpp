@@ -666,6 +666,14 @@ bool Queries::may_count(const QueryDependencies& needs, const std::vector<std::u
                      [&](std::uint32_t predicate) { return std::find(predicates.begin(), predicates.end(), predicate) != predicates.end(); });
 }
 
+/// What a reader with limited rights sees of a graph may depend on any of its triples.
+bool Queries::is_change_for(const StandingQuery& query, const Resource& resource) const {
+  if (const GraphStore* const store = resource.graph_store(); store && store->only_sizes_change) return false;
+  const OwnRepresentation* const own = resource.own_representation();
+  return !own || query.snapshot->audience.is_restricted() ||
+         own->is_change_for(query.query->dependencies(), representations_.base(query.snapshot->base));
+}
+
 void Queries::unwatch(StandingQuery& query, StandingQuery::Watch& watch) {
   const std::uint64_t id = static_cast<std::uint64_t>(watch.resource.id);
   watch.resource.remove_observer(watch, scanner_);

@@ -65,6 +65,8 @@ class Queries {
   // Standing queries.
   /// The last observer has left.
   void unobserved(const StandingQuery& query);
+  /// While a change of the resource is reported: whether it may change the result.
+  bool is_change_for(const StandingQuery& query, const Resource& resource) const;
   void unwatch(StandingQuery& query, StandingQuery::Watch& watch);
 
  private:

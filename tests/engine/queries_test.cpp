@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -17,6 +18,7 @@
 #include <lrt/rdf/codec.hpp>
 #include <lrt/rdf/vocab.hpp>
 #include <lrt/security.hpp>
+#include <lrt/world.hpp>
 
 #include "src/security/policy.hpp"
 #include "tests/support/bench.hpp"
@@ -615,6 +617,39 @@ TEST_CASE("a standing query is evaluated only when something changes that it dep
   const auto later = asked.events(channel);
   REQUIRE(later.size() == 1);
   CHECK(later[0].find("The tool") != std::string::npos);
+}
+
+TEST_CASE("a standing query is not evaluated for other triples of a large graph", "[engine][query][world]") {
+  Robot asked;
+  World world("world");
+  WorldGraph map = world.graph("map", {});
+  map.update([](GraphUpdate& u) {
+       for (int i = 0; i < 5'000; ++i) u.add("#o" + std::to_string(i), vocab::rdfs::label, i);
+     })
+      .value();
+  asked.bench.add(std::move(world));
+  const engine::Channel channel = asked.bench.open_stream("/sparql?query=objects%20http%3A%2F%2Fe%2Fcolour");
+  CHECK(asked.events(channel) == std::vector<std::string>{"json:"});
+  /// @return  how often the query was evaluated, and its results
+  const auto after = [&](const std::function<void(GraphUpdate&)>& change) {
+    const std::size_t before = asked.service->evaluations;
+    map.update(change).value();
+    asked.bench.run();
+    asked.bench.clock.advance(milliseconds(200));
+    const auto results = asked.events(channel);
+    return std::pair(asked.service->evaluations - before, results);
+  };
+  const Iri colour("http://e/colour"), weight("http://e/weight");
+  using Results = std::vector<std::string>;
+  CHECK(after([&](GraphUpdate& u) { u.add("#o1", weight, 3); }) == std::pair(std::size_t{0}, Results{}));
+  CHECK(after([&](GraphUpdate& u) { u.add("#o1", colour, "red"); }) == std::pair(std::size_t{1}, Results{"json:red;"}));
+  CHECK(after([&](GraphUpdate& u) { u.remove_node("#o2"); }) == std::pair(std::size_t{0}, Results{}));
+  CHECK(after([&](GraphUpdate& u) { u.set("#o1", weight, 4).set("#o1", colour, "blue"); }) == std::pair(std::size_t{1}, Results{"json:blue;"}));
+  CHECK(after([&](GraphUpdate& u) { u.remove_node("#o1"); }) == std::pair(std::size_t{1}, Results{"json:"}));
+  map.update([&](GraphUpdate& u) { u.add("#o3", colour, "green"); }).value();  // two changes in one turn
+  CHECK(after([&](GraphUpdate& u) { u.add("#o3", weight, 5); }) == std::pair(std::size_t{1}, Results{"json:green;"}));
+  const auto sees = [&] { return asked.ask("objects%20http%3A%2F%2Fe%2Fweight"); };
+  CHECK(sees() == "json:5;");  // other queries see what it was not evaluated for
 }
 
 TEST_CASE("a standing query notices triples with predicates that a resource did not have", "[engine][query]") {

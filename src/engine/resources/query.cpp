@@ -171,9 +171,12 @@ void StandingQuery::set_observed(bool observed, ChangeScanner&) {
 }
 
 void StandingQuery::Watch::resource_changed(SeenBy seen) {
-  if (seen(owner_.snapshot->audience)) owner_.mark_dirty();
+  if (seen(owner_.snapshot->audience)) owner_.changed(*this);
 }
 void StandingQuery::Watch::resource_removed() { owner_.unwatch(*this); }
+void StandingQuery::changed(const Watch& watch) {
+  if (owner_.is_change_for(*this, watch.resource)) mark_dirty();
+}
 void StandingQuery::unwatch(Watch& watch) { owner_.unwatch(*this, watch); }
 
 }  // namespace lrt::engine

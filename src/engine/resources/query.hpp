@@ -106,6 +106,8 @@ class StandingQuery final : public Resource, public OwnRepresentation {
    private:
     StandingQuery& owner_;
   };
+  /// The resource has changed.
+  void changed(const Watch& watch);
   /// The resource is removed.
   void unwatch(Watch& watch);
 

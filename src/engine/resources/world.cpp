@@ -9,6 +9,7 @@
 
 #include <lrt/base/ids.hpp>
 #include <lrt/base/iri.hpp>
+#include <lrt/engine/query_service.hpp>
 #include <lrt/rdf/codec.hpp>
 
 #include "src/base/canonical_path.hpp"
@@ -20,6 +21,7 @@
 #include "src/http/etag.hpp"
 #include "src/http/form.hpp"
 #include "src/http/target.hpp"
+#include "src/rdf/difference.hpp"
 #include "src/rdf/hash.hpp"
 
 namespace lrt::engine {
@@ -47,6 +49,8 @@ std::size_t count_parameters(std::string_view target, std::string_view name) {
 
 /// A change of several graphs begins again if one of them was changed meanwhile.
 constexpr int max_attempts = 4;
+/// A change of more triples concerns every query.
+constexpr std::size_t max_compared = 1'000;
 /// Of a graph in a sentence.
 constexpr std::size_t max_shown_name = 300;
 
@@ -216,15 +220,42 @@ void WorldGraphResource::take_changes(Parts& parts) {
   const bool has_lost = take_published(parts, gone);
   GraphState::Version version = graph_state->version();
   const bool changed = version.revision != version_.revision;
-  if (changed) std::swap(version_, version);
-  if (changed && version.graph->size() != version_.graph->size())  // the JSON of the World has the number
-    world.mark_changed([&](const Audience& audience) { return audience.sees(*this); });
-  if (!changed && !has_lost) return;
-  mark_changed([&](const Audience& audience) {
-    if (!audience.hides_something()) return true;
-    const auto saw = [&](const std::string& at) { return audience.view->at(at).has(security::Right::read); };
-    return audience.sees(*this) && (changed || std::any_of(gone.begin(), gone.end(), saw));
-  });
+  if (changed) {
+    std::swap(version_, version);
+    if (!has_lost) before_ = version.graph;
+    if (version_.graph->size() != version.graph->size()) {  // the JSON of the World has the number
+      world.only_sizes_change = true;
+      world.mark_changed([&](const Audience& audience) { return audience.sees(*this); });
+      world.only_sizes_change = false;
+    }
+  }
+  if (changed || has_lost)
+    mark_changed([&](const Audience& audience) {
+      if (!audience.hides_something()) return true;
+      const auto saw = [&](const std::string& at) { return audience.view->at(at).has(security::Right::read); };
+      return audience.sees(*this) && (changed || std::any_of(gone.begin(), gone.end(), saw));
+    });
+  before_.reset();
+}
+
+bool WorldGraphResource::is_change_for(const QueryDependencies& query, const std::string& base) const {
+  if (!before_ || query.everything) return true;
+  const auto difference = rdf::shared_difference(*before_, *version_.graph);
+  if (!difference || difference->removed.size() + difference->added.size() > max_compared) return true;
+  const auto is = [&](const rdf::TermView& term, const std::vector<std::string>& wanted) {
+    std::string placed;
+    std::string_view text = term.text;
+    if (text.substr(0, placeholder_base.size()) == placeholder_base) text = placed = base + std::string(text.substr(placeholder_base.size()));
+    return std::find(wanted.begin(), wanted.end(), text) != wanted.end();
+  };
+  const auto has_one = [&](const rdf::Graph& graph, const std::vector<rdf::Triple>& triples) {
+    return std::any_of(triples.begin(), triples.end(), [&](const rdf::Triple& t) {
+      const rdf::TermView predicate = graph.term(t.predicate);
+      if (!is(predicate, query.predicates)) return false;
+      return predicate.text != vocab::rdf_::type.text || query.types.empty() || is(graph.term(t.object), query.types);
+    });
+  };
+  return has_one(*before_, difference->removed) || has_one(*version_.graph, difference->added);
 }
 
 /// @param gone  paths of what is not published any more

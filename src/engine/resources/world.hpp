@@ -62,6 +62,7 @@ class WorldGraphResource final : public ValueResource, public OwnRepresentation 
   std::shared_ptr<const rdf::Graph> graph(const EngineView& view) const;
   std::shared_ptr<const rdf::Graph> kept_graph(const EngineView& engine) const override { return graph(engine); }
   bool is_of_users() const noexcept override { return published_.empty(); }
+  bool is_change_for(const QueryDependencies& query, const std::string& base) const override;
   /// The same without published values.
   const std::shared_ptr<const rdf::Graph>& stored() const noexcept { return version_.graph; }
   /// The bytes of the IRIs and literals of stored(), written in full at each occurrence.
@@ -100,6 +101,8 @@ class WorldGraphResource final : public ValueResource, public OwnRepresentation 
   void describe_published(const Description& d) const;
 
   model::GraphState::Version version_;
+  /// The graph before the change that is being reported, if nothing else has changed.
+  std::shared_ptr<const rdf::Graph> before_;
   std::string epoch_;  ///< of entity tags: another one after a restart
   std::vector<Published> published_;
   const Clock* clock_ = nullptr;                                                                  ///< set by attach()
