@@ -874,7 +874,7 @@ TEST_CASE("a client that does not read costs one message on its way, and is drop
   }
   const auto most = pushed();
   CHECK(host.handler.alive_messages() <= 1);
-  host.handler.make_ready(channel);           // again and again, to no avail
+  host.handler.make_ready(channel);  // again and again, to no avail
   host.clock.advance(host.limits.write_timeout - milliseconds(1));
   host.settle({other.get()});
   CHECK(pushed() == most);
