@@ -175,15 +175,15 @@ struct Robot {
         if (veils[i]) veils[i]->publish(n);
         break;
       case 3: veiled->publish(n), veiled->publish(n + 1); break;
-      case 4: shown[i].update([&](GraphUpdate& u) { u.add(of_hidden, label, std::to_string(n)); }).value(); break;
-      case 5: shown[i].update([&](GraphUpdate& u) { u.remove_node(of_hidden); }).value(); break;
+      case 4: hidden[i].update([&](GraphUpdate& u) { u.add(of_hidden, label, std::to_string(n)); }).value(); break;
+      case 5: hidden[i].update([&](GraphUpdate& u) { u.remove_node(of_hidden); }).value(); break;
       case 6: bench.ask("POST /arm/actions/turn\n" + by("carl") + "Content-Type: application/json\n\n1"); break;
       case 7: bench.ask("POST /arm/veiled_list\n" + by("carl") + "Content-Type: application/json\n\n1"); break;
       case 8: toggle("arm/tool"); break;
       case 9: toggle("veiled_arm"); break;
       case 10: bench.open_stream("/arm/veiled", by("carl")); break;
       case 11:
-        bench.ask("PATCH /world/g" + std::to_string(i) + "\n" + by("carl") +
+        bench.ask("PATCH /world/h" + std::to_string(i) + "\n" + by("carl") +
                   "Content-Type: application/sparql-update\n\nINSERT DATA { <http://localhost/world/h" + std::to_string(i) +
                   "> <p:q> [ <p:r> [ <p:s> " + std::to_string(n) + " ] ] }");
         break;
