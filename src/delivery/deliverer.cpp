@@ -445,10 +445,15 @@ void Work::serve(Lock& lock, Task task, bool& slow) {
     }
     lock.unlock();
     Outcome outcome;
+    const auto fail = [&](const char* why) noexcept {
+      try {
+        outcome.result.error = why;
+      } catch (...) { outcome.result.error = "out of memory"; }
+    };
     try {
       outcome = deliver(task);
-    } catch (const std::exception& e) { outcome.result.error = e.what(); } catch (...) {
-      outcome.result.error = "an exception was thrown";
+    } catch (const std::exception& e) { fail(e.what()); } catch (...) {
+      fail("an exception was thrown");
     }
     lock.lock();
     if (stopping_) return;

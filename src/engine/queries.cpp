@@ -681,12 +681,14 @@ void Queries::unwatch(StandingQuery& query, StandingQuery::Watch& watch) {
   query.watches.erase(id);  // the watch was removed
 }
 
-void Queries::unobserved(const StandingQuery& query) {
-  if (!query.observers.empty() || !query.waiters.empty()) return;
-  calls_.inbox()->put([this, id = query.id](TimePoint) {
-    StandingQuery* const unused = find(id);
-    if (unused && unused->observers.empty() && unused->waiters.empty()) remove(*unused);
-  });
+/// It is removed in the next step, which next_deadline() requests. Needs no memory: a client that leaves must not fail.
+void Queries::unobserved(StandingQuery& query) noexcept { query.may_be_unused = true; }
+
+void Queries::remove_unused() {
+  for (auto at = standing_.begin(); at != standing_.end();) {
+    StandingQuery& query = **at++;
+    if (std::exchange(query.may_be_unused, false) && query.observers.empty() && query.waiters.empty()) remove(query);
+  }
 }
 
 void Queries::remove(StandingQuery& query) {
@@ -699,6 +701,7 @@ void Queries::remove(StandingQuery& query) {
 
 void Queries::advance(TimePoint now) {
   for (auto& unused : snapshots_.take_unused(now)) jobs_.push_back({{}, job_size, [snapshot = std::move(unused)] {}});  // is destroyed there
+  remove_unused();
   if (standing_.empty()) return;
   drop_ended_waiters(now);
   const bool has_new_structure = std::exchange(seen_structure_, registry_.structure()) != registry_.structure();
@@ -718,6 +721,7 @@ void Queries::advance(TimePoint now) {
 std::optional<Queries::Instant> Queries::next_deadline() const {
   std::optional<Instant> first = snapshots_.next_deadline();
   for (const auto& query : standing_) {
+    if (query->may_be_unused) return Instant{};
     if (std::any_of(query->waiters.begin(), query->waiters.end(), [](const auto& waiter) { return waiter.ended->load(); })) return Instant{};
     if (const auto due = due_of(*query); due && (!first || *due < *first) && may_start(*query)) first = due;
   }

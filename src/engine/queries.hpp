@@ -64,7 +64,7 @@ class Queries {
 
   // Standing queries.
   /// The last observer has left.
-  void unobserved(const StandingQuery& query);
+  void unobserved(StandingQuery& query) noexcept;
   /// While a change of the resource is reported: whether it may change the result.
   bool is_change_for(const StandingQuery& query, const Resource& resource) const;
   void unwatch(StandingQuery& query, StandingQuery::Watch& watch);
@@ -115,6 +115,7 @@ class Queries {
   void evaluated(ResourceId id, Result<StandingQuery::Answer> answer, TimePoint now);
   void serve_waiters(StandingQuery& query, TimePoint now);
   void drop_ended_waiters(TimePoint now);
+  void remove_unused();
   void watch(StandingQuery& query);
   bool may_count(const QueryDependencies& needs, const std::vector<std::uint32_t>& predicates, const Snapshot& snapshot, const Snapshot::Entry& entry,
                  const Resource& resource) const;

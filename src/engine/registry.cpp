@@ -2,6 +2,7 @@
 #include "src/engine/registry.hpp"
 
 #include <algorithm>
+#include <new>
 #include <utility>
 
 #include "src/engine/resources/thing.hpp"
@@ -62,10 +63,13 @@ void Registry::remove(Resource& resource) {
   if (find(resource.path) == &resource) by_path_.remove(resource);
   by_id_.remove(resource);
   aside_.erase(std::remove(aside_.begin(), aside_.end(), &resource), aside_.end());
-  for (Resource* other : std::vector<Resource*>(aside_)) {
-    by_path_.remove(*other);
-    settle(*other);
-  }
+  if (aside_.empty()) return;
+  try {
+    for (Resource* other : std::vector<Resource*>(aside_)) {
+      by_path_.remove(*other);
+      settle(*other);
+    }
+  } catch (const std::bad_alloc&) {}  // those that are left stay where they are: removing must not fail
 }
 
 void Registry::follow(bool followed) {

@@ -317,6 +317,8 @@ class LRT_LOCAL Server::Impl final : public SharedEngine::Loop {
     if (finished_) return;
     try {
       engine_.use([this] { engine_.engine().stop(); });
+    } catch (...) {}  // without memory for their responses, requests end with their connections
+    try {
       transport_->stop();
     } catch (...) {}
     jobs_.end_lapses_of_io();

@@ -147,6 +147,7 @@ class StandingQuery final : public Resource, public OwnRepresentation {
   std::unordered_map<std::uint64_t, std::unique_ptr<Watch>> watches;  ///< by ResourceId
   std::vector<std::uint32_t> predicates;                              ///< of its dependencies, hashed
   std::uint64_t seen_version = 0;                                     ///< of the snapshot: resources described later may have to be observed
+  bool may_be_unused = false;                                         ///< the last observer has left, or none came
   bool is_dirty = true;
   bool is_running = false;                       ///< its first values are read, or it is evaluated
   bool has_read = false;                         ///< its first values were read
