@@ -195,8 +195,13 @@ void WorkPool::stop() noexcept {
       dropped.merge(client.jobs);
       client.paused.clear();
     }
-    for (Worker* const worker : workers_)
-      if (worker->client && !worker->is_outside) worker->has_place = true, worker->turn.notify_one();
+    for (Worker* const worker : workers_) {
+      if (!worker->client || worker->has_place || worker->is_outside) continue;
+      worker->has_place = true;
+      ++running_;
+      worker->turn.notify_one();
+    }
+    waiting_.store(0, std::memory_order_relaxed);
     workers_.clear();
     threads = std::move(threads_);
     changed_.notify_all();
