@@ -77,8 +77,9 @@ struct SubscriptionOptions {
   /// and freed with the property. The size of values that own memory is estimated from RDF and representations of the
   /// last value that was scanned; if a property has representations, at least 64 KiB.
   std::size_t max_kept_bytes = 1024 * 1024;
-  /// How long the engine may process values for queues at a time. Then it takes only the newest value, and queues count
-  /// the others as dropped. So a queue on a large state at 1 kHz delays other clients by at most this time.
+  /// How long the engine may process values for queues at a time; with Io::in_poll at most 0.5 ms. Queues that it did
+  /// not reach come first the next time. Then values that have waited for more than 50 ms are dropped, except for the
+  /// newest, and the queues count them. So a queue on a large state at 1 kHz delays other clients by about this time.
   std::chrono::microseconds max_catch_up_time{5000};
   /// Default of PulledProperty::sample: the period at which observed pulled properties are read. 0: only after
   /// PulledProperty::changed().
