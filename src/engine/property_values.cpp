@@ -95,8 +95,9 @@ void take_each(model::SlotBase& slot, const Clock& clock, PropertyValues::Instan
 /// Calls a function with each property that an audience sees.
 template <class F>
 void for_each_seen(const ValueResource& values, const Audience& audience, F visit) {
+  const bool hides = audience.hides_something();
   values.for_each_property([&](PropertyResource& property) {
-    if (audience.sees(property)) visit(property);
+    if (!hides || &property == &values || audience.sees(property)) visit(property);  // the rights at the resource itself are known
   });
 }
 
