@@ -396,7 +396,7 @@ void AuditFileWriter::say_once(const char* why) noexcept {
 
 void AuditFileWriter::settle(std::uint64_t number, bool saved) noexcept {
   try {
-    if (settled_ && number != 0) settled_(number, saved);
+    if (settled_) settled_(number, saved);
   } catch (...) {}  // no memory: the response is that of the deadline
 }
 
@@ -418,6 +418,7 @@ std::chrono::milliseconds AuditFileWriter::write_all() noexcept {
   try {
     if (!write_pending() || !write_lost()) {
       say_once(trouble_.c_str());
+      settle(0, false);
       return retry_pause;
     }
     fails_ = false;
@@ -590,6 +591,7 @@ class FileOutput final : public security::AuditFile::Output, public AuditHold {
   /// On the thread of the audit.
   void settled(std::uint64_t line, bool saved) {
     server_.use([&] { release(held_.upper_bound(line), saved); });
+    turn(server_.clock().now());  // of a host that does not poll
     server_.loop().wake_io();
   }
 

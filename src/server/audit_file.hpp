@@ -46,7 +46,7 @@ class OpenAuditFile : public security::AuditFile {
 /// @par Threads  write(): one at a time. run(): its own. The others: any
 class AuditFileWriter {
  public:
-  /// The lines up to a number are saved, or cannot be. Called on the thread of run().
+  /// The lines up to a number are saved, or cannot be. Called on the thread of run(), also once a second with 0 while the file cannot be written.
   using Settled = std::function<void(std::uint64_t number, bool saved)>;
 
   AuditFileWriter(const security::Audit& options, const Clock& clock, LogCallback log, Settled settled);
