@@ -158,7 +158,7 @@ def expect_full(world, status, fill, free):
     before = max(world.values("host"))
     until(lambda: max(world.values("host")) > before, "what code changes is shown on a full disk")
     until(lambda: world.unsaved() > 0, "the counter says that it is not saved")
-    said = world.said().count("changes are not saved")
+    said = world.said().count(" not saved: ")
     assert said == 1, f"{said} lines in one interval"
     free()
     until(lambda: write(6)[0] == 204, "the disk takes writes again")

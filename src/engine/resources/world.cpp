@@ -75,11 +75,12 @@ std::string unrepeated(const rdf::Dataset& dataset) {
 }
 
 /// Responds when the disk has a change.
-/// @param time  how long the request waits
+/// @param time    how long the request waits
+/// @param graphs  whose files get a part of the change
 Outcome respond_when_saved(const Context& context, Parts& parts, std::shared_ptr<model::Saving> saving, std::chrono::milliseconds time,
-                           http::Response response) {
+                           std::size_t graphs, http::Response response) {
   if (!saving) return response;
-  const auto unavailable = [&parts](const Context& c, const char* why) {
+  const auto unavailable = [&parts](const Context& c, const std::string& why) {
     http::Response problem = parts.responses.problem(c, 503, why);
     parts.responses.add_retry_after(problem);
     return problem;
@@ -93,16 +94,17 @@ Outcome respond_when_saved(const Context& context, Parts& parts, std::shared_ptr
     model::SaveOutcome outcome{};
   };
   auto wait = std::make_shared<Wait>(Wait{std::move(response)});
-  Inbox::Reserved reply = Inbox::reserve([&parts, ticket = *ticket, wait, unavailable](TimePoint now) {
+  const char* const rest = graphs == 1 ? ": nothing has changed" : ": what it has not taken is as it was; GET the graphs to see";
+  Inbox::Reserved reply = Inbox::reserve([&parts, ticket = *ticket, wait, unavailable, rest](TimePoint now) {
     const Context* const c = parts.pending.resume(ticket, now);
     if (!c) return;
     switch (wait->outcome) {
       case model::SaveOutcome::saved: return parts.pending.respond(ticket, std::move(wait->response));
       case model::SaveOutcome::refused:
-        return parts.pending.respond(ticket, unavailable(*c, "the disk does not take this change: nothing has changed"));
+        return parts.pending.respond(ticket, unavailable(*c, std::string("the disk does not take this change") + rest));
       case model::SaveOutcome::full: break;
     }
-    http::Response full = parts.responses.problem(*c, 507, "the disk has no room for this change: nothing has changed");
+    http::Response full = parts.responses.problem(*c, 507, std::string("the disk has no room for this change") + rest);
     parts.responses.add_retry_after(full);
     parts.pending.respond(ticket, std::move(full));
   });
@@ -178,7 +180,7 @@ Outcome WorldGraphResource::execute(Context& context, Parts& parts, GraphTask ta
 }
 
 Outcome WorldGraphResource::changed(const Context& context, Parts& parts, Body& accepted) const {
-  return respond_when_saved(context, parts, std::move(accepted.saving), graph_state->options().save_timeout, parts.responses.no_content(context));
+  return respond_when_saved(context, parts, std::move(accepted.saving), graph_state->options().save_timeout, 1, parts.responses.no_content(context));
 }
 
 Outcome WorldGraphResource::take_new(Context& context, Parts& parts) {
@@ -638,7 +640,7 @@ Outcome WorldResource::commit(Context& context, Parts& parts, const std::shared_
   }
   std::chrono::milliseconds time{0};
   for (const DatasetChange::Part& part : change->parts) time = std::max(time, part.state->options().save_timeout);
-  return respond_when_saved(context, parts, std::move(saving), time, parts.responses.no_content(context));
+  return respond_when_saved(context, parts, std::move(saving), time, change->parts.size(), parts.responses.no_content(context));
 }
 
 Outcome WorldResource::make_graph(Context& context, Parts& parts, const std::string& at, std::optional<rdf::Graph> graph_of_body) {
