@@ -17,6 +17,7 @@ namespace {
 
 constexpr std::size_t text_block = 64 * 1024, long_text = 4 * 1024;
 constexpr std::uint32_t first_buckets = 1'024;
+constexpr std::uint32_t few = 8;  // a triple is searched in its chains up to this place, then in the table
 /// Places and bytes that may be unused beyond the share that compact() allows.
 constexpr std::size_t few_places = 1'024, few_bytes = 256 * 1024;
 constexpr std::size_t max_unused_share = 8;  // one part of so many
@@ -112,6 +113,7 @@ SharedGraph::SharedGraph(const SharedGraph& other)
       predicates_(other.predicates_),
       live_(other.live_),
       next_fresh_(other.next_fresh_),
+      far_(other.far_),
       dead_bytes_(other.dead_bytes_),
       bytes_(other.bytes_),
       origin_(other.origin_) {}
@@ -304,7 +306,22 @@ std::uint32_t SharedGraph::fresh_blank() {
 
 // Triples.
 
+/// A triple is among the first few of one of its chains, or it is in the table. Most chains are shorter.
 std::uint32_t SharedGraph::find(const Triple& triple) const noexcept {
+  const std::uint32_t ids[3] = {number(triple.subject), number(triple.predicate), number(triple.object)};
+  const Chain* chains[3];
+  for (int i = 0; i < 3; ++i) chains[i] = &terms_[ids[i]].chain[i];
+  const auto search = [&](int i) {
+    std::uint32_t at = chains[i]->first;
+    for (std::uint32_t n = 0; at != none && n < few; ++n, at = slots_[at].next[i])
+      if (slots_[at].triple == triple) return at;
+    return none;
+  };
+  int shortest = chains[0]->count <= chains[2]->count ? 0 : 2;
+  if (chains[1]->count < chains[shortest]->count) shortest = 1;
+  if (chains[shortest]->count <= few) return search(shortest);
+  for (int i = 0; i < 3; ++i)
+    if (const std::uint32_t at = search(i); at != none) return at;
   std::uint32_t at = slot_heads_[bucket_of(hash_of(triple), slot_heads_.size())];
   while (at != none && !(slots_[at].triple == triple)) at = slots_[at].next_same;
   return at;
@@ -315,19 +332,23 @@ bool SharedGraph::add(const Triple& triple) {
   const std::uint32_t at = slots_.size();
   const std::uint32_t ids[3] = {number(triple.subject), number(triple.predicate), number(triple.object)};
   // Whatever can fail comes first; then each block belongs to this copy.
-  grow(
-      slot_heads_, slots_, [this](std::uint32_t i) { return hash_of(slots_[i].triple); }, std::size_t{at} + 1);
+  bool is_far = true;
+  for (int i = 0; i < 3; ++i) is_far = is_far && terms_[ids[i]].chain[i].count >= few;
+  if (is_far) {
+    const auto hash_at = [this](std::uint32_t i) { return hash_of(slots_[i].triple); };
+    grow(slot_heads_, slots_, hash_at, std::size_t{far_} + 1);
+  }
   Slot slot;
   slot.triple = triple;
   for (int i = 0; i < 3; ++i) {
     slot.previous[i] = terms_.edit(ids[i]).chain[i].last;
     if (slot.previous[i] != none) (void)slots_.edit(slot.previous[i]);
   }
-  std::uint32_t& head = slot_heads_.edit(bucket_of(hash_of(triple), slot_heads_.size()));
-  slot.next_same = head;
+  std::uint32_t* const head = is_far ? &slot_heads_.edit(bucket_of(hash_of(triple), slot_heads_.size())) : nullptr;
+  if (head) slot.next_same = *head;
   if (!terms_[ids[1]].was_predicate) predicates_.push_back(ids[1]), terms_.edit(ids[1]).was_predicate = true;
   slots_.push_back(slot);
-  head = at;
+  if (head) *head = at, ++far_;
   for (int i = 0; i < 3; ++i) {
     TermEntry& entry = terms_.edit(ids[i]);
     if (entry.chain[0].count + entry.chain[1].count + entry.chain[2].count == 0 && entry.is_dead) {
@@ -350,11 +371,12 @@ bool SharedGraph::remove(const Triple& triple) {
   if (at == none) return false;
   const std::uint32_t ids[3] = {number(triple.subject), number(triple.predicate), number(triple.object)};
   const std::uint32_t bucket = bucket_of(hash_of(triple), slot_heads_.size());
-  std::uint32_t before = none;
-  for (std::uint32_t i = slot_heads_[bucket]; i != at; i = slots_[i].next_same) before = i;
+  std::uint32_t before = none, same = slot_heads_[bucket];
+  for (; same != none && same != at; same = slots_[same].next_same) before = same;
+  const bool is_far = same == at;
   // Whatever can fail comes first; then each block belongs to this copy.
-  (void)slot_heads_.edit(bucket);
-  if (before != none) (void)slots_.edit(before);
+  if (is_far) (void)slot_heads_.edit(bucket);
+  if (is_far && before != none) (void)slots_.edit(before);
   (void)slots_.edit(at);
   for (int i = 0; i < 3; ++i) {
     (void)terms_.edit(ids[i]);
@@ -362,7 +384,7 @@ bool SharedGraph::remove(const Triple& triple) {
       if (beside != none) (void)slots_.edit(beside);
   }
   Slot& slot = slots_.edit(at);
-  (before == none ? slot_heads_.edit(bucket) : slots_.edit(before).next_same) = slot.next_same;
+  if (is_far) (before == none ? slot_heads_.edit(bucket) : slots_.edit(before).next_same) = slot.next_same, --far_;
   for (int i = 0; i < 3; ++i) {
     TermEntry& entry = terms_.edit(ids[i]);
     Chain& chain = entry.chain[i];

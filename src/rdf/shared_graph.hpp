@@ -142,9 +142,9 @@ class SharedGraph {
   Slots slots_;
   Heads term_heads_, slot_heads_;
   lrt::detail::SharedArray<std::uint32_t, 6> predicates_;
-  std::uint32_t live_ = 0, next_fresh_ = 0;
-  std::size_t dead_bytes_ = 0, bytes_ = 0;  // of texts of terms that no triple has; of all
-  std::uint64_t origin_;                    // the same for all copies
+  std::uint32_t live_ = 0, next_fresh_ = 0, far_ = 0;  // far_: triples in the table
+  std::size_t dead_bytes_ = 0, bytes_ = 0;             // of texts of terms that no triple has; of all
+  std::uint64_t origin_;                               // the same for all copies
   /// triples(), made at the first call.
   mutable std::mutex list_mutex_;
   mutable std::vector<Triple> list_;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "src/base/shared_array.hpp"
 
+#include <algorithm>
+#include <cstdint>
 #include <random>
 #include <utility>
 #include <vector>
@@ -24,7 +26,7 @@ TEST_CASE("copies of a shared array keep their content", "[base]") {
   for (int i = 0; i < 400; ++i) {
     const auto& from = versions[random() % versions.size()];
     std::pair<Array, std::vector<std::uint32_t>> next(from.first, from.second);
-    for (unsigned n = random() % 40; n > 0; --n) {
+    for (auto n = random() % 40; n > 0; --n) {
       const auto value = static_cast<std::uint32_t>(random());
       if (next.second.empty() || random() % 2) {
         next.first.push_back(value);

@@ -58,7 +58,7 @@ TEST_CASE("queries see each version of a large graph as they would see it alone"
   }();
   std::mt19937 random(3);
   const auto node = [&] {
-    const unsigned n = random() % 900;
+    const auto n = random() % 900;
     const std::string number = std::to_string(n);
     if (n % 7 == 0) return rdf::Term(rdf::blank("n" + number));
     if (n % 7 == 1) return rdf::Term(rdf::iri(base + "/things/" + std::to_string(n / 14)));  // two terms that are one when they are placed

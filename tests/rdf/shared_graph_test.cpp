@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstdint>
 #include <memory>
 #include <mutex>
 #include <random>
@@ -46,9 +47,9 @@ std::vector<std::string> in_order(const Graph& g, const Graph::Matches& matches)
   return all;
 }
 
-Term subject(unsigned n) { return n % 5 == 0 ? Term(blank("n" + std::to_string(n))) : Term(iri("http://e/s" + std::to_string(n))); }
-Term predicate(unsigned n) { return Term(iri("http://e/p" + std::to_string(n))); }
-Term object(unsigned n) {
+Term subject(std::uint_fast32_t n) { return n % 5 == 0 ? Term(blank("n" + std::to_string(n))) : Term(iri("http://e/s" + std::to_string(n))); }
+Term predicate(std::uint_fast32_t n) { return Term(iri("http://e/p" + std::to_string(n))); }
+Term object(std::uint_fast32_t n) {
   switch (n % 4) {
     case 0: return Term(iri("http://e/s" + std::to_string(n)));
     case 1: return Term(literal(std::to_string(n), vocab::xsd::integer));
@@ -88,11 +89,12 @@ bool remove(Graph& g, const TermView& s, const TermView& p, const TermView& o) {
 TEST_CASE("a shared graph is a set of triples under random changes, and its copies keep their moment", "[rdf][shared]") {
   for (unsigned seed = 1; seed <= 6; ++seed) {
     std::mt19937 random(seed);
+    const unsigned objects = seed % 2 == 0 ? 20 : 200;  // few: triples are found by the table
     Graph graph = shared();
     Model model;
     std::vector<std::pair<Graph, Model>> past;
     for (int step = 0; step < 3'000; ++step) {
-      const Term s = subject(random() % 40), p = predicate(random() % 6), o = object(random() % 200);
+      const Term s = subject(random() % 40), p = predicate(random() % 6), o = object(random() % objects);
       Graph one;
       one.add(s, p, o);
       const std::string text = line(one, one.triples()[0]);
