@@ -8,11 +8,9 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
-#include <cstdint>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -340,51 +338,4 @@ TEST_CASE("no refusal of the lock goes unheard, and who never waits gets its tur
   for (std::thread& other : others) other.join();
   CHECK(got == 200);
   CHECK(value == turns + got);
-}
-
-// ------------------------------------------------------------------------------------------------- many clients, large messages
-
-namespace {
-
-/// Event streams of a text of a megabyte, whose clients read nothing.
-struct Streams {
-  explicit Streams(const std::vector<std::string>& accepted, int each) {
-    Options options;
-    options.listen.port = 0;
-    options.threads.io = Io::in_poll;
-    server.emplace(Server::create(std::move(options)).value());
-    Thing thing{"arm"};
-    text = thing.property<std::string>("text");
-    text->publish(std::string(1'000'000, 'x'));
-    server->add(std::move(thing)).value();
-    const std::string host = " HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(server->port()) + "\r\nAccept: text/event-stream\r\n\r\n";
-    for (const std::string& accept : accepted)
-      for (int i = 0; i < each; ++i) {
-        clients.push_back(std::make_unique<Socket>(server->port()));
-        clients.back()->write("GET /arm/text?accept=" + accept + host);
-      }
-  }
-  /// Polls without a budget until each client has been sent something; the most messages that one call has taken.
-  std::uint64_t most_messages() {
-    std::uint64_t most = 0, sent = 0;
-    const auto end = std::chrono::steady_clock::now() + seconds(60);
-    while (sent < clients.size()) {
-      REQUIRE(std::chrono::steady_clock::now() < end);
-      server->poll(microseconds(0));
-      const std::uint64_t now = server->counters().messages_sent;
-      most = std::max(most, now - std::exchange(sent, now));
-    }
-    return most;
-  }
-  std::optional<Server> server;
-  std::optional<PushedProperty<std::string>> text;
-  std::vector<std::unique_ptr<Socket>> clients;
-};
-
-}  // namespace
-
-TEST_CASE("one poll makes one large message, however many streams want one of their own", "[server][poll]") {
-  Streams streams({"text/turtle", "application/ld%2Bjson", "application/n-triples", "application/json", "application/trig", "application/n-quads"},
-                  2);
-  CHECK(streams.most_messages() <= 2);  // and perhaps one that was there
 }
