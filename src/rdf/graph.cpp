@@ -29,7 +29,20 @@ bool points_into(const TermView& term, const std::string& pool) noexcept {
   return points_into(term.text, pool) || points_into(term.datatype, pool) || points_into(term.language, pool);
 }
 
+const SharedGraphCalls& calls() noexcept { return *shared_graph_calls.load(std::memory_order_acquire); }
+
 }  // namespace
+
+inline namespace v0 {
+std::atomic<const SharedGraphCalls*> shared_graph_calls{nullptr};
+
+std::size_t SharedGraphPointer::size() const noexcept { return graph_->size(); }
+std::size_t SharedGraphPointer::term_count() const noexcept { return graph_->term_count(); }
+const Triple& SharedGraphPointer::at(std::uint32_t place) const noexcept { return graph_->at(place); }
+const std::vector<Triple>& SharedGraphPointer::triples() const { return calls().triples(*graph_); }
+SharedGraph* SharedGraphPointer::copy_of(const SharedGraph& graph) { return calls().copy(graph); }
+void SharedGraphPointer::destroy(SharedGraph* graph) noexcept { calls().destroy(graph); }
+}  // namespace v0
 
 bool Graph::equals(const Entry& entry, const TermView& term) const noexcept {
   const std::string_view pool = text_;
@@ -72,7 +85,7 @@ std::uint32_t Graph::append(const TermView& term, std::uint32_t datatype) {
 }
 
 TermId Graph::intern(const TermView& term) {
-  if (shared_) return TermId{(*shared_).intern(term)};
+  if (shared_) return TermId{calls().intern(*shared_, term)};
   if (const std::uint32_t id = find_fresh(term); id != none) return TermId{id};
   const std::uint32_t hash = hash_of(term);
   if (const std::uint32_t id = find_hashed(term, hash); id != none) return TermId{id};
@@ -89,7 +102,7 @@ TermId Graph::intern(const TermView& term) {
 
 std::optional<TermId> Graph::find(const TermView& term) const noexcept {
   if (shared_) {
-    const std::uint32_t known = (*shared_).find(term);
+    const std::uint32_t known = calls().find(*shared_, term);
     return known == none ? std::nullopt : std::optional<TermId>(TermId{known});
   }
   if (terms_.empty()) return std::nullopt;
@@ -99,7 +112,7 @@ std::optional<TermId> Graph::find(const TermView& term) const noexcept {
 }
 
 TermView Graph::term(TermId id) const noexcept {
-  if (shared_) return (*shared_).term(number(id));
+  if (shared_) return calls().term(*shared_, number(id));
   assert(number(id) < terms_.size());
   const std::string_view pool = text_;
   const Entry& entry = terms_[number(id)];
@@ -113,7 +126,7 @@ TermView Graph::term(TermId id) const noexcept {
 }
 
 TermId Graph::fresh_blank() {
-  if (shared_) return TermId{(*shared_).fresh_blank()};
+  if (shared_) return TermId{calls().fresh_blank(*shared_)};
   for (;;) {
     char label[12] = {'b'};
     const auto end = std::to_chars(label + 1, label + sizeof label, fresh_.size()).ptr;
@@ -138,7 +151,7 @@ bool Graph::add(const TermView& subject, const TermView& predicate, const TermVi
 }
 
 bool Graph::add(TermId subject, TermId predicate, TermId object) {
-  if (shared_) return (*shared_).add({subject, predicate, object});
+  if (shared_) return calls().add(*shared_, {subject, predicate, object});
   assert(number(subject) < terms_.size() && terms_[number(subject)].kind != TermKind::literal);
   assert(number(predicate) < terms_.size() && terms_[number(predicate)].kind == TermKind::iri);
   assert(number(object) < terms_.size());
@@ -219,7 +232,7 @@ Graph::Matches Graph::match(std::optional<TermId> subject, std::optional<TermId>
   if (subject && predicate && object) {
     matches.position_ = 4;  // one triple, no chain
     const Triple wanted{*subject, *predicate, *object};
-    matches.first_ = shared_ ? (*shared_).find(wanted) : find(wanted);
+    matches.first_ = shared_ ? calls().find_triple(*shared_, wanted) : find(wanted);
     return matches;
   }
   std::uint32_t shortest = none;
@@ -242,7 +255,7 @@ Graph::Matches Graph::match(std::optional<TermId> subject, std::optional<TermId>
     }
   }
   if (matches.position_ == 3) {
-    matches.first_ = shared_ ? (*shared_).used_from(0) : 0;
+    matches.first_ = shared_ ? calls().used_from(*shared_, 0) : 0;
   } else if (matches.first_ != none && !matches.fits(matches.first_)) {
     matches.first_ = matches.next(matches.first_);
   }
@@ -270,7 +283,7 @@ std::uint32_t Graph::Matches::next(std::uint32_t at) const noexcept {
   if (position_ == 4) return none;
   if (graph_->shared_) {
     const SharedGraph& shared = *graph_->shared_;
-    if (position_ == 3) return shared.used_from(at + 1);
+    if (position_ == 3) return calls().used_from(shared, at + 1);
     do { at = shared.next(at, position_); } while (at != none && !fits(at));
     return at;
   }

@@ -86,18 +86,22 @@ SharedText::Place SharedText::add(std::size_t size, lrt::FunctionRef<void(char*)
   return place;
 }
 
-// --------------------------------------------------------------------------------------------------------------- pointer
-
-std::size_t SharedGraphPointer::size() const noexcept { return graph_->size(); }
-std::size_t SharedGraphPointer::term_count() const noexcept { return graph_->term_count(); }
-const Triple& SharedGraphPointer::at(std::uint32_t place) const noexcept { return graph_->at(place); }
-const std::vector<Triple>& SharedGraphPointer::triples() const { return graph_->triples(); }
-SharedGraph* SharedGraphPointer::copy_of(const SharedGraph& graph) { return new SharedGraph(graph); }
-void SharedGraphPointer::destroy(SharedGraph* graph) noexcept { delete graph; }
-
 // ----------------------------------------------------------------------------------------------------------------- graph
 
 SharedGraph::SharedGraph() : origin_(next_origin()) {
+  static constexpr SharedGraphCalls calls{
+      [](const SharedGraph& g, const TermView& term) noexcept { return g.find(term); },
+      [](const SharedGraph& g, const Triple& triple) noexcept { return g.find(triple); },
+      [](const SharedGraph& g, std::uint32_t id) noexcept { return g.term(id); },
+      [](SharedGraph& g, const TermView& term) { return g.intern(term); },
+      [](SharedGraph& g) { return g.fresh_blank(); },
+      [](SharedGraph& g, const Triple& triple) { return g.add(triple); },
+      [](const SharedGraph& g) -> const std::vector<Triple>& { return g.triples(); },
+      [](const SharedGraph& g, std::uint32_t place) noexcept { return g.used_from(place); },
+      [](const SharedGraph& g) { return new SharedGraph(g); },
+      [](SharedGraph* g) noexcept { delete g; },
+  };
+  shared_graph_calls.store(&calls, std::memory_order_release);
   for (std::uint32_t i = 0; i < first_buckets; ++i) {
     term_heads_.push_back(none);
     slot_heads_.push_back(none);

@@ -54,6 +54,21 @@ class SharedText {
   mutable std::atomic<bool> was_copied_{false};
 };
 
+/// What Graph calls of SharedGraph. The first SharedGraph of a process sets it, so that a linker leaves SharedGraph out of a program without Worlds.
+struct SharedGraphCalls {
+  std::uint32_t (*find)(const SharedGraph&, const TermView&) noexcept;
+  std::uint32_t (*find_triple)(const SharedGraph&, const Triple&) noexcept;
+  TermView (*term)(const SharedGraph&, std::uint32_t) noexcept;
+  std::uint32_t (*intern)(SharedGraph&, const TermView&);
+  std::uint32_t (*fresh_blank)(SharedGraph&);
+  bool (*add)(SharedGraph&, const Triple&);
+  const std::vector<Triple>& (*triples)(const SharedGraph&);
+  std::uint32_t (*used_from)(const SharedGraph&, std::uint32_t) noexcept;
+  SharedGraph* (*copy)(const SharedGraph&);
+  void (*destroy)(SharedGraph*) noexcept;
+};
+extern std::atomic<const SharedGraphCalls*> shared_graph_calls;
+
 /// The content of a large Graph whose versions share their structure. A copy costs about 0.05 ms for a million triples; a change copies the blocks that it
 /// touches. A removed triple keeps its place until compact().
 ///
