@@ -249,7 +249,7 @@ const rdf::Graph& GraphEdit::graph() {
 
 rdf::Graph GraphEdit::take() {
   graph();
-  rdf::SharedGraph::compact(graph_);
+  if (compacts_) rdf::SharedGraph::compact(graph_);
   return std::move(graph_);
 }
 
@@ -426,7 +426,9 @@ std::optional<GraphRefusal> GraphState::write(const GraphWrite& wanted, bool wai
   while (true) {
     const Version before = newest();
     if (wanted.expected && *wanted.expected != before.revision) return GraphRefusal{GraphRefusal::Kind::changed};
+    if (!waits && rdf::SharedGraph::has_much_unused(*before.graph)) return GraphRefusal{GraphRefusal::Kind::busy};  // one that may take long writes it anew
     GraphEdit edit(*before.graph, before.bytes, iri(), options_);
+    if (!waits) edit.leave_unused();
     if (!options_.file.empty()) edit.keep_changes();
     if (auto refused = change(edit, wanted)) return refused;
     auto refused = commit(edit, before, saving);
@@ -559,12 +561,20 @@ std::optional<GraphRefusal> GraphState::commit(GraphEdit& edit, const Version& b
   }
   std::vector<Version> gone;  // are destroyed without the locks
   gone.reserve(3);
+  struct Charge {  // is taken back if the change is not made
+    ~Charge() {
+      if (budget) (void)budget->change(after, before);
+    }
+    GraphBudget* budget;
+    std::size_t before, after;
+  } charge{nullptr, before.bytes, made.bytes};
   {
     const std::lock_guard listening(listener_mutex_);
     if (budget_ && !budget_->change(before.bytes, made.bytes))
       return GraphRefusal{GraphRefusal::Kind::too_large, "the graphs of clients in this World would have more than " +
                                                              std::to_string(budget_->max()) +
                                                              " bytes of IRIs and literals, written out; delete some of them"};
+    charge.budget = budget_.get();
     if (saving && waits_for_disk()) {
       auto own = std::make_shared<Saving>();
       const std::lock_guard lock(mutex_);
@@ -572,11 +582,13 @@ std::optional<GraphRefusal> GraphState::commit(GraphEdit& edit, const Version& b
       if (!journal_->has_room(changes.size())) return unsaved_refusal();
       if (has_changed) made.revision = ++last_revision_;
       put(std::move(made), changes, own, gone);
+      charge.budget = nullptr;
       *saving = std::move(own);
       return std::nullopt;  // it is shown later
     }
     if (has_changed)
       if (auto refused = put_by_code(std::move(made), changes, before, gone)) return refused;
+    charge.budget = nullptr;
   }
   if (has_changed) notify();
   return std::nullopt;

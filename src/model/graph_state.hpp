@@ -38,6 +38,8 @@ class GraphEdit {
   /// @param base    IRI of the graph
   /// @param limits  also of a document that is read for it
   GraphEdit(const rdf::Graph& before, std::size_t bytes, std::string base, const GraphOptions& limits);
+  /// take() leaves what is not used any more where it is.
+  void leave_unused() noexcept { compacts_ = false; }
   /// From now on the changes are also kept as text: take_changes().
   void keep_changes() { changes_.emplace(); }
   /// The changes since keep_changes(), as they can be repeated on another graph.
@@ -90,6 +92,7 @@ class GraphEdit {
   std::size_t removed_count_ = 0;
   std::size_t removed_before_ = 0;  ///< of those that were there at the beginning
   std::size_t lost_ = 0;            ///< those that are not in graph_ any more
+  bool compacts_ = true;
   std::optional<GraphChanges> changes_;
   std::optional<Error> error_;
 };

@@ -143,14 +143,18 @@ SharedGraph& SharedGraph::of(Graph& graph) {
   return *graph.shared_;
 }
 
-void SharedGraph::compact(Graph& graph) {
-  if (!graph.shared_) return;
+bool SharedGraph::has_much_unused(const Graph& graph) {
+  if (!graph.shared_) return false;
   const SharedGraph& large = *graph.shared_;
   const std::size_t unused = large.slots_.size() - large.live_;
+  return large.live_ < least_size / 2 || unused > large.live_ / max_unused_share + few_places ||
+         large.dead_bytes_ > (large.bytes_ - large.dead_bytes_) / max_unused_share + few_bytes;
+}
+
+void SharedGraph::compact(Graph& graph) {
+  if (!has_much_unused(graph)) return;
+  const SharedGraph& large = *graph.shared_;
   const bool is_small = large.live_ < least_size / 2;
-  if (!is_small && unused <= large.live_ / max_unused_share + few_places &&
-      large.dead_bytes_ <= (large.bytes_ - large.dead_bytes_) / max_unused_share + few_bytes)
-    return;
   Graph fresh;
   if (!is_small) fresh.shared_ = SharedGraphPointer(new SharedGraph);
   std::vector<std::uint32_t> numbers(large.term_count(), none);

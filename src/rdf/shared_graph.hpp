@@ -86,7 +86,9 @@ class SharedGraph {
   static const SharedGraph* in(const Graph& graph) noexcept { return graph.shared_ ? &*graph.shared_ : nullptr; }
   static SharedGraph* in(Graph& graph) noexcept { return graph.shared_ ? &*graph.shared_ : nullptr; }
   /// @}
-  /// Writes a graph anew if more than an eighth of its places are unused, and if it is small now, without this form.
+  /// More than an eighth of its places are unused, or it is small now.
+  static bool has_much_unused(const Graph& graph);
+  /// Writes such a graph anew, and a small one without this form. Costs as much as the graph is large.
   static void compact(Graph& graph);
 
   SharedGraph();

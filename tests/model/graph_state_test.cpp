@@ -3,7 +3,6 @@
 
 #include <atomic>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <new>
 #include <random>
@@ -23,33 +22,42 @@
 using namespace lrt;
 using model::GraphState;
 
-TEST_CASE("each new state of a graph is saved after it is shown, and one that cannot be saved is not made", "[model][world]") {
-  const auto state = GraphState::create("/world/map", {}, "http://lrt.invalid/shapes", nullptr).value();
-  std::vector<std::uint64_t> saved;
+namespace {
+
+/// Keeps changes in memory.
+struct MemoryJournal final : model::ChangeJournal {
+  bool has_room(std::size_t) noexcept override { return true; }
+  bool append(const std::string&, std::uint64_t number, bool) override {
+    if (!has_memory) throw std::bad_alloc();
+    numbers.push_back(number);
+    return false;
+  }
+  void drop_waited() noexcept override {}
   bool has_memory = true;
+  std::vector<std::uint64_t> numbers;
+};
+
+}  // namespace
+
+TEST_CASE("each change by code is given to the journal, and one that it cannot take is not made", "[model][world]") {
+  const auto state = GraphState::create("/world/map", {}, "http://lrt.invalid/shapes", nullptr).value();
+  MemoryJournal journal;
   int listened = 0;
   state->set_listener([&] { ++listened; });
-  state->set_saver([&](const GraphState::Version& version) -> std::function<void()> {
-    if (!has_memory) throw std::bad_alloc();
-    CHECK(state->version().revision + 1 == version.revision);
-    return [&, revision = version.revision] {
-      CHECK(state->version().revision == revision);
-      saved.push_back(revision);
-    };
-  });
+  state->set_journal(&journal);
   const auto adds = [&](int n) {
     return state->update([n](model::GraphEdit& edit) { edit.add(rdf::iri("#x"), vocab::rdfs::label, edit.term_of(n)); });
   };
   CHECK(adds(1));
-  has_memory = false;
+  journal.has_memory = false;
   CHECK(adds(2).error().code == Errc::failed);
   CHECK(state->version().graph->size() == 1);
-  CHECK(state->version().revision == 2);
-  has_memory = true;
+  journal.has_memory = true;
   CHECK(adds(3));
   CHECK(state->version().graph->size() == 2);
-  CHECK(saved == std::vector<std::uint64_t>{2, 3});
+  CHECK(journal.numbers == std::vector<std::uint64_t>{1, 2});
   CHECK(listened == 2);
+  state->set_journal(nullptr);
 }
 
 namespace {
