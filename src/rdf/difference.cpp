@@ -23,7 +23,8 @@ std::optional<Difference> shared_difference(const Graph& before, const Graph& af
   const auto used = [](const SharedGraph& graph, std::uint32_t place) { return place < graph.place_limit() && graph.is_used(place); };
   const auto same = [&](TermId a, TermId b) {
     const TermView term = old->term(static_cast<std::uint32_t>(a)), other = present->term(static_cast<std::uint32_t>(b));
-    return (a == b && term.text.data() == other.text.data()) || term == other;
+    // No two versions have written the same bytes, but empty texts have no bytes.
+    return (a == b && !term.text.empty() && term.text.data() == other.text.data()) || term == other;
   };
   SharedGraph::for_each_changed_place(*old, *present, [&](std::uint32_t place) {
     const bool was = used(*old, place), is = used(*present, place);

@@ -120,6 +120,22 @@ TEST_CASE("a shared graph is a set of triples under random changes, and its copi
   }
 }
 
+TEST_CASE("versions that have gone different ways differ in literals without text, too", "[rdf][shared]") {
+  const TermView s = iri("http://e/s"), p = iri("http://e/p");
+  Graph graph = shared();
+  graph.add(s, p, literal("1", vocab::xsd::integer));
+  graph.add(s, p, literal("one"));
+  Graph other = graph;
+  graph.add(s, p, literal(""));
+  other.add(s, p, literal("", vocab::xsd::integer));
+  const auto change = shared_difference(graph, other);
+  REQUIRE(change);
+  REQUIRE(change->removed.size() == 1);
+  REQUIRE(change->added.size() == 1);
+  CHECK(graph.term(change->removed[0].object) == literal(""));
+  CHECK(other.term(change->added[0].object) == literal("", vocab::xsd::integer));
+}
+
 TEST_CASE("a graph that becomes shared is the same, and one that shrinks is written anew", "[rdf][shared]") {
   Graph graph;
   for (unsigned n = 0; n < 9'000; ++n) graph.add(subject(n / 3), predicate(n % 7), object(n));
