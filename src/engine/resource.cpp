@@ -120,7 +120,7 @@ void add_placed(rdf::Graph& graph, const rdf::Graph& kept, const std::string& ba
     if (!term.is_iri() || term.text.substr(0, placeholder_base.size()) != placeholder_base) return graph.intern(term);
     return graph.intern(rdf::iri(base + std::string(term.text.substr(placeholder_base.size()))));
   };
-  for (const rdf::Triple& t : kept.triples()) {
+  for (const rdf::Triple& t : kept.match(std::nullopt, std::nullopt, std::nullopt)) {
     const rdf::TermId s = placed(t.subject), p = placed(t.predicate), o = placed(t.object);
     graph.add(s, p, o);
   }

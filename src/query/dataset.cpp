@@ -272,7 +272,7 @@ void Dataset::put(std::string_view name, const rdf::Graph& graph) {
   };
   const std::size_t before = graphs_[g].count;
   std::size_t kept = 0;
-  for (const rdf::Triple& t : graph.triples()) {
+  for (const rdf::Triple& t : graph.match(std::nullopt, std::nullopt, std::nullopt)) {
     const TermNumber subject = number(t.subject), predicate = number(t.predicate), object = number(t.object);
     const NumberedTriple triple{subject, predicate, object};
     std::uint32_t at = find_triple(triple), quad = nothing;

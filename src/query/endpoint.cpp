@@ -209,7 +209,7 @@ rdf::Graph placed(const rdf::Graph& graph, std::string_view placeholder, const s
     terms.push_back(result.intern(term));
   }
   const auto of = [&](rdf::TermId id) { return terms[static_cast<std::size_t>(id)]; };
-  for (const rdf::Triple& t : graph.triples()) result.add(of(t.subject), of(t.predicate), of(t.object));
+  for (const rdf::Triple& t : graph.match(std::nullopt, std::nullopt, std::nullopt)) result.add(of(t.subject), of(t.predicate), of(t.object));
   return result;
 }
 

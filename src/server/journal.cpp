@@ -88,7 +88,7 @@ class NewJournal {
     if (!made_.file) return FileFailure{"opening a file beside", errno};
     buffer_ = journal::first_line;
     model::GraphChanges lines;
-    for (const rdf::Triple& t : graph.triples()) {
+    for (const rdf::Triple& t : graph.match(std::nullopt, std::nullopt, std::nullopt)) {
       lines.add(graph.term(t.subject), graph.term(t.predicate), graph.term(t.object));
       if (lines.text().size() < part_size) continue;
       if (stops) return FileFailure{"ending before writing", ECANCELED};
