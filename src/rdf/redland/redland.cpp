@@ -8,6 +8,7 @@
 #include <memory>
 #include <mutex>
 #include <new>
+#include <optional>
 #include <vector>
 
 #include <lrt/rdf/vocab.hpp>
@@ -143,21 +144,28 @@ class World {
   bool failed_ = false;
 };
 
-/// A world for the duration of one call, from a pool that grows to as many as calls have run at once.
+/// A world for the duration of one call, from a pool that grows to as many as calls have run at once. Work that takes turns leaves one world to the thread
+/// in poll(), which thus does not wait until one is made. While it has a world, it does not rest: exit() waits for the call.
 class Lease {
  public:
   Lease() {
     if (!call_) return;
+    const std::size_t left = Turns::current() ? 1 : 0;
     Pool& pool = shared();
-    const std::lock_guard<std::mutex> lock(pool.mutex);
-    if (pool.idle.empty()) {
-      pool.idle.reserve(++pool.made);  // so that giving back cannot fail
-      World* const made = make();
-      if (!made) return;
-      pool.idle.push_back(made);
+    {
+      const std::lock_guard<std::mutex> lock(pool.mutex);
+      if (pool.idle.size() > left) {
+        world_ = pool.idle.back();
+        pool.idle.pop_back();
+      } else {
+        pool.idle.reserve(++pool.made);  // so that giving back cannot fail
+      }
     }
-    world_ = pool.idle.back();
-    pool.idle.pop_back();
+    if (!world_) {
+      const std::lock_guard<std::mutex> lock(pool.making);
+      world_ = make();
+    }
+    held_.emplace();
   }
   Lease(const Lease&) = delete;
   Lease& operator=(const Lease&) = delete;
@@ -177,7 +185,8 @@ class Lease {
 
  private:
   struct Pool {
-    std::mutex mutex;
+    std::mutex making;  // one world at a time
+    std::mutex mutex;   // guards the rest
     std::vector<World*> idle;
     std::size_t made = 0;
   };
@@ -206,6 +215,7 @@ class Lease {
 
   const ThirdPartyCall call_;
   World* world_ = nullptr;
+  std::optional<Turns::Held> held_;
 };
 
 /// Adds statements to a graph.
@@ -256,7 +266,6 @@ struct Sink {
     count(statement.subject);
     count(statement.predicate);
     count(statement.object);
-    if (statements % Turns::units_between_rests == Turns::units_between_rests - 1) Turns::rest_now();
     if (++statements > options.max_triples) {
       exceeded = "more than " + std::to_string(options.max_triples) + " triples";
     } else if (longest > max_iri) {
