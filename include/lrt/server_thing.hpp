@@ -53,7 +53,8 @@ LRT_API std::string prometheus_text(const ServerCounters& counters);
 ///
 ///     server.add(lrt::server_thing(server));   // scrape_configs: metrics_path: /server/metrics
 ///
-/// Its lambdas run on the I/O thread and do not wait for the host.
+/// Its lambdas run on the I/O thread and do not wait for the host. With Io::in_poll they do not wait for other threads either: while one of these
+/// has the engine, subscribers, messages and queues are as at the reading before.
 ///
 /// @param server  must exist as long as the Thing is served
 /// @param path    path of the Thing

@@ -506,8 +506,10 @@ void SharedEngine::sign_out(std::string_view principal) {
 void SharedEngine::count(ServerCounters& all) const {
   for (const auto& service : services_) service->count(all);
   if (!is_own_process()) return;
-  const std::lock_guard lock(lock_);
-  static_cast<engine::EngineCounts&>(all) = engine_.counts();
+  engine::EngineCounts& counts = all;
+  const auto lock = try_lock();
+  counts = lock ? engine_.counts() : last_counts_;
+  if (lock && never_waits()) last_counts_ = counts;
 }
 
 http::Response closed_response() {

@@ -165,6 +165,7 @@ class SharedEngine final : public engine::Handler {
   Result<void> remove(std::string_view path, const model::HandleContext* handles = nullptr);
   /// Server::sign_out()
   void sign_out(std::string_view principal);
+  /// Inside poll(), while another thread has the engine, its counts are those of the last call there.
   void count(ServerCounters& all) const;
 
   // engine::Handler, on the transport's thread.
@@ -221,11 +222,12 @@ class SharedEngine final : public engine::Handler {
   std::shared_ptr<Callers> callers_;                    ///< set by prepare()
   std::optional<ClientLimiter> limiter_;                ///< the same
   engine::Engine engine_;
-  engine::Outputs outputs_;                 ///< taken from the engine and not passed on yet
-  bool has_outputs_ = false;                ///< there may be something in outputs_
-  std::deque<engine::Reply> replies_;       ///< of the transport, found by other threads
-  Postponed postponed_;                     ///< inside poll(), while another thread has the engine
-  std::vector<engine::Channel> not_asked_;  ///< have a push that was asked for while another thread had the engine; of the thread in poll()
+  engine::Outputs outputs_;                   ///< taken from the engine and not passed on yet
+  bool has_outputs_ = false;                  ///< there may be something in outputs_
+  std::deque<engine::Reply> replies_;         ///< of the transport, found by other threads
+  Postponed postponed_;                       ///< inside poll(), while another thread has the engine
+  std::vector<engine::Channel> not_asked_;    ///< have a push that was asked for while another thread had the engine; of the thread in poll()
+  mutable engine::EngineCounts last_counts_;  ///< of count() inside poll(); of the thread in poll()
   std::atomic<bool> stopping_{false};
   std::vector<std::unique_ptr<Service>> services_;
   std::vector<TurnWork*> turn_works_;

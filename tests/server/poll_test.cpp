@@ -11,6 +11,7 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -282,6 +283,38 @@ TEST_CASE("a server stops while requests wait for its engine", "[server][poll]")
   const auto answer = client.receive(seconds(30));
   CHECK((!answer || answer->status == 503 || answer->status == 200));
   robot.reset();
+}
+
+TEST_CASE("counters that are read inside poll do not wait for the engine", "[server][poll]") {
+  bool takes = false, has_read = false;
+  Robot robot;
+  Thing thing("counters");
+  thing.dispatch(Dispatch::io_thread);
+  thing.property("streams", [&] {
+    const bool is_taken = std::exchange(takes, false);
+    if (is_taken) robot.take_engine();
+    const std::uint64_t streams = robot.server->counters().event_streams;
+    has_read = is_taken;
+    return streams;
+  });
+  robot.server->add(std::move(thing)).value();
+  StreamClient watcher(robot.server->port(), "/arm/angle");
+  robot.until([&] { return watcher.step(), robot.subscribed() == 1; });
+  Socket client(robot.server->port());
+  std::optional<Answer> answer;
+  const auto is_answered = [&] { return (answer = client.receive()).has_value(); };
+  const std::string request = "GET /counters/streams" + robot.host() + "\nAccept: text/plain";
+  client.send(request);
+  robot.until(is_answered);
+  CHECK(answer->body == "1");
+  takes = true;
+  client.send(request);
+  robot.until([&] { return has_read; });
+  CHECK_FALSE(robot.ids->was_too_long());  // else the lambda had to wait for the other thread
+  robot.ids->release();
+  robot.until(is_answered);
+  CHECK(answer->status == 200);
+  CHECK(answer->body == "1");
 }
 
 // -------------------------------------------------------------------------------------------------------------- the lock
