@@ -218,6 +218,10 @@ bool Audit::replied(engine::Reply& reply) {
   return !hold_->keep(*line, reply);
 }
 
+void Audit::end_waits(TimePoint now) {
+  if (hold_) hold_->end_waits(now);
+}
+
 void Audit::abandoned(engine::Ticket ticket) {
   if (hold_) hold_->abandon(ticket);
   const auto found = deferred_.find(number_of(ticket));

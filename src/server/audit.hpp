@@ -81,6 +81,7 @@ class Audit final : public Service, public RequestObserver {
   void handled(const http::Request& request, const Result<engine::Caller>& caller, engine::Outcome& outcome, TimePoint now) override;
   void refused(const http::Request& request, const Result<engine::Caller>& caller, const http::Response& response, TimePoint now) override;
   bool replied(engine::Reply& reply) override;
+  void end_waits(TimePoint now) override;
   void abandoned(engine::Ticket ticket) override;
   void dropped() noexcept override { output_->drop(); }
   void wake_all() noexcept override;

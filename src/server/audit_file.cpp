@@ -555,11 +555,11 @@ class FileOutput final : public security::AuditFile::Output, public AuditHold {
       release(held_.end(), false);
     } catch (...) {}
   }
+  void end_waits(TimePoint now) override {
+    if (is_due(now)) release(std::find_if(held_.begin(), held_.end(), [&](const auto& one) { return one.second.deadline > now.steady; }), false);
+  }
   void turn(TimePoint now) override {
-    const auto due = next_deadline();
-    if (!due || *due > now.steady) return;
-    server_.use_now(
-        [&] { release(std::find_if(held_.begin(), held_.end(), [&](const auto& one) { return one.second.deadline > now.steady; }), false); }, now);
+    if (is_due(now)) server_.use_now([&] { end_waits(now); }, now);
   }
   std::optional<Steady::time_point> next_deadline() const override {
     const std::int64_t deadline = deadline_;
@@ -575,6 +575,10 @@ class FileOutput final : public security::AuditFile::Output, public AuditHold {
   };
   using All = std::map<std::uint64_t, Held>;
 
+  bool is_due(TimePoint now) const {
+    const auto due = next_deadline();
+    return due && *due <= now.steady;
+  }
   void set_deadline() noexcept {
     deadline_ =
         held_.empty() ? no_deadline : std::chrono::duration_cast<std::chrono::nanoseconds>(held_.begin()->second.deadline.time_since_epoch()).count();

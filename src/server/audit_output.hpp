@@ -24,6 +24,8 @@ class AuditHold : public TurnWork {
   /// Keeps a response until its line is saved. False: it is to be sent now, and may have become another.
   /// @param line  its number; 0: it was dropped
   virtual bool keep(std::uint64_t line, engine::Reply& reply) = 0;
+  /// Those that are due become 503.
+  virtual void end_waits(TimePoint now) = 0;
   /// The client of a response does not wait for it.
   virtual void abandon(engine::Ticket ticket) noexcept = 0;
   /// The server stops: they become 503.

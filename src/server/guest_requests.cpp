@@ -49,8 +49,9 @@ http::Response GuestRequests::respond(const http::Request& request, std::optiona
 engine::Reply GuestRequests::wait_for_reply(engine::Ticket ticket) {
   std::unique_lock lock = server_.lock();
   while (true) {
-    if (auto reply = take_reply(ticket)) return *std::move(reply);
     const TimePoint now = server_.clock().now();
+    server_.end_waits(now);
+    if (auto reply = take_reply(ticket)) return *std::move(reply);
     const auto due = server_.engine().next_deadline();
     if (due && *due <= now.steady) {
       server_.collect_replies(now);

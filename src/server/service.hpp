@@ -101,6 +101,8 @@ class RequestObserver {
   virtual void refused(const http::Request& request, const Result<engine::Caller>& caller, const http::Response& response, TimePoint now) = 0;
   /// A deferred response. False: the observer keeps it.
   virtual bool replied(engine::Reply& reply) = 0;
+  /// Responses that it keeps and that are due become others.
+  virtual void end_waits(TimePoint now) { (void)now; }
   /// The client did not wait for the response.
   virtual void abandoned(engine::Ticket ticket) { (void)ticket; }
   /// One of the functions above threw an exception: there is no memory.

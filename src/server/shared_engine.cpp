@@ -235,6 +235,10 @@ void SharedEngine::reply(engine::Reply reply) {
   if (!is_claimed(reply)) replies_.push_back(std::move(reply));
 }
 
+void SharedEngine::end_waits(TimePoint now) noexcept {
+  observe([&](RequestObserver& observer) { observer.end_waits(now); });
+}
+
 void SharedEngine::collect_replies(TimePoint now) {
   while (std::optional<engine::Reply> reply = take_reply(now))
     if (!is_claimed(*reply)) replies_.push_back(*std::move(reply));

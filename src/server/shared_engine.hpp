@@ -146,6 +146,9 @@ class SharedEngine final : public engine::Handler {
   /// @pre the lock is held
   void collect_replies(TimePoint now);
 
+  /// Ends the wait of responses that observers keep and that are due. For a thread of a host that does not poll.
+  /// @pre the lock is held
+  void end_waits(TimePoint now) noexcept;
   /// A response that an observer had kept. Wake the thread that serves the network afterwards.
   /// @pre the lock is held
   void reply(engine::Reply reply);

@@ -14,10 +14,12 @@
 #include <functional>
 #include <future>
 #include <iterator>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <vector>
 
@@ -29,6 +31,7 @@
 #include <lrt/transport/loopback.hpp>
 
 #include "src/server/audit_file.hpp"
+#include "src/server/audit_output.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/fakes.hpp"
 #include "tests/support/folder.hpp"
@@ -420,6 +423,46 @@ struct Audited {
   std::optional<Server> server;
 };
 
+/// Its first write does not return until go_on(), as on a disk that hangs.
+class HangingFile final : public OpenAuditFile {
+ public:
+  explicit HangingFile(const std::shared_ptr<security::AuditFile>& file) : file_(std::static_pointer_cast<OpenAuditFile>(file)) {}
+  bool hangs() {
+    const std::lock_guard lock(mutex_);
+    return hangs_;
+  }
+  void go_on() {
+    const std::lock_guard lock(mutex_);
+    may_go_on_ = true;
+    changed_.notify_all();
+  }
+
+  void reopen() noexcept override { file_->reopen(); }
+  security::AuditFileCounters counters() const override { return file_->counters(); }
+  bool claim() noexcept override { return file_->claim(); }
+  void release() noexcept override { file_->release(); }
+  std::chrono::milliseconds tend() override { return file_->tend(); }
+  void wake() noexcept override { file_->wake(); }
+  void wait(std::chrono::milliseconds time) noexcept override { file_->wait(time); }
+  Appended append(const std::vector<std::string_view>& lines) override {
+    {
+      std::unique_lock lock(mutex_);
+      hangs_ = true;
+      changed_.wait_for(lock, 2min, [this] { return may_go_on_; });
+      hangs_ = false;
+    }
+    return file_->append(lines);
+  }
+
+ private:
+  std::unique_ptr<Output> make_output(const Place& place) override { return place.output_to(*file_); }
+
+  const std::shared_ptr<OpenAuditFile> file_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  bool hangs_ = false, may_go_on_ = false;
+};
+
 const std::string put_5 = "PUT /arm/angle\nContent-Type: application/json\n\n5";
 
 }  // namespace
@@ -485,6 +528,26 @@ TEST_CASE("with respond_when_saved the response is 503 if the line cannot be sav
   const std::vector<Json> lines = lines_of(folder / "audit");
   REQUIRE(lines.size() == 2);  // the line has waited
   CHECK(lines[0]["status"] == 204);
+}
+
+TEST_CASE("with respond_when_saved the response is 503 in time if the disk does not return, also if nobody polls", "[server][security]") {
+  const Folder folder;
+  const auto file = std::make_shared<HangingFile>(audit_file(folder / "audit", waits).value());
+  Audited g([&](Options& options) {
+    options.threads.io = Io::in_poll;
+    options.security.audit.file = file;
+  });
+  auto answer = std::async(std::launch::async, [&] { return g.ask(put_5); });
+  wait_until([&] { return g.server->poll(), file->hangs(); });
+  wait_until([&] {
+    g.clock.advance(100ms);
+    return answer.wait_for(0s) == std::future_status::ready;
+  });
+  CHECK(file->hangs());
+  const http::Response response = answer.get();
+  CHECK(response.status == 503);
+  CHECK(response.content().find("was carried out with the status 204") != std::string_view::npos);
+  file->go_on();
 }
 
 TEST_CASE("stopping a server does not wait for responses that wait for the audit", "[server][security]") {
