@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <list>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -36,6 +37,7 @@ class Postponed {
     const std::string own_body;  ///< without an owner
     const std::string_view body;
     const Result<engine::Caller> caller;
+    const std::string client;  ///< under which its body is counted
     engine::Reply reply;
   };
   /// What the transport has reported.
@@ -47,17 +49,17 @@ class Postponed {
 
   /// Nothing waits for the engine.
   bool empty() const noexcept { return requests_.empty() && ends_.empty(); }
-  std::size_t waiting() const noexcept { return requests_.size(); }
 
   // Requests.
-  /// @return  its ticket
-  engine::Ticket add(const http::Request& request, const Result<engine::Caller>& caller);
+  /// @return  its ticket; nullopt: as many wait as may, or max_waiting_body_bytes of larger bodies, a quarter of it of one client
+  std::optional<engine::Ticket> add(const http::Request& request, const Result<engine::Caller>& caller, const engine::Limits& limits);
   /// Calls handle(Request&) -> bool with up to `most` requests; true: `reply` is the response.
   template <class F>
   void hand_over(std::size_t most, F handle) {
     for (; most > 0 && !requests_.empty(); --most) {
       std::list<Request> first;
       first.splice(first.begin(), requests_, requests_.begin());
+      uncount(first.front());
       if (handle(first.front())) replies_.splice(replies_.end(), first);
     }
   }
@@ -83,9 +85,15 @@ class Postponed {
 
  private:
   static constexpr std::uint64_t own_bit = std::uint64_t{1} << 63;
+  /// Bodies up to this are not counted, so that no stop is refused for the bodies of others.
+  static constexpr std::size_t small_body_bytes = 4096;
+
+  void uncount(const Request& waiting) noexcept;
 
   std::uint64_t next_ = 1;
   std::list<Request> requests_, replies_;
+  std::size_t bytes_ = 0;                        ///< of larger bodies in requests_
+  std::map<std::string, std::size_t> bytes_of_;  ///< the same of each client; not a hash table, because clients choose their IPv6 addresses
   std::vector<End> ends_;
   std::vector<std::pair<engine::Ticket, engine::Ticket>> renamed_;  ///< the engine's, the transport's
 };

@@ -385,12 +385,11 @@ bool SharedEngine::hand_over(Postponed::Request& waiting, TimePoint now) noexcep
 
 engine::Outcome SharedEngine::postpone(const http::Request& request, const Result<engine::Caller>& caller) {
   const bool cannot_wait = request.must_upgrade_now && request.find("Upgrade");
-  if (cannot_wait || postponed_.waiting() >= options_.limits.max_waiting_requests) {
-    http::Response response = closed_response();
-    response.fields.add("Retry-After", "1");
-    return response;
-  }
-  return engine::Deferred{postponed_.add(request, caller)};
+  if (!cannot_wait)
+    if (const auto ticket = postponed_.add(request, caller, options_.limits)) return engine::Deferred{*ticket};
+  http::Response response = closed_response();
+  response.fields.add("Retry-After", "1");
+  return response;
 }
 
 /// Does something about a request or a channel that has ended, or postpones it.

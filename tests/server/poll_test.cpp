@@ -270,6 +270,60 @@ TEST_CASE("requests beyond the limit are refused while another thread has the en
   CHECK(refused == 7);
 }
 
+TEST_CASE("bodies beyond the limit are refused while another thread has the engine, small ones are not", "[server][poll]") {
+  constexpr std::size_t size = 10'000;
+  Options options;
+  options.limits.max_waiting_body_bytes = 4 * (2 * size + size / 2);  // two bodies of one client
+  Robot robot(std::move(options));
+  std::vector<std::unique_ptr<Socket>> clients;
+  const auto begin = [&] {
+    clients.push_back(std::make_unique<Socket>(robot.server->port()));
+    clients.back()->send_header("PUT /arm/target" + robot.host() + "\nContent-Type: text/plain", size, false);
+  };
+  for (int i = 0; i < 4; ++i) begin();
+  Socket small(robot.server->port());
+  robot.poll_often();
+  robot.take_engine();
+  for (const auto& client : clients) client->write(std::string(size, '7'));
+  small.send("PUT /arm/target" + robot.host() + "\nContent-Type: text/plain\n\n7");
+  std::vector<std::optional<Answer>> answers(clients.size());
+  const auto answered = [&] {
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < clients.size(); ++i) {
+      if (!answers[i]) answers[i] = clients[i]->receive();
+      count += answers[i] ? 1 : 0;
+    }
+    return count;
+  };
+  robot.until([&] { return answered() == 2; });
+  robot.poll_often();
+  CHECK(answered() == 2);
+  CHECK_FALSE(robot.ids->was_too_long());
+  robot.ids->release();
+  robot.until([&] { return answered() == 4; });
+  int refused = 0;
+  for (const auto& answer : answers) refused += answer->status == 503 && answer->field("Retry-After") == "1" ? 1 : 0;
+  CHECK(refused == 2);
+  std::optional<Answer> of_small;
+  robot.until([&] { return (of_small = small.receive()).has_value(); });
+  CHECK(of_small->status == 204);
+
+  // What waited is not counted any more.
+  robot.until([&] { return robot.holder_has_ended.load(); });
+  robot.holder.join();
+  clients.clear();
+  answers.assign(2, std::nullopt);
+  for (int i = 0; i < 2; ++i) begin();
+  robot.poll_often();
+  robot.take_engine();
+  for (const auto& client : clients) client->write(std::string(size, '7'));
+  robot.poll_often();
+  CHECK(answered() == 0);
+  robot.ids->release();
+  robot.until([&] { return answered() == 2; });
+  for (const auto& answer : answers) CHECK(answer->status != 503);
+}
+
 TEST_CASE("a server stops while requests wait for its engine", "[server][poll]") {
   std::optional<Robot> robot(std::in_place);
   Socket client(robot->server->port());
