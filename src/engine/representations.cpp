@@ -467,15 +467,13 @@ rdf::Graph Representations::shown(rdf::Graph graph, std::size_t base, const Audi
       graph, [&](std::string_view iri) { return audience.sees_iri(iri, view_.bases[base], view_.registry); }, words);
 }
 
-const subscription::Item& Representations::message_of(Representation& kept) {
-  const Audience audience{kept.view, {}};
+const subscription::Item& Representations::message_of(Representation& kept, const Audience& audience) {
   if (!kept.message || kept.message->stamp.number != change_number(*kept.resource, audience))
     kept.message = std::make_shared<const subscription::Message>(subscription::Message{kept.body, kept.tag, stamp(*kept.resource, audience)});
   return kept.message;
 }
 
-const subscription::Item& Representations::event_of(Representation& kept) {
-  const Audience audience{kept.view, {}};
+const subscription::Item& Representations::event_of(Representation& kept, const Audience& audience) {
   if (kept.event && kept.event->stamp.number == change_number(*kept.resource, audience)) return kept.event;
   const std::string& body = *kept.body;
   const subscription::Stamp stamp = engine::stamp(*kept.resource, audience);

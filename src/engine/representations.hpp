@@ -62,9 +62,10 @@ class Representations {
   /// make() would return a representation that was made before.
   bool is_made(Resource& resource, std::size_t base, Variant variant, const Audience& audience) const;
   /// The representation as a message to subscribers.
-  const subscription::Item& message_of(Representation& representation);
+  /// @param audience  for which it was made
+  const subscription::Item& message_of(Representation& representation, const Audience& audience);
   /// The same as one event of an event stream.
-  const subscription::Item& event_of(Representation& representation);
+  const subscription::Item& event_of(Representation& representation, const Audience& audience);
   /// 406 of a GET or HEAD if none of the media types is accepted, whatever the values are.
   std::optional<http::Response> unacceptable(const Context& context) const;
   /// If-Match and If-None-Match of a PUT, POST or DELETE: the response if they exclude it.

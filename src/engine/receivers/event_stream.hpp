@@ -23,7 +23,7 @@ class EventStreamReceiver final : public Receiver {
  public:
   EventStreamReceiver(SubscriptionResource& s, const SubscriptionRequest&, const ReceiverParts&) noexcept : Receiver(s) {}
   const subscription::Item& message_of(Representation& representation, Representations& representations) const override {
-    return representations.event_of(representation);
+    return representations.event_of(representation, s_.audience);
   }
   /// The event is shared. What only this subscriber gets precedes it.
   Push push_of(const subscription::Item& item) override;

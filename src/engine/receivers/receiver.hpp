@@ -53,7 +53,7 @@ class Receiver {
   // Messages.
   /// The message for a representation, shared by all receivers that get the same.
   virtual const subscription::Item& message_of(Representation& representation, Representations& representations) const {
-    return representations.message_of(representation);
+    return representations.message_of(representation, s_.audience);
   }
   /// The message as it is sent to this receiver, or its first part.
   virtual Push push_of(const subscription::Item& item) {
