@@ -475,7 +475,7 @@ std::variant<StandingQuery*, http::Response> Queries::standing_for(Context& cont
       return too_many_of_client(context, http::Denial::subscriptions, std::to_string(max) + " standing queries");
   }
   // A number would count those that the client may not see.
-  const std::string name = context.audience.hides_something() ? options_.ids->next() : std::to_string(next_standing_++);
+  const std::string name = context.audience.is_restricted() ? options_.ids->next() : std::to_string(next_standing_++);
   auto made = std::make_unique<StandingQuery>(endpoint_->path + "/standing-" + name, *endpoint_, *this, prepared, std::move(snapshot), needs);
   StandingQuery& query = *made;
   if (standing_.empty()) seen_structure_ = registry_.structure();
