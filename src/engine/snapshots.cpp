@@ -302,9 +302,12 @@ void Snapshots::forget(const Snapshot& snapshot, const Snapshot::Entry& entry, C
 }
 
 void Snapshots::for_each_property(const Snapshot& snapshot, FunctionRef<void(PropertyResource&)> visit) const {
+  const auto visit_seen = [&](PropertyResource& p) {
+    if (snapshot.audience.sees(p)) visit(p);
+  };
   const auto visit_world = [&](const ThingNode& thing) {
     for (const auto& graph : world_of(thing)->graphs())
-      if (snapshot.audience.sees(*graph)) graph->for_each_property(visit);
+      if (snapshot.audience.sees(*graph)) graph->for_each_property(visit_seen);
   };
   if (snapshot.filled && snapshot.seen_structure == registry_.structure()) {
     for (PropertyResource* property : snapshot.properties) visit(*property);

@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
@@ -20,6 +23,9 @@
 #include <lrt/security.hpp>
 #include <lrt/world.hpp>
 
+#include "src/engine/parts.hpp"
+#include "src/engine/resources/world.hpp"
+#include "src/engine/snapshots.hpp"
 #include "src/security/policy.hpp"
 #include "tests/support/bench.hpp"
 #include "tests/support/catch.hpp"
@@ -561,11 +567,77 @@ TEST_CASE("a standing query remains when a policy with the same rights is loaded
   CHECK(load() == 0);
   asked.publish(33);
   CHECK(asked.events(channel).size() == 1);
+  const std::size_t evaluations = asked.service->evaluations;
   (void)asked.bench.open_stream("/sparql?query=" + objects_of_value);
-  CHECK(asked.bench.get("/sparql/standing-2").status == 404);  // they share it
+  CHECK(asked.service->evaluations == evaluations);  // they share it
   CHECK(asked.service->kept_datasets() == 1);
   rules.push_back({"/arm", security::Scope::tree, {security::Who::Kind::role, "chief"}, Right::read});
   CHECK(load() == 2);  // what the query was evaluated on is no longer theirs
+}
+
+TEST_CASE("a reader's standing query counts its changes, and its name counts no others", "[engine][query][security]") {
+  engine::EngineOptions options;
+  const auto view = std::make_shared<const security::View>(security::Right::read | security::Right::subscribe);
+  options.authorize = [view](const http::Request& request) {
+    engine::Caller caller;
+    caller.principal = std::make_shared<const security::Principal>(security::Principal{std::string(request.find("Who").value_or("")), {}});
+    caller.view = view;
+    return caller;
+  };
+  Robot asked(std::move(options));
+  std::map<engine::Channel, std::vector<std::uint64_t>> numbers;
+  const auto take = [&] {
+    asked.bench.clock.advance(std::chrono::seconds(1));
+    for (const auto& [channel, push] : asked.bench.pushes()) {
+      if (!push.message) continue;
+      const std::size_t at = push.message->find("sequence: ");
+      numbers[channel].push_back(at == std::string::npos ? 0 : std::stoull(push.message->substr(at + 10)));
+    }
+  };
+  const auto anna = asked.bench.open_stream("/sparql?query=graphs", "Who: anna\n"),
+             bert = asked.bench.open_stream("/sparql?query=graphs", "Who: bert\n");
+  take();
+  for (const char* path : {"one", "two"}) {
+    asked.bench.add(Thing{path});
+    take();
+  }
+  for (const auto channel : {anna, bert}) {
+    const std::vector<std::uint64_t>& all = numbers[channel];
+    REQUIRE(all.size() >= 3);
+    CHECK(all.front() > 0);
+    for (std::size_t i = 1; i < all.size(); ++i) CHECK(all[i] > all[i - 1]);
+  }
+  for (const char* who : {"anna", "bert"})
+    for (const char* name : {"1", "2"}) CHECK(asked.bench.ask(std::string("GET /sparql/standing-") + name + "\nWho: " + who).status == 404);
+}
+
+TEST_CASE("a query waits for no published value that its sender may not see", "[engine][query][security]") {
+  FakeClock clock;
+  engine::EngineOptions options;
+  options.clock = &clock;
+  options.ids = std::make_shared<FixedIds>();
+  engine::Parts parts(std::move(options));
+  World world("world");
+  WorldGraph map = world.graph("map");
+  parts.add(std::move(world)).value();
+  auto cup = map.published<double>("cup", Iri("https://example.org/pose"));
+  cup.publish(0.5);
+  static_cast<engine::WorldGraphResource&>(*parts.registry.find("/world/map")).take_changes(parts);
+  REQUIRE(parts.registry.find("/world/map/cup"));
+  const SmallQueries service;
+  engine::Snapshots snapshots(service, clock, parts.registry, parts.representations, parts.subscribers,
+                              [] { return std::vector<engine::Resource*>(); });
+  const auto properties_of = [&](const engine::Audience& audience) {
+    std::size_t count = 0;
+    const auto counted = [&](engine::PropertyResource&) { ++count; };
+    snapshots.for_each_property(*snapshots.of(0, audience, {}), counted);
+    return count;
+  };
+  const auto policy = security::Policy::create({{"/", security::Scope::tree, {}, security::Right::read},
+                                                {"/world/map/cup", security::Scope::tree, {security::Who::Kind::role, "chief"}, security::Right::read}})
+                          .value();
+  CHECK(properties_of({}) == 1);
+  CHECK(properties_of({policy->view(nullptr), nullptr}) == 0);
 }
 
 TEST_CASE("what queries have stored is removed a minute after the last", "[engine][query]") {
