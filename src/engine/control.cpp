@@ -65,11 +65,11 @@ http::Response controlled_by_another(const Context& context, const Responses& re
 }
 
 http::Response control_required(const Context& context, const Responses& responses, const ControlBase& control, int status) {
-  http::Response response = responses.problem(context, {status,
-                                                        "a command needs control, and this client does not have it; take it by POST to " +
-                                                            responses.iri(context, control.path) + " and send its Control-Id with each command",
-                                                        {},
-                                                        std::string(vocab::lrt_::ControlRequired.text)});
+  const std::string way = context.audience.sees(control)
+                              ? "; take it by POST to " + responses.iri(context, control.path) + " and send its Control-Id with each command"
+                              : std::string();
+  http::Response response = responses.problem(
+      context, {status, "a command needs control, and this client does not have it" + way, {}, std::string(vocab::lrt_::ControlRequired.text)});
   response.denial = http::Denial::control;
   return response;
 }

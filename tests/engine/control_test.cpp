@@ -428,4 +428,23 @@ TEST_CASE("who may not see control of a Thing learns only that somebody has it",
   CHECK_FALSE(as("gripper-g", "GET /base/arm").says("/base/control"));
 }
 
+TEST_CASE("who may not see control of a Thing learns that it is required, not where it is", "[engine][security]") {
+  ControlOptions options;
+  options.required = true;
+  const std::vector<security::Rule> rules = {{"/base/speed", security::Scope::here, {}, security::Right::read | security::Right::write}};
+  engine::EngineOptions engine_options;
+  engine_options.authorize = [policy = security::Policy::create(rules).value()](const http::Request&) {
+    engine::Caller caller;
+    caller.view = policy->view(nullptr);
+    return caller;
+  };
+  Robot robot(options, std::move(engine_options));
+  CHECK(robot.get("/base/control").status == 404);
+  const Answer refused = robot.json("PUT /base/speed", "", "1");
+  CHECK(refused.status == 428);
+  CHECK(refused.says(required));
+  CHECK(refused.says("a command needs control"));
+  CHECK_FALSE(refused.says("/control"));
+}
+
 }  // namespace
