@@ -91,26 +91,27 @@ std::string bounds_of(const ThingNode& thing) {
 
 std::map<std::string, Links> links_of(const ThingNode& thing, const Registry& registry, const Audience& audience) {
   std::map<std::string, Links> links;
-  const auto add = [&](std::string_view predicate, bool is_iri, const Resource* to) {
-    if (predicate == vocab::rdf_::type.text || (to && !audience.sees(*to))) return;
+  const auto add = [&](std::string_view predicate, bool is_iri) {
+    if (predicate == vocab::rdf_::type.text) return;
     Links& l = links[std::string(predicate)];
     ++l.count;
     (is_iri ? l.literals : l.iris) = false;
   };
-  const auto find = [&](std::string_view path) { return audience.is_restricted() ? registry.find(path) : nullptr; };
+  // Where it may not read, nothing is shown of a link, whether something is there or not.
   for (const Statement& s : thing.spec->statements) {
-    const Resource* to = nullptr;
-    if (s.object.kind() == Object::Kind::resource)
-      if (const Result<std::string> path = model::encode_path_from_root(s.object.text())) to = find("/" + *path);
-    add(s.predicate, s.object.kind() != Object::Kind::literal, to);
+    if (audience.is_restricted() && s.object.kind() == Object::Kind::resource) {
+      const Result<std::string> path = model::encode_path_from_root(s.object.text());
+      if (path && !audience.sees_iri("/" + *path, {}, registry)) continue;
+    }
+    add(s.predicate, s.object.kind() != Object::Kind::literal);
   }
   const rdf::Graph& graph = thing.statements();
   const std::string base(placeholder_base);
   if (const auto self = graph.find(rdf::iri(base + "/" + thing.spec->path)))
     for (const rdf::Triple& t : graph.match(*self, std::nullopt, std::nullopt)) {
       const rdf::TermView object = graph.term(t.object);
-      const bool is_ours = object.is_iri() && object.text.substr(0, base.size()) == base;
-      add(graph.term(t.predicate).text, object.is_iri(), is_ours ? find(object.text.substr(base.size())) : nullptr);
+      if (object.is_iri() && !audience.sees_iri(object.text, base, registry)) continue;
+      add(graph.term(t.predicate).text, object.is_iri());
     }
   return links;
 }

@@ -48,7 +48,7 @@ struct Links {
   std::size_t count = 0;
   bool iris = true, literals = true;  ///< all are
 };
-/// @param audience  links to what it does not see are left out
+/// @param audience  links to where it may not read are left out, whether something is there or not
 std::map<std::string, Links> links_of(const ThingNode& thing, const Registry& registry, const Audience& audience = {});
 
 /// Equal texts: the Things were registered in the same way, but for bounds of numbers. Different in each process.

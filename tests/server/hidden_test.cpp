@@ -117,6 +117,7 @@ class Robot {
       arm.shapes("@prefix sh: <http://www.w3.org/ns/shacl#> . <#veiled_angle> a sh:NodeShape ; sh:name \"veiled words\" .");
     }
     arm.add(Iri("p:near"), Object::resource("twin"));
+    arm.add(Iri("p:beside"), Object::resource("veiled_twin"));  // hidden, and not there
     Action turn = arm.action("turn", [](double) {});
     if (is_whole) turn.effect("arm/veiled_pose").composed_of("arm/actions/veiled_turn");
     if (is_whole) {
