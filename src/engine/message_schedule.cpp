@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "src/engine/message_schedule.hpp"
 
+#include <algorithm>
 #include <exception>
 #include <iterator>
 #include <string>
@@ -13,6 +14,8 @@
 namespace lrt::engine {
 
 namespace {
+
+using Pending = subscription::Backlog::Pending;
 
 /// Resources whose representations take longer get at most a fifth of the time together.
 constexpr std::chrono::milliseconds short_work{2};
@@ -44,14 +47,23 @@ void MessageSchedule::changed(SubscriptionResource& s) {
     s.backlog.mark_changed();
     return announce(s);
   }
-  if ((fills_queues_ && !is_over_ && may_fill()) || s.observed.observable()->is_urgent()) return enqueue(s);
-  if (std::exchange(s.marked, true)) s.backlog.count_dropped(1);
-  else if (!std::exchange(s.listed, true)) marked_.push_back(s.channel);
+  if (fills_now(s)) return enqueue(s);
+  if (s.marked == Pending::changed) s.backlog.count_dropped(1);
+  mark(s, Pending::changed);
+}
+
+bool MessageSchedule::fills_now(const SubscriptionResource& s) {
+  return (fills_queues_ && !is_over_ && may_fill()) || s.observed.observable()->is_urgent();
+}
+
+void MessageSchedule::mark(SubscriptionResource& s, Pending as) {
+  s.marked = std::max(s.marked, as);
+  if (!std::exchange(s.listed, true)) marked_.push_back(s.channel);
   if (!scanner_.is_scanning()) scanner_.start();
 }
 
 void MessageSchedule::fill(SubscriptionResource& s) {
-  if (std::exchange(s.marked, false)) enqueue(s);
+  if (std::exchange(s.marked, Pending::no) != Pending::no) enqueue(s);
 }
 
 void MessageSchedule::begin(SubscriptionResource& s) {
@@ -75,7 +87,7 @@ bool MessageSchedule::repeat(SubscriptionResource& s) {
 }
 
 void MessageSchedule::add_last(SubscriptionResource& s) {
-  if (s.backlog.take_pending() == subscription::Backlog::Pending::no) return;
+  if (s.backlog.take_pending() == Pending::no) return;
   if (Representation* last = represent(s); last && last->tag != s.last_tag) s.backlog.push_last(s.receiver->message_of(*last, representations_));
 }
 
@@ -157,7 +169,6 @@ subscription::Item MessageSchedule::next_item(SubscriptionResource& s, TimePoint
     return nullptr;
   }
   subscription::Item item = s.backlog.take_item();
-  using Pending = subscription::Backlog::Pending;
   if (const Pending pending = item ? Pending::no : s.backlog.take_pending(); pending != Pending::no) {
     if (!representations_.ready(s.observed, s.its_variant, true, s.audience)) {
       // The user's encoders have to run first.
@@ -227,11 +238,14 @@ void MessageSchedule::notify_of_structure() {
   begin_filling();
   subscribers_.for_each([this](SubscriptionResource& s) {
     if (s.observed.state(notified_structure_) == s.observed.state(0)) return;  // it does not depend on the structure
-    if (s.queues()) {
-      changed(s);
-    } else {
-      s.backlog.mark_pending();  // no change is known to be lost
+    // No change is known to be lost.
+    if (!s.queues() || s.suspended) {
+      s.backlog.mark_pending();
       announce(s);
+    } else if (fills_now(s)) {
+      enqueue(s);
+    } else {
+      mark(s, Pending::maybe);
     }
   });
   fills_queues_ = false;

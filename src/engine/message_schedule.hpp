@@ -73,6 +73,8 @@ class MessageSchedule {
 
  private:
   void enqueue(SubscriptionResource& s, bool is_change = true);
+  bool fills_now(const SubscriptionResource& s);
+  void mark(SubscriptionResource& s, subscription::Backlog::Pending as);
   Representation* represent(SubscriptionResource& s);
   void took(const Resource& observed, Instant before);
   std::optional<Instant> rest_of(const SubscriptionResource& s, TimePoint now) const;

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "src/engine/message_schedule.hpp"
 
+#include <algorithm>
 #include <chrono>
+#include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "tests/support/arm_parts.hpp"
 #include "tests/support/catch.hpp"
@@ -48,6 +52,35 @@ TEST_CASE("a queue has each change, in order", "[engine][R0.15]") {
     CHECK(push->message->find(value) != std::string::npos);
   }
   CHECK_FALSE(arm.next_push(s));
+}
+
+TEST_CASE("a change of the structure is no change that a queue loses, whatever time there is", "[engine][R0.15]") {
+  ArmParts arm;
+  MessageSchedule& schedule = arm.parts->schedule;
+  std::vector<SubscriptionResource*> all;
+  for (int i = 0; i < 40; ++i) {  // a scan looks at the time after some of them
+    SubscriptionRequest wanted = arm.request(Protocol::websocket, 3);
+    wanted.observed = &arm.resource("/arm");
+    wanted.variant = wanted.observed->variants().variants.front();
+    all.push_back(&arm.make(std::move(wanted)));
+  }
+  const auto dropped = [&] {
+    std::uint64_t sum = 0;
+    for (const SubscriptionResource* s : all) sum += s->backlog.dropped();
+    return sum;
+  };
+  const auto marked = [&] { return std::any_of(all.begin(), all.end(), [](const auto* s) { return s->marked != decltype(s->marked){}; }); };
+  arm.clock.run_slowly(milliseconds(100));
+  for (int i = 0; i < 3; ++i) {
+    arm.parts->registry.structure_changed();
+    schedule.scan(arm.clock.now());
+    CHECK(marked());
+    CHECK(dropped() == 0);
+  }
+  arm.resource("/arm").mark_changed();  // the first change that there is
+  CHECK(dropped() == 0);
+  arm.resource("/arm").mark_changed();
+  CHECK(dropped() == all.size());
 }
 
 TEST_CASE("a message waits for the minimum interval", "[engine][R0.15]") {

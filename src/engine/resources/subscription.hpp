@@ -112,7 +112,7 @@ class SubscriptionResource final : public Resource, public Observer {
   std::uint64_t left_out = 0;     ///< changes before the message that was handed out last
   std::uint64_t messages = 0;     ///< that were handed out
   std::uint64_t delivered = 0;
-  bool marked = false;                         ///< has a queue, and a change that is not in it yet
+  subscription::Backlog::Pending marked = {};  ///< has a queue, and a change that is not in it yet
   bool listed = false;                         ///< its channel is in the list of those that are marked
   bool awaits_value = false;                   ///< its first notification waits until the value has been read
   bool failing = false;                        ///< its last representation could not be encoded
