@@ -5,11 +5,16 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
+#include "src/engine/parts.hpp"
+#include "src/engine/resources/world.hpp"
 #include "src/security/policy.hpp"
 #include "tests/support/allocation_counters.hpp"  // counted by subscription_test.cpp
 #include "tests/support/bench.hpp"
@@ -613,6 +618,37 @@ TEST_CASE("a value that is not published for a while leaves the graph, and obser
   const std::vector<std::string> gone = r.bench.messages(channel);
   REQUIRE(gone.size() == 1);
   CHECK(gone[0].find("0.75") == std::string::npos);
+}
+
+TEST_CASE("what is compared for the queries of one change is not compared for the next if an observer throws", "[engine][world]") {
+  struct Failing final : engine::Observer {
+    engine::Variant variant() const noexcept override { return {}; }
+    void resource_changed(engine::SeenBy) override { throw std::runtime_error("no memory"); }
+    void resource_changes(engine::SeenBy) override {}
+    void values_missed(std::uint64_t, engine::SeenBy) override {}
+    void resource_removed() override {}
+    bool queues() const noexcept override { return false; }
+  };
+  FakeClock clock;
+  engine::EngineOptions options;
+  options.clock = &clock;
+  options.ids = std::make_shared<FixedIds>();
+  engine::Parts parts(std::move(options));
+  World world("world");
+  WorldGraph map = world.graph("map");
+  parts.add(std::move(world)).value();
+  auto& graph = static_cast<engine::WorldGraphResource&>(*parts.registry.find("/world/map"));
+  Failing failing;
+  for (engine::Resource* observed : {static_cast<engine::Resource*>(&graph.world), static_cast<engine::Resource*>(&graph)}) {
+    observed->observers.push_back(&failing);
+    map.update([](GraphUpdate& u) { u.add("#cup", label, u.graph().size()); }).value();
+    CHECK_THROWS_AS(graph.take_changes(parts), std::runtime_error);
+    observed->observers.remove(&failing);
+    CHECK_FALSE(graph.world.only_sizes_change);
+    engine::QueryDependencies others;
+    others.predicates = {"https://example.org/other"};
+    CHECK(graph.is_change_for(others, "http://localhost"));  // nothing is known
+  }
 }
 
 TEST_CASE("a World that is removed leaves working handles", "[engine][world]") {

@@ -222,6 +222,13 @@ void WorldGraphResource::take_changes(Parts& parts) {
   const bool has_lost = take_published(parts, gone);
   GraphState::Version version = graph_state->version();
   const bool changed = version.revision != version_.revision;
+  struct Reported {  // also if memory is exhausted
+    ~Reported() {
+      graph.world.only_sizes_change = false;
+      graph.before_.reset();
+    }
+    WorldGraphResource& graph;
+  } const reported{*this};
   if (changed) {
     std::swap(version_, version);
     if (!has_lost) before_ = version.graph;
@@ -237,7 +244,6 @@ void WorldGraphResource::take_changes(Parts& parts) {
       const auto saw = [&](const std::string& at) { return audience.view->at(at).has(security::Right::read); };
       return audience.sees(*this) && (changed || std::any_of(gone.begin(), gone.end(), saw));
     });
-  before_.reset();
 }
 
 bool WorldGraphResource::is_change_for(const QueryDependencies& query, const std::string& base) const {
