@@ -271,6 +271,7 @@ std::variant<GraphTask, http::Response> Bodies::graph_task(const Context& contex
       BodyLimits{options.max_triples, options.max_bytes, options_.max_list_members, options_.prefixes, options_.contexts});
   task.body.here = view_.bases[context.base] + state->path();
   task.base = view_.bases[context.base];
+  task.shows = context.audience.sees(*context.resource);
   task.state = std::move(state);
   return task;
 }

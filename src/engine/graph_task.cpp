@@ -20,14 +20,15 @@ std::string with_base(std::string text, const std::string& base) {
   return text;
 }
 
-/// @param name  of the graph in a sentence
-BodyFault fault_of(model::GraphRefusal refusal, const std::string& name, const std::string& base) {
+/// @param name   of the graph in a sentence
+/// @param shows  the client may know how large the graph is
+BodyFault fault_of(model::GraphRefusal refusal, const std::string& name, const std::string& base, bool shows) {
   using Why = model::GraphRefusal::Kind;
   switch (refusal.kind) {
     case Why::changed: return {412, "If-Match: the graph has changed meanwhile; GET it again"};
     case Why::stopped: return {503, name + " is being changed, and its server stops or its World was removed"};
     case Why::unsaved: return {503, name + ": " + refusal.message};
-    case Why::too_large: return {413, name + ": " + refusal.message};
+    case Why::too_large: return {413, name + ": " + (shows || refusal.limit.empty() ? refusal.message : refusal.limit)};
     case Why::violation: break;
     default: return {422, name + ": " + refusal.message};
   }
@@ -85,7 +86,7 @@ std::optional<BodyFault> GraphTask::parse() {
   return std::nullopt;
 }
 
-BodyFault GraphTask::fault_of(model::GraphRefusal refusal) const { return engine::fault_of(std::move(refusal), "the graph", base); }
+BodyFault GraphTask::fault_of(model::GraphRefusal refusal) const { return engine::fault_of(std::move(refusal), "the graph", base, shows); }
 
 std::optional<BodyFault> DatasetChange::prepare(bool waits) {
   ++times_prepared;
@@ -101,7 +102,7 @@ std::optional<BodyFault> DatasetChange::prepare(bool waits) {
 BodyFault DatasetChange::fault_of(const Part& part, model::GraphRefusal refusal) const {
   const std::string name = "the graph <" + base + part.state->path() + ">";
   if (refusal.report && !part.shows) return {422, name + " would not conform to its shapes; the report is for clients that may read the graph"};
-  return engine::fault_of(std::move(refusal), name, base);
+  return engine::fault_of(std::move(refusal), name, base, part.shows);
 }
 
 }  // namespace lrt::engine

@@ -21,6 +21,7 @@ struct GraphTask {
   BodyTask body;
   bool is_update = false;  ///< the body is in SPARQL 1.1 Update
   std::string base{};      ///< IRI of the server in the body
+  bool shows = false;      ///< the client may read the graph, and so how large it is
   std::shared_ptr<model::GraphState> state{};
   model::GraphWrite write{};
   bool creates = false;  ///< the graph is not registered yet
@@ -53,7 +54,7 @@ struct DatasetChange {
     model::GraphWrite write;
     model::PreparedWrite prepared{};
     bool creates = false;  ///< the graph is not registered yet
-    bool shows = false;    ///< the client may read the graph, and so the report about it
+    bool shows = false;    ///< the client may read the graph, and so the report about it, and how large it is
   };
   rdf::Dataset graphs{};
   std::string base{};      ///< IRI of the server in the body

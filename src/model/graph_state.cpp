@@ -736,12 +736,15 @@ void Saving::then(Call call) {
 
 std::optional<GraphRefusal> GraphState::judge(const rdf::Graph& graph, std::size_t bytes) const {
   using Kind = GraphRefusal::Kind;
-  if (graph.size() > options_.max_triples)
+  const auto too_large = [](std::size_t size, const std::string& unit, std::size_t max) {
+    const std::string limit = std::to_string(max);
     return GraphRefusal{Kind::too_large,
-                        "it would have " + std::to_string(graph.size()) + " triples; " + std::to_string(options_.max_triples) + " are allowed"};
-  if (bytes > options_.max_bytes)
-    return GraphRefusal{Kind::too_large, "it would have " + std::to_string(bytes) + " bytes of IRIs and literals, written out; " +
-                                             std::to_string(options_.max_bytes) + " are allowed"};
+                        "it would have " + std::to_string(size) + unit + "; " + limit + " are allowed",
+                        {},
+                        "it would have more than " + limit + unit};
+  };
+  if (graph.size() > options_.max_triples) return too_large(graph.size(), " triples", options_.max_triples);
+  if (bytes > options_.max_bytes) return too_large(bytes, " bytes of IRIs and literals, written out", options_.max_bytes);
   if (!shapes_) return std::nullopt;
   shacl::ValidateOptions limits;
   limits.max_results = max_violations;

@@ -120,6 +120,7 @@ struct GraphRefusal {
   Kind kind;
   std::string message{};
   std::optional<shacl::Report> report{};
+  std::string limit{};  ///< instead of `message`, for those who may not know how large the graph is; empty: `message` does not say it
 };
 
 /// A graph as a write would make it, judged but not shown yet.

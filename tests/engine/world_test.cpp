@@ -266,6 +266,36 @@ TEST_CASE("a PATCH takes what SPARQL writes otherwise than Turtle", "[engine][wo
   CHECK(r.map.snapshot()->size() == 5);
 }
 
+TEST_CASE("who may write a graph and not read it learns its limits, not its size", "[engine][world][security]") {
+  using security::Right;
+  security::Rights rights = Right::read | Right::write;
+  engine::EngineOptions options;
+  options.authorize = [&](const http::Request&) {
+    engine::Caller caller;
+    caller.view = std::make_shared<const security::View>(rights);
+    return caller;
+  };
+  GraphOptions limits = writable();
+  limits.max_triples = 20;
+  limits.max_bytes = 3000;
+  Robot r(limits, {}, std::move(options));
+  r.fill(17);
+  const std::string many = "<#a> <p:b> 1, 2, 3, 4, 5 .", large = "<#a> <p:b> '" + std::string(2500, 'x') + "' .";
+  const auto post = [&](const std::string& body) { return r.bench.ask("POST /world/map\nContent-Type: text/turtle\n\n" + body); };
+  CHECK(post(many).says("it would have 22 triples; 20 are allowed"));
+  CHECK(post(large).says("; 3000 are allowed"));
+  rights = Right::write;
+  for (const Answer& refused : {post(many), r.patch("INSERT DATA { " + many + " }")}) {
+    CHECK(refused.status == 413);
+    CHECK(refused.says("it would have more than 20 triples"));
+    CHECK_FALSE(refused.says("22"));
+  }
+  const Answer refused = post(large);
+  CHECK(refused.status == 413);
+  CHECK(refused.says("it would have more than 3000 bytes"));
+  CHECK_FALSE(refused.says("are allowed"));
+}
+
 TEST_CASE("of two writers with the same If-Match the second is refused", "[engine][world]") {
   Robot r;
   r.say("a cup");

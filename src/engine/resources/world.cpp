@@ -191,6 +191,7 @@ Outcome WorldGraphResource::take_new(Context& context, Parts& parts) {
   if (auto response = parts.representations.failed_precondition(context)) return *std::move(response);
   GraphTask task;
   task.base = parts.bases[context.base];
+  task.shows = context.audience.sees(*this);
   task.state = graph_state;
   task.write.kind = context.request().method == "PUT" ? GraphWrite::Kind::replace : GraphWrite::Kind::merge;
   task.check = parts.rules.judge_before_call(context);
