@@ -266,6 +266,55 @@ TEST_CASE("a PATCH takes what SPARQL writes otherwise than Turtle", "[engine][wo
   CHECK(r.map.snapshot()->size() == 5);
 }
 
+TEST_CASE("the tag of a graph's JSON is another for readers with other rights, the tag of its triples is not", "[engine][world][security]") {
+  using security::Right;
+  std::vector<security::Rule> rules;
+  std::shared_ptr<security::Policy> policy;
+  const auto load = [&](security::Rights of_map, bool world_is_hidden) {
+    rules = {{"/", security::Scope::tree, {}, Right::read}, {"/world/map", security::Scope::tree, {}, of_map}};
+    if (world_is_hidden) rules.push_back({"/world", security::Scope::here, {security::Who::Kind::role, "chief"}, Right::read});
+    policy = security::Policy::create(rules).value();
+  };
+  load(Right::read | Right::subscribe, false);
+  const auto caller = [&] {
+    engine::Caller made;
+    made.view = policy->view(nullptr);
+    return made;
+  };
+  engine::EngineOptions options;
+  options.authorize = [&](const http::Request&) { return caller(); };
+  options.renew = [&](const security::Principal*) { return std::optional(caller()); };
+  Robot r(writable(), {}, std::move(options));
+  r.say("a cup");
+  const auto json = [&](const std::string& fields = {}) { return r.bench.ask("GET /world/map\nAccept: application/json" + fields); };
+  const Answer reads = json(), triples = r.bench.ask("GET /world/map\nAccept: text/turtle");
+  CHECK_FALSE(reads.says("\"PUT\""));
+  CHECK(reads.says("\"parent\""));
+  const auto channel = r.bench.open_stream("/world/map?accept=application/json");
+  CHECK(r.bench.messages(channel).size() == 1);
+
+  load(Right::read | Right::subscribe | Right::write, false);
+  r.bench.engine.renew_rights();
+  const Answer writes = json("\nIf-None-Match: " + reads.tag());
+  CHECK(writes.status == 200);
+  CHECK(writes.says("\"PUT\""));
+  CHECK(writes.tag() != reads.tag());
+  CHECK(r.bench.messages(channel).size() == 1);
+
+  load(Right::read | Right::subscribe | Right::write, true);
+  r.bench.engine.renew_rights();
+  const Answer hidden = json("\nIf-None-Match: " + writes.tag());
+  CHECK(hidden.status == 200);
+  CHECK_FALSE(hidden.says("\"parent\""));
+  CHECK(json("\nIf-None-Match: " + hidden.tag()).status == 304);
+  CHECK(r.bench.messages(channel).size() == 1);
+
+  CHECK(r.bench.ask("GET /world/map\nAccept: text/turtle\nIf-None-Match: " + triples.tag()).status == 304);
+  // A client may write what it has read, whatever it was allowed then.
+  CHECK(r.put("<#a> <p:b> 1 .", "If-Match: " + reads.tag() + "\n").status == 204);
+  CHECK(r.put("<#a> <p:b> 2 .", "If-Match: " + reads.tag() + "\n").status == 412);
+}
+
 TEST_CASE("who may write a graph and not read it learns its limits, not its size", "[engine][world][security]") {
   using security::Right;
   security::Rights rights = Right::read | Right::write;

@@ -354,9 +354,20 @@ void WorldGraphResource::summarize(Overview& o) const {
 /// The tag is a number of the state, so that no representation is encoded to compare tags. Published values have a second number after a point.
 std::string WorldGraphResource::entity_tag(std::string_view media_type, const std::string& base, const Audience& audience, bool for_write) const {
   std::string tag = http::entity_tag(media_type, base + " " + path + " " + epoch_ + " " + std::to_string(version_.revision));
-  if (for_write || published_.empty()) return tag;
+  if (for_write) return tag;
+  std::string digits;
+  if (audience.is_restricted() && media_type == rdf::media_type(rdf::Plain::json)) digits = rights_digits(audience);
   // The revision counts published values that it may not see.
-  return tag.insert(tag.size() - 1, audience.hides_something() ? published_digits(audience) : "." + std::to_string(revision));
+  if (!published_.empty()) digits += audience.hides_something() ? published_digits(audience) : std::to_string(revision);
+  return digits.empty() ? tag : tag.insert(tag.size() - 1, "." + digits);
+}
+
+std::string WorldGraphResource::rights_digits(const Audience& audience) const {
+  const auto bits = [&](const Resource& resource) {
+    const Methods m = audience.methods(resource);
+    return (m.put ? 1 : 0) + (m.post ? 2 : 0) + (m.remove ? 4 : 0) + (m.patch ? 8 : 0);
+  };
+  return std::to_string(1000 + bits(*this) + (audience.sees(world) ? 16 + 32 * bits(world) : 0));
 }
 
 std::string WorldGraphResource::published_digits(const Audience& audience) const {
@@ -367,7 +378,7 @@ std::string WorldGraphResource::published_digits(const Audience& audience) const
   const rdf::Graph part = visible_part(all, [&](std::string_view iri) { return audience.sees_iri(iri, base, view_->registry); }, words);
   if (part.empty()) return {};
   const Result<std::string> text = rdf::write(part, rdf::Syntax::n_triples, {});
-  return "." + std::to_string(rdf::hash_bytes(text ? std::string_view(*text) : std::string_view(), 1));
+  return std::to_string(rdf::hash_bytes(text ? std::string_view(*text) : std::string_view(), 1));
 }
 
 std::string WorldGraphResource::for_write(std::string field) const {

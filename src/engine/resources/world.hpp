@@ -93,6 +93,8 @@ class WorldGraphResource final : public ValueResource, public OwnRepresentation 
   Outcome execute(Context& context, Parts& parts, GraphTask task);
   Outcome changed(const Context& context, Parts& parts, Body& accepted) const;
   void count_change(SeenBy seen) override { numbers_.count(seen); }
+  /// For the entity tag of its JSON, which says what its reader may do with it and with its World: four digits.
+  std::string rights_digits(const Audience& audience) const;
   /// For the entity tag: a digest of the published values that the audience sees. Empty if there are none.
   std::string published_digits(const Audience& audience) const;
   bool take_published(Parts& parts, std::vector<std::string>& gone);
