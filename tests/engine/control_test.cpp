@@ -440,7 +440,7 @@ TEST_CASE("who may not see control of a Thing learns that it is required, not wh
   };
   Robot robot(options, std::move(engine_options));
   CHECK(robot.get("/base/control").status == 404);
-  const Answer refused = robot.json("PUT /base/speed", "", "1");
+  const Answer refused = robot.ask("PUT /base/speed" + Robot::fields("", "application/problem+json") + "\nContent-Type: application/json\n\n1");
   CHECK(refused.status == 428);
   CHECK(refused.says(required));
   CHECK(refused.says("a command needs control"));
