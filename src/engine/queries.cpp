@@ -390,12 +390,11 @@ void Queries::begin(std::shared_ptr<Evaluation> evaluation) {
                    [service = &service_, now = clock_.now(), running, reply = Owed(calls_.inbox(), std::move(reply))]() mutable {
                      Evaluation& e = *running->evaluation;
                      if (!*e.cancelled)
-                       running->answer = guarded<std::shared_ptr<const QueryAnswer>>(
-                           [&] { return service->evaluate(*e.query, *e.snapshot->data, *e.cancelled, now, e.max_rows); });
-                     if (running->answer) {
-                       Result<void> written = guarded<void>([&]() -> Result<void> { return e.write(*running->answer), Result<void>(); });
-                       if (!written) running->answer = Unexpected{std::move(written).error()};
-                     }
+                       running->answer = guarded<std::shared_ptr<const QueryAnswer>>([&] {
+                         Result<std::shared_ptr<const QueryAnswer>> answer = service->evaluate(*e.query, *e.snapshot->data, *e.cancelled, now, e.max_rows);
+                         if (answer) e.write(*answer);
+                         return answer;
+                       });
                      reply.leave();
                    }});
   running->is_handed_out = true;
