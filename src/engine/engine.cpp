@@ -495,7 +495,10 @@ void Engine::renew_rights() {
   impl_->parts.kinds.renew(impl_->parts.view);
   impl_->parts.subscriptions.renew_rights();
 }
-void Engine::sign_out(std::string_view principal) { impl_->parts.subscriptions.sign_out(principal); }
+void Engine::sign_out(std::string_view principal) {
+  impl_->parts.subscriptions.sign_out(principal);
+  impl_->parts.saved.sign_out(principal);
+}
 
 Lapses& Engine::lapses() const noexcept { return *impl_->parts.lapses; }
 bool Engine::take_outputs(Outputs& outputs) { return impl_->parts.take(outputs); }

@@ -198,6 +198,17 @@ Result<std::size_t> SavedSubscriptions::read_all(std::string_view saved) {
   return found;
 }
 
+void SavedSubscriptions::sign_out(std::string_view principal) {
+  const auto is_theirs = [&](const PendingRestore& p) {
+    const auto& owner = p.request.audience.principal;
+    return owner && owner->name == principal;
+  };
+  const auto theirs = std::remove_if(pending_.begin(), pending_.end(), is_theirs);
+  if (theirs == pending_.end()) return;
+  pending_.erase(theirs, pending_.end());
+  saves_.changed();
+}
+
 void SavedSubscriptions::resume() {
   for (std::size_t i = 0; i < pending_.size();) {
     const PendingRestore& p = pending_[i];

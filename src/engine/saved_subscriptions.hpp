@@ -44,6 +44,8 @@ class SavedSubscriptions {
   std::pair<std::size_t, std::size_t> recover(std::string_view damaged);
   /// Activates the callbacks whose resource exists now.
   void resume();
+  /// Removes the callbacks of a principal that wait for their resource.
+  void sign_out(std::string_view principal);
 
  private:
   struct PendingRestore {

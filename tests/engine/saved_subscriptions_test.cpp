@@ -113,6 +113,30 @@ TEST_CASE("a callback to a receiver that may not be called now waits, and the lo
   CHECK(after.log[0].find("receiver.example is not in the list of allowed receivers") != std::string::npos);
 }
 
+TEST_CASE("a principal that is signed out has no callback left that waits for its resource", "[engine][security][R0.13]") {
+  Saved before;
+  before.add_arm();
+  const auto subscribe = [&](const std::string& id, const std::string& owner) {
+    before.subscribe(id).audience.principal = std::make_shared<const security::Principal>(security::Principal{owner, {"reader"}});
+  };
+  subscribe("c1", "anna");
+  subscribe("c2", "bert");
+  const std::string text = before.parts->saved.take().value().text;
+
+  Saved after;
+  after.parts->saved.restore(text).value();
+  (void)after.parts->saved.take();
+  after.parts->saved.sign_out("nobody");
+  CHECK_FALSE(after.parts->saved.take());
+  after.parts->saved.sign_out("anna");
+  const std::string left = after.parts->saved.take().value().text;
+  CHECK(left.find("/c1") == std::string::npos);
+  CHECK(left.find("/c2") != std::string::npos);
+  after.add_arm();
+  CHECK(after.parts->registry.find("/arm/subscriptions/c1") == nullptr);
+  CHECK(after.parts->registry.find("/arm/subscriptions/c2") != nullptr);
+}
+
 TEST_CASE("a text that is no Turtle restores nothing", "[engine][R0.13]") {
   Saved s;
   CHECK_FALSE(s.parts->saved.restore("this is no Turtle"));

@@ -246,7 +246,7 @@ class LRT_API Engine final : public Handler {
   /// Checks the rights of the owners of subscriptions again (EngineOptions::renew). A subscription without the right
   /// ends.
   void renew_rights();
-  /// Ends the subscriptions of a principal.
+  /// Ends the subscriptions of a principal, also restored ones that wait for their resource.
   void sign_out(std::string_view principal);
 
   /// The written values that have a life (model::PropertyHandle::expires()). Who runs jobs also runs their lapses.
