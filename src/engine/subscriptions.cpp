@@ -171,8 +171,12 @@ void Subscriptions::renew_some() {
     if (!s || (s->receiver->feed() && !s->audience.principal)) continue;  // of the host itself
     std::optional<Audience> audience = renewed(parts_.options, s->audience, s->observed);
     if (!audience) {
-      end(*s, 1008, "the right to observe this resource was withdrawn");
+      end(*s, withdrawn_code, "the right to observe this resource was withdrawn");
     } else if (audience->view != s->audience.view) {
+      if (audience->hides_something() && !audience->has_rights_of(s->audience)) {  // it may read less than what is queued shows
+        s->backlog.drop_items();
+        if (CallbackReceiver* const callback = s->receiver->callback()) callback->withdraw_item();
+      }
       s->audience = *std::move(audience);
       s->changes.knows(change_number(s->observed, s->audience));
       s->observed.subscriptions()->mark_changed();
@@ -184,7 +188,7 @@ void Subscriptions::renew_some() {
 void Subscriptions::sign_out(std::string_view principal) {
   const auto is_theirs = [&](const SubscriptionResource& s) { return s.audience.principal && s.audience.principal->name == principal; };
   for (const Channel channel : parts_.subscribers.channels_if(is_theirs))
-    if (SubscriptionResource* const s = find(channel)) end(*s, 1008, "the principal was signed out");
+    if (SubscriptionResource* const s = find(channel)) end(*s, withdrawn_code, "the principal was signed out");
 }
 
 // ------------------------------------------------------------------------------------------------------------ transports

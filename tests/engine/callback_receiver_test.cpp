@@ -2,6 +2,7 @@
 #include "src/engine/receivers/callback.hpp"
 
 #include <chrono>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -54,6 +55,29 @@ TEST_CASE("the deliverer gets one notification at a time", "[engine][R0.16]") {
   CHECK(c.arm.parts->subscribers.sent == 1);
   CHECK(c.reported() == 1);
   CHECK(c.next());
+}
+
+TEST_CASE("a notification that fails after its reader has lost a right is not sent again", "[engine][security][R0.16]") {
+  EngineOptions options = without_confirmation();
+  options.renew = [](const security::Principal*) {
+    Caller caller;
+    caller.view = std::make_shared<const security::View>(security::Right::subscribe);
+    return std::optional<Caller>(std::move(caller));
+  };
+  Callback c(std::move(options), 3);
+  const auto first = c.next();
+  REQUIRE(first);
+  CHECK_FALSE(first->body->empty());
+  c.arm.publish(1);
+  c.arm.parts->subscriptions.renew_rights();
+  CHECK(c.delivered({500}));
+  c.arm.clock.advance(std::chrono::hours(1));
+  c.arm.parts->schedule.scan(c.arm.clock.now());
+  const auto second = c.next();
+  REQUIRE(second);
+  CHECK(second->body->empty());
+  CHECK(c.delivered({204}));
+  CHECK_FALSE(c.next());
 }
 
 TEST_CASE("a receiver that does not confirm ends the subscription, one that fails is asked again", "[engine][R0.13][security]") {

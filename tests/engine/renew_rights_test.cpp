@@ -3,6 +3,7 @@
 #include <lrt/engine/engine.hpp>
 
 #include <algorithm>
+#include <chrono>
 #include <cstddef>
 #include <map>
 #include <memory>
@@ -41,6 +42,23 @@ struct Arm {
     for (const auto& [channel, push] : bench.pushes())
       if (push.close != 0) codes[channel] = push.close;
     return codes;
+  }
+  /// Values that subscribers with a queue and an interval of 60 s, who have just got a message, do not get yet.
+  void publish_in_interval(const std::vector<double>& values) {
+    for (const double value : values) {
+      robot.angle_handle->publish(value);
+      bench.look();
+      CHECK(bench.pushes().empty());
+    }
+  }
+  /// What such a subscriber gets in so many intervals.
+  std::vector<std::string> messages_of_minutes(Channel channel, int minutes) {
+    std::vector<std::string> all;
+    for (; minutes > 0; --minutes) {
+      bench.clock.advance(std::chrono::seconds(61));
+      for (std::string& message : bench.messages(channel)) all.push_back(std::move(message));
+    }
+    return all;
   }
   engine::EngineOptions with_rights(engine::EngineOptions options, bool renews) {
     for (const char* const name : {"anna", "bert"}) give(name, Right::read | Right::subscribe);
@@ -105,6 +123,49 @@ TEST_CASE("an owner that may no longer read keeps its subscription and gets noth
   for (const auto& [channel, push] : arm.bench.pushes()) ++messages[channel];
   CHECK(messages == std::map<Channel, std::size_t>{{bert, 1}});
   CHECK(arm.bench.engine.counts().websockets == 2);
+}
+
+TEST_CASE("what is queued is not sent after the right has ended", "[engine][security][R0.2]") {
+  for (const bool signs_out : {false, true}) {
+    CAPTURE(signs_out);
+    Arm arm;
+    const std::string path = "/arm/angle?queueLength=9&minimumInterval=60";
+    const Channel anna = arm.bench.open(path, "Who: anna\n"), streamed = arm.bench.open_stream(path, "Who: anna\n"),
+                  bert = arm.bench.open(path, "Who: bert\n");
+    CHECK(arm.bench.pushes().size() == 3);
+    arm.publish_in_interval({41, 42});
+    if (signs_out) {
+      arm.bench.engine.sign_out("anna");
+    } else {
+      arm.rights.erase("anna");
+      arm.bench.engine.renew_rights();
+    }
+    std::map<Channel, int> codes;
+    for (const auto& [channel, push] : arm.bench.pushes()) {
+      CHECK_FALSE(push.message);
+      codes[channel] = push.close;
+    }
+    CHECK(codes == std::map<Channel, int>{{anna, 1008}, {streamed, 1008}});
+    CHECK(arm.messages_of_minutes(bert, 3).size() == 2);
+  }
+}
+
+TEST_CASE("a queue loses what was encoded for a reader who saw more, and nothing else", "[engine][security][R0.2]") {
+  Arm arm;
+  const Channel anna = arm.bench.open("/arm/angle?queueLength=9&minimumInterval=60", "Who: anna\n");
+  CHECK(arm.bench.messages(anna).size() == 1);
+  arm.publish_in_interval({41, 42});
+  SECTION("it may no longer read") {
+    arm.give("anna", Right::subscribe);
+    arm.bench.engine.renew_rights();
+    CHECK(arm.messages_of_minutes(anna, 4) == std::vector<std::string>{""});
+  }
+  SECTION("it may write, too") {
+    arm.give("anna", Right::read | Right::subscribe | Right::write);
+    arm.bench.engine.renew_rights();
+    CHECK(arm.messages_of_minutes(anna, 4).size() >= 2);
+  }
+  CHECK(arm.bench.engine.counts().websockets == 1);
 }
 
 TEST_CASE("a subscription without a principal ends when anybody may no longer subscribe", "[engine][security][R0.2]") {

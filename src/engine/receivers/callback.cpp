@@ -149,6 +149,7 @@ std::optional<subscription::Notification> CallbackReceiver::next(TimePoint now) 
   links.add(parts_.bases[s_.base] + s_.path, "via");
   links.finish(notification.fields, {});
   under_way_ = std::move(item);
+  is_withdrawn_ = false;
   s_.held = true;
   return notification;
 }
@@ -213,6 +214,7 @@ bool CallbackReceiver::delivered(const subscription::DeliveryResult& result, Tim
     succeeded();
     return true;
   }
+  if (is_withdrawn_) item = nullptr;
   return failed(result, confirming, std::move(item), now);
 }
 

@@ -43,6 +43,8 @@ class CallbackReceiver final : public Receiver {
   std::optional<subscription::Notification> next(TimePoint now);
   /// @return  false: the subscription ends
   bool delivered(const subscription::DeliveryResult& result, TimePoint now);
+  /// The notification under way is not sent again if it fails: its receiver may not read all of it now.
+  void withdraw_item() noexcept { is_withdrawn_ = true; }
 
   // The file of subscriptions.
   const std::string& secret() const noexcept { return secret_; }
@@ -61,6 +63,7 @@ class CallbackReceiver final : public Receiver {
   const std::string host_;  ///< scheme, host and port of the URL
   subscription::RetryPolicy retry_;
   subscription::Item under_way_;
+  bool is_withdrawn_ = false;  ///< withdraw_item() since it was taken
   /// A message that was sent without success.
   struct Failed {
     std::uint64_t number, left_out;

@@ -22,7 +22,7 @@ ClosingChannel Receiver::closing_channel(std::uint16_t code, std::string reason)
   closing.code = code;
   closing.reason = std::move(reason);
   while (auto part = rest()) closing.items.push_back({std::move(part->message), part->text, {}});
-  if (code == cancelled_code) return closing;  // a cancelled subscription gets no more
+  if (code == cancelled_code || code == withdrawn_code) return closing;  // the subscriber gets no more
   while (const auto item = s_.backlog.take_item()) {
     s_.left_out = s_.changes.sent(item->stamp.number);
     ++s_.messages;

@@ -121,6 +121,8 @@ class Receiver {
 
 /// Of a DELETE.
 inline constexpr std::uint16_t cancelled_code = 1000;
+/// The subscriber has lost the right to it.
+inline constexpr std::uint16_t withdrawn_code = 1008;
 inline constexpr const char* cancelled_reason = "the subscription was cancelled";
 
 }  // namespace lrt::engine
