@@ -56,6 +56,14 @@ class Rights {
 /// The set of two rights.
 constexpr Rights operator|(Right a, Right b) noexcept { return Rights(a) | Rights(b); }
 
+/// What a server knows a principal by. The subscriptions of a principal end when it is no longer known by the same.
+enum class KnownBy : std::uint8_t {
+  host,         ///< nothing: the program has made the object, such as the owner of a feed. Whoever has its name counts
+  token,        ///< a token of Security::token_file
+  certificate,  ///< Security::certificates
+  function,     ///< Security::authenticate
+};
+
 /// An authenticated client: a person or a program.
 struct Principal {
   std::string name;                ///< its name, for rules, limits and audit
@@ -64,6 +72,7 @@ struct Principal {
   /// principal is unknown, and its subscriptions end, unless a later request of a principal of that name came with a
   /// later end. nullopt: its subscriptions last until Server::sign_out().
   std::optional<std::chrono::system_clock::time_point> expires{};
+  KnownBy known_by = KnownBy::host;  ///< set by the server
 };
 
 /// What each role may do. A role that is missing may do nothing.

@@ -2,6 +2,9 @@
 #include "src/engine/saved_subscriptions.hpp"
 
 #include <algorithm>
+#include <chrono>
+#include <cstddef>
+#include <iterator>
 #include <utility>
 
 #include <lrt/base/media_type.hpp>
@@ -15,6 +18,18 @@
 namespace lrt::engine {
 
 namespace {
+
+/// Terms of the file only.
+constexpr Iri known_by_term("https://w3id.org/lrt/ns#knownBy"), valid_term("http://purl.org/dc/terms/valid");
+
+/// By security::KnownBy.
+constexpr std::string_view names_of_known_by[] = {"host", "token", "certificate", "function"};
+
+/// A file of an earlier version does not say it: the callback waits unless there is a token of that name.
+security::KnownBy known_by_of(std::string_view name) noexcept {
+  const auto* const found = std::find(std::begin(names_of_known_by), std::end(names_of_known_by), name);
+  return found == std::end(names_of_known_by) ? security::KnownBy::token : static_cast<security::KnownBy>(found - std::begin(names_of_known_by));
+}
 
 /// One subscription as it stands in the file.
 struct Entry {
@@ -47,6 +62,8 @@ std::string text_of(const Entry& e, const rdf::Prefixes& prefixes) {
   if (!e.secret.empty()) about.add(vocab::lrt_::secret, rdf::literal(e.secret));
   if (e.has_confirmed) about.add(vocab::lrt_::confirmed, rdf::literal("true", vocab::xsd::boolean));
   if (e.owner) about.add(vocab::lrt_::owner, rdf::literal(e.owner->name));
+  if (e.owner) about.add(known_by_term, rdf::literal(names_of_known_by[static_cast<std::size_t>(e.owner->known_by)]));
+  if (e.owner && e.owner->expires) about.when(valid_term, std::chrono::time_point_cast<Utc::duration>(*e.owner->expires));
   if (e.owner)
     for (const std::string& role : e.owner->roles) about.add(vocab::lrt_::role, rdf::literal(role));
   std::string text = rdf::write(graph, rdf::Syntax::turtle, prefixes).value();
@@ -121,6 +138,9 @@ Result<SavedSubscriptions::PendingRestore> SavedSubscriptions::read(const rdf::G
   read.request.has_confirmed = text(vocab::lrt_::confirmed) == "true";  // absent in older files
   if (std::string owner = text(vocab::lrt_::owner); !owner.empty()) {
     security::Principal principal{std::move(owner), {}};
+    principal.known_by = known_by_of(text(known_by_term));
+    if (const auto end = rdf::lexical::parse_instant(text(valid_term)))
+      principal.expires = std::chrono::system_clock::time_point(std::chrono::duration_cast<std::chrono::system_clock::duration>(*end));
     if (const auto role = graph.find(vocab::lrt_::role))
       for (const rdf::Triple& t : graph.match(node, *role, std::nullopt)) principal.roles.emplace_back(graph.term(t.object).text);
     read.request.audience.principal = std::make_shared<const security::Principal>(std::move(principal));

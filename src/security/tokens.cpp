@@ -101,7 +101,7 @@ Result<Tokens> Tokens::parse(std::string_view text) {
     if (!roles) return wrong(roles.error().message);
     Result<Digest> digest = digest_of_word(token);
     if (!digest) return wrong(digest.error().message);
-    Entry entry{*digest, std::make_shared<const Principal>(Principal{std::string(name), *std::move(roles)}), std::nullopt};
+    Entry entry{*digest, std::make_shared<const Principal>(Principal{std::string(name), *std::move(roles), {}, KnownBy::token}), std::nullopt};
     if (!expires.empty()) {
       const auto moment = rdf::lexical::parse_moment(expires, rdf::lexical::Datatype::date_time);
       if (!moment || !moment->zoned) return wrong("expected a time such as 2027-01-01T00:00:00Z, found \"" + std::string(expires) + "\"");

@@ -16,7 +16,11 @@ namespace {
 
 std::map<std::string, std::shared_ptr<const security::Principal>> shared(const std::map<std::string, security::Principal>& certificates) {
   std::map<std::string, std::shared_ptr<const security::Principal>> all;
-  for (const auto& [subject, principal] : certificates) all.emplace(subject, std::make_shared<const security::Principal>(principal));
+  for (const auto& [subject, principal] : certificates) {
+    auto known = std::make_shared<security::Principal>(principal);
+    known->known_by = security::KnownBy::certificate;
+    all.emplace(subject, std::move(known));
+  }
   return all;
 }
 
@@ -105,15 +109,21 @@ Callers::Found Callers::find(const http::Request& request, TimePoint now) {
 Callers::Found Callers::authenticate(const http::Request& request, bool refused, TimePoint now) {
   std::optional<security::Principal> principal = authenticate_ ? authenticate_(request) : std::nullopt;
   if (!principal) return {nullptr, refused};
-  if (principal->expires) {
-    if (*principal->expires <= now.utc) return {nullptr, true};
-    constexpr std::size_t max_ends = 10'000;
-    const std::lock_guard lock(mutex_);
-    if (ends_.size() >= max_ends && ends_.count(principal->name) == 0) return {nullptr, true};  // until one of them ends
-    auto& end = ends_[principal->name];
-    end = std::max(end, *principal->expires);
-  }
+  principal->known_by = security::KnownBy::function;
+  if (principal->expires && *principal->expires <= now.utc) return {nullptr, true};
+  if (!keep_end(*principal)) return {nullptr, true};
   return {std::make_shared<const security::Principal>(*std::move(principal))};
+}
+
+/// False: there are too many, until one of them ends.
+bool Callers::keep_end(const security::Principal& principal) {
+  constexpr std::size_t max_ends = 10'000;
+  if (!principal.expires) return true;
+  const std::lock_guard lock(mutex_);
+  if (ends_.size() >= max_ends && ends_.count(principal.name) == 0) return false;
+  auto& end = ends_[principal.name];
+  end = std::max(end, *principal.expires);
+  return true;
 }
 
 /// It was authenticated for a time, and none of its name was for a longer one.
@@ -184,10 +194,13 @@ std::optional<engine::Caller> Callers::renew(const security::Principal* owner) {
   if (!authenticates_) return caller;
   const TimePoint now = clock_.now();
   if (owner) {
-    if (tokens_) caller.principal = tokens_->content(now)->find_name(owner->name, now.utc);
+    using security::KnownBy;
+    const auto may_be = [&](KnownBy known_by) { return !caller.principal && (owner->known_by == known_by || owner->known_by == KnownBy::host); };
+    if (tokens_ && may_be(KnownBy::token)) caller.principal = tokens_->content(now)->find_name(owner->name, now.utc);
     for (const auto& [subject, principal] : certificates_)
-      if (!caller.principal && principal->name == owner->name) caller.principal = principal;
-    if (!caller.principal && authenticate_ && !has_ended(*owner, now)) caller.principal = std::make_shared<const security::Principal>(*owner);
+      if (may_be(KnownBy::certificate) && principal->name == owner->name) caller.principal = principal;
+    if (authenticate_ && may_be(KnownBy::function) && !has_ended(*owner, now) && keep_end(*owner))
+      caller.principal = std::make_shared<const security::Principal>(*owner);
     if (!caller.principal) return std::nullopt;
   }
   caller.view = view_of(caller.principal, now);

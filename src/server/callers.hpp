@@ -56,6 +56,7 @@ class Callers {
   Found find(const http::Request& request, TimePoint now);
   std::optional<Found> find_by_session(const http::Request& request, TimePoint now);
   Found authenticate(const http::Request& request, bool refused, TimePoint now);
+  bool keep_end(const security::Principal& principal);
   bool has_ended(const security::Principal& principal, TimePoint now) const;
   Found find_by_token(const http::Request& request, const std::string& token, TimePoint now);
   ViewPtr view_of(const PrincipalPtr& principal, TimePoint now);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "src/engine/saved_subscriptions.hpp"
 
+#include <chrono>
 #include <memory>
 #include <optional>
 #include <string>
@@ -111,6 +112,31 @@ TEST_CASE("a callback to a receiver that may not be called now waits, and the lo
   CHECK(after.parts->subscriptions.callback_count() == 0);
   REQUIRE(after.log.size() == 1);
   CHECK(after.log[0].find("receiver.example is not in the list of allowed receivers") != std::string::npos);
+}
+
+TEST_CASE("a restored callback says what its owner is known by, and until when", "[engine][security][R0.13]") {
+  Saved before;
+  before.add_arm();
+  security::Principal owner{"anna", {"reader"}};
+  owner.expires = before.clock.now().utc + std::chrono::hours(1);
+  owner.known_by = security::KnownBy::function;
+  before.subscribe("c1").audience.principal = std::make_shared<const security::Principal>(owner);
+  const std::string text = before.parts->saved.take().value().text;
+  const auto restored = [](const std::string& from) {
+    Saved after;
+    after.parts->saved.restore(from).value();
+    after.add_arm();
+    const Resource* const found = after.parts->registry.find("/arm/subscriptions/c1");
+    REQUIRE(found != nullptr);
+    return *static_cast<const SubscriptionResource&>(*found).audience.principal;
+  };
+  const security::Principal found = restored(text);
+  CHECK(found.known_by == owner.known_by);
+  CHECK(found.expires == owner.expires);
+  CHECK(found.roles == owner.roles);
+  std::string earlier = text;
+  earlier.replace(earlier.find("knownBy"), 7, "unknown");
+  CHECK(restored(earlier).known_by == security::KnownBy::token);
 }
 
 TEST_CASE("a principal that is signed out has no callback left that waits for its resource", "[engine][security][R0.13]") {

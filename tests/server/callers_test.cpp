@@ -2,6 +2,7 @@
 #include <lrt/server.hpp>
 
 #include <atomic>
+#include <chrono>
 #include <fstream>
 #include <map>
 #include <string>
@@ -59,6 +60,21 @@ struct Guarded {
     return server->serve(request.get()).response;
   }
   int status(const std::string& text, const std::string& token) { return ask(text, "Authorization: Bearer " + token).status; }
+  Served stream(const std::string& fields) {
+    RequestText request("GET /arm/angle\nAccept: text/event-stream\nHost: localhost:4711\n" + fields);
+    request.get().local_port = 4711;
+    request.get().can_stream = true;
+    return server->serve(request.get());
+  }
+  /// Within that time. Requests wake the thread that serves, because the clock is moved by hand.
+  bool ends(Served& stream, std::chrono::milliseconds within) {
+    for (const auto late = std::chrono::steady_clock::now() + within; std::chrono::steady_clock::now() < late;) {
+      (void)ask("GET /nothing");
+      for (int i = 0; i < 20; ++i)
+        if (stream.events->next(std::chrono::milliseconds(1)).end) return true;
+    }
+    return false;
+  }
 
   Folder folder;
   FakeClock clock;
@@ -134,6 +150,23 @@ TEST_CASE("a token that leaves the file is refused a second later", "[server][se
   g.clock.advance(std::chrono::seconds(1));
   CHECK(g.status("GET /arm", token_of_reader) == 401);
   CHECK(g.status("GET /arm", token_of_operator) == 200);
+}
+
+TEST_CASE("a stream ends with the token that opened it, also if the program's own function may know its owner", "[server][security][R0.2]") {
+  Security security;
+  security.authenticate = [](const http::Request& request) -> std::optional<security::Principal> {
+    if (request.find("X-Badge") == "7") return security::Principal{"anna", {"operator"}};
+    return std::nullopt;
+  };
+  Guarded g(security);
+  Served by_token = g.stream("Authorization: Bearer " + token_of_reader), by_function = g.stream("X-Badge: 7");
+  REQUIRE((by_token.events && by_function.events));
+  SECTION("the token leaves the file") { put(g.folder / "tokens", "bert operator " + token_of_operator + "\n"); }
+  SECTION("the token expires") { put(g.folder / "tokens", "anna reader " + token_of_reader + " 2020-01-01T00:00:00Z\n"); }
+  g.clock.advance(std::chrono::seconds(2));
+  CHECK(g.ends(by_token, std::chrono::minutes(1)));
+  CHECK_FALSE(g.ends(by_function, std::chrono::milliseconds(1)));
+  CHECK(g.server->counters().event_streams == 1);
 }
 
 TEST_CASE("HTTP Basic takes name and token over TLS only", "[server][security][R0.2]") {

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <iterator>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -149,6 +150,42 @@ TEST_CASE("something else in the place of the file stops the start and stays", "
   CHECK(Server::create(with_file(folder.path().string())).error().code == Errc::invalid_option);
   CHECK(Server::create(with_file("/dev/full")).error().code == Errc::invalid_option);
   CHECK(Server::create(with_file(path + "/below")).error().code == Errc::io_error);
+}
+
+TEST_CASE("after a restart a callback goes on if its owner is known by the same as before", "[server][saves][security]") {
+  const Folder folder;
+  const std::string chief = "chief-0123456789abcdef", reader = "reader-0123456789abcdef";
+  Options options = with_file(folder / "state");
+  options.security.token_file = folder / "tokens";
+  options.security.authenticate = [](const http::Request& request) -> std::optional<security::Principal> {
+    if (request.find("X-Badge") == "7") return security::Principal{"anna", {"reader"}};
+    return std::nullopt;
+  };
+  put(folder / "tokens", "chief administrator " + chief + "\nanna reader " + reader + "\n");
+  std::string by_token, by_function;
+  {
+    Server server = Server::create(options).value();
+    server.add(arm()).value();
+    const std::uint16_t port = options.listen.port = server.port();
+    const auto make = [&](const std::string& who) {
+      const Answer made = Socket(port).ask("POST /arm/subscriptions\n" + who + "\nHost: localhost:" + std::to_string(port) +
+                                           "\nContent-Type: text/turtle\n\n" + description(port));
+      REQUIRE(made.status == 201);
+      return made.field("Location").substr(made.field("Location").find("/arm/"));
+    };
+    by_token = make("Authorization: Bearer " + reader);
+    by_function = make("X-Badge: 7");
+  }
+  put(folder / "tokens", "chief administrator " + chief + "\n");
+  Server server = Server::create(options).value();
+  server.add(arm()).value();
+  const auto status = [&](const std::string& path) {
+    return Socket(server.port())
+        .ask("GET " + path + "\nAuthorization: Bearer " + chief + "\nHost: localhost:" + std::to_string(server.port()))
+        .status;
+  };
+  CHECK(status(by_token) == 404);
+  CHECK(status(by_function) == 200);
 }
 
 TEST_CASE("a file of an earlier version, without a first line, is read and written anew", "[server][saves]") {
