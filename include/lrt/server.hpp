@@ -143,7 +143,8 @@ class LRT_API Server {
   /// Ends what a principal has open: its WebSockets, event streams, web callbacks, feeds and standing queries, with a
   /// last message or a close code (1008), and the sessions and tickets for its tokens. It does not refuse the principal:
   /// Security::authenticate must do that before, or the token file. Requests and invocations that have begun go on, so
-  /// that no movement ends halfway; control ends with its time (Thing::control()), because commands need the principal.
+  /// that no movement ends halfway, but make no subscription: 401. Control ends with its time (Thing::control()),
+  /// because commands need the principal.
   /// @param principal  its name; unknown names have no effect
   /// @par Threads  Any, also from a lambda and from Security::authenticate.
   void sign_out(std::string_view principal);

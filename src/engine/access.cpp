@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "src/engine/access.hpp"
 
+#include <algorithm>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -22,10 +23,12 @@ Result<Caller> caller_of(const http::Request& request, FunctionRef<Caller(const 
   return guarded<Caller>([&]() -> Result<Caller> { return find(header); });
 }
 
-std::shared_ptr<const Caller> judged_caller(const Caller& caller) {
+std::shared_ptr<const Caller> judged_caller(const Caller& caller, std::uint64_t rights_revision) {
   static const Immortal<Caller> unrestricted;
   if (!caller.view && !caller.principal && caller.client.empty()) return {std::shared_ptr<const Caller>(), &*unrestricted};
-  return std::make_shared<const Caller>(caller);
+  auto judged = std::make_shared<Caller>(caller);
+  judged->rights_revision = std::min(caller.rights_revision, rights_revision);
+  return judged;
 }
 
 std::optional<http::Response> AccessControl::refused_login(const Context& context, const Caller& caller) const {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 
@@ -22,7 +24,8 @@ namespace lrt::engine {
 /// without its body. Calls user code; an exception is an error.
 Result<Caller> caller_of(const http::Request& request, FunctionRef<Caller(const http::Request&)> find);
 /// A caller for http::Request::judged. All callers with all rights share one object.
-std::shared_ptr<const Caller> judged_caller(const Caller& caller);
+/// @param rights_revision  Caller::rights_revision is not greater
+std::shared_ptr<const Caller> judged_caller(const Caller& caller, std::uint64_t rights_revision = std::numeric_limits<std::uint64_t>::max());
 
 /// Decides whether a caller may send a request: first by its header section, then, when the resource is known, by the rights at the resource. Each
 /// function returns the response that refuses the request; nullopt: it may be sent.

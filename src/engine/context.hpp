@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -70,6 +71,7 @@ class Context {
   std::size_t page = 1;                               ///< of a container
   std::size_t first_link = 0;                         ///< the first link that did not fit into the previous response
   Audience audience{};                                ///< the sender
+  std::uint64_t rights_revision = 0;                  ///< RightsChanges::number() as of that
   security::Rights rights = security::Rights::all();  ///< of these at `resource`
   std::optional<Ticket> ticket{};                     ///< of a request that is deferred
   std::shared_ptr<JudgedBody> judged{};               ///< its body, from a BodyJob; nullptr: not validated, or consumed

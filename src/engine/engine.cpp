@@ -80,7 +80,7 @@ HeaderVerdict Engine::Impl::judge_header(const http::Request& request, std::opti
     verdict.ignores_body = context.resource->kind().is(Trait::stop);
     return refused_body(context, body_bytes);
   });
-  if (!verdict.response) verdict.judged = judged_caller(*caller);
+  if (!verdict.response) verdict.judged = judged_caller(*caller, context.rights_revision);
   return verdict;
 }
 
@@ -178,6 +178,7 @@ std::optional<http::Response> Engine::Impl::find(Context& context, const Result<
   context.client = caller->client;
   context.by_cookie = caller->by_cookie;
   context.audience = {caller->view, caller->principal};
+  context.rights_revision = std::min(caller->rights_revision, parts.rights.number());
   const bool known = std::find(known_methods.begin(), known_methods.end(), request.method) != known_methods.end();
   if (known && target->path == "*") return std::nullopt;
   auto not_found = targets.find(context, *target);
@@ -499,6 +500,7 @@ void Engine::sign_out(std::string_view principal) {
   impl_->parts.subscriptions.sign_out(principal);
   impl_->parts.saved.sign_out(principal);
 }
+std::uint64_t Engine::rights_revision() const noexcept { return impl_->parts.rights.number(); }
 
 Lapses& Engine::lapses() const noexcept { return *impl_->parts.lapses; }
 bool Engine::take_outputs(Outputs& outputs) { return impl_->parts.take(outputs); }

@@ -38,6 +38,7 @@
 #include "src/engine/resources/structure.hpp"
 #include "src/engine/resources/tree.hpp"
 #include "src/engine/responses.hpp"
+#include "src/engine/rights_changes.hpp"
 #include "src/engine/saved_subscriptions.hpp"
 #include "src/engine/stop_states.hpp"
 #include "src/engine/subscribers.hpp"
@@ -97,6 +98,7 @@ struct Parts {
   DeadlineQueue<ResourceId> leases;                                   ///< when control of Things ends
   ChangeScanner scanner;                                              ///< finding changes of observed resources
   CallbackRules callback_rules;                                       ///< which receivers callbacks may reach
+  RightsChanges rights;                                               ///< since requests were judged
   Subscribers subscribers;                                            ///< the present subscriptions
   MessageSchedule schedule;                                           ///< which of them have a message, and when it may be sent
   const ReceiverParts receiver_parts;

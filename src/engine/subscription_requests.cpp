@@ -92,6 +92,23 @@ std::optional<Audience> renewed(const EngineOptions& options, const Audience& ow
   return audience.may(security::Right::subscribe, observed) ? std::optional(std::move(audience)) : std::nullopt;
 }
 
+/// The rights of a request may have changed while it waited. The response: it may not subscribe to its resource now.
+std::optional<http::Response> SubscriptionRequests::renew(Context& context) const {
+  const std::uint64_t number = parts_.rights.number();
+  if (context.rights_revision == number) return std::nullopt;
+  const auto& principal = context.audience.principal;
+  if (principal && parts_.rights.was_signed_out(principal->name, context.rights_revision)) {
+    http::Response response = parts_.responses.denied(context, http::Denial::credentials, 401, "the principal was signed out");
+    response.fields.set("WWW-Authenticate", parts_.options.challenge);
+    return response;
+  }
+  std::optional<Audience> audience = renewed(parts_.options, context.audience, *context.resource);
+  if (!audience) return parts_.responses.denied(context, http::Denial::right, 403, "the right to observe this resource was withdrawn");
+  context.audience = *std::move(audience);
+  context.rights_revision = number;
+  return std::nullopt;
+}
+
 // ------------------------------------------------------------------------------------------------------------------- GET
 
 std::optional<Protocol> SubscriptionRequests::requested_protocol(const Context& context) const {
@@ -169,7 +186,9 @@ subscription::Policy SubscriptionRequests::default_policy(const Resource& observ
 }
 
 SubscriptionRequests::Selected SubscriptionRequests::select(Context& context, SubscriptionRequest wanted, bool current) const {
+  if (auto response = renew(context)) return *std::move(response);
   wanted.observed = context.resource;
+  wanted.audience = context.audience;
   const Opening& opening = opening_of(wanted.protocol);
   Variants offers = context.resource->variants();
   if (opening.needs_text()) keep_text(offers);
@@ -198,6 +217,7 @@ SubscriptionRequests::Selected SubscriptionRequests::select(Context& context, Su
 
 SubscriptionRequests::Described SubscriptionRequests::read_description(Context& context) const {
   const auto problem = [&](int status, std::string detail) { return Outcome(parts_.responses.problem(context, status, std::move(detail))); };
+  if (auto response = renew(context)) return Outcome(*std::move(response));
   if (requests_other_model(context.request().joined("Link"))) return problem(409, "members of this container are ldp:RDFSource");
   if (!parts_.rules.allow_some())
     return Outcome(parts_.responses.denied(context, http::Denial::receiver, 403,

@@ -46,6 +46,7 @@ class SubscriptionRequests {
   Result<SubscriptionRequest> read_feed(FeedSubscription wanted) const;
 
  private:
+  std::optional<http::Response> renew(Context& context) const;
   subscription::Policy default_policy(const Resource& observed) const;
   std::optional<http::Response> read_query(const Context& context, SubscriptionRequest& request) const;
   std::optional<http::Response> read_policy(const Context& context, const rdf::Graph& graph, rdf::TermId node, subscription::Policy& policy) const;

@@ -160,6 +160,7 @@ void Subscriptions::resource_removed(SubscriptionResource& s) {
 
 /// The rest follows in the next turns, which are at once.
 void Subscriptions::renew_rights() {
+  parts_.rights.add();
   renewing_ = parts_.subscribers.channels_if([](const SubscriptionResource&) { return true; });
   renew_some();
 }
@@ -186,6 +187,7 @@ void Subscriptions::renew_some() {
 }
 
 void Subscriptions::sign_out(std::string_view principal) {
+  parts_.rights.sign_out(principal);
   const auto is_theirs = [&](const SubscriptionResource& s) { return s.audience.principal && s.audience.principal->name == principal; };
   for (const Channel channel : parts_.subscribers.channels_if(is_theirs))
     if (SubscriptionResource* const s = find(channel)) end(*s, withdrawn_code, "the principal was signed out");

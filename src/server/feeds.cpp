@@ -100,7 +100,9 @@ std::uint64_t Feeds::send(Feed::State& feed, const http::Request& request, Feed:
 
 Result<engine::Caller> Feeds::owner_of(const Feed::State& feed) {
   if (!server_.callers() || !feed.owner) return engine::Caller();
+  const std::uint64_t revision = server_.engine().rights_revision();
   std::optional<engine::Caller> caller = server_.callers()->renew(feed.owner.get());
+  if (caller) caller->rights_revision = revision;
   return caller ? *std::move(caller) : engine::Caller(engine::Access::forbidden);
 }
 

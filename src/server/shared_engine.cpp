@@ -2,6 +2,7 @@
 #include "src/server/shared_engine.hpp"
 
 #include <algorithm>
+#include <cstdint>
 #include <utility>
 
 #include "src/engine/access.hpp"
@@ -25,6 +26,20 @@ std::shared_ptr<security::Sessions> make_sessions(const Options& options) {
   if (!has_tokens || security.sessions.life.count() <= 0) return nullptr;
   return std::make_shared<security::Sessions>(security.sessions, options.listen.public_base);
 }
+
+/// Finding the caller of a request, by this thread.
+struct Search {
+  Search(const SharedEngine& of, std::uint64_t at) noexcept : server(of), revision(at) { current = this; }
+  ~Search() { current = outer; }
+  Search(const Search&) = delete;
+  Search& operator=(const Search&) = delete;
+
+  static thread_local Search* current;
+  Search* const outer = current;
+  const SharedEngine& server;
+  std::uint64_t revision;  ///< Caller::rights_revision
+};
+thread_local Search* Search::current = nullptr;
 
 template <class Role>
 void add_role(Role* role, std::vector<Role*>& all) {
@@ -198,9 +213,8 @@ void SharedEngine::log(LogLevel level, const char* what, const std::exception& w
 // ------------------------------------------------------------------------------------------------------------ Requests
 
 Result<engine::Caller> SharedEngine::admit(const http::Request& request, bool has_body, TimePoint now) {
-  Result<engine::Caller> caller = callers_ || request.judged
-                                      ? engine::caller_of(request, [this](const http::Request& header) { return callers_->of(header); })
-                                      : engine::Caller();
+  Result<engine::Caller> caller =
+      callers_ || request.judged ? engine::caller_of(request, [this](const http::Request& header) { return find_caller(header); }) : engine::Caller();
   if (!caller || request.judged) return caller;
   if (const auto pause = limiter_->count(*caller, request.peer, has_body, now); pause && !is_stop(request)) {
     caller->access = engine::Access::too_many_requests;
@@ -208,6 +222,14 @@ Result<engine::Caller> SharedEngine::admit(const http::Request& request, bool ha
   } else if (!request.body.empty()) {
     limiter_->count_body(*caller, request.body.size(), now);
   }
+  return caller;
+}
+
+/// Without the lock: rights may change meanwhile, and the principal be signed out.
+engine::Caller SharedEngine::find_caller(const http::Request& header) {
+  Search search(*this, engine_.rights_revision());
+  engine::Caller caller = callers_->of(header);
+  caller.rights_revision = search.revision;
   return caller;
 }
 
@@ -503,6 +525,8 @@ void SharedEngine::sign_out(std::string_view principal) {
   if (!is_own_process()) return;
   if (sessions_) sessions_->end_all_of(principal);
   use([&] { engine_.sign_out(principal); });
+  // Security::authenticate has called this: what it returns then counts.
+  if (Search* const search = Search::current; search && &search->server == this) search->revision = engine_.rights_revision();
   loop_.wake_io();
 }
 

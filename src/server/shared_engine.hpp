@@ -196,6 +196,7 @@ class SharedEngine final : public engine::Handler {
   std::unique_lock<EngineLock> enter(TimePoint now);
   void hand_over_postponed(TimePoint now);
   bool hand_over(Postponed::Request& waiting, TimePoint now) noexcept;
+  engine::Caller find_caller(const http::Request& header);
   engine::Outcome postpone(const http::Request& request, const Result<engine::Caller>& caller);
   template <class F>
   void end(Postponed::End what, F f) noexcept;

@@ -539,6 +539,40 @@ TEST_CASE("a query reads the properties that it needs and may see", "[engine][qu
   CHECK(hidden == 0);
 }
 
+TEST_CASE("a standing query whose first result is awaited opens nothing for who has lost the right to it", "[engine][query][security]") {
+  using security::Right;
+  auto view = std::make_shared<const security::View>(Right::read | Right::subscribe);
+  std::set<std::string> known = {"anna", "bert"};
+  const auto caller = [&](const std::string& name) {
+    engine::Caller made;
+    made.principal = std::make_shared<const security::Principal>(security::Principal{name, {}});
+    made.view = view;
+    return made;
+  };
+  engine::EngineOptions options;
+  options.authorize = [&](const http::Request& request) { return caller(std::string(request.find("Who").value_or("bert"))); };
+  options.renew = [&](const security::Principal* owner) {
+    return owner && known.count(owner->name) ? std::optional(caller(owner->name)) : std::nullopt;
+  };
+  Robot asked(std::move(options));
+  const std::string path = "/sparql?query=" + objects_of_value;
+  const auto first = asked.bench.stream(path, "Who: anna\n"), second = asked.bench.upgrade(path, "Who: anna\n"),
+             other = asked.bench.stream(path, "Who: bert\n");
+  REQUIRE((first.ticket && second.ticket && other.ticket));
+  int status = 401;
+  SECTION("it was signed out") { asked.bench.engine.sign_out("anna"); }
+  SECTION("it is no longer known") {
+    known.erase("anna");
+    asked.bench.engine.renew_rights();
+    status = 403;
+  }
+  asked.bench.run();
+  for (const auto& sent : {first, second}) CHECK(asked.bench.answer(sent).value().status == status);
+  CHECK(asked.bench.answer(other).value().status == 200);
+  CHECK(asked.bench.engine.counts().event_streams == 1);
+  CHECK(asked.bench.engine.counts().websockets == 0);
+}
+
 TEST_CASE("a standing query remains when a policy with the same rights is loaded", "[engine][query][security]") {
   using security::Right;
   std::vector<security::Rule> rules = {{"/", security::Scope::tree, {}, Right::read | Right::subscribe}};

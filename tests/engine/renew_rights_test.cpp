@@ -125,6 +125,92 @@ TEST_CASE("an owner that may no longer read keeps its subscription and gets noth
   CHECK(arm.bench.engine.counts().websockets == 2);
 }
 
+namespace {
+
+engine::EngineOptions with_callbacks() {
+  engine::EngineOptions options;
+  options.callbacks.allow = {"127.0.0.0/8"};
+  return options;
+}
+
+}  // namespace
+
+TEST_CASE("a request that waits opens no subscription after the right to it has ended", "[engine][security][R0.2]") {
+  Arm arm(with_callbacks());
+  const std::vector<Bench::Sent> waiting = {arm.bench.stream("/arm/speed", "Who: anna\n"), arm.bench.upgrade("/arm/speed", "Who: anna\n"),
+                                            arm.bench.send("GET /arm/speed\nWho: anna\nUpgrade: callback\nCallback: http://127.0.0.1:9/")};
+  const Bench::Sent other = arm.bench.stream("/arm/speed", "Who: bert\n");
+  REQUIRE(other.ticket);
+  int status = 403;
+  SECTION("its principal was signed out") {
+    arm.bench.engine.sign_out("anna");
+    status = 401;
+  }
+  SECTION("the right was withdrawn") {
+    arm.give("anna", Right::read);
+    arm.bench.engine.renew_rights();
+  }
+  SECTION("its principal no longer exists") {
+    arm.rights.erase("anna");
+    arm.bench.engine.renew_rights();
+  }
+  arm.bench.run();
+  for (const Bench::Sent& sent : waiting) {
+    REQUIRE(sent.ticket);
+    const auto answer = arm.bench.answer(sent);
+    REQUIRE(answer);
+    CHECK(answer->status == status);
+    CHECK(answer->field("WWW-Authenticate").empty() == (status == 403));
+  }
+  CHECK(arm.bench.answer(other).value().status == 200);
+  const engine::EngineCounts counts = arm.bench.engine.counts();
+  CHECK(counts.websockets + counts.callbacks == 0);
+  CHECK(counts.event_streams == 1);
+}
+
+TEST_CASE("a request that waits subscribes with the rights that its principal has then", "[engine][security][R0.2]") {
+  Arm arm;
+  const Bench::Sent waiting = arm.bench.upgrade("/arm/speed", "Who: anna\n");
+  REQUIRE(waiting.ticket);
+  arm.give("anna", Right::subscribe);
+  arm.bench.engine.renew_rights();
+  std::vector<std::string> messages;
+  for (const auto& [channel, push] : arm.bench.pushes())
+    if (push.message) messages.push_back(*push.message);
+  CHECK(arm.bench.answer(waiting).value().status == 101);
+  CHECK(messages == std::vector<std::string>{""});
+}
+
+TEST_CASE("a description whose header section came before its sender lost the right makes no callback", "[engine][security][R0.13]") {
+  Arm arm(with_callbacks());
+  const std::string text =
+      Bench::turtle_request("POST", "/arm/subscriptions",
+                            "<> a hybrit:WebCallback ; hybrit:onResource </arm/angle> ; hybrit:callbackURL \"http://127.0.0.1:9/\" .", "Who: anna\n");
+  RequestText request(text);
+  const auto verdict = arm.bench.engine.judge_header(request.get(), request.get().body.size(), arm.bench.clock.now());
+  REQUIRE_FALSE(verdict.response);
+  request.get().judged = verdict.judged;
+  int status = 403;
+  SECTION("it was signed out") {
+    arm.bench.engine.sign_out("anna");
+    status = 401;
+  }
+  SECTION("the right was withdrawn") {
+    arm.give("anna", Right::read);
+    arm.bench.engine.renew_rights();
+  }
+  SECTION("nothing was") { status = 201; }
+  SECTION("another was signed out") {
+    arm.bench.engine.sign_out("bert");
+    status = 201;
+  }
+  const Bench::Sent sent = arm.bench.sent(arm.bench.engine.handle(request.get(), arm.bench.clock.now()));
+  arm.bench.run();
+  CHECK(arm.bench.answer(sent).value().status == status);
+  CHECK(arm.bench.engine.counts().callbacks == (status == 201 ? 1 : 0));
+  if (status == 401) CHECK(arm.bench.ask(text).status == 201);  // it is let in again
+}
+
 TEST_CASE("what is queued is not sent after the right has ended", "[engine][security][R0.2]") {
   for (const bool signs_out : {false, true}) {
     CAPTURE(signs_out);

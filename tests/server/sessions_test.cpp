@@ -3,9 +3,11 @@
 
 #include <chrono>
 #include <fstream>
+#include <functional>
 #include <mutex>
 #include <optional>
 #include <string>
+#include <thread>
 #include <utility>
 
 #include <lrt/served.hpp>
@@ -347,6 +349,7 @@ struct OfOne {
       const std::string token(request.find("Authorization").value_or(""));
       const std::string name = token.substr(0, 10) == "Bearer jo-" ? "jo" : token.substr(0, 11) == "Bearer ann-" ? "ann" : "";
       if (name.empty() || refused == name) return std::nullopt;
+      if (meanwhile) meanwhile();
       security::Principal principal{name, {"operator"}};
       principal.expires = expires;
       return principal;
@@ -372,6 +375,7 @@ struct OfOne {
     return false;
   }
 
+  std::function<void()> meanwhile;  ///< called while a request is authenticated
   std::string refused;
   std::optional<std::chrono::system_clock::time_point> expires;
   Guarded g;
@@ -402,6 +406,22 @@ TEST_CASE("sign_out() ends what a principal has open, and nothing of others", "[
   CHECK(o.g.status("GET /arm/angle?ticket=" + ticket + "\nAccept: text/event-stream") == 401);
   CHECK(o.g.status("GET /arm" + of_ann) == 200);
   CHECK(o.g.status("GET /arm" + jo) == 200);
+}
+
+TEST_CASE("who is signed out while its request is authenticated opens no stream", "[server][security][R0.2]") {
+  OfOne o;
+  const auto elsewhere = [&o](const char* name) { return [&o, name] { std::thread([&o, name] { o.g.server->sign_out(name); }).join(); }; };
+  o.meanwhile = elsewhere("jo");
+  CHECK(o.g.status("GET /arm" + jo) == 200);  // what has begun goes on
+  const Served late = o.stream(jo);
+  CHECK(late.response.status == 401);
+  CHECK_FALSE(late.events);
+  o.meanwhile = elsewhere("ann");
+  CHECK(o.stream(jo).response.status == 200);
+  o.meanwhile = [&o] { o.g.server->sign_out("jo"); };  // by the function itself, which lets it in again
+  CHECK(o.stream(jo).response.status == 200);
+  o.meanwhile = nullptr;
+  CHECK(o.stream(jo).response.status == 200);
 }
 
 TEST_CASE("a principal of the user's own function ends when it says, with its streams", "[server][security][R0.2]") {

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -60,6 +61,8 @@ struct Caller {
   bool by_cookie = false;               ///< known by the cookie of a session, which browsers send automatically: only pages of this server may use it
   std::string client{};                 ///< name under which invocations and subscriptions are counted (ClientLimits); empty: they are not counted
   std::chrono::seconds retry_after{1};  ///< of a 429
+  /// Engine::rights_revision() from before it was found. The default: it was found when the engine gets it.
+  std::uint64_t rights_revision = std::numeric_limits<std::uint64_t>::max();
 };
 /// Finds the caller of a request by its header section.
 using Authentication = std::function<Caller(const http::Request&)>;
@@ -244,10 +247,14 @@ class LRT_API Engine final : public Handler {
   std::string base() const;
 
   /// Checks the rights of the owners of subscriptions again (EngineOptions::renew). A subscription without the right
-  /// ends.
+  /// ends. The same holds for requests that wait, when they would make one.
   void renew_rights();
-  /// Ends the subscriptions of a principal, also restored ones that wait for their resource.
+  /// Ends the subscriptions of a principal, also restored ones that wait for their resource. Requests that have
+  /// begun make none: 401.
   void sign_out(std::string_view principal);
+  /// A number that grows with each call of renew_rights() and sign_out().
+  /// @par Threads  Any.
+  std::uint64_t rights_revision() const noexcept;
 
   /// The written values that have a life (model::PropertyHandle::expires()). Who runs jobs also runs their lapses.
   /// @par Threads  Any.

@@ -19,6 +19,7 @@
 #include "src/engine/pending_saves.hpp"
 #include "src/engine/representations.hpp"
 #include "src/engine/resources/subscription.hpp"
+#include "src/engine/rights_changes.hpp"
 #include "src/engine/subscribers.hpp"
 
 namespace lrt::engine {
@@ -38,6 +39,7 @@ struct ReceiverParts {
   Subscribers& subscribers;
   MessageSchedule& schedule;
   const RunTime& time;       ///< of heartbeats
+  RightsChanges& rights;     ///< since requests were judged
   const std::string series;  ///< of the change numbers of this engine: another one has other numbers
 };
 
