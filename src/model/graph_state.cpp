@@ -426,7 +426,8 @@ std::optional<GraphRefusal> GraphState::write(const GraphWrite& wanted, bool wai
   while (true) {
     const Version before = newest();
     if (wanted.expected && *wanted.expected != before.revision) return GraphRefusal{GraphRefusal::Kind::changed};
-    if (!waits && rdf::SharedGraph::has_much_unused(*before.graph)) return GraphRefusal{GraphRefusal::Kind::busy};  // one that may take long writes it anew
+    if (!waits && rdf::SharedGraph::has_much_unused(*before.graph))
+      return GraphRefusal{GraphRefusal::Kind::busy};  // one that may take long writes it anew
     GraphEdit edit(*before.graph, before.bytes, iri(), options_);
     if (!waits) edit.leave_unused();
     if (!options_.file.empty()) edit.keep_changes();
@@ -489,17 +490,16 @@ std::optional<GraphRefusal> GraphState::commit_all(std::vector<Prepared> all, st
   for (const Prepared& one : all) locks.emplace_back(one.state->listener_mutex_);
   for (const Prepared& one : all) locks.emplace_back(one.state->mutex_);
   std::vector<Version> made;
-  std::size_t waiting = 0;
+  std::vector<bool> waits;
   for (const Prepared& one : all) {
     GraphState& state = *one.state;
     if (state.newest_.revision != one.write->revision) return GraphRefusal{GraphRefusal::Kind::changed};
     made.push_back({one.write->graph ? one.write->graph : state.newest_.graph, state.newest_.revision, one.write->graph ? one.write->bytes : 0});
     if (!one.write->graph) made.back().bytes = state.newest_.bytes;
-    if (!saving || !state.waits_for_disk()) continue;
-    if (!one.write->graph && state.unsaved() == 0) continue;
-    if (!state.journal_->has_room(one.write->changes.size())) return state.unsaved_refusal();
-    ++waiting;
+    waits.push_back(saving && state.waits_for_disk() && (one.write->graph || state.has_unsaved()));
+    if (waits.back() && !state.journal_->has_room(one.write->changes.size())) return state.unsaved_refusal();
   }
+  const auto waiting = static_cast<std::size_t>(std::count(waits.begin(), waits.end(), true));
   const auto shared = waiting > 0 ? std::make_shared<Saving>(waiting) : nullptr;
   // Graphs that shrink come first, so that what they free is there for those that grow.
   std::vector<std::size_t> order(all.size()), charged;
@@ -523,10 +523,9 @@ std::optional<GraphRefusal> GraphState::commit_all(std::vector<Prepared> all, st
   for (std::size_t i = 0; i < all.size(); ++i) {
     GraphState& state = *all[i].state;
     const bool has_changed = all[i].write->graph != nullptr;
-    const bool waits = shared && state.waits_for_disk() && (has_changed || state.unsaved() != 0);
-    if (!has_changed && !waits) continue;
+    if (!has_changed && !waits[i]) continue;
     if (has_changed) made[i].revision = ++state.last_revision_;
-    state.put(std::move(made[i]), all[i].write->changes, waits ? shared : nullptr, gone);
+    state.put(std::move(made[i]), all[i].write->changes, waits[i] ? shared : nullptr, gone);
   }
   locks.clear();
   if (saving) *saving = shared;
@@ -550,8 +549,7 @@ GraphRefusal GraphState::unsaved_refusal() const {
 /// @pre the caller has the Turn
 std::optional<GraphRefusal> GraphState::commit(GraphEdit& edit, const Version& before, std::shared_ptr<Saving>* saving) {
   const bool has_changed = edit.has_changed();
-  // What a client is told to be there has to be on the disk, whoever has written it.
-  if (!has_changed && (!saving || unsaved() == 0)) return std::nullopt;
+  if (!has_changed && !saving) return std::nullopt;
   const std::string changes = has_changed ? edit.take_changes() : std::string();
   Version made = before;
   if (has_changed) {
@@ -579,6 +577,8 @@ std::optional<GraphRefusal> GraphState::commit(GraphEdit& edit, const Version& b
       auto own = std::make_shared<Saving>();
       const std::lock_guard lock(mutex_);
       if (newest_.revision != before.revision) return GraphRefusal{GraphRefusal::Kind::changed};
+      // What a client is told to be there has to be on the disk, whoever has written it.
+      if (!has_changed && !has_unsaved()) return std::nullopt;
       if (!journal_->has_room(changes.size())) return unsaved_refusal();
       if (has_changed) made.revision = ++last_revision_;
       put(std::move(made), changes, own, gone);

@@ -306,6 +306,7 @@ class GraphState {
   std::optional<GraphRefusal> put_by_code(Version made, const std::string& changes, const Version& before, std::vector<Version>& gone);
   void put(Version made, const std::string& changes, std::shared_ptr<Saving> saving, std::vector<Version>& gone);
   bool waits_for_disk() const noexcept { return journal_ && options_.respond_when_saved; }
+  bool has_unsaved() const noexcept { return !pending_.empty() || unsaved() != 0; }
   GraphRefusal unsaved_refusal() const;
   Version with_changes(const Version& before, const std::vector<std::string>& changes) const;
   std::optional<GraphRefusal> judge(const rdf::Graph& graph, std::size_t bytes) const;

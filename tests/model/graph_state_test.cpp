@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "src/model/graph_state.hpp"
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <memory>
 #include <new>
+#include <optional>
 #include <random>
 #include <set>
 #include <stdexcept>
@@ -13,8 +15,11 @@
 #include <utility>
 #include <vector>
 
+#include <lrt/rdf/codec.hpp>
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/base/turns.hpp"
+#include "src/model/graph_changes.hpp"
 #include "src/rdf/difference.hpp"
 #include "src/rdf/shared_graph.hpp"
 #include "tests/support/catch.hpp"
@@ -26,15 +31,42 @@ namespace {
 
 /// Keeps changes in memory.
 struct MemoryJournal final : model::ChangeJournal {
+  struct Record {
+    std::string changes;
+    bool is_waited;
+  };
   bool has_room(std::size_t) noexcept override { return true; }
-  bool append(const std::string&, std::uint64_t number, bool) override {
+  bool append(const std::string& changes, std::uint64_t number, bool is_waited) override {
     if (!has_memory) throw std::bad_alloc();
+    const bool joins = is_waited && std::any_of(queue.begin(), queue.end(), [](const Record& r) { return r.is_waited; });
     numbers.push_back(number);
-    return false;
+    queue.push_back({changes, is_waited});
+    return joins;
   }
-  void drop_waited() noexcept override {}
+  void drop_waited() noexcept override { drop(queue); }
+  static void drop(std::vector<Record>& records) {
+    records.erase(std::remove_if(records.begin(), records.end(), [](const Record& r) { return r.is_waited; }), records.end());
+  }
+  /// The disk begins to write what is queued.
+  void begin_to_write() {
+    in_flight = std::exchange(queue, {});
+    last = numbers.empty() ? 0 : numbers.back();
+  }
+  void write(GraphState& state) {
+    disk.insert(disk.end(), in_flight.begin(), in_flight.end());
+    in_flight.clear();
+    state.saved(last);
+  }
+  void refuse(GraphState& state) {
+    drop(in_flight);
+    in_flight.insert(in_flight.end(), queue.begin(), queue.end());
+    queue = std::exchange(in_flight, {});
+    state.take_back(*this, model::SaveOutcome::refused);
+  }
   bool has_memory = true;
   std::vector<std::uint64_t> numbers;
+  std::vector<Record> queue, in_flight, disk;
+  std::uint64_t last = 0;
 };
 
 }  // namespace
@@ -219,4 +251,97 @@ TEST_CASE("readers of a large graph of a World keep their version while it is wr
   done = true;
   for (std::thread& reader : readers) reader.join();
   CHECK(faults == 0);
+}
+
+namespace {
+
+/// A graph with a file, whose disk is a MemoryJournal.
+struct OnDisk {
+  explicit OnDisk(GraphOptions options = {}) {
+    options.file = "not opened";
+    state = GraphState::create("/world/map", std::move(options), "http://lrt.invalid/shapes", nullptr).value();
+    first = state->version().graph;
+    state->open();
+    state->set_journal(&journal);
+  }
+  ~OnDisk() { state->set_journal(nullptr); }
+  OnDisk(const OnDisk&) = delete;
+  OnDisk& operator=(const OnDisk&) = delete;
+  /// What a restart would restore.
+  rdf::Graph restored() const {
+    model::GraphEdit edit(*first, 0, state->iri(), state->options());
+    for (const auto& record : journal.disk) model::replay_changes(record.changes, edit).value();
+    return edit.take();
+  }
+  void write_all() {
+    journal.begin_to_write();
+    journal.write(*state);
+  }
+  void refuse_all() {
+    journal.begin_to_write();
+    journal.refuse(*state);
+  }
+  std::multiset<std::string> shown() const { return lines_of(*state->version().graph); }
+  MemoryJournal journal;
+  std::shared_ptr<GraphState> state;
+  std::shared_ptr<const rdf::Graph> first;
+};
+
+rdf::Graph turtle(const std::string& text) {
+  rdf::ReadOptions options;
+  options.base = "http://lrt.invalid/world/map";
+  return rdf::read(text, rdf::Syntax::turtle, options).value();
+}
+
+model::GraphWrite write_of(model::GraphWrite::Kind kind, const std::string& text) {
+  model::GraphWrite write;
+  write.kind = kind;
+  write.graph = turtle(text);
+  return write;
+}
+
+/// A client's write, and what it was told.
+struct Client {
+  Client(GraphState& state, const model::GraphWrite& write) {
+    refused = state.write(write, true, &saving);
+    if (saving) saving->then([this](model::SaveOutcome o) { outcome = o; });
+  }
+  Client(const Client&) = delete;
+  Client& operator=(const Client&) = delete;
+  std::shared_ptr<model::Saving> saving;
+  std::optional<model::GraphRefusal> refused;
+  std::optional<model::SaveOutcome> outcome;
+};
+
+constexpr auto merges = model::GraphWrite::Kind::merge;
+
+}  // namespace
+
+TEST_CASE("a client that asks for what another one waits for waits, too, and is refused with it", "[model][world]") {
+  OnDisk map, other;
+  const auto write = write_of(merges, "<#cup> <http://e/p> 1 .");
+  Client first(*map.state, write);
+  map.state->set_unsaved(0);  // as a journal does before it takes back what the disk has refused
+  Client second(*map.state, write);
+  const auto prepared = std::get<model::PreparedWrite>(map.state->prepare(write));
+  const auto elsewhere = std::get<model::PreparedWrite>(other.state->prepare(write));
+  CHECK(!prepared.graph);
+  std::shared_ptr<model::Saving> both;
+  std::optional<model::SaveOutcome> outcome;
+  CHECK_FALSE(GraphState::commit_all({{map.state.get(), &prepared}, {other.state.get(), &elsewhere}}, &both));
+  REQUIRE(both);
+  both->then([&](model::SaveOutcome o) { outcome = o; });
+  REQUIRE(second.saving);
+  map.refuse_all();
+  other.write_all();
+  CHECK(first.outcome == model::SaveOutcome::refused);
+  CHECK(second.outcome == model::SaveOutcome::refused);
+  CHECK(outcome == model::SaveOutcome::refused);
+  CHECK(map.shown().empty());
+  Client third(*map.state, write);
+  map.write_all();
+  CHECK(third.outcome == model::SaveOutcome::saved);
+  Client fourth(*map.state, write);
+  CHECK(!fourth.refused);
+  CHECK(!fourth.saving);  // it is on the disk
 }
