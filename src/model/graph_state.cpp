@@ -481,6 +481,7 @@ std::variant<PreparedWrite, GraphRefusal> GraphState::prepare(const GraphWrite& 
 std::optional<GraphRefusal> GraphState::commit_all(std::vector<Prepared> all, std::shared_ptr<Saving>* saving) {
   // All take their locks in one order.
   std::sort(all.begin(), all.end(), [](const Prepared& a, const Prepared& b) { return std::less<>()(a.state, b.state); });
+  const Turns::Held held;  // in whatever order those of the Turns end
   std::list<Turn> turns;
   for (const Prepared& one : all)
     if (!turns.emplace_back(*one.state, Turn::Wait::no)) return GraphRefusal{GraphRefusal::Kind::busy};

@@ -345,3 +345,21 @@ TEST_CASE("a client that asks for what another one waits for waits, too, and is 
   CHECK(!fourth.refused);
   CHECK(!fourth.saving);  // it is on the disk
 }
+
+TEST_CASE("a write of several graphs gives work its turns back", "[model][world]") {
+  struct Work final : Turns {
+    Duration rest() noexcept override { return {}; }
+    void leave() noexcept override {}
+    void come_back() noexcept override {}
+  } work;
+  OnDisk map, other, third;
+  const auto write = write_of(merges, "<#cup> <http://e/p> 1 .");
+  std::vector<model::PreparedWrite> made;
+  for (OnDisk* one : {&map, &other, &third}) made.push_back(std::get<model::PreparedWrite>(one->state->prepare(write)));
+  Turns* const before = Turns::set_current(&work);
+  std::shared_ptr<model::Saving> saving;
+  const auto refused = GraphState::commit_all({{map.state.get(), &made[0]}, {other.state.get(), &made[1]}, {third.state.get(), &made[2]}}, &saving);
+  Turns* const after = Turns::set_current(before);
+  CHECK(!refused);
+  CHECK(after == &work);
+}
