@@ -211,7 +211,8 @@ class LRT_API WorldGraph {
   /// @par Errors  expected_iri, expected_rdf: a change; limit_exceeded: GraphOptions::max_triples, max_bytes;
   ///              expected_value: the graph would not conform to its shapes, with the report as text; failed: `change`
   ///              threw; refused: called within the `change` of an update, of this graph or another one, or before
-  ///              Server::add() if the graph has a file. After an error nothing has changed.
+  ///              Server::add() if the graph has a file. After an error nothing has changed. While clients wait for the
+  ///              disk, the limits and shapes hold for the graph with their changes and for the one without them.
   /// @par Time     Proportional to the change, with 0.1 ms for a graph of a million triples; plus the validation, which is
   ///               proportional to the graph if it has shapes. Of each eighth of a large graph that was removed, one update
   ///               writes the rest anew: 5 us for each triple that was removed since.

@@ -5,7 +5,6 @@
 #include <exception>
 #include <functional>
 #include <iterator>
-#include <list>
 #include <utility>
 
 #include <lrt/base/iri.hpp>
@@ -49,6 +48,32 @@ std::size_t text_bytes(const rdf::Graph& graph, const rdf::Triple& t) {
     bytes += term.text.size() + term.datatype.size() + term.language.size();
   }
   return bytes;
+}
+
+/// Marks the triples about a node, those that refer to it, and those about blank nodes that only these refer to.
+/// @param is_marked  at this place
+template <class IsMarked, class Mark>
+void mark_node(const rdf::Graph& graph, const rdf::TermView& subject, IsMarked is_marked, Mark mark) {
+  const auto first = graph.find(subject);
+  if (!first) return;
+  const auto referring = graph.match(std::nullopt, std::nullopt, *first);
+  for (auto at = referring.begin(); at != referring.end(); ++at)
+    if (!is_marked(at.place())) mark(at.place());
+  std::vector<rdf::TermId> open = {*first};
+  while (!open.empty()) {
+    const rdf::TermId node = open.back();
+    open.pop_back();
+    const auto about = graph.match(node, std::nullopt, std::nullopt);
+    for (auto at = about.begin(); at != about.end(); ++at) {
+      if (is_marked(at.place())) continue;
+      mark(at.place());
+      if (!graph.term(at->object).is_blank()) continue;
+      const auto leading = graph.match(std::nullopt, std::nullopt, at->object);
+      auto other = leading.begin();
+      while (other != leading.end() && is_marked(other.place())) ++other;
+      if (other == leading.end()) open.push_back(at->object);
+    }
+  }
 }
 
 /// Places of triples are below.
@@ -138,8 +163,8 @@ void GraphEdit::add(rdf::TermId subject, rdf::TermId predicate, rdf::TermId obje
   }
   const auto found = graph_.match(subject, predicate, object);
   const std::uint32_t at = found.begin().place();
+  if (is_removed(at) || !repeated_on_.empty()) keep(true, {subject, predicate, object});
   if (!is_removed(at)) return;
-  keep(true, {subject, predicate, object});
   removed_[at] = false;
   --removed_count_;
   if (at < first_new_) --removed_before_;
@@ -164,7 +189,7 @@ void GraphEdit::merge(const rdf::Graph& other) {
     std::optional<rdf::TermId>& same = known[static_cast<std::size_t>(id)];
     if (!same) {
       const rdf::TermView term = other.term(id);
-      same = term.is_blank() ? graph_.fresh_blank() : interned(term);
+      same = term.is_blank() ? fresh_blank() : interned(term);
     }
     return *same;
   };
@@ -175,6 +200,20 @@ void GraphEdit::merge(const rdf::Graph& other) {
     if (error_) return;
     add(s, p, o);
   }
+}
+
+rdf::TermId GraphEdit::fresh_blank() {
+  while (true) {
+    const rdf::TermId id = graph_.fresh_blank();
+    const auto has = [&](const std::shared_ptr<const rdf::Graph>& graph) { return graph->find(graph_.term(id)).has_value(); };
+    if (std::none_of(repeated_on_.begin(), repeated_on_.end(), has)) return id;
+  }
+}
+
+/// Keeps the removal of a triple that another graph has. One that this graph has, too, is kept by mark().
+void GraphEdit::keep_removed(const rdf::Graph& graph, const rdf::Triple& t) {
+  const rdf::TermView s = graph.term(t.subject), p = graph.term(t.predicate), o = graph.term(t.object);
+  if (!graph_.contains(s, p, o)) changes_->remove(s, p, o);
 }
 
 void GraphEdit::keep(bool added, const rdf::Triple& triple) {
@@ -208,28 +247,22 @@ void GraphEdit::remove(const rdf::TermView* subject, const rdf::TermView* predic
   }
   const auto found = graph_.match(wanted[0], wanted[1], wanted[2]);
   for (auto at = found.begin(); at != found.end(); ++at) mark(at.place());
+  for (const auto& graph : repeated_on_)
+    for (const rdf::Triple& t : graph->match(wanted[0], wanted[1], wanted[2])) keep_removed(*graph, t);
 }
 
 void GraphEdit::remove_node(const rdf::TermView& subject) {
   if (error_) return;
-  const auto first = graph_.find(subject);
-  if (!first) return;
-  const auto referring = graph_.match(std::nullopt, std::nullopt, *first);
-  for (auto at = referring.begin(); at != referring.end(); ++at) mark(at.place());
-  std::vector<rdf::TermId> open = {*first};
-  while (!open.empty()) {
-    const rdf::TermId node = open.back();
-    open.pop_back();
-    const auto about = graph_.match(node, std::nullopt, std::nullopt);
-    for (auto at = about.begin(); at != about.end(); ++at) {
-      if (is_removed(at.place())) continue;
-      mark(at.place());
-      if (!graph_.term(at->object).is_blank()) continue;
-      const auto leading = graph_.match(std::nullopt, std::nullopt, at->object);
-      auto other = leading.begin();
-      while (other != leading.end() && is_removed(other.place())) ++other;
-      if (other == leading.end()) open.push_back(at->object);
-    }
+  mark_node(
+      graph_, subject, [this](std::uint32_t at) { return is_removed(at); }, [this](std::uint32_t at) { mark(at); });
+  for (const auto& graph : repeated_on_) {
+    std::vector<bool> marked(place_limit(*graph));
+    mark_node(
+        *graph, subject, [&](std::uint32_t at) { return marked[at]; },
+        [&](std::uint32_t at) {
+          marked[at] = true;
+          keep_removed(*graph, graph->at(at));
+        });
   }
 }
 
@@ -381,6 +414,16 @@ GraphState::Version GraphState::newest() const {
   return newest_;
 }
 
+/// @param others  gets the graphs that are, or may come to be, shown before it
+GraphState::Version GraphState::newest(GraphEdit::Graphs& others) const {
+  const std::lock_guard lock(mutex_);
+  if (pending_.empty()) return newest_;
+  others.push_back(current_.graph);
+  for (auto p = pending_.begin(); p != std::prev(pending_.end()); ++p)
+    if (p->version.graph) others.push_back(p->version.graph);
+  return newest_;
+}
+
 /// Two threads that update two graphs within each other, in opposite orders, would wait for each other.
 Result<void> GraphState::update(FunctionRef<void(GraphEdit&)> change) {
   if (is_updating)
@@ -393,9 +436,10 @@ Result<void> GraphState::update(FunctionRef<void(GraphEdit&)> change) {
 Result<void> GraphState::make(FunctionRef<void(GraphEdit&)> change) {
   const Turn turn(*this, Turn::Wait::always);
   try {
-    const Version before = newest();
+    GraphEdit::Graphs others;
+    const Version before = newest(others);
     GraphEdit edit(*before.graph, before.bytes, iri(), options_);
-    if (is_open_ && !options_.file.empty()) edit.keep_changes();
+    if (is_open_ && !options_.file.empty()) edit.keep_changes(std::move(others));
     change(edit);
     if (edit.error()) return Unexpected{*edit.error()};
     const std::optional<GraphRefusal> refused = commit(edit, before, nullptr);
@@ -424,13 +468,13 @@ std::optional<GraphRefusal> GraphState::write(const GraphWrite& wanted, bool wai
   const Turn turn(*this, waits ? Turn::Wait::until_stopped : Turn::Wait::no);
   if (!turn) return GraphRefusal{waits ? GraphRefusal::Kind::stopped : GraphRefusal::Kind::busy};
   while (true) {
-    const Version before = newest();
+    GraphEdit::Graphs others;
+    const Version before = saving ? newest() : newest(others);
     if (wanted.expected && *wanted.expected != before.revision) return GraphRefusal{GraphRefusal::Kind::changed};
-    if (!waits && rdf::SharedGraph::has_much_unused(*before.graph))
-      return GraphRefusal{GraphRefusal::Kind::busy};  // one that may take long writes it anew
+    if (!waits && rdf::SharedGraph::has_much_unused(*before.graph)) return GraphRefusal{GraphRefusal::Kind::busy};  // one that may take long writes it anew
     GraphEdit edit(*before.graph, before.bytes, iri(), options_);
     if (!waits) edit.leave_unused();
-    if (!options_.file.empty()) edit.keep_changes();
+    if (!options_.file.empty()) edit.keep_changes(std::move(others));
     if (auto refused = change(edit, wanted)) return refused;
     auto refused = commit(edit, before, saving);
     if (!refused || refused->kind != GraphRefusal::Kind::changed) return refused;
@@ -497,7 +541,9 @@ std::optional<GraphRefusal> GraphState::commit_all(std::vector<Prepared> all, st
     if (state.newest_.revision != one.write->revision) return GraphRefusal{GraphRefusal::Kind::changed};
     made.push_back({one.write->graph ? one.write->graph : state.newest_.graph, state.newest_.revision, one.write->graph ? one.write->bytes : 0});
     if (!one.write->graph) made.back().bytes = state.newest_.bytes;
-    waits.push_back(saving && state.waits_for_disk() && (one.write->graph || state.has_unsaved()));
+    const bool may_wait = saving && state.waits_for_disk();
+    if (!may_wait && !state.pending_.empty()) return GraphRefusal{GraphRefusal::Kind::busy};  // it has to be made on all versions: put_by_code()
+    waits.push_back(may_wait && (one.write->graph || state.has_unsaved()));
     if (waits.back() && !state.journal_->has_room(one.write->changes.size())) return state.unsaved_refusal();
   }
   const auto waiting = static_cast<std::size_t>(std::count(waits.begin(), waits.end(), true));
@@ -596,109 +642,97 @@ std::optional<GraphRefusal> GraphState::commit(GraphEdit& edit, const Version& b
 }
 
 /// Not only by code: also by a client that does not wait for the disk.
+/// @param gone  gets the versions before
 std::optional<GraphRefusal> GraphState::put_by_code(Version made, const std::string& changes, const Version& before, std::vector<Version>& gone) {
-  const std::lock_guard showing(show_mutex_);  // pending_ loses nothing now
+  const std::lock_guard showing(show_mutex_);  // no version comes or goes now
   std::unique_lock lock(mutex_);
-  if (newest_.revision != before.revision) {
-    const Version newest = newest_;
-    lock.unlock();
-    made = with_changes(newest, {changes});
-    if (auto refused = judge(*made.graph, made.bytes)) return refused;
-    lock.lock();
+  const Version newest = newest_;
+  if (!pending_.empty()) gone.push_back(current_);
+  for (const Pending& p : pending_)
+    if (p.version.graph && &p != &pending_.back()) gone.push_back(p.version);
+  lock.unlock();
+  const auto make_again = [&](Version& version) {
+    version = with_changes(version, changes);
+    return judge(*version.graph, version.bytes);
+  };
+  if (newest.revision != before.revision) {
+    made = newest;
+    if (auto refused = make_again(made)) return refused;
   }
-  if (!journal_) pending_.clear();  // nobody saves them any more
+  for (Version& version : gone)
+    if (auto refused = make_again(version)) return refused;
+  gone.reserve(gone.size() + 2);
+  lock.lock();
   if (pending_.empty()) {
     made.revision = ++last_revision_;
     put(std::move(made), changes, nullptr, gone);
     return std::nullopt;
   }
-  const Version shown_before = current_;
-  lock.unlock();
-  Version shown = with_changes(shown_before, {changes});
-  lock.lock();
+  if (journal_) {
+    journal_->append(changes, last_number_ + 1, false);
+    ++last_number_;
+  }
+  auto other = gone.begin();
+  const auto put_other = [&](Version& to) {
+    other->revision = ++last_revision_;
+    std::swap(to, *other++);
+  };
+  put_other(current_);
+  for (Pending& p : pending_)
+    if (p.version.graph && &p != &pending_.back()) put_other(p.version);
   made.revision = ++last_revision_;
-  put(std::move(made), changes, nullptr, gone);
-  shown.revision = ++last_revision_;
-  std::swap(current_, shown);
-  gone.push_back(std::move(shown));
+  std::swap(newest_, made);
+  pending_.back().version = newest_;
+  gone.push_back(std::move(made));
   return std::nullopt;
 }
 
-/// @pre mutex_ is held, `made` was made from newest_, and `gone` has room
+/// @pre mutex_ is held, `made` was made from newest_, `gone` has room, and nothing is pending if nobody waits
 void GraphState::put(Version made, const std::string& changes, std::shared_ptr<Saving> saving, std::vector<Version>& gone) {
   const bool is_waited = saving != nullptr;
-  const bool is_pending = is_waited || !pending_.empty();
-  if (is_pending) {
-    Pending next{last_number_ + 1, made, is_waited, is_waited ? std::string() : changes, {}};
-    if (saving) next.savings.push_back(std::move(saving));
-    pending_.push_back(std::move(next));
-  }
+  if (is_waited) pending_.push_back({last_number_ + 1, made, std::move(saving)});
   if (journal_) {
     try {
       const bool joins = journal_->append(changes, last_number_ + 1, is_waited);
-      if (joins && pending_.size() > 1) gone.push_back({std::exchange(pending_[pending_.size() - 2].version.graph, nullptr), 0});
+      if (joins && pending_.size() > 1) gone.push_back({std::exchange(std::prev(pending_.end(), 2)->version.graph, nullptr), 0});
     } catch (...) {
-      if (is_pending) pending_.pop_back();
+      if (is_waited) pending_.pop_back();
       throw;
     }
     ++last_number_;
   }
   std::swap(newest_, made);
   gone.push_back(std::move(made));
-  if (!is_pending) current_ = newest_;
+  if (!is_waited) current_ = newest_;
 }
 
 /// With a new revision to come.
-GraphState::Version GraphState::with_changes(const Version& before, const std::vector<std::string>& changes) const {
+GraphState::Version GraphState::with_changes(const Version& before, const std::string& changes) const {
   GraphEdit edit(*before.graph, before.bytes, iri(), options_);
-  for (const std::string& one : changes)
-    if (Result<void> made = replay_changes(one, edit); !made) throw BadResult(std::move(made).error());
+  if (Result<void> made = replay_changes(changes, edit); !made) throw BadResult(std::move(made).error());
   Version result = before;
   result.graph = std::make_shared<const rdf::Graph>(edit.take());
   result.bytes = edit.bytes();
   return result;
 }
 
-void GraphState::saved(std::uint64_t number) {
-  std::vector<Pending> over;  // are destroyed without the locks
+void GraphState::saved(std::uint64_t number) noexcept {
+  std::list<Pending> over;  // are destroyed without the locks
   Version gone;
   {
     const std::lock_guard showing(show_mutex_);
-    std::unique_lock lock(mutex_);
-    if (pending_.empty() || pending_.front().number > number) return;
+    const std::lock_guard lock(mutex_);
     const auto first_left = std::find_if(pending_.begin(), pending_.end(), [&](const Pending& p) { return p.number > number; });
-    std::move(pending_.begin(), first_left, std::back_inserter(over));
-    pending_.erase(pending_.begin(), first_left);
-    Version shown = over.back().version;
-    if (std::none_of(pending_.begin(), pending_.end(), [](const Pending& p) { return p.is_waited; })) {
-      std::move(pending_.begin(), pending_.end(), std::back_inserter(over));
-      pending_.clear();
-      if (newest_.revision < current_.revision) newest_.revision = ++last_revision_;
-      shown = newest_;
-    } else {
-      std::vector<std::string> by_code;
-      for (const Pending& p : pending_)
-        if (!p.is_waited) by_code.push_back(p.changes);
-      lock.unlock();
-      try {
-        if (!by_code.empty()) shown = with_changes(shown, by_code);
-      } catch (...) {  // no memory: it is shown with the next that is saved
-        shown.graph = nullptr;
-      }
-      lock.lock();
-      if (!shown.graph) shown = current_;
-      else if (!by_code.empty() || shown.revision < current_.revision) shown.revision = ++last_revision_;
-      for (; !pending_.front().is_waited; pending_.pop_front()) over.push_back(std::move(pending_.front()));
-    }
-    gone = std::exchange(current_, std::move(shown));
+    if (first_left == pending_.begin()) return;
+    over.splice(over.end(), pending_, pending_.begin(), first_left);
+    gone = std::exchange(current_, over.back().version);
   }
   notify();
-  for (const Pending& p : over)
-    for (const auto& saving : p.savings) saving->settle(SaveOutcome::saved);
+  for (const Pending& p : over) p.saving->settle(SaveOutcome::saved);
 }
 
 void GraphState::take_back(ChangeJournal& journal, SaveOutcome outcome) noexcept {
-  std::deque<Pending> over;
+  std::list<Pending> over;
   Version gone;
   {
     const std::lock_guard showing(show_mutex_);
@@ -707,8 +741,7 @@ void GraphState::take_back(ChangeJournal& journal, SaveOutcome outcome) noexcept
     over.swap(pending_);
     gone = std::exchange(newest_, current_);
   }
-  for (const Pending& p : over)
-    for (const auto& saving : p.savings) saving->settle(outcome);
+  for (const Pending& p : over) p.saving->settle(outcome);
 }
 
 void Saving::settle(SaveOutcome outcome) noexcept {

@@ -6,8 +6,8 @@
 #include <condition_variable>
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <functional>
+#include <list>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -40,8 +40,13 @@ class GraphEdit {
   GraphEdit(const rdf::Graph& before, std::size_t bytes, std::string base, const GraphOptions& limits);
   /// take() leaves what is not used any more where it is.
   void leave_unused() noexcept { compacts_ = false; }
+  using Graphs = std::vector<std::shared_ptr<const rdf::Graph>>;
   /// From now on the changes are also kept as text: take_changes().
-  void keep_changes() { changes_.emplace(); }
+  /// @param repeated_on  other graphs on which they will be repeated. Then what has no effect here is kept, too, and new blank nodes are new there
+  void keep_changes(Graphs repeated_on = {}) {
+    changes_.emplace();
+    repeated_on_ = std::move(repeated_on);
+  }
   /// The changes since keep_changes(), as they can be repeated on another graph.
   std::string take_changes() { return changes_ ? changes_->take() : std::string(); }
 
@@ -60,8 +65,10 @@ class GraphEdit {
   /// Of graph(): the bytes of its IRIs and literals, written in full at each occurrence.
   std::size_t bytes() const noexcept { return bytes_; }
   std::size_t size() const noexcept { return graph_.size() - removed_count_; }
-  /// The triples differ from those at the beginning.
-  bool has_changed() const noexcept { return size() != before_ || removed_before_ != 0 || lost_ != 0; }
+  /// The triples differ from those at the beginning, or may do so on the other graphs of keep_changes().
+  bool has_changed() const noexcept {
+    return size() != before_ || removed_before_ != 0 || lost_ != 0 || (!repeated_on_.empty() && !changes_->text().empty());
+  }
 
   /// An IRI that may be relative to the graph. Sets the error if it is invalid.
   std::string resolved(std::string_view iri);
@@ -76,6 +83,8 @@ class GraphEdit {
   void mark(std::uint32_t at);
   void add(rdf::TermId subject, rdf::TermId predicate, rdf::TermId object);
   rdf::TermId interned(const rdf::TermView& term);
+  rdf::TermId fresh_blank();
+  void keep_removed(const rdf::Graph& graph, const rdf::Triple& triple);
   void remove_removed();
   void share();
   void keep(bool added, const rdf::Triple& triple);
@@ -94,6 +103,7 @@ class GraphEdit {
   std::size_t lost_ = 0;            ///< those that are not in graph_ any more
   bool compacts_ = true;
   std::optional<GraphChanges> changes_;
+  Graphs repeated_on_;
   std::optional<Error> error_;
 };
 
@@ -168,7 +178,7 @@ class ChangeJournal {
   /// @param changes    as GraphChanges
   /// @param number     larger than that of the change before
   /// @param is_waited  a client waits for it: drop_waited() drops it
-  /// @return  others wait before it, and will be saved together with it
+  /// @return  another one that a client waits for is queued before it, and will be saved together with it
   virtual bool append(const std::string& changes, std::uint64_t number, bool is_waited) = 0;
   /// Changes that clients wait for and that are queued are not written any more.
   virtual void drop_waited() noexcept = 0;
@@ -203,8 +213,8 @@ class GraphBudget {
 /// A graph with its shapes and limits. The user's handles and the engine share it.
 ///
 /// A graph with a file has two versions while clients wait for the disk: the newest one, on which all writes work, and the one that is shown, without
-/// the changes of these clients. When the disk has them, the newest one is shown; when it refuses them, they are taken back. Changes by code are shown
-/// at once and stay, also on top of changes that are taken back.
+/// the changes of these clients. When the disk has them, the newest one is shown; when it refuses them, they are taken back. A change by code is made on
+/// each version that may come to be shown, and on the one that is: it is there at once and stays, whatever becomes of the others.
 ///
 /// @par Threads  Any. Writers are serialised; readers never wait for writers.
 class GraphState {
@@ -278,7 +288,7 @@ class GraphState {
   /// Gets each change from now on, in order; nullptr: none. Afterwards the journal before it is not called any more.
   void set_journal(ChangeJournal* journal);
   /// Called by the journal: the changes up to that number are on the disk, and so are all before. Those of clients are shown.
-  void saved(std::uint64_t number);
+  void saved(std::uint64_t number) noexcept;
   /// Called by the journal: the disk has refused changes. Those of clients are taken back, all that are not shown yet.
   void take_back(ChangeJournal& journal, SaveOutcome outcome) noexcept;
   /// Called by the journal: how many changes are not on the disk.
@@ -291,14 +301,13 @@ class GraphState {
   class Turn;
   Result<void> make(FunctionRef<void(GraphEdit&)> change);
   std::optional<GraphRefusal> change(GraphEdit& edit, const GraphWrite& wanted) const;
-  /// A change that is not shown yet, or that stands behind one.
+  /// A change that a client waits for, and that is not shown yet.
   struct Pending {
     std::uint64_t number;
-    Version version;        ///< the newest one with it; without its graph if a later change is saved together with this one
-    bool is_waited;         ///< by clients
-    std::string changes{};  ///< else: to be made on top of what is shown
-    std::vector<std::shared_ptr<Saving>> savings{};
+    Version version;  ///< what is shown when it is saved; without its graph if a later change is saved together with this one
+    std::shared_ptr<Saving> saving;
   };
+  Version newest(GraphEdit::Graphs& others) const;
   /// @param before  what the change was made of
   /// @param saving  nullptr: by code
   /// @return  GraphRefusal::Kind::changed: `before` was taken back meanwhile, and a client's change has to be made anew
@@ -308,7 +317,7 @@ class GraphState {
   bool waits_for_disk() const noexcept { return journal_ && options_.respond_when_saved; }
   bool has_unsaved() const noexcept { return !pending_.empty() || unsaved() != 0; }
   GraphRefusal unsaved_refusal() const;
-  Version with_changes(const Version& before, const std::vector<std::string>& changes) const;
+  Version with_changes(const Version& before, const std::string& changes) const;
   std::optional<GraphRefusal> judge(const rdf::Graph& graph, std::size_t bytes) const;
   void merge(GraphEdit& edit, const rdf::Graph& graph) const;
   void notify() noexcept;
@@ -326,14 +335,14 @@ class GraphState {
   mutable std::mutex mutex_;                                  // guards the rest, for moments
   Version current_{std::make_shared<const rdf::Graph>(), 1};  // shown
   Version newest_{current_};                                  // the same, unless pending_ has changes of clients
-  std::deque<Pending> pending_;                               // begins with a change that a client waits for; all changes since
+  std::list<Pending> pending_;                                // ends with the version newest_
   std::uint64_t last_revision_ = 1, last_number_ = 0;         // given to a version; to a change
   std::vector<PublishedSpec> published_;
   std::vector<std::string> reports_;
   std::mutex listener_mutex_;  // guards them, and is held while they run
   std::function<void()> listener_;
   ChangeJournal* journal_ = nullptr;
-  std::mutex show_mutex_;  // held while what is shown is made of changes by code; before mutex_
+  std::mutex show_mutex_;  // held while a change by code is made on all versions; before mutex_
   std::atomic<std::size_t> unsaved_{0};
 };
 

@@ -263,7 +263,7 @@ class Journal::Writer final : public model::ChangeJournal, public std::enable_sh
 
   bool append(const std::string& changes, std::uint64_t number, bool is_waited) override {
     const std::lock_guard lock(mutex_);
-    const bool joins = !queue_.empty();
+    const bool joins = is_waited && std::any_of(queue_.rbegin(), queue_.rend(), [](const Record& r) { return r.is_waited; });
     const bool is_first = !waits_for_retry();
     if (!is_waited && (is_whole_due_ || changes.size() > max_bytes() || queued_bytes_ > max_bytes() - changes.size())) {
       write_whole();
@@ -283,8 +283,7 @@ class Journal::Writer final : public model::ChangeJournal, public std::enable_sh
   void drop_waited() noexcept override {
     const std::lock_guard lock(mutex_);
     queue_.erase(std::remove_if(queue_.begin(), queue_.end(), [](const Record& r) { return r.is_waited; }), queue_.end());
-    queued_bytes_ = 0;
-    for (const Record& r : queue_) queued_bytes_ += r.changes.size();
+    count_bytes();
     count();
   }
 
@@ -333,6 +332,10 @@ class Journal::Writer final : public model::ChangeJournal, public std::enable_sh
     return thread_.joinable();
   }
   void count() noexcept { state_->set_unsaved(queue_.size() + in_flight_ + left_out_); }
+  void count_bytes() noexcept {
+    queued_bytes_ = 0;
+    for (const Record& r : queue_) queued_bytes_ += r.changes.size();
+  }
   /// What code has changed stands in the graph that will be written.
   void write_whole() noexcept {
     is_whole_due_ = true;
@@ -400,9 +403,7 @@ class Journal::Writer final : public model::ChangeJournal, public std::enable_sh
       else failure = begins_anew_ || is_whole || !file_.file ? begin_anew(batch) : append_to_file(batch);
     } catch (...) { failure = FileFailure{"writing", ENOMEM}; }
     if (!failure) {
-      try {
-        state_->saved(last);
-      } catch (...) {}  // no memory: it is shown with the next
+      state_->saved(last);
       if (std::exchange(is_logged_, false)) log("the file is written again", LogLevel::info);
     } else {
       complain(*failure, batch.size());
@@ -435,8 +436,7 @@ class Journal::Writer final : public model::ChangeJournal, public std::enable_sh
       std::move(queue_.begin(), queue_.end(), std::back_inserter(batch));
       queue_.swap(batch);
     } catch (...) { is_whole_due_ = true; }
-    queued_bytes_ = 0;
-    for (const Record& r : queue_) queued_bytes_ += r.changes.size();
+    count_bytes();
     if (is_whole_due_ || queued_bytes_ > max_bytes()) write_whole();
   }
 

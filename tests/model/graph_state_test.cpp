@@ -300,6 +300,15 @@ model::GraphWrite write_of(model::GraphWrite::Kind kind, const std::string& text
   return write;
 }
 
+model::GraphWrite deletion_of(const std::string& text) {
+  model::GraphWrite write;
+  write.kind = model::GraphWrite::Kind::edit;
+  write.updates.emplace_back();
+  write.updates.back().kind = rdf::DataUpdate::Kind::remove;
+  write.updates.back().graph = turtle(text);
+  return write;
+}
+
 /// A client's write, and what it was told.
 struct Client {
   Client(GraphState& state, const model::GraphWrite& write) {
@@ -313,7 +322,13 @@ struct Client {
   std::optional<model::SaveOutcome> outcome;
 };
 
-constexpr auto merges = model::GraphWrite::Kind::merge;
+constexpr auto merges = model::GraphWrite::Kind::merge, replaces = model::GraphWrite::Kind::replace;
+
+void set(model::GraphEdit& edit, const char* value) {
+  const rdf::TermView s = rdf::iri("#cup"), p = rdf::iri("http://e/p");
+  edit.remove(&s, &p, nullptr);
+  edit.add(s, p, rdf::literal(value));
+}
 
 }  // namespace
 
@@ -344,6 +359,163 @@ TEST_CASE("a client that asks for what another one waits for waits, too, and is 
   Client fourth(*map.state, write);
   CHECK(!fourth.refused);
   CHECK(!fourth.saving);  // it is on the disk
+}
+
+TEST_CASE("what code asks for while clients wait holds also if the disk refuses them", "[model][world]") {
+  GraphOptions options;
+  options.turtle = "<#cup> <http://e/p> \"open\" ; <http://e/at> [ <http://e/x> 1 ] .";
+  struct Case {
+    model::GraphWrite write;
+    std::function<void(model::GraphEdit&)> update;
+    std::string refused, saved;  // of them
+  };
+  const std::string at = "<#cup> <http://e/at> [ <http://e/x> 1 ] .";
+  const std::vector<Case> cases = {
+      {write_of(replaces, "<#cup> <http://e/p> \"closed\" ."), [](model::GraphEdit& e) { set(e, "ajar"); }, "<#cup> <http://e/p> \"ajar\" . " + at,
+       "<#cup> <http://e/p> \"ajar\" ."},
+      {write_of(merges, "<#cup> <http://e/p> \"mine\" ."), [](model::GraphEdit& e) { e.add_turtle("<#cup> <http://e/p> \"mine\" ."); },
+       "<#cup> <http://e/p> \"open\", \"mine\" . " + at, "<#cup> <http://e/p> \"open\", \"mine\" . " + at},
+      {deletion_of("<#cup> <http://e/p> \"open\" ."),
+       [](model::GraphEdit& e) {
+         const rdf::TermView o = rdf::literal("open");
+         e.remove(nullptr, nullptr, &o);
+       },
+       at, at},
+      {write_of(replaces, ""), [](model::GraphEdit& e) { e.clear(); }, "", ""},
+      {write_of(replaces, "<#cup> <http://e/at> [ <http://e/x> 2 ] ."),
+       [](model::GraphEdit& e) { e.remove_node(rdf::iri("http://lrt.invalid/world/map#cup")); }, "", ""},
+      {write_of(replaces, "<#box> <http://e/p> 1 ."), [](model::GraphEdit& e) { e.add_turtle("[] <http://e/new> 1 ."); },
+       "<#cup> <http://e/p> \"open\" . " + at + " [] <http://e/new> 1 .", "<#box> <http://e/p> 1 . [] <http://e/new> 1 ."},
+  };
+  for (std::size_t i = 0; i < cases.size(); ++i)
+    for (const bool is_saved : {false, true}) {
+      CAPTURE(i, is_saved);
+      OnDisk map(options);
+      Client client(*map.state, cases[i].write);
+      REQUIRE(client.saving);
+      const std::uint64_t before = map.state->version().revision;
+      map.state->update([&](model::GraphEdit& edit) { cases[i].update(edit); }).value();
+      CHECK(rdf::isomorphic(*map.state->version().graph, turtle(cases[i].refused)));  // at once
+      CHECK(map.state->version().bytes == bytes_of(*map.state->version().graph));
+      CHECK(map.state->version().revision > before);
+      if (!is_saved) map.refuse_all();
+      map.write_all();
+      CHECK(client.outcome == (is_saved ? model::SaveOutcome::saved : model::SaveOutcome::refused));
+      CHECK(rdf::isomorphic(*map.state->version().graph, turtle(is_saved ? cases[i].saved : cases[i].refused)));
+      CHECK(map.state->newest().graph == map.state->version().graph);
+      CHECK(map.state->newest().revision == map.state->version().revision);
+      CHECK(lines_of(map.restored()) == map.shown());
+    }
+}
+
+TEST_CASE("clients, code and the disk in any order: what is shown is what is acknowledged and what code asked for", "[model][world]") {
+  std::mt19937 random(7);
+  const auto some = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
+  using Set = std::set<std::string>;
+  for (int round = 0; round < 200; ++round) {
+    CAPTURE(round);
+    OnDisk map;
+    struct Change {
+      std::function<void(Set&)> made;
+      std::unique_ptr<Client> client;  // nullptr: by code
+    };
+    std::vector<Change> changes;
+    bool is_writing = false;
+    const auto settle = [&] {
+      if (some(3) == 0) map.journal.refuse(*map.state);
+      else map.journal.write(*map.state);
+      is_writing = false;
+    };
+    const auto name = [](int s, int o) {
+      return "<http://lrt.invalid/world/map#s" + std::to_string(s) + "> <http://e/p> \"" + std::to_string(o) + "\"";
+    };
+    for (int step = 0; step < 30; ++step) {
+      const int s = some(3), o = some(3);
+      const std::string subject = "#s" + std::to_string(s), value = std::to_string(o), triple = name(s, o),
+                        prefix = triple.substr(0, triple.find('"'));
+      const rdf::TermView sv = rdf::iri(subject), pv = rdf::iri("http://e/p"), ov = rdf::literal(value);
+      const auto forget = [prefix](Set& set) {
+        for (auto at = set.begin(); at != set.end();) at = at->compare(0, prefix.size(), prefix) == 0 ? set.erase(at) : std::next(at);
+      };
+      const auto by_client = [&](const model::GraphWrite& write, std::function<void(Set&)> made) {
+        auto client = std::make_unique<Client>(*map.state, write);
+        REQUIRE(!client->refused);
+        if (client->saving) changes.push_back({std::move(made), std::move(client)});
+      };
+      const auto by_code = [&](FunctionRef<void(model::GraphEdit&)> change, std::function<void(Set&)> made) {
+        map.state->update(change).value();
+        changes.push_back({std::move(made), nullptr});
+      };
+      switch (some(10)) {
+        case 0: by_client(write_of(merges, triple + " ."), [triple](Set& set) { set.insert(triple); }); break;
+        case 1: by_client(deletion_of(triple + " ."), [triple](Set& set) { set.erase(triple); }); break;
+        case 2: by_client(write_of(replaces, triple + " ."), [triple](Set& set) { set = {triple}; }); break;
+        case 3: by_code([&](model::GraphEdit& e) { e.add(sv, pv, ov); }, [triple](Set& set) { set.insert(triple); }); break;
+        case 4:
+          by_code(
+              [&](model::GraphEdit& e) {
+                e.remove(&sv, &pv, nullptr);
+                if (o == 0) (void)e.graph();
+                e.add(sv, pv, ov);
+              },
+              [triple, forget](Set& set) {
+                forget(set);
+                set.insert(triple);
+              });
+          break;
+        case 5: by_code([&](model::GraphEdit& e) { e.remove(&sv, nullptr, nullptr); }, forget); break;
+        case 6:
+          if (o == 0) by_code([&](model::GraphEdit& e) { e.clear(); }, [](Set& set) { set.clear(); });
+          break;
+        default:
+          if (is_writing) {
+            settle();
+          } else {
+            map.journal.begin_to_write();
+            is_writing = true;
+          }
+      }
+      Set wanted;
+      for (const Change& c : changes)
+        if (!c.client || c.client->outcome == model::SaveOutcome::saved) c.made(wanted);
+      const auto shown = map.shown();
+      REQUIRE(Set(shown.begin(), shown.end()) == wanted);
+    }
+    if (is_writing) settle();
+    map.write_all();
+    REQUIRE(map.state->newest().graph == map.state->version().graph);
+    REQUIRE(lines_of(map.restored()) == map.shown());
+    for (const Change& c : changes) REQUIRE((!c.client || c.client->outcome));
+  }
+}
+
+TEST_CASE("an update that would be too much if clients are taken back is refused", "[model][world]") {
+  GraphOptions options;
+  options.max_triples = 10;
+  options.turtle = "<#cup> <http://e/p> 1, 2, 3, 4, 5, 6, 7, 8, 9, 10 .";
+  OnDisk map(options);
+  const auto adds = [&](int from, int to) { return map.state->update([&](model::GraphEdit& edit) { add_objects(edit, from, to); }); };
+  {
+    Client client(*map.state, write_of(replaces, ""));
+    CHECK(adds(0, 5).error().code == Errc::limit_exceeded);
+    CHECK(map.state->newest().graph->empty());
+    map.refuse_all();
+    CHECK(map.shown().size() == 10);
+  }
+  map.state->update([](model::GraphEdit& edit) { edit.clear(); }).value();
+  map.write_all();
+  // One is on its way to the disk, and only the next one makes room.
+  Client first(*map.state, write_of(merges, options.turtle));
+  map.journal.begin_to_write();
+  Client second(*map.state, write_of(replaces, ""));
+  CHECK(adds(0, 5).error().code == Errc::limit_exceeded);
+  map.journal.write(*map.state);
+  CHECK(map.shown().size() == 10);
+  map.write_all();
+  CHECK(second.outcome == model::SaveOutcome::saved);
+  CHECK(adds(0, 5));
+  map.write_all();
+  CHECK(lines_of(map.restored()) == map.shown());
 }
 
 TEST_CASE("a write of several graphs gives work its turns back", "[model][world]") {
