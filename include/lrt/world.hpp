@@ -58,8 +58,8 @@ struct GraphOptions {
   /// what was not written yet.
   bool respond_when_saved = true;
   std::chrono::milliseconds save_timeout{10'000};  ///< how long a request waits for the disk; then 503, and the change may still come
-  /// Of changes that wait for the disk. A client's write beyond it is refused (503). Beyond it, changes by update() are
-  /// written as one: the whole graph.
+  /// Of changes that wait for the disk, each with 512 bytes more. A client's write beyond it is refused (503). Beyond it,
+  /// changes by update() are written as one: the whole graph.
   std::size_t max_unsaved_bytes = 64 * 1024 * 1024;
 };
 

@@ -28,6 +28,8 @@ using Failure = std::optional<FileFailure>;
 using Instant = std::chrono::steady_clock::time_point;
 
 constexpr std::chrono::seconds journal_retry_pause{1}, log_pause{60}, journal_last_time{5};
+/// About what a change that waits takes in memory, besides its text.
+constexpr std::size_t record_overhead = 512;
 constexpr std::size_t part_size = std::size_t{64} * 1024, buffer_size = std::size_t{256} * 1024;
 /// A new file is given its name when this much or less is missing in it.
 constexpr std::uint64_t short_rest = std::uint64_t{64} * 1024;
@@ -266,11 +268,11 @@ class Journal::Writer final : public model::ChangeJournal, public std::enable_sh
     const bool joins = is_waited && std::any_of(queue_.rbegin(), queue_.rend(), [](const Record& r) { return r.is_waited; });
     const bool is_first = !waits_for_retry();
     if (!is_waited && (is_whole_due_ || changes.size() > max_bytes() || queued_bytes_ > max_bytes() - changes.size())) {
-      write_whole();
+      if (!is_whole_due_) write_whole();
       ++left_out_;
     } else {
       queue_.push_back({changes, is_waited});
-      queued_bytes_ += changes.size();
+      queued_bytes_ += changes.size() + record_overhead;
     }
     last_number_ = number;
     if (is_waited || is_first || !has_failed_) must_write_ = true;
@@ -334,7 +336,7 @@ class Journal::Writer final : public model::ChangeJournal, public std::enable_sh
   void count() noexcept { state_->set_unsaved(queue_.size() + in_flight_ + left_out_); }
   void count_bytes() noexcept {
     queued_bytes_ = 0;
-    for (const Record& r : queue_) queued_bytes_ += r.changes.size();
+    for (const Record& r : queue_) queued_bytes_ += r.changes.size() + record_overhead;
   }
   /// What code has changed stands in the graph that will be written.
   void write_whole() noexcept {
@@ -386,8 +388,8 @@ class Journal::Writer final : public model::ChangeJournal, public std::enable_sh
     std::vector<Record> batch;
     batch.swap(queue_);
     queued_bytes_ = 0;
-    in_flight_ = batch.size();
     const bool is_whole = std::exchange(is_whole_due_, false);
+    in_flight_ = is_whole ? 0 : batch.size();  // else those of code are left out, and the others refused
     if (is_whole) left_out_ += static_cast<std::size_t>(std::count_if(batch.begin(), batch.end(), [](const Record& r) { return !r.is_waited; }));
     const std::size_t left_out = left_out_;
     const std::uint64_t last = last_number_;

@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <list>
 #include <mutex>
 #include <set>
 #include <stdexcept>
@@ -380,6 +381,34 @@ TEST_CASE("if more bytes wait than are allowed, clients are refused, and what co
   const Kept again(folder / "map");
   CHECK(again.triples() == all);
   CHECK(again.triples().size() == 20);
+}
+
+TEST_CASE("writes without changes, too, count among what waits for a disk that hangs", "[server][world][saves]") {
+  const Folder folder;
+  GraphOptions options;
+  options.max_unsaved_bytes = 4000;
+  std::list<Client> clients;
+  Kept kept(folder / "map", options);
+  {
+    const FullDisk full(0);
+    const std::lock_guard hangs(kept.mutex);  // the thread of the journal waits for its log
+    kept.add("a", 1);
+    const auto is_refused = [&] { return !clients.empty() && clients.back().refused; };
+    for (int i = 0; i < 100 && !is_refused(); ++i) clients.emplace_back(*kept.state, "<http://lrt.invalid/world/map#a> <http://e.org/p> \"1\" .");
+    REQUIRE(is_refused());
+    CHECK(clients.back().refused->kind == model::GraphRefusal::Kind::unsaved);
+    clients.pop_back();
+    CHECK(clients.size() > 1);
+    // Of what code changes there is the graph, and no list.
+    for (int i = 0; i < 100; ++i) kept.add("b", i);
+    CHECK(kept.triples().size() == 101);
+  }
+  for (Client& client : clients) (void)client.wait();
+  kept.save();
+  const Triples all = kept.triples();
+  kept.journal.reset();
+  CHECK(Kept(folder / "map").triples() == all);
+  CHECK(all.size() == 101);
 }
 
 TEST_CASE("clients and code write a graph whose disk refuses now and then: what is acknowledged is there", "[server][world][saves][threads]") {
