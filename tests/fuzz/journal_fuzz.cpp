@@ -38,12 +38,13 @@ std::string read(std::string_view bytes) {
 }
 
 void replay(std::string_view text) {
-  model::GraphEdit edit(rdf::Graph(), "http://e.org/g");
+  const GraphOptions limits;
+  model::GraphEdit edit(rdf::Graph(), 0, "http://e.org/g", limits);
   edit.keep_changes();
   (void)model::replay_changes(text, edit);
   if (edit.error()) return;
   const std::string changes = edit.take_changes();
-  model::GraphEdit second(rdf::Graph(), "http://e.org/g");
+  model::GraphEdit second(rdf::Graph(), 0, "http://e.org/g", limits);
   if (!model::replay_changes(changes, second)) std::abort();
   const rdf::Graph one = edit.take(), two = second.take();
   if (one.size() != two.size()) std::abort();
