@@ -391,7 +391,8 @@ void Queries::begin(std::shared_ptr<Evaluation> evaluation) {
                      Evaluation& e = *running->evaluation;
                      if (!*e.cancelled)
                        running->answer = guarded<std::shared_ptr<const QueryAnswer>>([&] {
-                         Result<std::shared_ptr<const QueryAnswer>> answer = service->evaluate(*e.query, *e.snapshot->data, *e.cancelled, now, e.max_rows);
+                         Result<std::shared_ptr<const QueryAnswer>> answer =
+                             service->evaluate(*e.query, *e.snapshot->data, *e.cancelled, now, e.max_rows);
                          if (answer) e.write(*answer);
                          return answer;
                        });

@@ -579,7 +579,8 @@ class Journal::Writer final : public model::ChangeJournal, public std::enable_sh
         const std::lock_guard lock(mutex_);
         waiting += queue_.size() + left_out_;
       }
-      log(std::to_string(waiting) + (waiting == 1 ? " change is not saved: " : " changes are not saved: ") + file_error(failure, path_).error.message);
+      log(std::to_string(waiting) + (waiting == 1 ? " change is not saved: " : " changes are not saved: ") +
+          file_error(failure, path_).error.message);
       is_logged_ = true;
       logged_at_ = now;
     } catch (...) {}

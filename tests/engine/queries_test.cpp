@@ -667,9 +667,10 @@ TEST_CASE("a query waits for no published value that its sender may not see", "[
     snapshots.for_each_property(*snapshots.of(0, audience, {}), counted);
     return count;
   };
-  const auto policy = security::Policy::create({{"/", security::Scope::tree, {}, security::Right::read},
-                                                {"/world/map/cup", security::Scope::tree, {security::Who::Kind::role, "chief"}, security::Right::read}})
-                          .value();
+  const auto policy =
+      security::Policy::create({{"/", security::Scope::tree, {}, security::Right::read},
+                                {"/world/map/cup", security::Scope::tree, {security::Who::Kind::role, "chief"}, security::Right::read}})
+          .value();
   CHECK(properties_of({}) == 1);
   CHECK(properties_of({policy->view(nullptr), nullptr}) == 0);
 }

@@ -21,8 +21,8 @@ struct AuditFileOptions {
     interval,   ///< at the latest `sync_interval` after they were written
     never,      ///< when the system decides
   };
-  Sync sync = Sync::interval;                      ///< when lines are on the disk
-  std::chrono::milliseconds sync_interval{1'000};  ///< of Sync::interval; 10 ms to 1 h
+  Sync sync = Sync::interval;                     ///< when lines are on the disk
+  std::chrono::milliseconds sync_interval{1000};  ///< of Sync::interval; 10 ms to 1 h
   /// A file that would become larger is renamed to `path.1`, that to `path.2` and so on, and a new file begins; 0, or
   /// 64 KiB to 1 TiB; 0: no limit. Other programs may rename the file, too: see AuditFile::reopen().
   std::uint64_t max_bytes = 0;
@@ -47,10 +47,8 @@ struct AuditFileCounters {
 /// - Each line is appended whole, at the end of the file. What a crash or a full disk left of a line is ended, so that the
 ///   next line begins clean: it becomes the text of a line with the event "torn".
 /// - If the disk refuses a line, the line waits, and is tried again once a second. While it waits, further lines wait
-///   in memory, up to Audit::max_waiting_bytes. Lines beyond that are lost, and as soon as the file can be written it says so:
-///
-///       {"time":"...","event":"lost","count":7,"from":"...","to":"...","reason":"writing \"audit.jsonl\": No space left on device"}
-///
+///   in memory, up to Audit::max_waiting_bytes. Lines beyond that are lost, and as soon as the file can be written a line with
+///   the event "lost" says how many, from when to when, and why.
 /// - Before it writes, it looks whether the path still names its file. If the file was renamed or removed, or its
 ///   directory was, it makes a new file, and the directories for it.
 /// - Several processes may append to one file: lines do not mix, and one of them renames a file that is full.

@@ -375,7 +375,8 @@ std::string WorldGraphResource::published_digits(const Audience& audience) const
   const std::string base(placeholder_base);
   UserWords words;
   describe_published({all, base, 1, *view_, audience, &words});
-  const rdf::Graph part = visible_part(all, [&](std::string_view iri) { return audience.sees_iri(iri, base, view_->registry); }, words);
+  const rdf::Graph part = visible_part(
+      all, [&](std::string_view iri) { return audience.sees_iri(iri, base, view_->registry); }, words);
   if (part.empty()) return {};
   const Result<std::string> text = rdf::write(part, rdf::Syntax::n_triples, {});
   return std::to_string(rdf::hash_bytes(text ? std::string_view(*text) : std::string_view(), 1));

@@ -69,7 +69,9 @@ class WorldGraphResource final : public ValueResource, public OwnRepresentation 
   std::size_t stored_bytes() const noexcept { return version_.bytes; }
 
   using ValueResource::change_number;
-  std::uint64_t change_number(const Audience& audience) const override { return audience.hides_something() ? numbers_.of(audience) : change_number(); }
+  std::uint64_t change_number(const Audience& audience) const override {
+    return audience.hides_something() ? numbers_.of(audience) : change_number();
+  }
   /// Applies the changes of other threads.
   void take_changes(Parts& parts);
   /// The body of a request that wanted to create this graph, which another request has created meanwhile.
