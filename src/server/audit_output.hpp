@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/engine/engine.hpp>
 #include <lrt/security/audit_file.hpp>
@@ -60,7 +61,7 @@ struct security::AuditFile::Place {
   SharedEngine& server;
   std::unique_ptr<Output> output_to(AuditFile& file) const;
 };
-class security::AuditFile::Output : public AuditOutput {};
+class LRT_LOCAL security::AuditFile::Output : public AuditOutput {};
 inline std::unique_ptr<security::AuditFile::Output> security::AuditFile::Place::output_to(AuditFile& file) const { return file.make_output(*this); }
 
 }  // namespace lrt
