@@ -92,7 +92,7 @@ constexpr Extension for_queries;
 QueryService::QueryService() noexcept : extension_(for_queries) {}
 
 /// The properties that a query needs and whose value may have to be read or taken over first.
-class Queries::ReadSet final : public ValueResource {
+class ReadSet final : public ValueResource {
  public:
   explicit ReadSet(std::vector<PropertyResource*> properties) : ValueResource({}, nullptr), properties_(std::move(properties)) {}
   void describe(const Description&) const override {}
@@ -111,7 +111,7 @@ class Queries::ReadSet final : public ValueResource {
 };
 
 /// Values of lambdas are read again above an age. Files are described without being read.
-Queries::ReadSet Queries::read_set(const QueryDependencies& needs, const std::vector<std::uint32_t>& predicates, const Snapshot& snapshot) const {
+ReadSet Queries::read_set(const QueryDependencies& needs, const std::vector<std::uint32_t>& predicates, const Snapshot& snapshot) const {
   std::vector<PropertyResource*> properties;
   const Utc oldest = clock_.now().utc - service_.limits().max_age;
   if (!needs.everything && needs.predicates.empty()) return ReadSet(std::move(properties));

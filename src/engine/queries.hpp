@@ -32,6 +32,8 @@
 
 namespace lrt::engine {
 
+class ReadSet;
+
 /// Queries of clients, evaluated once or standing. The engine reads the request, updates the values and the graphs, and queues a job that
 /// evaluates the query without the engine's lock.
 ///
@@ -89,7 +91,6 @@ class Queries {
     UniqueFunction<void(std::shared_ptr<const QueryAnswer>)> write{};  ///< run by the job, without the engine's lock
     UniqueFunction<void(Result<std::shared_ptr<const QueryAnswer>>, TimePoint)> done{};
   };
-  class ReadSet;
 
   std::variant<Asked, http::Response> asked_in(const Context& context, std::string_view form, bool is_body) const;
   std::variant<std::shared_ptr<const PreparedQuery>, http::Response> parse(const Context& context, const Asked& asked) const;

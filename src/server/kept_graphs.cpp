@@ -11,6 +11,7 @@
 
 #include "src/model/graph_changes.hpp"
 #include "src/rdf/turtle_parser.hpp"
+#include "src/server/journal.hpp"
 #include "src/server/journal_format.hpp"
 #include "src/server/saved_file.hpp"
 #include "src/server/shared_engine.hpp"
@@ -83,12 +84,20 @@ Result<FoundJournal> restore(model::GraphState& state, const LogCallback& log) {
   return found;
 }
 
-}  // namespace
+class GraphWithFile final : public KeptGraph {
+ public:
+  GraphWithFile(const std::shared_ptr<model::GraphState>& state, FoundJournal found, Journal::Options options)
+      : KeptGraph(state), journal_(std::make_unique<Journal>(state, std::move(found), std::move(options))) {}
+  ~GraphWithFile() override {
+    stop();
+    journal_.reset();  // writes what waits
+  }
 
-KeptGraph::~KeptGraph() {
-  stop();
-  journal_.reset();  // writes what waits
-}
+ private:
+  std::unique_ptr<Journal> journal_;
+};
+
+}  // namespace
 
 Result<std::vector<std::unique_ptr<KeptGraph>>> KeptGraph::open(const model::WorldSpec& world, const LogCallback& log, const ThreadOptions& threads) {
   std::vector<std::unique_ptr<KeptGraph>> opened;
@@ -100,14 +109,12 @@ Result<std::vector<std::unique_ptr<KeptGraph>>> KeptGraph::open(const model::Wor
     }
     Result<SavedFile::Claim> claim = SavedFile::prepare(path, journal::mark);
     if (!claim) return named(*state, std::move(claim).error());
-    auto kept = std::make_unique<KeptGraph>(state);
     Result<FoundJournal> found = restore(*state, log);
     if (!found) return named(*state, std::move(found).error());
     Journal::Options journal_options{log, threads};
     journal_options.claim = *std::move(claim);
-    kept->journal_ = std::make_unique<Journal>(state, *std::move(found), std::move(journal_options));
+    opened.push_back(std::make_unique<GraphWithFile>(state, *std::move(found), std::move(journal_options)));
     state->open();
-    opened.push_back(std::move(kept));
   }
   return opened;
 }

@@ -12,12 +12,12 @@
 #include <lrt/base/thread_options.hpp>
 
 #include "src/model/graph_state.hpp"
-#include "src/server/journal.hpp"
 #include "src/server/service.hpp"
 
 namespace lrt {
 
-/// A graph of a World that code has made, with its file if it has one (GraphOptions::file), from opening it until the World is removed.
+/// A graph of a World that code has made, from opening it until the World is removed. One with a file (GraphOptions::file) is a class of its own, which a
+/// linker leaves out of a robot without Worlds.
 class KeptGraph {
  public:
   /// The graphs of a World. Restores those that have a file. Their changes are saved from here on, for as long as the result lives.
@@ -26,7 +26,7 @@ class KeptGraph {
   static Result<std::vector<std::unique_ptr<KeptGraph>>> open(const model::WorldSpec& world, const LogCallback& log, const ThreadOptions& threads);
 
   explicit KeptGraph(std::shared_ptr<model::GraphState> state) : state_(std::move(state)) {}
-  ~KeptGraph();
+  virtual ~KeptGraph() { stop(); }
   KeptGraph(const KeptGraph&) = delete;
   KeptGraph& operator=(const KeptGraph&) = delete;
   const model::GraphState& state() const noexcept { return *state_; }
@@ -34,7 +34,6 @@ class KeptGraph {
 
  private:
   const std::shared_ptr<model::GraphState> state_;
-  std::unique_ptr<Journal> journal_;
 };
 
 /// The graphs of Worlds that code has made, while the server has them.
