@@ -506,7 +506,8 @@ TEST_CASE("with respond_when_saved only what was acknowledged waits for the file
 
 TEST_CASE("with respond_when_saved the response is 503 if the line cannot be saved", "[server][security]") {
   const Folder folder;
-  Audited g([&](Options& options) { options.security.audit.file = audit_file(folder / "audit", waits).value(); });
+  const auto file = audit_file(folder / "audit", waits).value();
+  Audited g([&](Options& options) { options.security.audit.file = file; });
   {
     const SmallDisk disk(10);
     std::atomic<bool> over{false};
@@ -515,6 +516,7 @@ TEST_CASE("with respond_when_saved the response is 503 if the line cannot be sav
       over = true;
       return response;
     });
+    wait_until([&] { return file->counters().errors > 0; });  // it was carried out, and its line waits
     wait_until([&] {
       g.clock.advance(100ms);  // nobody polls
       return over.load();

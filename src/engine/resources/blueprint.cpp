@@ -85,7 +85,8 @@ Graph seen_shapes(const ThingNode& thing, const Audience& audience) {
 }
 
 bool BlueprintResource::shows_fragment(std::string_view fragment, const Audience& audience) const {
-  const rdf::TermView shape = rdf::iri(std::string(placeholder_base) + path + "#" + std::string(fragment));
+  const std::string iri = std::string(placeholder_base) + path + "#" + std::string(fragment);
+  const rdf::TermView shape = rdf::iri(iri);
   return shows_shape(*thing, fragment, audience) && (!thing->user_shapes().find(shape) || seen_shapes(*thing, audience).find(shape));
 }
 
