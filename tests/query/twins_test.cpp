@@ -2,6 +2,7 @@
 // Queries and standing queries of a reader do not tell a robot with hidden things from its twin without them.
 #include <lrt/query.hpp>
 
+#include <algorithm>
 #include <chrono>
 #include <map>
 #include <random>
@@ -50,6 +51,18 @@ const std::vector<Case>& cases() {
   return all;
 }
 
+/// An event without its numbers: how many results came between two messages depends on when the query was evaluated (0076).
+std::string without_numbers(const std::string& event) {
+  std::string plain;
+  for (std::size_t at = 0; at < event.size();) {
+    const std::size_t end = std::min(event.find('\n', at), event.size() - 1) + 1;
+    const std::string line = event.substr(at, end - at);
+    if (line.rfind("sequence:", 0) != 0 && line.rfind("left-out:", 0) != 0) plain += line;
+    at = end;
+  }
+  return plain;
+}
+
 std::string target(const Case& one) { return "/sparql?query=" + encoded(one.query) + (one.changes ? "&changes=true" : ""); }
 
 }  // namespace
@@ -81,8 +94,8 @@ TEST_CASE("queries and standing queries of a reader are those of a robot without
     for (const auto& [name, channel] : robot.channels) {
       CAPTURE(name);
       std::string all_got, all_expected;
-      for (const std::string& text : got[name]) all_got += of_robot[name](text);
-      for (const std::string& text : expected[name]) all_expected += of_twin[name](text);
+      for (const std::string& text : got[name]) all_got += of_robot[name](without_numbers(text));
+      for (const std::string& text : expected[name]) all_expected += of_twin[name](without_numbers(text));
       CHECK(difference(all_got, all_expected) == "");
       messages += expected[name].size();
     }
