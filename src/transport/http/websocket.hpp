@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <exception>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -57,7 +58,11 @@ class WebSocket final : public Client {
   struct Timer final : Deadlines::Entry {
     Timer(WebSocket& owner, void (WebSocket::*step)(TimePoint)) : owner_(owner), step_(step) {}
     void expire(TimePoint now) override {
-      owner_.call([&] { (owner_.*step_)(now); });
+      try {
+        (owner_.*step_)(now);
+      } catch (const std::exception& e) { owner_.failed(e.what()); } catch (...) {
+        owner_.failed("an exception that is not a std::exception");
+      }
     }
 
    private:
