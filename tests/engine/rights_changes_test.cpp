@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <string>
 
+#include "tests/support/bench.hpp"
 #include "tests/support/catch.hpp"
 
 using namespace lrt::engine;
@@ -34,4 +35,14 @@ TEST_CASE("when too many were signed out, nobody who was is forgotten", "[engine
   CHECK(rights.was_signed_out("user 0", 1));
   CHECK_FALSE(rights.was_signed_out("anna", now));
   CHECK_FALSE(rights.was_signed_out("bert", now));
+}
+
+TEST_CASE("an engine counts the changes of rights", "[engine][security]") {
+  lrt::test::Bench bench;
+  const std::uint64_t first = bench.engine.rights_revision();
+  bench.engine.sign_out("anna");
+  const std::uint64_t second = bench.engine.rights_revision();
+  CHECK(second != first);
+  bench.engine.renew_rights();
+  CHECK(bench.engine.rights_revision() != second);
 }
