@@ -63,6 +63,7 @@ class Endless {
     return job(std::move(client), 1, [this, &time] {
       ++begun;
       while (!over) {
+        while (stands && !over) std::this_thread::yield();
         work_for(1);
         ++time;
       }
@@ -70,6 +71,7 @@ class Endless {
     });
   }
   std::atomic<bool> over{false};
+  std::atomic<bool> stands{false};  ///< meanwhile no time passes
   std::atomic<int> begun{0}, ended{0};
 };
 
@@ -113,6 +115,25 @@ TEST_CASE("clients get the same time, however many jobs they have, and one runs 
   CHECK(std::abs(a - b) < 40);
   CHECK(c < a);  // it has no credit for the time before it came, ...
   CHECK(a - c > 100);
+}
+
+TEST_CASE("who has used the threads alone does not wait longer for that", "[server][threads][fair]") {
+  Endless endless;
+  std::atomic<std::int64_t> before{0}, of_b{0};
+  WorkPool pool("test-work", 1, {}, &own_clock);
+  put(pool, endless.of("a", before));
+  REQUIRE(becomes_true([&] { return before > 2'000; }));
+  std::atomic<std::int64_t> at_begin{0};
+  endless.stands = true;                                      // or a would work on while b comes, and b has that much to catch up
+  put(pool, job("b", 0, [&] { at_begin = before.load(); }));  // a is paused
+  for (int i = 0; i < 4; ++i) put(pool, endless.of("b", of_b));
+  endless.stands = false;
+  REQUIRE(becomes_true([&] { return of_b > 200; }));
+  endless.over = true;
+  REQUIRE(becomes_true([&] { return endless.ended == 5; }));
+  const std::int64_t a = before - at_begin, b = of_b;
+  CAPTURE(a, b);
+  CHECK(std::abs(a - b) < 40);
 }
 
 TEST_CASE("of one client the smallest job comes first", "[server][threads]") {
