@@ -47,17 +47,7 @@ bool fails_now() noexcept {
 
 }  // namespace
 
-[[gnu::noinline]] void* operator new(std::size_t size) {
-  void* const p = fails_now() ? nullptr : std::malloc(size ? size : 1);
-  if (!p) throw std::bad_alloc();
-  return p;
-}
-[[gnu::noinline]] void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
-  return fails_now() ? nullptr : std::malloc(size ? size : 1);
-}
-[[gnu::noinline]] void operator delete(void* p) noexcept { std::free(p); }
-[[gnu::noinline]] void operator delete(void* p, std::size_t) noexcept { std::free(p); }
-[[gnu::noinline]] void operator delete(void* p, const std::nothrow_t&) noexcept { std::free(p); }
+#include "tests/attack/failing_new.hpp"  // calls fails_now()
 
 using namespace lrt;
 using namespace lrt::test;
