@@ -356,7 +356,7 @@ http::Response Queries::response_to(Context& context, const PreparedQuery& query
 // ----------------------------------------------------------------------------------------------------------- evaluation
 
 /// Whatever happens, done() is called once.
-void Queries::start(std::shared_ptr<Evaluation> evaluation) noexcept {
+void Queries::start(const std::shared_ptr<Evaluation>& evaluation) noexcept {
   try {
     return snapshot_for(evaluation);
   } catch (...) {}

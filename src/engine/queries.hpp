@@ -95,7 +95,7 @@ class Queries {
   std::variant<Asked, http::Response> asked_in(const Context& context, std::string_view form, bool is_body) const;
   std::variant<std::shared_ptr<const PreparedQuery>, http::Response> parse(const Context& context, const Asked& asked) const;
   Outcome ask(Context& context, const Asked& asked);
-  void start(std::shared_ptr<Evaluation> evaluation) noexcept;
+  void start(const std::shared_ptr<Evaluation>& evaluation) noexcept;
   void snapshot_for(std::shared_ptr<Evaluation> evaluation);
   void begin(std::shared_ptr<Evaluation> evaluation);
   http::Response response_to(Context& context, const PreparedQuery& query, std::size_t type, Result<std::string> text) const;

@@ -537,9 +537,9 @@ class FileOutput final : public security::AuditFile::Output, public AuditHold {
 
   bool keep(std::uint64_t line, engine::Reply& reply) override {
     if (line == 0 || server_.is_stopping()) return make_unsaved(reply.response), false;
-    const engine::Ticket ticket = reply.ticket;
-    held_.emplace(line, Held{std::move(reply), server_.clock().now().steady + server_.options().limits.host_timeout});
-    reply.ticket = ticket;
+    engine::Reply rest;
+    rest.ticket = reply.ticket;
+    held_.emplace(line, Held{std::exchange(reply, std::move(rest)), server_.clock().now().steady + server_.options().limits.host_timeout});
     if (held_.size() > 1) return true;
     set_deadline();
     server_.loop().wake_io();

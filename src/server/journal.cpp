@@ -316,6 +316,8 @@ class Journal::Writer final : public model::ChangeJournal, public std::enable_sh
     bool is_waited;
   };
   struct Compaction {
+    Compaction(const std::string& path, std::atomic<std::uint64_t>& progress, std::uint64_t old_size, std::uint64_t old_number)
+        : fresh(path, progress), copied(old_size), number(old_number) {}
     NewJournal fresh;
     std::uint64_t copied, number;  // of the old file
     Failure failure{};
@@ -510,7 +512,7 @@ class Journal::Writer final : public model::ChangeJournal, public std::enable_sh
     if (behind < std::max({compact_beyond_, file_.content_size, next_compaction_})) return;
     try {
       // What is shown has all changes up to here, and maybe later ones of code, which have no effect if they are made once more.
-      compaction_.reset(new Compaction{NewJournal(path_, progress_), file_.size, file_.number});
+      compaction_ = std::make_unique<Compaction>(path_, progress_, file_.size, file_.number);
       auto started = start_thread("lrt-compact", threads_, [this, graph = state_->version().graph] {
         Failure failure;
         try {

@@ -372,7 +372,7 @@ void SharedEngine::hand_over_postponed(TimePoint now) {
   postponed_.hand_over(postponed_at_once, [&](Postponed::Request& waiting) { return hand_over(waiting, now); });
 }
 
-void SharedEngine::report_ends(std::vector<Postponed::End> ends) noexcept {
+void SharedEngine::report_ends(const std::vector<Postponed::End>& ends) noexcept {
   using Kind = Postponed::End::Kind;
   for (const Postponed::End& end : ends) {
     if (end.kind == Kind::closed) close(engine::Channel{end.number});

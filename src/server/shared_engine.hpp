@@ -200,7 +200,7 @@ class SharedEngine final : public engine::Handler {
   engine::Outcome postpone(const http::Request& request, const Result<engine::Caller>& caller);
   template <class F>
   void end(Postponed::End what, F f) noexcept;
-  void report_ends(std::vector<Postponed::End> ends) noexcept;
+  void report_ends(const std::vector<Postponed::End>& ends) noexcept;
   void take_pushes_for(std::chrono::microseconds time, std::vector<engine::PushRequest>& requests, std::vector<engine::Push>& pushes, TimePoint now);
   void abandon_in_engine(engine::Ticket ticket) noexcept;
   template <class F>

@@ -77,7 +77,7 @@ std::string unrepeated(const rdf::Dataset& dataset) {
 /// Responds when the disk has a change.
 /// @param time    how long the request waits
 /// @param graphs  whose files get a part of the change
-Outcome respond_when_saved(const Context& context, Parts& parts, std::shared_ptr<model::Saving> saving, std::chrono::milliseconds time,
+Outcome respond_when_saved(const Context& context, Parts& parts, const std::shared_ptr<model::Saving>& saving, std::chrono::milliseconds time,
                            std::size_t graphs, http::Response response) {
   if (!saving) return response;
   const auto unavailable = [&parts](const Context& c, const std::string& why) {
@@ -180,7 +180,7 @@ Outcome WorldGraphResource::execute(Context& context, Parts& parts, GraphTask ta
 }
 
 Outcome WorldGraphResource::changed(const Context& context, Parts& parts, Body& accepted) const {
-  return respond_when_saved(context, parts, std::move(accepted.saving), graph_state->options().save_timeout, 1, parts.responses.no_content(context));
+  return respond_when_saved(context, parts, accepted.saving, graph_state->options().save_timeout, 1, parts.responses.no_content(context));
 }
 
 Outcome WorldGraphResource::take_new(Context& context, Parts& parts) {
@@ -659,7 +659,7 @@ Outcome WorldResource::commit(Context& context, Parts& parts, const std::shared_
   }
   std::chrono::milliseconds time{0};
   for (const DatasetChange::Part& part : change->parts) time = std::max(time, part.state->options().save_timeout);
-  return respond_when_saved(context, parts, std::move(saving), time, change->parts.size(), parts.responses.no_content(context));
+  return respond_when_saved(context, parts, saving, time, change->parts.size(), parts.responses.no_content(context));
 }
 
 Outcome WorldResource::make_graph(Context& context, Parts& parts, const std::string& at, std::optional<rdf::Graph> graph_of_body) {
