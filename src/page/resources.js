@@ -33,6 +33,15 @@ function newView() {
 setInterval(() => view.ticks.forEach((tick) => tick()), 1000);
 
 const notice = (e) => h("p.bad", { role: "alert" }, problemText(e));
+/// Loads a part of the view. An error is shown in `failed`. While the robot does not respond, `again` tries every 2 s.
+function loadPart(failed, load, again = () => loadPart(failed, load)) {
+  const here = view;
+  return load().catch((e) => {
+    if (here.isClosed) return;
+    failed.replaceChildren(notice(e));
+    if (e instanceof Unreachable) setTimeout(() => here.isClosed || again(), 2000);
+  });
+}
 const wordsOf = (g, node) => ({ title: g.said(node, dcterms("title")), description: g.said(node, dcterms("description")) });
 const titleOf = (g, node) => [dcterms("title"), rdfs("label"), sh("name")].map((p) => g.said(node, p)).find(Boolean)?.value ?? localName(g.id(node, sh("targetClass")) ?? node);
 /// What people say of a resource, below its title: its name, if the title is another one, and its description.
@@ -171,18 +180,18 @@ function propertyCard(link, large) {
     value.key = null;
     value.element.replaceChildren(notice(e));
   };
-  (async () => {
-    if (!(await optionsOf(iri)).allows("PUT")) return;
+  loadPart(write, async () => {
+    if (!(await optionsOf(iri)).allows("PUT")) return write.replaceChildren();
     form = formElement({ target: iri, model: await bodyModelOf(iri), method: "PUT", title: "Set", name: `Set ${name}`, done: async () => {
       const { g } = await sendRequest("GET", iri);
       update(g);
       form.read(g, iri);
       return "Set";
     } });
-    write.append(form.parts.length ? form.whole : quiet("There is no form for this shape."));
+    write.replaceChildren(form.parts.length ? form.whole : quiet("There is no form for this shape."));
     showReasons(form, link, here);
     prefill();
-  })().catch((e) => write.replaceChildren(notice(e)));
+  });
   return { iri, element, plot, update, fail };
 }
 
@@ -275,13 +284,13 @@ function actionCard(link, large) {
     if (isOurs(made)) addInvocation(made);
     return "Sent";
   };
-  (async () => {
+  loadPart(body, async () => {
     if (!(await optionsOf(iri)).allows("POST")) return body.replaceChildren(quiet("You may not run it."));
     const model = link.input ? await bodyModelOf(iri, "/input") : nodeModel(new Graph());
     form = formElement({ target: iri, model, method: "POST", title: name, name: `Run ${name}`, done, mustBeHeld: () => link.release || isRelease(iri) });
     body.replaceChildren(form.whole);
     form.setReason(unavailable);
-  })().catch((e) => body.replaceChildren(notice(e)));
+  });
   view.watch(element, iri, { g: update, problem: (e) => list.replaceChildren(notice(e)) }, { accept: JSON_TYPE });
   return element;
 }
@@ -334,12 +343,12 @@ function collectionCard(link, large) {
     sendRequest("GET", member).then((a) => value.append(valueOf(a.g, member)), () => {});
     return h("li", h("div.line", h("a", { href: local(member) }, localName(member)), remove), value, error);
   });
-  (async () => {
-    if (!(await optionsOf(iri)).allows("POST")) return;
+  loadPart(form, async () => {
+    if (!(await optionsOf(iri)).allows("POST")) return form.replaceChildren();
     const its = formElement({ target: iri, model: await bodyModelOf(iri), method: "POST", title: "Add", name: `Add to ${name}`, done: () => { watch.schedule(0); return "Added"; } });
-    form.append(its.whole);
+    form.replaceChildren(its.whole);
     showReasons(its, link, here);
-  })().catch((e) => form.replaceChildren(notice(e)));
+  });
   return element;
 }
 
@@ -362,14 +371,15 @@ function watchProperty({ iri, element, plot, update, fail }) {
 
 /// A Thing as a card. It is requested when the card becomes visible.
 function thingCard(link, level = 3) {
-  const iri = link.href, element = card("thing", level, iri, isNamed(link), h("p", chips(link.types ?? []))), here = view;
+  const iri = link.href, failed = h("div"), element = card("thing", level, iri, isNamed(link), h("p", chips(link.types ?? [])), failed), here = view;
   let begun;
-  view.onVisibility(element, async () => {
+  view.onVisibility(element, () => {
     if (begun) return;
     begun = true;
-    try {
+    loadPart(failed, async () => {
       const { properties = {}, actions = {}, things = [], graphs = [], state } = await overviewOf(iri);
       if (here.isClosed) return;
+      failed.remove();
       const shown = Object.values(properties).map(propertyRow), named = Object.values(actions), parts = things.length;
       element.append(...shown.map((p) => p.element));
       if (named.length) element.append(h("p.actions", h("span.quiet", "actions:"), " ", named.flatMap((a, i) => [i ? ", " : "", linkTo(a.href, humanised(localName(a.href)))])));
@@ -377,7 +387,7 @@ function thingCard(link, level = 3) {
       if (graphs.length) element.append(quiet(`${graphs.length} graphs`));
       element.classList.toggle("plain", !shown.length && !named.length && !parts && !graphs.length);
       if (shown.length) watchState(element, state.href, shown);
-    } catch (e) { element.append(notice(e)); }
+    });
   }, () => {});
   return element;
 }

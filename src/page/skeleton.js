@@ -146,7 +146,7 @@ function skeleton(iri, overview, robot) {
       if (value !== "NaN" && !held && !step.field.contains(document.activeElement)) form.read({ one: () => ({ value }), id: () => step.position }, step.position);
     };
   }
-  (async () => {
+  const failed = h("div"), load = async () => {
     await forEachLimited(overview.things.filter((part) => part.types?.includes(ros("Joint"))), async ({ href: joint, types }) => {
       const { properties = {}, state } = await overviewOf(joint), { g } = await sendRequest("GET", state.href), id = (p) => g.id(joint, ros(p)), is = (type) => types.includes(ros(type));
       joints.push({ iri: joint, from: id("preceedingLink"), to: id("succeedingLink"), origin: poseOf(g, id("jointReferenceFrame")), axis: vector(g, g.id(joint, lrt("axis")), "xyz") ?? ORIGIN,
@@ -179,7 +179,9 @@ function skeleton(iri, overview, robot) {
     sliders.append(...joints.sort((a, b) => a.index - b.index).flatMap((j) => j.field ?? []));
     motionLine.hidden = !sliders.firstChild;
     steps.forEach((s) => s.showPosition?.());
-  })().catch((e) => element.append(notice(e)));
+  };
+  element.append(failed);
+  loadPart(failed, load, () => element.replaceWith(skeleton(iri, overview, robot)));
   redrawSkeleton = redraw;
   return element;
 }

@@ -294,6 +294,26 @@ def a_lost_robot_comes_back(browser):
     browser.messages()  # connections that failed
 
 
+def a_form_comes_when_the_robot_responds_again(browser):
+    """What could not be loaded is loaded again: forms, Things, the skeleton."""
+    browser.devtools("Network.enable")
+    try:
+        with Robot("--demo") as robot:
+            for page, blocked, failed, there in (
+                    ("baxter/right_s1", "*/blueprints/*", ".action p.bad:not(.answer)", ".action input[type=text]"),
+                    ("baxter", "*/right_s1*", ".skeleton p.bad:not(.answer)", ".skeleton fieldset.joints input"),
+                    ("", "*/baxter*", ".thing p.bad:not(.answer)", ".thing p.quiet")):
+                browser.devtools("Network.setBlockedURLs", urls=[blocked])
+                browser.open(robot.at(page))
+                browser.until(f"return document.querySelector('{failed}')?.innerText === 'the robot does not respond'", f"the loss at /{page}")
+                browser.devtools("Network.setBlockedURLs", urls=[])
+                browser.until(f"return document.querySelector('{there}') && !document.querySelector('{failed}')", f"what was lost at /{page}")
+    finally:
+        browser.devtools("Network.setBlockedURLs", urls=[])
+        browser.devtools("Network.disable")
+    browser.messages()  # requests that were blocked
+
+
 def without_websocket_it_asks(browser):
     refuse = browser.devtools("Page.addScriptToEvaluateOnNewDocument",
                               source="window.WebSocket = class { constructor() { setTimeout(() => this.onclose({code: 1006})); } close() {} };")
@@ -694,7 +714,7 @@ def words_are_in_the_language_of_the_browser(browser):
 
 
 CASES = [shows_the_tree_and_live_values, every_address_shows_its_resource, a_list_of_terms_is_a_page_with_anchors, data_can_be_read_and_copied, a_slider_and_a_field_write_a_property,
-         an_action_runs_to_its_end_and_is_cancelled, a_subscription_is_cancelled, a_lost_robot_comes_back, without_websocket_it_asks,
+         an_action_runs_to_its_end_and_is_cancelled, a_subscription_is_cancelled, a_lost_robot_comes_back, a_form_comes_when_the_robot_responds_again, without_websocket_it_asks,
          a_form_is_used_by_keyboard_alone, structs_lists_enums_and_booleans_are_written, a_picture_is_shown_and_follows_its_property,
          a_robot_is_a_skeleton_that_moves_and_turns, a_scroll_moves_nothing_and_a_slider_moves_by_release, motion_is_enabled_for_a_minute,
          a_stop_is_in_sight_on_every_page_and_works_while_the_robot_hangs, the_skeleton_of_a_description_ends_where_its_last_link_is, a_property_that_fails_spoils_no_other,
