@@ -126,7 +126,7 @@ class State final : public engine::Handler, public std::enable_shared_from_this<
       }
     }
     ++notifications_;
-    const auto field = [&](std::string_view name) { return request.find(name).value_or(std::string_view()); };
+    const auto field = [&](std::string_view wanted) { return request.find(wanted).value_or(std::string_view()); };
     callback->take({request.body, field("Content-Type"), field("ETag"), field(http::time_field), field(http::sequence_field),
                     field(http::left_out_field), field(http::series_field)});
     http::Response response;

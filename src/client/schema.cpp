@@ -57,11 +57,11 @@ bool may_keep_unit(const Unit& unit) {
     std::mutex mutex;  // guards `iris`
     std::set<std::pair<std::string, std::string>> iris;
   };
-  static Immortal<Kept> kept;
+  static Immortal<Kept> units;
   std::pair<std::string, std::string> key(unit.vom.text, unit.qudt.text);
-  const std::lock_guard lock(kept->mutex);
-  if (kept->iris.size() >= most) return kept->iris.count(key) > 0;
-  kept->iris.insert(std::move(key));
+  const std::lock_guard lock(units->mutex);
+  if (units->iris.size() >= most) return units->iris.count(key) > 0;
+  units->iris.insert(std::move(key));
   return true;
 }
 

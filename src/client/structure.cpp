@@ -242,12 +242,12 @@ Result<std::vector<Thing>> StructureReader::things(const std::shared_ptr<Session
       const auto take = [&](auto& all, const std::vector<Kind::Part>& parts) {
         all.reserve(parts.size());
         for (const Kind::Part& part : parts) {
-          typename std::decay_t<decltype(all)>::value_type one;
-          one.session_ = session;
-          one.url_ = below(part.path);
-          one.names_ = part.names;
-          one.declared_ = part.declared;
-          all.push_back(std::move(one));
+          typename std::decay_t<decltype(all)>::value_type entry;
+          entry.session_ = session;
+          entry.url_ = below(part.path);
+          entry.names_ = part.names;
+          entry.declared_ = part.declared;
+          all.push_back(std::move(entry));
         }
       };
       take(thing.properties_, kind.properties);

@@ -20,7 +20,7 @@ namespace {
 
 template <class Base>
 struct Kind : Base {
-  explicit Kind(const std::string& path) : Base(path, nullptr) {}
+  explicit Kind(const std::string& at) : Base(at, nullptr) {}
   void describe(const Description&) const override {}
   void describe_types(About& about, const Description&) const override { about.a(vocab::ldp::RDFSource); }
   const ResourceKind& kind() const noexcept override {

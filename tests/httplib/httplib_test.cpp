@@ -177,9 +177,9 @@ TEST_CASE("the reports of lrt reach the client whatever the host's error handler
   HttplibHost host([&](httplib::Server& http_server) {
     if (is_before) set(http_server);
     mount(http_server, server, "/robot");
-    MountOptions options;
-    options.post_routing = [&](const httplib::Request&, httplib::Response& to) { to.set_header("X-Host", std::to_string(++routed)); };
-    mount(http_server, server, "/again", std::move(options));
+    MountOptions counted;
+    counted.post_routing = [&](const httplib::Request&, httplib::Response& to) { to.set_header("X-Host", std::to_string(++routed)); };
+    mount(http_server, server, "/again", std::move(counted));
     if (!is_before) set(http_server);
   });
   Socket client(host.port());

@@ -572,11 +572,11 @@ TEST_CASE("a term may have a context for its values", "[rdf][json_ld]") {
     INFO(document);
     CHECK(differs(document, "@prefix e: <http://e/> . @prefix f: <http://f/> . " + turtle) == "");
   };
-  const std::string p = R"("@vocab": "http://e/", "p": {"@id": "http://e/p", "@context": {"@vocab": "http://f/"}})";
-  reads(p, R"("p": {"q": 1}, "q": 2)", "<> e:p [ f:q 1 ] ; e:q 2 .");
-  reads(p, R"("p": [{"q": 1}, {"q": {"r": 3}}])", "<> e:p [ f:q 1 ], [ f:q [ f:r 3 ] ] .");
-  reads(p, R"("p": {"@context": {"q": "http://e/own"}, "q": 1})", "<> e:p [ e:own 1 ] .");
-  reads(p, R"("p": {"p": {"q": 1}})", "<> e:p [ e:p [ f:q 1 ] ] .");
+  const std::string context = R"("@vocab": "http://e/", "p": {"@id": "http://e/p", "@context": {"@vocab": "http://f/"}})";
+  reads(context, R"("p": {"q": 1}, "q": 2)", "<> e:p [ f:q 1 ] ; e:q 2 .");
+  reads(context, R"("p": [{"q": 1}, {"q": {"r": 3}}])", "<> e:p [ f:q 1 ], [ f:q [ f:r 3 ] ] .");
+  reads(context, R"("p": {"@context": {"q": "http://e/own"}, "q": 1})", "<> e:p [ e:own 1 ] .");
+  reads(context, R"("p": {"p": {"q": 1}})", "<> e:p [ e:p [ f:q 1 ] ] .");
   reads(R"("p": {"@id": "http://e/p", "@context": {"@language": "de"}})", R"("p": "x")", "<> e:p \"x\"@de .");
   reads(R"("p": {"@id": "http://e/p", "@context": {"p": {"@id": "http://e/p", "@type": "@id"}}})", R"("p": "x")", "<> e:p <x> .");
   reads(R"("p": {"@id": "http://e/p", "@context": {"@base": "http://f/"}, "@type": "@id"})", R"("p": "x")", "<> e:p f:x .");
