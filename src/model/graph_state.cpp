@@ -40,14 +40,11 @@ rdf::Graph unmarked(const rdf::Graph& graph, const std::vector<bool>& marked) {
   return rest;
 }
 
-/// The bytes of a triple when it is written.
+/// The bytes of a term when it is written.
+std::size_t text_bytes(const rdf::TermView& term) noexcept { return term.text.size() + term.datatype.size() + term.language.size(); }
+
 std::size_t text_bytes(const rdf::Graph& graph, const rdf::Triple& t) {
-  std::size_t bytes = 0;
-  for (const rdf::TermId id : {t.subject, t.predicate, t.object}) {
-    const rdf::TermView term = graph.term(id);
-    bytes += term.text.size() + term.datatype.size() + term.language.size();
-  }
-  return bytes;
+  return text_bytes(graph.term(t.subject)) + text_bytes(graph.term(t.predicate)) + text_bytes(graph.term(t.object));
 }
 
 /// Marks the triples about a node, those that refer to it, and those about blank nodes that only these refer to.
@@ -101,13 +98,6 @@ struct Updating {
 GraphEdit::GraphEdit(const rdf::Graph& before, std::size_t bytes, std::string base, const GraphOptions& limits)
     : before_(before.size()), base_(std::move(base)), limits_(limits), graph_(before), first_new_(place_limit(before)), bytes_(bytes) {}
 
-/// A graph becomes large while it is still small, so that this costs little.
-void GraphEdit::share() {
-  if (rdf::SharedGraph::in(graph_)) return;
-  graph();
-  rdf::SharedGraph::of(graph_);
-}
-
 std::string GraphEdit::resolved(std::string_view iri) {
   if (iri::is_absolute(iri)) return std::string(iri);
   Result<std::string> whole = iri::resolve(base_, iri);
@@ -138,7 +128,6 @@ void GraphEdit::add(const rdf::TermView& subject, const rdf::TermView& predicate
   const auto mine = [&](const rdf::TermView& term) { return term.is_iri() ? interned(rdf::iri(resolved(term.text))) : interned(term); };
   // A view may be of this graph, whose text moves when a term is added.
   const rdf::Term s(subject), p(predicate), o(object);
-  if (graph_.size() >= rdf::SharedGraph::least_size) share();
   const rdf::TermId s_id = mine(s), p_id = mine(p);
   add(s_id, p_id, mine(o));
 }
@@ -147,13 +136,16 @@ void GraphEdit::add(const rdf::TermView& subject, const rdf::TermView& predicate
 rdf::TermId GraphEdit::interned(const rdf::TermView& term) {
   const std::size_t known = graph_.term_count();
   const rdf::TermId id = graph_.intern(term);
-  if (graph_.term_count() == known) return id;
-  const rdf::TermView added = graph_.term(id);
-  if (std::max(added.is_iri() ? added.text.size() : 0, added.datatype.size()) > rdf::max_iri)
-    fail({Errc::limit_exceeded, "IRI of more than " + std::to_string(rdf::max_iri) + " bytes"});
-  if (const std::string_view fault = rdf::fault_of(added); !fault.empty())
-    fail({Errc::expected_rdf, std::string(fault) + ", found " + rdf::to_string(added)});
+  if (graph_.term_count() != known) check(graph_.term(id));
   return id;
+}
+
+/// Sets the error if the term cannot be written or read again.
+void GraphEdit::check(const rdf::TermView& term) {
+  if (std::max(term.is_iri() ? term.text.size() : 0, term.datatype.size()) > rdf::max_iri)
+    fail({Errc::limit_exceeded, "IRI of more than " + std::to_string(rdf::max_iri) + " bytes"});
+  if (const std::string_view fault = rdf::fault_of(term); !fault.empty())
+    fail({Errc::expected_rdf, std::string(fault) + ", found " + rdf::to_string(term)});
 }
 
 void GraphEdit::add(rdf::TermId subject, rdf::TermId predicate, rdf::TermId object) {
@@ -183,7 +175,7 @@ void GraphEdit::add_turtle(std::string_view text) {
 void GraphEdit::merge(const rdf::Graph& other) {
   if (error_) return;
   if (&other == &graph_) return merge(rdf::Graph(other));
-  if (size() + other.size() >= rdf::SharedGraph::least_size) share();
+  if (graph_.empty() && take_over(other)) return;
   std::vector<std::optional<rdf::TermId>> known(other.term_count());
   const auto mine = [&](rdf::TermId id) {
     std::optional<rdf::TermId>& same = known[static_cast<std::size_t>(id)];
@@ -200,6 +192,38 @@ void GraphEdit::merge(const rdf::Graph& other) {
     if (error_) return;
     add(s, p, o);
   }
+}
+
+/// merge() of a large graph into an empty one: its terms and triples are not looked up.
+/// @return  false: it has to be added triple by triple
+bool GraphEdit::take_over(const rdf::Graph& other) {
+  if (other.size() < rdf::SharedGraph::least_size || !repeated_on_.empty()) return false;
+  std::optional<rdf::Graph> large = rdf::SharedGraph::with_new_blanks(other);
+  if (!large) return false;
+  const rdf::SharedGraph& shared = *rdf::SharedGraph::in(*large);
+  std::size_t bytes = 0;
+  for (std::uint32_t id = 0; id < shared.term_count(); ++id) {
+    if (id % Turns::units_between_rests == 0) Turns::rest_now();
+    const rdf::TermView term = shared.term(id);
+    std::size_t uses = 0;
+    for (int i = 0; i < 3; ++i) uses += shared.chain(id, i).count;
+    if (uses == 0) continue;
+    check(term);
+    bytes += uses * text_bytes(term);
+  }
+  if (error_) return true;
+  graph_ = *std::move(large);
+  bytes_ = bytes;
+  first_new_ = 0;
+  removed_.clear();
+  marked_.clear();
+  is_cleared_ = false;
+  if (!changes_) return true;
+  for (std::uint32_t at = 0; at < shared.place_limit(); ++at) {
+    if (at % Turns::units_between_rests == 0) Turns::rest_now();
+    keep(true, graph_.at(at));
+  }
+  return true;
 }
 
 rdf::TermId GraphEdit::fresh_blank() {
@@ -282,15 +306,19 @@ const rdf::Graph& GraphEdit::graph() {
 
 rdf::Graph GraphEdit::take() {
   graph();
+  // Not before: a graph that is not shared takes new triples faster.
+  if (graph_.size() >= rdf::SharedGraph::least_size) rdf::SharedGraph::of(graph_);
   if (compacts_) rdf::SharedGraph::compact(graph_);
   return std::move(graph_);
 }
 
 /// Positions change here. Only the number of removed original triples is kept.
 void GraphEdit::remove_removed() {
-  rdf::SharedGraph* const shared = rdf::SharedGraph::in(graph_);
   // Most of a large graph stays as it is.
-  if (shared && !is_cleared_ && removed_count_ <= graph_.size() / 2) {
+  const bool stays = removed_count_ <= graph_.size() / 2;
+  if (stays && graph_.size() >= rdf::SharedGraph::least_size) rdf::SharedGraph::of(graph_);
+  rdf::SharedGraph* const shared = rdf::SharedGraph::in(graph_);
+  if (shared && stays && !is_cleared_) {
     for (const std::uint32_t at : marked_) {
       if (!is_removed(at)) continue;
       removed_[at] = false;  // it may be there twice
@@ -298,7 +326,7 @@ void GraphEdit::remove_removed() {
       bytes_ -= text_bytes(graph_, gone);
       shared->remove(gone);
     }
-  } else if (shared && removed_count_ <= graph_.size() / 2) {
+  } else if (shared && stays) {
     for (std::uint32_t at = shared->used_from(0); at != rdf::SharedGraph::none; at = shared->used_from(at + 1)) {
       if (!is_removed(at)) continue;
       const rdf::Triple gone = graph_.at(at);

@@ -86,7 +86,8 @@ class GraphEdit {
   rdf::TermId fresh_blank();
   void keep_removed(const rdf::Graph& graph, const rdf::Triple& triple);
   void remove_removed();
-  void share();
+  bool take_over(const rdf::Graph& other);
+  void check(const rdf::TermView& term);
   void keep(bool added, const rdf::Triple& triple);
 
   std::size_t before_;  ///< triples of the graph at the beginning

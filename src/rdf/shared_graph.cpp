@@ -2,6 +2,7 @@
 #include "src/rdf/shared_graph.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <charconv>
 #include <cstring>
@@ -9,6 +10,7 @@
 #include <new>
 #include <utility>
 
+#include "src/base/turns.hpp"
 #include "src/rdf/term_hash.hpp"
 
 namespace lrt::rdf {
@@ -122,25 +124,78 @@ SharedGraph::SharedGraph(const SharedGraph& other)
       bytes_(other.bytes_),
       origin_(other.origin_) {}
 
+/// Terms and triples keep their numbers and places, so that nothing is looked up.
+SharedGraph::SharedGraph(const Graph& plain, bool with_new_blanks) : SharedGraph() {
+  assert(!plain.shared_);
+  const auto count = static_cast<std::uint32_t>(plain.terms_.size());
+  while (term_heads_.size() < count) term_heads_.push_back(none);
+  next_fresh_ = with_new_blanks ? 0 : static_cast<std::uint32_t>(plain.fresh_.size());
+  std::vector<bool> is_datatype(count);
+  for (std::uint32_t id = 0; id < count; ++id) {
+    if (id % Turns::units_between_rests == 0) Turns::rest_now();
+    const Graph::Entry& from = plain.terms_[id];
+    if (with_new_blanks && from.kind == TermKind::blank) {
+      (void)fresh_blank();
+    } else {
+      const TermView term = plain.term(TermId{id});
+      append(term, hash_of(term), from.datatype);
+      if (from.datatype != none) is_datatype[from.datatype] = true;
+    }
+    TermEntry& entry = terms_.edit(id);
+    for (int i = 0; i < 3; ++i) entry.chain[i] = {from.chain[i].first, from.chain[i].last, from.chain[i].count};
+    entry.was_predicate = from.chain[1].count != 0;
+    if (entry.was_predicate) predicates_.push_back(id);
+  }
+  for (std::uint32_t id = 0; id < count; ++id) {
+    const TermEntry& entry = terms_[id];
+    if (entry.chain[0].count + entry.chain[1].count + entry.chain[2].count != 0 || is_datatype[id]) continue;
+    terms_.edit(id).is_dead = true;
+    dead_bytes_ += entry.length + entry.language_length;
+  }
+  struct End {
+    std::uint32_t last = none, count = 0;
+  };
+  std::vector<std::array<End, 3>> ends(count);  // of the chains up to a triple
+  std::vector<std::uint32_t> far;
+  for (std::uint32_t at = 0; at < plain.triples_.size(); ++at) {
+    if (at % Turns::units_between_rests == 0) Turns::rest_now();
+    Slot slot;
+    slot.triple = plain.triples_[at];
+    const std::uint32_t ids[3] = {number(slot.triple.subject), number(slot.triple.predicate), number(slot.triple.object)};
+    bool is_far = true;
+    for (int i = 0; i < 3; ++i) {
+      End& end = ends[ids[i]][static_cast<std::size_t>(i)];
+      slot.next[i] = plain.links_[at].next[i];
+      slot.previous[i] = std::exchange(end.last, at);
+      if (end.count++ < few) is_far = false;
+    }
+    if (is_far) far.push_back(at);
+    slots_.push_back(slot);
+  }
+  live_ = slots_.size();
+  far_ = static_cast<std::uint32_t>(far.size());
+  while (slot_heads_.size() < far_) slot_heads_.push_back(none);
+  for (std::size_t i = 0; i < far.size(); ++i) {
+    if (i % Turns::units_between_rests == 0) Turns::rest_now();
+    std::uint32_t& head = slot_heads_.edit(bucket_of(hash_of(slots_[far[i]].triple), slot_heads_.size()));
+    slots_.edit(far[i]).next_same = std::exchange(head, far[i]);
+  }
+}
+
 SharedGraph& SharedGraph::of(Graph& graph) {
   if (!graph.shared_) {
-    SharedGraphPointer made(new SharedGraph);
-    std::vector<std::uint32_t> numbers(graph.terms_.size(), none);
-    const auto same = [&](TermId id) {
-      std::uint32_t& known = numbers[number(id)];
-      if (known == none) known = (*made).intern(graph.term(id));
-      return TermId{known};
-    };
-    for (const Triple& t : graph.triples_) {
-      const TermId s = same(t.subject), p = same(t.predicate);
-      (*made).add({s, p, same(t.object)});
-    }
-    (*made).next_fresh_ = static_cast<std::uint32_t>(graph.fresh_.size());
     Graph large;
-    large.shared_ = std::move(made);
+    large.shared_ = SharedGraphPointer(new SharedGraph(graph, false));
     graph = std::move(large);
   }
   return *graph.shared_;
+}
+
+std::optional<Graph> SharedGraph::with_new_blanks(const Graph& graph) {
+  if (graph.shared_) return std::nullopt;
+  Graph large;
+  large.shared_ = SharedGraphPointer(new SharedGraph(graph, true));
+  return large;
 }
 
 bool SharedGraph::has_much_unused(const Graph& graph) {

@@ -81,11 +81,14 @@ class SharedGraph {
   static constexpr std::size_t least_size = 4'096;
 
   /// @{
-  /// Gives a graph this form, if it has not got it. Its triples keep their order.
+  /// Gives a graph this form, if it has not got it. Its triples keep their order, its terms their numbers. Costs less than to add the triples.
   static SharedGraph& of(Graph& graph);
   static const SharedGraph* in(const Graph& graph) noexcept { return graph.shared_ ? &*graph.shared_ : nullptr; }
   static SharedGraph* in(Graph& graph) noexcept { return graph.shared_ ? &*graph.shared_ : nullptr; }
   /// @}
+  /// A graph of this form with the triples of another one and new blank nodes. Costs less than to add the triples.
+  /// @return  nullopt: the other one has this form
+  static std::optional<Graph> with_new_blanks(const Graph& graph);
   /// More than an eighth of its places are unused, or it is small now.
   static bool has_much_unused(const Graph& graph);
   /// Writes such a graph anew, and a small one without this form. Costs as much as the graph is large.
@@ -147,6 +150,7 @@ class SharedGraph {
   using Terms = lrt::detail::SharedArray<TermEntry, 6>;
   using Slots = lrt::detail::SharedArray<Slot, 6>;
 
+  SharedGraph(const Graph& plain, bool with_new_blanks);
   static std::uint32_t bucket_of(std::uint32_t hash, std::uint32_t buckets) noexcept;
   bool equals(const TermEntry& entry, const TermView& term) const noexcept;
   std::uint32_t find_hashed(const TermView& term, std::uint32_t hash) const noexcept;

@@ -171,6 +171,68 @@ TEST_CASE("a graph of a World grows large and small again under random updates, 
   for (const auto& [graph, had] : past) REQUIRE(lines_of(*graph) == had);
 }
 
+TEST_CASE("a large document for an empty graph of a World is what its triples one by one are", "[model][world][shared]") {
+  GraphOptions options;
+  options.max_triples = 100'000;
+  rdf::Graph document;
+  for (int i = 0; i < 6'000; ++i) {
+    const auto cell = document.fresh_blank();
+    document.add(cell, document.intern(vocab::rdfs::label), document.intern(rdf::tagged_literal(std::to_string(i), "en")));
+    document.add(rdf::iri("http://e/o" + std::to_string(i % 700)), rdf::iri("http://e/p"), document.term(cell));
+  }
+  const auto made_of = [&](FunctionRef<void(model::GraphEdit&)> change, std::string& changes) {
+    const rdf::Graph empty;
+    model::GraphEdit edit(empty, 0, "http://lrt.invalid/world/map", options);
+    edit.keep_changes();
+    change(edit);
+    REQUIRE_FALSE(edit.error());
+    CHECK(edit.has_changed());
+    changes = edit.take_changes();
+    rdf::Graph made = edit.take();
+    CHECK(edit.bytes() == bytes_of(made));
+    CHECK(rdf::SharedGraph::in(made));
+    return made;
+  };
+  std::string changes, changes_one_by_one, others;
+  const rdf::Graph made = made_of([&](model::GraphEdit& edit) { edit.merge(document); }, changes);
+  const rdf::Graph one_by_one = made_of(
+      [&](model::GraphEdit& edit) {
+        for (const rdf::Triple& t : document.triples()) edit.add(document.term(t.subject), document.term(t.predicate), document.term(t.object));
+      },
+      changes_one_by_one);
+  CHECK(made.size() == 12'000);
+  CHECK(rdf::write(made, rdf::Syntax::turtle).value() == rdf::write(one_by_one, rdf::Syntax::turtle).value());
+  CHECK(lines_of(made_of([&](model::GraphEdit& edit) { model::replay_changes(changes, edit).value(); }, others)) == lines_of(made));
+  // Before and after other changes of the same update.
+  const rdf::TermView p = rdf::iri("http://e/p");
+  const rdf::Graph mixed = made_of(
+      [&](model::GraphEdit& edit) {
+        add_objects(edit, 0, 10);
+        edit.clear();
+        (void)edit.graph();
+        edit.merge(document);
+        edit.remove(nullptr, &p, nullptr);
+        edit.add(rdf::iri("http://e/o1"), p, rdf::literal("x"));
+        edit.merge(document);  // new blank nodes again
+      },
+      others);
+  CHECK(mixed.size() == 6'001 + 12'000);
+
+  const auto refuses = [&](const rdf::TermView& object, Errc code) {
+    rdf::Graph bad = document;
+    bad.add(rdf::iri("http://e/x"), p, object);
+    const auto state = GraphState::create("/world/map", options, "http://lrt.invalid/shapes", nullptr).value();
+    const auto result = state->update([&](model::GraphEdit& edit) { edit.merge(bad); });
+    REQUIRE_FALSE(result);
+    CHECK(result.error().code == code);
+    CHECK(state->version().graph->empty());
+  };
+  refuses(rdf::iri("relative"), Errc::expected_rdf);
+  refuses(rdf::literal("\xff"), Errc::expected_rdf);
+  refuses(rdf::tagged_literal("x", "no language"), Errc::expected_rdf);
+  refuses(rdf::iri("http://e/" + std::string(10'000, 'x')), Errc::limit_exceeded);
+}
+
 TEST_CASE("a large graph that is replaced by nearly the same one shares its structure with it", "[model][world][shared]") {
   GraphOptions options;
   options.max_triples = 100'000;

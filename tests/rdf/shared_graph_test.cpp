@@ -121,6 +121,72 @@ TEST_CASE("a shared graph is a set of triples under random changes, and its copi
   }
 }
 
+TEST_CASE("a graph that takes the shared form, or is copied into it, goes on as a set of triples", "[rdf][shared]") {
+  for (unsigned seed = 1; seed <= 8; ++seed) {
+    CAPTURE(seed);
+    std::mt19937 random(seed);
+    const unsigned objects = seed % 2 == 0 ? 20 : 200;  // few: triples are found by the table
+    const bool is_copied = seed % 4 >= 2;
+    Graph graph;
+    Model model;
+    const auto change = [&](bool adds) {
+      Term s = subject(random() % 40);
+      const Term p = predicate(random() % 6), o = object(random() % objects);
+      if (is_copied && s.view().is_blank()) s = Term(iri("http://e/s1"));  // blank nodes would get other labels
+      Graph one;
+      one.add(s, p, o);
+      const std::string text = line(one, one.triples()[0]);
+      if (adds) REQUIRE(graph.add(s, p, o) == model.insert(text).second);
+      else REQUIRE(remove(graph, s, p, o) == (model.erase(text) == 1));
+    };
+    for (int i = 0; i < 2'500; ++i) change(true);
+    (void)graph.intern(iri("http://e/unused"));
+    const std::string turtle = write(graph, Syntax::turtle).value();
+    if (is_copied) {
+      graph = SharedGraph::with_new_blanks(graph).value();
+      CHECK_FALSE(SharedGraph::with_new_blanks(graph));
+    } else {
+      SharedGraph::of(graph);
+    }
+    CHECK(write(graph, Syntax::turtle).value() == turtle);
+    check(graph, model, random);
+    const Graph before = graph;
+    const Model had = model;
+    for (int i = 0; i < 3'000; ++i) {
+      change(random() % 2 == 0);
+      if (i % 300 == 0) check(graph, model, random);
+    }
+    check(graph, model, random);
+    check(before, had, random);
+    REQUIRE(shared_difference(before, graph));
+  }
+}
+
+TEST_CASE("a copy with new blank nodes shares none, and what no triple has counts as unused", "[rdf][shared]") {
+  Graph graph;
+  const auto p = iri("http://e/p");
+  graph.add(blank("b1"), p, blank("x"));  // b1 is a label that fresh_blank() makes, too
+  for (int i = 0; i < 5'000; ++i) graph.add(graph.fresh_blank(), graph.intern(p), graph.intern(literal(std::to_string(i), vocab::xsd::integer)));
+  Graph copy = SharedGraph::with_new_blanks(graph).value();
+  CHECK(copy.size() == 5'001);
+  CHECK_FALSE(SharedGraph::has_much_unused(copy));
+  std::set<std::string> labels;
+  for (const Triple& t : copy.triples()) labels.insert(std::string(copy.term(t.subject).text));
+  CHECK(labels.size() == 5'001);
+  CHECK_FALSE(copy.find(blank("x")));
+  const auto first = copy.triples()[0];
+  CHECK(copy.match(first.object, std::nullopt, std::nullopt).empty());
+  CHECK(labels.count(std::string(copy.term(copy.fresh_blank()).text)) == 0);
+  CHECK_FALSE(copy.add(copy.triples()[7].subject, copy.triples()[7].predicate, copy.triples()[7].object));
+
+  (void)graph.intern(literal(std::string(1'000'000, 'x')));
+  copy = SharedGraph::with_new_blanks(graph).value();
+  CHECK(SharedGraph::has_much_unused(copy));
+  SharedGraph::compact(copy);
+  CHECK_FALSE(SharedGraph::has_much_unused(copy));
+  CHECK(copy.size() == 5'001);
+}
+
 TEST_CASE("versions that have gone different ways differ in literals without text, too", "[rdf][shared]") {
   const TermView s = iri("http://e/s"), p = iri("http://e/p");
   Graph graph = shared();
