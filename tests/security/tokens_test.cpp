@@ -177,3 +177,31 @@ TEST_CASE("the next time at which a token expires is after now, whatever the ord
   CHECK_FALSE(Tokens::parse("bert reader " + bert).value().next_expiry(at(0).utc));
   CHECK_FALSE(Tokens::parse("").value().next_expiry(at(0).utc));
 }
+
+TEST_CASE("a token expires in whatever year its line says, also beyond the range of the clock", "[security][R0.2]") {
+  const auto lasts = [](const std::string& time) {
+    const Tokens tokens = Tokens::parse("anna reader " + anna + " " + time).value();
+    const bool is_known = tokens.find(anna, at(0).utc) != nullptr;
+    CHECK((tokens.find_name("anna", at(0).utc) != nullptr) == is_known);
+    CHECK(tokens.next_expiry(at(0).utc).has_value() == is_known);
+    return is_known;
+  };
+  for (const char* time :
+       {"2262-04-11T23:47:16Z", "2262-04-11T23:47:16.9Z", "2262-04-11T23:47:17Z", "2263-01-01T00:00:00Z", "2262-04-11T23:47:17+14:00",
+        "2300-01-01T00:00:00Z", "2554-07-21T23:34:34Z", "9999-12-31T23:59:59Z", "2000000-01-01T00:00:00Z"}) {
+    CAPTURE(time);
+    CHECK(lasts(time));
+  }
+  for (const char* time :
+       {"2027-01-15T08:00:00Z", "1970-01-01T00:00:00Z", "1677-09-21T00:12:44Z", "1677-09-21T00:12:43Z", "1677-01-01T00:00:00Z",
+        "1500-01-01T00:00:00Z", "1385-06-13T00:25:26Z", "0001-01-01T00:00:00Z", "-0001-01-01T00:00:00Z", "-2000000-01-01T00:00:00Z"}) {
+    CAPTURE(time);
+    CHECK_FALSE(lasts(time));
+  }
+  // What nobody can count is said to the operator, not taken as another year.
+  for (const char* time : {"292277026596-01-01T00:00:00Z", "-292277022000-01-01T00:00:00Z", "99999999999999999999-01-01T00:00:00Z",
+                           "-99999999999999999999-01-01T00:00:00Z", "18446744073709553641-01-01T00:00:00Z", "4294969346-13-01T00:00:00Z"}) {
+    CAPTURE(time);
+    CHECK(error_of("anna reader " + anna + " " + time).find("line 1: expected a time") != std::string::npos);
+  }
+}

@@ -449,6 +449,14 @@ TEST_CASE("a principal of the user's own function ends when it says, with its st
   o.g.clock.advance(seconds(60));
   CHECK(o.ends(second));
   CHECK_FALSE(o.has_ended(endless));
+  // The ends of the clock's range.
+  o.expires = std::chrono::system_clock::time_point::max();
+  Served third = o.stream(jo);
+  REQUIRE(third.events);
+  o.g.clock.advance(std::chrono::hours(24));
+  CHECK_FALSE(o.has_ended(third));
+  o.expires = std::chrono::system_clock::time_point::min();
+  CHECK(o.g.status("GET /arm" + jo) == 401);
 }
 
 TEST_CASE("a ticket opens one event stream within 30 s, and nothing else", "[server][security][R0.2]") {
