@@ -435,7 +435,9 @@ std::vector<std::vector<std::string>> table(const std::string& path, const std::
 
 }  // namespace
 
-TEST_CASE("the cases hold on the engine", "[conformance][R0.3][R0.4][R0.5][R0.6][R0.7][R0.8][R0.9][R0.10][R0.11][R1.2][R1.8][R1.9][R1.10][R1.11]") {
+TEST_CASE("the cases hold on the engine",
+          "[conformance][R0.3][R0.4][R0.5][R0.6][R0.7][R0.8][R0.9][R0.10][R0.11][R0.12][R0.13]"
+          "[R0.17][R1.1][R1.2][R1.3][R1.4][R1.5][R1.7][R1.8][R1.9][R1.10][R1.11]") {
   run_cases([] { return std::make_unique<EngineTarget>(); });
 }
 

@@ -37,7 +37,7 @@ struct Counting {
 
 }  // namespace
 
-TEST_CASE("resources without a lambda are served though the host never polls", "[engine][R0.4]") {
+TEST_CASE("resources without a lambda are served though the host never polls", "[engine][R0.5]") {
   Counting c;
   for (const char* path : {"/", "/arm", "/arm/blueprint", "/arm/subscriptions", "/arm/pushed", "/arm/actions/sync", "/arm/c"}) {
     CAPTURE(path);

@@ -17,7 +17,7 @@ using namespace lrt::test;
 using namespace lrt::engine;
 using std::chrono::milliseconds;
 
-TEST_CASE("a channel is reported once, until its sender has got nothing", "[engine][R0.15]") {
+TEST_CASE("a channel is reported once, until its sender has got nothing", "[engine][R0.14]") {
   ArmParts arm;
   MessageSchedule& schedule = arm.parts->schedule;
   SubscriptionResource& s = arm.subscribe(Protocol::websocket);
@@ -40,7 +40,7 @@ TEST_CASE("an equal representation is not sent again", "[engine][SPEC 3.8]") {
   CHECK_FALSE(arm.next_push(s));
 }
 
-TEST_CASE("a queue has each change, in order", "[engine][R0.15]") {
+TEST_CASE("a queue has each change, in order", "[engine][R0.14]") {
   ArmParts arm;
   SubscriptionResource& s = arm.subscribe(Protocol::websocket, 3);
   for (const double value : {1., 2., 3.}) arm.publish(value);
@@ -54,7 +54,7 @@ TEST_CASE("a queue has each change, in order", "[engine][R0.15]") {
   CHECK_FALSE(arm.next_push(s));
 }
 
-TEST_CASE("a change of the structure is no change that a queue loses, whatever time there is", "[engine][R0.15]") {
+TEST_CASE("a change of the structure is no change that a queue loses, whatever time there is", "[engine][R0.14]") {
   ArmParts arm;
   MessageSchedule& schedule = arm.parts->schedule;
   std::vector<SubscriptionResource*> all;
@@ -83,7 +83,7 @@ TEST_CASE("a change of the structure is no change that a queue loses, whatever t
   CHECK(dropped() == all.size());
 }
 
-TEST_CASE("a message waits for the minimum interval", "[engine][R0.15]") {
+TEST_CASE("a message waits for the minimum interval", "[engine][R0.14]") {
   ArmParts arm;
   SubscriptionRequest wanted = arm.request(Protocol::websocket);
   wanted.policy.minimum_interval = milliseconds(100);
@@ -131,7 +131,7 @@ TEST_CASE("a resource that took long to represent rests", "[engine]") {
   CHECK(arm.next_push(s));
 }
 
-TEST_CASE("commands and closes precede values", "[engine][R0.15]") {
+TEST_CASE("commands and closes precede values", "[engine][R0.14]") {
   ArmParts arm;
   SubscriptionResource& first = arm.subscribe(Protocol::websocket);
   SubscriptionResource& second = arm.subscribe(Protocol::websocket);

@@ -109,7 +109,7 @@ TEST_CASE("a refresh of several properties ends once, when all have ended, also 
   CHECK(v.property(1).failure() == "it could not be read: it threw: no voltage");
 }
 
-TEST_CASE("a published value that needs no user code is taken over at once", "[engine][R0.4]") {
+TEST_CASE("a published value that needs no user code is taken over at once", "[engine][R0.5]") {
   Thing thing{"arm"};
   auto pushed = thing.property<double>("p");
   Values v(std::move(thing));

@@ -64,7 +64,7 @@ TEST_CASE("Upgrade or Accept says by which protocol a GET subscribes", "[engine]
   CHECK_FALSE(protocol_of("GET /arm/angle\nAccept: text/turtle, text/event-stream;q=0.1"));
 }
 
-TEST_CASE("the query of a GET has the policy", "[engine][R0.15]") {
+TEST_CASE("the query of a GET has the policy", "[engine][R0.14]") {
   Reading r;
   CHECK(r.read("GET /arm/angle" + websocket) == 0);
   CHECK(r.wanted.observed == &r.arm.resource());

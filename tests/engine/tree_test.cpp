@@ -221,7 +221,7 @@ TEST_CASE("a document that is too large in every form is 406 for a client that a
   CHECK(r.get("/robot/all", "text/html").status == 200);
 }
 
-TEST_CASE("a name of the user has precedence over \"all\", and the document cannot be watched", "[engine][R0.15]") {
+TEST_CASE("a name of the user has precedence over \"all\", and the document cannot be watched", "[engine][R0.3][R0.12]") {
   Robot r;
   Thing thing{"all"};
   thing.property<int>("all").publish(3);

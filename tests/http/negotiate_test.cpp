@@ -16,7 +16,7 @@ std::string pick(const char* accept) {
 
 }  // namespace
 
-TEST_CASE("Turtle is the variant when Accept is absent or leaves a choice", "[http][R1.1]") {
+TEST_CASE("Turtle is the variant when Accept is absent or leaves a choice", "[http][R1.2]") {
   CHECK(http::negotiate(std::nullopt, offers) == std::size_t{0});
   for (const char* open : {"", "  ", "*/*", " */* ", "*/*;q=0.1", "text/*", "text/turtle, application/json", "application/json, text/turtle",
                            "application/json;q=0.5, */*;q=0.6", "text/html;q=0.9, */*", ",", "text/html, image/gif;q=1, text/turtle"}) {

@@ -166,7 +166,7 @@ TEST_CASE("a port that another server has is not taken on another address of the
   CHECK(Server::create(std::move(options)).error().code == Errc::address_in_use);
 }
 
-TEST_CASE("with its own thread pushed and static resources are served though the host never polls", "[server][R0.4]") {
+TEST_CASE("with its own thread pushed and static resources are served though the host never polls", "[server][R0.5]") {
   Server server = make();
   Thing thing{"arm"};
   auto pushed = thing.property<double>("pushed");
