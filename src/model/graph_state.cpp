@@ -24,7 +24,6 @@ namespace {
 /// The triples that are not marked. Terms that none of them has are left out.
 rdf::Graph unmarked(const rdf::Graph& graph, const std::vector<bool>& marked) {
   rdf::Graph rest;
-  if (rdf::SharedGraph::in(graph)) rdf::SharedGraph::of(rest);
   std::vector<std::optional<rdf::TermId>> known(graph.term_count());
   const auto same = [&](rdf::TermId id) {
     std::optional<rdf::TermId>& mine = known[static_cast<std::size_t>(id)];
@@ -175,7 +174,7 @@ void GraphEdit::add_turtle(std::string_view text) {
 void GraphEdit::merge(const rdf::Graph& other) {
   if (error_) return;
   if (&other == &graph_) return merge(rdf::Graph(other));
-  if (graph_.empty() && take_over(other)) return;
+  if (removed_count_ == graph_.size() && take_over(other)) return;
   std::vector<std::optional<rdf::TermId>> known(other.term_count());
   const auto mine = [&](rdf::TermId id) {
     std::optional<rdf::TermId>& same = known[static_cast<std::size_t>(id)];
@@ -194,13 +193,20 @@ void GraphEdit::merge(const rdf::Graph& other) {
   }
 }
 
-/// merge() of a large graph into an empty one: its terms and triples are not looked up.
+/// merge() of a large graph into an empty one, or in the place of one that has little in common with it: terms and triples are not looked up.
 /// @return  false: it has to be added triple by triple
 bool GraphEdit::take_over(const rdf::Graph& other) {
-  if (other.size() < rdf::SharedGraph::least_size || !repeated_on_.empty()) return false;
-  std::optional<rdf::Graph> large = rdf::SharedGraph::with_new_blanks(other);
-  if (!large) return false;
-  const rdf::SharedGraph& shared = *rdf::SharedGraph::in(*large);
+  if (other.size() < rdf::SharedGraph::least_size || !repeated_on_.empty() || rdf::SharedGraph::in(other)) return false;
+  constexpr std::size_t samples = 64;
+  std::size_t common = 0;
+  for (std::size_t i = 0; i < samples && !graph_.empty(); ++i) {
+    const rdf::Triple& t = other.triples()[i * other.size() / samples];
+    const rdf::TermView s = other.term(t.subject), p = other.term(t.predicate), o = other.term(t.object);
+    if (!s.is_blank() && !o.is_blank() && graph_.contains(s, p, o)) ++common;
+  }
+  if (common > samples / 8) return false;
+  rdf::Graph large = rdf::SharedGraph::with_new_blanks(other);
+  const rdf::SharedGraph& shared = *rdf::SharedGraph::in(large);
   std::size_t bytes = 0;
   for (std::uint32_t id = 0; id < shared.term_count(); ++id) {
     if (id % Turns::units_between_rests == 0) Turns::rest_now();
@@ -212,12 +218,10 @@ bool GraphEdit::take_over(const rdf::Graph& other) {
     bytes += uses * text_bytes(term);
   }
   if (error_) return true;
-  graph_ = *std::move(large);
+  graph_ = std::move(large);
   bytes_ = bytes;
   first_new_ = 0;
-  removed_.clear();
-  marked_.clear();
-  is_cleared_ = false;
+  forget_removed();
   if (!changes_) return true;
   for (std::uint32_t at = 0; at < shared.place_limit(); ++at) {
     if (at % Turns::units_between_rests == 0) Turns::rest_now();
@@ -341,6 +345,10 @@ void GraphEdit::remove_removed() {
     graph_ = unmarked(graph_, removed_);
     first_new_ = left;
   }
+  forget_removed();
+}
+
+void GraphEdit::forget_removed() noexcept {
   removed_.clear();
   marked_.clear();
   is_cleared_ = false;

@@ -86,6 +86,7 @@ class GraphEdit {
   rdf::TermId fresh_blank();
   void keep_removed(const rdf::Graph& graph, const rdf::Triple& triple);
   void remove_removed();
+  void forget_removed() noexcept;
   bool take_over(const rdf::Graph& other);
   void check(const rdf::TermView& term);
   void keep(bool added, const rdf::Triple& triple);

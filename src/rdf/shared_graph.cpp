@@ -191,8 +191,7 @@ SharedGraph& SharedGraph::of(Graph& graph) {
   return *graph.shared_;
 }
 
-std::optional<Graph> SharedGraph::with_new_blanks(const Graph& graph) {
-  if (graph.shared_) return std::nullopt;
+Graph SharedGraph::with_new_blanks(const Graph& graph) {
   Graph large;
   large.shared_ = SharedGraphPointer(new SharedGraph(graph, true));
   return large;
@@ -211,7 +210,6 @@ void SharedGraph::compact(Graph& graph) {
   const SharedGraph& large = *graph.shared_;
   const bool is_small = large.live_ < least_size / 2;
   Graph fresh;
-  if (!is_small) fresh.shared_ = SharedGraphPointer(new SharedGraph);
   std::vector<std::uint32_t> numbers(large.term_count(), none);
   const auto same = [&](TermId id) {
     std::uint32_t& known = numbers[number(id)];
@@ -223,7 +221,7 @@ void SharedGraph::compact(Graph& graph) {
     const TermId s = same(t.subject), p = same(t.predicate);
     fresh.add(s, p, same(t.object));
   }
-  if (!is_small) (*fresh.shared_).next_fresh_ = large.next_fresh_;
+  if (!is_small) of(fresh).next_fresh_ = large.next_fresh_;
   graph = std::move(fresh);
 }
 

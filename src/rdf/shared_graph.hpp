@@ -87,8 +87,8 @@ class SharedGraph {
   static SharedGraph* in(Graph& graph) noexcept { return graph.shared_ ? &*graph.shared_ : nullptr; }
   /// @}
   /// A graph of this form with the triples of another one and new blank nodes. Costs less than to add the triples.
-  /// @return  nullopt: the other one has this form
-  static std::optional<Graph> with_new_blanks(const Graph& graph);
+  /// @pre  the other one has not got this form
+  static Graph with_new_blanks(const Graph& graph);
   /// More than an eighth of its places are unused, or it is small now.
   static bool has_much_unused(const Graph& graph);
   /// Writes such a graph anew, and a small one without this form. Costs as much as the graph is large.

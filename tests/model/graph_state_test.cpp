@@ -218,6 +218,31 @@ TEST_CASE("a large document for an empty graph of a World is what its triples on
       others);
   CHECK(mixed.size() == 6'001 + 12'000);
 
+  // In the place of another large one, with which it has some triples in common.
+  rdf::Graph before = one_by_one;
+  for (int i = 0; i < 5'000; ++i) before.add(rdf::iri("http://e/other" + std::to_string(i)), p, rdf::literal("x"));
+  for (const bool is_changed_more : {false, true}) {
+    CAPTURE(is_changed_more);
+    model::GraphEdit edit(before, bytes_of(before), "http://lrt.invalid/world/map", options);
+    edit.keep_changes();
+    edit.clear();
+    edit.merge(document);
+    if (is_changed_more) {
+      const rdf::TermView gone = rdf::literal("17", vocab::rdf_::langString), s1 = rdf::iri("http://e/o1");
+      edit.remove(nullptr, nullptr, &gone);
+      edit.remove(&s1, &p, nullptr);
+      edit.add(rdf::iri("http://e/other1"), p, rdf::literal("x"));
+    }
+    CHECK(edit.has_changed());
+    const std::string kept = edit.take_changes();
+    const rdf::Graph after = edit.take();
+    CHECK(edit.bytes() == bytes_of(after));
+    CHECK(after.size() == (is_changed_more ? 12'000 - 9 + 1 : 12'000));
+    model::GraphEdit again(before, bytes_of(before), "http://lrt.invalid/world/map", options);
+    model::replay_changes(kept, again).value();
+    CHECK(lines_of(again.take()) == lines_of(after));
+  }
+
   const auto refuses = [&](const rdf::TermView& object, Errc code) {
     rdf::Graph bad = document;
     bad.add(rdf::iri("http://e/x"), p, object);
