@@ -457,6 +457,31 @@ TEST_CASE("a graph has its limits", "[engine][world]") {
   CHECK(r.map.snapshot()->size() == 2);
 }
 
+TEST_CASE("what clients send for a graph that takes more triples than other bodies is read to its end", "[engine][world][limits]") {
+  GraphOptions options = writable();
+  options.max_triples = 350'000;  // of a body: 100,000 otherwise
+  options.max_bytes = 256 * 1024 * 1024;
+  Robot r(options);
+  const auto numbers = [](int from, const char* separator) {
+    std::string text = std::to_string(from);
+    for (int i = from + 1; i < from + 110'000; ++i) text += separator + std::to_string(i);
+    return text;
+  };
+  CHECK(r.put("<#x> <p:q> " + numbers(0, ",") + " .").status == 204);
+  CHECK(r.map.snapshot()->size() == 110'000);
+  CHECK(r.patch("INSERT DATA { <#x> <p:q> " + numbers(200'000, ",") + " }").status == 204);
+  CHECK(r.map.snapshot()->size() == 220'000);
+  std::string lines;
+  for (int i = 0; i < 110'000; ++i) lines += "<p:s> <p:q> \"" + std::to_string(i) + "\" .\n";
+  CHECK(r.bench.ask("POST /world/map\nContent-Type: application/n-triples\n\n" + lines).status == 204);
+  CHECK(r.map.snapshot()->size() == 330'000);
+  CHECK(r.bench.ask("POST /world/map\nContent-Type: application/n-triples\n\n<p:t> <p:q> <p:r> .\n" + lines).status == 204);
+  CHECK(
+      r.put("<#x> <p:q> " + numbers(500'000, ",") + "," + numbers(700'000, ",") + "," + numbers(900'000, ",") + "," + numbers(1'100'000, ",") + " .")
+          .status == 413);
+  CHECK(r.map.snapshot()->size() == 330'001);
+}
+
 TEST_CASE("clients make graphs where they may, up to a number, and remove them", "[engine][world]") {
   Robot r(writable(), creation(2));
   const Answer a = r.bench.turtle("PUT", "/world/seen/1.ttl", a_cup);

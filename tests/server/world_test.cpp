@@ -303,6 +303,26 @@ TEST_CASE("a graph at its limits is restored, whatever its file escapes", "[serv
   CHECK(says(Robot(file, unlimited).map, controls));
 }
 
+TEST_CASE("a kept graph of more triples than documents have by default is restored", "[server][world][saves]") {
+  const Folder folder;
+  const std::string file = folder / "map.nt";
+  GraphOptions options;
+  options.max_triples = 120'000;
+  for (int start = 0; start < 3; ++start) {
+    Robot robot(file, options);
+    robot.added.value();
+    CHECK(robot.map.snapshot()->size() == (start == 0 ? 0U : 110'000U));
+    const rdf::Graph all = [] {
+      rdf::Graph graph;
+      const auto s = graph.intern(rdf::iri("p:s")), p = graph.intern(rdf::iri("p:q"));
+      for (int i = 0; i < 110'000; ++i) graph.add(s, p, graph.intern(rdf::literal(std::to_string(i))));
+      return graph;
+    }();
+    robot.map.update([&](GraphUpdate& u) { u.add(all); }).value();
+    CHECK(robot.map.snapshot()->size() == 110'000);
+  }
+}
+
 TEST_CASE("a process that is killed while it writes leaves one whole state of the graph", "[server][world][saves]") {
   if (is_sanitized) return print_skip("sanitizers do not support fork() with threads");
   const Folder folder;
