@@ -32,7 +32,8 @@ row() {
     esac
   done
   begin=$(date +%s) failed=
-  "$@" >"$output" 2>&1 || { status=1 failed='**FAILED** '; }
+  # shellcheck disable=SC2016  # a program for awk
+  "$@" >"$output" 2>&1 || { status=1 failed='**FAILED** ' figures='/[^ ]/ { last = $0 } END { print substr(last, 1, 300) }'; }
   {
     printf '\n## %s\n\n```\n' "$attack"
     cat "$output"
