@@ -107,7 +107,7 @@ class Scene {
       if (!socket_ || socket_->ended()) socket_.emplace(server_->port());
       socket_->send(text);
       for (const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30); std::chrono::steady_clock::now() < end;) {
-        if (auto answer = socket_->receive(milliseconds(20))) return answer->status;
+        if (auto answer = socket_->receive(milliseconds(20))) return said_ = std::move(answer->body), answer->status;
         if (socket_->ended()) {
           status = 0;
           break;
@@ -132,6 +132,8 @@ class Scene {
     if (streams_.size() > 20) streams_.erase(streams_.begin(), streams_.begin() + 10);
   }
   void close_streams() { streams_.clear(); }
+  /// The body of the last response.
+  const std::string& said() const noexcept { return said_; }
   void hang_up() { socket_.reset(); }
 
  private:
@@ -142,6 +144,7 @@ class Scene {
   std::atomic<std::size_t> audited_{0}, logged_{0};
   std::thread runner_;
   std::optional<Socket> socket_;
+  std::string said_;
   std::vector<std::unique_ptr<Socket>> streams_;
 };
 
@@ -201,7 +204,7 @@ void run(const Setting& setting, unsigned share, std::uint64_t seed) {
   for (std::size_t i = 0; i < all.size(); ++i) {
     CAPTURE(all[i].first);
     const int status = scene.ask_patiently(all[i].first);
-    CAPTURE(status);
+    CAPTURE(status, scene.said());
     CHECK((status == usual[i] || (status == 409 && usual[i] == 201)));  // 409: the collection is full by now
   }
 }
