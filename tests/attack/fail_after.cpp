@@ -168,3 +168,32 @@ TEST_CASE("memory runs out once at any place of a request", "[attack][memory]") 
       }
     }
 }
+
+TEST_CASE("memory runs out once while messages are taken", "[attack][memory]") {
+  for (std::size_t n = 1;; ++n) {
+    CAPTURE(n);
+    REQUIRE(n < 1'000);
+    Robot r(false);
+    RequestText request("GET /arm/angle\nAccept: text/event-stream");
+    auto stream = request.get();
+    stream.can_stream = true;
+    const engine::Outcome outcome = r.bench.engine.handle(stream, r.bench.clock.now());
+    REQUIRE(std::holds_alternative<engine::Streamed>(outcome));
+    r.bench.run();
+    std::vector<engine::PushRequest> requests = {{std::get<engine::Streamed>(outcome).channel, 4, 1 << 20}};
+    std::vector<engine::Push> pushes;
+    bool failed = false;
+    {
+      const FailAfter fail(n);
+      try {
+        r.bench.engine.take_pushes(requests, pushes, r.bench.clock.now());
+      } catch (const std::bad_alloc&) {}
+      failed = fail.has_failed();
+    }
+    CHECK(requests[0].given == pushes.size());  // what is counted is there
+    if (!failed) {
+      CHECK(requests[0].given > 0);
+      break;
+    }
+  }
+}
