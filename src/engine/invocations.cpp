@@ -362,8 +362,14 @@ void Invocations::wait_is_over(Ticket ticket, Context& context, ResourceId id, b
     return pending_.respond(ticket, accept(*invocation) ? accepted(context, *invocation) : rules_.refused(context, Refusal::late));
   // It must not start later: the client is asked to retry, or it is late.
   const TimePoint now = context.now;
-  pending_.respond(ticket, is_late ? rules_.refused(context, Refusal::late) : responses_.timed_out(context));  // the context is gone now
-  never_begun(*invocation, is_late ? Refusal::late : Refusal::none, now);
+  const Refusal why = is_late ? Refusal::late : Refusal::none;
+  try {
+    pending_.respond(ticket, is_late ? rules_.refused(context, Refusal::late) : responses_.timed_out(context));  // the context is gone now
+  } catch (...) {  // those behind it begin all the same
+    never_begun(*invocation, why, now);
+    throw;
+  }
+  never_begun(*invocation, why, now);
 }
 
 /// Its client is told that it was accepted, so it is not late any more. False: it was refused just before its lambda, of which a message is on its way.

@@ -197,3 +197,26 @@ TEST_CASE("memory runs out once while messages are taken", "[attack][memory]") {
     }
   }
 }
+
+TEST_CASE("memory runs out once while an action is given up", "[attack][memory]") {
+  for (std::size_t n = 1;; ++n) {
+    CAPTURE(n);
+    REQUIRE(n < 10'000);
+    Robot r(false);
+    RequestText request("POST /arm/actions/home");
+    REQUIRE(std::holds_alternative<engine::Deferred>(r.bench.engine.handle(request.get(), r.bench.clock.now())));
+    r.bench.clock.advance(std::chrono::seconds(3));  // its time limit; the host does not come
+    bool failed = false, responded = false;
+    {
+      const FailAfter fail(n);
+      try {
+        responded = r.bench.engine.next_reply(r.bench.clock.now()).has_value();
+      } catch (const std::bad_alloc&) {}
+      failed = fail.has_failed();
+    }
+    if (!failed) CHECK(responded);
+    r.bench.run();
+    CHECK(r.bench.ask("POST /arm/actions/home").status == 204);
+    if (!failed) break;
+  }
+}
