@@ -567,7 +567,7 @@ void Queries::evaluate(StandingQuery& query, TimePoint now) {
   query.is_running = true;
   query.is_dirty = false;
   query.last_start = now.steady;
-  start(std::move(evaluation));
+  start(evaluation);
 }
 
 void Queries::evaluated(ResourceId id, Result<StandingQuery::Answer> answer, TimePoint now) {
