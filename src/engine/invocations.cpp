@@ -365,7 +365,8 @@ void Invocations::wait_is_over(Ticket ticket, Context& context, ResourceId id, b
   const Refusal why = is_late ? Refusal::late : Refusal::none;
   try {
     pending_.respond(ticket, is_late ? rules_.refused(context, Refusal::late) : responses_.timed_out(context));  // the context is gone now
-  } catch (...) {                                                                                                // those behind it begin all the same
+  } catch (...) {
+    // There is no memory for the response. The invocation ends all the same, so that later ones can begin.
     never_begun(*invocation, why, now);
     throw;
   }

@@ -163,7 +163,7 @@ class LRT_API Handler {
       request.given = 0;
       request.more = true;
       while (request.more && request.given < request.max && (request.given == 0 || bytes < request.max_bytes)) {
-        if (pushes.size() == pushes.capacity()) pushes.reserve(2 * pushes.size() + 8);  // before a message is taken
+        if (pushes.size() == pushes.capacity()) pushes.reserve(2 * pushes.size() + 8);  // without room a message that was taken would be lost
         auto push = next_push(request.channel, now);
         request.more = push && push->close == 0;
         if (!push) break;
