@@ -105,6 +105,16 @@ std::vector<std::string> requests() {
   };
 }
 
+/// Calls a function whose n-th allocation fails. False: it has fewer allocations.
+template <class F>
+bool runs_out(std::size_t n, F f) {
+  const FailAfter fail(n);
+  try {
+    f();
+  } catch (const std::bad_alloc&) {}
+  return fail.has_failed();
+}
+
 /// Sends a request whose n-th allocation fails, with all that follows. False: it has fewer allocations.
 bool fails_at(Robot& r, const std::string& text, std::size_t n, Answer& answer) {
   RequestText request(text);
@@ -182,14 +192,7 @@ TEST_CASE("memory runs out once while messages are taken", "[attack][memory]") {
     r.bench.run();
     std::vector<engine::PushRequest> requests = {{std::get<engine::Streamed>(outcome).channel, 4, 1 << 20}};
     std::vector<engine::Push> pushes;
-    bool failed = false;
-    {
-      const FailAfter fail(n);
-      try {
-        r.bench.engine.take_pushes(requests, pushes, r.bench.clock.now());
-      } catch (const std::bad_alloc&) {}
-      failed = fail.has_failed();
-    }
+    const bool failed = runs_out(n, [&] { r.bench.engine.take_pushes(requests, pushes, r.bench.clock.now()); });
     CHECK(requests[0].given == pushes.size());  // what is counted is there
     if (!failed) {
       CHECK(requests[0].given > 0);
@@ -206,14 +209,8 @@ TEST_CASE("memory runs out once while an action is given up", "[attack][memory]"
     RequestText request("POST /arm/actions/home");
     REQUIRE(std::holds_alternative<engine::Deferred>(r.bench.engine.handle(request.get(), r.bench.clock.now())));
     r.bench.clock.advance(std::chrono::seconds(3));  // its time limit; the host does not come
-    bool failed = false, responded = false;
-    {
-      const FailAfter fail(n);
-      try {
-        responded = r.bench.engine.next_reply(r.bench.clock.now()).has_value();
-      } catch (const std::bad_alloc&) {}
-      failed = fail.has_failed();
-    }
+    bool responded = false;
+    const bool failed = runs_out(n, [&] { responded = r.bench.engine.next_reply(r.bench.clock.now()).has_value(); });
     if (!failed) CHECK(responded);
     r.bench.run();
     CHECK(r.bench.ask("POST /arm/actions/home").status == 204);
