@@ -11,6 +11,7 @@
 #include <vector>
 
 #include <lrt/base/abi.hpp>
+#include <lrt/base/metric.hpp>
 #include <lrt/base/misuse.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/options.hpp>
@@ -152,6 +153,16 @@ class LRT_API Server {
   /// Counters since the server was created, and present numbers (server_thing.hpp).
   /// @par Threads  Any.
   ServerCounters counters() const;
+  /// Shows the numbers of another part of the program, as of a lrt::mirror::Mirror, in the text for Prometheus
+  /// (server_thing.hpp). A lrt::mqtt::Bridge does it by itself. What a text cannot contain is left out and counted.
+  ///
+  ///     const auto shown = server.add_metrics([&mirror] { return mirror.metrics(); });
+  ///
+  /// @param source  called for each request of the text, on the thread that serves the network; one call at a time
+  /// @return        the source is called as long as this exists. It may outlive the server. nullptr: the server was moved from
+  /// @par Threads  Any, also from a lambda. Do not end what it returns from the source.
+  /// @par Time     The end of what it returns waits for a call of the source.
+  [[nodiscard]] std::shared_ptr<void> add_metrics(MetricSource source);
 
   std::uint16_t port() const noexcept;  ///< the port that it listens on
   /// URL with Listen::address as it was given, and the port: "http://127.0.0.1:8080/", "http://robot.local:8080/"; with
@@ -162,6 +173,7 @@ class LRT_API Server {
   friend class Feed;
   friend Thing server_thing(const Server& server, std::string_view path);
   std::function<ServerCounters()> counter_source() const;
+  MetricSource metric_source() const;
   Feeds* feeds() noexcept;
   SharedEngine& shared_engine() noexcept;
   std::chrono::milliseconds poll(std::chrono::microseconds budget, bool checks) noexcept;

@@ -2,13 +2,16 @@
 #pragma once
 
 #include <array>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <lrt/base/abi.hpp>
+#include <lrt/base/metric.hpp>
 #include <lrt/engine/counts.hpp>
 #include <lrt/http/message.hpp>
 #include <lrt/server.hpp>
@@ -41,15 +44,22 @@ struct ServerCounters : engine::EngineCounts {
   std::size_t audit_waiting = 0;                             ///< lines that wait for the sink or the file of the audit
   std::uint64_t audit_errors = 0;                            ///< steps that failed in writing the file of the audit
   std::size_t unsaved_graph_changes = 0;                     ///< changes of graphs with a file that are not on the disk
+  std::chrono::system_clock::time_point started{};           ///< when the server was created
 };
 
 /// The counters in the text format 0.0.4 of Prometheus, `text/plain;version=0.0.4;charset=utf-8`. The names begin with
-/// `lrt_`.
+/// `lrt_`; `lrt_start_time_seconds` is when the server was created, the labels of `lrt_build_info` are the version of lrt
+/// and its compiler.
 /// @par Threads  Any.
 LRT_API std::string prometheus_text(const ServerCounters& counters);
+/// The same with further metrics, sorted by their names. One is left out if it is not as Metric states, if the server has
+/// that name, or if it is there twice, because Prometheus would refuse the whole text. `lrt_metrics_left_out` is how
+/// many there are.
+/// @par Threads  Any.
+LRT_API std::string prometheus_text(const ServerCounters& counters, std::vector<Metric> others);
 
 /// A Thing with the counters of a server, to be added to that server. Each client that may read it sees them. Its
-/// property `metrics` is the text of prometheus_text():
+/// property `metrics` is the text of prometheus_text(), with what Server::add_metrics() was given:
 ///
 ///     server.add(lrt::server_thing(server));   // scrape_configs: metrics_path: /server/metrics
 ///

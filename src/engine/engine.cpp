@@ -508,6 +508,7 @@ EngineCounts Engine::counts() const {
   EngineCounts counts = impl_->parts.subscriptions.counts();
   counts.waiting_requests = impl_->parts.pending.size();
   counts.waiting_calls = impl_->parts.calls.open();
+  if (impl_->parts.queries) impl_->parts.queries->count(counts);
   return counts;
 }
 

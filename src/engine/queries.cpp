@@ -255,7 +255,22 @@ bool Queries::is_full_for(const std::string& client) const {
   return running_ >= max && (running_of(client) > 0 || running_of_.size() >= max);
 }
 
+http::Response Queries::refused(http::Response response) {
+  ++refused_;
+  return response;
+}
+
+void Queries::count(EngineCounts& all) const {
+  all.queries = begun_;
+  all.failed_queries = failed_;
+  all.refused_queries = refused_;
+  all.running_queries = running_;
+  all.standing_queries = standing_.size();
+  all.query_seconds = std::chrono::duration<double>(time_used_).count();
+}
+
 void Queries::count_up(Evaluation& evaluation) {
+  ++begun_;
   ++running_of_[evaluation.client];
   ++running_;
   evaluation.is_counted = true;
@@ -294,11 +309,11 @@ Outcome Queries::ask(Context& context, const Asked& asked) {
   }
   const QueryService::Limits& limits = service_.limits();
   const std::string client = context.share_key();
-  if (is_full_for(client)) return too_many(context, "the maximum number of queries is running; try again later");
+  if (is_full_for(client)) return refused(too_many(context, "the maximum number of queries is running; try again later"));
   if (const std::size_t max = limits.max_queries_per_client; max != 0 && !context.client.empty() && running_of(client) >= max)
-    return too_many_of_client(context, http::Denial::rate, std::to_string(max) + " queries under way");
+    return refused(too_many_of_client(context, http::Denial::rate, std::to_string(max) + " queries under way"));
   const auto ticket = defer(context);
-  if (!ticket) return responses_.overloaded(context);
+  if (!ticket) return refused(responses_.overloaded(context));
   auto evaluation = std::make_shared<Evaluation>();
   evaluation->query = query;
   evaluation->needs = snapshots_.needs_of(query->dependencies(), context.base, false);
@@ -308,10 +323,12 @@ Outcome Queries::ask(Context& context, const Asked& asked) {
   evaluation->write = [text, type = *type](const std::shared_ptr<const QueryAnswer>& answer) {
     *text = guarded<std::string>([&] { return answer->write(type); });
   };
-  evaluation->done = [this, ticket = *ticket, query, type = *type, text, &self = *evaluation](
+  evaluation->done = [this, ticket = *ticket, query, type = *type, text, &self = *evaluation, begun = context.now.steady](
                          const Result<std::shared_ptr<const QueryAnswer>>& answer, TimePoint now) {
     count_down(self);
+    time_used_ += now.steady - begun;
     Context* waiting = pending_.resume(ticket, now);
+    if (!waiting || !answer) ++failed_;
     if (!waiting) return;
     pending_.respond(ticket, answer ? response_to(*waiting, *query, type, std::move(*text)) : failed(*waiting, answer.error()));
   };
@@ -329,6 +346,7 @@ Outcome Queries::ask(Context& context, const Asked& asked) {
     }
   } catch (...) {
     count_down(*evaluation);
+    ++failed_;
     throw;
   }
   return Deferred{*ticket};
@@ -468,11 +486,11 @@ std::variant<StandingQuery*, http::Response> Queries::standing_for(Context& cont
     for (const auto& one : standing_)
       if (one->key == key && Snapshots::suits(*one->snapshot, context.base, context.audience, needs)) return one.get();
   }
-  if (standing_.size() >= service_.limits().max_standing) return too_many(context, "the maximum number of standing queries is reached");
+  if (standing_.size() >= service_.limits().max_standing) return refused(too_many(context, "the maximum number of standing queries is reached"));
   if (const std::size_t max = service_.limits().max_standing_per_client; max != 0 && !context.client.empty()) {
     const auto is_of_client = [&](const auto& one) { return one->client == context.client; };
     if (static_cast<std::size_t>(std::count_if(standing_.begin(), standing_.end(), is_of_client)) >= max)
-      return too_many_of_client(context, http::Denial::subscriptions, std::to_string(max) + " standing queries");
+      return refused(too_many_of_client(context, http::Denial::subscriptions, std::to_string(max) + " standing queries"));
   }
   // A number would count those that the client may not see.
   const std::string name = context.audience.is_restricted() ? options_.ids->next() : std::to_string(next_standing_++);

@@ -63,6 +63,8 @@ class Queries {
   virtual std::vector<BodyJob> take_jobs() { return std::exchange(jobs_, {}); }
   /// Cancels running evaluations.
   virtual void stop();
+  /// Adds the numbers of queries.
+  virtual void count(EngineCounts& all) const;
 
   // Standing queries.
   /// The last observer has left.
@@ -103,6 +105,7 @@ class Queries {
   std::size_t running_of(const std::string& client) const;
   bool is_full_for(const std::string& client) const;
   void count_up(Evaluation& evaluation);
+  http::Response refused(http::Response response);
   void count_down(Evaluation& evaluation) noexcept;
   std::optional<Ticket> defer(const Context& context);
   http::Response failed(const Context& context, const Error& error) const;
@@ -141,6 +144,8 @@ class Queries {
   std::uint64_t seen_structure_ = 0;
   std::size_t running_ = 0;                                  ///< queries under way, without standing queries
   std::unordered_map<std::string, std::size_t> running_of_;  ///< the same of each client that has one: Context::share_key()
+  std::uint64_t begun_ = 0, failed_ = 0, refused_ = 0;       ///< see EngineCounts
+  std::chrono::steady_clock::duration time_used_{};          ///< EngineCounts::query_seconds
   std::vector<BodyJob> jobs_;
   std::vector<std::weak_ptr<std::atomic<bool>>> cancels_;  ///< flag of running evaluations
 };

@@ -4,6 +4,8 @@
 #include <memory>
 #include <variant>
 
+#include "src/server/shared_engine.hpp"
+
 namespace lrt {
 
 void Counters::response(int status, http::Denial denial) noexcept {
@@ -29,8 +31,9 @@ void Counters::count(ServerCounters& all) const {
   for (std::size_t i = 0; i < refusals_.size(); ++i) all.refusals[i] = refusals_[i].load(std::memory_order_relaxed);
   all.poll = poll_.read();
   all.poll_interval = interval_.read();
+  all.started = started_;
 }
 
-std::unique_ptr<Service> make_counters(SharedEngine&) { return std::make_unique<Counters>(); }
+std::unique_ptr<Service> make_counters(SharedEngine& server) { return std::make_unique<Counters>(server.clock().utc()); }
 
 }  // namespace lrt

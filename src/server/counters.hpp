@@ -49,6 +49,8 @@ class AtomicTimeCounts {
 /// @par Threads  any; Poll: one at a time
 class Counters final : public Service, public RequestObserver {
  public:
+  explicit Counters(std::chrono::system_clock::time_point started) noexcept : started_(started) {}
+
   static constexpr char key = 0;
   const char* identity() const noexcept override { return &key; }
   RequestObserver* observer() noexcept override { return this; }
@@ -79,6 +81,7 @@ class Counters final : public Service, public RequestObserver {
  private:
   void response(int status, http::Denial denial) noexcept;
 
+  const std::chrono::system_clock::time_point started_;
   std::atomic<std::uint64_t> requests_{0};
   std::array<std::atomic<std::uint64_t>, 5> responses_{};
   std::array<std::atomic<std::uint64_t>, http::denial_count> refusals_{};

@@ -21,6 +21,7 @@
 #include "src/server/feeds.hpp"
 #include "src/server/guest_requests.hpp"
 #include "src/server/listen_addresses.hpp"
+#include "src/server/metric_sources.hpp"
 #include "src/server/shared_engine.hpp"
 #include "src/server/user_jobs.hpp"
 
@@ -437,6 +438,12 @@ void Server::sign_out(std::string_view principal) {
 ServerCounters Server::counters() const { return impl_ ? impl_->counters() : ServerCounters(); }
 std::function<ServerCounters()> Server::counter_source() const {
   return [impl = impl_.get()] { return impl ? impl->counters() : ServerCounters(); };
+}
+std::shared_ptr<void> Server::add_metrics(MetricSource source) {
+  return impl_ ? impl_->engine().service<MetricSources>().add(std::move(source)) : nullptr;
+}
+MetricSource Server::metric_source() const {
+  return [impl = impl_.get()] { return impl ? impl->engine().service<MetricSources>().collect() : std::vector<Metric>(); };
 }
 
 Feeds* Server::feeds() noexcept { return impl_ ? &impl_->engine().service<Feeds>() : nullptr; }

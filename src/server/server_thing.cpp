@@ -1,13 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <lrt/server_thing.hpp>
 
+#include <algorithm>
 #include <charconv>
+#include <chrono>
+#include <cmath>
 #include <functional>
+#include <set>
 #include <utility>
 
 #include <lrt/engine/handler.hpp>
 #include <lrt/rdf/unit.hpp>
 #include <lrt/rdf/vocab.hpp>
+#include <lrt/version.hpp>
+
+#include "src/base/utf8.hpp"
 
 namespace lrt {
 inline namespace v0 {
@@ -16,17 +23,68 @@ namespace {
 constexpr std::string_view metrics_type = "text/plain;version=0.0.4;charset=utf-8";
 constexpr std::array<std::string_view, 5> classes = {"1xx", "2xx", "3xx", "4xx", "5xx"};
 
+#ifdef __clang__
+constexpr std::string_view compiler = "clang " __clang_version__;
+#else
+constexpr std::string_view compiler = "g++ " __VERSION__;
+#endif
+
 /// Writes the shortest digits that are read back as the same number.
 std::string text_of(double number) {
+  if (std::isnan(number)) return "NaN";
+  if (std::isinf(number)) return number > 0 ? "+Inf" : "-Inf";
   char digits[32];
   return std::string(digits, std::to_chars(digits, digits + sizeof digits, number).ptr);
 }
 
-/// Writes the exposition format. Names and labels are lrt's own and need no escapes.
+bool is_name(std::string_view name) noexcept {
+  const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; };
+  return !name.empty() && is_letter(name.front()) &&
+         std::all_of(name.begin(), name.end(), [&](char c) { return is_letter(c) || (c >= '0' && c <= '9'); });
+}
+
+/// A text as the format escapes it: of a label with its quotes, of a help without.
+std::string escaped(std::string_view text, bool is_label) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '\n') out += "\\n";
+    else if (c == '\\' || (c == '"' && is_label)) (out += '\\') += c;
+    else out += c;
+  }
+  return out;
+}
+
+bool ends_with(std::string_view name, std::string_view end) noexcept {
+  return name.size() > end.size() && name.substr(name.size() - end.size()) == end;
+}
+
+/// Whether a metric is as Metric states.
+bool is_good(const Metric& metric) {
+  if (!is_name(metric.name) || ends_with(metric.name, "_total") != (metric.kind == Metric::Kind::counter)) return false;
+  for (const char* of_histograms : {"_bucket", "_count", "_sum"})
+    if (ends_with(metric.name, of_histograms)) return false;
+  if (metric.help.empty() || utf8::find_invalid(metric.help)) return false;
+  std::set<std::string_view> names;
+  return std::all_of(metric.labels.begin(), metric.labels.end(), [&](const auto& label) {
+    return is_name(label.first) && label.first.compare(0, 2, "__") != 0 && names.insert(label.first).second && !utf8::find_invalid(label.second);
+  });
+}
+
+/// "{name="value",...}", in the order of the names, so that equal sets of labels are equal texts; empty: there are none.
+std::string labels_of(const Metric& metric) {
+  auto labels = metric.labels;
+  std::sort(labels.begin(), labels.end());
+  std::string out;
+  for (const auto& [name, value] : labels) out += (out.empty() ? "{" : ",") + name + "=\"" + escaped(value, true) + "\"";
+  return out.empty() ? out : out + "}";
+}
+
+/// Writes the exposition format. Names and labels are lrt's own and need no escapes, but for those of others().
 class Exposition {
  public:
   void family(std::string_view name, std::string_view type, std::string_view help) {
     name_ = name;
+    families_.insert(name_);
     out_.append("# HELP ").append(name).append(" ").append(help).append("\n# TYPE ").append(name).append(" ").append(type).append("\n");
   }
   void sample(std::string_view suffix, std::string_view label, std::string_view label_value, const std::string& value) {
@@ -34,6 +92,8 @@ class Exposition {
     if (!label.empty()) out_.append("{").append(label).append("=\"").append(label_value).append("\"}");
     out_.append(" ").append(value).append("\n");
   }
+  /// A sample with labels as labels_of() writes them.
+  void labelled(const std::string& labels, const std::string& value) { sample(labels, {}, {}, value); }
   void single(std::string_view name, std::string_view type, std::string_view help, const std::string& value) {
     family(name, type, help);
     sample("", "", "", value);
@@ -51,17 +111,46 @@ class Exposition {
     sample("_sum", "", "", text_of(times.sum));
     sample("_count", "", "", std::to_string(sum));
   }
+  /// Writes metrics of others, and how many are left out.
+  void others(std::vector<Metric> metrics) {
+    constexpr std::string_view left_out = "lrt_metrics_left_out";
+    const std::size_t all = metrics.size();
+    families_.emplace(left_out);
+    metrics.erase(std::remove_if(metrics.begin(), metrics.end(), [&](const Metric& m) { return !is_good(m) || families_.count(m.name) != 0; }),
+                  metrics.end());
+    std::stable_sort(metrics.begin(), metrics.end(), [](const Metric& a, const Metric& b) { return a.name < b.name; });
+    std::size_t shown = 0;
+    std::set<std::string> series;
+    for (const Metric& metric : metrics) {
+      if (metric.name != name_) {
+        family(metric.name, metric.kind == Metric::Kind::counter ? "counter" : "gauge", escaped(metric.help, false));
+        series.clear();
+      }
+      std::string labels = labels_of(metric);
+      if (!series.insert(labels).second) continue;
+      labelled(labels, text_of(metric.value));
+      ++shown;
+    }
+    single(left_out, "gauge", "Metrics of other parts of the program that this text cannot contain.", all - shown);
+  }
   std::string take() { return std::move(out_); }
 
  private:
   std::string out_;
   std::string name_;
+  std::set<std::string> families_;
 };
 
 }  // namespace
 
-std::string prometheus_text(const ServerCounters& counters) {
+std::string prometheus_text(const ServerCounters& counters) { return prometheus_text(counters, {}); }
+
+std::string prometheus_text(const ServerCounters& counters, std::vector<Metric> others) {
   Exposition e;
+  e.family("lrt_build_info", "gauge", "1; the labels are the version of lrt and the compiler that built it.");
+  e.labelled("{version=\"" LRT_VERSION "\",compiler=\"" + escaped(compiler, true) + "\"}", "1");
+  e.single("lrt_start_time_seconds", "gauge", "When the server was created, in seconds since 1970.",
+           text_of(std::chrono::duration<double>(counters.started.time_since_epoch()).count()));
   e.single("lrt_requests_total", "counter", "Requests.", counters.requests);
   e.family("lrt_responses_total", "counter", "Responses by class of their status.");
   for (std::size_t i = 0; i < classes.size(); ++i) e.sample("", "class", classes[i], std::to_string(counters.responses[i]));
@@ -87,6 +176,13 @@ std::string prometheus_text(const ServerCounters& counters) {
   e.single("lrt_audit_waiting_lines", "gauge", "Lines that wait for the sink or the file of the audit.", counters.audit_waiting);
   e.single("lrt_audit_file_errors_total", "counter", "Steps that failed in writing the file of the audit.", counters.audit_errors);
   e.single("lrt_graph_changes_unsaved", "gauge", "Changes of graphs with a file that are not on the disk.", counters.unsaved_graph_changes);
+  e.single("lrt_queries_total", "counter", "Queries that were begun, without the evaluations of standing queries.", counters.queries);
+  e.single("lrt_queries_failed_total", "counter", "Queries that ended without a result: too long, too large, or cancelled.", counters.failed_queries);
+  e.single("lrt_queries_refused_total", "counter", "Queries that were refused because too many are under way or stand.", counters.refused_queries);
+  e.single("lrt_query_seconds_total", "counter", "How long queries took from their beginning to their end, in all.", text_of(counters.query_seconds));
+  e.single("lrt_running_queries", "gauge", "Queries that have begun and not ended.", counters.running_queries);
+  e.single("lrt_standing_queries", "gauge", "Standing queries.", counters.standing_queries);
+  e.others(std::move(others));
   return e.take();
 }
 
@@ -136,10 +232,16 @@ Thing server_thing(const Server& server, std::string_view path) {
   count("audit/dropped", "Audit lines dropped", "Lines of the audit that were dropped.", [](C c) { return c.audit_dropped; });
   count("audit/waiting", "Audit lines waiting", "Lines that wait for the sink or the file of the audit.", [](C c) { return c.audit_waiting; });
   count("audit/errors", "Audit file errors", "Steps that failed in writing the file of the audit.", [](C c) { return c.audit_errors; });
+  count("queries/begun", "Queries", "Queries that were begun, without the evaluations of standing queries.", [](C c) { return c.queries; });
+  count("queries/failed", "Failed queries", "Queries that ended without a result.", [](C c) { return c.failed_queries; });
+  count("queries/refused", "Refused queries", "Queries that were refused because too many are under way or stand.",
+        [](C c) { return c.refused_queries; });
+  count("queries/running", "Running queries", "Queries that have begun and not ended.", [](C c) { return c.running_queries; });
+  count("queries/standing", "Standing queries", "Standing queries.", [](C c) { return c.standing_queries; });
   count("graphs/unsaved", "Unsaved changes", "Changes of graphs with a file that are not on the disk.", [](C c) { return c.unsaved_graph_changes; });
-  thing.property("metrics", [read] { return prometheus_text(read()); })
+  thing.property("metrics", [read, others = server.metric_source()] { return prometheus_text(read(), others()); })
       .title("Metrics", "en")
-      .description("The counters in the text format of Prometheus.", "en")
+      .description("The counters and those of other parts of the program in the text format of Prometheus.", "en")
       .representation(metrics_type, [](const std::string& text) { return text; })
       .as_file();
   return thing;

@@ -17,7 +17,8 @@
   service(make_delivery)        \
   service(make_kept_graphs)     \
   service(make_body_pool)       \
-  service(make_query_pool)
+  service(make_query_pool)      \
+  service(make_metric_sources)
 // clang-format on
 
 namespace lrt {

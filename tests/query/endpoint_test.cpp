@@ -592,6 +592,39 @@ TEST_CASE("the time of a query is a limit, too", "[query][endpoint]") {
   CHECK(late.says("50 ms"));
 }
 
+TEST_CASE("queries are counted: begun, failed, refused, and those that stand", "[query][endpoint]") {
+  const Watchdog watchdog("counters of queries", seconds(120));
+  query::EndpointOptions endpoint = unlimited();
+  endpoint.max_steps = 10'000;
+  Robot robot(endpoint);
+  const auto counters = [&] { return robot.server->counters(); };
+  CHECK(counters().queries == 0);
+  CHECK(robot.query("SELECT ?l { </world/map#cup> rdfs:label ?l }").status == 200);
+  CHECK(counters().queries == 1);
+  CHECK(counters().failed_queries == 0);
+  CHECK(counters().query_seconds > 0);
+  CHECK(robot.query("SELECT nothing").status == 400);  // was not begun
+  CHECK(robot.query(endless).status == 503);
+  CHECK(counters().queries == 2);
+  CHECK(counters().failed_queries == 1);
+  CHECK(counters().running_queries == 0);
+  StreamClient stream(robot.server->port(), robot.target("SELECT ?v { GRAPH </arm/angle> { ?x vom:numericalValue ?v } }"));
+  (void)events(stream, 1);
+  CHECK(counters().standing_queries == 1);
+  CHECK(counters().queries == 2);
+  CHECK(counters().refused_queries == 0);
+
+  query::EndpointOptions one = unlimited();
+  one.max_queries = 1;
+  Robot full(one);
+  Socket waiting(full.server->port());
+  waiting.send(full.complete("GET " + full.target(endless)));
+  until("the query runs", [&] { return full.server->counters().running_queries == 1; });
+  CHECK(full.query("SELECT ?l { </world/map#cup> rdfs:label ?l }").status == 503);
+  CHECK(full.server->counters().refused_queries == 1);
+  CHECK(full.server->counters().queries == 1);
+}
+
 TEST_CASE("a server stops while queries run and stand", "[query][endpoint]") {
   const Watchdog watchdog("stop() during a query", seconds(120));
   Robot robot(unlimited());

@@ -2,18 +2,23 @@
 #include <lrt/server_thing.hpp>
 
 #include <algorithm>
+#include <atomic>
 #include <charconv>
+#include <chrono>
+#include <limits>
 #include <map>
 #include <optional>
 #include <set>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
 #include <lrt/served.hpp>
 #include <lrt/transport/loopback.hpp>
 #include <lrt/transport/named.hpp>
+#include <lrt/version.hpp>
 
 #include "src/server/counters.hpp"
 #include "tests/support/catch.hpp"
@@ -101,16 +106,27 @@ std::map<std::string, double> read_exposition(const std::string& text) {
     const std::string rest = name.substr(std::min(family.size(), name.size()));
     if (name.compare(0, family.size(), family) != 0) fail("outside of its family: " + line);
     if (type == "histogram" ? rest != "_bucket" && rest != "_sum" && rest != "_count" : !rest.empty()) fail("suffix: " + line);
-    std::string label_value;
-    if (series.size() != name.size()) {
-      const std::size_t equals = series.find("=\"");
-      if (series.back() != '}' || series[series.size() - 2] != '"' || equals == std::string::npos ||
-          !is_name(series.substr(name.size() + 1, equals - name.size() - 1)))
+    std::string label_value;  // of the last label
+    for (std::size_t i = name.size(); i < series.size();) {
+      const std::size_t equals = series.find("=\"", i);
+      if (series[i] != (i == name.size() ? '{' : ',') || equals == std::string::npos || !is_name(series.substr(i + 1, equals - i - 1)))
         fail("label: " + line);
-      label_value = series.substr(equals + 2, series.size() - equals - 4);
-      if (label_value.find_first_of("\"\\") != std::string::npos) fail("label: " + line);
+      label_value.clear();
+      for (i = equals + 2; i < series.size() && series[i] != '"'; ++i) {
+        if (series[i] == '\\' && ++i < series.size() && series[i] != '"' && series[i] != '\\' && series[i] != 'n') fail("escape: " + line);
+        if (i < series.size()) label_value += series[i];
+      }
+      if (++i >= series.size()) fail("label: " + line);
+      if (i + 1 == series.size()) {
+        if (series[i] != '}') fail("label: " + line);
+        break;
+      }
     }
     double value = 0;
+    if (number == "+Inf") {
+      if (!samples.emplace(series, std::numeric_limits<double>::infinity()).second) fail("twice: " + line);
+      continue;
+    }
     const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), value);
     if (error != std::errc() || end != number.data() + number.size()) fail("number: " + line);
     if (rest == "_bucket") {
@@ -167,6 +183,103 @@ TEST_CASE("the counters are text for Prometheus", "[server][security]") {
   CHECK(read_exposition(prometheus_text(g.server->counters())).at("lrt_requests_total") == 6);
   CHECK_THROWS(read_exposition("lrt_x 1\n"));
   CHECK_THROWS(read_exposition("# HELP lrt_x x\n# TYPE lrt_x counter\nlrt_x 1\n"));
+}
+
+TEST_CASE("the text says when the server began and what it was built of", "[server]") {
+  Counted g;
+  const auto samples = read_exposition(prometheus_text(g.server->counters()));
+  const double begun = std::chrono::duration<double>(g.clock.utc().time_since_epoch()).count();
+  CHECK(samples.at("lrt_start_time_seconds") == Approx(begun));
+  g.clock.advance(5s);
+  CHECK(read_exposition(prometheus_text(g.server->counters())).at("lrt_start_time_seconds") == samples.at("lrt_start_time_seconds"));
+  const auto build = std::find_if(samples.begin(), samples.end(), [](const auto& s) { return s.first.compare(0, 14, "lrt_build_info") == 0; });
+  REQUIRE(build != samples.end());
+  CHECK(build->first.find("{version=\"" LRT_VERSION "\",compiler=\"") == 14);
+  CHECK(build->second == 1);
+}
+
+TEST_CASE("other parts of a program show their metrics as long as they exist", "[server]") {
+  Counted g;
+  const auto text = [&] { return Answer(g.ask("GET /server/metrics")).body; };
+  double sent = 3;
+  const auto source = [&sent](const char* robot) {
+    return [&sent, robot]() -> std::vector<Metric> {
+      return {{"arm_sent_total", "Messages.", Metric::Kind::counter, sent, {{"robot", robot}}},
+              {"arm_heat_celsius", "Heat.", Metric::Kind::gauge, 21.5, {{"robot", robot}}}};
+    };
+  };
+  auto one = g.server->add_metrics(source("one"));
+  {
+    const auto two = g.server->add_metrics(source("two"));
+    const auto samples = read_exposition(text());
+    CHECK(samples.at("arm_sent_total{robot=\"one\"}") == 3);
+    CHECK(samples.at("arm_sent_total{robot=\"two\"}") == 3);
+    CHECK(samples.at("arm_heat_celsius{robot=\"two\"}") == 21.5);
+    CHECK(samples.at("lrt_metrics_left_out") == 0);
+  }
+  sent = 4;
+  const auto samples = read_exposition(text());
+  CHECK(samples.at("arm_sent_total{robot=\"one\"}") == 4);
+  CHECK(samples.count("arm_sent_total{robot=\"two\"}") == 0);
+  g.server.reset();
+  one.reset();  // it may outlive the server
+}
+
+TEST_CASE("what is not a metric is left out and counted, and the text stays well-formed", "[server][security]") {
+  Counted g;
+  using K = Metric::Kind;
+  const std::vector<Metric> good = {
+      {"a_total", "A\\b\nc.", K::counter, 1, {{"text", "\"\\\n{},="}, {"b", "\xC3\xA4"}}},
+      {"a_total", "Another help.", K::counter, 2, {}},
+      {"infinite", "No limit.", K::gauge, std::numeric_limits<double>::infinity(), {}},
+  };
+  const std::vector<Metric> bad = {
+      {"", "No name.", K::gauge, 1, {}},
+      {"1a", "A digit.", K::gauge, 1, {}},
+      {"a b", "A space.", K::gauge, 1, {}},
+      {"a\nlrt_requests_total 7", "A line.", K::gauge, 1, {}},
+      {"lrt_requests_total", "The server's.", K::counter, 1, {{"robot", "one"}}},
+      {"lrt_metrics_left_out", "The server's.", K::gauge, 1, {}},
+      {"lrt_poll_seconds_count", "A part of a histogram.", K::gauge, 1, {}},
+      {"b", "A gauge by its name.", K::counter, 1, {}},
+      {"b_total", "A counter by its name.", K::gauge, 1, {}},
+      {"c", "", K::gauge, 1, {}},
+      {"c", "Not UTF-8: \xFF", K::gauge, 1, {}},
+      {"c", "A label.", K::gauge, 1, {{"a-b", ""}}},
+      {"c", "A label.", K::gauge, 1, {{"__name__", "x"}}},
+      {"c", "Twice.", K::gauge, 1, {{"a", "1"}, {"a", "2"}}},
+      {"c", "Not UTF-8.", K::gauge, 1, {{"a", "\xC3"}}},
+      {"a_total", "There already, in another order.", K::counter, 1, {{"b", "\xC3\xA4"}, {"text", "\"\\\n{},="}}},
+  };
+  std::vector<Metric> all = good;
+  all.insert(all.end(), bad.begin(), bad.end());
+  const auto samples = read_exposition(prometheus_text(g.server->counters(), all));
+  CHECK(samples.at("lrt_metrics_left_out") == static_cast<double>(bad.size()));
+  CHECK(samples.at("a_total") == 2);
+  CHECK(samples.at("a_total{b=\"\xC3\xA4\",text=\"\\\"\\\\\\n{},=\"}") == 1);
+  CHECK(samples.at("infinite") == std::numeric_limits<double>::infinity());
+  CHECK(samples.count("c") == 0);
+
+  const auto throws = g.server->add_metrics([]() -> std::vector<Metric> { throw std::runtime_error("gone"); });
+  CHECK(read_exposition(Answer(g.ask("GET /server/metrics")).body).at("lrt_metrics_left_out") == 1);
+}
+
+TEST_CASE("the end of a source waits for its call", "[server]") {
+  Counted g;
+  std::atomic<bool> is_called{false}, may_end{false}, has_ended{false};
+  auto shown = g.server->add_metrics([&]() -> std::vector<Metric> {
+    is_called = true;
+    while (!may_end) std::this_thread::yield();
+    has_ended = true;
+    return {};
+  });
+  std::thread asks([&] { (void)g.ask("GET /server/metrics"); });
+  while (!is_called) std::this_thread::yield();
+  std::thread releases([&] { may_end = true; });
+  shown.reset();
+  CHECK(has_ended);
+  asks.join();
+  releases.join();
 }
 
 TEST_CASE("each request has one response in the counters, over each transport", "[server][security]") {
