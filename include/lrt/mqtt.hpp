@@ -179,7 +179,8 @@ struct Counters {
   std::size_t unacknowledged = 0;        ///< messages with QoS 1 and 2 that wait for an acknowledgement
 };
 
-/// Publishes the resources of a server to an MQTT 5 broker, and carries out commands from there if they are enabled.
+/// Publishes the resources of a server to an MQTT 5 broker, and carries out commands from there if they are enabled. Its
+/// counters are in the server's metrics, `lrt_mqtt_...` (server_thing.hpp).
 ///
 /// It uses the server's own subscriptions: publish() in the control loop is not affected, clients see the bridge's
 /// subscriptions, and each resource states in its own document where it is published (lrt:mqttBroker, lrt:mqttTopic).

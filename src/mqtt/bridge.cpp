@@ -15,9 +15,12 @@
 #include <system_error>
 #include <utility>
 
+#include <lrt/server.hpp>
+
 #include "src/base/descriptor.hpp"
 #include "src/base/process.hpp"
 #include "src/base/thread.hpp"
+#include "src/mqtt/metrics.hpp"
 
 namespace lrt::mqtt {
 inline namespace v0 {
@@ -38,6 +41,11 @@ class LRT_LOCAL Bridge::Impl {
     if (set_.get() < 0 || timer_.get() < 0 || !watch(core_->feed().descriptor(), EPOLLIN) || !watch(timer_.get(), EPOLLIN))
       return unexpected(Errc::io_error, "cannot create an event descriptor for a bridge: " + std::system_category().message(errno));
     return {};
+  }
+
+  /// The server shows the counters in its metrics as long as this exists.
+  void show(Server& server) {
+    shown_ = server.add_metrics([core = core_.get()] { return metrics_of(core->counters(), core->broker_url(), core->options().prefix); });
   }
 
   Result<void> start() {
@@ -131,6 +139,7 @@ class LRT_LOCAL Bridge::Impl {
   Thread thread_;
   std::optional<pthread_t> runner_;  // the thread, also while stop() waits for it
   bool is_stopping_ = false, is_stopped_ = false;
+  std::shared_ptr<void> shown_;  // declared last: it ends first
 };
 
 Bridge::Bridge(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -143,6 +152,7 @@ Result<Bridge> Bridge::create(Server& server, Options options) {
   if (!core) return Unexpected{std::move(core).error()};
   auto impl = std::make_unique<Impl>(*std::move(core));
   if (Result<void> prepared = impl->prepare(); !prepared) return Unexpected{std::move(prepared).error()};
+  impl->show(server);
   return Bridge(std::move(impl));
 }
 

@@ -45,6 +45,7 @@ class BridgeCore final : private Link::Events {
   const Topics& topics() const noexcept { return topics_; }
   const Options& options() const noexcept { return options_; }
   Counters counters() const noexcept;
+  const std::string& broker_url() const noexcept { return broker_url_; }
 
  private:
   /// A resource that is published.

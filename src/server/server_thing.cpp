@@ -24,9 +24,9 @@ constexpr std::string_view metrics_type = "text/plain;version=0.0.4;charset=utf-
 constexpr std::array<std::string_view, 5> classes = {"1xx", "2xx", "3xx", "4xx", "5xx"};
 
 #ifdef __clang__
-constexpr std::string_view compiler = "clang " __clang_version__;
+constexpr std::string_view built_by = "clang " __clang_version__;
 #else
-constexpr std::string_view compiler = "g++ " __VERSION__;
+constexpr std::string_view built_by = "g++ " __VERSION__;
 #endif
 
 /// Writes the shortest digits that are read back as the same number.
@@ -37,14 +37,14 @@ std::string text_of(double number) {
   return std::string(digits, std::to_chars(digits, digits + sizeof digits, number).ptr);
 }
 
-bool is_name(std::string_view name) noexcept {
+bool is_metric_name(std::string_view name) noexcept {
   const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; };
   return !name.empty() && is_letter(name.front()) &&
          std::all_of(name.begin(), name.end(), [&](char c) { return is_letter(c) || (c >= '0' && c <= '9'); });
 }
 
 /// A text as the format escapes it: of a label with its quotes, of a help without.
-std::string escaped(std::string_view text, bool is_label) {
+std::string escaped_text(std::string_view text, bool is_label) {
   std::string out;
   for (const char c : text) {
     if (c == '\n') out += "\\n";
@@ -54,28 +54,29 @@ std::string escaped(std::string_view text, bool is_label) {
   return out;
 }
 
-bool ends_with(std::string_view name, std::string_view end) noexcept {
+bool has_end(std::string_view name, std::string_view end) noexcept {
   return name.size() > end.size() && name.substr(name.size() - end.size()) == end;
 }
 
 /// Whether a metric is as Metric states.
-bool is_good(const Metric& metric) {
-  if (!is_name(metric.name) || ends_with(metric.name, "_total") != (metric.kind == Metric::Kind::counter)) return false;
+bool can_be_shown(const Metric& metric) {
+  if (!is_metric_name(metric.name) || has_end(metric.name, "_total") != (metric.kind == Metric::Kind::counter)) return false;
   for (const char* of_histograms : {"_bucket", "_count", "_sum"})
-    if (ends_with(metric.name, of_histograms)) return false;
+    if (has_end(metric.name, of_histograms)) return false;
   if (metric.help.empty() || utf8::find_invalid(metric.help)) return false;
   std::set<std::string_view> names;
   return std::all_of(metric.labels.begin(), metric.labels.end(), [&](const auto& label) {
-    return is_name(label.first) && label.first.compare(0, 2, "__") != 0 && names.insert(label.first).second && !utf8::find_invalid(label.second);
+    return is_metric_name(label.first) && label.first.compare(0, 2, "__") != 0 && names.insert(label.first).second &&
+           !utf8::find_invalid(label.second);
   });
 }
 
 /// "{name="value",...}", in the order of the names, so that equal sets of labels are equal texts; empty: there are none.
-std::string labels_of(const Metric& metric) {
+std::string label_text(const Metric& metric) {
   auto labels = metric.labels;
   std::sort(labels.begin(), labels.end());
   std::string out;
-  for (const auto& [name, value] : labels) out += (out.empty() ? "{" : ",") + name + "=\"" + escaped(value, true) + "\"";
+  for (const auto& [name, value] : labels) out += (out.empty() ? "{" : ",") + name + "=\"" + escaped_text(value, true) + "\"";
   return out.empty() ? out : out + "}";
 }
 
@@ -92,7 +93,7 @@ class Exposition {
     if (!label.empty()) out_.append("{").append(label).append("=\"").append(label_value).append("\"}");
     out_.append(" ").append(value).append("\n");
   }
-  /// A sample with labels as labels_of() writes them.
+  /// A sample with labels as label_text() writes them.
   void labelled(const std::string& labels, const std::string& value) { sample(labels, {}, {}, value); }
   void single(std::string_view name, std::string_view type, std::string_view help, const std::string& value) {
     family(name, type, help);
@@ -116,17 +117,17 @@ class Exposition {
     constexpr std::string_view left_out = "lrt_metrics_left_out";
     const std::size_t all = metrics.size();
     families_.emplace(left_out);
-    metrics.erase(std::remove_if(metrics.begin(), metrics.end(), [&](const Metric& m) { return !is_good(m) || families_.count(m.name) != 0; }),
+    metrics.erase(std::remove_if(metrics.begin(), metrics.end(), [&](const Metric& m) { return !can_be_shown(m) || families_.count(m.name) != 0; }),
                   metrics.end());
     std::stable_sort(metrics.begin(), metrics.end(), [](const Metric& a, const Metric& b) { return a.name < b.name; });
     std::size_t shown = 0;
     std::set<std::string> series;
     for (const Metric& metric : metrics) {
       if (metric.name != name_) {
-        family(metric.name, metric.kind == Metric::Kind::counter ? "counter" : "gauge", escaped(metric.help, false));
+        family(metric.name, metric.kind == Metric::Kind::counter ? "counter" : "gauge", escaped_text(metric.help, false));
         series.clear();
       }
-      std::string labels = labels_of(metric);
+      std::string labels = label_text(metric);
       if (!series.insert(labels).second) continue;
       labelled(labels, text_of(metric.value));
       ++shown;
@@ -148,7 +149,7 @@ std::string prometheus_text(const ServerCounters& counters) { return prometheus_
 std::string prometheus_text(const ServerCounters& counters, std::vector<Metric> others) {
   Exposition e;
   e.family("lrt_build_info", "gauge", "1; the labels are the version of lrt and the compiler that built it.");
-  e.labelled("{version=\"" LRT_VERSION "\",compiler=\"" + escaped(compiler, true) + "\"}", "1");
+  e.labelled("{version=\"" LRT_VERSION "\",compiler=\"" + escaped_text(built_by, true) + "\"}", "1");
   e.single("lrt_start_time_seconds", "gauge", "When the server was created, in seconds since 1970.",
            text_of(std::chrono::duration<double>(counters.started.time_since_epoch()).count()));
   e.single("lrt_requests_total", "counter", "Requests.", counters.requests);
