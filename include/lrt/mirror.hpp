@@ -11,6 +11,7 @@
 #include <vector>
 
 #include <lrt/base/abi.hpp>
+#include <lrt/base/metric.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/client/options.hpp>
 
@@ -85,11 +86,15 @@ struct MirrorCounts {
   /// Operations on graphs.
   std::uint64_t sent = 0, deleted = 0, refused = 0, overwritten = 0;
   /// @}
-  std::uint64_t unchanged = 0;  ///< graphs that were not sent, because the store has them already
-  std::uint64_t failures = 0;   ///< requests to the store that are repeated
-  std::size_t graphs = 0;       ///< in the store, as far as is known
-  std::size_t waiting = 0;      ///< graphs to be sent or deleted
-  std::size_t robots_away = 0;  ///< robots that cannot be read
+  std::uint64_t unchanged = 0;   ///< graphs that were not sent, because the store has them already
+  std::uint64_t failures = 0;    ///< requests to the store that are repeated
+  std::size_t graphs = 0;        ///< in the store, as far as is known
+  std::size_t waiting = 0;       ///< graphs to be sent or deleted
+  std::size_t robots_away = 0;   ///< robots that cannot be read
+  std::uint64_t sent_bytes = 0;  ///< of the graphs that were sent, as Turtle
+  /// How long the store lacks what this mirror knows: the age of the oldest change that the store has not accepted. 0: it
+  /// has all. A graph that it refuses does not count.
+  std::chrono::milliseconds lag{0};
 };
 
 /// Copies the graphs of robots to a store and keeps them up to date: each resource is a named graph with the URL of the
@@ -135,6 +140,8 @@ class LRT_API Mirror {
   /// @par Errors  io_error: the system has no further thread
   Result<void> start();
   MirrorCounts counts() const;  ///< numbers since its creation
+  /// The same as metrics, `lrt_mirror_...` with the URL of the store as a label, for Server::add_metrics().
+  std::vector<Metric> metrics() const;
   /// The reason why the mirror ended without stop(): the store refuses the user. nullopt: it has not ended.
   std::optional<Error> failure() const;
   /// Ends all requests and writes the state. Waiting graphs are not sent; the next mirror sends them.

@@ -17,6 +17,7 @@
 #include "src/base/back_off.hpp"
 #include "src/base/thread.hpp"
 #include "src/mirror/graph_store.hpp"
+#include "src/mirror/metrics.hpp"
 #include "src/mirror/reading.hpp"
 #include "src/mirror/state.hpp"
 #include "src/client/representation.hpp"
@@ -68,6 +69,7 @@ class LRT_LOCAL Mirror::Impl {
     const std::lock_guard lock(mutex_);
     return counts_now();
   }
+  std::vector<Metric> metrics() const { return metrics_of(counts(), options_.store.endpoint, robots_.size()); }
   std::optional<Error> failure() const {
     const std::lock_guard lock(mutex_);
     return failure_;
@@ -82,6 +84,7 @@ class LRT_LOCAL Mirror::Impl {
     bool is_delete = false;
     bool has_content = true;  ///< false: there was no room; the resource is read when its turn comes
     MirroredGraph content{};
+    Instant since{};  ///< when the first of the changes came that it replaces
     std::string value() const { return is_delete ? MirrorState::deleted : content.digest; }
   };
   enum class OnDisk : unsigned char { nothing, unknown, known };
@@ -91,6 +94,7 @@ class LRT_LOCAL Mirror::Impl {
     std::string entity_tag;  ///< by the store
     std::string refused;     ///< the digest of a graph that the store refuses
     std::optional<Wanted> wanted;
+    std::optional<Instant> late_since;  ///< the store lacks a change of the graph
     bool is_queued = false, is_sent_now = false;
     OnDisk on_disk = OnDisk::nothing;
     bool is_changed = false;  ///< since the state was written
@@ -199,6 +203,9 @@ Mirror::Impl::Impl(MirrorOptions options, std::shared_ptr<client::Session> sessi
 MirrorCounts Mirror::Impl::counts_now() const {
   MirrorCounts counts = counts_;
   counts.waiting = queue_.size() + being_sent_;
+  const Instant now = std::chrono::steady_clock::now();
+  for (const auto& [name, graph] : graphs_)
+    if (graph.late_since) counts.lag = std::max(counts.lag, std::chrono::duration_cast<milliseconds>(now - *graph.late_since));
   counts.graphs = static_cast<std::size_t>(std::count_if(
       graphs_.begin(), graphs_.end(), [](const auto& g) { return !g.second.stored.empty() && g.second.stored != MirrorState::deleted; }));
   counts.robots_away = static_cast<std::size_t>(std::count_if(robots_.begin(), robots_.end(), [](const auto& r) { return r.second.is_away; }));
@@ -440,19 +447,23 @@ void Mirror::Impl::offer(Lock& lock, const std::string& robot, const std::string
     found->second.robot = robot;
   }
   Graph& graph = found->second;
+  wanted.since = graph.wanted ? graph.wanted->since : std::chrono::steady_clock::now();
   if (graph.wanted) set_waiting_bytes(*graph.wanted, false);
   graph.wanted.reset();
   const std::string value = wanted.value();
+  const bool is_refused = !wanted.is_delete && graph.refused == value;
+  if (!graph.is_sent_now && (graph.stored == value || is_refused)) graph.late_since.reset();
   if (!graph.is_sent_now && graph.stored == value) {
     if (!wanted.is_delete) ++counts_.unchanged;
     return;
   }
-  if (!wanted.is_delete && graph.refused == value) return;
+  if (is_refused) return;
   if (!is_mark && waiting_bytes_ + wanted.content.turtle.size() > options_.max_waiting_bytes) {
     wanted.has_content = wanted.is_delete;
     wanted.content = {};
   }
   set_waiting_bytes(wanted, true);
+  if (!graph.late_since) graph.late_since = wanted.since;
   graph.wanted = std::move(wanted);
   if (!graph.is_sent_now) queue(name, graph);
 }
@@ -514,6 +525,7 @@ void Mirror::Impl::send_all() {
     }
     --being_sent_;
     graph.is_sent_now = false;
+    if (!graph.wanted) graph.late_since.reset();  // sent, refused or not needed
     if (graph.wanted) queue(name, graph);
     else if (graph.stored == MirrorState::deleted && name != mirror_mark_of(graph.robot)) graphs_.erase(name);
     changed_.notify_all();
@@ -580,11 +592,12 @@ void Mirror::Impl::take_answer(Lock& lock, const std::string& name, Graph& graph
   const bool is_gone = wanted.is_delete && answer && (answer->status == 404 || answer->status == 410);
   if (answer && (answer->ok() || is_gone)) {
     graph.stored = wanted.value();
+    graph.late_since = graph.wanted ? std::optional(graph.wanted->since) : std::nullopt;  // a newer one may have come meanwhile
     graph.refused.clear();
     graph.failures = 0;
     graph.entity_tag = wanted.is_delete ? std::string() : answer->entity_tag;
     graph.is_changed = true;
-    if (!wanted.is_delete) ++counts_.sent;
+    if (!wanted.is_delete) ++counts_.sent, counts_.sent_bytes += wanted.content.turtle.size();
     else if (!is_gone) ++counts_.deleted;
     const bool was_lost = std::exchange(store_failures_, 0) > 0;
     failing_since_.reset();
@@ -788,6 +801,7 @@ Mirror::~Mirror() {
 Result<MirrorCounts> Mirror::copy(const std::function<bool()>& goes_on) { return impl_->copy(goes_on); }
 Result<void> Mirror::start() { return impl_->start(); }
 MirrorCounts Mirror::counts() const { return impl_->counts(); }
+std::vector<Metric> Mirror::metrics() const { return impl_->metrics(); }
 std::optional<Error> Mirror::failure() const { return impl_->failure(); }
 void Mirror::stop() noexcept { impl_->stop(); }
 

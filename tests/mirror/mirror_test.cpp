@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <cstdlib>
 #include <fstream>
@@ -15,6 +16,7 @@
 #include <sstream>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <lrt/client.hpp>
@@ -371,6 +373,43 @@ TEST_CASE("a store that fails for a while gets each graph in the end, the newest
   CHECK(counts.refused == 0);
   CHECK(events.count(MirrorEvent::Kind::store_lost) >= 1);
   CHECK(events.count(MirrorEvent::Kind::store_returned) >= 1);
+}
+
+TEST_CASE("a mirror says how long its store lacks what it knows", "[mirror]") {
+  std::atomic<double> angle{1};
+  RobotHost robot(arm(angle));
+  std::atomic<bool> fails{false};
+  Store store([&](const Store::Asked&) { return fails ? answer(503, "later") : std::string(); });
+  Mirror mirror = Mirror::create(options_for({robot.url()}, store.url())).value();
+  const auto until = [&](const char* what, const std::function<bool(const MirrorCounts&)>& condition) {
+    for (const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30); !condition(mirror.counts()); std::this_thread::yield())
+      if (std::chrono::steady_clock::now() > end) FAIL("not within 30 s: " << what);
+  };
+  const auto metric = [&](const std::string& name) {
+    const std::vector<Metric> all = mirror.metrics();
+    const auto found = std::find_if(all.begin(), all.end(), [&](const Metric& m) { return m.name == name; });
+    REQUIRE(found != all.end());
+    CHECK(found->labels == std::vector<std::pair<std::string, std::string>>{{"store", store.url()}});
+    return found->value;
+  };
+  mirror.start().value();
+  store.wait(robot.url() + "arm/angle", "\"1\"");
+  until("the store has all", [](const MirrorCounts& c) { return c.lag.count() == 0 && c.waiting == 0; });
+  CHECK(metric("lrt_mirror_robots") == 1);
+  const MirrorCounts before = mirror.counts();
+  CHECK(before.sent_bytes > before.sent);
+  fails = true;
+  write(robot.url() + "arm/angle", "7");
+  until("a lag", [](const MirrorCounts& c) { return c.lag.count() > 0; });
+  const MirrorCounts late = mirror.counts();
+  write(robot.url() + "arm/angle", "8");  // a newer change makes the store no less late
+  until("a longer lag", [&](const MirrorCounts& c) { return c.lag > late.lag + milliseconds(50); });
+  CHECK(metric("lrt_mirror_lag_seconds") > 0.05);
+  CHECK(metric("lrt_mirror_failures_total") > 0);
+  fails = false;
+  store.wait(robot.url() + "arm/angle", "\"8\"");
+  until("no lag", [](const MirrorCounts& c) { return c.lag.count() == 0; });
+  CHECK(mirror.counts().sent_bytes > before.sent_bytes);
 }
 
 TEST_CASE("a store that closes connections in the middle is asked again", "[mirror]") {
