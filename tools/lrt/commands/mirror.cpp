@@ -3,10 +3,12 @@
 
 #include <cstdlib>
 #include <mutex>
+#include <optional>
 
 #include <lrt/mirror.hpp>
 
 #include "tools/lrt/command_line.hpp"
+#include "tools/lrt/metrics_server.hpp"
 
 namespace lrt::tool {
 namespace {
@@ -15,7 +17,7 @@ using mirror::MirrorEvent;
 
 struct MirrorCommandOptions {
   std::vector<std::string> robots;
-  std::string endpoint, user, password_file, token_file, state;
+  std::string endpoint, user, password_file, token_file, state, metrics;
   bool once = false;
   std::size_t requests = 4;
   double rate = 100, interval = 1, refresh = 60, patience = 30;
@@ -117,6 +119,13 @@ Result<int> mirror(Session& session, MirrorCommandOptions& given) {
   Result<mirror::Mirror> made = mirror::Mirror::create(*std::move(options));
   if (!made) return unexpected(std::move(made).error());
   if (given.once) return copy(session, *made);
+  std::optional<MetricsServer> metrics;
+  if (!given.metrics.empty()) {
+    Result<MetricsServer> served = MetricsServer::create(given.metrics, [&mirror = *made] { return mirror.metrics(); });
+    if (!served) return unexpected(std::move(served).error());
+    metrics.emplace(*std::move(served));
+    session.terminal().print_line("metrics: " + metrics->url());
+  }
   Signals signals;
   if (Result<void> started = made->start(); !started) return unexpected(std::move(started).error());
   while (true) {
@@ -161,6 +170,11 @@ void add_mirror(CommandLine& line) {
   command->add_option("--refresh", options->refresh, "The time between two readings of all resources, 60 s by default")
       ->type_name("SECONDS")
       ->check(number_from(0.1, 86400));
+  command
+      ->add_option("--metrics", options->metrics,
+                   "Serve the numbers of the mirror for Prometheus at /server/metrics of this port; without an address for this machine only")
+      ->type_name("[ADDRESS:]PORT")
+      ->excludes("--once");
   command->add_option("--patience", options->patience, "With --once: how long the store may fail, 30 s by default")
       ->type_name("SECONDS")
       ->check(number_from(0, 86400));
