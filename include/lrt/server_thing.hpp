@@ -44,6 +44,7 @@ struct ServerCounters : engine::EngineCounts {
   std::size_t audit_waiting = 0;                             ///< lines that wait for the sink or the file of the audit
   std::uint64_t audit_errors = 0;                            ///< steps that failed in writing the file of the audit
   std::size_t unsaved_graph_changes = 0;                     ///< changes of graphs with a file that are not on the disk
+  std::uint64_t graph_file_errors = 0;                       ///< attempts to write changes of graphs to their files that failed
   std::chrono::system_clock::time_point started{};           ///< when the server was created
 };
 

@@ -296,6 +296,9 @@ class GraphState {
   /// Called by the journal: how many changes are not on the disk.
   void set_unsaved(std::size_t count) noexcept { unsaved_.store(count, std::memory_order_relaxed); }
   std::size_t unsaved() const noexcept { return unsaved_.load(std::memory_order_relaxed); }
+  /// Called by the journal: the disk has refused to write changes.
+  void add_file_error() noexcept { file_errors_.fetch_add(1, std::memory_order_relaxed); }
+  std::uint64_t file_errors() const noexcept { return file_errors_.load(std::memory_order_relaxed); }
 
  private:
   GraphState(std::string path, GraphOptions options, std::shared_ptr<HandleContext> thing)
@@ -346,6 +349,7 @@ class GraphState {
   ChangeJournal* journal_ = nullptr;
   std::mutex show_mutex_;  // held while a change by code is made on all versions; before mutex_
   std::atomic<std::size_t> unsaved_{0};
+  std::atomic<std::uint64_t> file_errors_{0};
 };
 
 struct ThingSpec;

@@ -410,6 +410,7 @@ class Journal::Writer final : public model::ChangeJournal, public std::enable_sh
       state_->saved(last);
       if (std::exchange(is_logged_, false)) log("the file is written again", LogLevel::info);
     } else {
+      state_->add_file_error();
       complain(*failure, batch.size());
     }
     lock.lock();

@@ -147,6 +147,7 @@ void KeptGraphs::removed(const std::string& path) {
   const std::lock_guard lock(mutex_);
   const auto first =
       std::stable_partition(all_.begin(), all_.end(), [&](const auto& kept) { return kept->state().path().compare(0, below.size(), below) != 0; });
+  for (auto kept = first; kept != all_.end(); ++kept) errors_of_removed_ += (*kept)->state().file_errors();
   std::move(first, all_.end(), std::back_inserter(gone));
   all_.erase(first, all_.end());
 }
@@ -159,7 +160,11 @@ void KeptGraphs::stop() noexcept {
 
 void KeptGraphs::count(ServerCounters& all) const {
   const std::lock_guard lock(mutex_);
-  for (const auto& kept : all_) all.unsaved_graph_changes += kept->state().unsaved();
+  all.graph_file_errors = errors_of_removed_;
+  for (const auto& kept : all_) {
+    all.unsaved_graph_changes += kept->state().unsaved();
+    all.graph_file_errors += kept->state().file_errors();
+  }
 }
 
 std::unique_ptr<Service> make_kept_graphs(SharedEngine& server) { return std::make_unique<KeptGraphs>(server); }

@@ -58,9 +58,10 @@ class KeptGraphs final : public Service, public ThingKeeper {
   void add(Opened opened);
 
   SharedEngine& server_;
-  mutable std::mutex mutex_;  // guards both of them
+  mutable std::mutex mutex_;  // guards all of them
   Opened all_;
   bool stopped_ = false;
+  std::uint64_t errors_of_removed_ = 0;
 };
 
 }  // namespace lrt

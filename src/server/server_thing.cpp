@@ -177,6 +177,7 @@ std::string prometheus_text(const ServerCounters& counters, std::vector<Metric> 
   e.single("lrt_audit_waiting_lines", "gauge", "Lines that wait for the sink or the file of the audit.", counters.audit_waiting);
   e.single("lrt_audit_file_errors_total", "counter", "Steps that failed in writing the file of the audit.", counters.audit_errors);
   e.single("lrt_graph_changes_unsaved", "gauge", "Changes of graphs with a file that are not on the disk.", counters.unsaved_graph_changes);
+  e.single("lrt_graph_file_errors_total", "counter", "Attempts to write changes of graphs to their files that failed.", counters.graph_file_errors);
   e.single("lrt_queries_total", "counter", "Queries that were begun, without the evaluations of standing queries.", counters.queries);
   e.single("lrt_queries_failed_total", "counter", "Queries that ended without a result: too long, too large, or cancelled.", counters.failed_queries);
   e.single("lrt_queries_refused_total", "counter", "Queries that were refused because too many are under way or stand.", counters.refused_queries);
@@ -240,6 +241,8 @@ Thing server_thing(const Server& server, std::string_view path) {
   count("queries/running", "Running queries", "Queries that have begun and not ended.", [](C c) { return c.running_queries; });
   count("queries/standing", "Standing queries", "Standing queries.", [](C c) { return c.standing_queries; });
   count("graphs/unsaved", "Unsaved changes", "Changes of graphs with a file that are not on the disk.", [](C c) { return c.unsaved_graph_changes; });
+  count("graphs/errors", "Graph file errors", "Attempts to write changes of graphs to their files that failed.",
+        [](C c) { return c.graph_file_errors; });
   thing.property("metrics", [read, others = server.metric_source()] { return prometheus_text(read(), others()); })
       .title("Metrics", "en")
       .description("The counters and those of other parts of the program in the text format of Prometheus.", "en")

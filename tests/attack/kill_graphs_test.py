@@ -39,7 +39,10 @@ class World(Program):
         return {int(value) for value in re.findall(rf'/map#{name}> <p:is> "(\d+)"', self.map())}
 
     def unsaved(self):
-        return int(re.search(r"^lrt_graph_changes_unsaved (\d+)$", self.get("server/metrics").expect(200).body, re.M).group(1))
+        return self.metric("lrt_graph_changes_unsaved")
+
+    def metric(self, name):
+        return int(re.search(rf"^{name} (\d+)$", self.get("server/metrics").expect(200).body, re.M).group(1))
 
 
 class Clients:
@@ -158,6 +161,7 @@ def expect_full(world, status, fill, free):
     before = max(world.values("host"))
     until(lambda: max(world.values("host")) > before, "what code changes is shown on a full disk")
     until(lambda: world.unsaved() > 0, "the counter says that it is not saved")
+    until(lambda: world.metric("lrt_graph_file_errors_total") > 0, "the attempts that failed are counted")
     said = world.said().count(" not saved: ")
     assert said == 1, f"{said} lines in one interval"
     free()
