@@ -12,6 +12,8 @@
 #                              and their tests. Debian starts them as services where systemd runs
 #   vendor/install.sh stores   what the library and most tests need, and the RDF store of the test of `lrt mirror`. Debian starts it as a service where
 #                              systemd runs; it takes 275 MB of memory. Not in ci
+#   vendor/install.sh fleet    what the library and most tests need, lrt::mqtt with a broker, and Prometheus for examples/fleet_operations and its test.
+#                              Debian starts both as services where systemd runs. Node-RED comes from npm: its test fetches it by name
 #   vendor/install.sh ros      what the library and most tests need, and ROS 1 for examples/ex_ros_node and its test
 #   vendor/install.sh cross    what the library and most tests need, and the cross compilers and the emulator of tests/portability/cross.sh
 #   vendor/install.sh ci       all of that, and what .ci/run needs besides
@@ -26,6 +28,7 @@ protobuf="libprotobuf-dev protobuf-compiler"
 tests="$urdf $mqtt $protobuf python3 python3-websockets python3-rdflib curl jq openssl libjwt-dev"
 proxies="nginx-light haproxy caddy varnish"
 stores="virtuoso-opensource-7"
+fleet="prometheus"
 browser="python3 chromium chromium-driver"
 ros="libroscpp-dev libsensor-msgs-dev python3-rosmaster python3-rospy python3-sensor-msgs"
 cross="g++-aarch64-linux-gnu g++-arm-linux-gnueabihf qemu-user-static"
@@ -42,11 +45,12 @@ for group in "$@"; do
     browser) wanted="$wanted $browser" ;;
     proxies) wanted="$wanted python3 python3-websockets openssl $proxies" ;;
     stores) wanted="$wanted python3 $stores" ;;
+    fleet) wanted="$wanted $mqtt python3 $fleet" ;;
     ros) wanted="$wanted $ros" ;;
     cross) wanted="$wanted $cross" ;;
-    ci) wanted="$wanted $tests $browser $proxies $ros $cross $ci" ;;
+    ci) wanted="$wanted $tests $browser $proxies $fleet $ros $cross $ci" ;;
     *)
-      echo "usage: $0 [build] [urdf] [mqtt] [protobuf] [tests] [browser] [proxies] [stores] [ros] [cross] [ci]" >&2
+      echo "usage: $0 [build] [urdf] [mqtt] [protobuf] [tests] [browser] [proxies] [stores] [fleet] [ros] [cross] [ci]" >&2
       exit 2
       ;;
   esac
