@@ -11,7 +11,6 @@
 #include <vector>
 
 #include <lrt/base/abi.hpp>
-#include <lrt/base/metric.hpp>
 #include <lrt/base/misuse.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/options.hpp>
@@ -38,6 +37,7 @@ inline namespace v0 {
 class Feed;
 class Feeds;
 class Registration;
+struct Metric;
 struct Served;
 struct ServerCounters;
 
@@ -158,11 +158,12 @@ class LRT_API Server {
   ///
   ///     const auto shown = server.add_metrics([&mirror] { return mirror.metrics(); });
   ///
-  /// @param source  called for each request of the text, on the thread that serves the network; one call at a time
+  /// @param source  called for each request of the text, on the thread that serves the network; one call at a time. It must
+  ///                not wait. base/metric.hpp defines what it returns
   /// @return        the source is called as long as this exists. It may outlive the server. nullptr: the server was moved from
   /// @par Threads  Any, also from a lambda. Do not end what it returns from the source.
   /// @par Time     The end of what it returns waits for a call of the source.
-  [[nodiscard]] std::shared_ptr<void> add_metrics(MetricSource source);
+  [[nodiscard]] std::shared_ptr<void> add_metrics(std::function<std::vector<Metric>()> source);
 
   std::uint16_t port() const noexcept;  ///< the port that it listens on
   /// URL with Listen::address as it was given, and the port: "http://127.0.0.1:8080/", "http://robot.local:8080/"; with
@@ -173,7 +174,7 @@ class LRT_API Server {
   friend class Feed;
   friend Thing server_thing(const Server& server, std::string_view path);
   std::function<ServerCounters()> counter_source() const;
-  MetricSource metric_source() const;
+  std::function<std::vector<Metric>()> metric_source() const;
   Feeds* feeds() noexcept;
   SharedEngine& shared_engine() noexcept;
   std::chrono::milliseconds poll(std::chrono::microseconds budget, bool checks) noexcept;

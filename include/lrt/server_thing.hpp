@@ -11,7 +11,6 @@
 #include <vector>
 
 #include <lrt/base/abi.hpp>
-#include <lrt/base/metric.hpp>
 #include <lrt/engine/counts.hpp>
 #include <lrt/http/message.hpp>
 #include <lrt/server.hpp>
@@ -19,6 +18,8 @@
 
 namespace lrt {
 inline namespace v0 {
+
+struct Metric;
 
 /// A distribution of durations since the server was created, in seconds.
 struct TimeCounts {

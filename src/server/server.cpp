@@ -439,10 +439,10 @@ ServerCounters Server::counters() const { return impl_ ? impl_->counters() : Ser
 std::function<ServerCounters()> Server::counter_source() const {
   return [impl = impl_.get()] { return impl ? impl->counters() : ServerCounters(); };
 }
-std::shared_ptr<void> Server::add_metrics(MetricSource source) {
+std::shared_ptr<void> Server::add_metrics(std::function<std::vector<Metric>()> source) {
   return impl_ ? impl_->engine().service<MetricSources>().add(std::move(source)) : nullptr;
 }
-MetricSource Server::metric_source() const {
+std::function<std::vector<Metric>()> Server::metric_source() const {
   return [impl = impl_.get()] { return impl ? impl->engine().service<MetricSources>().collect() : std::vector<Metric>(); };
 }
 

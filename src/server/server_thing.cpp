@@ -9,6 +9,7 @@
 #include <set>
 #include <utility>
 
+#include <lrt/base/metric.hpp>
 #include <lrt/engine/handler.hpp>
 #include <lrt/rdf/unit.hpp>
 #include <lrt/rdf/vocab.hpp>

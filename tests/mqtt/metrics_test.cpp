@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include <lrt/base/metric.hpp>
 #include <lrt/lrt.hpp>
 #include <lrt/mqtt.hpp>
 #include <lrt/served.hpp>

@@ -49,6 +49,18 @@ def files_are_right(folder):
     print("promtool accepts the configuration; 13 rules fire when their tests say so")
 
 
+def page_shows_the_files():
+    """A block of docs/fleet.md that begins with the name of a file has lines of that file, in their order."""
+    root = HERE.parent.parent
+    count = 0
+    for block in re.findall(r"^```\w*\n# (\S+)\n(.*?)^```$", (root / "docs" / "fleet.md").read_text(encoding="utf-8"), re.M | re.S):
+        rest = iter([line.strip() for line in configuration(EXAMPLE, block[0]).splitlines()])
+        for line in block[1].splitlines():
+            assert line.strip() in rest, f"{block[0]} lacks, or has before: {line}"
+        count += 1
+    assert count >= 6, f"{count} blocks"
+
+
 def families(text):
     return set(re.findall(r"^# TYPE (\S+) ", text, re.M))
 
@@ -213,6 +225,7 @@ def main():
         return 77
     with tempfile.TemporaryDirectory() as folder:
         files_are_right(pathlib.Path(folder))
+        page_shows_the_files()
         scrapes_and_alerts(pathlib.Path(folder), baxter, lrt, kept_world, full_disk, mosquitto)
     return 0
 

@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include <lrt/base/metric.hpp>
 #include <lrt/served.hpp>
 #include <lrt/transport/loopback.hpp>
 #include <lrt/transport/named.hpp>
