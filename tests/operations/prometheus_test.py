@@ -77,21 +77,24 @@ class Mirror(Program):
 
 
 class Store(GraphStore):
-    """One that can be told not to take anything."""
+    """One that can be told to respond 503 to everything."""
 
     def __init__(self):
         super().__init__()
         self.is_down = False
-        store, handler = self, self.server.RequestHandlerClass
-        put = handler.do_PUT
+        handler = self.server.RequestHandlerClass
+        for name in ("do_GET", "do_HEAD", "do_PUT", "do_DELETE"):
+            if hasattr(handler, name):
+                setattr(handler, name, self.unless_down(getattr(handler, name)))
 
-        def do_put(self):
-            if not store.is_down:
-                return put(self)
-            self.rfile.read(int(self.headers["Content-Length"]))
-            return self.reply(503)
+    def unless_down(self, respond):
+        def respond_or_refuse(handler):
+            if not self.is_down:
+                return respond(handler)
+            handler.rfile.read(int(handler.headers.get("Content-Length", 0)))
+            return handler.reply(503)
 
-        handler.do_PUT = do_put
+        return respond_or_refuse
 
 
 class Prometheus:
@@ -105,7 +108,7 @@ class Prometheus:
             ("127.0.0.1:9093", manager)))
         lines = "".join(f"- targets: ['{address}']\n  labels: {{robot: {name}, site: hall2}}\n" for name, address in robots.items())
         (folder / "robots.yml").write_text(lines)
-        rules = configuration(EXAMPLE, "alerts.yml", ("lrt_mirror_lag_seconds > 60", "lrt_mirror_lag_seconds > 0.5"))
+        rules = configuration(EXAMPLE, "alerts.yml", ("lrt_mirror_lag_seconds > 60", "lrt_mirror_lag_seconds > 2"))
         rules = re.sub(r"for: \d+[sm]", "for: 500ms", rules).replace("[5m]", "[5s]").replace("[10m]", "[10s]")
         (folder / "alerts.yml").write_text(rules)
         self.log = tempfile.TemporaryFile("w+")
@@ -168,7 +171,7 @@ def scrapes_and_alerts(folder, baxter, lrt, kept_world, full_disk, mosquitto):
         del os.environ["LD_PRELOAD"], os.environ["LRT_FULL_DISK"]
     with keeper, Broker(mosquitto, folder) as broker, Store() as store, \
             Program(baxter, "--port", "0", "--demo", "--metrics", "--mqtt", f"127.0.0.1:{broker.port}") as robot, \
-            Mirror(lrt, "mirror", robot.url, "--to", store.url, "--metrics", "0", "--interval", "0.1") as mirror:
+            Mirror(lrt, "mirror", robot.url, "--to", store.url, "--metrics", "0", "--rate", "0") as mirror:
         texts = [program.get("server/metrics").expect(200).body for program in (robot, keeper, mirror)]
         for text in texts:
             assert promtool("check", "metrics", text=text) == "", text
