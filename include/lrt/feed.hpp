@@ -12,6 +12,7 @@
 #include <lrt/base/waker.hpp>
 #include <lrt/engine/feed.hpp>
 #include <lrt/http/message.hpp>
+#include <lrt/identity.hpp>
 #include <lrt/security.hpp>
 
 namespace lrt {
@@ -101,6 +102,9 @@ class LRT_API Feed {
   /// The stamp of the present time, "0123456789abcdef/73521": this run of the server, and milliseconds since it began.
   /// A request says in such stamps until when it is valid (Valid-Until, SPEC 3.20).
   std::string robot_time() const;
+  /// Options::identity. Without one its `iri` is Listen::public_base; empty: the server has neither, and another name
+  /// after each change of its address.
+  Identity identity() const;
   /// Whether the server's security restricts requests without credentials.
   bool is_protected() const;
 

@@ -150,6 +150,10 @@ class LRT_API Server {
   /// @par Threads  Any, also from a lambda and from Security::authenticate.
   void sign_out(std::string_view principal);
 
+  /// Options::identity. Without one its `iri` is Listen::public_base; empty: the server has neither.
+  /// @par Threads  Any.
+  Identity identity() const;
+
   /// Counters since the server was created, and present numbers (server_thing.hpp).
   /// @par Threads  Any.
   ServerCounters counters() const;

@@ -73,5 +73,11 @@ LRT_API std::string prometheus_text(const ServerCounters& counters, std::vector<
 /// @par Threads  Any.
 LRT_API Thing server_thing(const Server& server, std::string_view path = "server");
 
+/// The identity of a robot in the text format of Prometheus, which the property `metrics` of server_thing() has first: `lrt_robot_info` with the value 1, and a label for each member that is not
+/// empty: iri, serial_number, model, manufacturer, software_version, build. Empty without an IRI.
+/// Two robots with one identity: `count by (iri) (lrt_robot_info) > 1`.
+/// @par Threads  Any.
+LRT_API std::string prometheus_text(const Identity& identity);
+
 }  // namespace v0
 }  // namespace lrt

@@ -9,6 +9,7 @@
 
 #include <lrt/model/statement.hpp>
 
+#include "src/engine/identity.hpp"
 #include "src/engine/parts.hpp"
 #include "src/engine/receivers/event_stream.hpp"
 #include "src/engine/resources/thing.hpp"
@@ -460,6 +461,7 @@ Result<void> Engine::check() const {
   for (const auto& [name, is_negative] : negative)
     if (is_negative) return unexpected(Errc::invalid_option, std::string(name) + ": expected at least 0, found a negative time");
   if (Result<void> checked = rdf::check_words({impl_->parts.options.title, impl_->parts.options.description}, "server"); !checked) return checked;
+  if (Result<void> checked = engine::check(options.identity); !checked) return checked;
   if (Result<void> checked = impl_->parts.cors.check(); !checked) return checked;
   if (const auto& queries = impl_->parts.queries)
     if (Result<void> checked = queries->check_options(); !checked) return checked;

@@ -167,6 +167,7 @@ std::string Feeds::base() const {
 }
 
 std::string Feeds::robot_time() const { return server_.robot_time(); }
+Identity Feeds::robot_identity() const { return server_.identity(); }
 bool Feeds::is_protected() const { return server_.callers() != nullptr; }
 
 void Feeds::take(engine::Outputs& outputs) {
@@ -252,6 +253,7 @@ int Feed::descriptor() const noexcept { return state_->waker->descriptor(); }
 std::shared_ptr<Waker> Feed::waker() const { return state_->waker; }
 std::string Feed::base() const { return state_->feeds.base(); }
 std::string Feed::robot_time() const { return state_->feeds.robot_time(); }
+Identity Feed::identity() const { return state_->feeds.robot_identity(); }
 bool Feed::is_protected() const { return state_->feeds.is_protected(); }
 
 std::unique_ptr<Service> make_feeds(SharedEngine& server) { return std::make_unique<Feeds>(server); }

@@ -65,6 +65,7 @@ class Feeds final : public Service, public Receiver {
   std::string base() const;
   std::string robot_time() const;
   bool is_protected() const;
+  Identity robot_identity() const;
 
   void take(engine::Outputs& outputs) override;
   bool claim(engine::Reply& reply) override;

@@ -435,6 +435,7 @@ EventSource::Event EventSource::next(std::chrono::milliseconds max_wait) {
 void Server::sign_out(std::string_view principal) {
   if (impl_) impl_->sign_out(principal);
 }
+Identity Server::identity() const { return impl_ ? impl_->engine().identity() : Identity(); }
 ServerCounters Server::counters() const { return impl_ ? impl_->counters() : ServerCounters(); }
 std::function<ServerCounters()> Server::counter_source() const {
   return [impl = impl_.get()] { return impl ? impl->counters() : ServerCounters(); };

@@ -11,6 +11,7 @@
 
 #include <lrt/base/metric.hpp>
 #include <lrt/engine/handler.hpp>
+#include <lrt/identity.hpp>
 #include <lrt/rdf/unit.hpp>
 #include <lrt/rdf/vocab.hpp>
 #include <lrt/version.hpp>
@@ -189,8 +190,27 @@ std::string prometheus_text(const ServerCounters& counters, std::vector<Metric> 
   return e.take();
 }
 
+std::string prometheus_text(const Identity& identity) {
+  if (identity.iri.empty()) return {};
+  std::string labels;
+  const auto add = [&](const char* name, const std::string& text) {
+    if (text.empty()) return;
+    labels.append(labels.empty() ? "" : ",").append(name).append("=\"");
+    for (const char c : text) labels += c == '\\' ? "\\\\" : c == '"' ? "\\\"" : c == '\n' ? "\\n" : std::string(1, c);
+    labels += '"';
+  };
+  add("iri", identity.iri);
+  add("serial_number", identity.serial_number);
+  add("model", identity.model);
+  add("manufacturer", identity.manufacturer);
+  add("software_version", identity.software_version);
+  add("build", identity.build);
+  return "# HELP lrt_robot_info Which robot this is; the value is 1.\n# TYPE lrt_robot_info gauge\nlrt_robot_info{" + labels + "} 1\n";
+}
+
 Thing server_thing(const Server& server, std::string_view path) {
   const std::function<ServerCounters()> read = server.counter_source();
+  const std::string who = prometheus_text(server.identity());
   Thing thing(path);
   thing.title("Server", "en").dispatch(Dispatch::io_thread);
   const auto add = [&](const std::string& name, const char* title, const char* description, const Unit& unit, auto value) {
@@ -244,7 +264,7 @@ Thing server_thing(const Server& server, std::string_view path) {
   count("graphs/unsaved", "Unsaved changes", "Changes of graphs with a file that are not on the disk.", [](C c) { return c.unsaved_graph_changes; });
   count("graphs/errors", "Graph file errors", "Attempts to write changes of graphs to their files that failed.",
         [](C c) { return c.graph_file_errors; });
-  thing.property("metrics", [read, others = server.metric_source()] { return prometheus_text(read(), others()); })
+  thing.property("metrics", [read, who, others = server.metric_source()] { return who + prometheus_text(read(), others()); })
       .title("Metrics", "en")
       .description("The counters and those of other parts of the program in the text format of Prometheus.", "en")
       .representation(metrics_type, [](const std::string& text) { return text; })

@@ -522,6 +522,12 @@ Result<void> SharedEngine::remove(std::string_view path, const model::HandleCont
   return result;
 }
 
+Identity SharedEngine::identity() const {
+  Identity identity = options_.identity;
+  if (identity.iri.empty()) identity.iri = options_.listen.public_base;
+  return identity;
+}
+
 void SharedEngine::sign_out(std::string_view principal) {
   if (!is_own_process()) return;
   if (sessions_) sessions_->end_all_of(principal);

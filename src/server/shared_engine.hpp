@@ -166,6 +166,8 @@ class SharedEngine final : public engine::Handler {
   Result<void> add(std::vector<Thing> things);
   /// @param handles  of the thing; nullptr: of any
   Result<void> remove(std::string_view path, const model::HandleContext* handles = nullptr);
+  /// Server::identity()
+  Identity identity() const;
   /// Server::sign_out()
   void sign_out(std::string_view principal);
   /// Inside poll(), while another thread has the engine, its counts are those of the last call there.

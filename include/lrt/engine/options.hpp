@@ -13,6 +13,7 @@
 #include <lrt/base/ids.hpp>
 #include <lrt/base/log.hpp>
 #include <lrt/http/message.hpp>
+#include <lrt/identity.hpp>
 #include <lrt/rdf/codec.hpp>
 #include <lrt/rdf/words.hpp>
 #include <lrt/security.hpp>
@@ -106,6 +107,8 @@ struct CommonOptions {
   /// JSON-LD contexts of others that bodies of requests may refer to by IRI, besides the server's own. None is fetched: a
   /// body that refers to another one is refused (422).
   rdf::Contexts contexts;
+  /// Which robot this is; with an empty `iri`: the server has no identity. A bridge to an MQTT broker needs one, or a public base.
+  Identity identity;
 };
 
 /// The verdict of an authorizer.

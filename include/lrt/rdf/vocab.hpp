@@ -112,6 +112,11 @@ LRT_TERM(schema, PropertyValue);
 LRT_TERM(schema, name);
 LRT_TERM(schema, value);
 LRT_TERM(schema, dateModified);
+LRT_TERM(schema, IndividualProduct);
+LRT_TERM(schema, serialNumber);
+LRT_TERM(schema, model);
+LRT_TERM(schema, manufacturer);
+LRT_TERM(schema, softwareVersion);
 }  // namespace schema
 
 #define LRT_VOCAB_prov "http://www.w3.org/ns/prov#"
@@ -567,6 +572,8 @@ LRT_TERM(lrt, ControlledByAnother);
 LRT_TERM(lrt, ControlRequired);
 LRT_TERM(lrt, TakeOver);
 LRT_TERM(lrt, structure);
+LRT_TERM(lrt, identity);
+LRT_TERM(lrt, build);
 }  // namespace lrt_
 
 #undef LRT_TERM

@@ -7,6 +7,7 @@
 #include <lrt/rdf/codec.hpp>
 
 #include "src/engine/description.hpp"
+#include "src/engine/identity.hpp"
 #include "src/engine/overview.hpp"
 #include "src/engine/registry.hpp"
 #include "src/engine/resources/action.hpp"
@@ -45,6 +46,7 @@ void RootResource::describe(const Description& d) const {
     state->shown.describe(d);
   }
   describe_container(about, *this, d);
+  describe_identity(d.base + path, d);
 }
 
 std::vector<const StopState*> RootResource::stop_states() const {
@@ -68,6 +70,7 @@ void RootResource::overview(Overview& o) const {
   const EngineOptions& options = o.options();
   if (options.title.empty()) o.text("title", title);
   o.words({options.title, options.description});
+  if (!options.identity.iri.empty()) o.json("identity", json_of(options.identity));
   if (const Resource* const structure = registry_.find(StructureResource::location)) o.link("structure", *structure);
   o.link("all", all_);
   auto all = stops();

@@ -7,6 +7,7 @@
 #include <lrt/engine/engine.hpp>
 
 #include "src/engine/description.hpp"
+#include "src/engine/identity.hpp"
 #include "src/engine/registry.hpp"
 #include "src/engine/resources/kind.hpp"
 #include "src/engine/resources/property.hpp"
@@ -40,6 +41,8 @@ void TreeResource::describe(const Description& d) const {
   std::size_t left = d.engine.options.max_value_members;
   for (const Resource* part : described_resources(d.audience))
     if (d.audience.sees(*part)) describe_in_whole(*part, d, left);
+  // Of the robot, and only for those who could read it at the root.
+  if (const Resource* const root = thing ? nullptr : registry_->find("/"); root && d.audience.sees(*root)) describe_identity(d.base + path, d);
 }
 
 std::vector<const Resource*> TreeResource::described_resources(const Audience& audience) const {

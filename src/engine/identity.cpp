@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "src/engine/identity.hpp"
+
+#include <algorithm>
+#include <string_view>
+#include <utility>
+
+#include <lrt/base/iri.hpp>
+#include <lrt/engine/engine.hpp>
+
+#include "src/base/quote.hpp"
+#include "src/base/read_file.hpp"
+#include "src/base/utf8.hpp"
+#include "src/engine/description.hpp"
+#include "src/rdf/json_parse.hpp"
+
+namespace lrt {
+inline namespace v0 {
+
+namespace {
+
+constexpr std::size_t max_identity_file_bytes = 64 * 1024;
+constexpr std::string_view identity_members = "iri, serialNumber, model, manufacturer, softwareVersion or build";
+
+std::string* identity_member(Identity& identity, std::string_view name) {
+  if (name == "iri") return &identity.iri;
+  if (name == "serialNumber") return &identity.serial_number;
+  if (name == "model") return &identity.model;
+  if (name == "manufacturer") return &identity.manufacturer;
+  if (name == "softwareVersion") return &identity.software_version;
+  if (name == "build") return &identity.build;
+  return nullptr;
+}
+
+}  // namespace
+
+Result<Identity> Identity::from_file(const std::string& path) {
+  using rdf::json::Document;
+  const auto invalid = [&](const std::string& what) { return unexpected(Errc::invalid_option, "identity \"" + path + "\": " + what); };
+  Result<std::string> text = read_file(path, max_identity_file_bytes);
+  if (!text) return unexpected(text.error().code, "identity: " + text.error().message);
+  if (text->size() > max_identity_file_bytes) return invalid("expected at most " + std::to_string(max_identity_file_bytes) + " bytes");
+  rdf::json::Limits limits;
+  limits.values = 64;
+  limits.depth = 4;
+  const Result<Document> read = Document::parse(utf8::without_mark(*text), limits);
+  if (!read) return invalid("expected a JSON object: " + read.error().message);
+  if (read->kind(read->root()) != Document::Kind::object) return invalid("expected a JSON object with the member \"iri\"");
+  Identity identity;
+  for (const Document::Id one : rdf::json::Children(*read, read->root())) {
+    std::string* const member = identity_member(identity, read->key(one));
+    if (!member) return invalid("expected " + std::string(identity_members) + ", found the member " + quoted(read->key(one)));
+    if (read->kind(one) != Document::Kind::string) return invalid("expected a text in the member " + quoted(read->key(one)));
+    *member = std::string(read->text(one));
+  }
+  if (identity.iri.empty()) return invalid("expected the member \"iri\": {\"iri\": \"https://robots.example/r7\"}");
+  if (Result<void> checked = engine::check(identity); !checked) return invalid(checked.error().message);
+  return identity;
+}
+
+std::string Identity::name() const {
+  std::string_view rest = iri;
+  while (!rest.empty() && (rest.back() == '/' || rest.back() == '#' || rest.back() == ':')) rest.remove_suffix(1);
+  const std::size_t before = rest.find_last_of("/#:");
+  return std::string(before == std::string_view::npos ? rest : rest.substr(before + 1));
+}
+
+}  // namespace v0
+}  // namespace lrt
+
+namespace lrt::engine {
+inline namespace v0 {
+
+Result<void> check(const Identity& identity) {
+  Result<void> result;
+  bool is_empty = true;
+  for_each_member(identity, [&](std::string_view name, const std::string& text) {
+    is_empty = false;
+    const bool has_control = std::any_of(text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; });
+    if (result && (has_control || utf8::find_invalid(text) || text.size() > max_identity_bytes))
+      result =
+          unexpected(Errc::invalid_option, "identity: " + std::string(name) + ": expected a text in UTF-8 without control characters, of at most " +
+                                               std::to_string(max_identity_bytes) + " bytes, found " + quoted(text));
+  });
+  if (!result || is_empty) return result;
+  if (!iri::is_absolute(identity.iri))
+    return unexpected(
+        Errc::invalid_option,
+        "identity: iri: expected an absolute IRI such as \"https://robots.example/r7\" or \"urn:uuid:...\", found " + quoted(identity.iri));
+  return {};
+}
+
+std::string json_of(const Identity& identity) {
+  std::string text;
+  for_each_member(identity, [&](std::string_view name, const std::string& value) {
+    text += text.empty() ? "{\"" : ",\"";
+    text.append(name).append("\":");
+    append_json_string(text, value);
+  });
+  return text.empty() ? "{}" : text + "}";
+}
+
+void describe_identity(const std::string& document, const Description& d) {
+  const Identity& identity = d.engine.options.identity;
+  if (identity.iri.empty()) return;
+  About(d.graph, document).link(vocab::lrt_::identity, identity.iri);
+  About about(d.graph, identity.iri);
+  about.a(vocab::schema::IndividualProduct);
+  const std::pair<Iri, const std::string*> texts[] = {
+      {vocab::schema::serialNumber, &identity.serial_number},
+      {vocab::schema::model, &identity.model},
+      {vocab::schema::manufacturer, &identity.manufacturer},
+      {vocab::schema::softwareVersion, &identity.software_version},
+      {vocab::lrt_::build, &identity.build},
+  };
+  for (const auto& [predicate, text] : texts)
+    if (!text->empty()) about.add(predicate, rdf::literal(*text));
+}
+
+}  // namespace v0
+}  // namespace lrt::engine
