@@ -33,7 +33,7 @@ struct Identity {
   ///              found
   LRT_API static Result<Identity> from_file(const std::string& path);
 
-  /// A short name for topics and labels: what follows the last '/', '#' or ':' of the IRI, "r7". Of
+  /// A short name for topics and labels: the fragment of the IRI, or the last part of its path, "r7". Of
   /// "https://r7.example/" it is the host. Empty without an IRI.
   LRT_API std::string name() const;
 };

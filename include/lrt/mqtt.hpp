@@ -74,8 +74,9 @@ struct Broker {
   /// Credentials; an empty user: none.
   std::string user, password;
   /// @}
-  /// Empty: made of the prefix, so that the broker recognises a robot that has started again. Two clients with the same
-  /// id end each other's connections.
+  /// Empty: made of the robot's identity, so that the broker recognises a robot that has started again. Two clients with
+  /// the same id end each other's connections: two robots of one identity, which the log says, and two bridges of one
+  /// robot, of which one needs an id here. A broker that makes the id of the user (examples/mosquitto) ignores it.
   std::string client_id;
   /// URL that the RDF states for clients (lrt:mqttBroker): "mqtts://broker.example:8883". Empty: made of host and port.
   std::string public_url;
@@ -85,6 +86,9 @@ struct Broker {
   /// random factor of 0.5 to 1.5, so that the robots of a fleet do not reconnect at the same time.
   std::chrono::milliseconds first_pause{500};
   std::chrono::milliseconds max_pause{30'000};  ///< see first_pause
+  /// A file whose first line is the password, instead of `password`. It is read for each connection, as the files of `tls`
+  /// are: when they have changed, Bridge::reload() connects with the new ones.
+  std::string password_file;
 };
 
 /// The description of the robot: the document of all Things (/all), at PREFIX/ns/description. It is published when the
@@ -148,8 +152,8 @@ struct Limits {
 /// Options of a bridge.
 struct Options {
   Broker broker;  ///< address and identity
-  /// The first levels of all topics of this robot: "robots/r7". The topic of a resource is PREFIX and its path:
-  /// robots/r7/arm/angle. A '+' in a name becomes %2B. lrt uses PREFIX/ns/... itself: PREFIX/ns/status is
+  /// The first levels of all topics of this robot: "robots/r7". Empty: "robots/" and Identity::name() of the robot's
+  /// identity. The topic of a resource is PREFIX and its path: robots/r7/arm/angle. A '+' in a name becomes %2B. lrt uses PREFIX/ns/... itself: PREFIX/ns/status is
   /// {"online":true,...} or {"online":false}, retained; the latter is also the Last Will.
   std::string prefix;
   std::vector<Publication> publications = default_publications();  ///< what is published
@@ -175,6 +179,7 @@ struct Counters {
   std::uint64_t not_bridged = 0;         ///< resources that match a publication and cannot be published
   std::uint64_t commands = 0;            ///< passed to the server
   std::uint64_t dropped_commands = 0;    ///< without a response: not well-formed, retained, or too large
+  std::uint64_t taken_over = 0;          ///< times that another client was found to be connected as this robot
   std::size_t resources = 0;             ///< published now
   std::size_t unacknowledged = 0;        ///< messages with QoS 1 and 2 that wait for an acknowledgement
 };
@@ -198,7 +203,7 @@ struct Counters {
 class LRT_API Bridge {
  public:
   /// Makes a bridge. It does not connect yet; start() or the first poll() does.
-  /// @par Errors  invalid_option; insecure_address: commands that nothing restricts (Commands::allow_unprotected);
+  /// @par Errors  invalid_option: also of a server that has neither an identity nor a public base; insecure_address: commands that nothing restricts (Commands::allow_unprotected);
   ///              closed; io_error
   static Result<Bridge> create(Server& server, Options options);
   Bridge(Bridge&&) noexcept;
@@ -215,6 +220,12 @@ class LRT_API Bridge {
   std::chrono::milliseconds poll(std::chrono::microseconds budget = std::chrono::microseconds(500)) noexcept;
   /// A descriptor that is readable whenever poll() has work, including expired times. The bridge owns it.
   int descriptor() noexcept;
+  /// Reads the password and the files of TLS again, and connects with them: for certificates that were replaced, for
+  /// example at SIGHUP. The broker publishes the Last Will in between. Without this call they are read for the next
+  /// connection, whenever that is.
+  /// @par Errors   invalid_option, io_error: a file cannot be used; the connection stays as it is. closed: after stop()
+  /// @par Threads  Any.
+  Result<void> reload();
   /// Disconnects from the broker, which then publishes the Last Will, and ends the thread. Waiting messages are not
   /// sent. When the server stops, the bridge disconnects by itself.
   /// @par Time  Waits for the thread.

@@ -59,10 +59,18 @@ Result<Identity> Identity::from_file(const std::string& path) {
 }
 
 std::string Identity::name() const {
-  std::string_view rest = iri;
-  while (!rest.empty() && (rest.back() == '/' || rest.back() == '#' || rest.back() == ':')) rest.remove_suffix(1);
-  const std::size_t before = rest.find_last_of("/#:");
-  return std::string(before == std::string_view::npos ? rest : rest.substr(before + 1));
+  const iri::Parts parts = iri::split(iri);
+  std::string_view rest = parts.fragment.empty() ? parts.path : parts.fragment;
+  const auto is_between = [&](char c) { return c == '/' || (c == ':' && !parts.has_authority); };
+  while (!rest.empty() && is_between(rest.back())) rest.remove_suffix(1);
+  if (rest.empty()) {
+    rest = parts.authority.substr(parts.authority.find('@') + 1);  // npos + 1 is 0
+    if (rest.substr(0, 1) != "[") rest = rest.substr(0, rest.find(':'));
+    return std::string(rest.empty() ? parts.scheme : rest);
+  }
+  std::size_t begin = rest.size();
+  while (begin > 0 && !is_between(rest[begin - 1])) --begin;
+  return std::string(rest.substr(begin));
 }
 
 }  // namespace v0

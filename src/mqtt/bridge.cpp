@@ -88,6 +88,13 @@ class LRT_LOCAL Bridge::Impl {
     has_stopped_.notify_all();
   }
 
+  Result<void> reload() {
+    if (!process_.is_current() || stopping_) return unexpected(Errc::closed, "the bridge has stopped");
+    if (Result<void> checked = core_->link().check(); !checked) return checked;
+    core_->reconnect();
+    return {};
+  }
+
   Counters counters() const noexcept { return core_->counters(); }
   const BridgeCore& core() const noexcept { return *core_; }
 
@@ -159,6 +166,7 @@ Result<Bridge> Bridge::create(Server& server, Options options) {
 Result<void> Bridge::start() { return impl_->start(); }
 std::chrono::milliseconds Bridge::poll(std::chrono::microseconds budget) noexcept { return impl_->poll(budget); }
 int Bridge::descriptor() noexcept { return impl_->descriptor(); }
+Result<void> Bridge::reload() { return impl_->reload(); }
 void Bridge::stop() noexcept { impl_->stop(); }
 Counters Bridge::counters() const noexcept { return impl_->counters(); }
 std::string Bridge::topic(std::string_view path) const { return impl_->core().topics().of(path); }

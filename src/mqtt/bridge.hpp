@@ -18,6 +18,7 @@
 #include <lrt/feed.hpp>
 #include <lrt/mqtt.hpp>
 
+#include "src/mqtt/identity_checks.hpp"
 #include "src/mqtt/link.hpp"
 #include "src/mqtt/topics.hpp"
 
@@ -38,6 +39,9 @@ class BridgeCore final : private Link::Events {
   /// Receives and sends pending messages, for about `budget`.
   /// @return  the time until the next step, unless a descriptor becomes ready earlier; zero: work is left
   std::chrono::milliseconds advance(Instant now, std::chrono::microseconds budget);
+  /// Connects again at the next advance(), with the credentials that then are in their files.
+  /// @par Threads  Any.
+  void reconnect() noexcept;
   void stop() noexcept;
 
   Feed& feed() noexcept { return feed_; }
@@ -73,13 +77,15 @@ class BridgeCore final : private Link::Events {
     std::atomic<bool> online{false};
     std::atomic<std::uint64_t> connections{0}, failed_connections{0}, published{0}, published_bytes{0}, acknowledged{0}, refused{0}, not_bridged{0},
         commands{0}, dropped_commands{0};
+    std::atomic<std::uint64_t> taken_over{0};
     std::atomic<std::size_t> resources{0}, unacknowledged{0};
   };
 
-  BridgeCore(Feed feed, Topics topics, Options options);
+  BridgeCore(Feed feed, Topics topics, Options options, Identity identity);
 
   // Link::Events
   void connected(const Agreement& agreement) override;
+  void taken_over() override;
   void disconnected(const std::string& reason) override;
   void acknowledged(int id, bool refused, const std::string& reason) override;
   void received(InMessage message) override;
@@ -103,6 +109,8 @@ class BridgeCore final : private Link::Events {
   std::string valid_until_of(InMessage& message) const;
   void carry_out(InMessage message);
   void see_status(const InMessage& message);
+  void see_kept_status(const StatusText& kept);
+  void see_another(const std::string& what);
   std::optional<std::string> refused_command(const InMessage& message) const;
   void respond(const Waiting& to, int status, OutMessage message);
   void drop_command(const std::string& why);
@@ -114,6 +122,7 @@ class BridgeCore final : private Link::Events {
   Feed feed_;
   const Topics topics_;
   const Options options_;
+  const Identity identity_;
   const std::string broker_url_, session_;
   std::unique_ptr<Link> link_;
 
@@ -126,6 +135,9 @@ class BridgeCore final : private Link::Events {
   std::uint16_t max_aliases_ = 0, used_aliases_ = 0;
   bool newest_first_ = false;  ///< set after connecting: the newest values are sent before queued changes
   std::string last_reason_;    ///< of a connection that failed, logged once
+  bool is_contested_ = false;  ///< another client was connected as this robot: the next pause is the longest
+  std::atomic<bool> reconnects_{false};
+  std::string first_session_;  ///< of the status that the broker had kept when this bridge connected first
   bool is_status_due_ = false;
   Instant status_at_{}, time_at_{};                         ///< not before
   std::unordered_map<int, Unacknowledged> unacknowledged_;  ///< by id, of the present connection

@@ -15,6 +15,7 @@
 
 #include "src/base/back_off.hpp"
 #include "src/base/charset.hpp"
+#include "src/engine/identity.hpp"
 #include "src/http/robot_time.hpp"
 #include "src/http/target.hpp"
 #include "src/mqtt/bridge.hpp"
@@ -127,22 +128,6 @@ Result<void> check(const Options& options) {
   return {};
 }
 
-/// The same for each start of a robot, so that the broker ends an old connection of the robot, with its Last Will, when a new one begins.
-std::string client_id_of(const Options& options) {
-  if (!options.broker.client_id.empty()) return options.broker.client_id;
-  constexpr std::size_t max_readable = 32;
-  constexpr char digits[] = "0123456789abcdef";
-  std::string id = "lrt-";
-  std::uint64_t hash = 14695981039346656037U;  // FNV-1a, because brokers may refuse other characters and long ids
-  for (const char c : options.prefix) {
-    hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211U;
-    if (id.size() < max_readable) id += (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ? c : '-';
-  }
-  id += '-';
-  for (int shift = 60; shift >= 0; shift -= 4) id += digits[(hash >> shift) & 15];
-  return id;
-}
-
 std::string url_of(const Broker& broker) {
   if (!broker.public_url.empty()) return broker.public_url;
   const std::string host = broker.host.find(':') == std::string::npos ? broker.host : "[" + broker.host + "]";
@@ -161,28 +146,32 @@ std::vector<Publication> default_publications() {
   return {values, invocations};
 }
 
-BridgeCore::BridgeCore(Feed feed, Topics topics, Options options)
+BridgeCore::BridgeCore(Feed feed, Topics topics, Options options, Identity identity)
     : feed_(std::move(feed)),
       topics_(std::move(topics)),
       options_(std::move(options)),
+      identity_(std::move(identity)),
       broker_url_(url_of(options_.broker)),
       session_(RandomIds().next()),
       chance_(std::hash<std::string>()(session_) | 1) {}
 
 Result<std::unique_ptr<BridgeCore>> BridgeCore::create(Server& server, Options options, const MakeLink& make_link) {
   if (Result<void> checked = check(options); !checked) return Unexpected{std::move(checked).error()};
-  Result<Topics> topics = Topics::create(options.prefix);
-  if (!topics) return Unexpected{std::move(topics).error()};
   Result<Feed> feed = Feed::create(server, options.owner);
   if (!feed) return Unexpected{std::move(feed).error()};
+  Identity identity = feed->identity();
+  if (identity.iri.empty()) return unexpected(Errc::invalid_option, without_identity());
+  if (options.prefix.empty()) options.prefix = default_prefix(identity);
+  Result<Topics> topics = Topics::create(options.prefix);
+  if (!topics) return Unexpected{std::move(topics).error()};
   if (options.commands.enabled && !options.commands.allow_unprotected && !feed->is_protected())
     return unexpected(Errc::insecure_address,
                       "commands from a broker allow every client that may publish there to move the robot: set the server's Security, "
                       "or commands.allow_unprotected");
-  std::unique_ptr<BridgeCore> core(new BridgeCore(*std::move(feed), *std::move(topics), std::move(options)));
+  std::unique_ptr<BridgeCore> core(new BridgeCore(*std::move(feed), *std::move(topics), std::move(options), std::move(identity)));
   LinkOptions link;
   link.broker = core->options_.broker;
-  link.broker.client_id = client_id_of(core->options_);
+  if (link.broker.client_id.empty()) link.broker.client_id = client_id_of(core->identity_);
   link.commands = core->options_.commands;
   link.will = core->status(false);
   link.waker = core->feed_.waker();
@@ -207,6 +196,7 @@ Counters BridgeCore::counters() const noexcept {
   all.not_bridged = c.not_bridged;
   all.commands = c.commands;
   all.dropped_commands = c.dropped_commands;
+  all.taken_over = c.taken_over;
   all.resources = c.resources;
   all.unacknowledged = c.unacknowledged;
   return all;
@@ -242,6 +232,8 @@ OutMessage BridgeCore::status(bool online) const {
     if (options_.description.publish) text += ",\"description\":" + http::json_string(topics_.description());
     text += options_.commands.enabled ? ",\"commands\":true" : ",\"commands\":false";
   }
+  if (!online) text += ",\"base\":" + http::json_string(feed_.base());  // who is back compares it with its own
+  text += ",\"identity\":" + engine::json_of(identity_);
   text += ",\"session\":" + http::json_string(session_) + "}";
   message.payload = std::make_shared<const std::string>(std::move(text));
   return message;
@@ -253,6 +245,16 @@ milliseconds BridgeCore::advance(Instant now, std::chrono::microseconds budget) 
   constexpr milliseconds long_time{3'600'000};
   now_ = now;
   if (phase_ == Phase::stopped) return long_time;
+  if (reconnects_.exchange(false)) {
+    if (phase_ == Phase::online) {
+      log(LogLevel::info, "connects again, with the credentials that it has now");
+      link_->disconnect();
+      last_reason_ = "reload";
+      disconnected(last_reason_);
+      failures_ = 0;
+    }
+    retry_at_ = now;
+  }
   if (phase_ == Phase::waiting && now >= retry_at_) {
     phase_ = Phase::connecting;
     link_->connect();
@@ -351,6 +353,11 @@ bool BridgeCore::may_publish() const {
          unacknowledged_bytes_ < options_.limits.max_unacknowledged_bytes && !link_->is_congested();
 }
 
+void BridgeCore::reconnect() noexcept {
+  reconnects_ = true;
+  feed_.waker()->wake();
+}
+
 void BridgeCore::stop() noexcept {
   if (std::exchange(phase_, Phase::stopped) == Phase::stopped) return;
   counters_.online = false;
@@ -369,11 +376,14 @@ void BridgeCore::connected(const Agreement& agreement) {
   ++counters_.connections;
   counters_.online = true;
   log(LogLevel::info, "connected to " + broker_url_);
+  if (const std::string warning = certificate_warning(options_.broker, identity_, options_.prefix, std::chrono::system_clock::now());
+      !warning.empty())
+    log_once(warning);
   if (options_.commands.enabled)
     for (const Topics::Command command : {Topics::Command::put, Topics::Command::post, Topics::Command::remove})
       if (const Result<void> subscribed = link_->subscribe(topics_.filter(command), options_.commands.qos); !subscribed)
         subscription_refused(topics_.filter(command), subscribed.error().message);
-  if (const Result<void> subscribed = link_->subscribe(topics_.status(), 1); !subscribed)
+  if (const Result<void> subscribed = link_->subscribe(topics_.status(), 1, true); !subscribed)
     subscription_refused(topics_.status(), subscribed.error().message);
   is_status_due_ = true;
   status_at_ = time_at_ = now_;
@@ -389,7 +399,11 @@ void BridgeCore::disconnected(const std::string& reason) {
   phase_ = Phase::waiting;
   counters_.online = false;
   if (!was_online) ++counters_.failed_connections;
-  if (std::exchange(last_reason_, reason) != reason) log(LogLevel::warning, broker_url_ + ": " + reason);
+  if (last_reason_ != reason) {
+    last_reason_ = reason;
+    const std::string more = was_online ? std::string() : why_not_connected(options_.broker, reason, std::chrono::system_clock::now());
+    log(LogLevel::warning, broker_url_ + ": " + reason + more);
+  }
   // The unsent messages are newest values, which repeat_all() sends again, and queued ones, which are kept.
   messages_.erase(std::remove_if(messages_.begin(), messages_.end(), [](const engine::FeedMessage& m) { return !m.queued && !m.end; }),
                   messages_.end());
@@ -402,6 +416,7 @@ void BridgeCore::disconnected(const std::string& reason) {
   unacknowledged_bytes_ = 0;
   counters_.unacknowledged = repeats_.size();
   if (was_online && now_ - connected_at_ >= std::min(options_.broker.max_pause, good_connection)) failures_ = 0;
+  if (std::exchange(is_contested_, false)) failures_ = 30;  // robots that end each other's connections do so seldom
   chance_ = chance_ * 6364136223846793005U + 1442695040888963407U;
   const double chance = static_cast<double>(chance_ >> 11) / 9007199254740992.0;
   retry_at_ = now_ + back_off(++failures_, options_.broker.first_pause, options_.broker.max_pause, chance);
@@ -599,10 +614,32 @@ void BridgeCore::received(InMessage message) {
 /// Another client has published to the status. If it is the Last Will of an older connection of this robot, the status is published again. That of a
 /// robot which is connected is not contradicted, because two robots would do so without end.
 void BridgeCore::see_status(const InMessage& message) {
-  const std::string_view online = R"({"online":true)";
-  if (message.payload.substr(0, online.size()) != online) is_status_due_ = true;
-  else if (message.payload.find(session_) == std::string::npos)
-    log_once("another robot publishes with the prefix " + options_.prefix + ": each robot needs a prefix of its own");
+  const StatusText seen = read_status(message.payload);
+  if (message.retained) return see_kept_status(seen);
+  if (!seen.online) is_status_due_ = true;
+  else if (seen.session != session_) see_another(another_robot(identity_, options_.prefix, seen));
+}
+
+/// The broker sends what it has kept when the robot subscribes. Has another client published since this bridge has done so, it has been connected as this
+/// robot. (A broker that was restored from an older copy has what was kept then, which is what this bridge has found first.)
+void BridgeCore::see_kept_status(const StatusText& kept) {
+  if (kept.session.empty() || kept.session == session_) return;
+  if (counters_.connections > 1) {
+    if (kept.session != first_session_) see_another(another_robot(identity_, options_.prefix, kept));
+    return;
+  }
+  first_session_ = kept.session;
+  if (const std::string changed = earlier_status(identity_, options_.prefix, feed_.base(), kept); !changed.empty()) log_once(changed);
+}
+
+void BridgeCore::see_another(const std::string& what) {
+  is_contested_ = true;
+  ++counters_.taken_over;
+  log_once(what);
+}
+
+void BridgeCore::taken_over() {
+  see_another(mqtt::taken_over(identity_, options_.broker.client_id.empty() ? client_id_of(identity_) : options_.broker.client_id));
 }
 
 void BridgeCore::drop_command(const std::string& why) {

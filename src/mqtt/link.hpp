@@ -57,6 +57,8 @@ class Link {
   class Events {
    public:
     virtual void connected(const Agreement& agreement) = 0;
+    /// Another client has connected with this client id; disconnected() follows. Mosquitto before 2.0.12 does not say so.
+    virtual void taken_over() {}
     /// The connection has ended or could not be opened.
     virtual void disconnected(const std::string& reason) = 0;
     /// The broker has accepted a message with QoS 1 or 2, or refused it.
@@ -70,12 +72,16 @@ class Link {
   };
 
   virtual ~Link() = default;
+  /// Whether the password and the files of TLS can be used, as they are now.
+  /// @par Threads  Any.
+  virtual Result<void> check() { return {}; }
   /// Starts to connect: step() reports the result. Nothing of an earlier connection is left: the caller sends messages that were not acknowledged
   /// again.
   virtual void connect() = 0;
   /// Ends the connection; connected() was called or not. The broker publishes the Last Will.
   virtual void disconnect() noexcept = 0;
-  virtual Result<void> subscribe(const std::string& filter, int qos) = 0;
+  /// @param retained  whether messages come that the broker has kept
+  virtual Result<void> subscribe(const std::string& filter, int qos, bool retained = false) = 0;
   /// Hands a message to the network.
   /// @return  the id of acknowledged(); 0: QoS 0
   /// @par Errors  closed: not connected, nothing is kept; limit_exceeded, refused: the broker cannot accept it

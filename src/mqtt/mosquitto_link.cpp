@@ -18,10 +18,12 @@
 #include <utility>
 
 #include "src/base/blocked_signals.hpp"
+#include "src/base/read_file.hpp"
 #include "src/base/third_party_call.hpp"
 #include "src/base/thread.hpp"
 #include "src/mqtt/link.hpp"
 #include "src/mqtt/topics.hpp"
+#include "src/security/certificate.hpp"
 
 namespace lrt::mqtt {
 inline namespace v0 {
@@ -92,6 +94,18 @@ bool is_encrypted(const std::string& key_file) {
   return text.find("BEGIN ENCRYPTED PRIVATE KEY") != std::string::npos || text.find("Proc-Type: 4,ENCRYPTED") != std::string::npos;
 }
 
+/// The password, or the first line of its file.
+Result<std::string> password_of(const Broker& broker) {
+  constexpr std::size_t max_bytes = 65'535;
+  if (broker.password_file.empty()) return broker.password;
+  Result<std::string> text = read_file(broker.password_file, max_bytes);
+  if (!text) return unexpected(text.error().code, "broker.password_file: " + text.error().message);
+  text->resize(std::min(text->size(), text->find_first_of("\r\n")));
+  if (text->empty() || !is_text(*text))
+    return unexpected(Errc::invalid_option, "broker.password_file: expected a password in the first line of " + broker.password_file);
+  return *std::move(text);
+}
+
 class MosquittoLink;
 
 /// A libmosquitto client, for one connection: it would keep half-received messages and the limits of the broker for the next one. A thread that
@@ -155,9 +169,12 @@ class MosquittoLink final : public Link {
       return Unexpected{std::move(set).error()};  // the bridge has its own
     // Else a message waits until the broker has acknowledged the bytes before it, up to 40 ms.
     if (auto set = must(::mosquitto_int_option(client, MOSQ_OPT_TCP_NODELAY, 1), "TCP_NODELAY"); !set) return Unexpected{std::move(set).error()};
-    if (!broker.user.empty())
-      if (auto set = must(::mosquitto_username_pw_set(client, broker.user.c_str(), broker.password.c_str()), "broker.user"); !set)
+    if (!broker.user.empty()) {
+      const Result<std::string> password = password_of(broker);
+      if (!password) return Unexpected{password.error()};
+      if (auto set = must(::mosquitto_username_pw_set(client, broker.user.c_str(), password->c_str()), "broker.user"); !set)
         return Unexpected{std::move(set).error()};
+    }
     if (broker.tls) {
       const Tls& tls = *broker.tls;
       if (!tls.key_file.empty() && is_encrypted(tls.key_file))
@@ -268,14 +285,21 @@ class MosquittoLink final : public Link {
     handle_.reset();
   }
 
-  Result<void> subscribe(const std::string& filter, int qos) override {
+  Result<void> check() override {
+    if (Result<std::shared_ptr<Handle>> made = make_client(); !made) return Unexpected{std::move(made).error()};
+    const std::optional<Tls>& tls = options_.broker.tls;
+    // libmosquitto reads them when it connects, which would be too late.
+    return tls && !tls->certificate_file.empty() ? security::check_key(tls->certificate_file, tls->key_file) : Result<void>();
+  }
+
+  Result<void> subscribe(const std::string& filter, int qos, bool retained) override {
     const ThirdPartyCall call;
     if (!call) return unexpected(Errc::closed, "the process is exiting");
     if (!is_connected_ || descriptor() < 0) return unexpected(Errc::closed, "there is no connection");
     const BlockedSignals blocked;
     int id = 0;
-    const int code =
-        ::mosquitto_subscribe_v5(handle_->client, &id, filter.c_str(), qos, MQTT_SUB_OPT_NO_LOCAL | MQTT_SUB_OPT_SEND_RETAIN_NEVER, nullptr);
+    const int kept = retained ? MQTT_SUB_OPT_SEND_RETAIN_ALWAYS : MQTT_SUB_OPT_SEND_RETAIN_NEVER;
+    const int code = ::mosquitto_subscribe_v5(handle_->client, &id, filter.c_str(), qos, MQTT_SUB_OPT_NO_LOCAL | kept, nullptr);
     if (code != MOSQ_ERR_SUCCESS) return unexpected(Errc::io_error, text_of(code));
     filters_[id] = filter;
     return {};
@@ -316,8 +340,9 @@ class MosquittoLink final : public Link {
     events_ = nullptr;
     if (has_ended_ || code != MOSQ_ERR_SUCCESS || descriptor() < 0) {
       const int why = code != MOSQ_ERR_SUCCESS ? code : ended_ > 0 && ended_ < 128 ? ended_ : MOSQ_ERR_CONN_LOST;
-      const std::string reason = !refusal_.empty() ? std::exchange(refusal_, {}) : handle_->reason_of(why);
-
+      std::string reason = !refusal_.empty() ? std::exchange(refusal_, {}) : handle_->reason_of(why);
+      if (ended_ >= 128) reason = std::string("the broker has ended the connection: ") + ::mosquitto_reason_string(ended_);
+      if (ended_ == MQTT_RC_SESSION_TAKEN_OVER) events.taken_over();
       return end(events, reason);
     }
     if (!is_connected_ && std::chrono::steady_clock::now() - connecting_since_ > options_.broker.connect_time)

@@ -220,6 +220,7 @@ struct Robot {
     lrt::Options options;
     options.threads.io = lrt::Io::in_poll;
     options.listen.port = 0;
+    options.identity.iri = "urn:lrt:r" + std::to_string(number);
     server.emplace(lrt::Server::create(options).value());
     lrt::Thing base{"base"};
     for (unsigned i = 0; i < settings.properties; ++i) values.push_back(base.property<double>("p" + std::to_string(i)));

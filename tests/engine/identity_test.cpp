@@ -80,6 +80,10 @@ TEST_CASE("a name is the last part of the IRI", "[engine][identity]") {
   CHECK(name_of("https://robots.example/r7#it") == "it");
   CHECK(name_of("https://r7.example/") == "r7.example");
   CHECK(name_of("urn:uuid:6e8bc430") == "6e8bc430");
+  CHECK(name_of("https://me@r7.example:8443") == "r7.example");
+  CHECK(name_of("http://[::1]:8443/") == "[::1]:8443");
+  CHECK(name_of("https://robots.example/cell:7/") == "cell:7");
+  CHECK(name_of("urn:robots:") == "robots");
   CHECK(name_of("").empty());
   CHECK(name_of("/").empty());
 }

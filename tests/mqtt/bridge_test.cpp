@@ -32,6 +32,7 @@ struct Robot {
                  Io io = Io::own_thread) {
     server_options.listen.port = 0;
     server_options.threads.io = io;
+    server_options.identity.iri = "https://robots.example/r1";
     server.emplace(Server::create(std::move(server_options)).value());
     Thing arm{"arm"};
     angle = arm.property<double>("angle");

@@ -39,6 +39,7 @@ struct Arm {
     lrt::Options server_options;
     server_options.listen.port = 0;
     server_options.security.token_file = file;
+    server_options.identity.iri = "https://robots.example/r1";
     if (change_server) change_server(server_options);
     server.emplace(Server::create(std::move(server_options)).value());
     Thing arm{"arm"};
@@ -366,6 +367,7 @@ TEST_CASE("a client of the broker takes control, and commands with its id", "[mq
 
 TEST_CASE("commands that nothing restricts are refused when the bridge is made", "[mqtt]") {
   lrt::Options server_options;
+  server_options.identity.iri = "https://robots.example/r1";
   server_options.listen.port = 0;
   Server server = Server::create(std::move(server_options)).value();
   mqtt::Options options;
@@ -380,6 +382,7 @@ TEST_CASE("commands that nothing restricts are refused when the bridge is made",
 
 TEST_CASE("options that cannot work are refused", "[mqtt]") {
   lrt::Options server_options;
+  server_options.identity.iri = "https://robots.example/r1";
   server_options.listen.port = 0;
   Server server = Server::create(std::move(server_options)).value();
   const auto error_of = [&](const std::function<void(mqtt::Options&)>& change) {
@@ -390,7 +393,7 @@ TEST_CASE("options that cannot work are refused", "[mqtt]") {
     return made ? std::string() : made.error().message;
   };
   CHECK(error_of([](mqtt::Options&) {}).empty());
-  for (const char* prefix : {"", "/r1", "r1/", "a//b", "a/+/b", "a/#", "$SYS/r1", "a\nb", "a\xFF"})
+  for (const char* prefix : {"/r1", "r1/", "a//b", "a/+/b", "a/#", "$SYS/r1", "a\nb", "a\xFF"})
     CHECK_THAT(error_of([&](mqtt::Options& o) { o.prefix = prefix; }), Catch::Matchers::ContainsSubstring("prefix"));
   CHECK_THAT(error_of([](mqtt::Options& o) { o.publications[0].qos = 3; }), Catch::Matchers::ContainsSubstring("qos"));
   CHECK_THAT(error_of([](mqtt::Options& o) { o.broker.keep_alive = seconds(1); }), Catch::Matchers::ContainsSubstring("keep_alive"));

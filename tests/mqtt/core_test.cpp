@@ -33,12 +33,12 @@ namespace {
 /// What a test and its link share.
 struct Wire {
   int attempts = 0;
-  bool connects = true, congested = false, breaks = false;
+  bool connects = true, congested = false, breaks = false, taken_over = false;
   std::optional<Agreement> agreement;
   std::vector<OutMessage> sent;
   std::vector<int> acknowledged;
   std::vector<InMessage> incoming;
-  std::vector<std::string> filters;
+  std::vector<std::string> filters, kept_filters;
   std::string lost;  ///< not empty: the connection ends with this reason
   int next_id = 1;
   OutMessage will;
@@ -65,8 +65,9 @@ class FakeLink final : public Link {
     connecting_ = true;
   }
   void disconnect() noexcept override { connected_ = connecting_ = false; }
-  Result<void> subscribe(const std::string& filter, int) override {
+  Result<void> subscribe(const std::string& filter, int, bool retained) override {
     wire_.filters.push_back(filter);
+    if (retained) wire_.kept_filters.push_back(filter);
     return {};
   }
   Result<int> publish(const OutMessage& message) override {
@@ -84,6 +85,7 @@ class FakeLink final : public Link {
     }
     if (connected_ && !wire_.lost.empty()) {
       connected_ = false;
+      if (std::exchange(wire_.taken_over, false)) events.taken_over();
       events.disconnected(std::exchange(wire_.lost, {}));
     }
     for (const int id : std::exchange(wire_.acknowledged, {})) events.acknowledged(id, false, {});
@@ -104,6 +106,7 @@ struct Bench {
     server_options.listen.transport = transport::no_network;
     server_options.threads.io = Io::in_poll;
     server_options.clock = &clock;
+    server_options.identity.iri = "https://robots.example/r";
     if (change_server) change_server(server_options);
     server.emplace(Server::create(std::move(server_options)).value());
     Thing arm{"arm"};
@@ -200,22 +203,99 @@ TEST_CASE("a connection that lasts is followed by the short pause, and one that 
   CHECK(bench.turn(milliseconds(10'000)) <= milliseconds(151));
 }
 
-TEST_CASE("a robot that starts again has the same client id, and another prefix another one", "[mqtt]") {
-  const auto id_of = [](const std::string& prefix, const std::string& id = {}) {
-    return Bench([&](mqtt::Options& o) {
-             o.prefix = prefix;
-             o.broker.client_id = id;
-           })
+TEST_CASE("a robot that starts again has the same client id, and another identity another one", "[mqtt][identity]") {
+  const auto id_of = [](const std::string& iri, const std::string& id = {}, const std::string& prefix = {}) {
+    return Bench(
+               [&](mqtt::Options& o) {
+                 o.prefix = prefix;
+                 o.broker.client_id = id;
+               },
+               [&](lrt::Options& o) { o.identity.iri = iri; })
         .wire.client_id;
   };
-  const std::string id = id_of("robots/r7");
-  CHECK(id == id_of("robots/r7"));
-  CHECK(id.substr(0, 14) == "lrt-robots-r7-");
-  CHECK(id != id_of("robots-r7"));
-  CHECK(id_of(std::string(900, 'a')).size() <= 64);
-  CHECK(id_of(std::string(900, 'a')) != id_of(std::string(901, 'a')));
-  CHECK(id_of("\xC3\xA4/b").find_first_not_of("-abcdefghijklmnopqrstuvwxyz0123456789") == std::string::npos);
-  CHECK(id_of("robots/r7", "mine") == "mine");
+  const std::string id = id_of("https://robots.example/r7");
+  CHECK(id == id_of("https://robots.example/r7", {}, "cell/left"));
+  CHECK(id.substr(0, 7) == "lrt-r7-");
+  CHECK(id != id_of("https://robots.example/cell/r7"));
+  CHECK(id_of("urn:" + std::string(900, 'a')).size() <= 64);
+  CHECK(id_of("urn:" + std::string(900, 'a')) != id_of("urn:" + std::string(901, 'a')));
+  CHECK(id_of("urn:\xC3\xA4/b").find_first_not_of("-abcdefghijklmnopqrstuvwxyz0123456789") == std::string::npos);
+  CHECK(id_of("urn:r7", "mine") == "mine");
+}
+
+TEST_CASE("a robot whose client id another one takes says so, and waits the longest pause before it takes it back", "[mqtt][identity]") {
+  std::string log;
+  Bench bench([&](mqtt::Options& o) {
+    o.broker.first_pause = milliseconds(100);
+    o.broker.max_pause = milliseconds(100'000);
+    o.log = [&](LogLevel, std::string_view text) { log.append(text).append("\n"); };
+  });
+  bench.turns();
+  bench.wire.taken_over = true;
+  bench.wire.lost = "Session taken over";
+  CHECK(bench.turn(seconds(20)) >= milliseconds(50'000));
+  CHECK(log.find("another client has connected as \"" + bench.wire.client_id + "\"") != std::string::npos);
+  CHECK(bench.core->counters().taken_over == 1);
+  // The next end of a connection is an ordinary one.
+  bench.turn(seconds(200));
+  CHECK(bench.core->counters().online);
+  bench.wire.lost = "gone";
+  CHECK(bench.turn(seconds(20)) <= milliseconds(151));
+}
+
+TEST_CASE("the status that a broker has kept shows another robot at each further connection", "[mqtt][identity]") {
+  std::string log;
+  Bench bench([&](mqtt::Options& o) { o.log = [&](LogLevel, std::string_view text) { log.append(text).append("\n"); }; });
+  const auto kept = [&](const std::string& payload) {
+    InMessage message;
+    message.topic = "r/ns/status";
+    message.payload = payload;
+    message.retained = true;
+    bench.wire.incoming.push_back(message);
+  };
+  const auto again = [&] {
+    bench.wire.lost = "gone";
+    bench.turns();
+    bench.turn(seconds(200));
+    CHECK(bench.core->counters().online);
+  };
+  bench.turns();
+  CHECK(bench.wire.kept_filters == std::vector<std::string>{"r/ns/status"});
+  kept(R"({"online":false,"session":"of an earlier run","identity":{"iri":"https://robots.example/r"}})");
+  bench.turns();
+  again();
+  kept(*bench.wire.newest("r/ns/status")->payload);  // its own
+  bench.turns();
+  again();
+  kept(R"({"online":false,"session":"of an earlier run","identity":{"iri":"https://robots.example/r"}})");  // of a broker that was restored
+  bench.turns();
+  CHECK(bench.core->counters().taken_over == 0);
+  CHECK(log.find("another") == std::string::npos);
+  again();
+  kept(R"({"online":false,"session":"unknown","identity":{"iri":"https://robots.example/r"}})");
+  bench.turns();
+  CHECK(bench.core->counters().taken_over == 1);
+  CHECK(log.find("another robot is <https://robots.example/r>, too") != std::string::npos);
+  CHECK(bench.core->counters().dropped_commands == 0);
+}
+
+TEST_CASE("a bridge that is told to reconnect does so at once", "[mqtt][identity]") {
+  Bench bench;
+  bench.turns();
+  REQUIRE(bench.wire.attempts == 1);
+  bench.core->reconnect();
+  bench.turns();
+  CHECK(bench.wire.attempts == 2);
+  CHECK(bench.core->counters().online);
+  CHECK(bench.core->counters().connections == 2);
+  // Also while it waits for its broker.
+  bench.wire.connects = false;
+  bench.wire.lost = "gone";
+  bench.turns();
+  const int before = bench.wire.attempts;
+  bench.core->reconnect();
+  bench.turn();
+  CHECK(bench.wire.attempts == before + 1);
 }
 
 TEST_CASE("the Last Will of an older connection is overwritten, and robots with one prefix do not contradict each other", "[mqtt]") {

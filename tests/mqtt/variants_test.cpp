@@ -23,6 +23,7 @@ struct Robot {
   explicit Robot(std::uint16_t port) {
     lrt::Options server_options;
     server_options.listen.port = 0;
+    server_options.identity.iri = "https://robots.example/r1";
     server.emplace(Server::create(std::move(server_options)).value());
     server->add(mover.thing()).value();
     mqtt::Options options;

@@ -6,6 +6,7 @@
 int main() {
   lrt::Options options;
   options.listen.port = 0;
+  options.identity.iri = "https://robots.example/r1";
   lrt::Server server = lrt::Server::create(options).value();
   lrt::mqtt::Options mqtt;
   mqtt.broker.port = 1;

@@ -25,6 +25,7 @@
 int main([[maybe_unused]] int argc, [[maybe_unused]] char** argv) {
   lrt::Options options;
   options.listen.transport = lrt::transport::no_network;
+  options.identity.iri = "https://robots.example/r1";
 #ifdef WITH_QUERY
   options.query = lrt::query::endpoint();
 #endif
