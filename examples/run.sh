@@ -3,7 +3,8 @@
 # Installs what is missing, builds, and serves Baxter's right arm at http://127.0.0.1:8080/ until Ctrl-C.
 #
 #   examples/run.sh [--tls] [arguments of the example: --port N, --bind ADDRESS, --public-base URL, --allowed-host HOST,
-#                    --cors ORIGIN, --demo, --allow-callback HOST, --subscriptions FILE, --transport http|libwebsockets, --mqtt HOST:PORT]
+#                    --cors ORIGIN, --demo, --allow-callback HOST, --subscriptions FILE, --transport http|libwebsockets,
+#                    --mqtt HOST:PORT, and further options of the broker and --identity FILE: examples/baxter/main.cpp]
 #
 #   examples/run.sh LESSON [its arguments]     serves a lesson instead: examples/run.sh t01_first_thing --serve 8080
 #

@@ -4,7 +4,9 @@
 //
 //   baxter [--port N] [--bind ADDRESS] [--public-base URL] [--allowed-host HOST]... [--cors ORIGIN]... [--allowed-origin ORIGIN]... [--demo]
 //          [--allow-callback HOST]... [--subscriptions FILE] [--transport NAME] [--tls DIR] [--tokens FILE]
-//          [--policy FILE] [--audit FILE] [--metrics] [--mqtt HOST:PORT [--mqtt-prefix LEVELS]]
+//          [--policy FILE] [--audit FILE] [--metrics] [--identity FILE]
+//          [--mqtt HOST:PORT [--mqtt-prefix LEVELS] [--mqtt-user NAME --mqtt-password-file FILE] [--mqtt-ca FILE|system]
+//           [--mqtt-certificate FILE --mqtt-key FILE]]
 //
 // --bind ADDRESS          an address or a host name to listen on; default: 127.0.0.1
 // --public-base URL       by which clients know the robot behind a reverse proxy (examples/reverse_proxy)
@@ -21,7 +23,11 @@
 // --audit FILE            appends an audit line of JSON to FILE for each command, before its response; SIGHUP opens the file again
 // --metrics               adds the Thing /server with the counters of the server; /server/metrics is their text for Prometheus
 // --mqtt HOST:PORT        publishes every property, state and invocation to the MQTT broker there, if lrt::mqtt is built
-// --mqtt-prefix LEVELS    the first levels of the topics; default: robots/baxter
+// --mqtt-prefix LEVELS    the first levels of the topics; default: robots/ and the last part of the identity, robots/baxter
+// --mqtt-user NAME        a user of the broker; --mqtt-password-file FILE has the password in its first line
+// --mqtt-ca FILE          TLS, with the authorities of the broker's certificate, or "system"
+// --mqtt-certificate FILE the robot's certificate for the broker (examples/make-robot-certificate.sh), with --mqtt-key FILE; SIGHUP reloads them
+// --identity FILE         which robot this is, a JSON object {"iri": "https://robots.example/r7", ...}; default: urn:lrt:baxter
 
 #include <charconv>
 #include <chrono>
@@ -39,7 +45,7 @@
 #include <lrt/query.hpp>
 #endif
 #if BAXTER_HAS_MQTT
-#include <lrt/mqtt.hpp>
+#include "examples/broker_options.hpp"
 #endif
 #include <lrt/security/audit_file.hpp>
 #include <lrt/server_thing.hpp>
@@ -83,8 +89,12 @@ int main(int argc, char** argv) {
 #endif
   bool demo = false, metrics = false;
 #if BAXTER_HAS_MQTT
-  std::optional<lrt::mqtt::Options> mqtt;
+  broker::Arguments broker;
 #endif
+  options.identity.iri = "urn:lrt:baxter";  // of this example; a second one needs --identity
+  options.identity.model = "Baxter";
+  options.identity.manufacturer = "Rethink Robotics";
+  options.identity.software_version = LRT_VERSION;
   for (int i = 1; i < argc; ++i) {
     const std::string arg = argv[i];
     if (arg == "--demo") {
@@ -126,23 +136,22 @@ int main(int argc, char** argv) {
       options.security.audit.file = audit = *std::move(file);
     } else if (arg == "--port" && i + 1 < argc) {
       if (!read_port(argv[++i], options.listen.port)) return std::fprintf(stderr, "baxter: --port wants 0 to 65535\n"), 2;
+    } else if (arg == "--identity" && i + 1 < argc) {
+      auto identity = lrt::Identity::from_file(argv[++i]);
+      if (!identity) return failed(identity.error());
+      options.identity = *std::move(identity);
 #if BAXTER_HAS_MQTT
-    } else if (arg == "--mqtt" && i + 1 < argc) {
-      const std::string broker = argv[++i];
-      const std::size_t colon = broker.rfind(':');
-      mqtt.emplace().prefix = "robots/baxter";
-      mqtt->broker.host = broker.substr(0, colon);
-      if (colon == std::string::npos || !read_port(std::string_view(broker).substr(colon + 1), mqtt->broker.port))
-        return std::fprintf(stderr, "baxter: --mqtt wants HOST:PORT\n"), 2;
-    } else if (arg == "--mqtt-prefix" && mqtt && i + 1 < argc) {
-      mqtt->prefix = argv[++i];
+    } else if (i + 1 < argc && broker.take(arg, argv[i + 1])) {
+      ++i;
 #endif
     } else {
       std::fprintf(stderr,
                    "usage: baxter [--port N] [--bind ADDRESS] [--public-base URL] [--allowed-host HOST]...\n"
                    "              [--cors ORIGIN]... [--allowed-origin ORIGIN]... [--demo] [--allow-callback HOST]... [--subscriptions FILE]\n"
                    "              [--transport http|libwebsockets] [--tls DIR] [--tokens FILE] [--policy FILE]\n"
-                   "              [--audit FILE] [--metrics] [--mqtt HOST:PORT [--mqtt-prefix LEVELS]]\n");
+                   "              [--audit FILE] [--metrics] [--identity FILE]\n"
+                   "              [--mqtt HOST:PORT [--mqtt-prefix LEVELS] [--mqtt-user NAME --mqtt-password-file FILE]\n"
+                   "               [--mqtt-ca FILE|system] [--mqtt-certificate FILE --mqtt-key FILE]]\n");
       return arg == "--help" ? 0 : 2;
     }
   }
@@ -166,7 +175,7 @@ int main(int argc, char** argv) {
 
 #if BAXTER_HAS_MQTT
   std::optional<lrt::mqtt::Bridge> bridge;
-  if (mqtt) {
+  if (auto mqtt = broker.options()) {
     mqtt->log = options.log;
     auto made = lrt::mqtt::Bridge::create(*server, *std::move(mqtt));
     if (!made) return failed(made.error());
@@ -177,7 +186,11 @@ int main(int argc, char** argv) {
 
   std::signal(SIGINT, [](int) { interrupted = 1; });
   std::signal(SIGTERM, [](int) { interrupted = 1; });
-  if (options.security.tls || audit) std::signal(SIGHUP, [](int) { hung_up = 1; });
+  bool reloads = options.security.tls || audit;
+#if BAXTER_HAS_MQTT
+  reloads = reloads || broker.has_files();
+#endif
+  if (reloads) std::signal(SIGHUP, [](int) { hung_up = 1; });
   std::printf("Baxter's right arm is at %s (Ctrl-C ends)\n", server->url().c_str());
   std::fflush(stdout);
 
@@ -190,6 +203,10 @@ int main(int argc, char** argv) {
       if (audit) audit->reopen();
       if (auto read = options.security.tls ? server->reload_tls() : lrt::Result<void>(); !read)
         std::fprintf(stderr, "baxter: the old certificate stays: %s\n", read.error().message.c_str());
+#if BAXTER_HAS_MQTT
+      if (auto read = broker.has_files() && bridge ? bridge->reload() : lrt::Result<void>(); !read)
+        std::fprintf(stderr, "baxter: the connection to the broker stays: %s\n", read.error().message.c_str());
+#endif
     }
     if (demo) demonstrate(arm);
     arm.step();

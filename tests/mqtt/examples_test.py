@@ -82,9 +82,14 @@ def main():
             assert robots == {"r0", "r1", "r2"}, robots
             for topic, content_type, payload in watch(broker.port, "robots/+/ns/status", 3):
                 assert content_type == "application/json" and json.loads(payload)["online"] is True, (topic, payload)
+                assert json.loads(payload)["identity"]["iri"] == "urn:lrt:" + topic.split("/")[1], (topic, payload)
 
             if baxter:
-                robot = subprocess.Popen([baxter, "--port", "0", "--demo", "--mqtt", "127.0.0.1:%d" % broker.port, "--mqtt-prefix", "cell/b1"],
+                file = os.path.join(folder, "identity.json")
+                with open(file, "w", encoding="utf-8") as identity:
+                    json.dump({"iri": "https://robots.example/b1", "serialNumber": "A-1"}, identity)
+                robot = subprocess.Popen([baxter, "--port", "0", "--demo", "--identity", file, "--mqtt", "127.0.0.1:%d" % broker.port, "--mqtt-prefix",
+                                          "cell/b1"],
                                          stdout=subprocess.PIPE, text=True)
                 processes.append(robot)
                 url = re.search(r"http://\S+", robot.stdout.readline()).group(0)
@@ -98,6 +103,10 @@ def main():
                 state = url.rstrip("/") + topic[len("cell/b1"):]
                 text = subprocess.run(["curl", "-sS", "-H", "Accept: application/n-triples", state], capture_output=True, text=True, check=True).stdout
                 assert 'mqttTopic> "%s"' % topic in text and "mqtt://127.0.0.1:%d" % broker.port in text, text
+                online = json.loads(watch(broker.port, "cell/b1/ns/status", 1)[0][2])
+                assert online["identity"] == {"iri": "https://robots.example/b1", "serialNumber": "A-1"}, online
+                root = subprocess.run(["curl", "-sS", "-H", "Accept: application/json", url], capture_output=True, text=True, check=True).stdout
+                assert json.loads(root)["identity"] == online["identity"], root
                 robot.terminate()
                 robot.wait(DEADLINE)
                 status = wait_until(lambda: next((p for _, _, p in watch(broker.port, "cell/b1/ns/status", 1) if not json.loads(p)["online"]), None), "the Last Will")
