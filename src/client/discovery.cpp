@@ -46,7 +46,8 @@ const std::set<std::string_view>& predicates_to_skip() {
                                                                                    vocab::qudt::hasUnit.text,
                                                                                    vocab::lrt_::session.text,
                                                                                    vocab::lrt_::query.text,
-                                                                                   vocab::lrt_::structure.text});
+                                                                                   vocab::lrt_::structure.text,
+                                                                                   vocab::lrt_::identity.text});
   return *all;
 }
 

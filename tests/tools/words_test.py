@@ -337,12 +337,65 @@ def signals():
         until(lambda: "false" in lrt(odd.url, "get", "types/driving").stdout, "a robot that stands without a terminal")
 
 
+# --- a robot that has another name
+
+
+def public_base():
+    """Commands at the address of a robot with a public base say which URL is its own, and do not end as if something had been done."""
+    own = "https://robots.example/cell7"
+    with Robot("--public-base", own) as robot, tempfile.TemporaryDirectory() as folder:
+        def is_told(*words, name="/"):
+            url = robot.url.rstrip("/")
+            done = lrt(robot.url, *words)
+            assert done.returncode == 1, f"expected status 1: {done}"
+            assert done.stderr == f'lrt: "{url}{name}" is a robot whose public base is another one: use "{own}{name}"\n', done
+            assert not done.stdout, done
+
+        thing = "/baxter/right_s0"
+        at = robot.url.rstrip("/") + thing
+        for words in (["ls"], ["ls", "right_s0"], ["get", "right_s0/position"], ["get", "right_s0"], ["get", "right_*/position"], ["set", "right_s0/friction", "1"],
+                      ["invoke", "right_s0/rotate", "0.1"], ["watch", "right_s0/position", "--count", "1"], ["subs"], ["subs", "right_s0"],
+                      ["blueprint", "right_s0"], ["validate", "right_s0/friction", "1"], ["generate"], ["check", "--no-subscriptions"],
+                      ["record", "right_s0/position", "-o", os.path.join(folder, "a"), "--count", "1"]):
+            is_told(*words)
+        for words in (["get", at], ["watch", at, "--count", "1"], ["check", at], ["record", at, "-o", os.path.join(folder, "b"), "--count", "1"]):
+            is_told(*words, name=thing)
+        is_told("watch", at + "/position", "--count", "1", name=thing + "/position")
+        assert os.listdir(folder) == [], os.listdir(folder)
+        # A value is read by the address that was typed.
+        done = lrt(None, "get", at + "/position")
+        assert done.returncode == 0 and '"unit":"rad"' in done.stdout, done
+        done = lrt(robot.url, "query", "ASK {?s ?p ?o}")
+        assert done.returncode == 1 and own + "/sparql" in done.stderr, done
+    # Names that are only written in another way are the robot's own.
+    with Robot() as robot:
+        said(lrt(robot.url.replace("127.0.0.1", "LOCALHOST"), "get", "right_s1/limits"), 0)
+
+
+def nothing_done():
+    """What did nothing says so by its status."""
+    with tempfile.TemporaryDirectory() as folder, Program(ODD) as odd:
+        empty, header = os.path.join(folder, "empty.ttl"), os.path.join(folder, "robot.hpp")
+        with open(empty, "w", encoding="ascii") as file:
+            file.write("<urn:a> <urn:b> <urn:c> .")
+        sentence = "lrt: there is nothing to generate: the documents describe no Thing and no shape that a type can express\n"
+        said(lrt(None, "generate", empty), 1, "", sentence)
+        said(lrt(None, "generate", empty, "-o", header), 1, "", sentence)
+        assert not os.path.exists(header)
+        with open(header, "w", encoding="ascii") as file:
+            file.write("// Made by `lrt generate`\n")
+        said(lrt(None, "generate", empty, "--check", header), 1, "", sentence)
+        recording = os.path.join(folder, "none.jsonl")
+        done = lrt(odd.url, "record", "types/angle", "-o", recording, "--for", "0")
+        assert done.returncode == 1 and "no value has come" in done.stderr, done
+
+
 def main():
     global LRT, ODD
     LRT, Robot.program, ODD = os.path.abspath(sys.argv[1]), sys.argv[2], sys.argv[3]
     if sys.argv[4:] == ["--write"]:
         return wrong_commands(write=True)
-    for case in (wrong_commands, texts, option_values, names, resources, profiles, signals):
+    for case in (wrong_commands, texts, option_values, names, resources, profiles, signals, public_base, nothing_done):
         if sys.argv[4:] and case.__name__ not in sys.argv[4:]:
             continue
         begin = time.monotonic()

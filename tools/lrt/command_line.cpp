@@ -229,6 +229,7 @@ Result<const client::Robot*> Session::robot() {
       error.message = "no response from " + options_.robot + ": " + error.message;
     return unexpected(std::move(error));
   }
+  if (std::optional<Error> other = elsewhere(**client, *found)) return unexpected(*std::move(other));
   if (found->things().empty()) return unexpected(Errc::unknown_path, no_things(**client, *found));
   robot_.emplace(*std::move(found));
   if (options_.verbose)
@@ -299,7 +300,7 @@ Result<std::optional<client::Thing>> Session::take_thing(std::vector<std::string
   return unexpected(std::move(found).error());
 }
 
-Result<std::vector<NamedProperty>> Session::properties(const std::string& word) {
+Result<std::vector<NamedProperty>> Session::properties(const std::string& word, bool observes) {
   if (is_url(word)) {
     const auto of = [this](const client::Thing& thing) { return properties_of(thing); };
     if (robot_ || has_same_origin(word, options_.robot))
@@ -310,6 +311,9 @@ Result<std::vector<NamedProperty>> Session::properties(const std::string& word) 
     Result<client::Property> property = (*client)->property(word);
     if (!property) return unexpected(std::move(property).error());
     const Result<client::RepresentationPtr> read = property->get();
+    // One value is read where it is. What else is done with the resource needs its own name.
+    if (read && (observes || mentions_thing((*read)->graph)))
+      if (std::optional<Error> other = elsewhere((*read)->url, (*read)->graph)) return unexpected(*std::move(other));
     if (read && is_thing(**read)) {
       const Result<client::Thing> found = thing(word);
       if (!found) return unexpected(found.error());

@@ -84,7 +84,8 @@ class Session {
   Result<client::Property> property(const std::string& name);
   /// The properties that a word stands for: one, those of a Thing, or those that a pattern with * and ? fits ("right_*/position", "*/effort", "left_*").
   /// @par Errors  as property()
-  Result<std::vector<NamedProperty>> properties(const std::string& word);
+  /// @param observes  their changes are wanted, which name their resource
+  Result<std::vector<NamedProperty>> properties(const std::string& word, bool observes = false);
   Result<client::Action> action(const std::string& name);
   Result<client::Thing> thing(const std::string& name);
   /// "right_s1/friction"; of what is known by its URL alone, the path of that.

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <set>
+#include <utility>
 
 #include <lrt/base/iri.hpp>
 #include <lrt/rdf/vocab.hpp>
@@ -13,6 +14,18 @@
 
 namespace lrt::tool {
 namespace {
+
+/// Scheme, host and port, as it is compared.
+std::string canonical_origin(std::string_view url) {
+  const std::size_t host = url.find("://");
+  std::string origin(url.substr(0, host == std::string_view::npos ? host : url.find_first_of("/?#", host + 3)));
+  for (char& c : origin) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  for (const auto& [scheme, port] : {std::pair<std::string_view, std::string_view>("http://", ":80"), {"https://", ":443"}})
+    if (origin.substr(0, scheme.size()) == scheme && origin.size() > port.size() &&
+        origin.compare(origin.size() - port.size(), port.size(), port) == 0)
+      origin.resize(origin.size() - port.size());
+  return origin;
+}
 
 const char* noun(Named kind) {
   switch (kind) {
@@ -117,6 +130,11 @@ bool is_action(const client::Representation& representation) {
          !representation.objects(vocab::hybrit::consumes).empty();
 }
 
+bool mentions_thing(const rdf::Graph& graph) {
+  const auto type = graph.find(vocab::rdf_::type), thing = graph.find(vocab::hybrit::RoboticThing);
+  return type && thing && !graph.match(std::nullopt, *type, *thing).empty();
+}
+
 Error explained(const client::Robot& robot, const std::string& name, Named wanted, const Error& error) {
   constexpr std::size_t few = 4, several = 12;
   const auto say = [&](std::string sentence) { return Error{error.code, std::move(sentence)}; };
@@ -166,6 +184,35 @@ Error explained(const client::Robot& robot, const std::string& name, Named wante
              (!meant.empty()  ? meant
               : parts.empty() ? "; it has none"
                               : "; it has " + listed(parts, several)));
+}
+
+std::optional<Error> elsewhere(const std::string& url, const rdf::Graph& graph) {
+  const std::string origin = canonical_origin(url);
+  const std::size_t host = url.find("://");
+  if (host == std::string::npos) return std::nullopt;
+  const std::string rest = url.substr(0, url.find_first_of("?#"));
+  const std::size_t slash = rest.find('/', host + 3);
+  const std::string path = slash == std::string::npos ? "/" : rest.substr(slash);
+  std::string other;
+  for (const rdf::Triple& t : graph.triples()) {
+    const rdf::TermView subject = graph.term(t.subject);
+    if (!subject.is_iri() || !is_url(subject.text)) continue;
+    if (canonical_origin(subject.text) == origin) return std::nullopt;
+    const std::string_view iri = subject.text;
+    const bool fits =
+        iri.size() > path.size() && iri.substr(iri.size() - path.size()) == path && iri.find('/', iri.find("://") + 3) <= iri.size() - path.size();
+    if (fits && other.empty()) other = iri;
+  }
+  if (other.empty()) return std::nullopt;
+  return Error{Errc::unknown_path, "\"" + url + "\" is a robot whose public base is another one: use \"" + other + "\""};
+}
+
+std::optional<Error> elsewhere(Client& client, const client::Robot& robot) {
+  // Of a robot with another public base no Thing is found, or its own document looks like one.
+  const std::vector<client::Thing>& things = robot.things();
+  if (things.size() > 1 || (things.size() == 1 && things.front().url() != robot.url())) return std::nullopt;
+  const Result<client::RepresentationPtr> document = client.get(robot.url());
+  return document ? elsewhere((*document)->url, (*document)->graph) : std::nullopt;
 }
 
 std::string no_things(Client& client, const client::Robot& robot) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,13 @@ enum class Named : unsigned char { thing, property, action };
 /// The error of a name that was looked up as a Thing, a property or an action, for a person: which part of it is unknown, what was probably meant, or what
 /// it is instead and which command takes that.
 Error explained(const client::Robot& robot, const std::string& name, Named wanted, const Error& error);
+
+/// The error of a document that is not about the URL by which it was read, but about the same path at another host: the robot has a public base. nullopt:
+/// it is about that URL, or about something else. Commands that would follow its links would leave the robot, or find nothing.
+std::optional<Error> elsewhere(const std::string& url, const rdf::Graph& graph);
+
+/// The same of the document by which a robot was opened. A robot that has its Things here is not read once more.
+std::optional<Error> elsewhere(Client& client, const client::Robot& robot);
 
 /// Why a robot has no Thing: its document may speak of another host.
 std::string no_things(Client& client, const client::Robot& robot);
@@ -34,5 +42,7 @@ std::vector<NamedProperty> fitting(const client::Robot& robot, const std::string
 /// Whether a representation says that it is about a Thing, an action.
 bool is_thing(const client::Representation& representation);
 bool is_action(const client::Representation& representation);
+/// Whether a document has a Thing, whatever its URL.
+bool mentions_thing(const rdf::Graph& graph);
 
 }  // namespace lrt::tool

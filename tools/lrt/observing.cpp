@@ -48,7 +48,7 @@ Result<void> Observer::find() {
   if (words.size() > max_watches) return unexpected(Errc::invalid_option, "at most 200 properties can be watched at a time");
   std::set<std::string> known;
   for (const std::string& word : words) {
-    Result<std::vector<NamedProperty>> named = session_.properties(word);
+    Result<std::vector<NamedProperty>> named = session_.properties(word, true);
     if (!named) return unexpected(std::move(named).error());
     for (NamedProperty& one : *named) {
       if (!known.insert(one.property.url()).second) continue;

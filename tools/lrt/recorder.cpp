@@ -11,6 +11,7 @@
 
 #include "src/http/url.hpp"
 #include "src/recording/value_schema.hpp"
+#include "tools/lrt/naming.hpp"
 
 namespace lrt::tool {
 
@@ -77,6 +78,7 @@ Result<void> Recorder::find() {
         error.message = "no response from " + url + ": " + error.message;
       return unexpected(std::move(error));
     }
+    if (std::optional<Error> other = elsewhere(**client, *opened)) return unexpected(*std::move(other));
     robot.emplace(*std::move(opened));
     return {};
   };
@@ -96,6 +98,8 @@ Result<void> Recorder::find() {
     }
     const Result<client::RepresentationPtr> read = (*client)->get(word);
     if (!read && read.error().code != Errc::unsupported_syntax) return unexpected(read.error());
+    if (read)
+      if (std::optional<Error> other = elsewhere((*read)->url, (*read)->graph)) return unexpected(*std::move(other));
     if (read && has_properties(**read)) {
       if (Result<void> opened = open(word); !opened) return opened;
       if (Result<void> added = add_thing(*robot, word); !added) return added;

@@ -5,6 +5,7 @@
 #include <chrono>
 
 #include "tools/lrt/command_line.hpp"
+#include "tools/lrt/naming.hpp"
 
 namespace lrt::tool {
 namespace {
@@ -53,6 +54,10 @@ Result<int> check(Session& session, CheckOptions& options) {
   if (!options.words.empty()) session.use_robot(options.words.front());
   const std::string url = session.options().robot;
   if (url.empty()) return unexpected(Errc::invalid_option, "no server is given: use its URL, --robot URL, or set LRT_ROBOT");
+  const Result<Client*> reader = session.client();
+  if (!reader) return unexpected(reader.error());
+  if (const Result<client::RepresentationPtr> document = (*reader)->get(url))  // what does not respond is judged below
+    if (std::optional<Error> other = elsewhere((*document)->url, (*document)->graph)) return unexpected(*std::move(other));
   lrt::check::CheckOptions how;
   Result<client::Options> client = session.client_options();
   if (!client) return unexpected(std::move(client).error());

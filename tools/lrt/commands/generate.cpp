@@ -43,6 +43,8 @@ Result<int> generate(Session& session, GenerateOptions& options) {
   if (!graph) return unexpected(graph.error());
   const Result<client::Description> robot = client::describe(*graph);
   if (!robot) return unexpected(robot.error());
+  if (robot->things.empty() && robot->shapes.empty())
+    return unexpected(Errc::expected_value, "there is nothing to generate: the documents describe no Thing and no shape that a type can express");
   if (!options.check.empty()) {
     const Result<Body> header = body_of("@" + options.check, "text/plain");
     if (!header) return unexpected(header.error());

@@ -27,8 +27,12 @@ Result<std::string> find_endpoint(Client& client, const std::string& robot) {
   for (const std::string& document : {robot, url->origin() + "/"}) {
     const Result<client::Response> response = client.send({"GET", document, {{"Accept", "text/turtle"}}, {}});
     if (!response) return unexpected(response.error());
-    for (const client::Link& link : client::links(response->fields, response->url))
-      if (link.relation == endpoint_relation) return link.target;
+    for (const client::Link& link : client::links(response->fields, response->url)) {
+      if (link.relation != endpoint_relation) continue;
+      if (has_same_origin(link.target, response->url)) return link.target;
+      return unexpected(Errc::unknown_path, "\"" + response->url + "\" has its endpoint of queries at another address: use --endpoint \"" +
+                                                link.target + "\", or the robot's own URL there");
+    }
   }
   return unexpected(Errc::unknown_path, "the robot links to no SPARQL endpoint; --endpoint URL names one");
 }

@@ -214,6 +214,7 @@ Result<int> record(Session& session, RecordOptions& options) {
               " values missing in them";
     session.warn(said);
   }
+  if (*result == Exit::success && recorder.values() == 0) return unexpected(Errc::failed, "no value has come, and \"" + options.file + "\" has none");
   return result;
 }
 
