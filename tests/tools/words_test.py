@@ -367,9 +367,6 @@ def public_base():
         assert done.returncode == 0 and '"unit":"rad"' in done.stdout, done
         done = lrt(robot.url, "query", "ASK {?s ?p ?o}")
         assert done.returncode == 1 and own + "/sparql" in done.stderr, done
-    # Names that are only written in another way are the robot's own.
-    with Robot() as robot:
-        said(lrt(robot.url.replace("127.0.0.1", "LOCALHOST"), "get", "right_s1/limits"), 0)
 
 
 def nothing_done():

@@ -204,7 +204,7 @@ std::optional<Error> elsewhere(const std::string& url, const rdf::Graph& graph) 
     if (fits && other.empty()) other = iri;
   }
   if (other.empty()) return std::nullopt;
-  return Error{Errc::unknown_path, "\"" + url + "\" is a robot whose public base is another one: use \"" + other + "\""};
+  return Error{Errc::failed, "\"" + url + "\" is a robot whose public base is another one: use \"" + other + "\""};
 }
 
 std::optional<Error> elsewhere(Client& client, const client::Robot& robot) {
