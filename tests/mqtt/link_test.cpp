@@ -49,6 +49,8 @@ struct Seen final : Link::Events {
     last = std::move(message);
   }
   void subscription_refused(const std::string&, const std::string&) override {}
+  int takeovers = 0;
+  void taken_over() override { ++takeovers; }
 };
 
 LinkOptions options_of(std::uint16_t port) {
@@ -280,6 +282,55 @@ TEST_CASE("a connection has nothing of an earlier one: no half-received message,
   const Result<int> accepted = (*link)->publish(message);
   REQUIRE(accepted);
   CHECK(*accepted != 0);  // QoS 1 again
+}
+
+TEST_CASE("a broker that says why it ends a connection is heard", "[mqtt][identity]") {
+  const auto reason_of = [](const std::string& packet) {
+    Stranger stranger;
+    Result<std::unique_ptr<Link>> link = make_mosquitto_link(options_of(stranger.port()));
+    REQUIRE(link);
+    (*link)->connect();
+    Seen seen;
+    until(**link, seen, [&] {
+      stranger.serve(std::string("\x20\x03\x00\x00\x00", 5) + packet);
+      return seen.ends > 0;
+    });
+    CHECK(seen.connections == 1);
+    CHECK(seen.ends == 1);
+    return std::to_string(seen.takeovers) + " " + seen.reason;
+  };
+  CHECK(reason_of(std::string("\xE0\x02\x8E\x00", 4)) == "1 the broker has ended the connection: Session taken over");
+  CHECK(reason_of(std::string("\xE0\x02\x8B\x00", 4)) == "0 the broker has ended the connection: Server shutting down");
+}
+
+TEST_CASE("the password and the files of TLS are judged as they are now", "[mqtt][identity]") {
+  const Certificate authority = make_certificate({"authority", "", -3600, 3600, true});
+  const Certificate robot = make_certificate({"r1"}, &authority), other = make_certificate({"r2"}, &authority);
+  const TlsFolder folder;
+  LinkOptions options = options_of(1);
+  options.broker.user = "r1";
+  options.broker.password_file = folder.put("password", std::string("secret\n"));
+  options.broker.tls.emplace().ca_file = folder.put("ca.pem", {&authority});
+  options.broker.tls->certificate_file = folder.put("robot.pem", {&robot});
+  options.broker.tls->key_file = folder.put_key("robot.key", robot);
+  Result<std::unique_ptr<Link>> link = make_mosquitto_link(options);
+  REQUIRE(link);
+  CHECK((*link)->check());
+  const auto message = [&] {
+    const Result<void> checked = (*link)->check();
+    return checked ? std::string() : checked.error().message;
+  };
+  folder.put_key("robot.key", other);
+  CHECK_THAT(message(), Catch::Matchers::ContainsSubstring("is not the key of the certificate"));
+  folder.put("robot.pem", {&other});
+  CHECK(message().empty());
+  folder.put("robot.pem", std::string("-----BEGIN CERTIFICATE-----\nhalf"));
+  CHECK_THAT(message(), Catch::Matchers::ContainsSubstring("expected a certificate"));
+  folder.put("robot.pem", {&other});
+  folder.put("password", std::string("\n"));
+  CHECK_THAT(message(), Catch::Matchers::ContainsSubstring("password_file"));
+  folder.put("password", std::string("other"));
+  CHECK(message().empty());
 }
 
 TEST_CASE("what a hostile broker sends ends the connection at most", "[mqtt]") {
