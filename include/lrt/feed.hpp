@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -55,6 +56,9 @@ class LRT_API Feed {
     std::uint64_t structure = 0;  ///< changes when a Thing is added or removed, or its description changes, such as the availability of an action
     bool more = false;            ///< more may be available at once
     bool closed = false;          ///< the server has stopped
+    /// How long the longest waiting subscription has had a message, or has had the chance of one, that was not taken; 0: none
+    /// waits.
+    std::chrono::milliseconds waiting{0};
   };
 
   /// The identity with which a request is authorized.
@@ -78,6 +82,9 @@ class LRT_API Feed {
   ///              to it; unsupported_syntax: it does not have the media type; limit_exceeded:
   ///              SubscriptionOptions::max_feed_subscriptions; closed: the server has stopped
   Result<Channel> add(engine::FeedSubscription subscription);
+  /// The same, and says what the values mean, for a host that sends them without RDF.
+  /// @par Errors  as add()
+  Result<engine::Subscribed> subscribe(engine::FeedSubscription subscription);
   /// Ends a subscription. No message of it follows.
   void remove(Channel channel);
   /// Marks the present representations of all its subscriptions without a queue as messages again, although they were

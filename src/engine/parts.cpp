@@ -54,7 +54,13 @@ const model::StopStateSpec* stop_state_of(const model::ThingSpec& thing) noexcep
 }
 
 ObservableResource observable(const Resource& resource) {
-  return {static_cast<std::uint64_t>(resource.id), resource.path, resource.kind().name, resource.observable()->wants_queues()};
+  ObservableResource made{static_cast<std::uint64_t>(resource.id), resource.path, resource.kind().name, resource.observable()->wants_queues()};
+  if (made.kind == "property") {
+    const model::PropertySpec& spec = *static_cast<const PropertyResource&>(resource).spec;
+    made.document = spec.file;
+    made.counter = spec.counter;
+  }
+  return made;
 }
 
 /// Allocates only if both lists have elements.

@@ -58,6 +58,12 @@ void Resource::describe_controls(About& about, const Description& d) const {
   for (const Observer* observer : observers) observer->describe_controls(about, d);
 }
 
+void Resource::describe_topics(const Description& d) const {
+  if (observers.empty() || !observable() || !d.audience.may(security::Right::subscribe, *this)) return;
+  About about(d.graph, d.base + path);
+  for (const Observer* observer : observers) observer->describe_controls(about, d);
+}
+
 std::size_t Resource::usual_size() const noexcept { return path.size() - times_aside * name_aside.size(); }
 
 std::string Resource::path_aside(std::size_t n) const {

@@ -237,6 +237,8 @@ class Resource {
   virtual void describe(const Description& d) const = 0;
   /// Its controls, in its own representation only: how to observe it and how to write it.
   virtual void describe_controls(About& about, const Description& d) const;
+  /// Where hosts send its messages (FeedSubscription::statements), for documents of several resources.
+  void describe_topics(const Description& d) const;
   /// Its types, stated wherever it is linked to (SPEC 2).
   virtual void describe_types(About& about, const Description& d) const = 0;
   virtual const Variants& variants() const { return overview_variants(); }

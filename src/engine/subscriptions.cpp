@@ -11,6 +11,7 @@
 
 #include <lrt/base/ids.hpp>
 
+#include "src/engine/description.hpp"
 #include "src/engine/receivers/callback.hpp"
 #include "src/engine/receivers/feed.hpp"
 #include "src/engine/receivers/protocols.hpp"
@@ -72,7 +73,22 @@ Result<Subscribed> Subscriptions::make_feed(FeedSubscription wanted, TimePoint n
   Result<SubscriptionRequest> request = requests_.read_feed(std::move(wanted));
   if (!request) return Unexpected{std::move(request).error()};
   const SubscriptionResource& made = make(*std::move(request), 0, parts_.options.ids->next(), now.utc);
-  return Subscribed{made.channel, made.queues()};
+  return Subscribed{made.channel, made.queues(), meaning_of(made)};
+}
+
+Meaning Subscriptions::meaning_of(const SubscriptionResource& s) const {
+  Meaning meaning;
+  if (s.observed.kind().name != "property") return meaning;
+  const model::PropertySpec& spec = *static_cast<const PropertyResource&>(s.observed).spec;
+  const Quantity quantity = quantity_of(*spec.type, spec.facets);
+  meaning.unit = quantity.unit.qudt.empty() ? quantity.unit.vom.text : quantity.unit.qudt.text;
+  meaning.datatype = quantity.datatype.text;
+  if (!spec.frame) return meaning;
+  const std::string& base = parts_.bases[s.base];
+  rdf::Graph graph;
+  std::string frame(graph.term(object_term(graph, *spec.frame, base)).text);
+  if (s.audience.sees_iri(frame, base, registry_)) meaning.frame = std::move(frame);
+  return meaning;
 }
 
 SubscriptionResource& Subscriptions::make(const Context& context, SubscriptionRequest request) {

@@ -90,6 +90,7 @@ class Subscriptions {
   void renew_some();
   Push heartbeat(const SubscriptionResource& s, TimePoint now) const;
   subscription::Item take_item(SubscriptionResource& s, TimePoint now);
+  Meaning meaning_of(const SubscriptionResource& s) const;
   void keep_values(const SubscriptionResource& s, bool keep);
   void report(SubscriptionEvent::Kind kind, const SubscriptionResource& s, bool requested);
 

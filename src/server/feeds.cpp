@@ -42,15 +42,16 @@ void Feeds::close(Feed::State& feed) noexcept {
   server_.flush_log();
 }
 
-Result<engine::Channel> Feeds::subscribe(Feed::State& feed, engine::FeedSubscription wanted) {
+Result<engine::Subscribed> Feeds::subscribe(Feed::State& feed, engine::FeedSubscription wanted) {
   if (Result<void> open = server_.check_open(); !open) return Unexpected{std::move(open).error()};
-  Result<engine::Channel> made = server_.use([&]() -> Result<engine::Channel> {
+  Result<engine::Subscribed> made = server_.use([&] {
     wanted.owner = feed.owner;
     Result<engine::Subscribed> subscribed = server_.engine().subscribe(std::move(wanted), server_.clock().now());
-    if (!subscribed) return Unexpected{std::move(subscribed).error()};
-    by_channel_[number_of(subscribed->channel)] = &feed;
-    feed.channels[number_of(subscribed->channel)] = subscribed->queues;
-    return subscribed->channel;
+    if (subscribed) {
+      by_channel_[number_of(subscribed->channel)] = &feed;
+      feed.channels[number_of(subscribed->channel)] = subscribed->queues;
+    }
+    return subscribed;
   });
   server_.loop().wake_io();  // it observes changes from now on
   return made;
@@ -70,8 +71,9 @@ void Feeds::unsubscribe(Feed::State& feed, engine::Channel channel) noexcept {
 void Feeds::repeat_all(Feed::State& feed) {
   if (!server_.is_open()) return;
   server_.use([&] {
+    const auto now = server_.clock().now().steady;
     for (const auto& [channel, queued] : feed.channels)
-      if (server_.engine().repeat(engine::Channel{channel})) feed.newest.push_back(engine::Channel{channel});
+      if (server_.engine().repeat(engine::Channel{channel})) feed.newest.push_back({engine::Channel{channel}, now});
   });
   feed.waker->wake();
   server_.loop().wake_io();  // of queues
@@ -128,25 +130,34 @@ Feed::Batch Feeds::take(Feed::State& feed, const Feed::Bounds& bounds) {
     const auto next = engine.next_deadline();
     has_timer = next && (!deadline || *next < *deadline);
     batch.more = bounds.max_messages != 0 && (!feed.newest.empty() || (bounds.queued && !feed.queued.empty()));
+    batch.waiting = longest_wait(feed);
   });
   if (batch.more) feed.waker->wake();
   if (has_timer) server_.loop().wake_io();
   return batch;
 }
 
+std::chrono::milliseconds Feeds::longest_wait(const Feed::State& feed) const {
+  std::chrono::steady_clock::duration longest{0};
+  const auto now = server_.clock().now().steady;
+  for (const auto* list : {&feed.newest, &feed.queued})
+    if (!list->empty()) longest = std::max(longest, now - list->front().since);
+  return std::chrono::ceil<std::chrono::milliseconds>(longest);
+}
+
 void Feeds::take_messages(Feed::State& feed, const Feed::Bounds& bounds, Feed::Batch& batch) {
   const TimePoint now = server_.clock().now();
   std::size_t bytes = 0;
-  const auto take_from = [&](std::deque<engine::Channel>& list, std::size_t max) {
+  const auto take_from = [&](std::deque<Feed::State::Waiting>& list, std::size_t max) {
     while (!list.empty() && batch.messages.size() < max && bytes < bounds.max_bytes) {
-      const engine::Channel channel = list.front();
+      const engine::Channel channel = list.front().channel;
       list.pop_front();
       if (feed.channels.count(number_of(channel)) == 0) continue;  // it was removed
       std::optional<engine::FeedMessage> message = server_.engine().next_feed_message(channel, now);
       if (!message) continue;
       bytes += message->body ? message->body->size() : 0;
       if (message->end) remove(feed, channel);
-      else list.push_back(channel);
+      else list.push_back({channel, now.steady});
       batch.messages.push_back(*std::move(message));
     }
   };
@@ -192,7 +203,7 @@ bool Feeds::claim(engine::Channel channel) {
     feed.ended.push_back(channel);
     remove(feed, channel);
   } else {
-    (feed.channels[number_of(channel)] ? feed.queued : feed.newest).push_back(channel);
+    (feed.channels[number_of(channel)] ? feed.queued : feed.newest).push_back({channel, server_.clock().now().steady});
   }
   feed.waker->wake();
   return true;
@@ -217,8 +228,8 @@ void Feeds::remove(Feed::State& feed, engine::Channel channel) noexcept {
   feed.channels.erase(number_of(channel));
   if (++feed.removed < max_removed || 2 * feed.removed < feed.newest.size() + feed.queued.size()) return;
   feed.removed = 0;
-  const auto is_gone = [&](engine::Channel other) { return feed.channels.count(number_of(other)) == 0; };
-  for (std::deque<engine::Channel>* list : {&feed.newest, &feed.queued})
+  const auto is_gone = [&](const Feed::State::Waiting& other) { return feed.channels.count(number_of(other.channel)) == 0; };
+  for (std::deque<Feed::State::Waiting>* list : {&feed.newest, &feed.queued})
     list->erase(std::remove_if(list->begin(), list->end(), is_gone), list->end());
 }
 
@@ -244,7 +255,14 @@ Result<Feed> Feed::create(Server& server, std::shared_ptr<const security::Princi
   return Feed(std::move(state));
 }
 
-Result<Feed::Channel> Feed::add(engine::FeedSubscription subscription) { return state_->feeds.subscribe(*state_, std::move(subscription)); }
+Result<Feed::Channel> Feed::add(engine::FeedSubscription subscription) {
+  const Result<engine::Subscribed> made = subscribe(std::move(subscription));
+  if (!made) return Unexpected{made.error()};
+  return made->channel;
+}
+Result<engine::Subscribed> Feed::subscribe(engine::FeedSubscription subscription) {
+  return state_->feeds.subscribe(*state_, std::move(subscription));
+}
 void Feed::remove(Channel channel) { state_->feeds.unsubscribe(*state_, channel); }
 void Feed::repeat_all() { state_->feeds.repeat_all(*state_); }
 std::uint64_t Feed::send(const http::Request& request, As as) { return state_->feeds.send(*state_, request, as); }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
@@ -33,7 +34,12 @@ class LRT_LOCAL Feed::State {
   Feeds& feeds;
   const std::shared_ptr<const security::Principal> owner;
   const std::shared_ptr<EventWaker> waker = std::make_shared<EventWaker>();
-  std::deque<engine::Channel> newest, queued;         ///< channels with pending messages, by whether their subscriptions have a queue
+  /// A channel that may have a message, since when.
+  struct Waiting {
+    engine::Channel channel;
+    std::chrono::steady_clock::time_point since;
+  };
+  std::deque<Waiting> newest, queued;                 ///< by whether their subscriptions have a queue, the longest waiting first
   std::deque<engine::Channel> ended;                  ///< channels whose only message is their end
   std::size_t removed = 0;                            ///< channels that may be left in `newest` and `queued`
   std::unordered_map<std::uint64_t, bool> channels;   ///< its subscriptions, and whether they have a queue
@@ -57,7 +63,7 @@ class Feeds final : public Service, public Receiver {
   // As those of Feed.
   Result<void> open(const std::shared_ptr<Feed::State>& feed);
   void close(Feed::State& feed) noexcept;
-  Result<engine::Channel> subscribe(Feed::State& feed, engine::FeedSubscription wanted);
+  Result<engine::Subscribed> subscribe(Feed::State& feed, engine::FeedSubscription wanted);
   void unsubscribe(Feed::State& feed, engine::Channel channel) noexcept;
   void repeat_all(Feed::State& feed);
   std::uint64_t send(Feed::State& feed, const http::Request& request, Feed::As as);
@@ -74,6 +80,7 @@ class Feeds final : public Service, public Receiver {
 
  private:
   Result<engine::Caller> owner_of(const Feed::State& feed);
+  std::chrono::milliseconds longest_wait(const Feed::State& feed) const;
   void take_messages(Feed::State& feed, const Feed::Bounds& bounds, Feed::Batch& batch);
   void remove(Feed::State& feed, engine::Channel channel) noexcept;
 

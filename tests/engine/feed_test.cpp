@@ -278,3 +278,63 @@ TEST_CASE("a feed that asks for something else than there is gets an error", "[e
   arm.bench.engine.stop();
   CHECK(arm.subscribe("/arm/angle").error().code == Errc::closed);
 }
+
+TEST_CASE("a feed is told what was left out before a message, whatever the reason", "[engine][newest]") {
+  Arm arm;
+  const auto subscribed = arm.subscribe("/arm/angle");
+  REQUIRE(subscribed);
+  (void)arm.ready();
+  const auto first = arm.next(subscribed->channel);
+  REQUIRE(first);
+  CHECK(first->left_out == 0);
+  for (int i = 1; i <= 4; ++i) arm.publish(i);  // each is seen, and replaced before it is taken
+  for (int i = 5; i <= 7; ++i) arm.robot.angle_handle->publish(i);
+  arm.publish(8);  // 5 to 7 were overwritten before the engine looked
+  (void)arm.ready();
+  const auto second = arm.next(subscribed->channel);
+  REQUIRE(second);
+  CHECK(*second->body == "8");
+  CHECK(second->number - first->number == 8);
+  CHECK(second->left_out == 7);
+  CHECK_FALSE(arm.next(subscribed->channel));
+  REQUIRE(arm.bench.engine.repeat(subscribed->channel));
+  const auto again = arm.next(subscribed->channel);
+  REQUIRE(again);
+  CHECK(again->number == second->number);
+  CHECK(again->left_out == 0);
+}
+
+TEST_CASE("a subscription of a feed knows unit, datatype and frame of a Property", "[engine][meaning]") {
+  Arm arm;
+  Thing base{"base"};
+  base.property<double>("angle", unit::degree).frame(Object::resource("base"));
+  base.property<std::vector<double>>("poses", unit::metre).frame(Iri("https://example.org/map"));
+  base.property<std::string>("name");
+  arm.bench.add(std::move(base));
+  const auto meaning = [&](const std::string& path) {
+    const auto made = arm.subscribe(path);
+    REQUIRE(made);
+    return made->meaning;
+  };
+  CHECK(meaning("/base/angle").unit == vocab::unit_::DEG.text);
+  CHECK(meaning("/base/angle").datatype == vocab::xsd::double_.text);
+  CHECK(meaning("/base/angle").frame.substr(0, 7) == "http://");
+  CHECK(meaning("/base/angle").frame.find("/base") != std::string::npos);
+  CHECK(meaning("/base/poses").unit == vocab::unit_::M.text);
+  CHECK(meaning("/base/poses").frame == "https://example.org/map");
+  CHECK(meaning("/base/name").unit.empty());
+  CHECK(meaning("/base/name").frame.empty());
+  CHECK(meaning("/base/state").datatype.empty());
+}
+
+TEST_CASE("the document of all Things says where each Property is published", "[engine][meaning]") {
+  Arm arm;
+  FeedSubscription wanted;
+  wanted.path = "/arm/angle";
+  wanted.statements.push_back({std::string(vocab::lrt_::mqttTopic.text), Object("r/arm/angle")});
+  const std::string before = arm.bench.ask("GET /all\nAccept: application/n-triples").body;
+  REQUIRE(arm.bench.engine.subscribe(std::move(wanted), arm.bench.clock.now()));
+  const std::string after = arm.bench.ask("GET /all\nAccept: application/n-triples").body;
+  CHECK(before.find("mqttTopic") == std::string::npos);
+  CHECK(after.find("/arm/angle> <" + std::string(vocab::lrt_::mqttTopic.text) + "> \"r/arm/angle\"") != std::string::npos);
+}

@@ -17,6 +17,7 @@
 #include <lrt/transport/loopback.hpp>
 
 #include "tests/support/catch.hpp"
+#include "tests/support/fakes.hpp"
 #include "tests/support/message.hpp"
 
 using namespace lrt;
@@ -300,4 +301,31 @@ TEST_CASE("a feed knows whether requests without credentials are restricted", "[
   CHECK(is_protected([](Security& s) { s.authorize = [](const http::Request&) { return engine::Access::granted; }; }));
   CHECK(is_protected([](Security& s) { s.authenticate = [](const http::Request&) { return std::optional<security::Principal>(); }; }));
   CHECK(is_protected([](Security& s) { s.rules = {{"/", security::Scope::tree, {}, security::Right::read}}; }));
+}
+
+TEST_CASE("a feed says how long its longest waiting subscription has waited", "[server][newest]") {
+  test::FakeClock clock;
+  Options options;
+  options.clock = &clock;
+  Arm arm(std::move(options), Io::in_poll);
+  Feed::Bounds nothing;
+  nothing.max_messages = 0;
+  const auto is_waiting = [&](const Feed::Bounds& bounds) {
+    clock.advance(milliseconds(1));
+    return arm.feed->take(bounds).waiting > milliseconds(0);
+  };
+  const auto has = [&](const char* value, Feed::Channel channel) {
+    clock.advance(milliseconds(1));
+    return arm.newest(channel) == value;
+  };
+  arm.angle.publish(1);
+  const Feed::Channel angle = arm.add("/arm/angle");
+  arm.until([&] { return has("1", angle); });
+  arm.until([&] { return !is_waiting({}); });
+  arm.angle.publish(2);
+  arm.until([&] { return is_waiting(nothing); }, nothing);
+  clock.advance(seconds(3));
+  CHECK(arm.feed->take(nothing).waiting >= seconds(3));
+  arm.until([&] { return has("2", angle); });
+  arm.until([&] { return !is_waiting({}); });
 }

@@ -24,6 +24,17 @@ struct ObservableResource {
   std::string path;          ///< "/arm/angle", percent-encoded
   std::string_view kind;     ///< "thing", "state", "property", "action", "invocation", ...: as in overviews
   bool wants_queue = false;  ///< each of its changes matters, not only the last one
+  bool document = false;     ///< a Property with a text for other programs (as /server/metrics), not a value of its Thing
+  bool counter = false;      ///< a Property that counts, or measures the server itself (as /server/requests)
+};
+
+/// What the values of a Property mean, as its RDF says it: IRIs, empty if it says nothing. Forms without RDF are sent with
+/// it.
+/// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
+struct Meaning {
+  std::string unit{};      ///< object of qudt:hasUnit, or of vom:unit; of a list: of its elements
+  std::string datatype{};  ///< of the value; of a list: of its elements. Empty also for records and maps
+  std::string frame{};     ///< that the numbers refer to; a name if the program gave one instead of an IRI. Only if the owner may know it
 };
 
 /// Options of a subscription of a feed: no connection carries it, because the host takes its messages itself.
@@ -51,6 +62,7 @@ struct FeedSubscription {
 struct Subscribed {
   subscription::Channel channel;  ///< identifies the subscription
   bool queues;                    ///< it has a queue
+  Meaning meaning{};              ///< of a Property
 };
 
 /// The next message of a subscription of a feed.
@@ -65,6 +77,9 @@ struct FeedMessage {
   /// When the value became what it is; nullopt: the resource has no such time, as an action has none.
   std::optional<std::chrono::system_clock::time_point> at{};
   std::uint64_t number = 0;  ///< changes of the resource so far, also those that no subscriber was sent. The same in a repeated message
+  /// Changes before it that this subscription was not sent: superseded, dropped from its queue, or overwritten before the
+  /// server saw them.
+  std::uint64_t left_out = 0;
 };
 
 }  // namespace v0

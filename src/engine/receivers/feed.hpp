@@ -36,6 +36,7 @@ class FeedReceiver final : public Receiver {
     message.queued = s_.queues();
     message.at = item->stamp.at;
     message.number = item->stamp.number;
+    message.left_out = s_.left_out;
     message.missed = s_.backlog.dropped() - std::exchange(told_dropped_, s_.backlog.dropped());
     return message;
   }

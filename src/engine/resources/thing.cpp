@@ -169,6 +169,7 @@ void StateResource::describe(const Description& d) const {
 void describe_in_whole(const Resource& part, const Description& d, std::size_t& left) {
   if (part.kind().name == "property") static_cast<const PropertyResource&>(part).describe_in_state(d, left);
   else part.describe(d);
+  part.describe_topics(d);
 }
 
 std::vector<const Resource*> StateResource::described_resources(const Audience&) const {
