@@ -22,7 +22,8 @@
 // --policy FILE           access rights: rules of Web Access Control in Turtle, such as examples/policy.ttl
 // --audit FILE            appends an audit line of JSON to FILE for each command, before its response; SIGHUP opens the file again
 // --metrics               adds the Thing /server with the counters of the server; /server/metrics is their text for Prometheus
-// --mqtt HOST:PORT        publishes every property, state and invocation to the MQTT broker there, if lrt::mqtt is built
+// --mqtt HOST:PORT        publishes every property and invocation to the MQTT broker there, if lrt::mqtt is built: a joint's position, and not
+//                         its repetitions as `rotation` and in `positions`
 // --mqtt-prefix LEVELS    the first levels of the topics; default: robots/ and the last part of the identity, robots/baxter
 // --mqtt-user NAME        a user of the broker; --mqtt-password-file FILE has the password in its first line
 // --mqtt-ca FILE          TLS, with the authorities of the broker's certificate, or "system"
@@ -177,6 +178,12 @@ int main(int argc, char** argv) {
   std::optional<lrt::mqtt::Bridge> bridge;
   if (auto mqtt = broker.options()) {
     mqtt->log = options.log;
+    for (const char* const repeated : {"/baxter/*/rotation", "/baxter/positions"}) {
+      lrt::mqtt::Publication none;
+      none.paths = repeated;
+      none.publish = false;
+      mqtt->publications.insert(mqtt->publications.begin(), none);
+    }
     auto made = lrt::mqtt::Bridge::create(*server, *std::move(mqtt));
     if (!made) return failed(made.error());
     bridge = *std::move(made);

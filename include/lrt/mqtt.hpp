@@ -35,6 +35,15 @@ enum class Kind : std::uint8_t {
   thing,       ///< its description
   other,       ///< collections and all other observable resources
   control,     ///< who has control of a Thing (Thing::control())
+  document,    ///< a Property with a text for other programs, as /server/metrics (PropertyHandle::as_file())
+};
+
+/// What the payload of a message is.
+enum class Form : std::uint8_t {
+  value,  ///< the representation; what it means is in user properties, which MQTT 3.1.1 does not have
+  /// For clients of MQTT 3.1.1: {"value":..., "time":..., "seq":..., "unit":..., "datatype":..., "frame":...}, without the members that are not known.
+  /// Only with a media type of JSON.
+  with_meaning,
 };
 
 /// Which resources are published, and how. For each resource the first publication that matches it is used.
@@ -49,12 +58,18 @@ struct Publication {
   /// nullopt: only the newest representation is sent; of actions and invocations each change (the server's
   /// default_queue_length).
   std::optional<std::size_t> queue_length{};
-  std::chrono::milliseconds minimum_interval{0};  ///< between two messages of one resource
-  std::chrono::seconds expiry{0};                 ///< the broker deletes a message that it has kept for this time; 0: never
+  /// Between two messages of one resource. nullopt: 100 ms without a queue; 10 s of Properties that count (those of
+  /// server_thing()); 0 with a queue, because each change is wanted.
+  std::optional<std::chrono::milliseconds> minimum_interval{};
+  /// For how long a value is worth something: the broker deletes a message that it has kept for this time, and tells
+  /// receivers of MQTT 5 what is left of it; 0: for ever.
+  std::chrono::seconds expiry{0};
+  Form form = Form::value;  ///< what the payload is
 };
 
-/// The default: properties and states with QoS 0, newest value, retained; invocations with QoS 1, each change, not
-/// retained; all in JSON. Actions, Things and others are not published, because Description contains them.
+/// The default: Properties and who has control with QoS 0, newest value, retained; invocations with QoS 1, each change, not
+/// retained; all in JSON. Each value has one topic: states, which repeat the Properties, are not published, nor are
+/// documents. Actions, Things and others are not published, because Description contains them.
 /// @par Threads  Any.
 LRT_API std::vector<Publication> default_publications();
 
@@ -91,12 +106,22 @@ struct Broker {
   std::string password_file;
 };
 
-/// The description of the robot: the document of all Things (/all), at PREFIX/ns/description. It is published when the
-/// broker is connected, and when Things or actions are added, removed or changed.
+/// The description of the robot, retained: the document of all Things (/all), which has the topic of each Property, at
+/// PREFIX/ns/description; and for programs without RDF a JSON object for each Thing at PREFIX/ns/things/PATH, with topics, units,
+/// datatypes, schemas and where to read whether the robot is connected. They are published when the broker is connected, and
+/// when Things or actions are added, removed or changed.
 struct Description {
-  bool publish = true;                                ///< whether it is published
+  bool publish = true;                                ///< whether the document of all Things is published
   std::string media_type = "text/turtle";             ///< one that the resource has
   std::chrono::milliseconds minimum_interval{1'000};  ///< between two messages, so that many Things that are added one by one cause one message
+  bool things = true;                                 ///< whether there is a JSON object for each Thing
+};
+
+/// Discovery by Home Assistant (its "device discovery", 2024.11 and later): a retained message for each Thing at
+/// PREFIX/device/ID/config. Numbers and texts become sensors, truth values binary sensors; other Properties, and those that are
+/// not published in JSON, are left out. It does not offer commands: those of lrt have credentials and expire.
+struct HomeAssistant {
+  std::string prefix = "homeassistant";  ///< its discovery prefix
 };
 
 /// Commands from the broker, off by default. A message to PREFIX/ns/put/PATH writes a Property, one to
@@ -154,7 +179,8 @@ struct Options {
   Broker broker;  ///< address and identity
   /// The first levels of all topics of this robot: "robots/r7". Empty: "robots/" and Identity::name() of the robot's
   /// identity. The topic of a resource is PREFIX and its path: robots/r7/arm/angle. A '+' in a name becomes %2B. lrt uses PREFIX/ns/... itself: PREFIX/ns/status is
-  /// {"online":true,...} or {"online":false}, retained; the latter is also the Last Will.
+  /// {"online":true,"since":TIME,...} or {"online":false,...}, retained. A robot that takes its leave says since when it is not online
+  /// (`since`); the Last Will cannot know that, and says since when it was (`onlineSince`).
   std::string prefix;
   std::vector<Publication> publications = default_publications();  ///< what is published
   Description description;                                         ///< the robot's description
@@ -163,8 +189,9 @@ struct Options {
   /// The principal whose view is published: what it may read. It must be one of the server's Security. nullptr:
   /// everything.
   std::shared_ptr<const security::Principal> owner;
-  ThreadOptions thread;  ///< of the thread of start()
-  LogCallback log;       ///< empty: messages are dropped
+  ThreadOptions thread;                           ///< of the thread of start()
+  LogCallback log;                                ///< empty: messages are dropped
+  std::optional<HomeAssistant> home_assistant{};  ///< nullopt: no discovery messages
 };
 
 /// Numbers of a bridge since its creation.
@@ -182,6 +209,12 @@ struct Counters {
   std::uint64_t taken_over = 0;          ///< times that another client was found to be connected as this robot
   std::size_t resources = 0;             ///< published now
   std::size_t unacknowledged = 0;        ///< messages with QoS 1 and 2 that wait for an acknowledgement
+  /// Changes of values that the broker was not sent: superseded by newer ones while the link was busy or until the minimum
+  /// interval had passed, overwritten before the server saw them, or without a place in a queue.
+  std::uint64_t left_out = 0;
+  /// How long the oldest value that waits has waited: in the server for its turn (of a queue: since its last one), or on its
+  /// way until the broker confirms it. 0: none waits. As of the last turn of the bridge, at most a second ago.
+  std::chrono::milliseconds lag{0};
 };
 
 /// Publishes the resources of a server to an MQTT 5 broker, and carries out commands from there if they are enabled. Its
@@ -191,7 +224,12 @@ struct Counters {
 /// subscriptions, and each resource states in its own document where it is published (lrt:mqttBroker, lrt:mqttTopic).
 /// Each message has the user property `seq`, a number that grows by one with each message of a topic. A gap means lost
 /// messages, or changes that did not fit into a queue. It begins with 1 when the bridge is created, and when a resource
-/// is added again that was removed.
+/// is added again that was removed. It also has `time`, when the value became what it is, and where the Property says so `unit`,
+/// `datatype` and `frame` (IRIs).
+///
+/// What waits for a slow link waits in the server, where a newer value replaces it: the bridge measures how fast the broker
+/// confirms what it got, and has no more bytes on their way than arrive in about 0.4 s (docs/mqtt.md, "A slow link"). Values of topics
+/// with a queue are sent in order and never replaced.
 ///
 /// While the broker is not connected, values wait in the server: one flag for each resource, or its queue. After
 /// reconnecting, unacknowledged messages with QoS 1 and 2 are repeated, then the newest values are sent, then those in

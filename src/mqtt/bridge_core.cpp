@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -14,11 +15,12 @@
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/base/back_off.hpp"
-#include "src/base/charset.hpp"
 #include "src/engine/identity.hpp"
 #include "src/http/robot_time.hpp"
 #include "src/http/target.hpp"
 #include "src/mqtt/bridge.hpp"
+#include "src/mqtt/description.hpp"
+#include "src/mqtt/message.hpp"
 
 namespace lrt::mqtt {
 inline namespace v0 {
@@ -27,10 +29,12 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr std::size_t max_own = 1'000;           ///< limit of the bridge's own waiting messages; above it the oldest are dropped
-constexpr std::size_t max_cleared = 10'000;      ///< limit of the topics to be cleared; further ones keep their retained messages
-constexpr milliseconds warning_time{10'000};     ///< see log_once()
-constexpr milliseconds status_interval{1'000};   ///< between two messages of the status on one connection
+constexpr std::size_t max_own = 1'000;          ///< limit of the bridge's own waiting messages; above it the oldest are dropped
+constexpr std::size_t max_cleared = 10'000;     ///< limit of the topics to be cleared; further ones keep their retained messages
+constexpr milliseconds warning_time{10'000};    ///< see log_once()
+constexpr milliseconds status_interval{1'000};  ///< between two messages of the status on one connection
+constexpr milliseconds value_interval{100}, counter_interval{10'000};  ///< see Publication::minimum_interval
+constexpr std::size_t usual_bytes = 256;                               ///< of a message with a small value, its topic and what it says of it
 constexpr milliseconds good_connection{10'000};  ///< that has lasted so long is followed by the short pause, or max_pause if that is less
 
 Kind kind_of(std::string_view kind) noexcept {
@@ -41,6 +45,22 @@ Kind kind_of(std::string_view kind) noexcept {
   if (kind == "thing") return Kind::thing;
   if (kind == "control") return Kind::control;
   return Kind::other;
+}
+Kind kind_of(const engine::ObservableResource& resource) noexcept { return resource.document ? Kind::document : kind_of(resource.kind); }
+
+/// Whether a message of a resource may replace an older one that waits.
+bool has_queue(const engine::ObservableResource& resource, const Publication& how) noexcept {
+  return how.queue_length ? *how.queue_length > 0 : resource.wants_queue;
+}
+
+milliseconds interval_of(const engine::ObservableResource& resource, const Publication& how) noexcept {
+  if (how.minimum_interval) return *how.minimum_interval;
+  if (has_queue(resource, how)) return milliseconds(0);
+  return resource.counter ? counter_interval : value_interval;
+}
+
+bool is_before(const engine::Meaning& a, const engine::Meaning& b) noexcept {
+  return std::tie(a.unit, a.datatype, a.frame) < std::tie(b.unit, b.datatype, b.frame);
 }
 
 /// Whether a resource is of a kind that the bridge must not publish: it changes with each subscription of the bridge.
@@ -116,6 +136,9 @@ Result<void> check(const Options& options) {
   for (const Publication& p : options.publications) {
     if (p.qos < 0 || p.qos > 2) return invalid("publications: expected qos 0 to 2, found " + std::to_string(p.qos));
     if (!is_header_value(p.media_type)) return invalid("publications: media_type: expected a media type");
+    if (p.form == Form::with_meaning && !is_json(p.media_type))
+      return invalid("publications: expected a media type of JSON for Form::with_meaning, found " + p.media_type);
+    if (p.minimum_interval && p.minimum_interval->count() < 0) return invalid("publications: minimum_interval: expected 0 ms or more");
     if (p.expiry.count() < 0 || p.expiry.count() > UINT32_MAX) return invalid("publications: expected an expiry of 0 to 2^32-1 s");
   }
   for (const std::string& topic : options.commands.response_topics)
@@ -124,6 +147,8 @@ Result<void> check(const Options& options) {
   if (!options.commands.token.empty() && !is_token68(options.commands.token)) return invalid("commands.token: expected a token of RFC 6750");
   if (options.limits.max_unacknowledged == 0 || options.limits.max_unacknowledged > 60'000)
     return invalid("limits.max_unacknowledged: expected 1 to 60000");
+  if (options.home_assistant && !is_topic(options.home_assistant->prefix))
+    return invalid("home_assistant.prefix: expected levels of a topic such as \"homeassistant\"");
   if (options.limits.batch_messages == 0) return invalid("limits.batch_messages: expected at least 1");
   return {};
 }
@@ -138,7 +163,7 @@ std::string url_of(const Broker& broker) {
 
 std::vector<Publication> default_publications() {
   Publication values;
-  values.kinds = {Kind::property, Kind::state, Kind::control};
+  values.kinds = {Kind::property, Kind::control};
   values.retain = true;
   Publication invocations;
   invocations.kinds = {Kind::invocation};
@@ -153,7 +178,8 @@ BridgeCore::BridgeCore(Feed feed, Topics topics, Options options, Identity ident
       identity_(std::move(identity)),
       broker_url_(url_of(options_.broker)),
       session_(RandomIds().next()),
-      chance_(std::hash<std::string>()(session_) | 1) {}
+      chance_(std::hash<std::string>()(session_) | 1),
+      meanings_(is_before) {}
 
 Result<std::unique_ptr<BridgeCore>> BridgeCore::create(Server& server, Options options, const MakeLink& make_link) {
   if (Result<void> checked = check(options); !checked) return Unexpected{std::move(checked).error()};
@@ -173,7 +199,8 @@ Result<std::unique_ptr<BridgeCore>> BridgeCore::create(Server& server, Options o
   link.broker = core->options_.broker;
   if (link.broker.client_id.empty()) link.broker.client_id = client_id_of(core->identity_);
   link.commands = core->options_.commands;
-  link.will = core->status(false);
+  link.will = core->status(false, true);
+  link.probed_filter = core->topics_.probe();
   link.waker = core->feed_.waker();
   link.log = core->options_.log;
   link.thread = core->options_.thread;
@@ -199,6 +226,8 @@ Counters BridgeCore::counters() const noexcept {
   all.taken_over = c.taken_over;
   all.resources = c.resources;
   all.unacknowledged = c.unacknowledged;
+  all.left_out = c.left_out;
+  all.lag = milliseconds(c.lag_ms);
   return all;
 }
 
@@ -220,15 +249,22 @@ void BridgeCore::log_once(const std::string& message) {
   if (std::exchange(last_warning_, message) != message && ++warnings_ <= max_warnings) log(LogLevel::warning, message);
 }
 
-OutMessage BridgeCore::status(bool online) const {
+/// @param is_will  the broker publishes it when the connection is lost, which is known to nobody now
+OutMessage BridgeCore::status(bool online, bool is_will) const {
   OutMessage message;
   message.topic = topics_.status();
   message.qos = 1;
   message.retain = true;
+  message.is_utf8 = true;
   message.content_type = "application/json";
+  const auto time = [](std::chrono::system_clock::time_point at) { return http::json_string(to_xsd_date_time(at)); };
   std::string text = online ? "{\"online\":true" : "{\"online\":false";
+  if (online) text += ",\"since\":" + time(online_since_);
+  else if (!is_will) text += ",\"since\":" + time(std::chrono::system_clock::now());
+  if (!online) text += ",\"onlineSince\":" + time(online_since_);
+  if (is_will) text += ",\"keepAlive\":" + std::to_string(options_.broker.keep_alive.count());
   if (online) {
-    text += ",\"base\":" + http::json_string(feed_.base()) + ",\"since\":" + http::json_string(to_xsd_date_time(std::chrono::system_clock::now()));
+    text += ",\"base\":" + http::json_string(feed_.base());
     if (options_.description.publish) text += ",\"description\":" + http::json_string(topics_.description());
     text += options_.commands.enabled ? ",\"commands\":true" : ",\"commands\":false";
   }
@@ -256,6 +292,8 @@ milliseconds BridgeCore::advance(Instant now, std::chrono::microseconds budget) 
     retry_at_ = now;
   }
   if (phase_ == Phase::waiting && now >= retry_at_) {
+    online_since_ = std::chrono::system_clock::now();
+    link_->set_will(status(false, true));
     phase_ = Phase::connecting;
     link_->connect();
   }
@@ -264,18 +302,23 @@ milliseconds BridgeCore::advance(Instant now, std::chrono::microseconds budget) 
   const auto end = std::chrono::steady_clock::now() + budget;
   const auto is_over = [&] { return std::chrono::steady_clock::now() >= end; };
   bool more = false;
+  probe();  // the first one of a connection before all messages
   do {
-    Feed::Bounds bounds;
-    bounds.max_messages = may_publish() && messages_.empty() && repeats_.empty() ? options_.limits.batch_messages : 0;
-    bounds.max_bytes = options_.limits.batch_bytes;
-    bounds.queued = !newest_first_;
+    const Feed::Bounds bounds = next_bounds();
     Feed::Batch batch = feed_.take(bounds);
-    if (std::exchange(structure_, batch.structure) != batch.structure) is_description_due_ = options_.description.publish;
+    if (messages_.empty()) taken_at_ = now_;
+    count_lag(batch.waiting);
+    if (std::exchange(structure_, batch.structure) != batch.structure) describe_again();
     for (engine::ObservableResource& resource : batch.resources) new_resources_.push_back(std::move(resource));
     for (const Feed::Response& response : batch.responses) answer(response.number, response.response);
     if (bounds.max_messages != 0 && newest_first_ && batch.messages.empty()) {
       newest_first_ = false;
       batch.more = true;
+    }
+    if (newest_first_) {  // once each: behind a slow link there is always a newer one
+      newest_left_ -= std::min(newest_left_, batch.messages.size());
+      newest_first_ = newest_left_ > 0;
+      batch.more = batch.more || !newest_first_;  // the queues
     }
     for (engine::FeedMessage& message : batch.messages) {
       const auto is_of_channel = [&](const engine::FeedMessage& other) { return other.channel == message.channel; };
@@ -288,18 +331,23 @@ milliseconds BridgeCore::advance(Instant now, std::chrono::microseconds budget) 
       new_resources_.pop_front();
     }
     publish_waiting();
+    probe();
     if (batch.closed) {
       log(LogLevel::info, "the server has stopped");
       stop();
       return long_time;
     }
-    more = !new_resources_.empty() || batch.more;
+    more = !new_resources_.empty() || batch.more || (!due_topics_.empty() && may_publish());
   } while (more && !is_over());
 
   milliseconds rest = long_time;
-  if (is_description_due_ && !description_request_) {
+  if (is_description_due_ && !description_request_ && !newest_first_ && !description_on_way_) {
     if (now >= description_at_) request_description();
     else rest = std::min(rest, std::chrono::ceil<milliseconds>(description_at_ - now));
+  }
+  if (are_things_due_ && !structure_request_ && !newest_first_ && new_resources_.empty()) {
+    if (now >= things_at_) request_structure("/ns/structure");
+    else rest = std::min(rest, std::chrono::ceil<milliseconds>(things_at_ - now));
   }
   if (is_status_due_ && phase_ == Phase::online && now < status_at_) rest = std::min(rest, std::chrono::ceil<milliseconds>(status_at_ - now));
   if (more) return milliseconds(0);
@@ -320,6 +368,7 @@ void BridgeCore::publish_waiting() {
     OutMessage time;
     time.topic = topics_.time();
     time.content_type = "text/plain";
+    time.is_utf8 = true;
     time.payload = std::make_shared<const std::string>(feed_.robot_time());
     if (publish(time, Sending::once)) time_at_ = now_ + options_.commands.time_interval;
   }
@@ -339,18 +388,70 @@ void BridgeCore::publish_waiting() {
   }
   while (!own_.empty() && may_publish()) {
     if (!publish(own_.front())) return;
+    if (own_.front().topic == topics_.description()) follow_description();
     own_.pop_front();
   }
-  while (!messages_.empty() && may_publish()) {
+  if (!publish_described()) return;
+  while (!messages_.empty() && has_quota()) {  // the window had room for them
     engine::FeedMessage message = std::move(messages_.front());
     messages_.pop_front();
     if (!send(std::move(message))) return;
   }
 }
 
-bool BridgeCore::may_publish() const {
-  return phase_ == Phase::online && unacknowledged_.size() < options_.limits.max_unacknowledged &&
+/// Whether the socket and the broker take a further message. The latter has a limit of its own, beyond which libmosquitto would keep messages.
+bool BridgeCore::has_quota() const {
+  return phase_ == Phase::online && unacknowledged_.size() < max_unacknowledged_ &&
          unacknowledged_bytes_ < options_.limits.max_unacknowledged_bytes && !link_->is_congested();
+}
+
+bool BridgeCore::may_publish() const { return has_quota() && window_.is_open(); }
+
+/// What is taken from the server is sent at once: as much as the window has room for.
+Feed::Bounds BridgeCore::next_bounds() const {
+  Feed::Bounds bounds;
+  bounds.max_bytes = std::min(options_.limits.batch_bytes, window_.room());
+  const bool may_take = may_publish() && messages_.empty() && repeats_.empty();
+  bounds.max_messages =
+      !may_take ? 0 : std::min({options_.limits.batch_messages, 1 + window_.room() / usual_bytes, max_unacknowledged_ - unacknowledged_.size()});
+  bounds.queued = !newest_first_;
+  return bounds;
+}
+
+/// Asks the broker what has arrived, if that is to be known.
+void BridgeCore::probe() {
+  if (phase_ != Phase::online) return;
+  // If it did not answer pings either, libmosquitto would have ended the connection.
+  if (const auto oldest = window_.oldest(); oldest && now_ - *oldest > 3 * options_.broker.keep_alive) {
+    log_once("the broker does not answer an UNSUBSCRIBE, so the bridge cannot know what has arrived: behind a slow link values can be old");
+    give_up_window();
+  }
+  if (!window_.wants_probe()) return;
+  const Result<int> id = link_->probe();
+  if (id) return window_.probed(*id, now_);
+  if (id.error().code == Errc::closed) return;
+  log_once("the broker cannot be asked what has arrived: " + id.error().message);
+  give_up_window();
+}
+
+/// The description was just sent.
+void BridgeCore::follow_description() {
+  if (window_.is_off()) return;
+  description_on_way_ = OnWay{now_, window_.sent_bytes()};
+  window_.want_probe();
+}
+
+void BridgeCore::give_up_window() {
+  window_.give_up();
+  description_on_way_.reset();
+}
+
+/// @param waiting  how long the longest waiting subscription has waited in the server
+void BridgeCore::count_lag(milliseconds waiting) {
+  Instant::duration lag = waiting;
+  if (!messages_.empty()) lag = std::max(lag, now_ - taken_at_);
+  if (const auto oldest = window_.oldest(); oldest && phase_ == Phase::online) lag = std::max(lag, now_ - *oldest);
+  counters_.lag_ms = std::chrono::ceil<milliseconds>(lag).count();
 }
 
 void BridgeCore::reconnect() noexcept {
@@ -359,9 +460,17 @@ void BridgeCore::reconnect() noexcept {
 }
 
 void BridgeCore::stop() noexcept {
+  const bool was_online = phase_ == Phase::online;
   if (std::exchange(phase_, Phase::stopped) == Phase::stopped) return;
   counters_.online = false;
-  link_->disconnect();
+  // A robot that takes its leave says since when. With QoS 0, because the message is not kept by libmosquitto then.
+  bool has_said = false;
+  try {
+    OutMessage last = status(false);
+    last.qos = 0;
+    has_said = was_online && !link_->is_congested() && link_->publish(last).has_value();
+  } catch (...) {}  // no memory: the Last Will
+  link_->disconnect(!has_said);
 }
 
 // --------------------------------------------------------------------------------------------------------------- the link
@@ -371,6 +480,8 @@ void BridgeCore::connected(const Agreement& agreement) {
   connected_at_ = now_;
   last_reason_.clear();
   max_aliases_ = std::min(agreement.max_aliases, options_.limits.max_topic_aliases);
+  max_unacknowledged_ = std::min<std::size_t>(options_.limits.max_unacknowledged, std::max<std::uint16_t>(agreement.receive_maximum, 1));
+  window_.begin();
   used_aliases_ = 0;
   for (auto& [channel, published] : published_) published.alias = 0;
   ++counters_.connections;
@@ -387,10 +498,17 @@ void BridgeCore::connected(const Agreement& agreement) {
     subscription_refused(topics_.status(), subscribed.error().message);
   is_status_due_ = true;
   status_at_ = time_at_ = now_;
-  is_description_due_ = options_.description.publish;
+  describe_again();
   description_ = nullptr;
-  description_at_ = now_;
+  description_at_ = things_at_ = now_;
+  for (auto& [topic, described] : described_) {
+    described.text = nullptr;
+    described.is_due = false;
+  }
+  due_topics_.clear();
   newest_first_ = true;
+  newest_left_ = published_.size();
+  description_on_way_.reset();
   feed_.repeat_all();
 }
 
@@ -405,6 +523,8 @@ void BridgeCore::disconnected(const std::string& reason) {
     log(LogLevel::warning, broker_url_ + ": " + reason + more);
   }
   // The unsent messages are newest values, which repeat_all() sends again, and queued ones, which are kept.
+  for (const engine::FeedMessage& message : messages_)
+    if (!message.queued && !message.end) keep_left_out(message);
   messages_.erase(std::remove_if(messages_.begin(), messages_.end(), [](const engine::FeedMessage& m) { return !m.queued && !m.end; }),
                   messages_.end());
   std::vector<Unacknowledged> lost;
@@ -420,6 +540,14 @@ void BridgeCore::disconnected(const std::string& reason) {
   chance_ = chance_ * 6364136223846793005U + 1442695040888963407U;
   const double chance = static_cast<double>(chance_ >> 11) / 9007199254740992.0;
   retry_at_ = now_ + back_off(++failures_, options_.broker.first_pause, options_.broker.max_pause, chance);
+}
+
+void BridgeCore::confirmed(int id) {
+  window_.confirmed(id, now_);
+  // The whole description is the largest message. Values wait for it, so it gets a tenth of the time of a slow link at most.
+  if (!description_on_way_ || window_.confirmed_bytes() < description_on_way_->bytes) return;
+  description_at_ = std::max(description_at_, now_ + 9 * (now_ - description_on_way_->since));
+  description_on_way_.reset();
 }
 
 void BridgeCore::acknowledged(int id, bool refused, const std::string& reason) {
@@ -445,7 +573,7 @@ void BridgeCore::subscription_refused(const std::string& filter, const std::stri
 // ------------------------------------------------------------------------------------------------------------ publications
 
 const Publication* BridgeCore::publication_of(const engine::ObservableResource& resource) const {
-  const Kind kind = kind_of(resource.kind);
+  const Kind kind = kind_of(resource);
   for (const Publication& p : options_.publications) {
     if (!p.kinds.empty() && std::find(p.kinds.begin(), p.kinds.end(), kind) == p.kinds.end()) continue;
     if (p.kinds.empty() && is_own(resource.kind)) continue;
@@ -486,19 +614,41 @@ void BridgeCore::bridge(const engine::ObservableResource& resource) {
   wanted.path = resource.path;
   wanted.media_type = how->media_type;
   wanted.queue_length = how->queue_length;
-  wanted.minimum_interval = how->minimum_interval;
+  wanted.minimum_interval = interval_of(resource, *how);
   wanted.protocol = "mqtt";
   wanted.statements = statements_of(resource, topic);
   wanted.repeats = how->retain;
-  const Result<Feed::Channel> channel = feed_.add(std::move(wanted));
-  if (!channel) {
-    if (channel.error().code != Errc::unknown_path) refuse(channel.error().message);  // it was removed in the meantime
+  Result<engine::Subscribed> made = feed_.subscribe(std::move(wanted));
+  if (!made) {
+    if (made.error().code != Errc::unknown_path) refuse(made.error().message);  // it was removed in the meantime
     return;
   }
-  const auto number = static_cast<std::uint64_t>(*channel);
-  published_.emplace(number, Published{resource.id, std::move(topic), 0, how, kind_of(resource.kind) == Kind::invocation, 0});
+  const auto number = static_cast<std::uint64_t>(made->channel);
+  const bool is_invocation = kind_of(resource.kind) == Kind::invocation;
+  const bool is_value = resource.kind == "property" || resource.kind == "state";
+  published_.emplace(number, Published{resource.id, std::move(topic), 0, how, is_invocation, is_value, interval_of(resource, *how),
+                                       kept(std::move(made->meaning)), 0, 0, 0});
+  if (!is_invocation) describe_again();  // with its topic
   channel_of_[resource.id] = number;
   counters_.resources = published_.size();
+}
+
+/// A robot has few of them and many Properties. They are kept.
+const engine::Meaning* BridgeCore::kept(engine::Meaning meaning) { return &*meanings_.insert(std::move(meaning)).first; }
+
+/// A value was taken from the server and is not sent. What the message after it left out has to count it.
+void BridgeCore::keep_left_out(const engine::FeedMessage& message) {
+  const auto found = published_.find(static_cast<std::uint64_t>(message.channel));
+  if (found == published_.end()) return;
+  Published& published = found->second;
+  if (!published.is_value) return;
+  published.left_out += message.left_out + (published.unsent != 0 && published.unsent != message.number ? 1 : 0);
+  published.unsent = message.number;
+}
+
+/// The numbers of other resources also count what is no message, such as that a resource says where it is published.
+std::uint64_t BridgeCore::left_out_before(const engine::FeedMessage& message, const Published& published) noexcept {
+  return published.is_value ? message.left_out : message.queued ? message.missed : 0;
 }
 
 /// The resource, or the right to read it, no longer exists.
@@ -506,7 +656,7 @@ void BridgeCore::end_channel(std::uint64_t channel) {
   const auto found = published_.find(channel);
   if (found == published_.end()) return;
   if (found->second.how->retain) clear_topic(found->second.topic);
-  if (!found->second.is_invocation) is_description_due_ = options_.description.publish;  // it may show what the owner may no longer read
+  if (!found->second.is_invocation) describe_again();  // they may show what the owner may no longer read
   unbridge(channel);
 }
 
@@ -535,14 +685,11 @@ bool BridgeCore::send(engine::FeedMessage message) {
   }
   Published& published = found->second;
   OutMessage out;
-  out.payload = std::move(message.body);
   out.qos = published.how->qos;
   out.retain = published.how->retain;
-  const std::string_view type = published.how->media_type.empty() ? std::string_view("text/turtle") : published.how->media_type;
-  out.content_type = out.payload ? charset::content_type(type, *out.payload) : std::string(type);
   out.expiry = published.how->expiry;
   published.sequence += 1 + (message.queued ? message.missed : 0);
-  out.user.emplace_back("seq", std::to_string(published.sequence));
+  say(out, message.body, *published.how, {published.sequence, message.at, *published.meaning});
   // Aliases belong to a connection, and libmosquitto repeats messages with QoS 1 on the next.
   if (out.qos == 0 && published.alias != 0) {
     out.alias = published.alias;
@@ -553,11 +700,15 @@ bool BridgeCore::send(engine::FeedMessage message) {
   const std::uint64_t refused = counters_.refused;
   if (publish(out)) {
     if (counters_.refused != refused && !out.topic.empty()) published.alias = 0;  // an alias that the broker does not know
+    counters_.left_out += left_out_before(message, published) + std::exchange(published.left_out, 0);
+    if (const std::uint64_t unsent = std::exchange(published.unsent, 0); unsent != 0 && unsent != message.number) ++counters_.left_out;
     return true;
   }
   published.sequence -= 1 + (message.queued ? message.missed : 0);
-  if (!message.queued) return false;  // the newest value is sent again later
-  message.body = std::move(out.payload);
+  if (!message.queued) {  // the newest value is sent again later
+    keep_left_out(message);
+    return false;
+  }
   messages_.push_front(std::move(message));
   return false;
 }
@@ -566,6 +717,7 @@ bool BridgeCore::send(engine::FeedMessage message) {
 bool BridgeCore::publish(const OutMessage& message, Sending how) {
   const std::size_t bytes = message.payload ? message.payload->size() : 0;
   const Result<int> id = link_->publish(message);
+  if (id) window_.sent(wire_bytes(message));
   if (!id) {
     if (id.error().code == Errc::closed) return false;
     ++counters_.refused;
@@ -587,6 +739,90 @@ bool BridgeCore::publish(const OutMessage& message, Sending how) {
 void BridgeCore::publish_own(OutMessage message) {
   if (own_.size() >= max_own) own_.pop_front();
   own_.push_back(std::move(message));
+}
+
+/// The descriptions of the robot are no longer what they were.
+void BridgeCore::describe_again() {
+  is_description_due_ = options_.description.publish;
+  are_things_due_ = options_.description.things || options_.home_assistant;
+}
+
+void BridgeCore::request_structure(const std::string& target) {
+  if (phase_ != Phase::online) return;
+  are_things_due_ = false;
+  things_at_ = now_ + options_.description.minimum_interval;
+  const std::string base = feed_.base();
+  const auto own = http::split_target(base);
+  http::Request request;
+  request.method = "GET";
+  request.target = target;
+  request.secure = own && own->secure;
+  if (own) request.fields.push_back({"Host", own->authority});
+  request.fields.push_back({"Accept", "application/json"});
+  structure_request_ = feed_.send(request, Feed::As::owner);
+}
+
+/// A page of the structure document.
+void BridgeCore::describe_things(const http::Response& response) {
+  if (response.status == 401 || response.status == 403 || response.status == 404) clear_described(true);
+  if (response.status != 200 || !response.body)
+    return log_once("Things have no descriptions: the server responds with " + std::to_string(response.status));
+  std::unordered_map<std::string, const Published*> by_topic;
+  for (const auto& [channel, published] : published_) by_topic.emplace(published.topic, &published);
+  RobotFacts robot{feed_.base(), topics_, options_.commands.enabled, options_.description.publish, options_.home_assistant.has_value(), {}};
+  robot.published = [&](const std::string& topic) -> std::optional<PublishedAs> {
+    const auto found = by_topic.find(topic);
+    if (found == by_topic.end()) return std::nullopt;
+    return PublishedAs{found->second->how, found->second->minimum_interval, found->second->meaning->frame};
+  };
+  Result<DescribedPage> page = mqtt::describe_things(*response.body, robot);
+  if (!page) return log_once("Things have no descriptions: " + page.error().message);
+  for (DescribedThing& thing : page->things) {
+    if (options_.description.things) set_described(topics_.thing(thing.path), std::move(thing.json));
+    if (!thing.discovery.empty())
+      set_described(options_.home_assistant->prefix + "/device/" + id_of(topics_.of(thing.path)) + "/config", std::move(thing.discovery));
+  }
+  if (!page->next.empty()) request_structure(page->next);
+  else clear_described(false);
+}
+
+void BridgeCore::set_described(std::string topic, std::string text) {
+  if (!is_topic(topic)) return;
+  Described& described = described_[topic];
+  described.is_there = true;
+  if (described.text && *described.text == text) return;
+  described.text = std::make_shared<const std::string>(std::move(text));
+  if (!std::exchange(described.is_due, true)) due_topics_.push_back(std::move(topic));
+}
+
+/// Deletes the descriptions of Things that are gone, and begins to look for them anew.
+/// @param all  of all Things
+void BridgeCore::clear_described(bool all) {
+  for (auto at = described_.begin(); at != described_.end();) {
+    if (!all && std::exchange(at->second.is_there, false)) {
+      ++at;
+      continue;
+    }
+    clear_topic(at->first);
+    at = described_.erase(at);
+  }
+}
+
+/// One at a time, so that values come between many of them.
+/// @return  false: the connection has just ended
+bool BridgeCore::publish_described() {
+  if (due_topics_.empty() || !may_publish()) return true;
+  const std::string topic = std::move(due_topics_.front());
+  due_topics_.pop_front();
+  const auto found = described_.find(topic);
+  if (found == described_.end() || !std::exchange(found->second.is_due, false)) return true;
+  OutMessage out;
+  out.topic = topic;
+  out.qos = 1;
+  out.retain = out.is_utf8 = true;
+  out.content_type = "application/json";
+  out.payload = found->second.text;
+  return publish(out);  // on the next connection they are made anew
 }
 
 void BridgeCore::request_description() {
@@ -742,6 +978,7 @@ void BridgeCore::respond(const Waiting& to, int status, OutMessage message) {
   message.correlation = to.correlation;
   message.qos = to.qos;
   message.expiry = options_.commands.response_expiry;
+  message.is_utf8 = is_utf8(message.content_type);
   message.user.emplace_back("status", std::to_string(status));
   message.user.emplace_back("response-of", options_.prefix);
   message.user.emplace_back(robot_time, feed_.robot_time());
@@ -749,6 +986,10 @@ void BridgeCore::respond(const Waiting& to, int status, OutMessage message) {
 }
 
 void BridgeCore::answer(std::uint64_t number, const http::Response& response) {
+  if (structure_request_ == number) {
+    structure_request_.reset();
+    return describe_things(response);
+  }
   if (description_request_ == number) {
     description_request_.reset();
     if (response.status == 401 || response.status == 403 || response.status == 404) {
@@ -766,6 +1007,7 @@ void BridgeCore::answer(std::uint64_t number, const http::Response& response) {
     out.qos = 1;
     out.retain = true;
     out.content_type = std::string(response.fields.find("Content-Type").value_or(options_.description.media_type));
+    out.is_utf8 = is_utf8(out.content_type);
     out.payload = response.body;
     return publish_own(std::move(out));
   }

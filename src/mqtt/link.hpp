@@ -31,6 +31,7 @@ struct OutMessage {
   std::chrono::seconds expiry{0};
   std::string correlation{};
   UserProperties user{};
+  bool is_utf8 = false;  ///< the payload is a text (payload format indicator)
 };
 
 /// A message from the broker, within its limits.
@@ -46,6 +47,7 @@ struct InMessage {
 /// The limits that a broker has announced.
 struct Agreement {
   std::uint16_t max_aliases = 0;
+  std::uint16_t receive_maximum = 65'535;  ///< messages with QoS 1 and 2 that it takes before it has acknowledged earlier ones
 };
 
 /// One connection to a broker at a time, without a thread of its own.
@@ -63,6 +65,8 @@ class Link {
     virtual void disconnected(const std::string& reason) = 0;
     /// The broker has accepted a message with QoS 1 or 2, or refused it.
     virtual void acknowledged(int id, bool refused, const std::string& reason) = 0;
+    /// The broker has answered a probe(), and so has received all messages before it.
+    virtual void confirmed(int id) = 0;
     virtual void received(InMessage message) = 0;
     /// The broker does not let the robot subscribe.
     virtual void subscription_refused(const std::string& filter, const std::string& reason) = 0;
@@ -75,17 +79,24 @@ class Link {
   /// Whether the password and the files of TLS can be used, as they are now.
   /// @par Threads  Any.
   virtual Result<void> check() { return {}; }
+  /// The Last Will of the connections that begin from now on.
+  virtual void set_will(OutMessage will) = 0;
   /// Starts to connect: step() reports the result. Nothing of an earlier connection is left: the caller sends messages that were not acknowledged
   /// again.
   virtual void connect() = 0;
-  /// Ends the connection; connected() was called or not. The broker publishes the Last Will.
-  virtual void disconnect() noexcept = 0;
+  /// Ends the connection; connected() was called or not.
+  /// @param with_will  the broker publishes the Last Will
+  virtual void disconnect(bool with_will = true) noexcept = 0;
   /// @param retained  whether messages come that the broker has kept
   virtual Result<void> subscribe(const std::string& filter, int qos, bool retained = false) = 0;
   /// Hands a message to the network.
   /// @return  the id of acknowledged(); 0: QoS 0
   /// @par Errors  closed: not connected, nothing is kept; limit_exceeded, refused: the broker cannot accept it
   virtual Result<int> publish(const OutMessage& message) = 0;
+  /// Asks the broker something that it answers after all messages before it.
+  /// @return  the id of confirmed()
+  /// @par Errors  closed: not connected; refused
+  virtual Result<int> probe() = 0;
   /// The network does not accept more data now.
   virtual bool is_congested() const noexcept = 0;
   /// Reads and writes what is possible without waiting, and calls events.
@@ -102,6 +113,7 @@ struct LinkOptions {
   Broker broker;
   Commands commands;  ///< bounds of what is received
   OutMessage will;
+  std::string probed_filter;     ///< of no subscription, for probe()
   std::shared_ptr<Waker> waker;  ///< called when step() has work that descriptor() does not show
   LogCallback log;
   ThreadOptions thread;

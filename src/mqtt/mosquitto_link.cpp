@@ -3,7 +3,9 @@
 #include <mosquitto.h>
 #include <mqtt_protocol.h>
 #include <netinet/in.h>
+#include <netinet/tcp.h>
 #include <poll.h>
+#include <sys/socket.h>
 
 #include <algorithm>
 #include <atomic>
@@ -29,6 +31,10 @@ namespace lrt::mqtt {
 inline namespace v0 {
 
 namespace {
+
+/// Bytes that the socket takes before TCP can send them. What is beyond waits in the server, where newer values replace it. The bridge's window is narrower
+/// most of the time (window.hpp); this holds when a fast link has become a slow one.
+constexpr int unsent_bytes = 16 * 1024;
 
 std::string text_of(int code) {
   if (code == MOSQ_ERR_ERRNO) return std::string(std::strerror(errno));
@@ -57,6 +63,7 @@ class Properties {
   Properties& operator=(const Properties&) = delete;
 
   void add(int name, const std::string& text) { check(::mosquitto_property_add_string(&list_, name, text.c_str())); }
+  void add(int name, std::uint8_t number) { check(::mosquitto_property_add_byte(&list_, name, number)); }
   void add(int name, std::uint16_t number) { check(::mosquitto_property_add_int16(&list_, name, number)); }
   void add(int name, std::uint32_t number) { check(::mosquitto_property_add_int32(&list_, name, number)); }
   void add_bytes(int name, const std::string& bytes) {
@@ -76,6 +83,7 @@ class Properties {
 
 bool fill(Properties& properties, const OutMessage& message) {
   if (message.alias != 0) properties.add(MQTT_PROP_TOPIC_ALIAS, message.alias);
+  if (message.is_utf8 && message.payload) properties.add(MQTT_PROP_PAYLOAD_FORMAT_INDICATOR, std::uint8_t{1});
   if (!message.content_type.empty()) properties.add(MQTT_PROP_CONTENT_TYPE, message.content_type);
   if (message.expiry.count() > 0)
     properties.add(MQTT_PROP_MESSAGE_EXPIRY_INTERVAL, static_cast<std::uint32_t>(std::min<std::int64_t>(message.expiry.count(), UINT32_MAX)));
@@ -143,7 +151,7 @@ struct Handle {
 
 class MosquittoLink final : public Link {
  public:
-  explicit MosquittoLink(LinkOptions options) : options_(std::move(options)), is_numeric_(is_numeric(options_.broker.host)) {}
+  explicit MosquittoLink(LinkOptions options) : options_(std::move(options)), will_(options_.will), is_numeric_(is_numeric(options_.broker.host)) {}
   ~MosquittoLink() override {
     if (handle_ && handle_->is_connecting) resolver_.detach();
   }
@@ -196,18 +204,19 @@ class MosquittoLink final : public Link {
       if (auto set = must(::mosquitto_tls_opts_set(client, 1, nullptr, nullptr), "broker.tls"); !set) return Unexpected{std::move(set).error()};
     }
     Properties will;
-    if (!fill(will, options_.will)) return unexpected(Errc::invalid_option, "the Last Will cannot be made");
-    const std::string& text = *options_.will.payload;
-    if (auto set = must(::mosquitto_will_set_v5(client, options_.will.topic.c_str(), static_cast<int>(text.size()), text.data(), options_.will.qos,
-                                                options_.will.retain, const_cast<mosquitto_property*>(will.get())),
+    if (!fill(will, will_)) return unexpected(Errc::invalid_option, "the Last Will cannot be made");
+    const std::string& text = *will_.payload;
+    if (auto set = must(::mosquitto_will_set_v5(client, will_.topic.c_str(), static_cast<int>(text.size()), text.data(), will_.qos, will_.retain,
+                                                const_cast<mosquitto_property*>(will.get())),
                         "Last Will");
         !set)
       return Unexpected{std::move(set).error()};
     release(will);
     ::mosquitto_connect_v5_callback_set(client, [](mosquitto*, void* self, int code, int, const mosquitto_property* list) {
-      std::uint16_t aliases = 0;
-      (void)::mosquitto_property_read_int16(list, MQTT_PROP_TOPIC_ALIAS_MAXIMUM, &aliases, false);
-      of(self).on_connect(code, aliases);
+      Agreement agreement;
+      (void)::mosquitto_property_read_int16(list, MQTT_PROP_TOPIC_ALIAS_MAXIMUM, &agreement.max_aliases, false);
+      (void)::mosquitto_property_read_int16(list, MQTT_PROP_RECEIVE_MAXIMUM, &agreement.receive_maximum, false);
+      of(self).on_connect(code, agreement);
     });
     ::mosquitto_disconnect_v5_callback_set(client, [](mosquitto*, void* self, int code, const mosquitto_property*) {
       of(self).ended_ = code;
@@ -222,6 +231,7 @@ class MosquittoLink final : public Link {
       for (int i = 0; i < count; ++i)
         if (granted[i] >= 128) of(self).on_subscription_refused(id, granted[i]);
     });
+    ::mosquitto_unsubscribe_v5_callback_set(client, [](mosquitto*, void* self, int id, const mosquitto_property*) { of(self).on_confirmed(id); });
     ::mosquitto_log_callback_set(client, [](mosquitto*, void* self, int level, const char* line) {
       constexpr std::string_view start = "OpenSSL Error";
       Handle& owner = *static_cast<Handle*>(self);
@@ -232,6 +242,8 @@ class MosquittoLink final : public Link {
     });
     return handle;
   }
+
+  void set_will(OutMessage will) override { will_ = std::move(will); }
 
   void connect() override {
     connecting_since_ = std::chrono::steady_clock::now();
@@ -269,7 +281,7 @@ class MosquittoLink final : public Link {
     }
   }
 
-  void disconnect() noexcept override {
+  void disconnect(bool with_will) noexcept override {
     if (!handle_ || handle_->is_connecting) {
       is_begun_ = false;
       return;
@@ -279,7 +291,7 @@ class MosquittoLink final : public Link {
     const ThirdPartyCall call;
     if (!call || !is_open) return handle_.reset();
     const BlockedSignals blocked;
-    ::mosquitto_disconnect_v5(handle_->client, MQTT_RC_DISCONNECT_WITH_WILL_MSG, nullptr);
+    ::mosquitto_disconnect_v5(handle_->client, with_will ? MQTT_RC_DISCONNECT_WITH_WILL_MSG : MQTT_RC_NORMAL_DISCONNECTION, nullptr);
     for (int i = 0; i < 20 && ::mosquitto_socket(handle_->client) >= 0 && ::mosquitto_want_write(handle_->client); ++i)
       (void)::mosquitto_loop_write(handle_->client, 1);
     handle_.reset();
@@ -325,6 +337,18 @@ class MosquittoLink final : public Link {
       else if (code == MOSQ_ERR_NO_CONN || code == MOSQ_ERR_CONN_LOST || code == MOSQ_ERR_ERRNO) return unexpected(Errc::closed, text_of(code));
       else return unexpected(code == MOSQ_ERR_OVERSIZE_PACKET || code == MOSQ_ERR_PAYLOAD_SIZE ? Errc::limit_exceeded : Errc::refused, text_of(code));
     }
+  }
+
+  /// An UNSUBSCRIBE of a filter without a subscription has no effect, and each broker answers it (MQTT 5 3.10.4). libmosquitto has no PINGREQ for callers.
+  Result<int> probe() override {
+    const ThirdPartyCall call;
+    if (!call) return unexpected(Errc::closed, "the process is exiting");
+    if (!is_connected_ || descriptor() < 0) return unexpected(Errc::closed, "there is no connection");
+    const BlockedSignals blocked;
+    int id = 0;
+    const int code = ::mosquitto_unsubscribe_v5(handle_->client, &id, options_.probed_filter.c_str(), nullptr);
+    if (code == MOSQ_ERR_SUCCESS) return id;
+    return unexpected(code == MOSQ_ERR_NO_CONN || code == MOSQ_ERR_CONN_LOST || code == MOSQ_ERR_ERRNO ? Errc::closed : Errc::refused, text_of(code));
   }
 
   bool is_congested() const noexcept override { return !is_connected_ || ::mosquitto_want_write(handle_->client); }
@@ -393,7 +417,7 @@ class MosquittoLink final : public Link {
     } catch (...) {  // no memory: the message is dropped
     }
   }
-  void on_connect(int code, std::uint16_t aliases) noexcept {
+  void on_connect(int code, const Agreement& agreement) noexcept {
     guarded_call([&] {
       if (code != 0) {
         refusal_ = std::string("the broker refused the connection: ") + ::mosquitto_reason_string(code);
@@ -401,11 +425,15 @@ class MosquittoLink final : public Link {
         return;
       }
       is_connected_ = true;
-      events_->connected({aliases});
+      ::setsockopt(::mosquitto_socket(handle_->client), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &unsent_bytes, sizeof unsent_bytes);
+      events_->connected(agreement);
     });
   }
   void on_publish(int id, int code) noexcept {
     guarded_call([&] { events_->acknowledged(id, code >= 128, code >= 128 ? ::mosquitto_reason_string(code) : ""); });
+  }
+  void on_confirmed(int id) noexcept {
+    guarded_call([&] { events_->confirmed(id); });
   }
   void on_subscription_refused(int id, int code) noexcept {
     guarded_call([&] {
@@ -470,6 +498,7 @@ class MosquittoLink final : public Link {
   }
 
   const LinkOptions options_;
+  OutMessage will_;
   const bool is_numeric_;
   std::shared_ptr<Handle> handle_;  ///< of the present connection, or nullptr
   Thread resolver_;

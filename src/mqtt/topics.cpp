@@ -2,6 +2,7 @@
 #include "src/mqtt/topics.hpp"
 
 #include <array>
+#include <cstdint>
 #include <utility>
 
 #include "src/base/utf8.hpp"
@@ -67,6 +68,19 @@ bool is_text(std::string_view text) noexcept {
 }
 
 bool is_topic(std::string_view topic) noexcept { return !topic.empty() && topic.find_first_of("+#") == std::string_view::npos && is_text(topic); }
+
+std::string id_of(std::string_view text, std::size_t max_readable) {
+  constexpr char digits[] = "0123456789abcdef";
+  std::string id;
+  std::uint64_t hash = 14695981039346656037U;  // FNV-1a
+  for (const char c : text) {
+    hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211U;
+    if (id.size() < max_readable) id += (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ? c : '-';
+  }
+  id += '-';
+  for (int shift = 60; shift >= 0; shift -= 4) id += digits[(hash >> shift) & 15];
+  return id;
+}
 
 Result<Topics> Topics::create(std::string prefix) {
   if (!is_topic(prefix) || prefix.size() > 1'000 || prefix.front() == '$' || prefix.front() == '/' || prefix.back() == '/' ||

@@ -19,6 +19,11 @@ bool is_topic(std::string_view topic) noexcept;
 /// Text as properties of MQTT have it (MQTT 5 1.5.4).
 bool is_text(std::string_view text) noexcept;
 
+/// A name of letters, digits and '-' that begins like a text and is not that of another one: "robots/r7" as "robots-r7-" and 16 digits. Brokers and
+/// discovery formats may refuse other characters and long names.
+/// @param max_readable  characters before the digits
+std::string id_of(std::string_view text, std::size_t max_readable = 28);
+
 /// The topics of one robot. A '+' of a path is %2B in its topic, which names the same resource.
 class Topics {
  public:
@@ -36,6 +41,10 @@ class Topics {
   std::string status() const { return own("status"); }
   std::string time() const { return own("time"); }
   std::string description() const { return own("description"); }
+  /// The JSON object of a Thing.
+  std::string thing(std::string_view path) const { return own("things") + of(path).substr(prefix_.size()); }
+  /// A filter to which nobody subscribes.
+  std::string probe() const { return own("probe"); }
   /// The topic for commands to a resource.
   std::string of(Command command, std::string_view path) const;
   /// The filter that a subscription to commands has.

@@ -232,6 +232,7 @@ struct Robot {
     mqtt.publications.resize(1);
     mqtt.publications[0].kinds = {lrt::mqtt::Kind::property};
     mqtt.publications[0].qos = static_cast<int>(settings.qos);
+    mqtt.publications[0].minimum_interval = milliseconds(0);  // each value, at the rate of the robot
     bridge.emplace(lrt::mqtt::Bridge::create(*server, mqtt).value());
   }
   void publish() {

@@ -82,7 +82,7 @@ struct Robot {
 
 }  // namespace
 
-TEST_CASE("a bridge publishes properties, states and a birth message", "[mqtt]") {
+TEST_CASE("a bridge publishes properties, a birth message and a JSON object for each Thing", "[mqtt]") {
   if (!has_mosquitto()) return;
   Mosquitto broker;
   Watcher watcher(broker.port());
@@ -90,12 +90,19 @@ TEST_CASE("a bridge publishes properties, states and a birth message", "[mqtt]")
   watcher.subscribe("robots/#");
   Robot robot(broker.port(), {}, {}, GENERATE(Io::own_thread, Io::in_poll));
   robot.until(watcher, [&] {
-    return watcher.payload("robots/r1/arm/angle") == "1.5" && watcher.newest("robots/r1/arm/speed") && watcher.newest("robots/r1/arm/state") &&
+    return watcher.payload("robots/r1/arm/angle") == "1.5" && watcher.newest("robots/r1/arm/speed") && watcher.newest("robots/r1/ns/things/arm") &&
            watcher.newest("robots/r1/ns/description");
   });
   const auto angle = *watcher.newest("robots/r1/arm/angle");
   CHECK(angle.content_type == "application/json");
   CHECK(angle.property("seq") == "1");
+  CHECK(angle.property("time").find('T') == 10);
+  CHECK(angle.property("datatype") == "http://www.w3.org/2001/XMLSchema#double");
+  CHECK(angle.is_utf8);
+  CHECK_FALSE(watcher.newest("robots/r1/arm/state"));  // it would repeat the Properties
+  const std::string thing = watcher.payload("robots/r1/ns/things/arm");
+  CHECK_THAT(thing, Catch::Matchers::ContainsSubstring("\"topic\":\"robots/r1/arm/angle\"") &&
+                        Catch::Matchers::ContainsSubstring("\"topic\":\"robots/r1/ns/status\""));
   CHECK(watcher.payload("robots/r1/arm/speed") == "2");
   CHECK_THAT(watcher.payload("robots/r1/ns/status"), Catch::Matchers::ContainsSubstring("\"online\":true"));
   CHECK_THAT(watcher.payload("robots/r1/ns/description"), Catch::Matchers::ContainsSubstring("RoboticThing"));

@@ -125,7 +125,7 @@ class Watcher {
     std::multimap<std::string, std::string> user;
     bool retained = false;
     int qos = 0;
-    bool has_expiry = false;
+    bool has_expiry = false, is_utf8 = false;
 
     std::string property(const std::string& name) const {
       const auto found = user.find(name);
@@ -224,6 +224,7 @@ class Watcher {
           made.user.emplace(name, value);
           break;
         case MQTT_PROP_MESSAGE_EXPIRY_INTERVAL: made.has_expiry = true; break;
+        case MQTT_PROP_PAYLOAD_FORMAT_INDICATOR: made.is_utf8 = true; break;
         default: break;
       }
       std::free(name);

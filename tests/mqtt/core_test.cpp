@@ -11,17 +11,20 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include <lrt/lrt.hpp>
+#include <lrt/served.hpp>
 #include <lrt/transport/loopback.hpp>
 
 #include "src/http/robot_time.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/fakes.hpp"
 #include "tests/support/folder.hpp"
+#include "tests/support/message.hpp"
 
 using namespace lrt;
 using namespace lrt::mqtt;
@@ -34,14 +37,18 @@ namespace {
 struct Wire {
   int attempts = 0;
   bool connects = true, congested = false, breaks = false, taken_over = false;
+  bool hangs = false;  ///< the broker answers no probe
+  std::vector<int> probes;
+  int answered = 0;
   std::optional<Agreement> agreement;
   std::vector<OutMessage> sent;
   std::vector<int> acknowledged;
   std::vector<InMessage> incoming;
   std::vector<std::string> filters, kept_filters;
   std::string lost;  ///< not empty: the connection ends with this reason
-  int next_id = 1;
+  int next_id = 1, next_probe = 1;
   OutMessage will;
+  bool leaves_will = false;
   std::string client_id;
 
   std::vector<std::string> topics() const {
@@ -64,7 +71,16 @@ class FakeLink final : public Link {
     ++wire_.attempts;
     connecting_ = true;
   }
-  void disconnect() noexcept override { connected_ = connecting_ = false; }
+  void set_will(OutMessage will) override { wire_.will = std::move(will); }
+  void disconnect(bool with_will) noexcept override {
+    connected_ = connecting_ = false;
+    wire_.leaves_will = with_will;
+  }
+  Result<int> probe() override {
+    if (!connected_) return unexpected(Errc::closed, "gone");
+    wire_.probes.push_back(wire_.next_probe);
+    return wire_.next_probe++;
+  }
   Result<void> subscribe(const std::string& filter, int, bool retained) override {
     wire_.filters.push_back(filter);
     if (retained) wire_.kept_filters.push_back(filter);
@@ -88,6 +104,11 @@ class FakeLink final : public Link {
       if (std::exchange(wire_.taken_over, false)) events.taken_over();
       events.disconnected(std::exchange(wire_.lost, {}));
     }
+    if (connected_ && !wire_.hangs)
+      for (const int id : std::exchange(wire_.probes, {})) {
+        events.confirmed(id);
+        ++wire_.answered;
+      }
     for (const int id : std::exchange(wire_.acknowledged, {})) events.acknowledged(id, false, {});
     for (InMessage& m : std::exchange(wire_.incoming, {})) events.received(std::move(m));
   }
@@ -118,9 +139,10 @@ struct Bench {
     b.publish(2);
     mqtt::Options options;
     options.prefix = "r";
-    options.description.publish = false;
+    options.description.publish = options.description.things = false;
     options.publications.resize(1);
     options.publications[0].kinds = {Kind::property};
+    options.publications[0].minimum_interval = milliseconds(0);
     if (change) change(options);
     core = BridgeCore::create(*server, std::move(options), [this](LinkOptions link) -> Result<std::unique_ptr<Link>> {
              wire.will = link.will;
@@ -148,11 +170,12 @@ struct Bench {
   BridgeCore::Instant now{std::chrono::hours(1)};
 };
 
-std::string seq_of(const OutMessage& message) {
+std::string user_of(const OutMessage& message, const std::string& wanted) {
   for (const auto& [name, value] : message.user)
-    if (name == "seq") return value;
+    if (name == wanted) return value;
   return {};
 }
+std::string seq_of(const OutMessage& message) { return user_of(message, "seq"); }
 
 }  // namespace
 
@@ -370,6 +393,41 @@ TEST_CASE("what was not acknowledged is sent again on the next connection, in it
   bench.wire.sent.clear();
   bench.turn(seconds(10));
   CHECK(bench.wire.sent.size() == 1);
+}
+
+TEST_CASE("the Last Will says since when the robot was online, and a robot that takes its leave since when it is not", "[mqtt][meaning]") {
+  Bench bench([](mqtt::Options& o) { o.broker.max_pause = milliseconds(500); });
+  bench.turns();
+  const auto since = [](const std::string& text, const std::string& member) {
+    const std::size_t at = text.find("\"" + member + "\":\"");
+    return at == std::string::npos ? std::string() : text.substr(at + member.size() + 4, 27);
+  };
+  REQUIRE(bench.wire.newest("r/ns/status"));
+  const std::string online = *bench.wire.newest("r/ns/status")->payload, will = *bench.wire.will.payload;
+  CHECK(since(online, "since").back() == 'Z');
+  CHECK(since(will, "onlineSince") == since(online, "since"));
+  CHECK(since(will, "since").empty());  // nobody knows it now
+  CHECK(will.find("\"keepAlive\":15") != std::string::npos);
+  bench.wire.lost = "gone";
+  bench.turn();
+  bench.turn(seconds(10));
+  bench.turns();
+  REQUIRE(bench.core->counters().connections == 2);
+  CHECK(since(*bench.wire.will.payload, "onlineSince") >= since(will, "onlineSince"));
+  bench.core->stop();
+  const std::string last = *bench.wire.newest("r/ns/status")->payload;
+  CHECK(last.find("{\"online\":false") == 0);
+  CHECK(since(last, "since") >= since(last, "onlineSince"));
+  CHECK(bench.wire.newest("r/ns/status")->retain);
+  CHECK_FALSE(bench.wire.leaves_will);
+}
+
+TEST_CASE("a robot that cannot take its leave leaves its Last Will", "[mqtt][meaning]") {
+  Bench bench;
+  bench.turns();
+  bench.wire.congested = true;
+  bench.core->stop();
+  CHECK(bench.wire.leaves_will);
 }
 
 TEST_CASE("the Last Will is retained and at the status topic", "[mqtt]") {
@@ -721,7 +779,7 @@ TEST_CASE("a robot that takes commands says its time", "[mqtt][expiry]") {
 TEST_CASE("by default the newest values are retained, and each change of an invocation is sent with QoS 1", "[mqtt]") {
   const std::vector<Publication> publications = default_publications();
   REQUIRE(publications.size() == 2);
-  CHECK(publications[0].kinds == std::vector<Kind>{Kind::property, Kind::state, Kind::control});
+  CHECK(publications[0].kinds == std::vector<Kind>{Kind::property, Kind::control});
   CHECK(publications[0].qos == 0);
   CHECK(publications[0].retain);
   CHECK(publications[1].kinds == std::vector<Kind>{Kind::invocation});
@@ -731,15 +789,17 @@ TEST_CASE("by default the newest values are retained, and each change of an invo
     CHECK(p.paths == "/**");
     CHECK(p.publish);
     CHECK(p.media_type == "application/json");
+    CHECK_FALSE(p.minimum_interval);
+    CHECK(p.form == Form::value);
     CHECK_FALSE(p.queue_length);  // each change of an invocation, see Publication::queue_length
   }
   CHECK(mqtt::Options().publications.size() == publications.size());
 }
 
-TEST_CASE("a bridge with the default publications sends properties and states, and neither Things nor actions", "[mqtt]") {
+TEST_CASE("a bridge with the default publications sends each value once, and neither states, Things nor actions", "[mqtt]") {
   Bench bench([](mqtt::Options& options) { options.publications = default_publications(); });
   bench.turns();
-  for (const char* const topic : {"r/arm/a", "r/arm/b", "r/arm/state"}) {
+  for (const char* const topic : {"r/arm/a", "r/arm/b"}) {
     CAPTURE(topic);
     REQUIRE(bench.wire.newest(topic));
     CHECK(bench.wire.newest(topic)->retain);
@@ -747,7 +807,7 @@ TEST_CASE("a bridge with the default publications sends properties and states, a
   }
   CHECK(bench.wire.newest("r/arm") == nullptr);
   const std::vector<std::string> topics = bench.wire.topics();
-  CHECK(std::count_if(topics.begin(), topics.end(), [](const std::string& topic) { return topic.find("r/arm") == 0; }) == 3);
+  CHECK(std::count_if(topics.begin(), topics.end(), [](const std::string& topic) { return topic.find("r/arm") == 0; }) == 2);
 }
 
 TEST_CASE("a broker keeps whether the robot is stopped, as each client sees it", "[mqtt][stop]") {
@@ -769,4 +829,367 @@ TEST_CASE("a broker keeps whether the robot is stopped, as each client sees it",
   says(R"("by":"the robot itself")");
   flag = false;
   says(R"({"stopped":false})");
+}
+
+TEST_CASE("values are sent with their time, unit, datatype and frame", "[mqtt][meaning]") {
+  Bench bench;
+  Thing base{"base"};
+  base.property<double>("speed", unit::metre_per_second).frame(Object::resource("base")).publish(0.5);
+  bench.server->add(std::move(base)).value();
+  bench.turns(20);
+  const OutMessage* const speed = bench.wire.newest("r/base/speed");
+  REQUIRE(speed);
+  CHECK(user_of(*speed, "unit") == vocab::unit_::M_PER_SEC.text);
+  CHECK(user_of(*speed, "datatype") == vocab::xsd::double_.text);
+  CHECK(user_of(*speed, "frame") == bench.core->feed().base() + "/base");
+  CHECK(user_of(*speed, "time").find('T') == 10);
+  CHECK(user_of(*speed, "time").back() == 'Z');
+  CHECK(speed->is_utf8);
+  REQUIRE(bench.wire.newest("r/arm/a"));
+  CHECK(user_of(*bench.wire.newest("r/arm/a"), "unit").empty());
+}
+
+TEST_CASE("the form for MQTT 3.1.1 has what user properties have", "[mqtt][meaning]") {
+  Bench bench([](mqtt::Options& o) { o.publications[0].form = Form::with_meaning; });
+  bench.turns();
+  REQUIRE(bench.wire.newest("r/arm/a"));
+  const std::string text = *bench.wire.newest("r/arm/a")->payload;
+  CHECK(text.find(R"({"value":1,"seq":1,"time":"20)") == 0);
+  CHECK(text.find(R"("datatype":"http://www.w3.org/2001/XMLSchema#double")") != std::string::npos);
+}
+
+TEST_CASE("what a form needs is checked when the bridge is made", "[mqtt][meaning]") {
+  lrt::Options server_options;
+  server_options.listen.transport = transport::no_network;
+  Server server = Server::create(std::move(server_options)).value();
+  const auto refused = [&](const std::function<void(Publication&)>& change) {
+    mqtt::Options options;
+    options.prefix = "r";
+    change(options.publications.front());
+    const auto made = Bridge::create(server, std::move(options));
+    return !made && made.error().code == Errc::invalid_option;
+  };
+  CHECK(refused([](Publication& p) {
+    p.form = Form::with_meaning;
+    p.media_type = "application/cbor";
+  }));
+  CHECK(refused([](Publication& p) { p.minimum_interval = milliseconds(-1); }));
+  CHECK_FALSE(refused([](Publication& p) { p.form = Form::with_meaning; }));
+}
+
+TEST_CASE("by default a value is sent ten times in a second at most, a counter once in ten seconds, each change of a queue at once",
+          "[mqtt][defaults]") {
+  Bench bench([](mqtt::Options& o) {
+    Publication each;
+    each.paths = "/arm/b";
+    each.queue_length = 100;
+    o.publications = default_publications();
+    o.publications.insert(o.publications.begin(), each);
+  });
+  Thing counts{"counts"};
+  int count = 0;
+  PushedProperty<int> counter = counts.property<int>("n").as_counter();
+  bench.server->add(std::move(counts)).value();
+  for (int ms = 0; ms < 1'000; ++ms) {
+    bench.a.publish(ms);
+    bench.b.publish(ms);
+    counter.publish(++count);
+    bench.turn(milliseconds(1));
+  }
+  const std::vector<std::string> topics = bench.wire.topics();
+  const auto sent = [&](const char* topic) { return std::count(topics.begin(), topics.end(), topic); };
+  CHECK(sent("r/arm/a") >= 9);
+  CHECK(sent("r/arm/a") <= 12);
+  CHECK(sent("r/arm/b") > 50);
+  CHECK(sent("r/counts/n") == 1);
+}
+
+TEST_CASE("documents of the server are not published by default", "[mqtt][defaults]") {
+  Bench bench([](mqtt::Options& o) { o.publications = default_publications(); });
+  bench.server->add(server_thing(*bench.server)).value();
+  bench.turns(40);
+  CHECK(bench.wire.newest("r/server/requests"));
+  CHECK_FALSE(bench.wire.newest("r/server/metrics"));
+  Bench all([](mqtt::Options& o) { o.publications[0].kinds = {Kind::document}; });
+  all.server->add(server_thing(*all.server)).value();
+  all.turns(40);
+  CHECK(all.wire.newest("r/server/metrics"));
+}
+
+TEST_CASE("while the broker confirms nothing, values wait in the server, and the newest one is sent then", "[mqtt][newest]") {
+  const int qos = GENERATE(0, 1, 2);
+  Bench bench([&](mqtt::Options& o) {
+    o.publications[0].qos = qos;
+    o.limits.max_unacknowledged = 60'000;
+  });
+  bench.turns();
+  bench.wire.hangs = true;
+  std::size_t before = 0;
+  int value = 100;
+  // It stops by itself.
+  for (int quiet = 0; quiet < 50; ++quiet) {
+    before = bench.wire.sent.size();
+    bench.a.publish(++value);
+    bench.turns(3);
+    if (bench.wire.sent.size() != before) quiet = 0;
+    REQUIRE(bench.wire.sent.size() < 10'000);
+  }
+  CHECK(bench.turn(seconds(3)) > milliseconds(0));
+  CHECK(bench.core->counters().lag >= seconds(3));
+  before = bench.wire.sent.size();
+  bench.wire.hangs = false;
+  bench.turns();
+  REQUIRE(bench.wire.sent.size() > before);
+  CHECK(*bench.wire.sent[before].payload == std::to_string(value));
+  bench.turns();
+  CHECK(bench.core->counters().left_out > 0);
+  CHECK(bench.core->counters().lag == milliseconds(0));
+}
+
+TEST_CASE("what was left out is what a receiver misses, over connections that break, too", "[mqtt][newest]") {
+  Bench bench([](mqtt::Options& o) { o.broker.max_pause = milliseconds(500); });
+  bench.turns();
+  int value = 1;
+  std::uint64_t seed = 20'26;
+  for (int round = 0; round < 400; ++round) {
+    seed = seed * 6364136223846793005U + 1442695040888963407U;
+    const auto chance = [&](unsigned one_of) { return (seed >> 33) % one_of == 0; };
+    bench.wire.hangs = (seed >> 40) % 4 == 0;
+    bench.wire.congested = (seed >> 45) % 4 == 0;
+    if (chance(11)) bench.wire.breaks = true;
+    for (std::uint64_t i = 0; i < (seed >> 50) % 5; ++i) {
+      bench.a.publish(++value);
+      if ((seed >> (51 + i)) % 2 == 0) bench.turn();
+    }
+    bench.turns(2);
+    if (bench.wire.breaks || chance(17)) {
+      bench.wire.breaks = false;
+      bench.wire.lost = "gone";
+      bench.turn();
+      bench.turn(seconds(10));
+    }
+  }
+  bench.wire.hangs = bench.wire.congested = bench.wire.breaks = false;
+  bench.a.publish(++value);
+  bench.turn(seconds(10));
+  bench.turns(20);
+  REQUIRE(bench.wire.newest("r/arm/a"));
+  CHECK(*bench.wire.newest("r/arm/a")->payload == std::to_string(value));
+  std::set<int> got;
+  for (const OutMessage& m : bench.wire.sent)
+    if (m.topic == "r/arm/a" && m.payload) got.insert(std::stoi(*m.payload));
+  REQUIRE(*got.begin() == 1);
+  CHECK(got.size() < static_cast<std::size_t>(value));
+  CHECK(bench.core->counters().left_out == static_cast<std::uint64_t>(value) - got.size());
+}
+
+TEST_CASE("values of a topic with a queue are never replaced: they are in order, and a slow broker gets each", "[mqtt][newest]") {
+  const int qos = GENERATE(0, 1);
+  Bench bench([&](mqtt::Options& o) {
+    o.publications[0].queue_length = 1'000;
+    o.publications[0].qos = qos;
+    o.limits.max_unacknowledged = 60'000;
+  });
+  bench.turns();
+  for (int i = 10; i < 310; ++i) {
+    bench.wire.hangs = i % 100 != 0;
+    bench.a.publish(i);
+    bench.turns(3);
+  }
+  bench.wire.hangs = false;
+  bench.turns(200);
+  int next = 10;
+  std::uint64_t sequence = 2;
+  for (const OutMessage& m : bench.wire.sent) {
+    if (m.topic != "r/arm/a" || *m.payload == "1") continue;
+    CHECK(*m.payload == std::to_string(next++));
+    CHECK(seq_of(m) == std::to_string(sequence++));
+  }
+  CHECK(next == 310);
+  CHECK(bench.core->counters().left_out == 0);
+}
+
+TEST_CASE("a bridge has no more unacknowledged messages than the broker takes at a time", "[mqtt][newest]") {
+  Bench bench([](mqtt::Options& o) {
+    o.publications[0].qos = 1;
+    o.publications[0].queue_length = 100;
+  });
+  bench.wire.agreement = Agreement{0, 5};
+  bench.turns();
+  for (int i = 10; i < 50; ++i) {
+    bench.a.publish(i);
+    bench.turns(3);
+    CHECK(bench.core->counters().unacknowledged <= 5);
+  }
+  CHECK(bench.core->counters().unacknowledged == 5);
+}
+
+TEST_CASE("each Thing is described in JSON at the broker, anew when it changes, and no longer when it is gone", "[mqtt][meaning]") {
+  Bench bench([](mqtt::Options& o) {
+    o.description.things = true;
+    o.description.minimum_interval = milliseconds(10);
+    o.home_assistant.emplace();
+    o.broker.max_pause = milliseconds(500);
+  });
+  bench.turns(20);
+  const OutMessage* arm = bench.wire.newest("r/ns/things/arm");
+  REQUIRE(arm);
+  CHECK(arm->retain);
+  CHECK(arm->qos == 1);
+  CHECK(arm->payload->find(R"("topic":"r/arm/a")") != std::string::npos);
+  const std::string discovery = "homeassistant/device/" + id_of("r/arm") + "/config";
+  REQUIRE(bench.wire.newest(discovery));
+  CHECK(bench.wire.newest(discovery)->payload->find(R"("state_topic":"r/arm/a")") != std::string::npos);
+
+  Thing tool{"tool"};
+  tool.property<double>("width").publish(1);
+  bench.server->add(std::move(tool)).value();
+  for (int i = 0; i < 20; ++i) bench.turn(milliseconds(10));
+  REQUIRE(bench.wire.newest("r/ns/things/tool"));
+  CHECK(bench.wire.newest("r/ns/things/tool")->payload->find(R"("topic":"r/tool/width")") != std::string::npos);
+  const std::vector<std::string> topics = bench.wire.topics();
+  CHECK(std::count(topics.begin(), topics.end(), "r/ns/things/arm") == 1);  // it is the same
+
+  bench.server->remove("tool").value();
+  for (int i = 0; i < 20; ++i) bench.turn(milliseconds(10));
+  CHECK_FALSE(bench.wire.newest("r/ns/things/tool")->payload);
+  CHECK_FALSE(bench.wire.newest("homeassistant/device/" + id_of("r/tool") + "/config")->payload);
+
+  bench.wire.sent.clear();
+  bench.wire.lost = "gone";
+  bench.turn();
+  bench.turn(seconds(10));
+  for (int i = 0; i < 20; ++i) bench.turn(milliseconds(10));
+  CHECK(bench.wire.newest("r/ns/things/arm"));  // the broker may have lost it
+  CHECK_FALSE(bench.wire.newest("r/ns/things/tool"));
+}
+
+TEST_CASE("between many descriptions there are values", "[mqtt][meaning]") {
+  Bench bench([](mqtt::Options& o) { o.description.things = true; });
+  for (int i = 0; i < 200; ++i) {
+    Thing thing{"t" + std::to_string(i)};
+    thing.property<double>("x").publish(i);
+    bench.server->add(std::move(thing)).value();
+  }
+  bench.turn();
+  bench.wire.hangs = true;  // from now on the window is what is sent in each round
+  for (int i = 0; i < 2'000; ++i) {
+    bench.a.publish(i);
+    bench.turn(milliseconds(1));
+    bench.wire.hangs = i % 3 != 0;
+    for (int id = 1; id < bench.wire.next_id; ++id) bench.wire.acknowledged.push_back(id);
+  }
+  const std::vector<std::string> topics = bench.wire.topics();
+  std::vector<std::size_t> descriptions;
+  for (std::size_t i = 0; i < topics.size(); ++i)
+    if (topics[i].find("r/ns/things/") == 0) descriptions.push_back(i);
+  CHECK(descriptions.size() >= 201);
+  REQUIRE_FALSE(descriptions.empty());
+  const auto begin = topics.begin() + static_cast<std::ptrdiff_t>(descriptions.front()),
+             end = topics.begin() + static_cast<std::ptrdiff_t>(descriptions.back());
+  CHECK(std::count(begin, end, "r/arm/a") > 3);
+}
+
+TEST_CASE("a broker that answers pings and no probes is served nevertheless", "[mqtt][newest]") {
+  std::string log;
+  Bench bench([&](mqtt::Options& o) { o.log = [&](LogLevel, std::string_view text) { log.append(text); }; });
+  bench.wire.hangs = true;
+  int value = 100;
+  for (int i = 0; i < 200; ++i) {
+    bench.a.publish(++value);
+    bench.turns(3);
+  }
+  const std::size_t stuck = bench.wire.sent.size();
+  CHECK(stuck < 150);
+  bench.turn(seconds(44));
+  CHECK(bench.wire.sent.size() == stuck);
+  bench.turn(seconds(2));
+  bench.turns();
+  CHECK(log.find("UNSUBSCRIBE") != std::string::npos);
+  REQUIRE(bench.wire.sent.size() > stuck);
+  CHECK(*bench.wire.newest("r/arm/a")->payload == std::to_string(value));
+}
+
+TEST_CASE("an invocation that is published leaves nothing out", "[mqtt][newest]") {
+  Bench bench([](mqtt::Options& o) { o.publications = default_publications(); });
+  Thing base{"base"};
+  base.action("go", [](double, Responder done) { std::move(done).succeed(); });
+  bench.server->add(std::move(base)).value();
+  bench.turns(20);
+  lrt::test::RequestText request("POST /base/actions/go\nHost: " + bench.core->feed().base().substr(7) +
+                                 "\nContent-Type: application/json\nPrefer: respond-async\n\n1");
+  CHECK(bench.server->serve(request.get()).response.status == 202);
+  bench.turns(40);
+  const std::vector<std::string> topics = bench.wire.topics();
+  CHECK(std::any_of(topics.begin(), topics.end(), [](const std::string& topic) { return topic.find("r/base/actions/go/") == 0; }));
+  CHECK(bench.core->counters().left_out == 0);
+}
+
+TEST_CASE("behind a link that is always busy, queues have their turn as well", "[mqtt][newest]") {
+  Bench bench([](mqtt::Options& o) {
+    Publication each;
+    each.paths = "/arm/b";
+    each.queue_length = 100;
+    o.publications.insert(o.publications.begin(), each);
+  });
+  Thing busy{"busy"};
+  std::vector<PushedProperty<int>> values;
+  for (int i = 0; i < 50; ++i) values.push_back(busy.property<int>("v" + std::to_string(i)));
+  bench.server->add(std::move(busy)).value();
+  int value = 0;
+  const auto round = [&] {
+    ++value;
+    for (auto& one : values) one.publish(value);
+    bench.b.publish(value);
+    bench.turn();
+    bench.wire.hangs = value % 10 != 0;  // the window is closed most of the time
+  };
+  for (int i = 0; i < 100; ++i) round();
+  bench.wire.lost = "gone";
+  bench.turn();
+  bench.turn(seconds(60));
+  REQUIRE(bench.core->counters().connections == 2);
+  bench.wire.sent.clear();
+  for (int i = 0; i < 300; ++i) round();
+  const std::vector<std::string> topics = bench.wire.topics();
+  CHECK(std::count(topics.begin(), topics.end(), "r/arm/b") > 10);
+  CHECK(std::count(topics.begin(), topics.end(), "r/busy/v49") > 3);
+}
+
+TEST_CASE("a description that takes long gets a tenth of the time, and comes after the values", "[mqtt][newest]") {
+  Bench bench([](mqtt::Options& o) {
+    o.description.publish = true;
+    o.description.minimum_interval = milliseconds(100);
+  });
+  bench.turns(20);
+  const auto count = [&] {
+    const std::vector<std::string> topics = bench.wire.topics();
+    return std::count(topics.begin(), topics.end(), "r/ns/description");
+  };
+  const auto change = [&](const std::string& name) {
+    Thing thing(name);
+    thing.property<int>("x").publish(1);
+    bench.server->add(std::move(thing)).value();
+  };
+  const std::vector<std::string> topics = bench.wire.topics();
+  const auto description = std::find(topics.begin(), topics.end(), "r/ns/description");
+  CHECK(std::find(topics.begin(), description, "r/arm/a") != description);
+  CHECK(std::find(topics.begin(), description, "r/arm/b") != description);
+
+  bench.wire.hangs = true;
+  change("t1");
+  for (int i = 0; i < 5; ++i) bench.turn(milliseconds(100));
+  const auto before = count();
+  CHECK(before >= 2);
+  for (int i = 0; i < 10; ++i) {  // it is on its way for at least two seconds
+    change("t2" + std::to_string(i));
+    bench.turn(milliseconds(200));
+  }
+  CHECK(count() == before);
+  bench.wire.hangs = false;
+  bench.turns();
+  for (int i = 0; i < 170; ++i) bench.turn(milliseconds(100));
+  CHECK(count() == before);
+  for (int i = 0; i < 100; ++i) bench.turn(milliseconds(100));
+  CHECK(count() > before);
 }

@@ -93,15 +93,18 @@ def main():
                                          stdout=subprocess.PIPE, text=True)
                 processes.append(robot)
                 url = re.search(r"http://\S+", robot.stdout.readline()).group(0)
-                states = watch(broker.port, "cell/b1/+/state", 1)
-                assert states[0][1] == "application/json" and isinstance(json.loads(states[0][2]), dict), states
+                positions = watch(broker.port, "cell/b1/baxter/+/position", 60)
+                assert positions[0][1] == "application/json" and isinstance(json.loads(positions[0][2]), (float, int)), positions
+                # One form of each value.
+                topics = {topic.rsplit("/", 1)[1] for topic, _, _ in watch(broker.port, "cell/b1/baxter/#", 300)}
+                assert "position" in topics and not topics & {"rotation", "positions", "state"}, topics
                 wait_until(lambda: "RoboticThing" in subprocess.run(
                     ["mosquitto_sub", "-V", "5", "-p", str(broker.port), "-t", "cell/b1/ns/description", "-C", "1", "-W", "10"],
                     capture_output=True, text=True, check=False).stdout or None, "a description")
                 # A Linked Data client finds the broker by itself.
-                topic = states[0][0]
-                state = url.rstrip("/") + topic[len("cell/b1"):]
-                text = subprocess.run(["curl", "-sS", "-H", "Accept: application/n-triples", state], capture_output=True, text=True, check=True).stdout
+                topic = positions[0][0]
+                position = url.rstrip("/") + topic[len("cell/b1"):]
+                text = subprocess.run(["curl", "-sS", "-H", "Accept: application/n-triples", position], capture_output=True, text=True, check=True).stdout
                 assert 'mqttTopic> "%s"' % topic in text and "mqtt://127.0.0.1:%d" % broker.port in text, text
                 online = json.loads(watch(broker.port, "cell/b1/ns/status", 1)[0][2])
                 assert online["identity"] == {"iri": "https://robots.example/b1", "serialNumber": "A-1"}, online

@@ -35,14 +35,20 @@ namespace {
 
 struct Seen final : Link::Events {
   int connections = 0, ends = 0, acknowledgements = 0, messages = 0;
+  std::vector<int> confirmations;
+  Agreement agreement;
   std::string reason, payloads;
   InMessage last;
-  void connected(const Agreement&) override { ++connections; }
+  void connected(const Agreement& with) override {
+    ++connections;
+    agreement = with;
+  }
   void disconnected(const std::string& why) override {
     ++ends;
     reason = why;
   }
   void acknowledged(int, bool, const std::string&) override { ++acknowledgements; }
+  void confirmed(int id) override { confirmations.push_back(id); }
   void received(InMessage message) override {
     ++messages;
     payloads += message.payload + ';';
@@ -58,6 +64,7 @@ LinkOptions options_of(std::uint16_t port) {
   options.broker.port = port;
   options.will.topic = "r/ns/status";
   options.will.payload = std::make_shared<const std::string>("{}");
+  options.probed_filter = "r/ns/probe";
   options.waker = std::make_shared<EventWaker>();
   return options;
 }
@@ -408,4 +415,76 @@ TEST_CASE("what a hostile broker sends ends the connection at most", "[mqtt]") {
     CHECK((*link)->descriptor() == -1);
     link->reset();
   }
+}
+
+TEST_CASE("a broker answers a probe after the messages before it", "[mqtt][newest]") {
+  if (!has_mosquitto()) return;
+  Mosquitto broker;
+  Watcher watcher(broker.port());
+  watcher.connect();
+  watcher.subscribe("a", 0);
+  Result<std::unique_ptr<Link>> link = make_mosquitto_link(options_of(broker.port()));
+  REQUIRE(link);
+  CHECK_FALSE((*link)->probe());  // not connected
+  (*link)->connect();
+  Seen seen;
+  until(**link, seen, [&] { return seen.connections > 0; });
+  OutMessage message;
+  message.topic = "a";
+  message.payload = std::make_shared<const std::string>("1");
+  message.is_utf8 = true;
+  std::vector<int> ids;
+  for (int i = 0; i < 3; ++i) {
+    REQUIRE((*link)->publish(message));
+    const Result<int> id = (*link)->probe();
+    REQUIRE(id);
+    ids.push_back(*id);
+  }
+  until(**link, seen, [&] { return seen.confirmations.size() == 3; });
+  CHECK(seen.confirmations == ids);
+  CHECK(seen.ends == 0);
+  const auto end = std::chrono::steady_clock::now() + seconds(20);
+  while (watcher.messages.size() < 3 && std::chrono::steady_clock::now() < end) watcher.step();
+  REQUIRE(watcher.messages.size() == 3);
+  CHECK(watcher.messages.front().is_utf8);
+}
+
+TEST_CASE("the Last Will is that of the connection, and a robot that takes its leave has none", "[mqtt][meaning]") {
+  if (!has_mosquitto()) return;
+  const bool with_will = GENERATE(true, false);
+  Mosquitto broker;
+  Watcher watcher(broker.port());
+  watcher.connect();
+  watcher.subscribe("r/ns/status");
+  Result<std::unique_ptr<Link>> link = make_mosquitto_link(options_of(broker.port()));
+  REQUIRE(link);
+  OutMessage will;
+  will.topic = "r/ns/status";
+  will.payload = std::make_shared<const std::string>("later");
+  (*link)->set_will(will);
+  (*link)->connect();
+  Seen seen;
+  until(**link, seen, [&] { return seen.connections > 0; });
+  OutMessage last = will;
+  last.payload = std::make_shared<const std::string>("leaves");
+  REQUIRE((*link)->publish(last));
+  (*link)->disconnect(with_will);
+  const std::string expected = with_will ? "later" : "leaves";
+  const auto end = std::chrono::steady_clock::now() + seconds(20);
+  while (watcher.payload("r/ns/status") != expected && std::chrono::steady_clock::now() < end) watcher.step();
+  CHECK(watcher.payload("r/ns/status") == expected);
+}
+
+TEST_CASE("a link reports how many messages the broker takes at a time", "[mqtt][newest]") {
+  Stranger stranger;
+  Result<std::unique_ptr<Link>> link = make_mosquitto_link(options_of(stranger.port()));
+  REQUIRE(link);
+  (*link)->connect();
+  Seen seen;
+  const std::string accepted("\x20\x06\x00\x00\x03\x21\x00\x05", 8);  // Receive Maximum 5
+  until(**link, seen, [&] {
+    stranger.serve(accepted);
+    return seen.connections > 0;
+  });
+  CHECK(seen.agreement.receive_maximum == 5);
 }
