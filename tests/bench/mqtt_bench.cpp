@@ -5,6 +5,8 @@
 //       CPU of one robot while N clients of the broker watch all its properties: messages that reached them, latency from publish() to the watcher.
 //   mqtt_bench fleet [--robots N] [--properties N] [--rate HZ] [--seconds N] [--kills N] [--signal 9|15] [--qos N]
 //       N robots in one process, driven by one thread. The broker is ended and started again. A watcher whose session the broker keeps counts gaps in `seq`.
+//   mqtt_bench defaults [--robots N] [--properties N] [--watchers N] [--rate HZ] [--seconds N]
+//       N robots with the default publications, whose values change at a higher rate, and N watchers of one of them: messages, CPU, age at the watchers.
 //
 // Watchers are processes of their own, so that the CPU is the robots' alone.
 
@@ -50,6 +52,7 @@ struct Settings {
   std::vector<unsigned> watchers;
   unsigned robots = 500, properties = 20, rate_hz = 10, seconds = 30, kills = 2, qos = 1;
   int signal = SIGTERM;
+  bool defaults = false;  ///< the default publications
 };
 
 double now_s() {
@@ -81,14 +84,14 @@ struct Seen {
 class Watchers {
  public:
   /// @param persistent  the broker keeps their session
-  Watchers(std::uint16_t port, unsigned count, int qos, bool persistent) {
+  Watchers(std::uint16_t port, unsigned count, int qos, bool persistent, const char* filter = "robots/#") {
     int orders[2], results[2];
     if (::pipe2(orders, O_CLOEXEC) != 0 || ::pipe2(results, O_CLOEXEC) != 0) throw std::runtime_error("pipe");
     child_ = ::fork();
     if (child_ == 0) {
       ::close(orders[1]);
       ::close(results[0]);
-      watch(port, count, qos, persistent, orders[0], results[1]);
+      watch(port, count, qos, persistent, filter, orders[0], results[1]);
       ::_exit(0);
     }
     ::close(orders[0]);
@@ -121,14 +124,16 @@ class Watchers {
     bool counts = false;
     unsigned subscribed = 0;
     int qos = 0;
+    const char* filter = nullptr;
     std::vector<float> latencies;
     std::unordered_map<std::string, std::uint64_t> numbers;
     bool checks_numbers = false;
   };
-  static void watch(std::uint16_t port, unsigned count, int qos, bool persistent, int orders, int results) {
+  static void watch(std::uint16_t port, unsigned count, int qos, bool persistent, const char* filter, int orders, int results) {
     ::mosquitto_lib_init();
     State state;
     state.qos = qos;
+    state.filter = filter;
     state.checks_numbers = count == 1;
     std::vector<mosquitto*> clients;
     for (unsigned i = 0; i < count; ++i) {
@@ -137,7 +142,8 @@ class Watchers {
       ::mosquitto_int_option(m, MOSQ_OPT_PROTOCOL_VERSION, MQTT_PROTOCOL_V5);
       ::mosquitto_int_option(m, MOSQ_OPT_RECEIVE_MAXIMUM, 65'535);
       ::mosquitto_connect_v5_callback_set(m, [](mosquitto* self, void* s, int code, int, const mosquitto_property*) {
-        if (code == 0) ::mosquitto_subscribe(self, nullptr, "robots/#", static_cast<State*>(s)->qos);
+        const State& of = *static_cast<State*>(s);
+        if (code == 0) ::mosquitto_subscribe(self, nullptr, of.filter, of.qos);
       });
       ::mosquitto_subscribe_v5_callback_set(
           m, [](mosquitto*, void* s, int, int, const int*, const mosquitto_property*) { ++static_cast<State*>(s)->subscribed; });
@@ -229,10 +235,12 @@ struct Robot {
     mqtt.broker.port = port;
     mqtt.broker.max_pause = milliseconds(1'000);
     mqtt.prefix = "robots/r" + std::to_string(number);
-    mqtt.publications.resize(1);
-    mqtt.publications[0].kinds = {lrt::mqtt::Kind::property};
-    mqtt.publications[0].qos = static_cast<int>(settings.qos);
-    mqtt.publications[0].minimum_interval = milliseconds(0);  // each value, at the rate of the robot
+    if (!settings.defaults) {
+      mqtt.publications.resize(1);
+      mqtt.publications[0].kinds = {lrt::mqtt::Kind::property};
+      mqtt.publications[0].qos = static_cast<int>(settings.qos);
+      mqtt.publications[0].minimum_interval = milliseconds(0);  // each value, at the rate of the robot
+    }
     bridge.emplace(lrt::mqtt::Bridge::create(*server, mqtt).value());
   }
   void publish() {
@@ -291,6 +299,9 @@ lrt::mqtt::Counters sum_of(const std::vector<std::unique_ptr<Robot>>& robots) {
     all.connections += c.connections;
     all.unacknowledged += c.unacknowledged;
     all.resources += c.resources;
+    all.published_bytes += c.published_bytes;
+    all.left_out += c.left_out;
+    all.lag = std::max(all.lag, c.lag);
   }
   return all;
 }
@@ -380,6 +391,50 @@ int fleet(const Settings& settings) {
   return 0;
 }
 
+double children_cpu_s() {
+  rusage u{};
+  ::getrusage(RUSAGE_CHILDREN, &u);
+  return static_cast<double>(u.ru_utime.tv_sec + u.ru_stime.tv_sec) + static_cast<double>(u.ru_utime.tv_usec + u.ru_stime.tv_usec) * 1e-6;
+}
+
+int defaults(Settings settings) {
+  settings.defaults = true;
+  lrt::test::Mosquitto broker("allow_anonymous true\nset_tcp_nodelay true\nmax_queued_messages 100000\n");
+  Watchers watching(broker.port(), settings.watchers.front(), 0, false, "robots/r0/#");
+  std::vector<std::unique_ptr<Robot>> robots;
+  for (unsigned i = 0; i < settings.robots; ++i) robots.push_back(std::make_unique<Robot>(i, settings, broker.port()));
+  Driver driver(robots);
+  driver.run_until(now_s() + 2);
+  watching.begin();
+  const lrt::mqtt::Counters before = sum_of(robots);
+  const double cpu = cpu_s(), begin = now_s(), end = begin + settings.seconds;
+  std::uint64_t changes = 0;
+  for (double next = begin; next < end;) {
+    for (auto& robot : robots) robot->publish();
+    changes += std::uint64_t{settings.robots} * settings.properties;
+    next = std::max(next + 1.0 / settings.rate_hz, now_s());
+    driver.run_until(next);
+  }
+  const double took = now_s() - begin, used = cpu_s() - cpu;
+  const lrt::mqtt::Counters after = sum_of(robots);
+  driver.run_until(now_s() + 1);
+  const Seen seen = watching.end();
+  const double of_watchers = children_cpu_s();
+  broker.end(SIGTERM);
+  const double of_broker = children_cpu_s() - of_watchers;
+  const auto number = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
+  std::printf("%u robots with the defaults, %u properties that change at %u Hz, %u watchers of one robot, %.1f s\n", settings.robots,
+              settings.properties, settings.rate_hz, settings.watchers.front(), took);
+  const std::uint64_t published = after.published - before.published;
+  std::printf("  changes %llu; published %llu (%.1f/s for each robot), %.0f bytes of payload each; left out %llu; greatest lag %lld ms\n",
+              number(changes), number(published), static_cast<double>(published) / took / settings.robots,
+              static_cast<double>(after.published_bytes - before.published_bytes) / static_cast<double>(std::max<std::uint64_t>(published, 1)),
+              number(after.left_out - before.left_out), static_cast<long long>(after.lag.count()));
+  std::printf("  the watchers got %llu messages; age: median %.1f ms, 99%% %.1f ms\n", number(seen.messages), seen.median_ms, seen.p99_ms);
+  std::printf("  CPU: robots %.0f%%, broker %.1f s, watchers %.1f s\n", 100 * used / took, of_broker, of_watchers);
+  return 0;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -399,7 +454,7 @@ int main(int argc, char** argv) {
     else if (name == "--signal") settings.signal = static_cast<int>(value);
     else return std::fprintf(stderr, "mqtt_bench: unknown option %s\n", argv[i]), 2;
   }
-  if (settings.watchers.empty()) settings.watchers = {1, 100, 1'000};
+  if (settings.watchers.empty()) settings.watchers = what == "defaults" ? std::vector<unsigned>{1'000} : std::vector<unsigned>{1, 100, 1'000};
   rlimit files{};
   if (::getrlimit(RLIMIT_NOFILE, &files) == 0) {
     files.rlim_cur = files.rlim_max;
@@ -408,6 +463,7 @@ int main(int argc, char** argv) {
   if (!lrt::test::has_mosquitto()) return 77;
   if (what == "watchers") return watchers(settings);
   if (what == "fleet") return fleet(settings);
-  std::fprintf(stderr, "usage: mqtt_bench watchers|fleet [OPTION VALUE]...\n");
+  if (what == "defaults") return defaults(settings);
+  std::fprintf(stderr, "usage: mqtt_bench watchers|fleet|defaults [OPTION VALUE]...\n");
   return 2;
 }
