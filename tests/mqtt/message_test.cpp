@@ -71,3 +71,10 @@ TEST_CASE("the size of a message counts its topic and properties", "[mqtt][newes
   message.topic = std::string(100, 't');
   CHECK(wire_bytes(message) == before + 100);
 }
+
+TEST_CASE("a number of the defaults takes as many bytes as docs/mqtt.md calculates with", "[mqtt][defaults]") {
+  const engine::Meaning meaning{angle.unit, angle.datatype, {}};
+  const OutMessage message = said("-1.5707963267948966", default_publications().front(), {1'234, noon, meaning});
+  CHECK(wire_bytes(message) > 180);
+  CHECK(wire_bytes(message) < 200);
+}
