@@ -28,14 +28,14 @@ class Window {
   void begin() { *this = Window(); }
 
   /// Whether a further message may be sent. One always may, however large it is, if nothing else is on its way.
-  bool is_open() const noexcept { return on_way() < limit_; }
+  bool is_open() const noexcept { return is_off_ || on_way() < limit_; }
   /// Bytes that may be sent.
-  std::size_t room() const noexcept { return is_open() ? limit_ - on_way() : 0; }
+  std::size_t room() const noexcept { return is_off_ ? max_bytes : is_open() ? limit_ - on_way() : 0; }
   void sent(std::size_t bytes) noexcept { sent_ += bytes; }
 
   /// Whether a probe is to be sent: the first one at once, which finds the link empty, and then one for each quarter of the window. If the window is closed,
   /// one is under way.
-  bool wants_probe() const noexcept { return !has_probed_ || sent_ - probed_ >= limit_ / 4; }
+  bool wants_probe() const noexcept { return !is_off_ && (!has_probed_ || sent_ - probed_ >= limit_ / 4); }
   void probed(int id, Instant now) {
     probes_.push_back({id, 4 * on_way() >= 3 * limit_, sent_, confirmed_, now});
     probed_ = sent_;
@@ -51,6 +51,12 @@ class Window {
     const Duration time = std::max<Duration>(now - probe.at, std::chrono::microseconds(1));
     shortest_ = shortest_ ? std::min(*shortest_, time) : time;
     adapt(time, probe);
+  }
+
+  /// The broker does not answer probes: the window is open for the rest of the connection.
+  void give_up() {
+    is_off_ = true;
+    probes_.clear();
   }
 
   /// When the oldest probe without an answer was sent; nullopt: there is none.
@@ -84,7 +90,7 @@ class Window {
   std::size_t limit_ = first_bytes;
   std::uint64_t sent_ = 0, confirmed_ = 0, probed_ = 0;  ///< bytes of this connection
   std::uint64_t adapted_ = 0;                            ///< bytes that were sent when the window last grew or shrank
-  bool has_probed_ = false;
+  bool has_probed_ = false, is_off_ = false;
   std::optional<Duration> shortest_;
   std::deque<Probe> probes_;  ///< without an answer
 };

@@ -131,6 +131,8 @@ TEST_CASE("a resource and its subscription say in RDF where they are published",
   const std::string document = robot.get("/arm/angle", "application/n-triples");
   CHECK_THAT(document, Catch::Matchers::ContainsSubstring("ns#mqttTopic> \"robots/r1/arm/angle\"") &&
                            Catch::Matchers::ContainsSubstring("\"mqtts://broker.example:8883\""));
+  CHECK_THAT(robot.get("/all", "application/n-triples"),
+             Catch::Matchers::ContainsSubstring("/arm/angle> <https://w3id.org/lrt/ns#mqttTopic> \"robots/r1/arm/angle\""));
   const std::string container = robot.get("/arm/subscriptions", "application/n-triples");
   CHECK_THAT(container, Catch::Matchers::ContainsSubstring("ns#Feed>") && Catch::Matchers::ContainsSubstring("\"robots/r1/arm/angle\""));
   // It goes with the bridge.

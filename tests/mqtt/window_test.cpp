@@ -183,3 +183,18 @@ TEST_CASE("a window is closed only while an answer is awaited", "[mqtt][newest]"
     }
   }
 }
+
+TEST_CASE("a window is open behind a broker that answers no probe", "[mqtt][newest]") {
+  Window window;
+  const Window::Instant now{std::chrono::hours(1)};
+  window.probed(1, now);
+  window.sent(Window::max_bytes);
+  CHECK_FALSE(window.is_open());
+  window.give_up();
+  CHECK(window.is_open());
+  CHECK(window.room() > 0);
+  CHECK_FALSE(window.wants_probe());
+  CHECK_FALSE(window.oldest());
+  window.begin();
+  CHECK(window.wants_probe());  // the next connection may be to another broker
+}
