@@ -140,7 +140,7 @@ TEST_CASE("behind a slow link the newest values arrive, each value of a queue, a
   std::uint64_t missing = 0;
   for (const auto& [topic, values] : got) missing += static_cast<std::uint64_t>(last) + 1 - values.size();
   REQUIRE(got.size() == value_count);
-  CHECK(missing > 1'000);
+  CHECK(missing > 100);
   CHECK(robot.bridge->counters().left_out == missing);
   REQUIRE(of_each.size() == static_cast<std::size_t>(last_each) + 1);
   CHECK(std::is_sorted(of_each.begin(), of_each.end()));
