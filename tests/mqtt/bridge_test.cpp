@@ -364,3 +364,27 @@ TEST_CASE("a bridge runs on a thread of its own, and ends while it waits for a b
   REQUIRE_FALSE(again);
   CHECK(again.error().code == Errc::closed);
 }
+
+TEST_CASE("a client of MQTT 3.1.1 reads time, unit and datatype in the payload", "[mqtt][meaning]") {
+  if (!has_mosquitto()) return;
+  Mosquitto broker;
+  Robot robot(broker.port(), [](mqtt::Options& o) { o.publications.front().form = mqtt::Form::with_meaning; });
+  std::string seen;
+  mosquitto* const client = ::mosquitto_new(nullptr, true, &seen);
+  ::mosquitto_int_option(client, MOSQ_OPT_PROTOCOL_VERSION, MQTT_PROTOCOL_V311);
+  ::mosquitto_connect_callback_set(client, [](mosquitto* m, void*, int) { ::mosquitto_subscribe(m, nullptr, "robots/r1/arm/angle", 0); });
+  ::mosquitto_message_callback_set(client, [](mosquitto*, void* to, const mosquitto_message* m) {
+    *static_cast<std::string*>(to) = std::string(static_cast<const char*>(m->payload), static_cast<std::size_t>(m->payloadlen));
+  });
+  REQUIRE(::mosquitto_connect(client, "127.0.0.1", broker.port(), 60) == MOSQ_ERR_SUCCESS);
+  Watcher watcher(broker.port());
+  watcher.connect();
+  robot.until(watcher, [&] {
+    ::mosquitto_loop(client, 0, 1);
+    return !seen.empty();
+  });
+  ::mosquitto_destroy(client);
+  CHECK(seen.find(R"({"value":1.5,"seq":)") == 0);
+  CHECK(seen.find(R"("time":"20)") != std::string::npos);
+  CHECK(seen.find(R"("datatype":"http://www.w3.org/2001/XMLSchema#double")") != std::string::npos);
+}
