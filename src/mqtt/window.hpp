@@ -35,11 +35,14 @@ class Window {
 
   /// Whether a probe is to be sent: the first one at once, which finds the link empty, and then one for each quarter of the window. If the window is closed,
   /// one is under way.
-  bool wants_probe() const noexcept { return !is_off_ && (!has_probed_ || sent_ - probed_ >= limit_ / 4); }
+  bool wants_probe() const noexcept { return !is_off_ && (!has_probed_ || is_wanted_ || sent_ - probed_ >= limit_ / 4); }
+  /// A probe is to be sent now: its answer says that all before it has arrived.
+  void want_probe() noexcept { is_wanted_ = true; }
   void probed(int id, Instant now) {
     probes_.push_back({id, 4 * on_way() >= 3 * limit_, sent_, confirmed_, now});
     probed_ = sent_;
     has_probed_ = true;
+    is_wanted_ = false;
   }
   /// The broker has answered a probe, and thereby all before it.
   void confirmed(int id, Instant now) {
@@ -62,6 +65,11 @@ class Window {
   /// When the oldest probe without an answer was sent; nullopt: there is none.
   std::optional<Instant> oldest() const noexcept { return probes_.empty() ? std::nullopt : std::optional(probes_.front().at); }
   std::size_t limit() const noexcept { return limit_; }
+  /// @{
+  /// Bytes of this connection: that were sent, and that the broker has confirmed.
+  std::uint64_t sent_bytes() const noexcept { return sent_; }
+  std::uint64_t confirmed_bytes() const noexcept { return confirmed_; }
+  /// @}
 
  private:
   struct Probe {
@@ -90,7 +98,7 @@ class Window {
   std::size_t limit_ = first_bytes;
   std::uint64_t sent_ = 0, confirmed_ = 0, probed_ = 0;  ///< bytes of this connection
   std::uint64_t adapted_ = 0;                            ///< bytes that were sent when the window last grew or shrank
-  bool has_probed_ = false, is_off_ = false;
+  bool has_probed_ = false, is_wanted_ = false, is_off_ = false;
   std::optional<Duration> shortest_;
   std::deque<Probe> probes_;  ///< without an answer
 };

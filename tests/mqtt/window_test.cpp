@@ -198,3 +198,19 @@ TEST_CASE("a window is open behind a broker that answers no probe", "[mqtt][newe
   window.begin();
   CHECK(window.wants_probe());  // the next connection may be to another broker
 }
+
+TEST_CASE("a probe can be wanted before a quarter of the window was used", "[mqtt][newest]") {
+  Window window;
+  const Window::Instant now{std::chrono::hours(1)};
+  window.probed(1, now);
+  window.sent(10);
+  CHECK_FALSE(window.wants_probe());
+  window.want_probe();
+  CHECK(window.wants_probe());
+  window.probed(2, now);
+  CHECK_FALSE(window.wants_probe());
+  CHECK(window.sent_bytes() == 10);
+  CHECK(window.confirmed_bytes() == 0);
+  window.confirmed(2, now);
+  CHECK(window.confirmed_bytes() == 10);
+}
