@@ -64,6 +64,7 @@ class Window {
 
   /// When the oldest probe without an answer was sent; nullopt: there is none.
   std::optional<Instant> oldest() const noexcept { return probes_.empty() ? std::nullopt : std::optional(probes_.front().at); }
+  bool is_off() const noexcept { return is_off_; }
   std::size_t limit() const noexcept { return limit_; }
   /// @{
   /// Bytes of this connection: that were sent, and that the broker has confirmed.
