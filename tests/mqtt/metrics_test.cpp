@@ -25,6 +25,7 @@ struct Counted {
   Counted() {
     lrt::Options options;
     options.listen.transport = transport::no_network;
+    options.identity.iri = "https://robots.example/r1";
     options.threads.dispatch = Dispatch::io_thread;
     server.emplace(Server::create(std::move(options)).value());
     server->add(server_thing(*server)).value();
