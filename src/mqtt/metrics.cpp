@@ -21,6 +21,9 @@ std::vector<Metric> metrics_of(const Counters& counters, const std::string& brok
   add("lrt_mqtt_commands_total", "Commands passed to the server.", K::counter, counters.commands);
   add("lrt_mqtt_dropped_commands_total", "Commands without a response: not well-formed, retained, or too large.", K::counter,
       counters.dropped_commands);
+  add("lrt_mqtt_taken_over_total", "Times that another client was found to be connected as this robot.", K::counter, counters.taken_over);
+  add("lrt_mqtt_left_out_total", "Changes of values that were not sent.", K::counter, counters.left_out);
+  add("lrt_mqtt_lag_seconds", "How long the oldest value that waits has waited.", K::gauge, static_cast<double>(counters.lag.count()) / 1000);
   add("lrt_mqtt_resources", "Resources that are published.", K::gauge, counters.resources);
   add("lrt_mqtt_unacknowledged", "Messages with QoS 1 and 2 that wait for an acknowledgement.", K::gauge, counters.unacknowledged);
   return all;

@@ -55,6 +55,9 @@ TEST_CASE("the numbers of a bridge are metrics, each with the broker and the pre
   counters.published = 7;
   counters.published_bytes = 70;
   counters.refused = 2;
+  counters.taken_over = 3;
+  counters.left_out = 4;
+  counters.lag = std::chrono::milliseconds(1'500);
   Counted robot;
   const std::string text = prometheus_text(robot.server->counters(), mqtt::metrics_of(counters, "mqtt://b:1883", "robots/r7"));
   const std::string labels = "{broker=\"mqtt://b:1883\",prefix=\"robots/r7\"} ";
@@ -62,6 +65,9 @@ TEST_CASE("the numbers of a bridge are metrics, each with the broker and the pre
   CHECK(text.find("\nlrt_mqtt_published_total" + labels + "7\n") != std::string::npos);
   CHECK(text.find("\nlrt_mqtt_published_bytes_total" + labels + "70\n") != std::string::npos);
   CHECK(text.find("\nlrt_mqtt_refused_total" + labels + "2\n") != std::string::npos);
+  CHECK(text.find("\nlrt_mqtt_taken_over_total" + labels + "3\n") != std::string::npos);
+  CHECK(text.find("\nlrt_mqtt_left_out_total" + labels + "4\n") != std::string::npos);
+  CHECK(text.find("\nlrt_mqtt_lag_seconds" + labels + "1.5\n") != std::string::npos);
   CHECK(text.find("\nlrt_metrics_left_out 0\n") != std::string::npos);
 }
 
