@@ -28,7 +28,8 @@
 // --mqtt-user NAME        a user of the broker; --mqtt-password-file FILE has the password in its first line
 // --mqtt-ca FILE          TLS, with the authorities of the broker's certificate, or "system"
 // --mqtt-certificate FILE the robot's certificate for the broker (examples/make-robot-certificate.sh), with --mqtt-key FILE; SIGHUP reloads them
-// --identity FILE         which robot this is, a JSON object {"iri": "https://robots.example/r7", ...}; default: urn:lrt:baxter
+// --identity FILE         which robot this is, a JSON object {"iri": "https://robots.example/r7", ...}; default: the
+//                         public base, or urn:lrt:baxter
 
 #include <charconv>
 #include <chrono>
@@ -92,10 +93,6 @@ int main(int argc, char** argv) {
 #if BAXTER_HAS_MQTT
   broker::Arguments broker;
 #endif
-  options.identity.iri = "urn:lrt:baxter";  // of this example; a second one needs --identity
-  options.identity.model = "Baxter";
-  options.identity.manufacturer = "Rethink Robotics";
-  options.identity.software_version = LRT_VERSION;
   for (int i = 1; i < argc; ++i) {
     const std::string arg = argv[i];
     if (arg == "--demo") {
@@ -155,6 +152,12 @@ int main(int argc, char** argv) {
                    "               [--mqtt-ca FILE|system] [--mqtt-certificate FILE --mqtt-key FILE]]\n");
       return arg == "--help" ? 0 : 2;
     }
+  }
+  if (options.identity.iri.empty()) {
+    options.identity.iri = options.listen.public_base.empty() ? "urn:lrt:baxter" : options.listen.public_base;
+    options.identity.model = "Baxter";
+    options.identity.manufacturer = "Rethink Robotics";
+    options.identity.software_version = LRT_VERSION;
   }
   options.log = [](lrt::LogLevel level, std::string_view text) {
     if (level >= lrt::LogLevel::warning) std::fprintf(stderr, "baxter: %.*s\n", static_cast<int>(text.size()), text.data());

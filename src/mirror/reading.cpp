@@ -43,7 +43,7 @@ bool is_skipped(std::string_view predicate) noexcept {
   for (const Iri skipped :
        {vocab::rdf_::type, vocab::rdfs::seeAlso, vocab::rdfs::isDefinedBy, vocab::hybrit::subscriptions, vocab::hybrit::onResource,
         vocab::lrt_::state, vocab::lrt_::all, vocab::lrt_::invocation, vocab::lrt_::invocationOf, vocab::http_core::requestURI, vocab::vom::unit,
-        vocab::qudt::hasUnit, vocab::lrt_::session, vocab::lrt_::query, vocab::lrt_::allGraphs, vocab::lrt_::structure})
+        vocab::qudt::hasUnit, vocab::lrt_::session, vocab::lrt_::query, vocab::lrt_::allGraphs, vocab::lrt_::structure, vocab::lrt_::identity})
     if (predicate == skipped.text) return true;
   return false;
 }
