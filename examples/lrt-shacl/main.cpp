@@ -71,6 +71,7 @@ int run(const std::vector<std::string>& arguments) {
   if (!shapes_graph) return fail(names[1] + ": " + shapes_graph.error().message);
   const auto shapes = lrt::shacl::Shapes::compile(*std::move(shapes_graph));
   if (!shapes) return fail(names[1] + ": " + shapes.error().message);
+  if (shapes->size() == 0) return fail(names[1] + ": there is no shape in it, so nothing would be judged");
   lrt::shacl::ValidateOptions options;
   options.max_steps = 10'000'000'000;
   const auto report = lrt::shacl::validate(*shapes, *data, options);

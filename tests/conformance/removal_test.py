@@ -202,8 +202,18 @@ def try_all(lrt_shacl, program, folder, counts):
     return not unnoticed
 
 
+def shapes_without_a_shape_judge_nothing(lrt_shacl):
+    with tempfile.TemporaryDirectory() as folder:
+        shapes = os.path.join(folder, "shapes.ttl")
+        with open(shapes, "w", encoding="ascii") as file:
+            file.write("<urn:a> <urn:b> <urn:c> .")
+        done = subprocess.run([lrt_shacl, shapes, shapes], capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 2 and "there is no shape" in done.stderr and not done.stdout, done
+
+
 def main():
     lrt_shacl, *programs = sys.argv[1:]
+    shapes_without_a_shape_judge_nothing(lrt_shacl)
     good, counts = True, collections.Counter()
     for path in programs:
         name = os.path.basename(path)
