@@ -43,7 +43,7 @@ struct Robot {
   Robot(const Settings& settings, std::optional<std::uint16_t> port, int qos, bool commands = false) {
     lrt::Options options;
     options.listen.port = 0;
-    options.identity.iri = "urn:lrt:r1";
+    options.listen.public_base = "http://robot.example";
     server.emplace(lrt::Server::create(options).value());
     lrt::Thing base{"base"};
     for (unsigned i = 0; i < settings.properties; ++i) values.push_back(base.property<int>("p" + std::to_string(i), lrt::unit::radian));

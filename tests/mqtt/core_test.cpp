@@ -861,6 +861,7 @@ TEST_CASE("the form for MQTT 3.1.1 has what user properties have", "[mqtt][meani
 TEST_CASE("what a form needs is checked when the bridge is made", "[mqtt][meaning]") {
   lrt::Options server_options;
   server_options.listen.transport = transport::no_network;
+  server_options.listen.public_base = "http://robot.example";
   Server server = Server::create(std::move(server_options)).value();
   const auto refused = [&](const std::function<void(Publication&)>& change) {
     mqtt::Options options;

@@ -34,7 +34,7 @@ struct Robot {
   Robot(std::uint16_t port, int qos) {
     lrt::Options server_options;
     server_options.listen.port = 0;
-    server_options.identity.iri = "https://robots.example/r1";
+    server_options.listen.public_base = "http://robot.example";
     server.emplace(Server::create(std::move(server_options)).value());
     Thing arm{"arm"};
     for (int i = 0; i < value_count; ++i) values.push_back(arm.property<int>("v" + std::to_string(i), unit::radian));
