@@ -28,6 +28,12 @@ bool is_of_this_machine(std::string_view base) noexcept {
   return false;
 }
 
+/// A time without a part of a second, as certificates have them.
+std::string time_of(std::chrono::system_clock::time_point time) {
+  const std::string text = to_xsd_date_time(time);
+  return text.substr(0, text.find('.')) + "Z";
+}
+
 std::string in_brackets(std::string_view iri) { return "<" + shortened(iri, 200) + ">"; }
 
 }  // namespace
@@ -108,10 +114,8 @@ std::string why_not_connected(const Broker& broker, const std::string& reason, s
     const Result<security::CertificateText> own = security::read_certificate(tls.certificate_file);
     const std::string file = "; the robot's certificate " + tls.certificate_file;
     if (!own) return "; the robot's certificate cannot be read: " + own.error().message;
-    if (now > own->to)
-      return file + " has expired at " + to_xsd_date_time(own->to) + ": replace the file, and its key; it is read at the next attempt";
-    if (now < own->from)
-      return file + " is valid from " + to_xsd_date_time(own->from) + ", and the robot's clock says " + to_xsd_date_time(now) + ": set the clock";
+    if (now > own->to) return file + " has expired at " + time_of(own->to) + ": replace the file, and its key; it is read at the next attempt";
+    if (now < own->from) return file + " is valid from " + time_of(own->from) + ", and the robot's clock says " + time_of(now) + ": set the clock";
   }
   if (reason.find("certificate verify failed") == std::string::npos) return {};
   return "; the certificate of " + broker.host + " has expired, does not name this host, or is of no authority in " +
@@ -124,7 +128,7 @@ std::string certificate_warning(const Broker& broker, const Identity& identity, 
   const std::string& file = broker.tls->certificate_file;
   const Result<security::CertificateText> own = security::read_certificate(file);
   if (!own) return "the robot's certificate cannot be read: " + own.error().message + "; the next connection fails";
-  if (own->to - now < soon) return "the robot's certificate " + file + " expires at " + to_xsd_date_time(own->to) + ": replace the file, and its key";
+  if (own->to - now < soon) return "the robot's certificate " + file + " expires at " + time_of(own->to) + ": replace the file, and its key";
   const std::string level = prefix.substr(prefix.rfind('/') + 1);
   const auto has = [](const std::vector<std::string>& all, const std::string& one) { return std::find(all.begin(), all.end(), one) != all.end(); };
   const std::string& cn = own->common_name;

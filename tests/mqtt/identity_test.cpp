@@ -59,12 +59,25 @@ system_clock::time_point at(int year, int month) {
   return system_clock::from_time_t(::timegm(&parts));
 }
 
-/// A certificate that is valid from one time to another.
+/// A certificate that is valid from one time to another, to a second or two.
 Certificate valid(system_clock::time_point from, system_clock::time_point to, const std::string& iri, const Certificate* issuer = nullptr) {
   const auto from_now = [](system_clock::time_point time) {
     return static_cast<long>(std::chrono::duration_cast<seconds>(time - system_clock::now()).count());
   };
   return make_certificate({"r7", iri.empty() ? "" : "URI:" + iri, from_now(from), from_now(to)}, issuer);
+}
+
+/// One of January 2026, to the second. Its signature does not fit any more.
+Certificate of_january(const std::string& iri) {
+  const Certificate made = valid(at(2026, 1), at(2026, 2), iri);
+  const auto set = [&](int (*field)(X509*, const ASN1_TIME*), system_clock::time_point time) {
+    ASN1_TIME* const written = ASN1_TIME_set(nullptr, system_clock::to_time_t(time));
+    field(made.certificate.get(), written);
+    ASN1_TIME_free(written);
+  };
+  set(X509_set1_notBefore, at(2026, 1));
+  set(X509_set1_notAfter, at(2026, 2));
+  return made;
 }
 
 /// A server with a bridge, whose log is kept.
@@ -140,7 +153,7 @@ TEST_CASE("the sentences about identities are those of docs/fleet.md", "[mqtt][i
   broker.tls.emplace().ca_file = folder.path("ca.pem");
   broker.tls->certificate_file = folder.path("r7.pem");
   const auto certificate = [&](const std::string& of) {
-    const Certificate own = valid(at(2026, 1), at(2026, 2), of);
+    const Certificate own = of_january(of);
     folder.put("r7.pem", {&own});
   };
   certificate(iri);
