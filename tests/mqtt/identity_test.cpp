@@ -284,8 +284,9 @@ TEST_CASE("a changed public base, and a prefix that another robot had, are notic
       m.prefix = "robots/r7";
     });
     watcher.messages.clear();
+    // The broker has sent what it had kept before it acknowledges the robot's own status.
     until(
-        {&robot}, [&] { return watcher.newest("robots/r7/base/x").has_value(); }, &watcher);
+        {&robot}, [&] { return watcher.newest("robots/r7/base/x").has_value() && robot.bridge->counters().acknowledged > 0; }, &watcher);
     return robot.log;
   };
   const auto table = sentences();
