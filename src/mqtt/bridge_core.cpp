@@ -769,7 +769,8 @@ void BridgeCore::describe_things(const http::Response& response) {
     return log_once("Things have no descriptions: the server responds with " + std::to_string(response.status));
   std::unordered_map<std::string, const Published*> by_topic;
   for (const auto& [channel, published] : published_) by_topic.emplace(published.topic, &published);
-  RobotFacts robot{feed_.base(), topics_, options_.commands.enabled, options_.description.publish, options_.home_assistant.has_value(), {}};
+  RobotFacts robot{feed_.base(), topics_,  options_.commands.enabled, options_.description.publish, options_.home_assistant.has_value(),
+                   {},           identity_};
   robot.published = [&](const std::string& topic) -> std::optional<PublishedAs> {
     const auto found = by_topic.find(topic);
     if (found == by_topic.end()) return std::nullopt;

@@ -7,6 +7,7 @@
 #include <lrt/http/problem.hpp>
 #include <lrt/version.hpp>
 
+#include "src/engine/identity.hpp"
 #include "src/mqtt/message.hpp"
 #include "src/rdf/json_canonical.hpp"
 #include "src/rdf/json_parse.hpp"
@@ -95,6 +96,7 @@ class PageDescriber {
     copy(out, d_, thing, words);
     copy(out, d_, kind, std::array<std::string_view, 1>{"types"});
     out.raw("availability", Writer().text("topic", robot_.topics.status()).text("member", "online").take());
+    if (!robot_.identity.iri.empty()) out.raw("robot", engine::json_of(robot_.identity));
     if (robot_.describes) out.text("document", robot_.topics.description());
     Writer properties, actions, components;
     if (const Id all = object_of(d_, kind, "properties"); all != Document::none)
@@ -169,6 +171,10 @@ class PageDescriber {
     const std::string_view title = text_of(d_, thing, "title");
     Writer device, availability, out;
     device.raw("identifiers", "[" + http::json_string(id_of(topic)) + "]").text("name", title.empty() ? std::string_view(topic) : title);
+    const Identity& robot = robot_.identity;
+    for (const auto& [key, text] : {std::pair("serial_number", &robot.serial_number), std::pair("model", &robot.model),
+                                    std::pair("manufacturer", &robot.manufacturer), std::pair("sw_version", &robot.software_version)})
+      if (!text->empty()) device.text(key, *text);
     availability.text("topic", robot_.topics.status()).text("value_template", "{{ 'online' if value_json.online else 'offline' }}");
     out.raw("device", device.take());
     out.raw("origin", Writer().text("name", "lrt").text("sw_version", LRT_VERSION).take());

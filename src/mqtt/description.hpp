@@ -9,6 +9,7 @@
 #include <vector>
 
 #include <lrt/base/result.hpp>
+#include <lrt/identity.hpp>
 #include <lrt/mqtt.hpp>
 
 #include "src/mqtt/topics.hpp"
@@ -32,6 +33,7 @@ struct RobotFacts {
   bool discovers = false;  ///< Options::home_assistant
   /// How the resource with this topic is published; nullopt: it is not.
   std::function<std::optional<PublishedAs>(const std::string& topic)> published;
+  Identity identity{};  ///< which robot it is
 };
 
 /// The descriptions of one Thing.

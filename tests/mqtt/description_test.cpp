@@ -120,6 +120,20 @@ TEST_CASE("Home Assistant finds numbers, texts and truth values of a Thing", "[m
   CHECK(describe_things(structure, robot.facts).value().things[0].discovery.empty());
 }
 
+TEST_CASE("descriptions say which robot they are of", "[mqtt][identity]") {
+  Robot robot;
+  CHECK(at(describe_things(structure, robot.facts).value().things[0].json, {"robot", "iri"}) == "(none)");
+  robot.facts.identity.iri = "https://robots.example/r1";
+  robot.facts.identity.serial_number = "A-1047";
+  robot.facts.identity.software_version = "2.4.1";
+  const DescribedThing arm = describe_things(structure, robot.facts).value().things[0];
+  CHECK(at(arm.json, {"robot", "iri"}) == "https://robots.example/r1");
+  CHECK(at(arm.json, {"robot", "serialNumber"}) == "A-1047");
+  CHECK(at(arm.discovery, {"device", "serial_number"}) == "A-1047");
+  CHECK(at(arm.discovery, {"device", "sw_version"}) == "2.4.1");
+  CHECK(at(arm.discovery, {"device", "model"}) == "(none)");
+}
+
 TEST_CASE("a document that is no structure document is refused", "[mqtt][meaning]") {
   const Robot robot;
   for (const char* const text :
