@@ -297,11 +297,15 @@ class MosquittoLink final : public Link {
     handle_.reset();
   }
 
+  // It uses nothing that a turn changes. libmosquitto reads most of the files when it connects, which would be too late.
   Result<void> check() override {
-    if (Result<std::shared_ptr<Handle>> made = make_client(); !made) return Unexpected{std::move(made).error()};
-    const std::optional<Tls>& tls = options_.broker.tls;
-    // libmosquitto reads them when it connects, which would be too late.
-    return tls && !tls->certificate_file.empty() ? security::check_key(tls->certificate_file, tls->key_file) : Result<void>();
+    const Broker& broker = options_.broker;
+    if (!broker.user.empty())
+      if (const Result<std::string> password = password_of(broker); !password) return Unexpected{password.error()};
+    if (!broker.tls) return {};
+    if (!broker.tls->ca_file.empty())
+      if (const auto authority = security::read_certificate(broker.tls->ca_file); !authority) return Unexpected{authority.error()};
+    return broker.tls->certificate_file.empty() ? Result<void>() : security::check_key(broker.tls->certificate_file, broker.tls->key_file);
   }
 
   Result<void> subscribe(const std::string& filter, int qos, bool retained) override {

@@ -338,6 +338,8 @@ TEST_CASE("the password and the files of TLS are judged as they are now", "[mqtt
   CHECK_THAT(message(), Catch::Matchers::ContainsSubstring("password_file"));
   folder.put("password", std::string("other"));
   CHECK(message().empty());
+  folder.put("ca.pem", std::string());
+  CHECK_THAT(message(), Catch::Matchers::ContainsSubstring("expected a certificate"));
 }
 
 TEST_CASE("what a hostile broker sends ends the connection at most", "[mqtt]") {
