@@ -28,8 +28,8 @@
 // --mqtt-user NAME        a user of the broker; --mqtt-password-file FILE has the password in its first line
 // --mqtt-ca FILE          TLS, with the authorities of the broker's certificate, or "system"
 // --mqtt-certificate FILE the robot's certificate for the broker (examples/make-robot-certificate.sh), with --mqtt-key FILE; SIGHUP reloads them
-// --identity FILE         which robot this is, a JSON object {"iri": "https://robots.example/r7", ...}; default: the
-//                         public base, or urn:lrt:baxter
+// --identity FILE         which robot this is, a JSON object {"iri": "https://robots.example/r7", ...}; default with --demo or --mqtt: the public base,
+//                         or urn:lrt:baxter
 
 #include <charconv>
 #include <chrono>
@@ -153,7 +153,11 @@ int main(int argc, char** argv) {
       return arg == "--help" ? 0 : 2;
     }
   }
-  if (options.identity.iri.empty()) {
+  bool meets_others = demo;
+#if BAXTER_HAS_MQTT
+  meets_others = meets_others || broker.options();
+#endif
+  if (options.identity.iri.empty() && meets_others) {
     options.identity.iri = options.listen.public_base.empty() ? "urn:lrt:baxter" : options.listen.public_base;
     options.identity.model = "Baxter";
     options.identity.manufacturer = "Rethink Robotics";
