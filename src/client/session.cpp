@@ -143,7 +143,7 @@ Error error_of(const Response& response, const std::string& method, const std::s
   return {code, method + " " + url + ": " + std::to_string(response.status) + ": " + response.reason()};
 }
 
-Result<RepresentationPtr> Session::get(const std::string& given) {
+Result<RepresentationPtr> Session::get(const std::string& given, const std::string& known_tag) {
   const std::string url(document_of(given));
   RepresentationPtr known;
   {
@@ -151,7 +151,8 @@ Result<RepresentationPtr> Session::get(const std::string& given) {
     known = cache_.find(url).representation;
   }
   Request request{"GET", url, {{"Accept", accept()}}, {}};
-  if (known && !known->entity_tag.empty()) request.fields.emplace_back("If-None-Match", known->entity_tag);
+  const std::string& entity_tag = known ? known->entity_tag : known_tag;
+  if (!entity_tag.empty()) request.fields.emplace_back("If-None-Match", entity_tag);
   if (accepts_gzip_) request.fields.emplace_back("Accept-Encoding", "gzip");
   Result<Response> response = http_->send(request);
   if (response && response->status == 406) {  // a server without RDF
@@ -159,9 +160,9 @@ Result<RepresentationPtr> Session::get(const std::string& given) {
     response = http_->send(request);
   }
   if (!response) return unexpected(response.error());
-  if (response->status == 304 && known) {
+  if (response->status == 304 && !entity_tag.empty()) {
     const std::lock_guard lock(mutex_);
-    cache_.touch(url);
+    if (known) cache_.touch(url);
     return known;
   }
   if (!response->ok()) return unexpected(error_of(*response, "GET", url));

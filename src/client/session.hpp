@@ -94,7 +94,9 @@ class LRT_INTERNAL_API Session : public std::enable_shared_from_this<Session> {
   /// not write. Before the first get().
   void accept_gzip() noexcept { accepts_gzip_ = true; }
   /// A representation; requested with If-None-Match if one is cached.
-  Result<RepresentationPtr> get(const std::string& url);
+  /// @param known_tag  an entity tag of the representation that the caller knows from elsewhere, used if none is cached
+  /// @return  null: the representation still has `known_tag`
+  Result<RepresentationPtr> get(const std::string& url, const std::string& known_tag = {});
   /// The links of a resource whose representation is no RDF, by HEAD. Its graph is empty.
   Result<RepresentationPtr> outline(const std::string& url);
   /// The same as get(), or a representation of the last minute: for parts that rarely change, such as the binding and the shape.
