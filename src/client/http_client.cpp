@@ -124,6 +124,9 @@ class HttpClientImpl final : public HttpClient {
       if (++redirects > options_.limits.max_redirects)
         return unexpected(Errc::limit_exceeded, "\"" + given.url + "\": more than " + std::to_string(options_.limits.max_redirects) + " redirects");
       exchange::Redirect& next = **found;
+      if (next.leaves_origin && stays_on_origins_)
+        return unexpected(Errc::refused,
+                          "\"" + request.url + "\": it redirects the " + request.method + " to \"" + next.url + "\", which is of another origin");
       if (next.leaves_origin) {
         is_elsewhere = true;
         const auto secret = [](const auto& field) {

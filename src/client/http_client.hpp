@@ -71,11 +71,15 @@ class LRT_INTERNAL_API HttpClient {
   /// Readable once stop() has been called, for WaitLimit.
   virtual int stop_descriptor() const noexcept = 0;
 
+  /// From now on redirects to another origin are refused, also those of safe requests. Before the first send().
+  void stay_on_origins() noexcept { stays_on_origins_ = true; }
+
   const Options& options() const noexcept { return options_; }
 
  protected:
   explicit HttpClient(const Options& options) : options_(options) {}
   const Options options_;
+  bool stays_on_origins_ = false;
 };
 
 /// The seconds of Retry-After (RFC 9110 10.2.3). nullopt: there are none; a date counts as none.
