@@ -20,7 +20,7 @@
 namespace lrt::mirror {
 namespace {
 
-constexpr std::string_view begin_of_header = "lrt mirror 1\t";
+constexpr std::string_view begin_of_file = "lrt mirror ", begin_of_header = "lrt mirror 2\t", begin_of_first_version = "lrt mirror 1\t";
 constexpr mode_t file_mode = 0600;  // names of robots and their parts
 
 Error system_error(const std::string& what, const std::string& path) {
@@ -38,7 +38,8 @@ std::string field(std::string_view text) {
 std::string record_of(const StoredGraph& graph) {
   const std::string begin = field(graph.graph) + "\t" + field(graph.robot);
   if (graph.digest.empty()) return "unknown\t" + begin + "\n";
-  return "known\t" + begin + "\t" + graph.digest + "\t" + field(graph.entity_tag) + "\n";
+  return "known\t" + begin + "\t" + graph.digest + "\t" + field(graph.entity_tag) + "\t" + field(graph.echo) + "\t" + field(graph.robot_tag) + "\t" +
+         (graph.is_watchable ? "w" : "") + "\n";
 }
 
 std::vector<std::string_view> fields_of(std::string_view line) {
@@ -66,8 +67,9 @@ Result<std::vector<StoredGraph>> parse(std::string_view text, const std::string&
   const auto invalid = [&](const std::string& what) { return unexpected(Errc::invalid_option, "\"" + path + "\" " + what); };
   const std::size_t end_of_header = text.find('\n');
   const std::string_view header = text.substr(0, end_of_header);
-  if (end_of_header == std::string_view::npos || header.substr(0, begin_of_header.size()) != begin_of_header)
-    return invalid("is not a state file of a mirror");
+  const std::string_view begin = header.substr(0, begin_of_header.size());
+  const bool is_first_version = begin == begin_of_first_version;
+  if (end_of_header == std::string_view::npos || (begin != begin_of_header && !is_first_version)) return invalid("is not a state file of a mirror");
   if (const std::string_view other = header.substr(begin_of_header.size()); other != field(store))
     return invalid("is the state of a mirror to another store, \"" + std::string(other) + "\"");
   std::map<std::string, StoredGraph, std::less<>> graphs;
@@ -77,11 +79,16 @@ Result<std::vector<StoredGraph>> parse(std::string_view text, const std::string&
     if (end == std::string_view::npos) break;
     const std::vector<std::string_view> parts = fields_of(text.substr(0, end));
     text.remove_prefix(end + 1);
-    const bool is_known = parts.size() == 5 && parts[0] == "known", is_unknown = parts.size() == 3 && parts[0] == "unknown";
+    const std::size_t fields_of_known = is_first_version ? 5 : 8;
+    const bool is_known = parts.size() == fields_of_known && parts[0] == "known", is_unknown = parts.size() == 3 && parts[0] == "unknown";
     if (is_known || is_unknown) {
       StoredGraph& graph = graphs[std::string(parts[1])];
-      graph = {std::string(parts[1]), std::string(parts[2]), {}, {}};
-      if (is_known) graph.digest = parts[3], graph.entity_tag = parts[4];
+      graph = {};
+      graph.graph = parts[1], graph.robot = parts[2];
+      if (is_known && !is_first_version) {
+        graph.digest = parts[3], graph.entity_tag = parts[4], graph.echo = parts[5], graph.robot_tag = parts[6];
+        graph.is_watchable = parts[7] == "w";
+      }
       if (graphs.size() > max_graphs)
         return unexpected(Errc::limit_exceeded, "\"" + path + "\" has more than " + std::to_string(max_graphs) + " graphs");
     } else if (parts.size() == 2 && parts[0] == "forgotten") {
@@ -145,7 +152,7 @@ Result<std::vector<StoredGraph>> MirrorState::read() const {
 Result<void> MirrorState::replace(const std::vector<StoredGraph>& graphs) {
   std::string text = std::string(begin_of_header) + field(store_) + "\n";
   for (const StoredGraph& graph : graphs) text += record_of(graph);
-  Replaced replaced = replace_file(path_, {text}, {begin_of_header, file_mode, true});
+  Replaced replaced = replace_file(path_, {text}, {begin_of_file, file_mode, true});
   if (!replaced.file) return file_error(*replaced.failure, path_);
   ::close(std::exchange(descriptor_, replaced.file.release()));  // and the lock of the file that was replaced
   bytes_ = text.size();
@@ -187,7 +194,9 @@ Result<void> MirrorState::write_known(const std::vector<StoredGraph>& graphs) {
 }
 
 Result<void> MirrorState::write_unknown(const StoredGraph& graph, bool durably) {
-  if (Result<void> written = write(record_of({graph.graph, graph.robot, {}, {}})); !written) return written;
+  StoredGraph unknown;
+  unknown.graph = graph.graph, unknown.robot = graph.robot;
+  if (Result<void> written = write(record_of(unknown)); !written) return written;
   if (!durably || ::fdatasync(descriptor_) == 0) return {};
   return fail();
 }

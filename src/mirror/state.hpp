@@ -14,18 +14,23 @@ namespace lrt::mirror {
 
 /// The known state of a graph in the store.
 struct StoredGraph {
-  std::string graph{};       ///< its IRI
-  std::string robot{};       ///< URL of the robot that has the resource
-  std::string digest{};      ///< of what was sent; empty: it is not known what the store has; MirrorState::deleted: the store does not have it
-  std::string entity_tag{};  ///< by the store; empty: it gave none
+  std::string graph{};        ///< its IRI
+  std::string robot{};        ///< URL of the robot that has the resource
+  std::string digest{};       ///< of what was sent; empty: it is not known what the store has; MirrorState::deleted: the store does not have it
+  std::string entity_tag{};   ///< by the store; empty: it gave none
+  std::string echo{};         ///< digest of what the store gives back of it; empty: the same, or not known
+  std::string robot_tag{};    ///< entity tag by the robot; empty: not known
+  bool is_watchable = false;  ///< changes of the resource are worth a subscription
 };
 
 /// The file of a mirror: lines of text, each a record with tabs between its fields, of which the last one of a graph counts.
 ///
-///     lrt mirror 1	http://127.0.0.1:8890/sparql-graph-crud-auth
-///     known	http://robot.example/arm	http://robot.example/	9f86d0...	"tag"
+///     lrt mirror 2	http://127.0.0.1:8890/sparql-graph-crud-auth
+///     known	http://robot.example/arm	http://robot.example/	9f86d0...	"tag"	5e88ae...	"tag of the robot"	w
 ///     unknown	http://robot.example/arm/angle	http://robot.example/
 ///     forgotten	http://robot.example/tool
+///
+/// Of the first version, whose records end behind the first tag, the names count: what the store has is not known.
 ///
 /// Before a graph is sent whose content the file states, `unknown` is on the disk: a mirror that is killed between the exchange and the next record
 /// must not trust an older state. When the file is opened, and when it is more than twice as long as its content needs and min_excess, a shorter one with
