@@ -54,11 +54,12 @@ Result<std::unique_ptr<GraphStore>> GraphStore::create(const StoreOptions& optio
   client.ca_file = options.ca_file;
   client.limits.response_time = options.response_time;
   client.limits.max_idle_connections = max_requests;
-  client.limits.max_body_bytes = std::size_t{1024} * 1024;  // of a response, whose content is ignored
-  client.command_life = std::chrono::milliseconds(0);       // what a store is to have is sent again until it has it
+  client.limits.max_body_bytes = std::size_t{128} * 1024 * 1024;  // of a graph in N-Triples, which is several times as long as the robot's Turtle
+  client.command_life = std::chrono::milliseconds(0);             // what a store is to have is sent again until it has it
   client.log = log;
   Result<std::shared_ptr<client::HttpClient>> http = client::HttpClient::create(client);
   if (!http) return unexpected(std::move(http).error());
+  (*http)->stay_on_origins();  // what is compared with a robot's graph is of this store
   return std::unique_ptr<GraphStore>(new GraphStore(options, *std::move(http)));
 }
 
@@ -75,6 +76,12 @@ Result<GraphStore::Answer> GraphStore::put(const std::string& graph, const std::
 }
 
 Result<GraphStore::Answer> GraphStore::remove(const std::string& graph) { return send({"DELETE", url_of(graph), {}, {}}); }
+
+Result<GraphStore::Answer> GraphStore::get(const std::string& graph, const std::string& if_none_match) {
+  client::Request request{"GET", url_of(graph), {{"Accept", "application/n-triples, text/turtle;q=0.9"}}, {}};
+  if (!if_none_match.empty()) request.fields.emplace_back("If-None-Match", if_none_match);
+  return send(std::move(request));
+}
 
 /// The value of Authorization for a request; nullopt: the store has not asked for one.
 Result<std::optional<std::string>> GraphStore::authorization(const std::string& method, const http::Url& url) {
@@ -143,6 +150,10 @@ Result<GraphStore::Answer> GraphStore::send(client::Request request) {
     answer.status = response->status;
     if (answer.ok()) {
       answer.entity_tag = strong_tag(response->fields);
+      if (request.method == "GET") {
+        answer.media_type = response->media_type();
+        answer.body = std::move(response->body);
+      }
       return answer;
     }
     answer.retry_after = client::retry_after(response->fields);

@@ -16,7 +16,7 @@
 
 namespace lrt::mirror {
 
-/// Puts and deletes graphs by the SPARQL 1.1 Graph Store HTTP Protocol, and logs in as the store asks.
+/// Reads, puts and deletes graphs by the SPARQL 1.1 Graph Store HTTP Protocol, and logs in as the store asks.
 /// @par Threads  Any. Functions wait for the store, at most StoreOptions::response_time for each of at most three exchanges.
 class GraphStore {
  public:
@@ -24,7 +24,8 @@ class GraphStore {
     int status = 0;
     std::string entity_tag{};  ///< strong; empty: the store gives none
     std::optional<std::chrono::seconds> retry_after{};
-    std::string reason{};  ///< of a status from 300 on: a sentence
+    std::string reason{};              ///< of a status from 300 on: a sentence
+    std::string body{}, media_type{};  ///< of a successful GET
 
     bool ok() const noexcept { return status >= 200 && status < 300; }
   };
@@ -39,6 +40,10 @@ class GraphStore {
   /// @par Errors  of the exchange: there is no response. refused: the requested authentication would expose the credentials
   Result<Answer> put(const std::string& graph, const std::string& turtle, const std::string& if_match);
   Result<Answer> remove(const std::string& graph);
+  /// Reads a graph.
+  /// @param if_none_match  an entity tag: while the graph has it, the status is 304; empty: without a condition
+  /// @par Errors  as put(); limit_exceeded: it is larger than any that a mirror puts
+  Result<Answer> get(const std::string& graph, const std::string& if_none_match);
   void stop() noexcept { http_->stop(); }
 
   /// The URL by which the protocol identifies a graph.
