@@ -45,14 +45,25 @@ struct MirrorEvent {
     graph_sent,         ///< a graph was written to the store
     graph_deleted,      ///< the robot no longer has the resource
     graph_refused,      ///< the store refused this graph. It is sent again when it has changed; after 500, also with the next reading
-    graph_overwritten,  ///< another client had changed it in the store: its entity tag was different
+    graph_overwritten,  ///< another client had changed it in the store; the robot's version was sent again
     store_lost,         ///< the store does not respond or is full; graphs wait
     store_returned,     ///< the store responds again
     problem,            ///< anything else: a resource cannot be read, the state cannot be written
+    graph_lost,         ///< the store no longer had it; it was sent again
+    store_repaired,     ///< after graph_lost and graph_overwritten, when nothing waits any more: how many there were
   };
   Kind kind = Kind::problem;  ///< what happened
   std::string url{};          ///< of the robot, the graph or the store
   std::string reason{};       ///< a sentence; empty if the kind is sufficient
+};
+
+/// What a mirror believes of its store when it begins.
+enum class MirrorStart : unsigned char {
+  /// It looks at each graph: by one request with the entity tag that the store gave, or, of a store that gives none, by
+  /// reading the graph.
+  check,
+  verify,  ///< it reads each graph, also where the entity tag is the one that the store gave
+  force,   ///< nothing: it sends all graphs
 };
 
 /// Options of a Mirror.
@@ -61,20 +72,22 @@ struct MirrorOptions {
   StoreOptions store;               ///< where the graphs are written
   client::Options client;           ///< identity and limits for the robots; `callbacks` has no effect
   /// A file that lists what the store has, so that a mirror that starts again sends only what has changed. Only one
-  /// mirror may use it, for one store. Empty: the list is kept in memory only.
+  /// mirror may use it, for one store. It is not believed, see MirrorStart. Empty: the list is kept in memory only.
   std::string state_file;
+  MirrorStart start = MirrorStart::check;  ///< what is believed of the store
 
-  std::size_t max_requests = 4;                        ///< to the store at a time
-  double max_rate = 100;                               ///< requests to the store per second; 0: not limited
-  std::size_t max_readers = 8;                         ///< robots that are read at a time
-  std::size_t max_graphs = 1'000'000;                  ///< of all robots
-  std::size_t max_waiting_bytes = 64 * 1024 * 1024;    ///< of waiting graphs; those beyond are read again when they can be sent
-  std::size_t max_watches_per_robot = 200;             ///< each is a connection; further resources are read every refresh_interval
-  std::chrono::milliseconds minimum_interval{1'000};   ///< between two changes of a resource that a robot sends; the newest is used
-  std::chrono::milliseconds refresh_interval{60'000};  ///< between two readings of all resources of a robot; unchanged ones respond 304
-  std::chrono::milliseconds first_pause{500};          ///< after a failure of a store or a robot; then doubled, times a random 0.5 to 1.5
-  std::chrono::milliseconds max_pause{30'000};         ///< longest pause
-  std::chrono::milliseconds patience{30'000};          ///< of copy(): how long the store may fail
+  std::size_t max_requests = 4;                       ///< to the store at a time
+  double max_rate = 100;                              ///< requests to the store per second; 0: not limited
+  std::size_t max_readers = 8;                        ///< robots that are read at a time
+  std::size_t max_graphs = 1'000'000;                 ///< of all robots
+  std::size_t max_waiting_bytes = 64 * 1024 * 1024;   ///< of waiting graphs; those beyond are read again when they can be sent
+  std::size_t max_watches_per_robot = 200;            ///< each is a connection; further resources are read every refresh_interval
+  std::chrono::milliseconds minimum_interval{1'000};  ///< between two changes of a resource that a robot sends; the newest is used
+  /// Between two readings of all resources of a robot, of which unchanged ones respond 304; and of the store's graphs.
+  std::chrono::milliseconds refresh_interval{60'000};
+  std::chrono::milliseconds first_pause{500};   ///< after a failure of a store or a robot; then doubled, times a random 0.5 to 1.5
+  std::chrono::milliseconds max_pause{30'000};  ///< longest pause
+  std::chrono::milliseconds patience{30'000};   ///< of copy(): how long the store may fail
 
   /// Called on threads of the mirror, several at a time. It must not block for long, and must not call stop().
   std::function<void(const MirrorEvent&)> on_event;
@@ -93,8 +106,12 @@ struct MirrorCounts {
   std::size_t robots_away = 0;   ///< robots that cannot be read
   std::uint64_t sent_bytes = 0;  ///< of the graphs that were sent, as Turtle
   /// How long the store lacks what this mirror knows: the age of the oldest change that the store has not accepted. 0: it
-  /// has all. A graph that it refuses does not count.
+  /// has all. A graph that it refuses does not count, nor one that it lost until that has been found.
   std::chrono::milliseconds lag{0};
+  std::uint64_t lost = 0;    ///< graphs that the store no longer had; they were sent again, and count in `sent`, too
+  std::uint64_t unread = 0;  ///< readings of single resources that failed, but for those that the robot refuses to this client
+  /// Robots whose URL describes something elsewhere, as one with another public base: nothing of them is mirrored.
+  std::size_t robots_elsewhere = 0;
 };
 
 /// Copies the graphs of robots to a store and keeps them up to date: each resource is a named graph with the URL of the
@@ -106,9 +123,16 @@ struct MirrorCounts {
 /// no further effect; of several waiting changes only the newest is sent. If the store has entity tags, If-Match
 /// detects that another client has changed the graph; the robot's version then replaces it.
 ///
-/// If a robot cannot be read, its graphs stay, and the graph `<ROBOT#mirror>` states since when: `<ROBOT>
-/// lrt:unreachableSince TIME`. That graph is deleted when the robot can be read again. The graph of a resource for
-/// which the robot responds 404 or 410 is deleted.
+/// Each reading of a robot compares what the store has: at the start, each refresh_interval, and when the robot or the
+/// store has returned. That is one request for each graph. A graph that the store has lost or that another client has
+/// changed is sent again, and counted. A store that gives no entity tags is read once more behind each graph that such a
+/// reading sends, so that its own form of it is known ("0.0" for "0"). A store that cannot be read (405) is believed; that
+/// is reported.
+///
+/// The graph `<ROBOT#mirror>` lists the graphs of the robot: `<ROBOT#mirror> dcterms:hasPart GRAPH`. By it a mirror
+/// without a state, or to a store that was restored from an older copy, finds graphs whose resources the robot no longer
+/// has. If a robot cannot be read, its graphs stay, and this graph states since when: `<ROBOT> lrt:unreachableSince TIME`.
+/// The graph of a resource for which the robot responds 404 or 410 is deleted.
 ///
 ///     lrt::mirror::MirrorOptions options;
 ///     options.robots = {"http://cell7.example:8080/", "http://cell8.example:8080/"};
@@ -132,8 +156,8 @@ class LRT_API Mirror {
   /// Reads each robot once, sends the differences, and waits until that is done. A robot that does not respond is
   /// marked.
   /// @param goes_on  called several times a second; false ends the copy with Errc::cancelled. May be empty
-  /// @par Errors  refused: the store refuses the user; io_error, timed_out, failed, ...: the store has failed for
-  ///              longer than `patience`; cancelled: also after stop()
+  /// @par Errors  refused: the store refuses the user; failed: each robot is one of robots_elsewhere; io_error, timed_out,
+  ///              failed, ...: the store has failed for longer than `patience`; cancelled: also after stop()
   /// @par Time    Blocks until the copy is done.
   Result<MirrorCounts> copy(const std::function<bool()>& goes_on = {});
   /// Begins to mirror, until stop().
@@ -142,7 +166,8 @@ class LRT_API Mirror {
   MirrorCounts counts() const;  ///< numbers since its creation
   /// The same as metrics, `lrt_mirror_...` with the URL of the store as a label, for Server::add_metrics().
   std::vector<Metric> metrics() const;
-  /// The reason why the mirror ended without stop(): the store refuses the user. nullopt: it has not ended.
+  /// The reason why the mirror ended without stop(): the store refuses the user, or no URL is that of a robot (see
+  /// MirrorCounts::robots_elsewhere). nullopt: it has not ended.
   std::optional<Error> failure() const;
   /// Ends all requests and writes the state. Waiting graphs are not sent; the next mirror sends them.
   /// @par Time  Waits for running callbacks, and writes the file of the state.
@@ -155,7 +180,7 @@ class LRT_API Mirror {
   std::shared_ptr<Impl> impl_;
 };
 
-/// The name of the graph that marks a robot: its URL with the fragment "mirror".
+/// The name of the graph that lists the graphs of a robot: its URL with the fragment "mirror".
 /// @par Threads  Any.
 LRT_API std::string mirror_mark_of(const std::string& robot);
 

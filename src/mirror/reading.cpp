@@ -11,7 +11,7 @@
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/client/representation.hpp"
-#include "src/exchange/http_authentication.hpp"
+#include "src/mirror/comparison.hpp"
 
 namespace lrt::mirror {
 
@@ -31,7 +31,7 @@ Result<MirroredGraph> mirrored(const rdf::Graph& graph) {
   MirroredGraph result;
   result.turtle.reserve(text->size());
   for (const std::string_view line : lines) result.turtle += line;
-  Result<std::string> digest = exchange::hex_digest(exchange::HashAlgorithm::sha256, result.turtle);
+  Result<std::string> digest = fingerprint(graph);
   if (!digest) return unexpected(std::move(digest).error());
   result.digest = *std::move(digest);
   return result;
@@ -88,18 +88,45 @@ bool is_away(const Error& error) noexcept {
   }
 }
 
-Result<bool> read_robot(client::Session& session, const std::string& url, const std::function<void(const client::RepresentationPtr&)>& on_resource,
-                        const std::function<void(const std::string& url, const Error& error)>& on_problem) {
+namespace {
+
+/// Why a graph is not what is at its URL; empty: it is. The IRIs of a robot with a public base are those of that base, wherever it is asked.
+std::string why_elsewhere(const client::Representation& representation) {
+  std::string_view other;
+  for (const Triple& t : representation.graph.triples()) {
+    const TermView subject = representation.graph.term(t.subject);
+    if (!subject.is_iri()) continue;
+    if (client::same_origin(subject.text, representation.url)) return {};
+    if (other.empty()) other = subject.text;
+  }
+  if (representation.focus && representation.graph.term(*representation.focus).is_iri())
+    other = representation.graph.term(*representation.focus).text;
+  const std::string begin = "\"" + representation.url + "\" ";
+  if (other.empty()) return begin + "describes nothing in RDF";
+  return begin + "calls itself \"" + std::string(client::document_of(other)) +
+         "\": use that URL. It is the public base of the robot, by which its graphs are named";
+}
+
+}  // namespace
+
+Result<bool> read_robot(client::Session& session, const std::string& url, const RobotReading& reading) {
   const std::size_t max_resources = session.options().limits.max_resources;
   std::deque<std::string> wanted{std::string(client::document_of(url))};
   std::set<std::string> seen{wanted.front()};
-  bool is_first = true, is_complete = true;
+  bool is_first = true, is_complete = true, has_known = false;
   unsigned silent = 0;  // resources in succession without a response
   std::string origin = url;
+  const auto follow = [&](std::string link) {
+    if (seen.insert(link).second) wanted.push_back(std::move(link));
+    return seen.size() <= max_resources;
+  };
+  const auto too_many = [&] {
+    return unexpected(Errc::limit_exceeded, "\"" + url + "\" leads to more than " + std::to_string(max_resources) + " resources");
+  };
   while (!wanted.empty()) {
     const std::string next = std::move(wanted.front());
     wanted.pop_front();
-    const Result<client::RepresentationPtr> read = session.get(next);
+    const Result<client::RepresentationPtr> read = session.get(next, reading.known_tag ? reading.known_tag(next) : std::string());
     if (!read) {
       constexpr unsigned max_silent = 3;
       const Errc code = read.error().code;
@@ -107,21 +134,28 @@ Result<bool> read_robot(client::Session& session, const std::string& url, const 
       silent = is_silent ? silent + 1 : 0;
       if (is_first || code == Errc::cancelled || silent >= max_silent) return unexpected(read.error());
       if (is_away(read.error())) is_complete = false;
-      on_problem(next, read.error());
+      reading.on_problem(next, read.error());
       continue;
     }
     silent = 0;
+    if (!*read) {
+      is_first = false;
+      reading.on_unchanged(next);
+      if (std::exchange(has_known, true)) continue;
+      for (const std::string& known : reading.known())
+        if (client::same_origin(known, origin) && !follow(known)) return too_many();
+      continue;
+    }
     const client::Representation& representation = **read;
-    if (std::exchange(is_first, false)) origin = representation.url;  // after redirects
+    if (std::exchange(is_first, false)) {
+      origin = representation.url;  // after redirects
+      if (const std::string why = why_elsewhere(representation); !why.empty()) return unexpected(Errc::invalid_option, why);
+    }
     if (!client::same_origin(representation.url, origin)) continue;
     if (representation.url != next && !seen.insert(representation.url).second) continue;
-    on_resource(*read);
-    for (std::string& link : mirrored_links(representation.graph, representation.url, representation.links)) {
-      if (!seen.insert(link).second) continue;
-      if (seen.size() > max_resources)
-        return unexpected(Errc::limit_exceeded, "\"" + url + "\" leads to more than " + std::to_string(max_resources) + " resources");
-      wanted.push_back(std::move(link));
-    }
+    reading.on_resource(*read);
+    for (std::string& link : mirrored_links(representation.graph, representation.url, representation.links))
+      if (!follow(std::move(link))) return too_many();
   }
   return is_complete;
 }

@@ -7,6 +7,7 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
+#include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <functional>
@@ -22,6 +23,7 @@
 #include <lrt/client.hpp>
 #include <lrt/rdf/codec.hpp>
 
+#include "src/mirror/comparison.hpp"
 #include "src/mirror/state.hpp"
 #include "src/exchange/http_authentication.hpp"
 #include "tests/client/robot_host.hpp"
@@ -36,6 +38,7 @@ using mirror::Mirror;
 using mirror::MirrorCounts;
 using mirror::MirrorEvent;
 using mirror::MirrorOptions;
+using mirror::MirrorStart;
 using mirror::MirrorState;
 using mirror::StoredGraph;
 using std::chrono::milliseconds;
@@ -55,7 +58,7 @@ std::string decoded(const std::string& text) {
 class Store {
  public:
   struct Asked {
-    std::string method, graph, body, authorization, if_match, target;
+    std::string method, graph, body, authorization, if_match, if_none_match, target;
   };
   /// The response to a request; empty: the store takes it.
   using Script = std::function<std::string(const Asked&)>;
@@ -64,6 +67,8 @@ class Store {
 
   std::string url(const std::string& target = "/store") const { return receiver_.url("127.0.0.1", target); }
   void give_tags() { gives_tags_ = true; }
+  /// What the store gives back of a graph; empty: as it got it.
+  void give_back(std::function<std::string(const std::string&)> form) { form_ = std::move(form); }
   std::map<std::string, std::string> graphs() const {
     const std::lock_guard lock(mutex_);
     return graphs_;
@@ -81,6 +86,25 @@ class Store {
     graphs_[graph] = body;
     ++versions_[graph];
   }
+  /// As set(), but the entity tag stays.
+  void set_secretly(const std::string& graph, const std::string& body) {
+    const std::lock_guard lock(mutex_);
+    graphs_[graph] = body;
+  }
+  void remove(const std::string& graph) {
+    const std::lock_guard lock(mutex_);
+    graphs_.erase(graph);
+  }
+  /// Everything, with its entity tags: for a copy that is restored later. Tags that were given meanwhile are not given again.
+  void restore(const std::map<std::string, std::string>& graphs) {
+    const std::lock_guard lock(mutex_);
+    for (auto& [name, version] : versions_) version += 1;
+    graphs_ = graphs;
+  }
+  std::size_t count(const std::string& method) const {
+    const std::lock_guard lock(mutex_);
+    return static_cast<std::size_t>(std::count_if(asked_.begin(), asked_.end(), [&](const Asked& asked) { return asked.method == method; }));
+  }
   std::size_t max_at_once() const { return max_at_once_; }
   /// Waits until a graph has a text, or does not exist (empty).
   void wait(const std::string& graph, const std::string& text) {
@@ -89,6 +113,10 @@ class Store {
       const auto found = graphs_.find(graph);
       return text.empty() ? found == graphs_.end() : found != graphs_.end() && found->second.find(text) != std::string::npos;
     });
+  }
+  void wait_until(const std::function<bool(const std::map<std::string, std::string>&)>& condition) {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return condition(graphs_); });
   }
 
  private:
@@ -107,6 +135,7 @@ class Store {
       asked.body = request.substr(request.find("\r\n\r\n") + 4);
       asked.authorization = field_of(request, "Authorization");
       asked.if_match = field_of(request, "If-Match");
+      asked.if_none_match = field_of(request, "If-None-Match");
       std::string response = script_ ? script_(asked) : std::string();
       if (response.empty()) response = take(asked);
       {
@@ -121,6 +150,13 @@ class Store {
   std::string take(const Asked& asked) {
     const std::lock_guard lock(mutex_);
     const auto tag = [&] { return "\"" + std::to_string(versions_[asked.graph]) + "\""; };
+    if (asked.method == "GET") {
+      const auto found = graphs_.find(asked.graph);
+      if (found == graphs_.end()) return answer(404);
+      if (gives_tags_ && asked.if_none_match == tag()) return answer(304);
+      return answer(200, form_ ? form_(found->second) : found->second,
+                    "Content-Type: text/turtle\r\n" + (gives_tags_ ? "ETag: " + tag() + "\r\n" : std::string()));
+    }
     if (!asked.if_match.empty() && asked.if_match != tag()) return answer(412);
     if (asked.method == "DELETE") return answer(graphs_.erase(asked.graph) > 0 ? 204 : 404);
     const bool is_new = graphs_.count(asked.graph) == 0;
@@ -130,6 +166,7 @@ class Store {
   }
 
   Script script_;
+  std::function<std::string(const std::string&)> form_;
   std::atomic<bool> gives_tags_{false};
   std::atomic<std::size_t> at_once_{0}, max_at_once_{0};
   mutable std::mutex mutex_;
@@ -270,15 +307,20 @@ TEST_CASE("a copy with a state sends only what has changed and deletes what is g
   CHECK(all > 5);
   store.forget_requests();
   CHECK(copy(options).value().sent == 0);
-  CHECK(store.asked().empty());
+  CHECK(store.count("GET") == all);  // each graph is looked at once
+  CHECK(store.asked().size() == all);
+  store.forget_requests();
   angle = 4;
   const MirrorCounts counts = copy(options).value();
   CHECK(counts.sent == 1);
   CHECK(counts.unchanged >= all - 1);
-  const auto asked = store.asked();
-  REQUIRE(asked.size() == 1);
-  CHECK(asked[0].graph == robot->url() + "arm/angle");
-  CHECK(asked[0].if_match.empty() == !gives_tags);
+  std::vector<Store::Asked> puts;
+  for (const Store::Asked& asked : store.asked())
+    if (asked.method != "GET") puts.push_back(asked);
+  REQUIRE(puts.size() == 1);
+  CHECK(puts[0].method == "PUT");
+  CHECK(puts[0].graph == robot->url() + "arm/angle");
+  CHECK(puts[0].if_match.empty() == !gives_tags);
   // The state is of this store.
   options.store.endpoint = store.url("/other");
   const Result<Mirror> other = Mirror::create(options);
@@ -318,7 +360,10 @@ TEST_CASE("a robot that leaves is marked, keeps its graphs, and is unmarked when
   robot.reset();
   store.wait(mark, "<" + url + "> <https://w3id.org/lrt/ns#unreachableSince> \"");
   CHECK(store.graphs().count(url + "arm/angle") == 1);
-  CHECK(store.graphs().count(mirror::mirror_mark_of(stays.url())) == 0);
+  const auto is_marked = [](const std::string& text) { return text.find("unreachableSince") != std::string::npos; };
+  CHECK(is_marked(store.graphs()[mark]));
+  CHECK(store.graphs()[mark].find("hasPart> <" + url + "arm/angle>") != std::string::npos);  // it lists the graphs all the time
+  CHECK_FALSE(is_marked(store.graphs()[mirror::mirror_mark_of(stays.url())]));
   angle = 9;
   Options same;
   same.listen.port = static_cast<std::uint16_t>(port);
@@ -329,7 +374,7 @@ TEST_CASE("a robot that leaves is marked, keeps its graphs, and is unmarked when
   std::thread thread([&] {
     while (!ended) again.poll(), std::this_thread::yield();
   });
-  store.wait(mark, "");
+  store.wait_until([&](const auto& graphs) { return !is_marked(graphs.at(mark)); });
   store.wait(url + "arm/angle", "\"9\"");
   events.wait(MirrorEvent::Kind::robot_returned);
   CHECK(events.count(MirrorEvent::Kind::robot_left) == 1);
@@ -599,7 +644,7 @@ TEST_CASE("a mirror that was killed before it wrote its state does not believe a
   StateFile state;
   MirrorOptions options = options_for({url}, store.url());
   options.state_file = state.path();
-  CHECK(copy(options).value().sent == 1);
+  CHECK(copy(options).value().sent == 2);  // and the list of the robot's graphs
   CHECK(copy(options).value().sent == 0);
   std::string before_end;
   options.on_event = [&](const MirrorEvent& event) {
@@ -626,7 +671,9 @@ TEST_CASE("a state file belongs to one mirror, and another file is refused", "[m
     REQUIRE_FALSE(second.has_value());
     CHECK(second.error().message.find("is used by another mirror") != std::string::npos);
   }
-  for (const std::string text : {"something else\n", "no line", "lrt mirror 2\t\n", "lrt mirror 1\t%\nknown\ta\n"}) {
+  for (const std::string text :
+       {"something else\n", "no line", "lrt mirror 3\t%\n", "lrt mirror 1\t\n", "lrt mirror 2\t\n", "lrt mirror 1\t%\nknown\ta\n",
+        "lrt mirror 2\t%\nknown\ta\tb\tc\td\n", "lrt mirror 1\t%\nknown\ta\tb\tc\td\te\tf\tg\n"}) {
     std::string content = text;
     if (const std::size_t at = content.find('%'); at != std::string::npos) content.replace(at, 1, store.url());
     std::ofstream(state.path(), std::ios::trunc) << content;
@@ -645,7 +692,8 @@ TEST_CASE("a state file is shortened while it is written, and stays complete", "
     std::size_t longest = 0;
     for (int i = 0; i < 1'000; ++i) {  // 8 MB of records
       REQUIRE(state->write_unknown({"http://robot.example/gone", "http://robot.example/", {}, {}}, false).has_value());
-      REQUIRE(state->write_known({{"http://robot.example/arm", "http://robot.example/", std::to_string(i), tag}}).has_value());
+      REQUIRE(
+          state->write_known({{"http://robot.example/arm", "http://robot.example/", std::to_string(i), tag, "echo", "\"robot\"", true}}).has_value());
       longest = std::max(longest, file.text().size());
     }
     REQUIRE(state->write_forgotten("http://robot.example/gone").has_value());
@@ -657,6 +705,9 @@ TEST_CASE("a state file is shortened while it is written, and stays complete", "
   REQUIRE(graphs.size() == 1);
   CHECK(graphs[0].digest == "999");
   CHECK(graphs[0].entity_tag == tag);
+  CHECK(graphs[0].echo == "echo");
+  CHECK(graphs[0].robot_tag == "\"robot\"");
+  CHECK(graphs[0].is_watchable);
 }
 
 TEST_CASE("a state file that was removed while it is used is written no more, and may be another mirror's", "[mirror]") {
@@ -715,4 +766,367 @@ TEST_CASE("a store without the protocol ends a mirror at once", "[mirror]") {
   CHECK_FALSE(Mirror::create(options_for({robot.url()}, "no URL")).has_value());
   CHECK_FALSE(Mirror::create(options_for({}, store.url())).has_value());
   CHECK_FALSE(Mirror::create(options_for({"no URL"}, store.url())).has_value());
+}
+
+// --- What a store has is not believed ---
+
+namespace {
+
+/// A robot of pages in Turtle, with entity tags that depend on the text only. "" leads to all others.
+class Pages {
+ public:
+  Pages() : receiver_([this](Peer& peer) { serve(peer); }) {}
+
+  std::string url(const std::string& path = {}) const { return receiver_.url("127.0.0.1", "/" + path); }
+  void set(const std::string& path, const std::string& turtle) {
+    const std::lock_guard lock(mutex_);
+    pages_[path] = turtle;
+  }
+  void remove(const std::string& path) {
+    const std::lock_guard lock(mutex_);
+    pages_.erase(path);
+  }
+  /// The fingerprints of all pages, by their URLs.
+  std::map<std::string, std::string> prints() const {
+    const std::lock_guard lock(mutex_);
+    std::map<std::string, std::string> result;
+    for (const auto& [path, text] : pages_) result[url(path)] = print_of(text_of(path), url(path));
+    return result;
+  }
+  static std::string print_of(const std::string& turtle, const std::string& base) {
+    rdf::ReadOptions options;
+    options.base = base;
+    return mirror::fingerprint(rdf::read(turtle, rdf::Syntax::turtle, options).value()).value();
+  }
+  std::size_t bodies() const { return bodies_; }
+
+ private:
+  /// Under the lock.
+  std::string text_of(const std::string& path) const {
+    std::string text = pages_.at(path);
+    if (path.empty())
+      for (const auto& page : pages_)
+        if (!page.first.empty()) text += "<> <urn:leads> <" + page.first + "> .\n";
+    return text;
+  }
+  void serve(Peer& peer) {
+    for (std::string request = peer.read_request(); !request.empty(); request = peer.read_request()) {
+      const std::size_t begin = request.find(' ') + 2;
+      const std::string path = request.substr(begin, request.find(' ', begin) - begin);
+      std::string response = answer(404);
+      {
+        const std::lock_guard lock(mutex_);
+        if (pages_.count(path) != 0) {
+          const std::string text = text_of(path), tag = "\"" + print_of(text, url(path)) + "\"";
+          if (field_of(request, "If-None-Match") == tag) response = answer(304, {}, "ETag: " + tag + "\r\n");
+          else ++bodies_, response = answer(200, text, "Content-Type: text/turtle\r\nETag: " + tag + "\r\n");
+        }
+      }
+      if (!peer.send(response)) return;
+    }
+  }
+
+  mutable std::mutex mutex_;
+  std::map<std::string, std::string> pages_{{"", ""}};
+  std::atomic<std::size_t> bodies_{0};
+  Receiver receiver_;
+};
+
+/// The fingerprints of all graphs of a store but the list that the mirror makes.
+std::map<std::string, std::string> prints_of(const Store& store) {
+  std::map<std::string, std::string> result;
+  for (const auto& [name, body] : store.graphs())
+    if (name.find("#mirror") == std::string::npos) result[name] = Pages::print_of(body, name);
+  return result;
+}
+
+/// As Virtuoso does.
+std::string doubles_with_a_point(std::string text) {
+  const std::string whole = "\"0\"^^<http://www.w3.org/2001/XMLSchema#double>";
+  for (std::size_t at = text.find(whole); at != std::string::npos; at = text.find(whole, at)) text.replace(at, 3, "\"0.0\"");
+  return text;
+}
+
+const std::string zero = "'0'^^<http://www.w3.org/2001/XMLSchema#double>";
+
+}  // namespace
+
+TEST_CASE("whatever happens to a store, to a state or to both, a copy makes the store equal to the robot", "[mirror]") {
+  Pages robot;
+  for (int i = 0; i < 5; ++i)
+    robot.set("page" + std::to_string(i), "<> <urn:value> " + zero + ", " + std::to_string(i) + " ; <urn:has> [ <urn:is> <x> ] .");
+  Store store;
+  const std::string kind = GENERATE(as<std::string>(), "tags", "no tags", "own form");
+  if (kind == "tags") store.give_tags();
+  if (kind == "own form") store.give_back(doubles_with_a_point);
+  StateFile state;
+  MirrorOptions options = options_for({robot.url()}, store.url());
+  options.state_file = state.path();
+  CHECK(copy(options).value().sent == 7);  // five pages, the first one, the list
+  const auto older = store.graphs();
+  const std::string older_state = state.text();
+  robot.set("page1", "<> <urn:value> 100 .");
+  robot.remove("page4");
+  robot.set("page5", "<> <urn:value> 5 .");
+  CHECK(copy(options).value().lost == 0);
+  REQUIRE(prints_of(store) == robot.prints());
+
+  const bool has_state = GENERATE(true, false);
+  const auto [what, lost, overwritten] = GENERATE(table<std::string, std::uint64_t, std::uint64_t>({
+      {"nothing", 0, 0},
+      {"emptied", 7, 0},
+      {"one deleted", 1, 0},
+      {"one changed", 0, 1},
+      {"one replaced by a page", 0, 1},
+      {"the list deleted", 1, 0},
+      {"restored from an older copy", 1, 3},  // page5; page1, the first page and the list
+      {"an older state", 0, 0},
+      {"a state of another robot", 0, 0},
+      {"restored, and an older state", 0, 0},
+  }));
+  INFO(kind << ", " << (has_state ? "with" : "without") << " its state: " << what);
+  const std::string page = robot.url("page2");
+  if (what == "emptied") store.restore({});
+  if (what == "one deleted") store.remove(page);
+  if (what == "one changed") store.set(page, "<urn:a> <urn:b> <urn:c> .");
+  if (what == "one replaced by a page") store.set(page, "<html>it works</html>");
+  if (what == "the list deleted") store.remove(mirror::mirror_mark_of(robot.url()));
+  if (what.find("restored") == 0) store.restore(older);
+  if (what.find("an older state") != std::string::npos) std::ofstream(state.path(), std::ios::trunc) << older_state;
+  if (what == "a state of another robot") {
+    std::string other = state.text();
+    for (std::size_t at = other.find("\t" + robot.url() + "\t"); at != std::string::npos; at = other.find("\t" + robot.url() + "\t"))
+      other.replace(at, robot.url().size() + 2, "\thttp://other.example/\t");
+    std::ofstream(state.path(), std::ios::trunc) << other;
+  }
+  if (!has_state) ::unlink(state.path().c_str());
+  const MirrorCounts counts = copy(options).value();
+  CHECK(prints_of(store) == robot.prints());
+  CHECK(counts.refused == 0);
+  const bool is_counted = has_state && what.find("older state") == std::string::npos;
+  if (is_counted) {
+    CHECK(counts.lost == lost);
+    CHECK(counts.overwritten == overwritten);
+    if (what == "nothing") CHECK(counts.sent == 0);
+  }
+  // What is equal stays so, and that costs one request for each graph.
+  store.forget_requests();
+  const MirrorCounts again = copy(options).value();
+  CHECK(again.sent == 0);
+  CHECK(again.deleted == 0);
+  CHECK(again.lost + again.overwritten == 0);
+  CHECK(store.asked().size() == store.graphs().size());
+  CHECK(store.count("GET") == store.graphs().size());
+  CHECK(prints_of(store) == robot.prints());
+}
+
+TEST_CASE("a store that loses its content while a mirror runs is filled again, and that is reported", "[mirror]") {
+  Pages robot;
+  robot.set("page", "<> <urn:value> 1 .");
+  Store store;
+  if (GENERATE(true, false)) store.give_tags();
+  Events events;
+  MirrorOptions options = options_for({robot.url()}, store.url());
+  options.on_event = events.callback();
+  Mirror mirror = Mirror::create(options).value();
+  mirror.start().value();
+  const auto is_full = [](const auto& graphs) { return graphs.size() == 3; };
+  store.wait_until(is_full);
+  store.restore({});
+  store.wait_until(is_full);
+  store.set(robot.url("page"), "<urn:a> <urn:b> <urn:c> .");
+  store.wait(robot.url("page"), "urn:value");
+  events.wait(MirrorEvent::Kind::graph_overwritten);
+  events.wait(MirrorEvent::Kind::store_repaired);
+  mirror.stop();
+  CHECK(prints_of(store) == robot.prints());
+  CHECK(events.count(MirrorEvent::Kind::graph_lost) == mirror.counts().lost);
+  CHECK(mirror.counts().lost >= 1);  // what was lost while it was being sent does not count
+  CHECK(mirror.counts().overwritten >= 1);
+}
+
+TEST_CASE("entity tags are believed unless the contents are to be verified, and nothing is if all is to be sent", "[mirror]") {
+  Pages robot;
+  robot.set("page", "<> <urn:value> 1 .");
+  Store store;
+  store.give_tags();
+  StateFile state;
+  MirrorOptions options = options_for({robot.url()}, store.url());
+  options.state_file = state.path();
+  CHECK(copy(options).value().sent == 3);
+  store.set_secretly(robot.url("page"), "<urn:a> <urn:b> <urn:c> .");
+  CHECK(copy(options).value().overwritten == 0);
+  options.start = MirrorStart::verify;
+  const MirrorCounts verified = copy(options).value();
+  CHECK(verified.overwritten == 1);
+  CHECK(verified.sent == 1);
+  CHECK(prints_of(store) == robot.prints());
+  store.set_secretly(robot.url("page"), "<urn:a> <urn:b> <urn:c> .");
+  options.start = MirrorStart::force;
+  store.forget_requests();
+  const MirrorCounts forced = copy(options).value();
+  CHECK(forced.sent == 3);
+  CHECK(store.count("PUT") == 3);
+  CHECK(prints_of(store) == robot.prints());
+}
+
+TEST_CASE("a store that cannot be read is believed, and that is reported once", "[mirror]") {
+  const int status = GENERATE(403, 405, 501);
+  Pages robot;
+  robot.set("page", "<> <urn:value> 1 .");
+  Store store([&](const Store::Asked& asked) { return asked.method == "GET" ? answer(status, "write only") : std::string(); });
+  StateFile state;
+  Events events;
+  MirrorOptions options = options_for({robot.url()}, store.url());
+  options.state_file = state.path();
+  options.on_event = events.callback();
+  CHECK(copy(options).value().sent == 3);
+  CHECK(events.count(MirrorEvent::Kind::problem) == 1);
+  CHECK(prints_of(store) == robot.prints());
+  CHECK(copy(options).value().unchanged == 3);
+  CHECK(events.count(MirrorEvent::Kind::problem) == 2);
+}
+
+TEST_CASE("a graph that the store cannot give back is not waited for", "[mirror]") {
+  Pages robot;
+  robot.set("page", "<> <urn:value> 1 .");
+  Store store;
+  StateFile state;
+  MirrorOptions options = options_for({robot.url()}, store.url());
+  options.state_file = state.path();
+  CHECK(copy(options).value().sent == 3);
+  const std::string graph = GENERATE(as<std::string>(), "page", "#mirror");
+  Store broken(
+      [&](const Store::Asked& asked) { return asked.method == "GET" && asked.graph == robot.url(graph) ? answer(500, "oh") : std::string(); });
+  for (const auto& [name, body] : store.graphs()) broken.set(name, body);
+  options.store.endpoint = broken.url();
+  std::string text = state.text();
+  text.replace(text.find(store.url()), store.url().size(), broken.url());
+  std::ofstream(state.path(), std::ios::trunc) << text;
+  CHECK(copy(options).has_value());
+  CHECK(prints_of(broken) == robot.prints());
+}
+
+TEST_CASE("a mirror that starts again reads of the robot only what has changed, and watches the rest", "[mirror]") {
+  Pages robot;
+  for (int i = 0; i < 20; ++i) robot.set("page" + std::to_string(i), "<> <urn:value> " + std::to_string(i) + " .");
+  Store store;
+  StateFile state;
+  MirrorOptions options = options_for({robot.url()}, store.url());
+  options.state_file = state.path();
+  CHECK(copy(options).value().sent == 22);
+  const std::size_t first = robot.bodies();
+  CHECK(first == 21);
+  CHECK(copy(options).value().unchanged == 22);
+  CHECK(robot.bodies() == first);
+  robot.set("page7", "<> <urn:value> 70 ; <urn:leads> <page7/part> .");
+  robot.set("page7/part", "<> <urn:value> 71 .");
+  robot.remove("page8");
+  const MirrorCounts counts = copy(options).value();
+  CHECK(counts.deleted == 1);
+  CHECK(robot.bodies() == first + 3);  // both pages, and the first one, which leads to them
+  CHECK(prints_of(store) == robot.prints());
+  // What the store lost is read again, of the robot too.
+  store.remove(robot.url("page3"));
+  CHECK(copy(options).value().lost == 1);
+  CHECK(robot.bodies() == first + 4);
+  CHECK(prints_of(store) == robot.prints());
+}
+
+TEST_CASE("changes of what an earlier mirror has read are watched", "[mirror]") {
+  std::atomic<double> angle{1};
+  RobotHost robot(arm(angle));
+  Store store;
+  StateFile state;
+  MirrorOptions options = options_for({robot.url()}, store.url());
+  options.state_file = state.path();
+  CHECK(copy(options).has_value());
+  options.refresh_interval = std::chrono::hours(1);
+  Mirror mirror = Mirror::create(options).value();
+  mirror.start().value();
+  write(robot.url() + "arm/angle", "7");
+  store.wait(robot.url() + "arm/angle", "\"7\"");
+  mirror.stop();
+}
+
+TEST_CASE("a graph of a robot that another mirror sent and lost track of is deleted with its resource", "[mirror]") {
+  Pages robot;
+  robot.set("page", "<> <urn:value> 1 .");
+  robot.set("old", "<> <urn:value> 2 .");
+  Store store;
+  store.set("http://elsewhere.example/", "<urn:a> <urn:b> <urn:c> .");
+  MirrorOptions options = options_for({robot.url()}, store.url());
+  CHECK(copy(options).value().sent == 4);
+  robot.remove("old");
+  // Whoever can write to the store cannot have the mirror delete what is of others.
+  const std::string list = mirror::mirror_mark_of(robot.url());
+  store.set(list, store.graphs()[list] + "<" + list + "> <http://purl.org/dc/terms/hasPart> <http://elsewhere.example/> .\n");
+  CHECK(copy(options).value().deleted == 1);
+  CHECK(store.graphs().count(robot.url("old")) == 0);
+  CHECK(store.graphs().count("http://elsewhere.example/") == 1);
+}
+
+TEST_CASE("a robot with another public base is not mirrored as one resource: the mirror says which URL to use", "[mirror]") {
+  Options public_base;
+  public_base.listen.public_base = "https://robots.example/cell7";
+  public_base.security.allowed_hosts = {"127.0.0.1"};
+  std::atomic<double> angle{1};
+  RobotHost behind_proxy(arm(angle), {}, std::move(public_base)), other(arm(angle));
+  Store store;
+  MirrorOptions options = options_for({behind_proxy.server().url()}, store.url());
+  const std::uint16_t port = behind_proxy.server().port();
+  options.robots = {"http://127.0.0.1:" + std::to_string(port) + "/"};
+  const Result<MirrorCounts> result = copy(options);
+  REQUIRE_FALSE(result.has_value());
+  CHECK(result.error().code == Errc::invalid_option);
+  CHECK(result.error().message.find("calls itself \"https://robots.example/cell7") != std::string::npos);
+  CHECK(store.count("PUT") == 0);
+  // The others are mirrored.
+  Events events;
+  options.on_event = events.callback();
+  options.robots.push_back(other.url());
+  const MirrorCounts counts = copy(options).value();
+  CHECK(counts.robots_elsewhere == 1);
+  CHECK(counts.robots_away == 0);
+  CHECK(events.count(MirrorEvent::Kind::problem) == 1);
+  CHECK(events.count(MirrorEvent::Kind::robot_found) == 1);
+  CHECK(store.graphs().count(other.url() + "arm/angle") == 1);
+  // A mirror that runs ends as a copy does, if there is no other.
+  options.robots.pop_back();
+  Mirror mirror = Mirror::create(options).value();
+  mirror.start().value();
+  while (!mirror.failure()) std::this_thread::yield();
+  CHECK(mirror.failure()->code == Errc::invalid_option);
+}
+
+TEST_CASE("what is no robot is said to be none", "[mirror]") {
+  Pages nothing;
+  Store store;
+  const Result<MirrorCounts> result = copy(options_for({nothing.url()}, store.url()));
+  REQUIRE_FALSE(result.has_value());
+  CHECK(result.error().message.find("describes nothing in RDF") != std::string::npos);
+}
+
+TEST_CASE("a resource that cannot be read is counted, and so is a graph beyond the limit", "[mirror]") {
+  Receiver robot([](Peer& peer) {
+    for (std::string request = peer.read_request(); !request.empty(); request = peer.read_request()) {
+      const bool is_first = request.find("GET / ") == 0;
+      if (!peer.send(is_first ? answer(200, "<> <urn:leads> <broken>, <page> .", "Content-Type: text/turtle\r\n")
+                              : answer(request.find("GET /broken ") == 0 ? 500 : 403)))
+        return;
+    }
+  });
+  Store store;
+  MirrorOptions options = options_for({robot.url("127.0.0.1", "/")}, store.url());
+  MirrorCounts counts = copy(options).value();
+  CHECK(counts.unread == 1);  // what is refused to this client is none of its business
+  options.max_graphs = 1;
+  counts = copy(options).value();
+  CHECK(counts.refused >= 1);
+}
+
+TEST_CASE("a robot is the same with and without the slash behind its host", "[mirror]") {
+  CHECK(mirror::mirror_mark_of("http://robot.example") == "http://robot.example/#mirror");
+  CHECK(mirror::mirror_mark_of("http://robot.example/") == "http://robot.example/#mirror");
+  CHECK(mirror::mirror_mark_of("http://robot.example/cell7#x") == "http://robot.example/cell7#mirror");
 }
