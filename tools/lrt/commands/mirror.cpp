@@ -18,7 +18,7 @@ using mirror::MirrorEvent;
 struct MirrorCommandOptions {
   std::vector<std::string> robots;
   std::string endpoint, user, password_file, token_file, state, metrics;
-  bool once = false;
+  bool once = false, verify = false, force = false;
   std::size_t requests = 4;
   double rate = 100, interval = 1, refresh = 60, patience = 30;
 };
@@ -44,6 +44,8 @@ class Reporter {
       case MirrorEvent::Kind::graph_overwritten: return session_.warn("<" + event.url + ">: " + event.reason);
       case MirrorEvent::Kind::store_lost: return session_.warn("the store failed and is tried again: " + event.reason);
       case MirrorEvent::Kind::store_returned: return session_.warn("the store accepts graphs again");
+      case MirrorEvent::Kind::graph_lost: return verbose("<" + event.url + ">: " + event.reason);
+      case MirrorEvent::Kind::store_repaired: return session_.warn(event.reason);
       case MirrorEvent::Kind::problem: return session_.warn(event.reason);
     }
   }
@@ -85,6 +87,8 @@ Result<mirror::MirrorOptions> options_of(Session& session, const MirrorCommandOp
   }
   options.store.response_time = std::max(options.store.response_time, milliseconds_of(session.options().timeout));
   options.state_file = given.state;
+  if (given.verify) options.start = mirror::MirrorStart::verify;
+  if (given.force) options.start = mirror::MirrorStart::force;
   options.max_requests = given.requests;
   options.max_rate = given.rate;
   options.minimum_interval = milliseconds_of(given.interval);
@@ -105,9 +109,12 @@ Result<int> copy(Session& session, mirror::Mirror& mirror) {
   if (ended_by != 0) return 128 + ended_by;
   if (!result) return unexpected(result.error());
   const mirror::MirrorCounts& counts = *result;
-  session.terminal().print_line(count_of(counts.sent, "graph") + " sent, " + std::to_string(counts.deleted) + " deleted, " +
-                                std::to_string(counts.unchanged) + " unchanged");
-  if (counts.refused > 0) return Exit::failure;
+  std::string line =
+      count_of(counts.sent, "graph") + " sent, " + std::to_string(counts.deleted) + " deleted, " + std::to_string(counts.unchanged) + " unchanged";
+  if (counts.lost + counts.overwritten > 0)
+    line += "; put right: " + std::to_string(counts.lost) + " lost, " + std::to_string(counts.overwritten) + " changed by others";
+  session.terminal().print_line(line);
+  if (counts.refused + counts.unread + counts.robots_elsewhere > 0) return Exit::failure;
   return counts.robots_away > 0 ? Exit::unreachable : Exit::success;
 }
 
@@ -160,6 +167,8 @@ void add_mirror(CommandLine& line) {
   command->add_option("--to-token-file", options->token_file, "A file whose first line is a bearer token for the store")->type_name("FILE");
   command->add_option("--state", options->state, "A file that keeps what the store has: the next run sends only what has changed")->type_name("FILE");
   command->add_flag("--once", options->once, "Copy what is there now, and end");
+  auto* const verify = command->add_flag("--verify", options->verify, "Compare all contents in the store, also where entity tags are the known ones");
+  command->add_flag("--force", options->force, "Send all graphs, whatever the store has")->excludes(verify);
   command->add_option("--requests", options->requests, "Requests to the store at a time, 4 by default")->type_name("N")->check(number_from(1, 256));
   command->add_option("--rate", options->rate, "Requests to the store in one second, 100 by default; 0: any number")
       ->type_name("N")
@@ -167,7 +176,7 @@ void add_mirror(CommandLine& line) {
   command->add_option("--interval", options->interval, "The time between two changes of a resource, 1 s by default")
       ->type_name("SECONDS")
       ->check(number_from(0, 86400));
-  command->add_option("--refresh", options->refresh, "The time between two readings of all resources, 60 s by default")
+  command->add_option("--refresh", options->refresh, "The time between two readings of all resources and graphs, 60 s by default")
       ->type_name("SECONDS")
       ->check(number_from(0.1, 86400));
   command
