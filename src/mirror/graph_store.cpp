@@ -78,7 +78,8 @@ Result<GraphStore::Answer> GraphStore::put(const std::string& graph, const std::
 Result<GraphStore::Answer> GraphStore::remove(const std::string& graph) { return send({"DELETE", url_of(graph), {}, {}}); }
 
 Result<GraphStore::Answer> GraphStore::get(const std::string& graph, const std::string& if_none_match) {
-  client::Request request{"GET", url_of(graph), {{"Accept", "application/n-triples, text/turtle;q=0.9"}}, {}};
+  // Turtle first: in N-Triples, Virtuoso 7 writes doubles with six digits.
+  client::Request request{"GET", url_of(graph), {{"Accept", "text/turtle, application/n-triples;q=0.9"}}, {}};
   if (!if_none_match.empty()) request.fields.emplace_back("If-None-Match", if_none_match);
   return send(std::move(request));
 }
