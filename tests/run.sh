@@ -14,7 +14,6 @@ step() { echo "tests/run.sh: $*"; }
 
 targets="quick_tests"
 which="-L ^quick$"
-packages=tests
 case ${1-} in
   --all)
     shift
@@ -25,13 +24,11 @@ case ${1-} in
     shift
     targets=all
     which="-L ^evidence$"
-    packages="tests stores"
     ;;
 esac
 
 step "1 of 4: installs the packages that are missing"
-# shellcheck disable=SC2086  # one argument per group
-"$root/vendor/install.sh" $packages
+"$root/vendor/install.sh" tests
 
 if command -v ninja >/dev/null; then export CMAKE_GENERATOR="${CMAKE_GENERATOR:-Ninja}"; fi
 if command -v ccache >/dev/null; then

@@ -11,7 +11,7 @@
 #   vendor/install.sh proxies  what the library and most tests need, and the reverse proxies and caches of examples/reverse_proxy, examples/fleet_front
 #                              and their tests. Debian starts them as services where systemd runs
 #   vendor/install.sh stores   what the library and most tests need, and the RDF store of the test of `lrt mirror`. Debian starts it as a service where
-#                              systemd runs; it takes 275 MB of memory. Not in ci
+#                              systemd runs; it takes 275 MB of memory
 #   vendor/install.sh fleet    what the library and most tests need, lrt::mqtt with a broker, and Prometheus for examples/fleet_operations and its test.
 #                              Debian starts both as services where systemd runs. Node-RED comes from npm: its test fetches it by name
 #   vendor/install.sh ros      what the library and most tests need, and ROS 1 for examples/ex_ros_node and its test
@@ -44,11 +44,11 @@ for group in "$@"; do
     tests) wanted="$wanted $tests" ;;
     browser) wanted="$wanted $browser" ;;
     proxies) wanted="$wanted python3 python3-websockets openssl $proxies" ;;
-    stores) wanted="$wanted python3 $stores" ;;
+    stores) wanted="$wanted python3 python3-rdflib $stores" ;;
     fleet) wanted="$wanted $mqtt python3 $fleet" ;;
     ros) wanted="$wanted $ros" ;;
     cross) wanted="$wanted $cross" ;;
-    ci) wanted="$wanted $tests $browser $proxies $fleet $ros $cross $ci" ;;
+    ci) wanted="$wanted $tests $browser $proxies $stores $fleet $ros $cross $ci" ;;
     *)
       echo "usage: $0 [build] [urdf] [mqtt] [protobuf] [tests] [browser] [proxies] [stores] [fleet] [ros] [cross] [ci]" >&2
       exit 2

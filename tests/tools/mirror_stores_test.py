@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`lrt mirror` with Virtuoso: two robots, one query over both, changes, a robot that leaves and returns, a restart with the state.
+"""`lrt mirror` with Virtuoso: two robots, one query over both, changes, a robot that leaves and returns, a restart with the state; a store that is emptied,
+restored and changed by others, while a mirror runs and before it starts.
 
 usage: mirror_stores_test.py LRT BAXTER
 
@@ -18,7 +19,8 @@ sys.dont_write_bytecode = True
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, os.path.join(HERE, "..", "conformance"))
 from robot_process import Robot  # noqa: E402
-from virtuoso import Virtuoso, skip_if_missing  # noqa: E402
+import mirror_faults  # noqa: E402
+from virtuoso import CountedVirtuoso, Virtuoso, skip_if_missing  # noqa: E402
 
 PATIENCE = 60
 ALL_POSITIONS = """
@@ -138,7 +140,28 @@ def main():
                 until(lambda: positions_by_the_store(store) == positions_by_the_robots([one, again]), f"the store has the robot's values: {mirror.said()}")
             print("a robot left, was marked, and returned")
             mirror.stop()
+    with tempfile.TemporaryDirectory() as folder, CountedVirtuoso(folder) as store:
+        mirror_faults.check(LRT, Robot, store, folder, "Virtuoso, which gives no entity tags")
+        running(store, os.path.join(folder, "state of a running mirror"))
     print("passed")
+
+
+def running(store, state):
+    """The store loses its content, and others change it, while a mirror runs."""
+    with Robot() as robot:
+        mirror_faults.mirrored(LRT, robot, store, None)
+        names = set(store.names())
+        mirror = Mirror(store, state, [robot.url])
+        until(lambda: robot.url + ": mirrored" in mirror.said(), "the mirror runs")
+        store.empty()  # it is away for a second or two
+        until(lambda: set(store.names()) == names, f"all graphs again: {mirror.said()}")
+        friction = robot.at("baxter/right_s1/friction")
+        store.put(friction, mirror_faults.CHANGED)
+        until(lambda: "urn:somebody" not in store.content().get(friction, "urn:somebody"), f"the robot's version again: {mirror.said()}")
+        until(lambda: mirror_faults.differences(robot, store) == [], f"the store has what the robot says: {mirror.said()}")
+        assert "the store had lost them" in mirror.said(), mirror.said()
+        mirror.stop()
+    print("a store that was emptied and changed while a mirror ran has all again")
 
 
 if __name__ == "__main__":

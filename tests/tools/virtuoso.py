@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Virtuoso (Debian: virtuoso-opensource-7) as a store of a test: a database of its own in a folder, on free ports of 127.0.0.1."""
 
+import http.client
+import http.server
 import json
 import os
 import shutil
@@ -8,6 +10,8 @@ import signal
 import socket
 import subprocess
 import sys
+import tempfile
+import threading
 import time
 import urllib.error
 import urllib.parse
@@ -60,13 +64,16 @@ def free_port():
 class Virtuoso:
     user, password = "dba", "dba"  # of a new database
 
-    def __init__(self, folder, patience=120):
+    def __init__(self, folder):
         self.folder, self.http = folder, free_port()
-        ini = os.path.join(folder, "v.ini")
-        with open(ini, "w") as file:
+        with open(os.path.join(folder, "v.ini"), "w") as file:
             file.write(INI.format(folder=folder, sql=free_port(), http=self.http))
-        self.log = open(os.path.join(folder, "out"), "w+")
-        self.process = subprocess.Popen(["virtuoso-t", "+foreground", "+configfile", ini], cwd=folder, stdin=subprocess.DEVNULL, stdout=self.log, stderr=self.log)
+        self.start()
+
+    def start(self, patience=120):
+        self.log = open(os.path.join(self.folder, "out"), "w+")
+        self.process = subprocess.Popen(["virtuoso-t", "+foreground", "+configfile", os.path.join(self.folder, "v.ini")], cwd=self.folder,
+                                        stdin=subprocess.DEVNULL, stdout=self.log, stderr=self.log)
         end = time.monotonic() + patience
         while not self.responds():
             assert self.process.poll() is None and time.monotonic() < end, f"Virtuoso does not start: {self.said()}"
@@ -102,6 +109,9 @@ class Virtuoso:
         return self
 
     def __exit__(self, *_):
+        self.stop()
+
+    def stop(self):
         self.process.send_signal(signal.SIGTERM)
         try:
             self.process.wait(60)
@@ -109,3 +119,113 @@ class Virtuoso:
             self.process.kill()
             self.process.wait()
         self.log.close()
+
+
+class CountedVirtuoso(Virtuoso):
+    """A Virtuoso whose requests by `url` are counted, and whose database is copied and restored as its operator would: by its files."""
+
+    def __init__(self, folder):
+        super().__init__(folder)
+        store = self
+        self.methods = []
+        self.lock = threading.Lock()
+
+        class Handler(http.server.BaseHTTPRequestHandler):
+            protocol_version = "HTTP/1.1"
+
+            def forward(self):
+                with store.lock:
+                    store.methods.append(self.command)
+                body = self.rfile.read(int(self.headers.get("Content-Length", 0)))
+                connection = http.client.HTTPConnection("127.0.0.1", store.http, timeout=60)
+                try:
+                    connection.request(self.command, self.path, body, {name: value for name, value in self.headers.items() if name.lower() not in ("host", "connection")})
+                    response = connection.getresponse()
+                    content = response.read()
+                    self.send_response(response.status)
+                    for name, value in response.getheaders():
+                        if name.lower() not in ("connection", "transfer-encoding", "content-length", "date", "server"):
+                            self.send_header(name, value)
+                    if response.status not in (204, 304):
+                        self.send_header("Content-Length", str(len(content)))
+                    self.end_headers()
+                    self.wfile.write(content)
+                finally:
+                    connection.close()
+
+            do_GET = do_PUT = do_DELETE = do_HEAD = forward
+
+            def log_message(self, *_):
+                pass
+
+        class Server(http.server.ThreadingHTTPServer):
+            daemon_threads = True
+
+            def handle_error(self, *_):
+                pass  # the other end has gone
+
+        self.server = Server(("127.0.0.1", 0), Handler)
+        self.url = f"http://127.0.0.1:{self.server.server_port}/sparql-graph-crud-auth"
+        threading.Thread(target=self.server.serve_forever, kwargs={"poll_interval": 0.02}, daemon=True).start()
+        self.blank = self.save()
+
+    def __exit__(self, *arguments):
+        self.server.shutdown()
+        self.server.server_close()
+        super().__exit__(*arguments)
+
+    def take_methods(self):
+        with self.lock:
+            taken, self.methods = self.methods, []
+        return taken
+
+    def names(self):
+        """Of the graphs of robots, and of their lists; a database has some of its own. Asked without a type, Virtuoso takes 17 s."""
+        query = "SELECT DISTINCT ?g WHERE { { GRAPH ?g { ?s a ?o } } UNION { GRAPH ?g { ?s <http://purl.org/dc/terms/hasPart> ?o } } }"
+        return [row["g"] for row in self.select(query) if row["g"].startswith("http://127.0.0.1:")]
+
+    def target(self, name, endpoint):
+        return f"http://127.0.0.1:{self.http}/{endpoint}?graph=" + urllib.parse.quote(name, safe="")
+
+    def change(self, method, name, body=None):
+        target = self.target(name, "sparql-graph-crud-auth")
+        passwords = urllib.request.HTTPPasswordMgrWithDefaultRealm()
+        passwords.add_password(None, target, self.user, self.password)
+        opener = urllib.request.build_opener(urllib.request.HTTPDigestAuthHandler(passwords))
+        with opener.open(urllib.request.Request(target, body, {"Content-Type": "text/turtle"}, method=method), timeout=60):
+            pass
+
+    def text(self, name):
+        with urllib.request.urlopen(urllib.request.Request(self.target(name, "sparql-graph-crud"), headers={"Accept": "text/turtle"}), timeout=60) as response:
+            return response.read().decode()
+
+    def content(self):
+        return {name: self.text(name) for name in self.names()}
+
+    def put(self, name, turtle):
+        self.change("PUT", name, turtle.encode())
+
+    def delete(self, name):
+        self.change("DELETE", name)
+
+    def files(self, folder):
+        return [os.path.join(folder, name) for name in os.listdir(folder) if name.startswith("v.") and name not in ("v.ini", "v.lck", "v.log")]
+
+    def save(self):
+        self.stop()
+        copy = tempfile.mkdtemp(dir=self.folder)
+        for file in self.files(self.folder):
+            shutil.copy(file, copy)
+        self.start()
+        return copy
+
+    def restore(self, saved):
+        self.stop()
+        for file in self.files(self.folder):
+            os.remove(file)
+        for file in self.files(saved):
+            shutil.copy(file, self.folder)
+        self.start()
+
+    def empty(self):
+        self.restore(self.blank)

@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`lrt mirror` with a store in this process, with and without entity tags: what happens to stores and states, URLs that are not those of a robot, and
+the exit statuses for what was not done. mirror_stores_test.py does the same with Virtuoso.
+
+usage: mirror_test.py LRT BAXTER
+"""
+
+import os
+import subprocess
+import sys
+import tempfile
+
+sys.dont_write_bytecode = True
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path.insert(0, os.path.join(HERE, "..", "conformance"))
+from robot_process import Robot, free_port  # noqa: E402
+from graph_store import GraphStore  # noqa: E402
+import mirror_faults  # noqa: E402
+
+
+def faults():
+    for tags in (False, True):
+        with tempfile.TemporaryDirectory() as folder, GraphStore(tags) as store:
+            mirror_faults.check(LRT, Robot, store, folder, "a store with entity tags" if tags else "a store without entity tags")
+
+
+def lrt(*words):
+    return subprocess.run([LRT, "mirror", *words], capture_output=True, text=True, timeout=60)
+
+
+def statuses():
+    """What was not done has a status, and a sentence that says what to do."""
+    port = free_port()
+    based = f"http://127.0.0.1:{port}/"
+    with GraphStore() as store, Robot() as robot, Robot("--public-base", "https://robots.example/cell7", "--allowed-host", "127.0.0.1", port=port):
+        to = ["--to", store.url, "--once"]
+        rows = [
+            ("a robot", [robot.url], 0, ""),
+            ("by the URL of its host", [robot.url.rstrip("/")], 0, ""),
+            ("a public base", [based], 2, 'calls itself "https://robots.example/cell7'),
+            ("a public base, and a robot", [based, robot.url], 1, 'calls itself "https://robots.example/cell7'),
+            ("nobody there", ["http://127.0.0.1:1/"], 3, "is not reachable and is marked"),
+            ("no such page", [robot.at("nothing")], 3, "404"),
+        ]
+        for what, urls, status, sentence in rows:
+            done = lrt(*urls, *to)
+            print(f"{what:30} {done.returncode}  {done.stderr.strip()}")
+            assert done.returncode == status and sentence in done.stderr, (what, done)
+            assert "1 resources" not in done.stdout, (what, done)
+        # A mirror that runs ends too, if there is nothing that it could do.
+        done = lrt(based, "--to", store.url)
+        assert done.returncode == 2 and "robots.example" in done.stderr, done
+        assert not any("robots.example" in name for name in store.content()), store.content().keys()
+
+
+def main():
+    faults()
+    statuses()
+    print("passed")
+
+
+if __name__ == "__main__":
+    LRT, Robot.program = sys.argv[1:3]
+    main()
