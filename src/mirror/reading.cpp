@@ -11,6 +11,7 @@
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/client/representation.hpp"
+#include "src/http/url.hpp"
 #include "src/mirror/comparison.hpp"
 
 namespace lrt::mirror {
@@ -103,8 +104,10 @@ std::string why_elsewhere(const client::Representation& representation) {
     other = representation.graph.term(*representation.focus).text;
   const std::string begin = "\"" + representation.url + "\" ";
   if (other.empty()) return begin + "describes nothing in RDF";
-  return begin + "calls itself \"" + std::string(client::document_of(other)) +
-         "\": use that URL. It is the public base of the robot, by which its graphs are named";
+  const Result<http::Url> url = http::parse_url(representation.url);
+  const std::string name(client::document_of(other)), path = url ? url->target : "/";
+  const bool is_same_path = name.size() > path.size() && name.compare(name.size() - path.size(), path.size(), path) == 0;
+  return begin + (is_same_path ? "is a robot whose public base is another one: use \"" : "describes something else, \"") + name + "\"";
 }
 
 }  // namespace

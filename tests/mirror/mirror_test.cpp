@@ -1078,8 +1078,8 @@ TEST_CASE("a robot with another public base is not mirrored as one resource: the
   options.robots = {"http://127.0.0.1:" + std::to_string(port) + "/"};
   const Result<MirrorCounts> result = copy(options);
   REQUIRE_FALSE(result.has_value());
-  CHECK(result.error().code == Errc::invalid_option);
-  CHECK(result.error().message.find("calls itself \"https://robots.example/cell7") != std::string::npos);
+  CHECK(result.error().code == Errc::failed);
+  CHECK(result.error().message.find("use \"https://robots.example/cell7") != std::string::npos);
   CHECK(store.count("PUT") == 0);
   // The others are mirrored.
   Events events;
@@ -1096,7 +1096,7 @@ TEST_CASE("a robot with another public base is not mirrored as one resource: the
   Mirror mirror = Mirror::create(options).value();
   mirror.start().value();
   while (!mirror.failure()) std::this_thread::yield();
-  CHECK(mirror.failure()->code == Errc::invalid_option);
+  CHECK(mirror.failure()->code == Errc::failed);
 }
 
 TEST_CASE("what is no robot is said to be none", "[mirror]") {
@@ -1105,6 +1105,11 @@ TEST_CASE("what is no robot is said to be none", "[mirror]") {
   const Result<MirrorCounts> result = copy(options_for({nothing.url()}, store.url()));
   REQUIRE_FALSE(result.has_value());
   CHECK(result.error().message.find("describes nothing in RDF") != std::string::npos);
+  nothing.set("", "<http://xmlns.com/foaf/0.1/Person> <urn:is> <urn:a> .");
+  const Result<MirrorCounts> other = copy(options_for({nothing.url()}, store.url()));
+  REQUIRE_FALSE(other.has_value());
+  CHECK(other.error().message.find("describes something else, \"http://xmlns.com/foaf/0.1/Person\"") != std::string::npos);
+  CHECK(store.count("PUT") == 0);
 }
 
 TEST_CASE("a resource that cannot be read is counted, and so is a graph beyond the limit", "[mirror]") {

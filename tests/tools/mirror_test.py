@@ -37,8 +37,8 @@ def statuses():
         rows = [
             ("a robot", [robot.url], 0, ""),
             ("by the URL of its host", [robot.url.rstrip("/")], 0, ""),
-            ("a public base", [based], 2, 'calls itself "https://robots.example/cell7'),
-            ("a public base, and a robot", [based, robot.url], 1, 'calls itself "https://robots.example/cell7'),
+            ("a public base", [based], 1, 'is a robot whose public base is another one: use "https://robots.example/cell7/"'),
+            ("a public base, and a robot", [based, robot.url], 1, 'use "https://robots.example/cell7/"'),
             ("nobody there", ["http://127.0.0.1:1/"], 3, "is not reachable and is marked"),
             ("no such page", [robot.at("nothing")], 3, "404"),
         ]
@@ -49,7 +49,7 @@ def statuses():
             assert "1 resources" not in done.stdout, (what, done)
         # A mirror that runs ends too, if there is nothing that it could do.
         done = lrt(based, "--to", store.url)
-        assert done.returncode == 2 and "robots.example" in done.stderr, done
+        assert done.returncode == 1 and "robots.example" in done.stderr, done
         assert not any("robots.example" in name for name in store.content()), store.content().keys()
 
 
