@@ -122,7 +122,7 @@ class Virtuoso:
 
 
 class CountedVirtuoso(Virtuoso):
-    """A Virtuoso whose requests by `url` are counted, and whose database is copied and restored as its operator would: by its files."""
+    """A Virtuoso whose requests by `url` are counted, challenges of Digest as "401", and whose database is copied and restored as its operator would: by its files."""
 
     def __init__(self, folder):
         super().__init__(folder)
@@ -134,14 +134,14 @@ class CountedVirtuoso(Virtuoso):
             protocol_version = "HTTP/1.1"
 
             def forward(self):
-                with store.lock:
-                    store.methods.append(self.command)
                 body = self.rfile.read(int(self.headers.get("Content-Length", 0)))
                 connection = http.client.HTTPConnection("127.0.0.1", store.http, timeout=60)
                 try:
                     connection.request(self.command, self.path, body, {name: value for name, value in self.headers.items() if name.lower() not in ("host", "connection")})
                     response = connection.getresponse()
                     content = response.read()
+                    with store.lock:
+                        store.methods.append("401" if response.status == 401 else self.command)
                     self.send_response(response.status)
                     for name, value in response.getheaders():
                         if name.lower() not in ("connection", "transfer-encoding", "content-length", "date", "server"):
