@@ -53,9 +53,37 @@ def statuses():
         assert not any("robots.example" in name for name in store.content()), store.content().keys()
 
 
+def identities():
+    """Robots with one identity are mirrored, and named: the sentence is that of docs/fleet.md. Robots without one are mirrored by their URLs."""
+    with tempfile.TemporaryDirectory() as folder:
+        names = {}
+        for name in ("r7", "r8"):
+            names[name] = os.path.join(folder, name)
+            with open(names[name], "w", encoding="ascii") as file:
+                file.write('{"iri": "https://robots.example/%s"}' % name)
+        with GraphStore() as store, Robot("--identity", names["r7"]) as one, Robot("--identity", names["r7"]) as copied, \
+                Robot("--identity", names["r8"]) as third, Robot() as stranger:
+            done = lrt(one.url, third.url, stranger.url, "--to", store.url, "--once")
+            assert done.returncode == 0 and not done.stderr, done
+            done = lrt(one.url, copied.url, third.url, "--to", store.url, "--once")
+            assert done.returncode == 0, done
+            with open(os.path.join(HERE, "..", "..", "docs", "fleet.md"), encoding="utf-8") as page:
+                text = page.read()
+            said = [line[len("lrt: "):] for line in done.stderr.splitlines()]
+            assert len(said) == 1, done
+            written = [said[0].replace(a, "http://cell8.example:8080/").replace(b, "http://cell7.example:8080/")
+                       for a, b in ((one.url, copied.url), (copied.url, one.url))]
+            assert any("`" + sentence + "`" in text for sentence in written), said
+            content = store.content()
+            for robot in (one, copied, third, stranger):
+                assert robot.url in content, content.keys()
+            assert not any(name.startswith("https://robots.example/") for name in content), content.keys()
+
+
 def main():
     faults()
     statuses()
+    identities()
     print("passed")
 
 

@@ -362,6 +362,8 @@ def public_base():
             is_told(*words, name=thing)
         is_told("watch", at + "/position", "--count", "1", name=thing + "/position")
         assert os.listdir(folder) == [], os.listdir(folder)
+        with open(os.path.join(HERE, "..", "..", "docs", "fleet.md"), encoding="utf-8") as page:
+            assert f'`"http://10.0.0.7:8080/" is a robot whose public base is another one: use "{own}/"`' in page.read()
         # A value is read by the address that was typed.
         done = lrt(None, "get", at + "/position")
         assert done.returncode == 0 and '"unit":"rad"' in done.stdout, done
