@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "src/mqtt/metrics.hpp"
 
+#include <chrono>
 #include <optional>
 #include <string>
 #include <utility>

@@ -41,12 +41,12 @@ def files_are_right(folder):
     """As the user has them: promtool accepts them, and each rule fires when it should."""
     for name in FILES:
         (folder / name).write_text(configuration(EXAMPLE, name))
-    assert "13 rules found" in promtool("check", "config", str(folder / "prometheus.yml"))
+    assert "17 rules found" in promtool("check", "config", str(folder / "prometheus.yml"))
     promtool("test", "rules", str(folder / "alerts_test.yml"))
     rules = re.findall(r"alert: (\w+)", (folder / "alerts.yml").read_text())
     tested = set(re.findall(r"alertname: (\w+)", (folder / "alerts_test.yml").read_text()))
-    assert len(rules) == 13 and set(rules) == tested, set(rules) ^ tested
-    print("promtool accepts the configuration; 13 rules fire when their tests say so")
+    assert len(rules) == 17 and set(rules) == tested, set(rules) ^ tested
+    print("promtool accepts the configuration; 17 rules fire when their tests say so")
 
 
 def page_shows_the_files():
@@ -183,7 +183,7 @@ def scrapes_and_alerts(folder, baxter, lrt, kept_world, full_disk, mosquitto):
             until(lambda: len(prometheus.ask("up == 1")) == 3, f"three targets are up\n{prometheus.said()}")
             # What the bridge, the mirror and the server count.
             until(lambda: prometheus.ask('lrt_mqtt_online{robot="cell7"} == 1'), "the bridge is online")
-            for query in ('lrt_mqtt_published_total{robot="cell7"} > 0', 'lrt_mqtt_published_bytes_total > 0', 'lrt_mirror_graphs > 10',
+            for query in ('lrt_mqtt_published_total{robot="cell7"} > 0', 'lrt_mqtt_published_bytes_total > 0', 'lrt_mqtt_left_out_total >= 0', 'lrt_mqtt_lag_seconds >= 0', 'lrt_mirror_graphs > 10',
                           'lrt_mirror_sent_bytes_total > 0', 'lrt_start_time_seconds{robot="cell8"} > 0', 'lrt_poll_seconds_count{robot="cell7"} > 0'):
                 until(lambda query=query: prometheus.ask(query), query)
             labels = prometheus.ask('lrt_mqtt_online{robot="cell7"}')[0][0]
