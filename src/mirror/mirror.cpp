@@ -13,6 +13,7 @@
 
 #include <lrt/base/clock.hpp>
 #include <lrt/rdf/codec.hpp>
+#include <lrt/rdf/vocab.hpp>
 
 #include "src/base/random.hpp"
 #include "src/base/back_off.hpp"
@@ -48,8 +49,6 @@ milliseconds pause_after(unsigned failures, milliseconds first, milliseconds lon
 /// 500 as the response to a single graph, so often in succession, is that graph's fault and not the store's: the others must not wait for it.
 constexpr unsigned max_failures_of_graph = 5;
 constexpr int internal_error = 500;
-
-constexpr std::string_view term_of_identity = "https://w3id.org/lrt/ns#identity";
 
 /// Whether the same request may succeed later.
 bool is_temporary(const Result<GraphStore::Answer>& answer) noexcept {
@@ -459,7 +458,7 @@ RobotReading Mirror::Impl::reading_of(Robot& robot, std::set<std::string>& found
 /// Robots of one identity are copies of one configuration, or one robot by two URLs. Both are mirrored, by their URLs.
 void Mirror::Impl::take_identity(Robot& robot, const rdf::Graph& graph) {
   std::string identity, other;
-  if (const auto states = graph.find(rdf::iri(term_of_identity)))
+  if (const auto states = graph.find(vocab::lrt_::identity))
     for (const rdf::Triple& t : graph.match(std::nullopt, *states, std::nullopt))
       if (const rdf::TermView object = graph.term(t.object); object.is_iri()) identity = object.text;
   {
