@@ -171,7 +171,7 @@ class BridgeCore final : private Link::Events {
   std::string last_reason_;      ///< of a connection that failed, logged once
   bool is_contested_ = false;    ///< another client was connected as this robot: the next pause is the longest
   std::atomic<bool> reconnects_{false};
-  std::string first_session_;  ///< of the status that the broker had kept when this bridge connected first
+  StatusText first_status_;  ///< that the broker had kept when this bridge connected first
   bool is_status_due_ = false;
   Instant status_at_{}, time_at_{};                         ///< not before
   std::unordered_map<int, Unacknowledged> unacknowledged_;  ///< by id, of the present connection

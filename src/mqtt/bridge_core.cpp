@@ -858,14 +858,15 @@ void BridgeCore::see_status(const InMessage& message) {
 }
 
 /// The broker sends what it has kept when the robot subscribes. Has another client published since this bridge has done so, it has been connected as this
-/// robot. (A broker that was restored from an older copy has what was kept then, which is what this bridge has found first.)
+/// robot. (A broker that was restored from an older copy has what was kept then: the connection that this bridge has found first. The robot of that
+/// connection may be the other one, which is back on another connection.)
 void BridgeCore::see_kept_status(const StatusText& kept) {
   if (kept.session.empty() || kept.session == session_) return;
   if (counters_.connections > 1) {
-    if (kept.session != first_session_) see_another(another_robot(identity_, options_.prefix, kept));
+    if (kept.session != first_status_.session || kept.since != first_status_.since) see_another(another_robot(identity_, options_.prefix, kept));
     return;
   }
-  first_session_ = kept.session;
+  first_status_ = kept;
   if (const std::string changed = earlier_status(identity_, options_.prefix, feed_.base(), kept); !changed.empty()) log_once(changed);
 }
 

@@ -80,6 +80,7 @@ StatusText read_status(std::string_view payload) {
   status.base = text(read->root(), "base");
   const Document::Id online = read->member(read->root(), "online"), identity = read->member(read->root(), "identity");
   status.online = online != Document::none && read->kind(online) == Document::Kind::true_;
+  status.since = text(read->root(), status.online ? "since" : "onlineSince");
   if (identity != Document::none && read->kind(identity) == Document::Kind::object) status.iri = text(identity, "iri");
   return status;
 }

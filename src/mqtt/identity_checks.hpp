@@ -27,6 +27,7 @@ std::string client_id_of(const Identity& identity);
 struct StatusText {
   std::string session, iri, base;
   bool online = false;
+  std::string since{};  ///< when that connection began
 };
 StatusText read_status(std::string_view payload);
 

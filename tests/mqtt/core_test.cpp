@@ -295,9 +295,14 @@ TEST_CASE("the status that a broker has kept shows another robot at each further
   CHECK(bench.core->counters().taken_over == 0);
   CHECK(log.find("another") == std::string::npos);
   again();
-  kept(R"({"online":false,"session":"unknown","identity":{"iri":"https://robots.example/r"}})");
+  // It was no earlier run: that robot has connected since then.
+  kept(R"({"online":true,"session":"of an earlier run","since":"2026-11-29T08:00:00Z","identity":{"iri":"https://robots.example/r"}})");
   bench.turns();
   CHECK(bench.core->counters().taken_over == 1);
+  again();
+  kept(R"({"online":false,"session":"unknown","identity":{"iri":"https://robots.example/r"}})");
+  bench.turns();
+  CHECK(bench.core->counters().taken_over == 2);
   CHECK(log.find("another robot is <https://robots.example/r>, too") != std::string::npos);
   CHECK(bench.core->counters().dropped_commands == 0);
 }
