@@ -387,8 +387,9 @@ void BridgeCore::publish_waiting() {
     cleared_topics_.erase(cleared_topics_.begin());
   }
   while (!own_.empty() && may_publish()) {
-    if (!publish(own_.front())) return;
-    if (own_.front().topic == topics_.description()) follow_description();
+    const bool is_description = own_.front().topic == topics_.description();  // on the next connection it is made anew, after the values
+    if (!publish(own_.front(), is_description ? Sending::once : Sending::first)) return;
+    if (is_description) follow_description();
     own_.pop_front();
   }
   if (!publish_described()) return;
@@ -500,6 +501,7 @@ void BridgeCore::connected(const Agreement& agreement) {
   status_at_ = time_at_ = now_;
   describe_again();
   description_ = nullptr;
+  own_.erase(std::remove_if(own_.begin(), own_.end(), [this](const OutMessage& m) { return m.topic == topics_.description(); }), own_.end());
   description_at_ = things_at_ = now_;
   for (auto& [topic, described] : described_) {
     described.text = nullptr;
@@ -823,7 +825,7 @@ bool BridgeCore::publish_described() {
   out.retain = out.is_utf8 = true;
   out.content_type = "application/json";
   out.payload = found->second.text;
-  return publish(out);  // on the next connection they are made anew
+  return publish(out, Sending::once);  // on the next connection they are made anew
 }
 
 void BridgeCore::request_description() {
