@@ -66,9 +66,10 @@ def differences(robot, store):
     return wrong
 
 
-def check(lrt, make_robot, store, folder, title):
+def check(lrt, make_robot, store, folder, title, all_rows=True):
     """Prints a table.
-    @param make_robot  starts baxter with further arguments on a port"""
+    @param make_robot  starts baxter with further arguments on a port
+    @param all_rows  false: without combinations of two faults and the options, which say nothing of a store"""
     state = os.path.join(folder, "state")
     rows = []
 
@@ -110,26 +111,29 @@ def check(lrt, make_robot, store, folder, title):
         store.empty()
         equal("emptied", lost=len(names), changed=0)
         unchanged()
-        store.empty()
-        os.remove(state)
-        equal("emptied, and no state")
-        unchanged()
+        if all_rows:
+            store.empty()
+            os.remove(state)
+            equal("emptied, and no state")
+            unchanged()
         store.delete(property)
         equal("a graph deleted", lost=1, changed=0)
         unchanged()
         store.put(property, CHANGED)
         equal("a graph changed", lost=0, changed=1)
         unchanged()
-        store.delete(robot.at(MARK))
-        equal("the list deleted", lost=1, changed=0)
-        unchanged()
+        if all_rows:
+            store.delete(robot.at(MARK))
+            equal("the list deleted", lost=1, changed=0)
+            unchanged()
         os.remove(state)
         equal("no state", lost=0, changed=0)
         unchanged()
-        store.put(property, CHANGED)
-        os.remove(state)
-        equal("a graph changed, and no state")
-        unchanged()
+        if all_rows:
+            store.put(property, CHANGED)
+            os.remove(state)
+            equal("a graph changed, and no state")
+            unchanged()
 
         # An older copy: a value of then. Then the state of that time, too.
         assert http_request("PUT", property, "7", {"Content-Type": "application/json"}).status in (200, 204)
@@ -142,10 +146,11 @@ def check(lrt, make_robot, store, folder, title):
         shutil.copy(old_state, state)
         equal("an older state")
         unchanged()
-        store.restore(saved)
-        shutil.copy(old_state, state)
-        equal("restored, and the state of then")
-        unchanged()
+        if all_rows:
+            store.restore(saved)
+            shutil.copy(old_state, state)
+            equal("restored, and the state of then")
+            unchanged()
 
         # The state of another robot.
         with open(state) as file:
@@ -157,14 +162,17 @@ def check(lrt, make_robot, store, folder, title):
         equal("a state of another robot")
         unchanged()
 
-        equal("--verify", lost=0, changed=0, more=("--verify",))
-        store.put(property, CHANGED)
-        equal("--force", more=("--force",))
-        unchanged()
+        if all_rows:
+            equal("--verify", lost=0, changed=0, more=("--verify",))
+            store.put(property, CHANGED)
+            equal("--force", more=("--force",))
+            unchanged()
 
         # What the robot no longer has goes, also if nobody knows that it was sent.
         ghost = robot.at("baxter/ghost")
         for title_of_row, has_state in (("restored: a graph that the robot no longer has", True), ("the same, and no state", False)):
+            if not has_state and not all_rows:
+                break
             store.put(ghost, CHANGED)
             mark = store.content()[robot.at(MARK)]
             store.put(robot.at(MARK), mark + f"\n<{robot.at(MARK)}> <http://purl.org/dc/terms/hasPart> <{ghost}> .")
