@@ -22,6 +22,7 @@
 
 namespace lrt::model {
 inline namespace v0 {
+struct GraphAccess;
 class GraphEdit;
 class GraphState;
 }  // namespace v0
@@ -262,6 +263,7 @@ class LRT_API WorldGraph {
 
  private:
   friend class World;
+  friend struct model::GraphAccess;
   explicit WorldGraph(std::shared_ptr<model::GraphState> state) noexcept : state_(std::move(state)) {}
   Result<void> apply(const std::function<void(GraphUpdate&)>& change);
   /// @return  the slot, and what removes it again; empty: it is not added

@@ -29,6 +29,10 @@ BodyFault fault_of(model::GraphRefusal refusal, const std::string& name, const s
     case Why::stopped: return {503, name + " is being changed, and its server stops or its World was removed"};
     case Why::unsaved: return {503, name + ": " + refusal.message};
     case Why::too_large: return {413, name + ": " + (shows || refusal.limit.empty() ? refusal.message : refusal.limit)};
+    case Why::unsupported: return {501, name + ": " + refusal.message};
+    case Why::late: return {503, name + ": " + refusal.message};
+    case Why::store_failed: return {500, name + ": " + refusal.message};
+    case Why::store_full: return {507, name + ": " + refusal.message};
     case Why::violation: break;
     default: return {422, name + ": " + refusal.message};
   }

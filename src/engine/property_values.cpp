@@ -101,6 +101,13 @@ void for_each_seen(const ValueResource& values, const Audience& audience, F visi
   });
 }
 
+/// @param current  it was read for this representation
+bool must_wait_for(const HostContent& content, const ValueResource& shown, bool current, const Audience& audience) {
+  const bool is_own = &content.resource() == &shown;
+  if (!is_own && audience.hides_something() && !audience.sees(content.resource())) return false;
+  return (content.is_read_each_time() && !current) || (is_own && content.has_fault());
+}
+
 }  // namespace
 
 Encodings Encodings::of(Variant variant) noexcept {
@@ -162,6 +169,9 @@ bool PropertyValues::ready(Resource& resource, Variant variant, bool current, co
     }
     if (!has_encodings(p, wanted) && !(reads == ValueResource::Reads::readable_values && p.is_failing())) all = false;
   });
+  with_values->for_each_host_content([&](HostContent& content) {
+    if (must_wait_for(content, *with_values, current, audience)) all = false;
+  });
   return all;
 }
 
@@ -195,6 +205,14 @@ void PropertyValues::refresh(Resource& resource, Encodings encodings, Done done,
     properties.erase(std::remove_if(properties.begin(), properties.end(), [&](const PropertyResource* p) { return is_late(*p); }), properties.end());
   join->open += properties.size();
   for (PropertyResource* p : properties) refresh(*p, encodings, one_done);
+  if (with_values)
+    with_values->for_each_host_content([&](HostContent& content) {
+      if (!must_wait_for(content, *with_values, false, audience)) return;
+      ++join->open;
+      content.read([one_done, is_own = &content.resource() == with_values](const Result<void>& result, TimePoint now) {
+        one_done(is_own ? result : Result<void>(), now);
+      });
+    });
   one_done({}, clock_.now());
 }
 

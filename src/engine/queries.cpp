@@ -91,10 +91,11 @@ constexpr Extension for_queries;
 
 QueryService::QueryService() noexcept : extension_(for_queries) {}
 
-/// The properties that a query needs and whose value may have to be read or taken over first.
+/// The properties that a query needs and whose value may have to be read or taken over first, and what stores of the host have.
 class ReadSet final : public ValueResource {
  public:
-  explicit ReadSet(std::vector<PropertyResource*> properties) : ValueResource({}, nullptr), properties_(std::move(properties)) {}
+  explicit ReadSet(std::vector<PropertyResource*> properties, std::vector<HostContent*> contents = {})
+      : ValueResource({}, nullptr), properties_(std::move(properties)), contents_(std::move(contents)) {}
   void describe(const Description&) const override {}
   void describe_types(About&, const Description&) const override {}
   const ResourceKind& kind() const noexcept override {
@@ -105,9 +106,13 @@ class ReadSet final : public ValueResource {
   void for_each_property(FunctionRef<void(PropertyResource&)> visit) const override {
     for (PropertyResource* p : properties_) visit(*p);
   }
+  void for_each_host_content(FunctionRef<void(HostContent&)> visit) const override {
+    for (HostContent* content : contents_) visit(*content);
+  }
 
  private:
   const std::vector<PropertyResource*> properties_;
+  const std::vector<HostContent*> contents_;
 };
 
 /// Values of lambdas are read again above an age. Files are described without being read.
@@ -115,14 +120,19 @@ ReadSet Queries::read_set(const QueryDependencies& needs, const std::vector<std:
   std::vector<PropertyResource*> properties;
   const Utc oldest = clock_.now().utc - service_.limits().max_age;
   if (!needs.everything && needs.predicates.empty()) return ReadSet(std::move(properties));
-  snapshots_.for_each_property(snapshot, [&](PropertyResource& p) {
+  const auto take = [&](PropertyResource& p) {
     const bool is_new = p.spec->slot ? !p.spec->slot->has_change() && !p.is_refreshing() : p.modified >= oldest;
     if (is_new) return;
     const Resource& graph = p.in_graph ? p.in_graph->graph : static_cast<const Resource&>(p);
     const auto known = snapshot.entries.find(static_cast<std::uint64_t>(graph.id));
     if (known == snapshot.entries.end() || may_count(needs, predicates, snapshot, known->second, graph)) properties.push_back(&p);
-  });
-  return ReadSet(std::move(properties));
+  };
+  std::vector<HostContent*> contents;
+  const auto take_content = [&](HostContent& content) {
+    if (content.is_read_each_time()) contents.push_back(&content);
+  };
+  snapshots_.for_each_read(snapshot, take, take_content);
+  return ReadSet(std::move(properties), std::move(contents));
 }
 
 Queries::Queries(const EngineOptions& options, const QueryService& service, const Clock& clock, Registry& registry, HostCalls& calls,

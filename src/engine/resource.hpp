@@ -16,6 +16,7 @@
 #include <lrt/http/message.hpp>
 #include <lrt/base/iri.hpp>
 #include <lrt/base/result.hpp>
+#include <lrt/base/unique_function.hpp>
 #include <lrt/model/representation.hpp>
 #include <lrt/rdf/graph.hpp>
 #include <lrt/rdf/type.hpp>
@@ -315,6 +316,22 @@ class Resource {
   std::size_t usual_size() const noexcept;
 };
 
+/// Content in a store of the host, which a representation may have to wait for.
+class HostContent {
+ public:
+  virtual const Resource& resource() const noexcept = 0;
+  /// It is read for each reader.
+  virtual bool is_read_each_time() const noexcept = 0;
+  /// The store could not be read.
+  virtual bool has_fault() const = 0;
+  /// Reads it.
+  /// @param done  called once, on the engine's thread. unavailable: why it cannot be read
+  virtual void read(UniqueFunction<void(const Result<void>&, TimePoint)> done) = 0;
+
+ protected:
+  ~HostContent() = default;
+};
+
 /// A resource whose representations have values: those of properties, or one of its own.
 class ValueResource : public Resource {
  public:
@@ -331,6 +348,8 @@ class ValueResource : public Resource {
   };
   virtual Reads reads() const noexcept { return Reads::nothing; }
   virtual void for_each_property(FunctionRef<void(PropertyResource&)> visit) const { (void)visit; }
+  /// What stores of the host have in its representations. Of several, those that cannot be read are left out.
+  virtual void for_each_host_content(FunctionRef<void(HostContent&)> visit) const { (void)visit; }
   /// Collects the messages of other threads that need no user code.
   virtual void refresh() {}
   /// Its representations can be made without user code, and no running call would change them.

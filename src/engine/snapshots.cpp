@@ -301,13 +301,14 @@ void Snapshots::forget(const Snapshot& snapshot, const Snapshot::Entry& entry, C
   if (!entry.is_empty) changes.removed.push_back({representations_.base(snapshot.base) + entry.path, nullptr});
 }
 
-void Snapshots::for_each_property(const Snapshot& snapshot, FunctionRef<void(PropertyResource&)> visit) const {
+void Snapshots::for_each_read(const Snapshot& snapshot, FunctionRef<void(PropertyResource&)> visit,
+                              FunctionRef<void(HostContent&)> visit_content) const {
   const auto visit_seen = [&](PropertyResource& p) {
     if (snapshot.audience.sees(p)) visit(p);
   };
   const auto visit_world = [&](const ThingNode& thing) {
     for (const auto& graph : world_of(thing)->graphs())
-      if (snapshot.audience.sees(*graph)) graph->for_each_property(visit_seen);
+      if (snapshot.audience.sees(*graph)) graph->for_each_property(visit_seen), graph->for_each_host_content(visit_content);
   };
   if (snapshot.filled && snapshot.seen_structure == registry_.structure()) {
     for (PropertyResource* property : snapshot.properties) visit(*property);

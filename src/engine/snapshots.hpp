@@ -87,8 +87,8 @@ class Snapshots {
   /// Applies the changes. A new snapshot is filled in several steps, so that ten thousand Things do not delay other requests.
   /// @return  false: not complete, call it again. true: all graphs that the query needs show the current state.
   bool update(Snapshot& snapshot, Needs needs);
-  /// Calls a function with each property whose value is in the graphs.
-  void for_each_property(const Snapshot& snapshot, FunctionRef<void(PropertyResource&)> visit) const;
+  /// Calls functions with each property whose value is in the graphs, and with what stores of the host have there.
+  void for_each_read(const Snapshot& snapshot, FunctionRef<void(PropertyResource&)> visit, FunctionRef<void(HostContent&)> visit_content) const;
   /// Removes the snapshots that were not used for a minute. The caller destroys them, which may take long.
   std::vector<std::shared_ptr<const Snapshot>> take_unused(TimePoint now);
   std::optional<std::chrono::steady_clock::time_point> next_deadline() const;

@@ -13,6 +13,7 @@
 #include <lrt/shacl/validator.hpp>
 
 #include "src/base/turns.hpp"
+#include "src/model/host_store.hpp"
 #include "src/rdf/limits.hpp"
 #include "src/rdf/n_triples.hpp"
 #include "src/rdf/shared_graph.hpp"
@@ -435,6 +436,7 @@ class GraphState::Turn {
 };
 
 void GraphState::end_waiting_writes() noexcept {
+  if (store_) store_->stop();
   const std::lock_guard lock(turn_mutex_);
   stopped_ = true;
   turn_changed_.notify_all();
@@ -465,6 +467,8 @@ Result<void> GraphState::update(FunctionRef<void(GraphEdit&)> change) {
   if (is_updating)
     return unexpected(Errc::refused, "graph \"" + path_.substr(1) + "\": update() was called within update(): call it after that has returned");
   if (!is_open_) return unexpected(Errc::refused, "graph \"" + path_.substr(1) + "\": Server::add() reads its file: call update() after that");
+  if (store_)
+    return unexpected(Errc::refused, "graph \"" + path_.substr(1) + "\": its content is in a store of the host: change it there, and call changed()");
   const Updating updating;
   return make(change);
 }
@@ -491,6 +495,7 @@ Result<void> GraphState::make(FunctionRef<void(GraphEdit&)> change) {
 }
 
 std::optional<GraphRefusal> GraphState::write(const GraphWrite& wanted, bool waits, std::shared_ptr<Saving>* saving) {
+  if (store_) return waits ? write_to_store(wanted) : GraphRefusal{GraphRefusal::Kind::busy};
   // Large graphs take long. Without the Turn the work takes turns with that of other clients, once: if the graph is changed meanwhile, it begins again.
   if (waits && Turns::current()) {
     wait_for_writes();
@@ -516,6 +521,53 @@ std::optional<GraphRefusal> GraphState::write(const GraphWrite& wanted, bool wai
     auto refused = commit(edit, before, saving);
     if (!refused || refused->kind != GraphRefusal::Kind::changed) return refused;
   }
+}
+
+/// No Turn is held: the store makes one change after another, each on the version that was shown when it was made.
+std::optional<GraphRefusal> GraphState::write_to_store(const GraphWrite& wanted) {
+  const auto make = [&](const Version& before) -> HostStore::Made {
+    if (wanted.expected && *wanted.expected != before.revision) return GraphRefusal{GraphRefusal::Kind::changed};
+    GraphEdit edit(*before.graph, before.bytes, iri(), options_);
+    if (auto refused = change(edit, wanted)) return *std::move(refused);
+    if (!edit.has_changed()) return before;
+    Version made = before;
+    made.graph = std::make_shared<const rdf::Graph>(edit.take());
+    made.bytes = edit.bytes();
+    if (auto refused = judge(*made.graph, made.bytes)) return *std::move(refused);
+    return made;
+  };
+  return store_->write(make);
+}
+
+GraphState::Version GraphState::show(std::shared_ptr<const rdf::Graph> graph, std::size_t bytes) {
+  Version made{std::move(graph), 0, bytes}, shown;
+  {
+    const std::lock_guard lock(mutex_);
+    made.revision = ++last_revision_;
+    shown = made;
+    std::swap(newest_, made);
+    current_ = newest_;
+    fault_.clear();
+  }
+  notify();
+  return shown;  // what was shown before is destroyed without the lock
+}
+
+void GraphState::show_fault(std::string fault) {
+  Version empty{std::make_shared<const rdf::Graph>(), 0};
+  {
+    const std::lock_guard lock(mutex_);
+    empty.revision = ++last_revision_;
+    std::swap(newest_, empty);
+    current_ = newest_;
+    fault_ = std::move(fault);
+  }
+  notify();
+}
+
+std::string GraphState::fault() const {
+  const std::lock_guard lock(mutex_);
+  return fault_;
 }
 
 /// What the client wants, in the graph that it wants to change.

@@ -16,6 +16,7 @@
 #include <variant>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/base/unique_function.hpp>
 #include <lrt/rdf/graph.hpp>
@@ -37,7 +38,7 @@ class GraphEdit {
   /// @param bytes   of the graph, as GraphState::Version has it
   /// @param base    IRI of the graph
   /// @param limits  also of a document that is read for it
-  GraphEdit(const rdf::Graph& before, std::size_t bytes, std::string base, const GraphOptions& limits);
+  LRT_INTERNAL_API GraphEdit(const rdf::Graph& before, std::size_t bytes, std::string base, const GraphOptions& limits);
   /// take() leaves what is not used any more where it is.
   void leave_unused() noexcept { compacts_ = false; }
   using Graphs = std::vector<std::shared_ptr<const rdf::Graph>>;
@@ -50,18 +51,18 @@ class GraphEdit {
   /// The changes since keep_changes(), as they can be repeated on another graph.
   std::string take_changes() { return changes_ ? changes_->take() : std::string(); }
 
-  void add(const rdf::TermView& subject, const rdf::TermView& predicate, const rdf::TermView& object);
+  LRT_INTERNAL_API void add(const rdf::TermView& subject, const rdf::TermView& predicate, const rdf::TermView& object);
   /// Adds a Turtle document.
   void add_turtle(std::string_view text);
   /// Adds all triples with new blank nodes.
   void merge(const rdf::Graph& graph);
-  void remove(const rdf::TermView* subject, const rdf::TermView* predicate, const rdf::TermView* object);
+  LRT_INTERNAL_API void remove(const rdf::TermView* subject, const rdf::TermView* predicate, const rdf::TermView* object);
   void remove_node(const rdf::TermView& subject);
   void clear();
   /// The graph with the changes up to now.
-  const rdf::Graph& graph();
+  LRT_INTERNAL_API const rdf::Graph& graph();
   /// The same, at the end.
-  rdf::Graph take();
+  LRT_INTERNAL_API rdf::Graph take();
   /// Of graph(): the bytes of its IRIs and literals, written in full at each occurrence.
   std::size_t bytes() const noexcept { return bytes_; }
   std::size_t size() const noexcept { return graph_.size() - removed_count_; }
@@ -128,6 +129,11 @@ struct GraphRefusal {
     busy,       ///< another write is running, and this one must not wait
     stopped,    ///< the server has stopped, or the World was removed, while this one waited
     unsaved,    ///< too many bytes wait for the disk
+    // Of a graph in a store of the host:
+    unsupported,   ///< the store cannot do it in one step
+    late,          ///< the host's program has not done it in time, and will not
+    store_failed,  ///< the store has refused it, and is as it was
+    store_full,    ///< the same, because it has no room
   };
   Kind kind;
   std::string message{};
@@ -212,6 +218,8 @@ class GraphBudget {
   std::atomic<std::size_t> used_{0};
 };
 
+class HostStore;
+
 /// A graph with its shapes and limits. The user's handles and the engine share it.
 ///
 /// A graph with a file has two versions while clients wait for the disk: the newest one, on which all writes work, and the one that is shown, without
@@ -231,7 +239,7 @@ class GraphState {
   /// @par Errors  expected_rdf, expected_value, limit_exceeded: of the shapes and of the first content
   static Result<std::shared_ptr<GraphState>> create(std::string path, GraphOptions options, const std::string& shapes_base,
                                                     std::shared_ptr<HandleContext> thing);
-  ~GraphState();
+  LRT_INTERNAL_API ~GraphState();
   GraphState(const GraphState&) = delete;
   GraphState& operator=(const GraphState&) = delete;
   /// A graph without content and with the rules and the budget of another graph.
@@ -242,7 +250,7 @@ class GraphState {
   /// Its IRI below World::base.
   std::string iri() const { return std::string(World::base) + path_; }
   /// The one that is shown.
-  Version version() const;
+  LRT_INTERNAL_API Version version() const;
   /// What a write works on.
   Version newest() const;
 
@@ -276,12 +284,24 @@ class GraphState {
   /// A graph with a file is updated from here on: the file was read, and there is a saver.
   void open() noexcept { is_open_ = true; }
 
+  /// The content is in a store of the host. update() is refused.
+  /// @pre nobody uses the graph yet
+  void set_store(std::shared_ptr<HostStore> store) noexcept { store_ = std::move(store); }
+  HostStore* store() const noexcept { return store_.get(); }
+  /// Called by the store, by one thread at a time: what it has now.
+  /// @return  with its revision
+  LRT_INTERNAL_API Version show(std::shared_ptr<const rdf::Graph> graph, std::size_t bytes);
+  /// Called by the store: nothing is shown, and readers get this sentence instead.
+  LRT_INTERNAL_API void show_fault(std::string fault);
+  /// Empty: there is none.
+  LRT_INTERNAL_API std::string fault() const;
+
   /// A value to be published; false: another one has its path.
   bool add_published(PublishedSpec spec);
   void remove_published(const PropertySpec& property) noexcept;
   std::vector<PublishedSpec> published() const;
   /// A fault of set-up for the server's log. Those that nobody takes are dropped beyond 64.
-  void report(std::string fault);
+  LRT_INTERNAL_API void report(std::string fault);
   std::vector<std::string> take_reports();
   std::shared_ptr<HandleContext> thing() const noexcept { return thing_; }
 
@@ -306,6 +326,7 @@ class GraphState {
   class Turn;
   Result<void> make(FunctionRef<void(GraphEdit&)> change);
   std::optional<GraphRefusal> change(GraphEdit& edit, const GraphWrite& wanted) const;
+  std::optional<GraphRefusal> write_to_store(const GraphWrite& wanted);
   /// A change that a client waits for, and that is not shown yet.
   struct Pending {
     std::uint64_t number;
@@ -332,6 +353,7 @@ class GraphState {
   const std::shared_ptr<HandleContext> thing_;
   std::optional<shacl::Shapes> shapes_;
   std::shared_ptr<GraphBudget> budget_;  ///< nullptr: none
+  std::shared_ptr<HostStore> store_;     ///< nullptr: the content is here
   std::atomic<bool> is_open_;
   std::mutex turn_mutex_;  // guards both of them, for moments
   std::condition_variable turn_changed_;
@@ -344,6 +366,7 @@ class GraphState {
   std::uint64_t last_revision_ = 1, last_number_ = 0;         // given to a version; to a change
   std::vector<PublishedSpec> published_;
   std::vector<std::string> reports_;
+  std::string fault_;
   std::mutex listener_mutex_;  // guards them, and is held while they run
   std::function<void()> listener_;
   ChangeJournal* journal_ = nullptr;

@@ -18,7 +18,7 @@ LRT_INTERNAL_API void append_n_triples(std::string& out, const TermView& term);
 LRT_INTERNAL_API bool is_language_tag(std::string_view tag) noexcept;
 
 /// True for an ASCII label of Turtle's BLANK_NODE_LABEL.
-bool is_plain_label(std::string_view label) noexcept;
+LRT_INTERNAL_API bool is_plain_label(std::string_view label) noexcept;
 
 /// The fault of a literal of rdf:langString without a language (RDF 1.1 Concepts 3.3), which readers refuse.
 inline constexpr std::string_view no_language = "expected a language tag with a literal of rdf:langString";

@@ -21,6 +21,7 @@
 #include "src/http/etag.hpp"
 #include "src/http/form.hpp"
 #include "src/http/target.hpp"
+#include "src/model/host_store.hpp"
 #include "src/rdf/difference.hpp"
 #include "src/rdf/hash.hpp"
 
@@ -133,7 +134,10 @@ WorldGraphResource::WorldGraphResource(WorldResource& its_world, std::shared_ptr
       is_created(created),
       version_(graph_state->version()) {}
 
-WorldGraphResource::~WorldGraphResource() { graph_state->set_listener(nullptr); }
+WorldGraphResource::~WorldGraphResource() {
+  graph_state->set_listener(nullptr);
+  if (model::HostStore* const store = graph_state->store()) store->set_poll(nullptr);
+}
 
 Methods WorldGraphResource::methods() const noexcept {
   Methods methods;
@@ -214,6 +218,11 @@ void WorldGraphResource::attach(Parts& parts) {
       throw;
     }
   });
+  parts_ = &parts;
+  if (model::HostStore* const store = graph_state->store())
+    store->set_poll([inbox = parts.calls.inbox(), &parts](UniqueFunction<void()> job) {
+      inbox->put([&parts, job = std::move(job)](TimePoint) mutable { parts.calls.run(Dispatch::in_poll, std::move(job)); });
+    });
   take_changes(parts);
 }
 
@@ -318,6 +327,7 @@ void WorldGraphResource::remove_published(Published& published, Parts& parts) {
 
 void WorldGraphResource::removed(Parts& parts) {
   graph_state->set_listener(nullptr);
+  if (model::HostStore* const store = graph_state->store()) store->set_poll(nullptr);
   while (!observers.empty()) observers.back()->resource_removed();
   for (Published& published : std::exchange(published_, {})) remove_published(published, parts);
 }
@@ -408,6 +418,29 @@ void WorldGraphResource::for_each_property(FunctionRef<void(PropertyResource&)> 
   for (const Published& published : published_) visit(*published.resource);
 }
 
+void WorldGraphResource::for_each_host_content(FunctionRef<void(HostContent&)> visit) const {
+  if (graph_state->store()) visit(const_cast<WorldGraphResource&>(*this));
+}
+
+bool WorldGraphResource::is_read_each_time() const noexcept { return graph_state->store()->is_read_each_time(); }
+bool WorldGraphResource::has_fault() const { return !graph_state->fault().empty(); }
+
+void WorldGraphResource::read(UniqueFunction<void(const Result<void>&, TimePoint)> done) {
+  struct Reading {
+    Result<void> result;
+    UniqueFunction<void(const Result<void>&, TimePoint)> done;
+  };
+  auto reading = std::make_shared<Reading>(Reading{unexpected(Errc::unavailable, "it was not read"), std::move(done)});
+  Inbox::Reserved reply = Inbox::reserve([reading, ref = Ref(*this), &parts = *parts_](TimePoint now) {
+    if (WorldGraphResource* const graph = parts.registry.find(ref)) graph->take_changes(parts);
+    reading->done(reading->result, now);
+  });
+  graph_state->store()->read([reading, reply = Owed(parts_->calls.inbox(), std::move(reply))](const Result<void>& result) mutable {
+    reading->result = result;
+    reply.leave();
+  });
+}
+
 void WorldGraphResource::refresh() {
   if (published_.empty()) return;
   const Utc now = clock_->utc();
@@ -453,6 +486,10 @@ std::uint64_t AllGraphsResource::state(std::uint64_t structure) const noexcept {
 
 void AllGraphsResource::refresh() {
   for (const auto& graph : world_.graphs()) graph->refresh();
+}
+
+void AllGraphsResource::for_each_host_content(FunctionRef<void(HostContent&)> visit) const {
+  for (const auto& graph : world_.graphs()) graph->for_each_host_content(visit);
 }
 
 void AllGraphsResource::for_each_property(FunctionRef<void(PropertyResource&)> visit) const {
@@ -577,6 +614,7 @@ std::optional<http::Response> WorldResource::plan(const Context& context, const 
     DatasetChange::Part part;
     if (known) {
       if (!known->methods().put) return refuse(409, "clients may not change it");
+      if (known->graph_state->store()) return refuse(501, "its content is in a store of the host, which is not written together with other graphs");
       part.state = known->graph_state;
       part.shows = audience.sees(*known);
     } else {

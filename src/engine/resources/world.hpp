@@ -20,7 +20,7 @@ class WorldResource;
 
 /// A named graph of a World. Its representations are its triples and those of the values that are published in it. Its World describes
 /// the graph itself.
-class WorldGraphResource final : public ValueResource, public OwnRepresentation {
+class WorldGraphResource final : public ValueResource, public OwnRepresentation, private HostContent {
  public:
   /// @param is_created  a client has made it, and may remove it
   WorldGraphResource(WorldResource& world, std::shared_ptr<model::GraphState> state, bool is_created);
@@ -54,6 +54,7 @@ class WorldGraphResource final : public ValueResource, public OwnRepresentation 
 
   Reads reads() const noexcept override { return Reads::values; }
   void for_each_property(FunctionRef<void(PropertyResource&)> visit) const override;
+  void for_each_host_content(FunctionRef<void(HostContent&)> visit) const override;
   void refresh() override;
   void set_observed(bool observed, ChangeScanner& scanner) override;
 
@@ -91,6 +92,12 @@ class WorldGraphResource final : public ValueResource, public OwnRepresentation 
     std::unique_ptr<PropertyResource> resource;
     std::string predicate, object;
   };
+  // HostContent, if its content is in a store of the host.
+  const Resource& resource() const noexcept override { return *this; }
+  bool is_read_each_time() const noexcept override;
+  bool has_fault() const override;
+  void read(UniqueFunction<void(const Result<void>&, TimePoint)> done) override;
+
   Outcome write(Context& context, Parts& parts, model::GraphWrite::Kind kind);
   Outcome execute(Context& context, Parts& parts, GraphTask task);
   Outcome changed(const Context& context, Parts& parts, Body& accepted) const;
@@ -111,6 +118,7 @@ class WorldGraphResource final : public ValueResource, public OwnRepresentation 
   std::vector<Published> published_;
   const Clock* clock_ = nullptr;                                                                  ///< set by attach()
   const EngineView* view_ = nullptr;                                                              ///< set by attach()
+  Parts* parts_ = nullptr;                                                                        ///< set by attach()
   std::shared_ptr<std::atomic<bool>> changes_wait_ = std::make_shared<std::atomic<bool>>(false);  ///< a message for take_changes() is queued
   mutable std::shared_ptr<const rdf::Graph> whole_;                                               ///< graph(), with the revision that it had
   mutable std::uint64_t whole_revision_ = 0;
@@ -135,6 +143,7 @@ class AllGraphsResource final : public ValueResource {
   bool exceeds(std::size_t max_bytes, const Audience& audience) const override;
   Reads reads() const noexcept override { return Reads::values; }
   void for_each_property(FunctionRef<void(PropertyResource&)> visit) const override;
+  void for_each_host_content(FunctionRef<void(HostContent&)> visit) const override;
   void refresh() override;
 
  private:
