@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # Debian packages of a shared build, by `cpack -G DEB` (tests/package/debs.sh):
 #   liblrt0                    lrt, lrt::query, lrt::client and what is beside it: they need no library that lrt does not need
-#   liblrt-urdf0, liblrt-mqtt0, liblrt-protobuf0 apart: a robot without a description, a broker or messages does not install XML parsers, libmosquitto
-#                              or libprotobuf
+#   liblrt-urdf0, liblrt-mqtt0, liblrt-protobuf0, liblrt-librdf0 apart: a robot without a description, a broker, messages or models does not install
+#                              XML parsers, libmosquitto, libprotobuf or librdf
 #   liblrt-dev, lrt-tools, and a -dbgsym package for each with programs or libraries
 if(NOT BUILD_SHARED_LIBS OR NOT CMAKE_SYSTEM_NAME STREQUAL "Linux")
   return()
@@ -72,10 +72,15 @@ if(TARGET lrt_protobuf)
                     "This package has the library for messages of Protocol Buffers." "liblrt${LRT_ABI} ${lrt_this_version}")
   string(APPEND lrt_runtimes ", liblrt-protobuf${LRT_ABI} ${lrt_this_version}")
 endif()
+if(TARGET lrt_librdf)
+  lrt_debian_binary(lrt_librdf_runtime liblrt-librdf${LRT_ABI} libs "robots as Linked Robotic Things (Redland)"
+                    "This package has the library for models of Redland." "liblrt${LRT_ABI} ${lrt_this_version}")
+  string(APPEND lrt_runtimes ", liblrt-librdf${LRT_ABI} ${lrt_this_version}")
+endif()
 lrt_debian_binary(lrt_dev liblrt-dev libdevel "robots as Linked Robotic Things (development files)"
                   "This package has the headers and the files for CMake and pkg-config." "${lrt_runtimes}")
 set(CPACK_DEBIAN_LRT_DEV_DEBUGINFO_PACKAGE OFF)
-set(CPACK_DEBIAN_LRT_DEV_PACKAGE_SUGGESTS "libeigen3-dev, libcpp-httplib-dev, libboost-dev, libprotobuf-dev")  # of hosts of lrt/eigen.hpp, httplib.hpp, asio_loop.hpp, protobuf.hpp
+set(CPACK_DEBIAN_LRT_DEV_PACKAGE_SUGGESTS "libeigen3-dev, libcpp-httplib-dev, libboost-dev, libprotobuf-dev, librdf0-dev")  # of hosts of lrt/eigen.hpp, httplib.hpp, asio_loop.hpp, protobuf.hpp, redland.hpp
 if(TARGET lrt_command)
   lrt_debian_binary(lrt_tools lrt-tools utils "robots as Linked Robotic Things (command lrt)"
                     "This package has the command lrt, which lists, reads, commands, watches and\nchecks Linked Robotic Things, and the module lrt of Python."

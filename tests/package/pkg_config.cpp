@@ -21,6 +21,9 @@
 #include <google/protobuf/timestamp.pb.h>
 #include <lrt/protobuf.hpp>
 #endif
+#ifdef WITH_LIBRDF
+#include <lrt/redland.hpp>
+#endif
 
 int main([[maybe_unused]] int argc, [[maybe_unused]] char** argv) {
   lrt::Options options;
@@ -48,5 +51,10 @@ int main([[maybe_unused]] int argc, [[maybe_unused]] char** argv) {
   lrt::Thing clock{"clock"};
   clock.property("time", [] { return google::protobuf::Timestamp(); });
   server.add(std::move(clock)).value();
+#endif
+#ifdef WITH_LIBRDF
+  lrt::World world("world");
+  if (lrt::redland::Model::attach(world, "tasks", nullptr)) return 1;
+  librdf_free_world(librdf_new_world());
 #endif
 }
