@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <filesystem>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -17,8 +18,7 @@ class TaskList {
   /// Opens the file, or makes it.
   explicit TaskList(const std::string& file) : world_(librdf_new_world()) {
     librdf_world_open(world_);
-    storage_ = librdf_new_storage(world_, "sqlite", file.c_str(), nullptr);
-    if (!storage_) storage_ = librdf_new_storage(world_, "sqlite", file.c_str(), "new='yes'");
+    storage_ = librdf_new_storage(world_, "sqlite", file.c_str(), std::filesystem::exists(file) ? "" : "new='yes'");
     if (!storage_) throw std::runtime_error("the storage of Redland on SQLite (Debian: librdf-storage-sqlite) does not open " + file);
     model_ = librdf_new_model(world_, storage_, nullptr);
   }

@@ -167,7 +167,7 @@ class LRT_API Model {
 /// @par Errors  expected_rdf: what RDF 1.1 does not have, with the reason
 LRT_API Result<rdf::Term> to_term(librdf_node* node);
 /// A node of Redland, to be freed by librdf_free_node(). Its blank nodes have the label as identifier.
-/// @return  nullptr: librdf refuses it, or has no memory
+/// @return  nullptr: librdf refuses it, or would make another one of it (a literal that begins with a NUL), or has no memory
 LRT_API librdf_node* to_node(librdf_world* world, const rdf::TermView& term);
 /// A statement of Redland, to be freed by librdf_free_statement().
 /// @return  as to_node()
@@ -192,7 +192,7 @@ LRT_API Result<Converted> to_graph(librdf_stream* stream, const GraphLimits& lim
 LRT_API Result<Converted> to_graph(librdf_model* model, const GraphLimits& limits = {});
 /// A stream of the triples, one at a time, to be freed by librdf_free_stream() before the world. Blank nodes have new
 /// identifiers of that world.
-/// @return  nullptr: no memory
+/// @return  nullptr: a literal that to_node() refuses, or no memory
 LRT_API librdf_stream* to_stream(librdf_world* world, std::shared_ptr<const rdf::Graph> graph);
 /// Adds the triples to a model, in one transaction if its storage has transactions and none is open. Blank nodes get new
 /// identifiers.

@@ -24,7 +24,7 @@ namespace {
 
 constexpr std::size_t rows_between_looks = 16;  // at the clock
 constexpr int max_interruptions = 3;
-constexpr int max_given_back = 3;
+constexpr int max_given_back = 2;
 
 Refusal refuse(Kind kind, std::string why) { return lrt::model::GraphRefusal{kind, std::move(why)}; }
 
@@ -242,27 +242,27 @@ bool Model::Impl::work(Clock::time_point until) {
     const std::lock_guard lock(mutex_);
     ++counters_.interrupted_reads;
   }
-  Write* next = nullptr;
   bool is_due = pass_ != nullptr;
   {
     const std::lock_guard lock(mutex_);
     is_due = is_due || shown_changes_ != changes || !readers_.empty();
-    if (!is_due && !writes_.empty()) {
-      next = writes_.front();
-      writes_.pop_front();
-      next->state = Write::State::running;
-    }
   }
   if (is_due) {
     const bool is_whole = options_.reading == Reading::each_time || interruptions_ >= max_interruptions;
     if (!pass_) begin_read(changes);
-    if (advance(*state, is_whole ? Clock::time_point::max() : until) && is_whole) {
-      const std::lock_guard lock(mutex_);
-      ++counters_.whole_reads;
-    }
-    return true;
+    if (!advance(*state, is_whole ? Clock::time_point::max() : until)) return true;
+    const std::lock_guard lock(mutex_);
+    if (is_whole) ++counters_.whole_reads;
   }
-  if (!next) return false;
+  // Also right after a read: a host that changes the model in each turn leaves no other moment.
+  Write* next = nullptr;
+  {
+    const std::lock_guard lock(mutex_);
+    if (writes_.empty()) return is_due;
+    next = writes_.front();
+    writes_.pop_front();
+    next->state = Write::State::running;
+  }
   carry_out(*state, *next);
   return true;
 }
@@ -456,8 +456,10 @@ Refusal Model::Impl::write(Make make) {
     return settled_.wait_until(lock, deadline, is_over);
   };
   for (int attempt = 1;; ++attempt) {
+    // What the host has changed before this request has to be read. It may have gone on since.
+    const std::uint64_t needed = changes_.load(std::memory_order_acquire);
     schedule();
-    const bool is_read = wait([&] { return is_stopped_ || is_detached_ || is_current(); });
+    const bool is_read = wait([&] { return is_stopped_ || is_detached_ || shown_changes_ >= needed; });
     if (is_stopped_) return refuse(Kind::stopped, stopping);
     if (!is_read) return late();
     const auto state = state_.lock();

@@ -17,6 +17,9 @@ namespace lrt::redland {
 
 namespace {
 
+/// librdf 1.0.17 makes an empty literal of one that begins with a NUL.
+bool becomes_another(const rdf::TermView& term) noexcept { return term.is_literal() && !term.text.empty() && term.text.front() == 0; }
+
 const unsigned char* bytes_of(const std::string& text) noexcept { return reinterpret_cast<const unsigned char*>(text.c_str()); }
 std::string_view text_of(const unsigned char* bytes, std::size_t size) noexcept { return {reinterpret_cast<const char*>(bytes), bytes ? size : 0}; }
 
@@ -120,6 +123,7 @@ librdf_node* to_node(librdf_world* world, const rdf::TermView& term) {
     case rdf::TermKind::blank: return librdf_new_node_from_counted_blank_identifier(world, bytes_of(text), text.size());
     case rdf::TermKind::literal: break;
   }
+  if (becomes_another(term)) return nullptr;
   if (!term.language.empty()) {
     const std::string tag(term.language);
     return librdf_new_node_from_typed_counted_literal(world, bytes_of(text), text.size(), tag.c_str(), tag.size(), nullptr);
@@ -139,12 +143,17 @@ librdf_statement* to_statement(librdf_world* world, const rdf::TermView& subject
   return librdf_new_statement_from_nodes(world, s.release(), p.release(), o.release());  // which frees them also if it fails
 }
 
-Result<Converted> to_graph(librdf_stream* stream, const GraphLimits& limits) {
+}  // namespace v0
+
+namespace {
+
+/// @param rows  gets the number of statements
+Result<Converted> read_stream(librdf_stream* stream, const GraphLimits& limits, std::size_t& rows) {
   Converted made;
   if (!stream) return unexpected(Errc::failed, "the storage returns no stream of its statements");
   Labels labels;
   std::string texts[3], fault;
-  for (; librdf_stream_end(stream) == 0; librdf_stream_next(stream)) {
+  for (; librdf_stream_end(stream) == 0; librdf_stream_next(stream), ++rows) {
     librdf_statement* const statement = librdf_stream_get_object(stream);
     if (!statement) return unexpected(Errc::failed, "the storage returns a stream that breaks off");
     librdf_node* const nodes[3] = {librdf_statement_get_subject(statement), librdf_statement_get_predicate(statement),
@@ -175,13 +184,22 @@ Result<Converted> to_graph(librdf_stream* stream, const GraphLimits& limits) {
   return made;
 }
 
+}  // namespace
+
+inline namespace v0 {
+
+Result<Converted> to_graph(librdf_stream* stream, const GraphLimits& limits) {
+  std::size_t rows = 0;
+  return read_stream(stream, limits, rows);
+}
+
 Result<Converted> to_graph(librdf_model* model, const GraphLimits& limits) {
   const StreamPointer stream(librdf_model_as_stream(model));
-  Result<Converted> made = to_graph(stream.get(), limits);
+  std::size_t rows = 0;
+  Result<Converted> made = read_stream(stream.get(), limits, rows);
   const int size = librdf_model_size(model);
-  // Equal statements in several contexts, and those that RDF 1.1 does not tell apart, are one triple.
-  if (made && made->graph.empty() && made->left_out == 0 && size > 0)
-    return unexpected(Errc::failed, "the storage has " + std::to_string(size) + " statements and returns none");
+  if (made && size > 0 && rows < static_cast<std::size_t>(size))
+    return unexpected(Errc::failed, "the storage has " + std::to_string(size) + " statements and returns " + std::to_string(rows));
   return made;
 }
 
@@ -236,6 +254,9 @@ void walk_ends(void* context) { delete static_cast<Walk*>(context); }
 }  // namespace
 
 librdf_stream* to_stream(librdf_world* world, std::shared_ptr<const rdf::Graph> graph) {
+  // For librdf a stream without an object is at its end.
+  for (std::size_t id = 0; id < graph->term_count(); ++id)
+    if (becomes_another(graph->term(static_cast<rdf::TermId>(id)))) return nullptr;
   auto walk = std::make_unique<Walk>(world, std::move(graph));
   librdf_stream* const stream = librdf_new_stream(world, walk.get(), walk_is_over, walk_on, walk_here, walk_ends);
   if (stream) (void)walk.release();  // NOLINT(bugprone-unused-return-value): walk_ends() frees it
@@ -246,7 +267,7 @@ Result<std::size_t> add(librdf_model* model, const rdf::Graph& graph) {
   librdf_world* const world = librdf_storage_get_world(librdf_model_get_storage(model));
   const std::shared_ptr<const rdf::Graph> borrowed(&graph, [](const rdf::Graph*) {});
   const StreamPointer stream(to_stream(world, borrowed));
-  if (!stream) return unexpected(Errc::failed, "no memory");
+  if (!stream) return unexpected(Errc::failed, "librdf takes no literal that begins with a NUL, or has no memory; nothing was added");
   const bool is_transaction = librdf_model_transaction_start(model) == 0;
   std::size_t count = 0;
   const auto fails = [&](const std::string& why) {
@@ -255,9 +276,10 @@ Result<std::size_t> add(librdf_model* model, const rdf::Graph& graph) {
   };
   for (; librdf_stream_end(stream.get()) == 0; librdf_stream_next(stream.get()), ++count) {
     librdf_statement* const statement = librdf_stream_get_object(stream.get());
-    if (!statement) return fails("librdf makes no statement of a triple");
+    if (!statement) break;
     if (librdf_model_add_statement(model, statement) != 0) return fails("the storage refuses a statement");
   }
+  if (count != graph.size()) return fails("librdf makes no statement of a triple");
   if (is_transaction && librdf_model_transaction_commit(model) != 0) return fails("the storage does not commit");
   return count;
 }
