@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// A robot that keeps its tasks in Redland, in an SQLite file (task_list.hpp). It does one after another: "open", "working", "done". That was the whole
-// program; the lines between the dashes put the list on the web, where clients read it, query it, watch it and add tasks.
+// A robot that keeps its tasks in Redland, in an SQLite file (task_list.hpp). It does one after another. That was the whole program; the lines between the dashes put the list on the web, where clients read it, query it, watch it and add tasks.
 //
 //   ex_redland_host tasks.db --port 8080 &
 //   curl http://127.0.0.1:8080/world/tasks
 //   curl -X PATCH -H 'Content-Type: application/sparql-update' http://127.0.0.1:8080/world/tasks -d '
-//     INSERT DATA { <urn:task:3> a <urn:tasks#Task> ; <urn:tasks#title> "water the plants" ; <urn:tasks#state> "open" }'
+//     PREFIX schema: <http://schema.org/>
+//     INSERT DATA { <urn:task:3> a schema:Action ; schema:name "water the plants" ; schema:actionStatus schema:PotentialActionStatus }'
 
 #include <chrono>
 #include <csignal>
@@ -31,10 +31,10 @@ void on_signal(int) { ended = 1; }
 /// The robot's work: a task takes a second. True: the list has changed.
 bool work(TaskList& tasks, Clock::time_point& busy_until) {
   if (Clock::now() < busy_until) return false;
-  if (const auto task = tasks.find("working")) return tasks.move(*task, "working", "done"), true;
-  const auto task = tasks.find("open");
+  if (const auto task = tasks.find(TaskList::active)) return tasks.move(*task, TaskList::active, TaskList::done), true;
+  const auto task = tasks.find(TaskList::open);
   if (!task) return false;
-  tasks.move(*task, "open", "working");
+  tasks.move(*task, TaskList::open, TaskList::active);
   busy_until = Clock::now() + std::chrono::seconds(1);
   return true;
 }

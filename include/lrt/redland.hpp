@@ -161,16 +161,19 @@ class LRT_API Model {
 
 // ----------------------------------------------------------------------------------------------------------- conversions
 //
-// With the thread that owns the librdf_world. Terms as in the table above, IRIs as they are.
+// Terms as in the table above, IRIs as they are.
 
 /// A term of lrt.
 /// @par Errors  expected_rdf: what RDF 1.1 does not have, with the reason
+/// @par Threads  The one that owns the librdf_world.
 LRT_API Result<rdf::Term> to_term(librdf_node* node);
 /// A node of Redland, to be freed by librdf_free_node(). Its blank nodes have the label as identifier.
 /// @return  nullptr: librdf refuses it, or would make another one of it (a literal that begins with a NUL), or has no memory
+/// @par Threads  The one that owns the librdf_world.
 LRT_API librdf_node* to_node(librdf_world* world, const rdf::TermView& term);
 /// A statement of Redland, to be freed by librdf_free_statement().
 /// @return  as to_node()
+/// @par Threads  The one that owns the librdf_world.
 LRT_API librdf_statement* to_statement(librdf_world* world, const rdf::TermView& subject, const rdf::TermView& predicate,
                                        const rdf::TermView& object);
 
@@ -186,18 +189,22 @@ struct Converted {
 };
 /// Reads what is left of a stream, which the caller frees.
 /// @par Errors  limit_exceeded; expected_rdf: GraphLimits::refuses_foreign_terms; failed: the stream has no statement where it should
+/// @par Threads  The one that owns the librdf_world.
 LRT_API Result<Converted> to_graph(librdf_stream* stream, const GraphLimits& limits = {});
 /// Reads a whole model.
 /// @par Errors  the same; failed: the storage returns fewer statements than it has
+/// @par Threads  The one that owns the librdf_world.
 LRT_API Result<Converted> to_graph(librdf_model* model, const GraphLimits& limits = {});
 /// A stream of the triples, one at a time, to be freed by librdf_free_stream() before the world. Blank nodes have new
 /// identifiers of that world.
 /// @return  nullptr: a literal that to_node() refuses, or no memory
+/// @par Threads  The one that owns the librdf_world.
 LRT_API librdf_stream* to_stream(librdf_world* world, std::shared_ptr<const rdf::Graph> graph);
 /// Adds the triples to a model, in one transaction if its storage has transactions and none is open. Blank nodes get new
 /// identifiers.
 /// @return      how many were added or there already
 /// @par Errors  failed: the storage refuses one; without a transaction those before it stay
+/// @par Threads  The one that owns the librdf_world.
 LRT_API Result<std::size_t> add(librdf_model* model, const rdf::Graph& graph);
 
 }  // namespace v0

@@ -98,6 +98,8 @@ struct Updating {
 GraphEdit::GraphEdit(const rdf::Graph& before, std::size_t bytes, std::string base, const GraphOptions& limits)
     : before_(before.size()), base_(std::move(base)), limits_(limits), graph_(before), first_new_(place_limit(before)), bytes_(bytes) {}
 
+bool GraphEdit::has_much_unused(const rdf::Graph& graph) { return rdf::SharedGraph::has_much_unused(graph); }
+
 std::string GraphEdit::resolved(std::string_view iri) {
   if (iri::is_absolute(iri)) return std::string(iri);
   Result<std::string> whole = iri::resolve(base_, iri);
@@ -512,7 +514,7 @@ std::optional<GraphRefusal> GraphState::write(const GraphWrite& wanted, bool wai
     GraphEdit::Graphs others;
     const Version before = saving ? newest() : newest(others);
     if (wanted.expected && *wanted.expected != before.revision) return GraphRefusal{GraphRefusal::Kind::changed};
-    if (!waits && rdf::SharedGraph::has_much_unused(*before.graph))
+    if (!waits && GraphEdit::has_much_unused(*before.graph))
       return GraphRefusal{GraphRefusal::Kind::busy};  // one that may take long writes it anew
     GraphEdit edit(*before.graph, before.bytes, iri(), options_);
     if (!waits) edit.leave_unused();

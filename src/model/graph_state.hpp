@@ -39,6 +39,8 @@ class GraphEdit {
   /// @param base    IRI of the graph
   /// @param limits  also of a document that is read for it
   LRT_INTERNAL_API GraphEdit(const rdf::Graph& before, std::size_t bytes, std::string base, const GraphOptions& limits);
+  /// Much of the memory of a large graph is unused: who may take long writes it anew.
+  LRT_INTERNAL_API static bool has_much_unused(const rdf::Graph& graph);
   /// take() leaves what is not used any more where it is.
   void leave_unused() noexcept { compacts_ = false; }
   using Graphs = std::vector<std::shared_ptr<const rdf::Graph>>;

@@ -90,7 +90,7 @@ class SharedGraph {
   /// @pre  the other one has not got this form
   static Graph with_new_blanks(const Graph& graph);
   /// More than an eighth of its places are unused, or it is small now.
-  LRT_INTERNAL_API static bool has_much_unused(const Graph& graph);
+  static bool has_much_unused(const Graph& graph);
   /// Writes such a graph anew, and a small one without this form. Costs as much as the graph is large.
   static void compact(Graph& graph);
 

@@ -7,7 +7,6 @@
 
 #include "src/base/turns.hpp"
 #include "src/rdf/difference.hpp"
-#include "src/rdf/shared_graph.hpp"
 
 // librdf 1.0.17 exports it and counts by it, but its headers do not declare it.
 extern "C" __attribute__((weak)) void librdf_model_add_reference(librdf_model* model);
@@ -287,7 +286,7 @@ void Model::Impl::begin_read(std::uint64_t changes) {
   const auto state = state_.lock();
   GraphState::Version before = state->version();
   // A version of which much is unused is written anew in steps, too.
-  const bool anew = rdf::SharedGraph::has_much_unused(*before.graph);
+  const bool anew = GraphEdit::has_much_unused(*before.graph);
   GraphEdit edit(anew ? rdf::Graph() : *before.graph, anew ? 0 : before.bytes, state->iri(), graph_options_);
   edit.leave_unused();
   pass_.reset(new Pass{changes, std::move(before), anew, std::move(edit), nullptr});
@@ -323,11 +322,10 @@ bool Model::Impl::advance(GraphState& state, Clock::time_point until) {
   }
   if (!pass.anew && pass.known < pass.before.graph->size()) {
     const rdf::Graph& before = *pass.before.graph;
-    const auto all = before.match(std::nullopt, std::nullopt, std::nullopt);
+    if (!pass.all) pass.at = pass.all.emplace(before.match(std::nullopt, std::nullopt, std::nullopt)).begin();
     std::size_t rows = 0;
-    for (auto at = all.begin(); at != all.end(); ++at) {
-      if (at.place() < pass.place) continue;
-      if (++rows % rows_between_looks == 0 && Clock::now() >= until) return pass.place = at.place(), false;
+    for (auto& at = pass.at; at != pass.all->end(); ++at) {
+      if (++rows % rows_between_looks == 0 && Clock::now() >= until) return false;
       if (at.place() < pass.seen.size() && pass.seen[at.place()]) continue;
       const rdf::TermView s = before.term(at->subject), p = before.term(at->predicate), o = before.term(at->object);
       pass.edit.remove(&s, &p, &o);
@@ -613,11 +611,6 @@ StatementPointer Model::Impl::statement_of(const rdf::Graph& graph, const rdf::T
   return made;
 }
 
-StreamPointer Model::Impl::find(librdf_statement* statement) const {
-  return StreamPointer(context_ ? librdf_model_find_statements_in_context(model_, statement, context_.get())
-                                : librdf_model_find_statements(model_, statement));
-}
-
 Refusal Model::Impl::apply(const Change& change, WorldUse::Listening& listening) {
   for (const StatementPointer& statement : change.removed)
     if (auto refused = remove(statement.get(), listening)) return refused;
@@ -635,17 +628,6 @@ bool same_object(librdf_statement* a, librdf_statement* b) {
   return first && second && *first == *second;
 }
 
-/// The statements with the same subject and predicate, and the same object as RDF 1.1 sees it.
-/// @param all  with any object
-std::vector<StatementPointer> alike(librdf_stream* all, librdf_statement* wanted) {
-  std::vector<StatementPointer> found;
-  for (; all && librdf_stream_end(all) == 0; librdf_stream_next(all)) {
-    librdf_statement* const one = librdf_stream_get_object(all);
-    if (one && same_object(one, wanted)) found.emplace_back(librdf_new_statement_from_statement(one));
-  }
-  return found;
-}
-
 Refusal failed(const std::string& sentence, WorldUse::Listening& listening) {
   const std::string why = listening.take();
   return refuse(says_full(why) ? Kind::store_full : Kind::store_failed, with_reason(sentence, why));
@@ -653,40 +635,46 @@ Refusal failed(const std::string& sentence, WorldUse::Listening& listening) {
 
 }  // namespace
 
-Refusal Model::Impl::remove(librdf_statement* statement, WorldUse::Listening& listening) {
-  // "x" and "x"^^xsd:string, "x"@en and "x"@EN are one triple of RDF 1.1, and may be two statements.
-  librdf_node* const object = librdf_statement_get_object(statement);
-  const bool may_be_several =
-      librdf_node_is_literal(object) != 0 && (librdf_node_get_literal_value_language(object) || !librdf_node_get_literal_value_datatype_uri(object));
-  StatementPointer pattern;
-  if (may_be_several)
-    pattern.reset(librdf_new_statement_from_nodes(use_->world(), librdf_new_node_from_node(librdf_statement_get_subject(statement)),
-                                                  librdf_new_node_from_node(librdf_statement_get_predicate(statement)), nullptr));
+/// The statements that are one triple of RDF 1.1: "x" and "x"^^xsd:string, "x"@en and "x"@EN may be several. Found by subject and predicate, because the
+/// storage `hashes` looks at all statements for one that is given as a whole.
+std::vector<StatementPointer> Model::Impl::alike(librdf_statement* wanted) const {
   std::vector<StatementPointer> found;
-  {
-    const StreamPointer all = find(may_be_several ? pattern.get() : statement);
-    if (!all) return failed("the storage cannot be searched", listening);
-    found = alike(all.get(), statement);
+  const StatementPointer pattern(librdf_new_statement_from_nodes(use_->world(), librdf_new_node_from_node(librdf_statement_get_subject(wanted)),
+                                                                 librdf_new_node_from_node(librdf_statement_get_predicate(wanted)), nullptr));
+  if (!pattern) return found;
+  const StreamPointer all(context_ ? librdf_model_find_statements_in_context(model_, pattern.get(), context_.get())
+                                   : librdf_model_find_statements(model_, pattern.get()));
+  for (; all && librdf_stream_end(all.get()) == 0; librdf_stream_next(all.get())) {
+    librdf_statement* const one = librdf_stream_get_object(all.get());
+    if (!one || !same_object(one, wanted)) continue;
+    StatementPointer copy(librdf_new_statement_from_statement(one));
+    // One that is in several contexts comes several times.
+    if (copy && std::none_of(found.begin(), found.end(), [&](const auto& known) { return librdf_statement_equals(known.get(), copy.get()) != 0; }))
+      found.push_back(std::move(copy));
   }
-  if (found.empty()) return refuse(Kind::changed, {});  // the host has removed it, and has not said so
-  for (const StatementPointer& one : found) {
-    if (!one) return failed("no memory for a statement", listening);
-    const int result =
-        context_ ? librdf_model_context_remove_statement(model_, context_.get(), one.get()) : librdf_model_remove_statement(model_, one.get());
-    const StreamPointer left = find(one.get());
-    const bool is_left = left && librdf_stream_end(left.get()) == 0;
-    if (is_left && !context_ && librdf_model_supports_contexts(model_) != 0)
-      return refuse(Kind::unsupported, "a statement is in a context of the model, from which this graph does not remove");
-    if (result != 0 || is_left) return failed("the storage does not remove a statement", listening);
+  return found;
+}
+
+Refusal Model::Impl::remove(librdf_statement* statement, WorldUse::Listening& listening) {
+  const std::vector<StatementPointer> found = alike(statement);
+  if (found.empty()) {
+    if (const std::string why = listening.take(); !why.empty()) return refuse(Kind::store_failed, "the storage cannot be searched: " + why);
+    return refuse(Kind::changed, {});  // the host has removed it, and has not said so
   }
+  int result = 0;
+  for (const StatementPointer& one : found)
+    result |= context_ ? librdf_model_context_remove_statement(model_, context_.get(), one.get()) : librdf_model_remove_statement(model_, one.get());
+  const bool is_left = !alike(statement).empty();
+  if (is_left && !context_ && librdf_model_supports_contexts(model_) != 0)
+    return refuse(Kind::unsupported, "a statement is in a context of the model, from which this graph does not remove");
+  if (result != 0 || is_left) return failed("the storage does not remove a statement", listening);
   return std::nullopt;
 }
 
 Refusal Model::Impl::add(librdf_statement* statement, WorldUse::Listening& listening) {
   const int result = context_ ? librdf_model_context_add_statement(model_, context_.get(), statement) : librdf_model_add_statement(model_, statement);
   if (result != 0) return failed("the storage does not take a statement", listening);
-  const StreamPointer all = find(statement);
-  if (alike(all.get(), statement).empty()) return failed("the storage does not return a statement as it was written", listening);
+  if (alike(statement).empty()) return failed("the storage does not return a statement as it was written", listening);
   return std::nullopt;
 }
 

@@ -29,7 +29,7 @@ inline namespace v0 {
 ///
 /// A read counts only if the host has not changed the model since it began (`changes_`). A write is made and judged elsewhere, on the version that is
 /// shown, and carried out only while that is what the model has.
-class Model::Impl final : public lrt::model::HostStore, public std::enable_shared_from_this<Impl> {
+class LRT_LOCAL Model::Impl final : public lrt::model::HostStore, public std::enable_shared_from_this<Impl> {
  public:
   using GraphState = lrt::model::GraphState;
   using GraphRefusal = lrt::model::GraphRefusal;
@@ -78,8 +78,9 @@ class Model::Impl final : public lrt::model::HostStore, public std::enable_share
     std::vector<bool> seen{};  ///< by place in the version before
     std::size_t rows = 0, known = 0, left_out = 0;
     std::string example{};  ///< of what was left out
-    std::uint32_t place = 0;
     bool compares = false;  ///< the stream is over: what was not seen is removed
+    std::optional<rdf::Graph::Matches> all{};
+    rdf::Graph::Matches::iterator at{};  ///< of `all`
   };
   class Job;
 
@@ -102,7 +103,7 @@ class Model::Impl final : public lrt::model::HostStore, public std::enable_share
   std::optional<GraphRefusal> apply(const Change& change, WorldUse::Listening& listening);
   std::optional<GraphRefusal> remove(librdf_statement* statement, WorldUse::Listening& listening);
   std::optional<GraphRefusal> add(librdf_statement* statement, WorldUse::Listening& listening);
-  StreamPointer find(librdf_statement* statement) const;
+  std::vector<StatementPointer> alike(librdf_statement* wanted) const;
   std::string iri_in_model(std::string_view iri, std::string& fault) const;
   StatementPointer statement_of(const rdf::Graph& graph, const rdf::Triple& triple, const Change& change, std::string& fault) const;
 

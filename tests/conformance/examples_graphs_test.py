@@ -65,6 +65,8 @@ def start(path, folder):
     if name in ("ex_mobile_base", "ex_own_transport", "ex_lws_host", "ex_ros_node", "ex_urdf_robot",
                 "ex_parameter_table", "ex_protobuf_host"):
         return Program(path, "--port", "0")
+    if name == "ex_redland_host":
+        return Program(path, os.path.join(str(folder), "tasks.db"), "--port", "0")
     if name == "ex_httplib_host":
         return Mounted(path, "0")
     assert re.match(r"t\d\d_", name), f"how is {name} started?"

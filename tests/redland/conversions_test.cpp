@@ -57,6 +57,12 @@ TEST_CASE("terms pass to Redland and back", "[redland]") {
     CHECK(redland::to_term(node).value().view() == term);
     librdf_free_node(node);
   }
+  librdf_statement* const statement =
+      redland::to_statement(stranger.world(), rdf::iri("urn:a"), rdf::iri("urn:p"), rdf::tagged_literal("chat", "fr"));
+  REQUIRE(statement);
+  CHECK(librdf_model_add_statement(stranger.model(), statement) == 0);
+  librdf_free_statement(statement);
+  CHECK(stranger.has(stranger.uri("urn:a"), stranger.uri("urn:p"), stranger.text("chat", "fr")));
   CHECK_FALSE(redland::to_node(stranger.world(), rdf::literal(std::string_view("\0b", 2))));
   librdf_node* const relative = stranger.uri("not/absolute");
   CHECK(redland::to_term(relative).error().code == Errc::expected_rdf);
