@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A robot that keeps its tasks in Redland, in an SQLite file (task_list.hpp). It does one after another. That was the whole program; the lines between the dashes put the list on the web, where clients read it, query it, watch it and add tasks.
+// A robot that keeps its tasks in Redland, in an SQLite file (task_list.hpp), and does one after another. That was the whole program. The lines
+// between the dashes put the list on the web, where clients read it, watch it and add tasks.
 //
 //   ex_redland_host tasks.db --port 8080 &
 //   curl http://127.0.0.1:8080/world/tasks

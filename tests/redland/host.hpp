@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <time.h>
+
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <functional>
@@ -129,7 +132,9 @@ class Host {
   }
   void turn() {
     if (in_turn) in_turn();
+    const double before = cpu_seconds();
     server->poll();
+    longest_poll = std::max(longest_poll, cpu_seconds() - before);
     std::this_thread::sleep_for(std::chrono::microseconds(200));
   }
   /// A request, while the host's loop turns.
@@ -163,6 +168,14 @@ class Host {
   std::optional<Server> server;
   std::optional<redland::Model> model;
   std::function<void()> in_turn;
+  double longest_poll = 0;  ///< seconds of CPU: others do not count
+
+ private:
+  static double cpu_seconds() {
+    timespec now{};
+    ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+    return static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec) * 1e-9;
+  }
 };
 
 }  // namespace lrt::test

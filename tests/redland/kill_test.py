@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Kills a host at random moments while clients write its model of Redland, which is in an SQLite file, and while the host counts in it. After each restart the
+"""Fills the disk of a host whose model of Redland is in an SQLite file: 507, and nothing has changed. Then kills a host at random moments while clients write its model of Redland, which is in an SQLite file, and while the host counts in it. After each restart the
 model must have what was acknowledged last, a PATCH is there as a whole or not at all, and so is a change of the host.
 
 LRT_KILLS says how many times; the default is short.
@@ -15,7 +15,7 @@ import threading
 import time
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "conformance"))
-from robot_process import PATIENCE, Program, until  # noqa: E402
+from robot_process import PATIENCE, Program, http_request, until  # noqa: E402
 
 CLIENTS = 4
 UPDATE = {"Content-Type": "application/sparql-update"}
@@ -26,6 +26,9 @@ class Tasks(Program):
 
     def __init__(self, file):
         super().__init__(Tasks.program, "serve", file, "--port", "0")
+
+    def patch(self, update):
+        return http_request("PATCH", self.at("world/tasks"), update, UPDATE)
 
     def values(self):
         """subject: its values"""
@@ -101,7 +104,28 @@ def check(values, known):
     return lost
 
 
-def main(program):
+def fill_disk(folder, library):
+    """By a library that refuses to write (tests/attack/full_disk.cpp)."""
+    switch, file = os.path.join(folder, "full"), os.path.join(folder, "on_full_disk.db")
+    os.environ.update({"LD_PRELOAD": library, "LRT_FULL_DISK": switch})
+    try:
+        with Tasks(file) as host:
+            host.patch("INSERT DATA { <urn:f> <urn:p> '1' }").expect(204)
+            with open(switch, "w"):
+                pass
+            refused = host.patch("INSERT DATA { <urn:f> <urn:p> '2', '3' }").expect(507)
+            assert "disk is full" in refused.body, refused
+            until(lambda: host.get("world/tasks").status == 200, "the graph is shown on a full disk")
+            assert host.values()["f"] == {1}, host.values()
+            os.remove(switch)
+            until(lambda: host.patch("INSERT DATA { <urn:f> <urn:p> '4' }").status == 204, "the disk takes writes again")
+            assert host.values()["f"] == {1, 4}, host.values()
+    finally:
+        del os.environ["LD_PRELOAD"], os.environ["LRT_FULL_DISK"]
+    print("a full disk, by a library: 507 with the message of SQLite; nothing refused is there", flush=True)
+
+
+def main(program, library=None):
     Tasks.program = program
     seed = int(os.environ.get("LRT_SEED", random.randrange(1 << 32)))
     random.seed(seed)
@@ -109,6 +133,10 @@ def main(program):
     print(f"LRT_SEED={seed}")
     with tempfile.TemporaryDirectory() as folder:
         file = os.path.join(folder, "tasks.db")
+        if library:
+            fill_disk(folder, library)
+        else:
+            print("skipped: a full disk, because the library for it is not built (sanitizers come first)")
         known, lost, acknowledged = {}, 0, 0
         for _ in range(kills):
             host = Tasks(file)
