@@ -116,6 +116,7 @@ TEST_CASE("a host that changes the model in each turn does not starve readers or
     stranger.add("urn:turn", p, "0");
     Host host(stranger, [&](Options&, GraphOptions&, redland::Options& how) {
       how.owner = owner;
+      how.max_write = 1000;
       how.max_step = std::chrono::microseconds(100);
       how.write_timeout = std::chrono::seconds(25);
     });
