@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <variant>
 
 #include <lrt/base/result.hpp>
@@ -49,6 +50,7 @@ class HostStore {
 struct GraphAccess {
   /// nullptr: the handle is empty
   static const std::shared_ptr<GraphState>& state_of(const WorldGraph& graph) noexcept { return graph.state_; }
+  static WorldGraph handle_of(std::shared_ptr<GraphState> state) noexcept { return WorldGraph(std::move(state)); }
 };
 
 }  // namespace v0

@@ -65,7 +65,6 @@ Model::Impl::Impl(std::shared_ptr<WorldUse> use, librdf_model* model, Options op
 Model::Impl::~Impl() = default;
 
 void Model::Impl::serve(const WorldGraph& graph) {
-  graph_ = graph;
   const auto& state = lrt::model::GraphAccess::state_of(graph);
   state_ = state;
   state->set_store(shared_from_this());

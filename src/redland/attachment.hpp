@@ -48,7 +48,7 @@ class LRT_LOCAL Model::Impl final : public lrt::model::HostStore, public std::en
   void changed() noexcept;
   Result<void> call(const std::function<void(librdf_model*)>& work);
   void detach() noexcept;
-  const WorldGraph& graph() const noexcept { return graph_; }
+  WorldGraph graph() const { return lrt::model::GraphAccess::handle_of(state_.lock()); }
   Result<void> state() const;
   Counters counters() const;
 
@@ -115,8 +115,7 @@ class LRT_LOCAL Model::Impl final : public lrt::model::HostStore, public std::en
   const GraphOptions graph_options_;
   const std::string own_base_;  ///< World::base
   std::shared_ptr<WorldUse> use_;
-  WorldGraph graph_;
-  std::weak_ptr<GraphState> state_;  // which owns this
+  std::weak_ptr<GraphState> state_;  ///< which owns this
   std::atomic<std::uint64_t> changes_{1};
 
   // The owner's.
