@@ -125,7 +125,7 @@ class LRT_API Model {
   ///              storage without contexts, another Owner than other models of the librdf_world have; duplicate_path:
   ///              the path, or the model is attached already; those of World::graph(); failed: the storage does not
   ///              return its statements; limit_exceeded: GraphOptions::max_triples, max_bytes; expected_rdf:
-  ///              Options::refuses_foreign_terms
+  ///              Options::refuses_foreign_terms. After one of reading, the World has the graph, which is 503.
   /// @par Time    Proportional to the model: 1 to 3 us for each statement.
   static Result<Model> attach(World& world, std::string_view path, librdf_model* model, Options options = {}, GraphOptions graph = {});
 

@@ -114,6 +114,8 @@ class OwnRepresentation {
     (void)type;
     throw std::logic_error("a resource has variants that are answers, and makes none");
   }
+  /// unavailable: why there is no representation now.
+  virtual Result<void> check() const { return {}; }
   /// False: its first representation is not available yet, and its observers wait for it.
   virtual bool has_representation() const noexcept { return true; }
   /// The entity tag of a resource that is too large to be encoded for a comparison; empty: the tag is computed from the bytes.

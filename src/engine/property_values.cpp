@@ -105,7 +105,7 @@ void for_each_seen(const ValueResource& values, const Audience& audience, F visi
 bool must_wait_for(const HostContent& content, const ValueResource& shown, bool current, const Audience& audience) {
   const bool is_own = &content.resource() == &shown;
   if (!is_own && audience.hides_something() && !audience.sees(content.resource())) return false;
-  return (content.is_read_each_time() && !current) || (is_own && content.has_fault());
+  return !current && (content.is_read_each_time() || (is_own && content.has_fault()));
 }
 
 }  // namespace

@@ -402,6 +402,8 @@ Result<Bytes> Representations::body_of(Resource& resource, std::size_t base, Var
     if (variant.encoder() < encodings.size() && encodings[variant.encoder()].made) return encodings[variant.encoder()].bytes;
     return unexpected(Errc::failed, "the value has not been encoded");
   }
+  if (const OwnRepresentation* const own = resource.own_representation())
+    if (Result<void> checked = own->check(); !checked) return Unexpected{std::move(checked).error()};
   Result<std::string> text = std::string();
   const ValueResource* const values = resource.values();
   if (variant.kind() == Variant::Kind::plain) {

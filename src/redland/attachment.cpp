@@ -539,9 +539,10 @@ Refusal Model::Impl::try_write(GraphState& state, Write& write) {
   const std::string no_transaction = listening.take();
   if (!is_transaction && !no_transaction.empty()) return refuse(Kind::late, "the storage begins no transaction now: " + no_transaction);
   if (!is_transaction && count > 1 && !options_.allows_partial_writes)
-    return refuse(Kind::unsupported, "this change is " + std::to_string(count) +
-                                         " statements, and the storage of this model has no transactions (or the robot's program has one open): "
-                                         "it could be left half made. Change one statement at a time");
+    return refuse(
+        Kind::unsupported,
+        "this change is more than one statement, and the storage of this model has no transactions (or the robot's program has one open): it "
+        "could be left half made. Change one statement at a time");
   Refusal refused = apply(change, listening);
   if (!refused && is_transaction && librdf_model_transaction_commit(model_) != 0) {
     const std::string why = listening.take();
@@ -565,8 +566,8 @@ Refusal Model::Impl::prepare(const Write& write, Change& change) {
   if (&before == &after) return std::nullopt;
   const rdf::Difference difference = rdf::difference(before, after);
   if (difference.removed.size() + difference.added.size() > options_.max_write)
-    return refuse(Kind::too_large, "this change is " + std::to_string(difference.removed.size() + difference.added.size()) + " statements; " +
-                                       std::to_string(options_.max_write) + " are allowed in one write, because the robot's program waits for it");
+    return refuse(Kind::too_large, "this change adds and removes more than " + std::to_string(options_.max_write) +
+                                       " statements, which one write may do, because the robot's program waits for it");
   std::string fault;
   for (const rdf::Triple& t : difference.removed) {
     change.removed.push_back(statement_of(before, t, change, fault));

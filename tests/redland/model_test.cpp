@@ -357,6 +357,30 @@ TEST_CASE("the limits of the graph hold for the model", "[redland]") {
   CHECK(host.model->state());
 }
 
+TEST_CASE("subscribers get no message while the model cannot be shown, and the next one when it can", "[redland]") {
+  Stranger stranger(trees);
+  stranger.add("urn:a", p, "0");
+  Host host(stranger, [](Options&, GraphOptions& graph, redland::Options&) { graph.max_triples = 5; });
+  StreamClient stream(host.server->port(), "/world/tasks?accept=application/n-triples");
+  std::vector<std::string> got;
+  const auto step = [&] {
+    stream.step();
+    for (const Event& event : stream.take()) got.push_back(event.data);
+  };
+  host.until([&] { return step(), !got.empty(); });
+  for (int i = 1; i < 10; ++i) stranger.add("urn:a", p, std::to_string(i));
+  host.changed();
+  CHECK(host.get().status == 503);
+  StreamClient late(host.server->port(), "/world/tasks?accept=application/n-triples");
+  for (int i = 0; i < 100; ++i) host.turn(), step(), late.step();
+  CHECK(got.size() == 1);
+  for (int i = 1; i < 9; ++i) stranger.remove("urn:a", p, std::to_string(i));
+  host.changed();
+  host.until([&] { return step(), got.size() > 1; });
+  CHECK(got.back().find("\"9\"") != std::string::npos);
+  CHECK_FALSE(stream.ended);
+}
+
 TEST_CASE("each use of a model has a defined result: twice, of one world, closed, detached", "[redland]") {
   Stranger stranger(sqlite), other(memory);
   stranger.add("urn:a", p, "1");

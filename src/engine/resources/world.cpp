@@ -425,6 +425,13 @@ void WorldGraphResource::for_each_host_content(FunctionRef<void(HostContent&)> v
 bool WorldGraphResource::is_read_each_time() const noexcept { return graph_state->store()->is_read_each_time(); }
 bool WorldGraphResource::has_fault() const { return !graph_state->fault().empty(); }
 
+Result<void> WorldGraphResource::check() const {
+  if (!graph_state->store()) return {};
+  std::string fault = graph_state->fault();
+  if (fault.empty()) return {};
+  return unexpected(Errc::unavailable, std::move(fault));
+}
+
 void WorldGraphResource::read(UniqueFunction<void(const Result<void>&, TimePoint)> done) {
   struct Reading {
     Result<void> result;

@@ -63,6 +63,7 @@ class WorldGraphResource final : public ValueResource, public OwnRepresentation,
   std::shared_ptr<const rdf::Graph> graph(const EngineView& view) const;
   std::shared_ptr<const rdf::Graph> kept_graph(const EngineView& engine) const override { return graph(engine); }
   bool is_of_users() const noexcept override { return published_.empty(); }
+  Result<void> check() const override;
   bool is_change_for(const QueryDependencies& query, const std::string& base) const override;
   /// The same without published values.
   const std::shared_ptr<const rdf::Graph>& stored() const noexcept { return version_.graph; }
