@@ -514,8 +514,7 @@ std::optional<GraphRefusal> GraphState::write(const GraphWrite& wanted, bool wai
     GraphEdit::Graphs others;
     const Version before = saving ? newest() : newest(others);
     if (wanted.expected && *wanted.expected != before.revision) return GraphRefusal{GraphRefusal::Kind::changed};
-    if (!waits && GraphEdit::has_much_unused(*before.graph))
-      return GraphRefusal{GraphRefusal::Kind::busy};  // one that may take long writes it anew
+    if (!waits && GraphEdit::has_much_unused(*before.graph)) return GraphRefusal{GraphRefusal::Kind::busy};  // one that may take long writes it anew
     GraphEdit edit(*before.graph, before.bytes, iri(), options_);
     if (!waits) edit.leave_unused();
     if (!options_.file.empty()) edit.keep_changes(std::move(others));
