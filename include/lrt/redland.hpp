@@ -48,7 +48,7 @@ inline namespace v0 {
 /// Which thread uses the librdf_world of a model. librdf has no locks: there is one for each world, also for several
 /// models of it.
 enum class Owner : std::uint8_t {
-  host,    ///< the host's: the one that calls Server::poll() or run(), where lrt does its steps
+  host,    ///< the host's: the one that calls Server::poll() or run(), where lrt does its steps. Not with Server::start()
   thread,  ///< one that lrt starts. The host uses the world in Model::call() only, from attach() until detach()
 };
 
