@@ -288,7 +288,7 @@ void Model::Impl::begin_read(std::uint64_t changes) {
   const bool anew = GraphEdit::has_much_unused(*before.graph);
   GraphEdit edit(anew ? rdf::Graph() : *before.graph, anew ? 0 : before.bytes, state->iri(), graph_options_);
   edit.leave_unused();
-  pass_.reset(new Pass{changes, std::move(before), anew, std::move(edit), nullptr});
+  pass_ = std::make_unique<Pass>(Pass{changes, std::move(before), anew, std::move(edit), nullptr});
   {
     const std::lock_guard lock(mutex_);
     readers_of_pass_.swap(readers_);
