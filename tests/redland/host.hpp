@@ -35,7 +35,8 @@ struct StorageKind {
 inline constexpr StorageKind memory{"memory", "", "", false};
 inline constexpr StorageKind hashes{"hashes", "t", "hash-type='memory'", false};
 inline constexpr StorageKind trees{"trees", "t", "", false};
-inline constexpr StorageKind sqlite{"sqlite", "%", "new='yes',synchronous='off'", true};
+inline constexpr StorageKind sqlite{"sqlite", ":memory:", "new='yes'", true};  // no test waits for the disk, unless it is about that
+inline constexpr StorageKind sqlite_file{"sqlite", "%", "new='yes'", true};
 inline constexpr StorageKind all_storages[] = {memory, hashes, trees, sqlite};
 
 /// A program that uses librdf, and knows nothing of lrt.
@@ -46,7 +47,8 @@ class Stranger {
     librdf_world_open(world_);
     if (logger) librdf_world_set_logger(world_, logger_data, logger);
     std::string options = kind.options + (more.empty() ? std::string() : (*kind.options != 0 ? "," : "") + more);
-    const std::string store = *kind.store == '%' ? file() : kind.store;
+    if (*kind.store == '%') folder_.emplace();
+    const std::string store = folder_ ? *folder_ / "store.db" : kind.store;
     storage_ = librdf_new_storage(world_, kind.name, store.empty() ? nullptr : store.c_str(), options.c_str());
     if (!storage_) throw std::runtime_error(std::string("no storage ") + kind.name + " (vendor/install.sh librdf)");
     model_ = librdf_new_model(world_, storage_, nullptr);
@@ -65,7 +67,6 @@ class Stranger {
 
   librdf_world* world() const noexcept { return world_; }
   librdf_model* model() const noexcept { return model_; }
-  std::string file() const { return folder_ / "store.db"; }
 
   librdf_node* uri(const std::string& text) const { return librdf_new_node_from_uri_string(world_, bytes(text)); }
   librdf_node* text(const std::string& text, const char* language = nullptr) const {
@@ -93,7 +94,7 @@ class Stranger {
 
  private:
   static const unsigned char* bytes(const std::string& text) { return reinterpret_cast<const unsigned char*>(text.c_str()); }
-  Folder folder_;
+  std::optional<Folder> folder_;
   librdf_world* world_;
   librdf_storage* storage_ = nullptr;
   librdf_model* model_ = nullptr;

@@ -172,7 +172,7 @@ TEST_CASE("an error of the storage reaches the client with Redland's message, an
 }
 
 TEST_CASE("a storage that cannot write is 500, and the graph is as it was", "[redland][not_emulated]") {
-  Stranger stranger(sqlite, {}, log_nothing);
+  Stranger stranger(sqlite_file, {}, log_nothing);
   for (int i = 0; i < 20; ++i) stranger.add("urn:a", p, std::to_string(i));
   Host host(stranger, [](Options&, GraphOptions&, redland::Options& how) { how.logger = log_nothing; });
   rlimit before{};

@@ -97,8 +97,7 @@ int times(const std::string& name, int count) {
   for (const StorageKind& one : all_storages)
     if (one.name == name) kind = &one;
   if (!kind) return std::fprintf(stderr, "unknown storage %s\n", name.c_str()), 2;
-  StorageKind synced = *kind;
-  if (kind->has_transactions) synced.options = "new='yes'";
+  const StorageKind synced = kind->has_transactions ? sqlite_file : *kind;
   const long at_begin = resident_mb();
   Stranger stranger(synced);
   const Took load = measure([&] {
