@@ -3,6 +3,7 @@
 #   liblrt0                    lrt, lrt::query, lrt::client and what is beside it: they need no library that lrt does not need
 #   liblrt-urdf0, liblrt-mqtt0, liblrt-protobuf0 apart: a robot without a description, a broker or messages does not install XML parsers, libmosquitto
 #                              or libprotobuf
+#   liblrt-ros2-0              apart: a robot without ROS 2 does not install Fast DDS
 #   liblrt-dev, lrt-tools, and a -dbgsym package for each with programs or libraries
 if(NOT BUILD_SHARED_LIBS OR NOT CMAKE_SYSTEM_NAME STREQUAL "Linux")
   return()
@@ -71,6 +72,11 @@ if(TARGET lrt_protobuf)
   lrt_debian_binary(lrt_protobuf_runtime liblrt-protobuf${LRT_ABI} libs "robots as Linked Robotic Things (Protocol Buffers)"
                     "This package has the library for messages of Protocol Buffers." "liblrt${LRT_ABI} ${lrt_this_version}")
   string(APPEND lrt_runtimes ", liblrt-protobuf${LRT_ABI} ${lrt_this_version}")
+endif()
+if(TARGET lrt_ros2)
+  lrt_debian_binary(lrt_ros2_runtime liblrt-ros2-${LRT_ABI} libs "robots as Linked Robotic Things (ROS 2)"
+                    "This package has the library for ROS 2 graphs." "liblrt${LRT_ABI} ${lrt_this_version}, liblrt-urdf${LRT_ABI} ${lrt_this_version}")
+  string(APPEND lrt_runtimes ", liblrt-ros2-${LRT_ABI} ${lrt_this_version}")
 endif()
 lrt_debian_binary(lrt_dev liblrt-dev libdevel "robots as Linked Robotic Things (development files)"
                   "This package has the headers and the files for CMake and pkg-config." "${lrt_runtimes}")

@@ -5,7 +5,7 @@ include(CMakePackageConfigHelpers)
 
 set(LRT_INSTALL_CMAKEDIR ${CMAKE_INSTALL_LIBDIR}/cmake/lrt)
 set(LRT_INSTALL_PKGCONFIGDIR ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
-set(LRT_COMPONENTS client check codegen mirror query urdf mqtt protobuf)  # libraries besides lrt itself
+set(LRT_COMPONENTS client check codegen mirror query urdf mqtt protobuf ros2)  # libraries besides lrt itself
 
 # What an archive is linked with, which its user therefore needs: packages for CMake, and modules or libraries for pkg-config. A shared
 # library has found its own.
@@ -42,6 +42,12 @@ if(lrt_type STREQUAL "STATIC_LIBRARY")
   lrt_archive_needs(urdf Tinyxml2 tinyxml2)
   lrt_archive_needs(mqtt Mosquitto libmosquitto)
   lrt_archive_needs(protobuf Libprotobuf protobuf)
+  lrt_archive_needs(ros2 OpenSSL openssl)
+  lrt_archive_needs(ros2 Fastdds)
+  if(TARGET lrt_ros2)
+    find_package(Fastdds QUIET)
+    set(LRT_LIBS_ros2 -l${Fastdds_LIBRARY_TARGET} -lfastcdr)  # Debian has no pkg-config file of it
+  endif()
 endif()
 
 set(LRT_DESCRIPTION_lrt "${PROJECT_DESCRIPTION}")
@@ -53,6 +59,7 @@ set(LRT_DESCRIPTION_query "SPARQL queries to a robot's Linked Robotic Things")
 set(LRT_DESCRIPTION_urdf "Robot descriptions (URDF) as Linked Robotic Things")
 set(LRT_DESCRIPTION_mqtt "Linked Robotic Things on an MQTT broker")
 set(LRT_DESCRIPTION_protobuf "Messages of Protocol Buffers as values of Linked Robotic Things")
+set(LRT_DESCRIPTION_ros2 "ROS 2 graphs as Linked Robotic Things")
 set(LRT_PC_PREFIX "\${pcfiledir}")  # so that an installed tree can be moved
 if(NOT IS_ABSOLUTE "${LRT_INSTALL_PKGCONFIGDIR}")
   file(RELATIVE_PATH up "/p/${LRT_INSTALL_PKGCONFIGDIR}" "/p")
@@ -81,12 +88,14 @@ foreach(library lrt ${LRT_COMPONENTS})
   else()
     set(target lrt_${library})
     set(package lrt_runtime)
-    if(library MATCHES "urdf|mqtt|protobuf")  # a Debian package of its own: see LrtDebian.cmake
+    if(library MATCHES "urdf|mqtt|protobuf|ros2")  # a Debian package of its own: see LrtDebian.cmake
       set(package lrt_${library}_runtime)
     endif()
     set(LRT_PC_REQUIRES "lrt = ${PROJECT_VERSION}")
     if(library MATCHES "check|codegen|mirror")
       set(LRT_PC_REQUIRES "lrt-client = ${PROJECT_VERSION}")
+    elseif(library STREQUAL "ros2")
+      set(LRT_PC_REQUIRES "lrt-urdf = ${PROJECT_VERSION}")
     endif()
   endif()
   if(NOT TARGET ${target})

@@ -3,10 +3,11 @@
 # Installs what lrt needs and this machine lacks, from the distribution's own packages. Does nothing when all is there.
 #
 #   vendor/install.sh          what the library, the lessons and most tests need
-#   vendor/install.sh tests    that, lrt::urdf, lrt::mqtt, lrt::protobuf, and the clients of others that some tests use
+#   vendor/install.sh tests    that, lrt::urdf, lrt::mqtt, lrt::protobuf, lrt::ros2, and the clients of others that some tests use
 #   vendor/install.sh urdf     what the library needs, and lrt::urdf besides: what examples/run.sh needs
 #   vendor/install.sh mqtt     what the library needs, and lrt::mqtt besides, with a broker. Debian starts it as a service where systemd runs
 #   vendor/install.sh protobuf what the library needs, and lrt::protobuf besides, with the compiler of messages
+#   vendor/install.sh ros2     what the library needs, and lrt::ros2 besides, with the peers of its tests: Cyclone DDS, files of types
 #   vendor/install.sh browser  what the library and most tests need, and the browser for the test of the page
 #   vendor/install.sh proxies  what the library and most tests need, and the reverse proxies and caches of examples/reverse_proxy, examples/fleet_front
 #                              and their tests. Debian starts them as services where systemd runs
@@ -23,7 +24,8 @@ build="g++ cmake ninja-build pkg-config ccache librdf0-dev libpcre2-dev libboost
 urdf="libtinyxml2-dev"
 mqtt="libmosquitto-dev mosquitto mosquitto-clients"
 protobuf="libprotobuf-dev protobuf-compiler"
-tests="$urdf $mqtt $protobuf python3 python3-websockets python3-rdflib curl jq openssl libjwt-dev"
+ros2="$urdf libfastrtps-dev libfastcdr-dev libtomlplusplus-dev cyclonedds-dev cyclonedds-tools ros2-test-interface-files"
+tests="$urdf $mqtt $protobuf $ros2 python3 python3-websockets python3-rdflib curl jq openssl libjwt-dev"
 proxies="nginx-light haproxy caddy varnish"
 stores="virtuoso-opensource-7"
 browser="python3 chromium chromium-driver"
@@ -38,6 +40,7 @@ for group in "$@"; do
     urdf) wanted="$wanted $urdf" ;;
     mqtt) wanted="$wanted $mqtt" ;;
     protobuf) wanted="$wanted $protobuf" ;;
+    ros2) wanted="$wanted $ros2" ;;
     tests) wanted="$wanted $tests" ;;
     browser) wanted="$wanted $browser" ;;
     proxies) wanted="$wanted python3 python3-websockets openssl $proxies" ;;
@@ -46,7 +49,7 @@ for group in "$@"; do
     cross) wanted="$wanted $cross" ;;
     ci) wanted="$wanted $tests $browser $proxies $ros $cross $ci" ;;
     *)
-      echo "usage: $0 [build] [urdf] [mqtt] [protobuf] [tests] [browser] [proxies] [stores] [ros] [cross] [ci]" >&2
+      echo "usage: $0 [build] [urdf] [mqtt] [protobuf] [ros2] [tests] [browser] [proxies] [stores] [ros] [cross] [ci]" >&2
       exit 2
       ;;
   esac

@@ -1,0 +1,6 @@
+# SPDX-License-Identifier: Apache-2.0
+# The tests of lrt::ros2 and their peers.
+target_link_libraries(test_ros2 PRIVATE lrt::ros2)
+foreach(room types graph bridge program)
+  include(${CMAKE_CURRENT_LIST_DIR}/${room}.cmake OPTIONAL)
+endforeach()
