@@ -57,6 +57,7 @@ class LRT_API Mapping {
   /// @cond internal
   struct Rules;
   const Rules& rules() const noexcept;
+  static Mapping of(Rules rules);
   /// @endcond
 
  private:
@@ -83,7 +84,8 @@ struct Options {
   std::string path{};                      ///< of the Things: "robots/r7"; empty: below the root
   Allowed allowed{};                       ///< what clients may do
   Mapping mapping{};                       ///< of the user
-  std::string robot_description{};         ///< a URDF that is used instead of the topic robot_description; empty: that of the topic
+  std::string robot_description{};         ///< a URDF that is used instead of the topic /robot_description; empty: that of the topic
+  std::string robot_description_file{};    ///< the same, as a file; empty: none
   BridgeLimits limits{};                   ///< memory and rates
   LogCallback log{};                       ///< empty: messages are dropped
 };
