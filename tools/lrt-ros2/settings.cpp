@@ -99,7 +99,7 @@ constexpr Setting settings[] = {
     {"", "", "mapping", "FILE", Kind::list, "Units, frames, names and titles (.toml or .ttl)",
      [](Settings& s, const std::string& text) { return s.bridge.mapping.add_file(text); }},
     {"", "", "robot-description", "FILE", Kind::text, "A URDF, instead of the topic robot_description",
-     [](Settings& s, const std::string& text) { return s.robot_description_file = text, Set(); }},
+     [](Settings& s, const std::string& text) { return s.bridge.robot_description_file = text, Set(); }},
     {"", "", "path", "PATH", Kind::text, "Of the Things on the server: robots/r7; default: below the root",
      [](Settings& s, const std::string& text) { return s.bridge.path = text, Set(); }},
     {"", "", "localhost", "", Kind::flag, "Only nodes on this machine that have ROS_LOCALHOST_ONLY=1",
@@ -312,11 +312,6 @@ Result<Settings> read_settings(const std::vector<std::string>& arguments, Enviro
   for (const Given& one : *given)
     if (Set set = one.setting->set(s, one.value); !set)
       return unexpected(set.error().code, "--" + std::string(one.setting->option) + ": " + set.error().message);
-  if (!s.robot_description_file.empty()) {
-    std::ifstream urdf(s.robot_description_file, std::ios::binary);
-    s.bridge.robot_description.assign(std::istreambuf_iterator<char>(urdf), {});
-    if (!urdf || s.bridge.robot_description.empty()) return wrong("--robot-description: cannot read " + quoted(s.robot_description_file));
-  }
   if (s.server.security.tls && (s.server.security.tls->certificate_file.empty() || s.server.security.tls->key_file.empty()))
     return wrong("[security]: TLS needs both certificate and key");
   return s;

@@ -47,7 +47,6 @@ struct Settings {
   bool list = false, help = false, version = false;
   std::string completion;
   /// @}
-  std::string robot_description_file;
 };
 
 /// A variable of the environment; nullopt: it is not set, or is empty.
