@@ -126,7 +126,8 @@ struct DefinitionLimits {
 ///
 /// A type is named "PACKAGE/msg/NAME", "PACKAGE/srv/NAME" or "PACKAGE/action/NAME". Several definitions may have one name:
 /// robots and installations are of different years. Who knows the hash that a node announces names it, and gets the definition
-/// that has it, or an error. Without a hash the order is: folders and texts in the order of adding, nodes, shipped ones.
+/// that has it, or an error. Without a hash the order is: folders and texts in the order of adding, nodes, shipped ones as Humble
+/// has them, because its nodes announce none.
 ///
 /// Shipped are the messages of ROS 2's common packages as Jazzy has them, and as Humble has them where they differ.
 ///
