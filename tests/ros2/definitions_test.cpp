@@ -97,8 +97,8 @@ TEST_CASE("constants and defaults have values of their type", "[ros2]") {
 }
 
 TEST_CASE("comments belong to what they stand at", "[ros2]") {
-  const ParsedMessage m = parsed(
-      "# A thing.\n#\n# Of two lines.\n\n# lost\n\n# of a\nint32 a # [m]\n           # goes on\nint32 b\n#int32 c\n\n# of d\nint32 d\n");
+  const ParsedMessage m =
+      parsed("# A thing.\n#\n# Of two lines.\n\n# lost\n\n# of a\nint32 a # [m]\n           # goes on\nint32 b\n#int32 c\n\n# of d\nint32 d\n");
   CHECK(m.comment == "A thing.\nOf two lines.");
   REQUIRE(m.fields.size() == 3);
   CHECK(m.fields[0].field.comment == "of a\n[m]\ngoes on");
@@ -127,8 +127,8 @@ TEST_CASE("services and actions have parts", "[ros2]") {
 
 TEST_CASE("definitions in a row are those of bags", "[ros2]") {
   const std::string row(80, '=');
-  const auto all = parsed("demo/msg/Thing", "demo/Part part\n" + row + "\nMSG: demo/Part\nstd_msgs/Header header\n" + row + "\nMSG: std_msgs/msg/Header\n" +
-                                                "string frame_id\n");
+  const auto all = parsed("demo/msg/Thing", "demo/Part part\n" + row + "\nMSG: demo/Part\nstd_msgs/Header header\n" + row +
+                                                "\nMSG: std_msgs/msg/Header\n" + "string frame_id\n");
   REQUIRE(all.size() == 3);
   CHECK(all[1].name == "demo/msg/Part");
   CHECK(all[2].name == "std_msgs/msg/Header");
@@ -139,11 +139,44 @@ TEST_CASE("definitions in a row are those of bags", "[ros2]") {
 
 TEST_CASE("a malformed definition is refused with its line", "[ros2]") {
   CHECK(contains(fault("int32 a\nint32\n"), "line 2"));
-  for (const char* text : {"int32", "int32 1a", "int32 a b", "int32 a 1.5", "int8 a 128", "uint8 A=-1", "int32 a\nfloat64 a", "int32[0] a", "int32[-1] a",
-                           "int32[4294967296] a", "int32[ a", "int32] a", "int32<=3 a", "string<=0 s", "string<= s", "bool b maybe", "Other o 1",
-                           "Other O=1", "int32[] A=1", "int32[2] a [1]", "int32[<=1] a [1,2]", "int32[] a 1", "int32[] a [1,,2]", "int32[] a [1",
-                           "string s \"a\"b\"", "string<=2 s \"abc\"", "float32 f 1e39", "float64 f 1e999", "float64 f one", "int32 a 99999999999999999999",
-                           "int32 a -", "a/b/c/D d", "/D d", "D- d", "int32 a.b", "string[2] s [\"a, b]", "\xff", "int32 A="}) {
+  for (const char* text : {"int32",
+                           "int32 1a",
+                           "int32 a b",
+                           "int32 a 1.5",
+                           "int8 a 128",
+                           "uint8 A=-1",
+                           "int32 a\nfloat64 a",
+                           "int32[0] a",
+                           "int32[-1] a",
+                           "int32[4294967296] a",
+                           "int32[ a",
+                           "int32] a",
+                           "int32<=3 a",
+                           "string<=0 s",
+                           "string<= s",
+                           "bool b maybe",
+                           "Other o 1",
+                           "Other O=1",
+                           "int32[] A=1",
+                           "int32[2] a [1]",
+                           "int32[<=1] a [1,2]",
+                           "int32[] a 1",
+                           "int32[] a [1,,2]",
+                           "int32[] a [1",
+                           "string s \"a\"b\"",
+                           "string<=2 s \"abc\"",
+                           "float32 f 1e39",
+                           "float64 f 1e999",
+                           "float64 f one",
+                           "int32 a 99999999999999999999",
+                           "int32 a -",
+                           "a/b/c/D d",
+                           "/D d",
+                           "D- d",
+                           "int32 a.b",
+                           "string[2] s [\"a, b]",
+                           "\xff",
+                           "int32 A="}) {
     CAPTURE(text);
     CHECK(fault(text) != "parsed");
   }
