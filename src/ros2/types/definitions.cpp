@@ -305,7 +305,7 @@ class Definitions::Impl {
   }
 
   /// The first set with a definition that can be made and has the hash. What a definition refers to is looked for in its own
-  /// set first.
+  /// set first, unless it is a shipped one.
   template <class T, class Has, class Make, class HashOf>
   Result<T> first_of(std::string_view type, std::string_view hash, Has has_it, Make make, HashOf hash_of_it) {
     const std::vector<Set*> sets = all();
@@ -313,9 +313,10 @@ class Definitions::Impl {
     std::string others;
     for (Set* const set : sets) {
       if (!has_it(*set)) continue;
-      std::vector<Set*> order{set};
+      std::vector<Set*> order;
+      if (set != &shipped_) order.push_back(set);
       for (Set* const other : sets)
-        if (other != set) order.push_back(other);
+        if (std::find(order.begin(), order.end(), other) == order.end()) order.push_back(other);
       // The shipped ones of Jazzy differ from those of Humble: who announces a hash is not of Humble.
       for (const bool humble : {true, false}) {
         if (!humble) {
