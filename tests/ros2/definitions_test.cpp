@@ -134,7 +134,8 @@ TEST_CASE("definitions in a row are those of bags", "[ros2]") {
   CHECK(all[2].name == "std_msgs/msg/Header");
   CHECK(contains(fault("int8 a\n" + row + "\n"), "MSG: PACKAGE/NAME"));
   CHECK(contains(fault("int8 a\n" + row + "\nint8 b\n"), "MSG: PACKAGE/NAME"));
-  CHECK(contains(fault("int8 a\n" + row + "\nMSG: demo/Thing\nint8 b\n"), "occurs twice"));
+  CHECK(contains(fault("int8 a\n" + row + "\nMSG: demo/Thing\nint8 b\n"), "two different definitions"));
+  CHECK(parsed("demo/msg/Thing", "int8 a\n" + row + "\nMSG: demo/Thing\n# the same\nint8 a\n").size() == 1);
 }
 
 TEST_CASE("a malformed definition is refused with its line", "[ros2]") {

@@ -116,8 +116,8 @@ struct DefinitionLimits {
   std::size_t max_text_bytes = 256 * 1024;        ///< of one text
   std::size_t max_fields = 1'000;                 ///< fields and constants of one message
   std::size_t max_depth = 24;                     ///< messages in messages
-  std::size_t max_members = 10'000;               ///< fields of a message and of all messages in it, counted each time that they occur
-  std::size_t max_definitions = 4'096;            ///< kept definitions that nodes have sent
+  std::size_t max_members = 4'000;                ///< fields of a message and of all messages in it, counted each time that they occur
+  std::size_t max_definitions = 1'024;            ///< kept definitions that nodes have sent
   std::size_t max_kept_bytes = 32 * 1024 * 1024;  ///< of the texts of those
   std::size_t max_files = 20'000;                 ///< files of folders
 };

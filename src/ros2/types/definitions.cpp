@@ -130,12 +130,6 @@ MessagePtr made(std::string name, std::vector<Field> fields) {
   return message;
 }
 
-/// Whether two fields are the same on the wire.
-bool same_structure(const ParsedField& a, const ParsedField& b) {
-  const FieldType &x = a.field.type, &y = b.field.type;
-  return a.field.name == b.field.name && a.message == b.message && type_id_of(x) == type_id_of(y) && x.size == y.size && x.text_bound == y.text_bound;
-}
-
 }  // namespace
 
 class Definitions::Impl {
@@ -434,6 +428,13 @@ bool is_no_message(const ParsedMessage& m) {
   return m.name.find("/msg/") == std::string::npos && ((has("request_message") && has("response_message")) || has("send_goal_service"));
 }
 
+/// Whether a text has the structure of a description, in which a char is an uint8.
+bool same_described(ParsedMessage text, const ParsedMessage& description) {
+  for (ParsedField& field : text.fields)
+    if (field.field.type.kind == Kind::character) field.field.type.kind = Kind::uint8;
+  return same_structure(text, description);
+}
+
 /// One IndividualTypeDescription: to the description that is hashed, and as a message.
 Result<ParsedMessage> read_individual(const rdf::Value& value, Description& to, const DefinitionLimits& limits) {
   ParsedMessage made;
@@ -518,9 +519,7 @@ Result<std::string> Definitions::Impl::add_type_description(std::string_view pay
     if (!parsed) continue;  // of IDL, or with what we do not read: the structure is enough
     for (ParsedMessage& message : *parsed) {
       const auto known = set->parsed.find(message.name);
-      if (known != set->parsed.end() &&
-          std::equal(message.fields.begin(), message.fields.end(), known->second.fields.begin(), known->second.fields.end(), same_structure))
-        known->second = std::move(message);
+      if (known != set->parsed.end() && same_described(message, known->second)) known->second = std::move(message);
     }
   }
   set->origin = "the node " + std::string(from);

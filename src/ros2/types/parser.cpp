@@ -357,6 +357,14 @@ std::string_view to_string(Kind kind) noexcept {
   return "message";
 }
 
+bool same_structure(const ParsedMessage& a, const ParsedMessage& b) noexcept {
+  return std::equal(a.fields.begin(), a.fields.end(), b.fields.begin(), b.fields.end(), [](const ParsedField& x, const ParsedField& y) {
+    const FieldType &t = x.field.type, &u = y.field.type;
+    return x.field.name == y.field.name && x.message == y.message && t.kind == u.kind && t.arity == u.arity && t.size == u.size &&
+           t.text_bound == u.text_bound;
+  });
+}
+
 std::optional<IntegerRange> range_of(Kind kind) noexcept {
   const auto of = [](auto type) {
     using Limits = std::numeric_limits<decltype(type)>;
@@ -408,7 +416,6 @@ Result<std::vector<ParsedMessage>> parse_definition(std::string_view type, std::
   if (const std::size_t nul = text.find('\0'); nul != std::string_view::npos)
     return Unexpected{Error{Errc::expected_value, std::string(type) + ": a definition has a byte of 0", nul}};
   std::vector<ParsedMessage> made;
-  std::set<std::string> known;
   std::string name(type);
   std::optional<Section> section;
   std::size_t part = 0;  // of a .srv or .action
@@ -419,19 +426,21 @@ Result<std::vector<ParsedMessage>> parse_definition(std::string_view type, std::
     if (folder() == "action" && name.find('_', name.rfind('/')) == std::string::npos) return {"_Goal", "_Result", "_Feedback"};
     return {""};
   };
-  const auto begin = [&]() -> Result<void> {
-    const std::string full = name + parts()[part];
-    if (!known.insert(full).second) return wrong("a definition of " + lrt::quoted(full) + " occurs twice");
-    section.emplace(std::string_view(name).substr(0, name.find('/')), full, limits);
+  const auto begin = [&] { section.emplace(std::string_view(name).substr(0, name.find('/')), name + parts()[part], limits); };
+  const auto keep = [&]() -> Result<void> {
+    ParsedMessage message = section->take();
+    const auto first = std::find_if(made.begin(), made.end(), [&](const ParsedMessage& m) { return m.name == message.name; });
+    if (first == made.end()) made.push_back(std::move(message));
+    else if (!same_structure(*first, message)) return wrong("there are two different definitions of " + lrt::quoted(message.name));
     return {};
   };
   const auto end = [&]() -> Result<void> {
-    made.push_back(section->take());
+    if (Result<void> r = keep(); !r) return r;
     if (++part == parts().size()) return {};
     return wrong("expected " + std::to_string(parts().size() - 1) + " lines \"---\" in a definition of " + lrt::quoted(name) + ", found " +
                  std::to_string(part - 1));
   };
-  if (Result<void> r = begin(); !r) return Unexpected{std::move(r).error()};
+  begin();
   std::uint32_t number = 0;
   bool at_name = false;  // the line behind a row of '='
   for (std::size_t at = 0; at < text.size();) {
@@ -447,7 +456,8 @@ Result<std::vector<ParsedMessage>> parse_definition(std::string_view type, std::
         name = full_type(trimmed(line.substr(mark.size())));
         if (name.empty()) return wrong("expected \"MSG: PACKAGE/NAME\", found " + lrt::quoted(line));
         part = 0;
-        return begin();
+        begin();
+        return {};
       }
       if (is_separator(trimmed_right(line))) {
         at_name = true;
@@ -455,9 +465,10 @@ Result<std::vector<ParsedMessage>> parse_definition(std::string_view type, std::
       }
       if (trimmed_right(line) == "---" && parts().size() > 1) {
         if (part + 1 == parts().size()) return wrong("expected " + std::to_string(parts().size() - 1) + " lines \"---\", found one more");
-        made.push_back(section->take());
+        if (Result<void> r = keep(); !r) return r;
         ++part;
-        return begin();
+        begin();
+        return {};
       }
       return section->add(line);
     }();
