@@ -7,6 +7,9 @@
 #include <sstream>
 #include <vector>
 
+// As in src/ros2/bridge: the two are linked into one program.
+#define TOML_EXCEPTIONS 0
+#define TOML_ENABLE_FORMATTERS 0
 #include <toml++/toml.h>
 
 #include "src/ros2/bridge/mapping_file.hpp"
@@ -97,10 +100,9 @@ Result<Configuration> read_configuration(const std::string& file, Settings& s, c
   Configuration result;
   result.name = file;
   const Place place{file};
-  toml::table root;
-  try {
-    root = toml::parse(text, file);
-  } catch (const toml::parse_error& error) { return place.wrong(error.source(), tool::printable(error.description())); }
+  const toml::parse_result parsed = toml::parse(text, file);
+  if (!parsed) return place.wrong(parsed.error().source(), tool::printable(parsed.error().description()));
+  const toml::table& root = parsed.table();
 
   std::vector<std::string> known(std::begin(tables_of_library), std::end(tables_of_library));
   for (const Setting* setting = begin; setting != end; ++setting)

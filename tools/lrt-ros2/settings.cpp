@@ -77,6 +77,13 @@ Set add_namespace(Settings& s, const std::string& text) {
   return {};
 }
 
+Set add_definitions(Settings& s, const std::string& text) {
+  ros2::Definitions known;  // so that a wrong folder is an error of the command line
+  if (auto added = known.add_folder(text); !added) return unexpected(std::move(added).error());
+  s.bridge.definitions.push_back(text);
+  return {};
+}
+
 Set add_pattern(std::vector<std::string>& patterns, const std::string& text) {
   if (text.empty() || (text.front() != '/' && text.front() != '*'))
     return wrong("a pattern is of full names, such as '/cmd_vel' or '/arm/*', found " + quoted(text));
@@ -95,7 +102,7 @@ constexpr Setting settings[] = {
     {"", "", "namespace", "/NAME", Kind::list, "Only what is below this name of ROS", add_namespace},
     {"", "", "definitions", "DIR", Kind::list,
      "Types: the folder share of an installation of ROS 2, or a workspace. Needed for types that neither lrt nor a node knows, as with Humble",
-     [](Settings& s, const std::string& text) { return s.bridge.definitions.push_back(text), Set(); }},
+     add_definitions},
     {"", "", "mapping", "FILE", Kind::list, "Units, frames, names and titles (.toml or .ttl)",
      [](Settings& s, const std::string& text) { return s.bridge.mapping.add_file(text); }},
     {"", "", "robot-description", "FILE", Kind::text, "A URDF, instead of the topic robot_description",
