@@ -156,12 +156,10 @@ class GuardedTransport final : public transport::ChainingTransport {
                const rtps::Locator_t& remote) override {
     std::string changed;
     switch (guard_->judge(std::string_view(reinterpret_cast<const char*>(bytes), size), address_of(remote), changed)) {
-      case Guard::Verdict::pass:
-        return next->OnDataReceived(bytes, size, local, remote);
+      case Guard::Verdict::pass: return next->OnDataReceived(bytes, size, local, remote);
       case Guard::Verdict::changed:
         return next->OnDataReceived(reinterpret_cast<const rtps::octet*>(changed.data()), static_cast<std::uint32_t>(changed.size()), local, remote);
-      case Guard::Verdict::drop:
-        return;
+      case Guard::Verdict::drop: return;
     }
   }
 
@@ -374,7 +372,7 @@ class FastWriter final : public Writer, private rtps::WriterListener {
   bool create(rtps::RTPSParticipant& participant, const EndpointOptions& options, [[maybe_unused]] const std::shared_ptr<Pool>& pool) {
     rtps::WriterAttributes attributes;
     fill_attributes(attributes, options);
-    attributes.mode = rtps::ASYNCHRONOUS_WRITER;
+    attributes.mode = rtps::SYNCHRONOUS_WRITER;  // what was published is sent, also if the writer is destroyed next
 #if LRT_FASTDDS_3
     attributes.times.heartbeat_period = Seconds(1, 0);
     writer_ = rtps::RTPSDomain::createRTPSWriter(&participant, attributes, &history_, this);
@@ -386,7 +384,7 @@ class FastWriter final : public Writer, private rtps::WriterListener {
     gid_ = to_gid(writer_->getGuid());
     fast::WriterQos qos;
     fill_qos(qos, options);
-    qos.m_publishMode.kind = fast::ASYNCHRONOUS_PUBLISH_MODE;
+    qos.m_publishMode.kind = fast::SYNCHRONOUS_PUBLISH_MODE;
     return announce(participant, writer_, options, qos);
   }
   const Gid& gid() const noexcept override { return gid_; }
@@ -401,8 +399,7 @@ class FastWriter final : public Writer, private rtps::WriterListener {
     if (!call) return unexpected(Errc::closed, "the process ends");
     const auto size = static_cast<std::uint32_t>(head.size() + body.size());
     const std::lock_guard<std::mutex> lock(mutex_);
-    while (history_.getHistorySize() >= depth_ && history_.remove_min_change()) {
-    }
+    while (history_.getHistorySize() >= depth_ && history_.remove_min_change()) {}
 #if LRT_FASTDDS_3
     rtps::CacheChange_t* const change = history_.create_change(size, rtps::ALIVE);
 #else
@@ -428,14 +425,15 @@ class FastWriter final : public Writer, private rtps::WriterListener {
   }
 
  private:
-  void count(rtps::MatchingStatus status) {
-    readers_ += status == rtps::MATCHED_MATCHING ? 1 : -1;
+  void count(const rtps::MatchingInfo& info) {
+    const bool is_own = std::memcmp(info.remoteEndpointGuid.guidPrefix.value, gid_.bytes.data(), 12) == 0;
+    if (!is_own) readers_ += info.status == rtps::MATCHED_MATCHING ? 1 : -1;
     if (events_ != nullptr) events_->matched();
   }
 #if LRT_FASTDDS_3
-  void on_writer_matched(rtps::RTPSWriter*, const rtps::MatchingInfo& info) override { count(info.status); }
+  void on_writer_matched(rtps::RTPSWriter*, const rtps::MatchingInfo& info) override { count(info); }
 #else
-  void onWriterMatched(rtps::RTPSWriter*, rtps::MatchingInfo& info) override { count(info.status); }
+  void onWriterMatched(rtps::RTPSWriter*, rtps::MatchingInfo& info) override { count(info); }
   void onWriterMatched(rtps::RTPSWriter*, const fast::PublicationMatchedStatus&) override {}
 #endif
 
@@ -587,6 +585,8 @@ class FastParticipant final : public Participant, private rtps::RTPSParticipantL
       discovery_.found(ParticipantData{prefix, vendor, std::move(user_data)});
     }
   }
+  /// Fast DDS also reports the endpoints of this participant.
+  bool is_own(const rtps::GUID_t& guid) const noexcept { return to_prefix(guid.guidPrefix) == prefix_; }
   void endpoint_gone(const rtps::GUID_t& guid) {
     const Gid gid = to_gid(guid);
     guard_->endpoint_gone(gid);
@@ -596,36 +596,49 @@ class FastParticipant final : public Participant, private rtps::RTPSParticipantL
 #if LRT_FASTDDS_3
   void on_participant_discovery(rtps::RTPSParticipant*, rtps::ParticipantDiscoveryStatus status, const rtps::ParticipantBuiltinTopicData& data,
                                 bool&) override {
-    const bool gone = status == rtps::ParticipantDiscoveryStatus::REMOVED_PARTICIPANT || status == rtps::ParticipantDiscoveryStatus::DROPPED_PARTICIPANT;
+    const bool gone =
+        status == rtps::ParticipantDiscoveryStatus::REMOVED_PARTICIPANT || status == rtps::ParticipantDiscoveryStatus::DROPPED_PARTICIPANT;
     participant(gone, data.guid, {data.vendor_id[0], data.vendor_id[1]}, to_text(data.user_data));
   }
-  void on_reader_discovery(rtps::RTPSParticipant*, rtps::ReaderDiscoveryStatus status, const rtps::SubscriptionBuiltinTopicData& data, bool&) override {
+  void on_reader_discovery(rtps::RTPSParticipant*, rtps::ReaderDiscoveryStatus status, const rtps::SubscriptionBuiltinTopicData& data,
+                           bool&) override {
+    if (is_own(data.guid)) return;
     if (status == rtps::ReaderDiscoveryStatus::REMOVED_READER) return endpoint_gone(data.guid);
     discovery_.found(EndpointData{to_gid(data.guid), false, data.topic_name.c_str(), data.type_name.c_str(), to_text(data.user_data),
                                   qos_of(data.reliability, data.durability, data.deadline, data.liveliness)});
   }
-  void on_writer_discovery(rtps::RTPSParticipant*, rtps::WriterDiscoveryStatus status, const rtps::PublicationBuiltinTopicData& data, bool&) override {
+  void on_writer_discovery(rtps::RTPSParticipant*, rtps::WriterDiscoveryStatus status, const rtps::PublicationBuiltinTopicData& data,
+                           bool&) override {
+    if (is_own(data.guid)) return;
     if (status == rtps::WriterDiscoveryStatus::REMOVED_WRITER) return endpoint_gone(data.guid);
-    EndpointData endpoint{to_gid(data.guid), true, data.topic_name.c_str(), data.type_name.c_str(), to_text(data.user_data),
-                          qos_of(data.reliability, data.durability, data.deadline, data.liveliness)};
+    EndpointData endpoint{to_gid(data.guid),       true,
+                          data.topic_name.c_str(), data.type_name.c_str(),
+                          to_text(data.user_data), qos_of(data.reliability, data.durability, data.deadline, data.liveliness)};
     endpoint.qos.lifespan = to_duration(data.lifespan.duration);
     discovery_.found(std::move(endpoint));
   }
 #else
   void onParticipantDiscovery(rtps::RTPSParticipant*, rtps::ParticipantDiscoveryInfo&& found) override {
-    const bool gone = found.status == rtps::ParticipantDiscoveryInfo::REMOVED_PARTICIPANT || found.status == rtps::ParticipantDiscoveryInfo::DROPPED_PARTICIPANT;
+    const bool gone =
+        found.status == rtps::ParticipantDiscoveryInfo::REMOVED_PARTICIPANT || found.status == rtps::ParticipantDiscoveryInfo::DROPPED_PARTICIPANT;
     participant(gone, found.info.m_guid, {found.info.m_VendorId[0], found.info.m_VendorId[1]}, to_text(found.info.m_userData));
   }
   void onReaderDiscovery(rtps::RTPSParticipant*, rtps::ReaderDiscoveryInfo&& found) override {
     const auto& data = found.info;
+    if (is_own(data.guid())) return;
     if (found.status == rtps::ReaderDiscoveryInfo::REMOVED_READER) return endpoint_gone(data.guid());
     discovery_.found(EndpointData{to_gid(data.guid()), false, data.topicName().c_str(), data.typeName().c_str(), to_text(data.m_qos.m_userData),
                                   qos_of(data.m_qos.m_reliability, data.m_qos.m_durability, data.m_qos.m_deadline, data.m_qos.m_liveliness)});
   }
   void onWriterDiscovery(rtps::RTPSParticipant*, rtps::WriterDiscoveryInfo&& found) override {
     const auto& data = found.info;
+    if (is_own(data.guid())) return;
     if (found.status == rtps::WriterDiscoveryInfo::REMOVED_WRITER) return endpoint_gone(data.guid());
-    EndpointData endpoint{to_gid(data.guid()), true, data.topicName().c_str(), data.typeName().c_str(), to_text(data.m_qos.m_userData),
+    EndpointData endpoint{to_gid(data.guid()),
+                          true,
+                          data.topicName().c_str(),
+                          data.typeName().c_str(),
+                          to_text(data.m_qos.m_userData),
                           qos_of(data.m_qos.m_reliability, data.m_qos.m_durability, data.m_qos.m_deadline, data.m_qos.m_liveliness)};
     endpoint.qos.lifespan = to_duration(data.m_qos.m_lifespan.duration);
     discovery_.found(std::move(endpoint));

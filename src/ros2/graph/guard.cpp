@@ -12,11 +12,11 @@ namespace lrt::ros2 {
 
 namespace {
 
-constexpr std::size_t remembered = 256;                      ///< refused participants and large samples
-constexpr std::chrono::seconds patience{10};                 ///< for an announced participant that Fast DDS does not find
-constexpr std::uint32_t smallest_fragment = 32;              ///< bytes; known middlewares send more than 1,000
-constexpr std::uint32_t participants_writer = 0x000100c2U;   ///< entity of SPDP
-constexpr std::uint32_t publications_writer = 0x000003c2U;   ///< entities of SEDP
+constexpr std::size_t remembered = 256;                     ///< refused participants and large samples
+constexpr std::chrono::seconds patience{10};                ///< for an announced participant that Fast DDS does not find
+constexpr std::uint32_t smallest_fragment = 32;             ///< bytes; known middlewares send more than 1,000
+constexpr std::uint32_t participants_writer = 0x000100c2U;  ///< entity of SPDP
+constexpr std::uint32_t publications_writer = 0x000003c2U;  ///< entities of SEDP
 constexpr std::uint32_t subscriptions_writer = 0x000004c2U;
 
 enum : std::uint8_t {
@@ -83,8 +83,7 @@ bool is_needed(std::uint16_t pid, bool of_participant) noexcept {
     case 0x0073:  // representation of data
     case 0x0074:  // consistency of types
       return !of_participant;
-    default:
-      return false;
+    default: return false;
   }
 }
 
@@ -284,17 +283,20 @@ Guard::Verdict Guard::judge_announcement(const Submessage& submessage, bool of_p
     body[at] = body[at + 1] = 0;
     is_changed = true;
   };
-  const auto end = each_parameter(bytes, submessage.payload + 4, submessage.length, little, [&](std::uint16_t pid, std::size_t at, std::uint16_t length) {
-    const std::uint16_t name = pid & 0xbfffU;  // without "must understand"
-    if (!is_needed(pid, of_participant) || (name == 0x002c && length > limits_.max_user_data_bytes + 8)) return pad(at);
-    if (name == (of_participant ? 0x0050U : 0x005aU) && length >= 16) {
-      std::memcpy(gid.bytes.data(), bytes + at + 4, 16);
-      has_gid = true;
-    }
-    if ((name == 0x0050 || name == 0x005a || name == 0x0070) && length >= 12) is_own = is_own && std::memcmp(bytes + at + 4, from.data(), from.size()) == 0;
-    if (name == 0x0005 || name == 0x0007) is_long = is_long || length < 4 || u32(bytes + at + 4, little) > limits_.max_name_bytes + 1 || u32(bytes + at + 4, little) + 4U > length;
-    if (name == 0x0062 && (length < 4 || u32(bytes + at + 4, little) > 256 || u32(bytes + at + 4, little) + 4U > length)) pad(at);
-  });
+  const auto end =
+      each_parameter(bytes, submessage.payload + 4, submessage.length, little, [&](std::uint16_t pid, std::size_t at, std::uint16_t length) {
+        const std::uint16_t name = pid & 0xbfffU;  // without "must understand"
+        if (!is_needed(pid, of_participant) || (name == 0x002c && length > limits_.max_user_data_bytes + 8)) return pad(at);
+        if (name == (of_participant ? 0x0050U : 0x005aU) && length >= 16) {
+          std::memcpy(gid.bytes.data(), bytes + at + 4, 16);
+          has_gid = true;
+        }
+        if ((name == 0x0050 || name == 0x005a || name == 0x0070) && length >= 12)
+          is_own = is_own && std::memcmp(bytes + at + 4, from.data(), from.size()) == 0;
+        if (name == 0x0005 || name == 0x0007)
+          is_long = is_long || length < 4 || u32(bytes + at + 4, little) > limits_.max_name_bytes + 1 || u32(bytes + at + 4, little) + 4U > length;
+        if (name == 0x0062 && (length < 4 || u32(bytes + at + 4, little) > 256 || u32(bytes + at + 4, little) + 4U > length)) pad(at);
+      });
   if (!end || !is_own) return Verdict::drop;
   if (of_participant) {
     if (submessage.has_data && !has_gid) return Verdict::drop;
@@ -418,7 +420,8 @@ Guard::Verdict Guard::judge(std::string_view packet, std::uint32_t from, std::st
         std::memcpy(gid.bytes.data(), prefix.data(), prefix.size());
         std::memcpy(gid.bytes.data() + 12, body + 8, 4);
         if (in_parts) {
-          const std::uint32_t first = u32(body + 20, little), count = u16(body + 24, little), size = u16(body + 26, little), total = u32(body + 28, little);
+          const std::uint32_t first = u32(body + 20, little), count = u16(body + 24, little), size = u16(body + 26, little),
+                              total = u32(body + 28, little);
           if (first == 0 || count == 0 || size < smallest_fragment || total == 0) return malformed();
           const std::uint64_t fragments = (std::uint64_t{total} + size - 1) / size;
           if (std::uint64_t{first} + count - 1 > fragments) return malformed();
@@ -455,8 +458,7 @@ Guard::Verdict Guard::judge(std::string_view packet, std::uint32_t from, std::st
         if (length - payload > limits_.max_sample_bytes && is_large(gid, sequence)) leave_out(true);
         break;
       }
-      default:
-        break;  // unknown ones are ignored, as RTPS says
+      default: break;  // unknown ones are ignored, as RTPS says
     }
     something_passes = true;
     at = begin + length;
