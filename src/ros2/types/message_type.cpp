@@ -486,7 +486,7 @@ class Encoder {
     if (node.enumerators.empty()) return integer(node, value);
     if (!value.text()) return fault.set("expected one of the names");
     const auto known = std::find_if(node.enumerators.begin(), node.enumerators.end(), [&](const Enumerator& e) { return e.name == *value.text(); });
-    if (known == node.enumerators.end()) return fault.set("expected one of the names, found " + quoted(*value.text()));
+    if (known == node.enumerators.end()) return fault.set("expected one of the names, found " + lrt::quoted(*value.text()));
     write_bits(node.width, static_cast<std::uint64_t>(known->number));
     return true;
   }
@@ -705,7 +705,7 @@ class Planner {
     node.other = "other";
     for (const Enumerator& e : enumerators) {
       if (e.number < 0 ? e.number < range.lowest : static_cast<std::uint64_t>(e.number) > range.highest)
-        return unexpected(Errc::invalid_option, in.name + ", \"" + place + "\": the field cannot have the number of " + quoted(e.name));
+        return unexpected(Errc::invalid_option, in.name + ", \"" + place + "\": the field cannot have the number of " + lrt::quoted(e.name));
       if (e.name == node.other) node.other = "other_number";
       names.push_back(e.name);
     }
@@ -866,11 +866,11 @@ Result<MessageType::Place> MessageType::place(std::string_view path) const {
     const std::size_t end = std::min(path.find('.', at), path.size());
     const std::string_view name = path.substr(at, end - at);
     const auto field = std::find_if(message->fields.begin(), message->fields.end(), [&](const Field& f) { return f.name == name; });
-    if (field == message->fields.end()) return unexpected(Errc::unknown_path, message->name + " has no field " + quoted(name));
+    if (field == message->fields.end()) return unexpected(Errc::unknown_path, message->name + " has no field " + lrt::quoted(name));
     made.steps.push_back(static_cast<std::uint32_t>(field - message->fields.begin()));
     if (end == path.size()) return made;
     if (field->type.kind != Kind::message || field->type.arity != Arity::single)
-      return unexpected(Errc::unknown_path, message->name + ": " + quoted(name) + " is not one message");
+      return unexpected(Errc::unknown_path, message->name + ": " + lrt::quoted(name) + " is not one message");
     message = field->type.message.get();
     at = end + 1;
   }

@@ -86,10 +86,11 @@ Result<rdf::Value> integer_of(IntegerRange range, std::string_view text) {
   std::uint64_t n = 0;
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), n, base);
   if (digits.empty() || error == std::errc::invalid_argument || end != digits.data() + digits.size())
-    return wrong("expected an integer, found " + quoted(text));
+    return wrong("expected an integer, found " + lrt::quoted(text));
   const std::uint64_t lowest = range.lowest < 0 ? std::uint64_t{0} - static_cast<std::uint64_t>(range.lowest) : 0;
   if (error != std::errc() || (negative ? n > lowest : n > range.highest))
-    return wrong("expected an integer from " + std::to_string(range.lowest) + " to " + std::to_string(range.highest) + ", found " + quoted(text));
+    return wrong("expected an integer from " + std::to_string(range.lowest) + " to " + std::to_string(range.highest) + ", found " +
+                 lrt::quoted(text));
   if (negative) return rdf::Value(static_cast<std::int64_t>(std::uint64_t{0} - n));
   if (n > static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max())) return rdf::Value(n);
   return rdf::Value(static_cast<std::int64_t>(n));
@@ -101,14 +102,15 @@ Result<rdf::Value> real_of(bool single, std::string_view text) {
   double x = 0;
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), x);
   if (digits.empty() || error == std::errc::invalid_argument || end != digits.data() + digits.size())
-    return wrong("expected a number, found " + quoted(text));
+    return wrong("expected a number, found " + lrt::quoted(text));
   if (error != std::errc()) {  // from_chars leaves the number as it was
     const bool tiny = digits.find("e-") != std::string_view::npos || digits.find("E-") != std::string_view::npos;
-    if (!tiny) return wrong("expected a number of 64 bits, found " + quoted(text));
+    if (!tiny) return wrong("expected a number of 64 bits, found " + lrt::quoted(text));
     x = digits[0] == '-' ? -0.0 : 0.0;
   }
   if (single && std::isfinite(x)) {
-    if (std::abs(x) > static_cast<double>(std::numeric_limits<float>::max())) return wrong("expected a number of 32 bits, found " + quoted(text));
+    if (std::abs(x) > static_cast<double>(std::numeric_limits<float>::max()))
+      return wrong("expected a number of 32 bits, found " + lrt::quoted(text));
     x = static_cast<double>(static_cast<float>(x));
   }
   return rdf::Value(x);
@@ -143,7 +145,7 @@ Result<rdf::Value> single_of(const FieldType& type, std::string_view text) {
       const std::string word = lower(text);
       if (word == "true" || word == "1") return rdf::Value(true);
       if (word == "false" || word == "0") return rdf::Value(false);
-      return wrong("expected true or false, found " + quoted(text));
+      return wrong("expected true or false, found " + lrt::quoted(text));
     }
     case Kind::float32:
     case Kind::float64: return real_of(type.kind == Kind::float32, text);
@@ -162,7 +164,7 @@ Result<rdf::Value> single_of(const FieldType& type, std::string_view text) {
 
 /// Splits what is between '[' and ']' at commas that are in no quotation marks.
 Result<std::vector<std::string_view>> members_of(std::string_view text, std::size_t most) {
-  if (text.size() < 2 || text.front() != '[' || text.back() != ']') return wrong("expected a list in [ and ], found " + quoted(text));
+  if (text.size() < 2 || text.front() != '[' || text.back() != ']') return wrong("expected a list in [ and ], found " + lrt::quoted(text));
   text = text.substr(1, text.size() - 2);
   std::vector<std::string_view> members;
   if (trimmed(text).empty()) return members;
@@ -260,14 +262,14 @@ class Section {
   Result<void> element(std::string_view code, std::string comment) {
     const std::size_t blank = std::min(code.find_first_of(" \t"), code.size());
     const std::string_view type_text = code.substr(0, blank), rest = trimmed_left(code.substr(blank));
-    if (rest.empty()) return wrong("expected a type and a name, found " + quoted(code));
+    if (rest.empty()) return wrong("expected a type and a name, found " + lrt::quoted(code));
     ParsedField parsed;
     if (Result<void> r = read_type(type_text, parsed); !r) return r;
     std::size_t end = 0;
     while (end < rest.size() && !is_blank(rest[end]) && rest[end] != '=') ++end;
     const std::string_view name = rest.substr(0, end), behind = trimmed_left(rest.substr(end));
-    if (!is_name(name)) return wrong("expected a name of letters, digits and '_', found " + quoted(name));
-    if (!names_.insert(std::string(name)).second) return wrong("the name " + quoted(name) + " occurs twice");
+    if (!is_name(name)) return wrong("expected a name of letters, digits and '_', found " + lrt::quoted(name));
+    if (!names_.insert(std::string(name)).second) return wrong("the name " + lrt::quoted(name) + " occurs twice");
     if (!behind.empty() && behind.front() == '=') {
       if (!parsed.message.empty() || parsed.field.type.arity != Arity::single) return wrong("expected a primitive type of a constant");
       Result<rdf::Value> value = parse_value(parsed.field.type, trimmed(behind.substr(1)), limits_);
@@ -278,7 +280,7 @@ class Section {
     }
     parsed.field.name = name;
     if (!behind.empty()) {
-      if (!parsed.message.empty()) return wrong("a field with a message has no default, found " + quoted(behind));
+      if (!parsed.message.empty()) return wrong("a field with a message has no default, found " + lrt::quoted(behind));
       Result<rdf::Value> value = parse_value(parsed.field.type, behind, limits_);
       if (!value) return Unexpected{std::move(value).error()};
       parsed.field.initial = std::move(*value);
@@ -294,7 +296,7 @@ class Section {
     std::string_view base = text;
     if (base.back() == ']') {
       const std::size_t open = base.rfind('[');
-      if (open == std::string_view::npos) return wrong("expected [ before ] in the type " + quoted(text));
+      if (open == std::string_view::npos) return wrong("expected [ before ] in the type " + lrt::quoted(text));
       std::string_view size = base.substr(open + 1, base.size() - open - 2);
       base = base.substr(0, open);
       if (size.empty()) {
@@ -303,7 +305,7 @@ class Section {
         type.arity = Arity::array;
         if (size.substr(0, 2) == "<=") type.arity = Arity::bounded_sequence, size.remove_prefix(2);
         const auto n = count_of(size);
-        if (!n || *n == 0) return wrong("expected a length of at least 1 in the type " + quoted(text));
+        if (!n || *n == 0) return wrong("expected a length of at least 1 in the type " + lrt::quoted(text));
         type.size = *n;
       }
     }
@@ -315,7 +317,7 @@ class Section {
       if (bound == std::string_view::npos) return {};
       const auto n = count_of(base.substr(bound + 2));
       if ((type.kind != Kind::string && type.kind != Kind::wstring) || !n || *n == 0)
-        return wrong("expected a bound of at least 1 of a string, found the type " + quoted(text));
+        return wrong("expected a bound of at least 1 of a string, found the type " + lrt::quoted(text));
       type.text_bound = *n;
       return {};
     }
@@ -325,7 +327,7 @@ class Section {
     to.message = slashes == 0   ? package_ + "/msg/" + std::string(base)
                  : slashes == 1 ? std::string(base.substr(0, slash)) + "/msg/" + std::string(base.substr(slash + 1))
                                 : std::string(base);
-    if (!is_type_name(to.message)) return wrong("expected a type, found " + quoted(text));
+    if (!is_type_name(to.message)) return wrong("expected a type, found " + lrt::quoted(text));
     return {};
   }
 
@@ -353,6 +355,14 @@ std::string_view to_string(Kind kind) noexcept {
   for (const KindName& k : kind_names)
     if (k.kind == kind) return k.name;
   return "message";
+}
+
+bool same_structure(const ParsedMessage& a, const ParsedMessage& b) noexcept {
+  return std::equal(a.fields.begin(), a.fields.end(), b.fields.begin(), b.fields.end(), [](const ParsedField& x, const ParsedField& y) {
+    const FieldType &t = x.field.type, &u = y.field.type;
+    return x.field.name == y.field.name && x.message == y.message && t.kind == u.kind && t.arity == u.arity && t.size == u.size &&
+           t.text_bound == u.text_bound;
+  });
 }
 
 std::optional<IntegerRange> range_of(Kind kind) noexcept {
@@ -395,7 +405,7 @@ Result<rdf::Value> parse_value(const FieldType& type, std::string_view text, con
 }
 
 Result<std::vector<ParsedMessage>> parse_definition(std::string_view type, std::string_view text, const DefinitionLimits& limits) {
-  if (!is_type_name(type)) return wrong("expected the name of a type, PACKAGE/msg/NAME, found " + quoted(type));
+  if (!is_type_name(type)) return wrong("expected the name of a type, PACKAGE/msg/NAME, found " + lrt::quoted(type));
   if (text.size() > limits.max_text_bytes)
     return unexpected(Errc::limit_exceeded, "a definition has more than " + std::to_string(limits.max_text_bytes) + " bytes");
   text = utf8::without_mark(text);
@@ -406,7 +416,6 @@ Result<std::vector<ParsedMessage>> parse_definition(std::string_view type, std::
   if (const std::size_t nul = text.find('\0'); nul != std::string_view::npos)
     return Unexpected{Error{Errc::expected_value, std::string(type) + ": a definition has a byte of 0", nul}};
   std::vector<ParsedMessage> made;
-  std::set<std::string> known;
   std::string name(type);
   std::optional<Section> section;
   std::size_t part = 0;  // of a .srv or .action
@@ -417,19 +426,21 @@ Result<std::vector<ParsedMessage>> parse_definition(std::string_view type, std::
     if (folder() == "action" && name.find('_', name.rfind('/')) == std::string::npos) return {"_Goal", "_Result", "_Feedback"};
     return {""};
   };
-  const auto begin = [&]() -> Result<void> {
-    const std::string full = name + parts()[part];
-    if (!known.insert(full).second) return wrong("a definition of " + quoted(full) + " occurs twice");
-    section.emplace(std::string_view(name).substr(0, name.find('/')), full, limits);
+  const auto begin = [&] { section.emplace(std::string_view(name).substr(0, name.find('/')), name + parts()[part], limits); };
+  const auto keep = [&]() -> Result<void> {
+    ParsedMessage message = section->take();
+    const auto first = std::find_if(made.begin(), made.end(), [&](const ParsedMessage& m) { return m.name == message.name; });
+    if (first == made.end()) made.push_back(std::move(message));
+    else if (!same_structure(*first, message)) return wrong("there are two different definitions of " + lrt::quoted(message.name));
     return {};
   };
   const auto end = [&]() -> Result<void> {
-    made.push_back(section->take());
+    if (Result<void> r = keep(); !r) return r;
     if (++part == parts().size()) return {};
-    return wrong("expected " + std::to_string(parts().size() - 1) + " lines \"---\" in a definition of " + quoted(name) + ", found " +
+    return wrong("expected " + std::to_string(parts().size() - 1) + " lines \"---\" in a definition of " + lrt::quoted(name) + ", found " +
                  std::to_string(part - 1));
   };
-  if (Result<void> r = begin(); !r) return Unexpected{std::move(r).error()};
+  begin();
   std::uint32_t number = 0;
   bool at_name = false;  // the line behind a row of '='
   for (std::size_t at = 0; at < text.size();) {
@@ -441,11 +452,12 @@ Result<std::vector<ParsedMessage>> parse_definition(std::string_view type, std::
       if (at_name) {
         at_name = false;
         constexpr std::string_view mark = "MSG:";
-        if (line.substr(0, mark.size()) != mark) return wrong("expected \"MSG: PACKAGE/NAME\", found " + quoted(line));
+        if (line.substr(0, mark.size()) != mark) return wrong("expected \"MSG: PACKAGE/NAME\", found " + lrt::quoted(line));
         name = full_type(trimmed(line.substr(mark.size())));
-        if (name.empty()) return wrong("expected \"MSG: PACKAGE/NAME\", found " + quoted(line));
+        if (name.empty()) return wrong("expected \"MSG: PACKAGE/NAME\", found " + lrt::quoted(line));
         part = 0;
-        return begin();
+        begin();
+        return {};
       }
       if (is_separator(trimmed_right(line))) {
         at_name = true;
@@ -453,9 +465,10 @@ Result<std::vector<ParsedMessage>> parse_definition(std::string_view type, std::
       }
       if (trimmed_right(line) == "---" && parts().size() > 1) {
         if (part + 1 == parts().size()) return wrong("expected " + std::to_string(parts().size() - 1) + " lines \"---\", found one more");
-        made.push_back(section->take());
+        if (Result<void> r = keep(); !r) return r;
         ++part;
-        return begin();
+        begin();
+        return {};
       }
       return section->add(line);
     }();

@@ -23,7 +23,12 @@ struct ParsedMessage {
   std::string comment{};
 };
 
+/// Whether two messages are the same on the wire.
+bool same_structure(const ParsedMessage& a, const ParsedMessage& b) noexcept;
+
 /// Parses the text of a .msg, .srv or .action as rosidl does, or of definitions in a row as bags have them (Definitions::add_text()).
+///
+/// In a row a definition may occur again, if it has the same structure: the first one counts.
 ///
 /// Tabs are blanks; a '#' begins a comment, except in the quotation marks of a value. Names of fields and constants are
 /// letters, digits and '_'. Integers may be decimal, hexadecimal (0x), octal (0o) or binary (0b).
