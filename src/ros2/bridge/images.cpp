@@ -72,20 +72,22 @@ class Deflate {
  private:
   /// Bits of a number, the lowest first.
   void put(unsigned bits, unsigned count) {
-    for (unsigned i = 0; i < count; ++i) {
-      byte_ |= (bits >> i & 1U) << used_;
-      if (++used_ == 8) out_ += static_cast<char>(static_cast<unsigned char>(byte_)), byte_ = 0, used_ = 0;
-    }
+    bits_ |= std::uint64_t{bits} << used_;
+    used_ += count;
+    for (; used_ >= 8; used_ -= 8, bits_ >>= 8U) out_ += static_cast<char>(static_cast<unsigned char>(bits_));
   }
   /// A code of Huffman, the highest bit first.
   void code(unsigned bits, unsigned count) {
-    unsigned turned = 0;
-    for (unsigned i = 0; i < count; ++i) turned |= (bits >> i & 1U) << (count - 1 - i);
-    put(turned, count);
+    bits = (bits & 0x5555U) << 1U | (bits >> 1U & 0x5555U);
+    bits = (bits & 0x3333U) << 2U | (bits >> 2U & 0x3333U);
+    bits = (bits & 0x0F0FU) << 4U | (bits >> 4U & 0x0F0FU);
+    bits = (bits & 0x00FFU) << 8U | (bits >> 8U & 0x00FFU);
+    put(bits >> (16 - count), count);
   }
 
   std::string& out_;
-  unsigned byte_ = 0, used_ = 0;
+  std::uint64_t bits_ = 0;
+  unsigned used_ = 0;
 };
 
 void compress(std::string& out, std::string_view bytes, std::size_t pixel) {

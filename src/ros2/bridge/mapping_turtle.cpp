@@ -24,11 +24,11 @@ class TurtleReader {
   explicit TurtleReader(const rdf::Graph& graph) : graph_(graph) {}
 
   Result<std::vector<Rule>> rules() {
-    static constexpr std::pair<std::string_view, Rule::Of> kinds[] = {{LRT_ROS2_NS "Topic", Rule::Of::topic},
-                                                                      {LRT_ROS2_NS "Type", Rule::Of::type},
-                                                                      {LRT_ROS2_NS "Service", Rule::Of::service},
-                                                                      {LRT_ROS2_NS "Action", Rule::Of::action},
-                                                                      {LRT_ROS2_NS "Parameter", Rule::Of::parameter}};
+    static constexpr std::pair<std::string_view, Rule::Of> kinds[] = {{LRT_ROS2_NS "TopicRule", Rule::Of::topic},
+                                                                      {LRT_ROS2_NS "TypeRule", Rule::Of::type},
+                                                                      {LRT_ROS2_NS "ServiceRule", Rule::Of::service},
+                                                                      {LRT_ROS2_NS "ActionRule", Rule::Of::action},
+                                                                      {LRT_ROS2_NS "ParameterRule", Rule::Of::parameter}};
     std::vector<Rule> all;
     const rdf::TermView a = rdf::iri(type_iri);
     for (const rdf::Triple& t : graph_.match(nullptr, &a, nullptr)) {
@@ -43,7 +43,7 @@ class TurtleReader {
       }
       if (!known) return unexpected(Errc::expected_value, "unknown class " + rdf::to_string(kind));
     }
-    if (all.empty()) return unexpected(Errc::expected_value, "the document has no rule: a node with the type <" LRT_ROS2_NS "Topic>, Type, Service, Action or Parameter");
+    if (all.empty()) return unexpected(Errc::expected_value, "the document has no rule: a node with the type <" LRT_ROS2_NS "TopicRule>, TypeRule, ServiceRule, ActionRule or ParameterRule");
     return all;
   }
 
