@@ -12,6 +12,7 @@
 
 #include <lrt/base/immortal.hpp>
 #include <lrt/base/iri.hpp>
+#include <lrt/rdf/value_codec.hpp>
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/base/ascii.hpp"
@@ -37,7 +38,8 @@ bool same_facets(const Facets& a, const Facets& b) {
 
 /// The types of the parts are kept, so equal ones are one object.
 bool same_field(const FieldType& a, const FieldType& b) {
-  return a.name == b.name && a.predicate == b.predicate && a.type == b.type && a.read_only == b.read_only && same_facets(a.facets, b.facets);
+  return a.name == b.name && a.predicate == b.predicate && a.type == b.type && a.read_only == b.read_only && same_facets(a.facets, b.facets) &&
+         !a.absent == !b.absent && (!a.absent || same(*a.absent, *b.absent));
 }
 bool same_type(const Type& a, const Type& b) {
   return a.kind == b.kind && a.datatype == b.datatype && a.names == b.names && a.element == b.element && a.shortest == b.shortest &&
@@ -161,7 +163,14 @@ Result<DynamicType> of_fields(Kind kind, std::string_view name, std::vector<Dyna
       return unexpected(Errc::invalid_option, its + ": another " + part + " has the same term <" + predicate + '>');
     if (Result<void> r = check_unit(field.facets.unit(), its); !r) return Unexpected{std::move(r).error()};
     if (Result<void> r = check_bounds(field.facets, its); !r) return Unexpected{std::move(r).error()};
-    type.fields.push_back({std::move(field.name.name), std::move(predicate), &*field.type, field.facets, field.read_only});
+    if (field.absent) {
+      std::string fault = is_variant || field.read_only || field.type->kind == Kind::optional ? "it cannot have a value if it is left out"
+                                                                                              : detail::fault_of(*field.type, *field.absent);
+      if (fault.empty() && !within(*field.type, field.facets, *field.absent)) fault = "the value if it is left out is outside of the bounds";
+      if (!fault.empty()) return unexpected(Errc::invalid_option, its + ": " + fault);
+    }
+    type.fields.push_back(
+        {std::move(field.name.name), std::move(predicate), &*field.type, field.facets, field.read_only, false, std::move(field.absent)});
   }
   if (own && name.empty()) return unexpected(Errc::expected_iri, what + ": it needs a name, because it has terms of its own");
   if (type.classes.empty()) type.classes.push_back("#" + std::string(name));

@@ -116,8 +116,8 @@ struct DefinitionLimits {
   std::size_t max_text_bytes = 256 * 1024;        ///< of one text
   std::size_t max_fields = 1'000;                 ///< fields and constants of one message
   std::size_t max_depth = 24;                     ///< messages in messages
-  std::size_t max_members = 10'000;               ///< fields of a message and of all messages in it, counted each time that they occur
-  std::size_t max_definitions = 4'096;            ///< kept definitions that nodes have sent
+  std::size_t max_members = 4'000;                ///< fields of a message and of all messages in it, counted each time that they occur
+  std::size_t max_definitions = 1'024;            ///< kept definitions that nodes have sent
   std::size_t max_kept_bytes = 32 * 1024 * 1024;  ///< of the texts of those
   std::size_t max_files = 20'000;                 ///< files of folders
 };
@@ -126,7 +126,8 @@ struct DefinitionLimits {
 ///
 /// A type is named "PACKAGE/msg/NAME", "PACKAGE/srv/NAME" or "PACKAGE/action/NAME". Several definitions may have one name:
 /// robots and installations are of different years. Who knows the hash that a node announces names it, and gets the definition
-/// that has it, or an error. Without a hash the order is: folders and texts in the order of adding, nodes, shipped ones.
+/// that has it, or an error. Without a hash the order is: folders and texts in the order of adding, nodes, shipped ones as Humble
+/// has them, because its nodes announce none.
 ///
 /// Shipped are the messages of ROS 2's common packages as Jazzy has them, and as Humble has them where they differ.
 ///

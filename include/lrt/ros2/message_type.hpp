@@ -12,6 +12,7 @@
 #include <vector>
 
 #include <lrt/base/abi.hpp>
+#include <lrt/base/iri.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/rdf/dynamic_type.hpp>
 #include <lrt/rdf/type.hpp>
@@ -31,6 +32,7 @@ struct Enumerator {
 struct FieldOptions {
   rdf::Facets facets{};    ///< unit, bounds and words
   std::string name{};      ///< in JSON and RDF; empty: as in the definition
+  std::string term{};      ///< IRI of its predicate; empty: one of the server's vocabulary, by the names of record and field
   bool left_out = false;   ///< it is no part of the value; a message that is encoded has its default
   bool read_only = false;  ///< clients cannot send it
   /// Names of the numbers of an integer field, or of the members of one that is a list. A number without a name reads as
@@ -46,6 +48,9 @@ struct MessageOptions {
   /// The name of the record for a message, which names its terms in the vocabulary: letters, digits, '-', '_', '.'. Two records of one server
   /// with one name are equal in all that `field` says. Empty: "sensor_msgs.Imu" of "sensor_msgs/msg/Imu".
   std::function<std::string(const Message& message, std::string_view path)> name{};
+  /// The rdf:types of the record for a message, absolute IRIs which exist as long as the process. Empty, or none: one of the
+  /// server's vocabulary, by the name of the record.
+  std::function<std::vector<Iri>(const Message& message, std::string_view path)> classes{};
   /// builtin_interfaces/Time and Duration are instants and durations. false: records, bit by bit as on the wire.
   bool times = true;
   /// Texts that are not UTF-8 have U+FFFD where they are not. false: they are no value.
@@ -60,7 +65,7 @@ struct MessageOptions {
 /// Limits of decoding and encoding one message.
 struct CodecLimits {
   std::size_t max_bytes = 64 * 1024 * 1024;  ///< of a payload; more: limit_exceeded
-  std::size_t max_values = 4'000'000;        ///< members of all sequences of a value, and its fields; bytes of byte sequences do not count
+  std::size_t max_values = 1'000'000;        ///< members of all sequences of a value, and its fields; bytes of byte sequences do not count
 };
 
 /// A value inside a payload, that is found without decoding the rest. See MessageType::find().
@@ -72,7 +77,7 @@ struct Found {
 };
 
 /// A message as a type, made of its definition: decodes payloads of CDR (XCDR1, with the 4 bytes of encapsulation, both byte
-/// orders) and encodes them (in the order of this machine). Copies are cheap and refer to one plan.
+/// orders) and encodes them (little endian). Copies are cheap and refer to one plan.
 ///
 /// | .msg | value |
 /// |---|---|
@@ -84,8 +89,7 @@ struct Found {
 /// | builtin_interfaces/Time, Duration | instant, duration (MessageOptions::times) |
 /// | an integer with FieldOptions::enumerators | enumeration |
 ///
-/// A record that a client sends has all fields; one with a default in the definition, and one without units or bounds that exclude
-/// it, may be left out: it then has its default, or 0, false, "", no members.
+/// A record that a client sends has all fields; one with a default in the definition may be left out, and has its default then.
 ///
 /// Payloads are of strangers: each length is checked before it is used, and memory stays in proportion to the payload. What is left
 /// behind the last field is ignored up to 3 bytes and refused beyond: it is another version of the type.
@@ -131,6 +135,8 @@ class LRT_API MessageType {
 
   /// @cond internal
   struct Plan;
+  /// For tests: in either byte order.
+  Result<std::string> encode(const rdf::Value& value, bool little) const;
   /// @endcond
 
  private:

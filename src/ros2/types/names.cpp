@@ -5,17 +5,16 @@
 #include <array>
 #include <cstddef>
 
+#include "src/base/ascii.hpp"
+
 namespace lrt::ros2 {
 
 namespace {
 
-bool is_letter(char c) noexcept { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
-bool is_digit(char c) noexcept { return c >= '0' && c <= '9'; }
-
 bool is_identifier(std::string_view s) noexcept {
-  if (s.empty() || !(is_letter(s[0]) || s[0] == '_')) return false;
+  if (s.empty() || !(detail::is_alpha(s[0]) || s[0] == '_')) return false;
   for (char c : s)
-    if (!is_letter(c) && !is_digit(c) && c != '_') return false;
+    if (!detail::is_alpha(c) && !detail::is_digit(c) && c != '_') return false;
   return true;
 }
 
