@@ -195,8 +195,8 @@ void Core::reconcile() {
   for (const std::string& name : actions) update_action(*this, name, now->action(name));
   for (const std::string& name : nodes) update_node(*this, name, now->node(name));
   if (!nodes.empty() && !parameter_events_) {
-    Result<Handle> events = port().parameter_events(
-        [shared = shared_, this](std::string_view node, std::vector<Parameter> changed, std::vector<std::string> deleted) {
+    Result<Handle> events =
+        port().parameter_events([shared = shared_, this](std::string_view node, std::vector<Parameter> changed, std::vector<std::string> deleted) {
           shared->put([this, node = std::string(node), changed = std::move(changed), deleted = std::move(deleted)]() mutable {
             change_parameters(*this, node, std::move(changed), deleted);
           });
@@ -212,7 +212,10 @@ void Core::publish_list() {
   Counters counted;
   bool is_waiting = changed_;
   for (const auto& [key, part] : parts_) {
+    is_waiting = is_waiting || part->is_waiting();
+    if (!part->is_listed) continue;
     all.push_back(part->listed);
+    all.insert(all.end(), part->more.begin(), part->more.end());
     if (part->is_served) {
       counted.things += part->things;
       counted.properties += part->properties;
@@ -221,7 +224,6 @@ void Core::publish_list() {
     } else {
       ++counted.left_out;
     }
-    is_waiting = is_waiting || part->is_waiting();
   }
   for (const auto& [key, request] : requests_) is_waiting = is_waiting || request.is_open;
   counted.left_out += left_out_names_;
@@ -341,8 +343,9 @@ auto Core::find_definition(std::string_view type, std::string_view hash, bool& i
   auto found = find();
   if (found || found.error().code != Errc::unknown_path) return found;
   if (hash.empty())
-    return unexpected(Errc::unknown_path, found.error().message + "; its nodes do not say what it is (ROS 2 Humble does not): name the folder of its "
-                                                                  "definitions with --definitions");
+    return unexpected(Errc::unknown_path, found.error().message +
+                                              "; its nodes do not say what it is (ROS 2 Humble does not): name the folder of its "
+                                              "definitions with --definitions");
   const std::string key = std::string(type) + ' ' + std::string(hash);
   if (requests_.size() >= options_.definition_limits.max_definitions && requests_.count(key) == 0)
     return unexpected(Errc::limit_exceeded, "more definitions than max_definitions were requested");
@@ -366,7 +369,9 @@ auto Core::find_definition(std::string_view type, std::string_view hash, bool& i
   }
   is_waiting = request.is_open;
   if (!request.is_open) wake_at(request.next);
-  return unexpected(Errc::unknown_path, request.is_open ? "its definition is requested" : request.reason.empty() ? found.error().message : request.reason);
+  return unexpected(Errc::unknown_path, request.is_open          ? "its definition is requested"
+                                        : request.reason.empty() ? found.error().message
+                                                                 : request.reason);
 }
 
 Result<MessagePtr> Core::message(std::string_view type, std::string_view hash, bool& is_waiting) {

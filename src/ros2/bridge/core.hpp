@@ -70,6 +70,8 @@ class Part {
   virtual bool is_waiting() const { return false; }
 
   Listed listed;
+  std::vector<Listed> more;         ///< what it has besides: parameters
+  bool is_listed = true;            ///< false: it only keeps other parts
   std::string wanted_path, suffix;  ///< of its Thing; `suffix` makes another one if that is taken
   std::string path;                 ///< that it has; empty: it has never been served
   bool is_served = false;
@@ -176,10 +178,10 @@ class Core {
 
   mutable std::mutex list_mutex_;
   mutable std::condition_variable list_changed_;
-  std::vector<Listed> list_;     ///< guarded by list_mutex_
-  Counters counted_;             ///< guarded by list_mutex_
+  std::vector<Listed> list_;                                               ///< guarded by list_mutex_
+  Counters counted_;                                                       ///< guarded by list_mutex_
   Clock::time_point last_change_ = Clock::now(), started_ = Clock::now();  ///< guarded by list_mutex_
-  bool is_waiting_ = true;       ///< guarded by list_mutex_
+  bool is_waiting_ = true;                                                 ///< guarded by list_mutex_
 };
 
 // --- the kinds of parts: each updates its parts from a snapshot

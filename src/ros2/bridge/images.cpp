@@ -48,7 +48,8 @@ class Deflate {
   void literal(unsigned char byte) { byte < 144 ? code(0x30U + byte, 8) : code(0x190U + byte - 144U, 9); }
   /// @param length  3 to 258
   void copy(unsigned length, unsigned distance) {
-    static constexpr std::uint16_t first_length[] = {3, 4, 5, 6, 7, 8, 9, 10, 11, 13, 15, 17, 19, 23, 27, 31, 35, 43, 51, 59, 67, 83, 99, 115, 131, 163, 195, 227, 258};
+    static constexpr std::uint16_t first_length[] = {3,  4,  5,  6,  7,  8,  9,  10, 11,  13,  15,  17,  19,  23, 27,
+                                                     31, 35, 43, 51, 59, 67, 83, 99, 115, 131, 163, 195, 227, 258};
     static constexpr std::uint8_t length_bits[] = {0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3, 4, 4, 4, 4, 5, 5, 5, 5, 0};
     const auto at = static_cast<unsigned>(std::upper_bound(std::begin(first_length), std::end(first_length), length) - std::begin(first_length) - 1);
     const unsigned symbol = 257 + at;
@@ -126,26 +127,17 @@ struct Encoding {
   bool is_metres = false;  ///< 32 bits of a float
 };
 constexpr Encoding encodings[] = {
-    {"rgb8", 3, 3, 8, {0, 1, 2, 0}},
-    {"bgr8", 3, 3, 8, {2, 1, 0, 0}},
-    {"8UC3", 3, 3, 8, {2, 1, 0, 0}},
-    {"rgba8", 4, 4, 8, {0, 1, 2, 3}},
-    {"bgra8", 4, 4, 8, {2, 1, 0, 3}},
-    {"8UC4", 4, 4, 8, {2, 1, 0, 3}},
-    {"mono8", 1, 1, 8, {0, 0, 0, 0}},
-    {"8UC1", 1, 1, 8, {0, 0, 0, 0}},
-    {"rgb16", 6, 3, 16, {0, 1, 2, 0}},
-    {"bgr16", 6, 3, 16, {2, 1, 0, 0}},
-    {"rgba16", 8, 4, 16, {0, 1, 2, 3}},
-    {"bgra16", 8, 4, 16, {2, 1, 0, 3}},
-    {"mono16", 2, 1, 16, {0, 0, 0, 0}},
-    {"16UC1", 2, 1, 16, {0, 0, 0, 0}},
-    {"32FC1", 4, 1, 16, {0, 0, 0, 0}, true},
+    {"rgb8", 3, 3, 8, {0, 1, 2, 0}},    {"bgr8", 3, 3, 8, {2, 1, 0, 0}},    {"8UC3", 3, 3, 8, {2, 1, 0, 0}},
+    {"rgba8", 4, 4, 8, {0, 1, 2, 3}},   {"bgra8", 4, 4, 8, {2, 1, 0, 3}},   {"8UC4", 4, 4, 8, {2, 1, 0, 3}},
+    {"mono8", 1, 1, 8, {0, 0, 0, 0}},   {"8UC1", 1, 1, 8, {0, 0, 0, 0}},    {"rgb16", 6, 3, 16, {0, 1, 2, 0}},
+    {"bgr16", 6, 3, 16, {2, 1, 0, 0}},  {"rgba16", 8, 4, 16, {0, 1, 2, 3}}, {"bgra16", 8, 4, 16, {2, 1, 0, 3}},
+    {"mono16", 2, 1, 16, {0, 0, 0, 0}}, {"16UC1", 2, 1, 16, {0, 0, 0, 0}},  {"32FC1", 4, 1, 16, {0, 0, 0, 0}, true},
 };
 
 Unexpected contradiction() { return unexpected(Errc::unsupported_syntax, "the sizes of the image contradict each other"); }
 Unexpected too_large(std::size_t bytes, std::size_t most) {
-  return unexpected(Errc::limit_exceeded, "it has " + std::to_string(bytes) + " bytes; the limit max_representation_bytes is " + std::to_string(most));
+  return unexpected(Errc::limit_exceeded,
+                    "it has " + std::to_string(bytes) + " bytes; the limit max_representation_bytes is " + std::to_string(most));
 }
 
 }  // namespace

@@ -13,10 +13,10 @@ namespace lrt::ros2 {
 /// Pixels in memory, as in sensor_msgs/msg/Image.
 struct Pixels {
   std::uint32_t width = 0, height = 0;
-  std::uint32_t step = 0;        ///< bytes of a row
-  std::string_view encoding{};   ///< of sensor_msgs/image_encodings: "rgb8"
-  bool big_endian = false;       ///< numbers of 16 and 32 bits
-  std::string_view bytes{};      ///< step * height
+  std::uint32_t step = 0;       ///< bytes of a row
+  std::string_view encoding{};  ///< of sensor_msgs/image_encodings: "rgb8"
+  bool big_endian = false;      ///< numbers of 16 and 32 bits
+  std::string_view bytes{};     ///< step * height
 };
 
 /// An image as PNG. Colours and grey of 8 and 16 bits keep their values; "32FC1" and "16UC1" are depths: 16 bits of grey in millimetres ("32FC1" in

@@ -188,10 +188,10 @@ Mapping Mapping::of(Rules rules) {
 }
 
 Result<void> Mapping::add(std::string_view text, std::string_view format) {
-  Result<std::vector<Rule>> read = format == "application/toml" ? rules_from_toml(text)
-                                   : format == "text/turtle"    ? rules_from_turtle(text)
-                                                                : unexpected(Errc::unsupported_syntax, "a mapping is text/turtle or application/toml, not " +
-                                                                                                           std::string(format));
+  Result<std::vector<Rule>> read =
+      format == "application/toml" ? rules_from_toml(text)
+      : format == "text/turtle"    ? rules_from_turtle(text)
+                                   : unexpected(Errc::unsupported_syntax, "a mapping is text/turtle or application/toml, not " + std::string(format));
   if (!read) return Unexpected{std::move(read).error()};
   if (!rules_) rules_ = std::make_shared<Rules>();
   if (rules_->rules.size() + read->size() > max_rules)

@@ -35,14 +35,14 @@ struct Rule {
   Of of = Of::topic;
   std::string matches{};  ///< a pattern of names in ROS; Of::type: of types; Of::parameter: "/arm/driver:max_speed"
   Texts titles{}, descriptions{};
-  std::string frame{};         ///< of the numbers, instead of header.frame_id
-  FieldRule value{};           ///< of a parameter, and of the only field of a message besides `header`
-  std::optional<bool> hidden{};  ///< it has no resource
-  std::optional<bool> requires_expiry{};                ///< each command says until when it is worth carrying out
-  std::optional<std::chrono::milliseconds> life{};      ///< of a written value; 0: for ever
-  std::optional<std::chrono::milliseconds> interval{};  ///< between two samples
-  std::string success{};   ///< of a service: field of the response, a boolean; false: the call has failed
-  std::string progress{};  ///< of an action: field of the feedback, a number of 0 to 1
+  std::string frame{};                                     ///< of the numbers, instead of header.frame_id
+  FieldRule value{};                                       ///< of a parameter, and of the only field of a message besides `header`
+  std::optional<bool> hidden{};                            ///< it has no resource
+  std::optional<bool> requires_expiry{};                   ///< each command says until when it is worth carrying out
+  std::optional<std::chrono::milliseconds> life{};         ///< of a written value; 0: for ever
+  std::optional<std::chrono::milliseconds> interval{};     ///< between two samples
+  std::string success{};                                   ///< of a service: field of the response, a boolean; false: the call has failed
+  std::string progress{};                                  ///< of an action: field of the feedback, a number of 0 to 1
   std::map<std::string, FieldRule, std::less<>> fields{};  ///< by path: "header.frame_id", "pose.*.x"; `*` is any one name
 };
 

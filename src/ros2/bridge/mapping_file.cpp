@@ -46,16 +46,16 @@ class Reader {
     Error e{code, {}};
     e.line = static_cast<std::uint32_t>(at.begin.line);
     e.column = static_cast<std::uint32_t>(at.begin.column);
-    e.message = (name_.empty() ? std::string() : std::string(name_) + ", ") + "line " + std::to_string(e.line) + ", column " + std::to_string(e.column) +
-                ": " + std::move(what);
+    e.message = (name_.empty() ? std::string() : std::string(name_) + ", ") + "line " + std::to_string(e.line) + ", column " +
+                std::to_string(e.column) + ": " + std::move(what);
     error_ = std::move(e);
   }
   void fail(const toml::node& node, std::string what, Errc code = Errc::expected_value) { fail(node.source(), std::move(what), code); }
 
   std::optional<toml::table> parse(std::string_view text) {
     if (text.size() > max_mapping_bytes) {
-      error_ = Error{Errc::limit_exceeded, std::string(name_) + (name_.empty() ? "" : ": ") + "the file has more than " +
-                                               std::to_string(max_mapping_bytes) + " bytes"};
+      error_ = Error{Errc::limit_exceeded,
+                     std::string(name_) + (name_.empty() ? "" : ": ") + "the file has more than " + std::to_string(max_mapping_bytes) + " bytes"};
       return std::nullopt;
     }
     toml::parse_result parsed = toml::parse(text);
@@ -104,7 +104,8 @@ class Reader {
       const auto* number = node->as_integer();
       if (!number) return fail(*node, wrong(key, "an integer"));
       if (number->get() < low || number->get() > high)
-        return fail(*node, quoted(key) + ": expected " + std::to_string(low) + " to " + std::to_string(high) + ", found " + std::to_string(number->get()),
+        return fail(*node,
+                    quoted(key) + ": expected " + std::to_string(low) + " to " + std::to_string(high) + ", found " + std::to_string(number->get()),
                     Errc::out_of_range);
       to = static_cast<Integer>(number->get());
     }
@@ -158,7 +159,8 @@ class Reader {
       const auto* text = node->as_string();
       if (!text) return fail(*node, wrong("unit", "a text"));
       to.unit = find_unit(text->get());
-      if (!to.unit) return fail(*node, "unknown unit " + quoted(text->get()) + "; expected a code of UCUM that lrt knows (\"m/s\"), or an IRI of QUDT");
+      if (!to.unit)
+        return fail(*node, "unknown unit " + quoted(text->get()) + "; expected a code of UCUM that lrt knows (\"m/s\"), or an IRI of QUDT");
     }
     read(table, "min", to.min);
     read(table, "max", to.max);
@@ -175,7 +177,8 @@ class Reader {
   }
   void read_iri(const toml::table& table, std::string_view key, std::string& to) {
     read(table, key, to);
-    if (!to.empty() && !iri::is_absolute(to)) fail(*table.get(key), quoted(key) + ": expected an absolute IRI, found " + quoted(to), Errc::expected_iri);
+    if (!to.empty() && !iri::is_absolute(to))
+      fail(*table.get(key), quoted(key) + ": expected an absolute IRI, found " + quoted(to), Errc::expected_iri);
   }
 
   void rule(const toml::table& table, Rule::Of of, std::string_view kind, std::vector<Rule>& to) {
@@ -186,12 +189,9 @@ class Reader {
       only(table, kind,
            {"type", "title", "description", "frame", "hidden", "life_ms", "interval_ms", "requires_expiry", "success", "progress", "fields", "unit",
             "min", "max", "quantity_kind"});
-    else if (of == Rule::Of::parameter)
-      only(table, kind, {"name", "title", "description", "hidden", "unit", "min", "max", "quantity_kind", "term"});
-    else if (of == Rule::Of::service)
-      only(table, kind, {"name", "title", "description", "hidden", "requires_expiry", "success", "fields"});
-    else if (of == Rule::Of::action)
-      only(table, kind, {"name", "title", "description", "hidden", "requires_expiry", "progress", "fields"});
+    else if (of == Rule::Of::parameter) only(table, kind, {"name", "title", "description", "hidden", "unit", "min", "max", "quantity_kind", "term"});
+    else if (of == Rule::Of::service) only(table, kind, {"name", "title", "description", "hidden", "requires_expiry", "success", "fields"});
+    else if (of == Rule::Of::action) only(table, kind, {"name", "title", "description", "hidden", "requires_expiry", "progress", "fields"});
     else
       only(table, kind,
            {"name", "title", "description", "frame", "hidden", "life_ms", "interval_ms", "requires_expiry", "fields", "unit", "min", "max",
@@ -211,8 +211,7 @@ class Reader {
       for (const auto& [path, node] : *fields) {
         const toml::table* field = node.as_table();
         if (!field) return fail(node, wrong(path.str(), "a table"));
-        only(*field, "a field",
-             {"unit", "min", "max", "quantity_kind", "name", "term", "title", "description", "left_out", "read_only", "values"});
+        only(*field, "a field", {"unit", "min", "max", "quantity_kind", "name", "term", "title", "description", "left_out", "read_only", "values"});
         read(*field, rule.fields[std::string(path.str())]);
         FieldRule& made = rule.fields[std::string(path.str())];
         read(*field, "title", made.titles);
@@ -252,9 +251,27 @@ class Reader {
 
 void read_graph(Reader& in, const toml::table& table, Options& to) {
   in.only(table, "[graph]",
-          {"domain", "node", "interfaces", "peers", "multicast", "shared_memory", "allowed_addresses", "settle_ms", "namespaces", "path",
-           "robot_description", "max_participants", "max_endpoints", "max_endpoints_of_participant", "max_name_bytes", "max_user_data_bytes",
-           "max_subscriptions", "max_sample_bytes", "max_waiting_bytes", "max_calls", "max_goals"});
+          {"domain",
+           "node",
+           "interfaces",
+           "peers",
+           "multicast",
+           "shared_memory",
+           "allowed_addresses",
+           "settle_ms",
+           "namespaces",
+           "path",
+           "robot_description",
+           "max_participants",
+           "max_endpoints",
+           "max_endpoints_of_participant",
+           "max_name_bytes",
+           "max_user_data_bytes",
+           "max_subscriptions",
+           "max_sample_bytes",
+           "max_waiting_bytes",
+           "max_calls",
+           "max_goals"});
   GraphOptions& graph = to.graph;
   in.integer(table, "domain", graph.domain, 0, 232);
   in.read(table, "node", graph.node);
@@ -303,9 +320,9 @@ void read_allowed(Reader& in, const toml::table& table, Allowed& to) {
 }
 
 void read_limits(Reader& in, const toml::table& table, BridgeLimits& to) {
-  in.only(table, "[limits]",
-          {"max_things", "max_value_bytes", "max_representation_bytes", "minimum_interval_ms", "large_interval_ms", "command_life_ms",
-           "max_parameters"});
+  in.only(
+      table, "[limits]",
+      {"max_things", "max_value_bytes", "max_representation_bytes", "minimum_interval_ms", "large_interval_ms", "command_life_ms", "max_parameters"});
   in.count(table, "max_things", to.max_things);
   in.count(table, "max_value_bytes", to.max_value_bytes);
   in.count(table, "max_representation_bytes", to.max_representation_bytes);

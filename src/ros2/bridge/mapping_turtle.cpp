@@ -43,7 +43,9 @@ class TurtleReader {
       }
       if (!known) return unexpected(Errc::expected_value, "unknown class " + rdf::to_string(kind));
     }
-    if (all.empty()) return unexpected(Errc::expected_value, "the document has no rule: a node with the type <" LRT_ROS2_NS "TopicRule>, TypeRule, ServiceRule, ActionRule or ParameterRule");
+    if (all.empty())
+      return unexpected(Errc::expected_value, "the document has no rule: a node with the type <" LRT_ROS2_NS
+                                              "TopicRule>, TypeRule, ServiceRule, ActionRule or ParameterRule");
     return all;
   }
 

@@ -43,7 +43,8 @@ class Port {
   virtual Result<std::shared_ptr<TopicWriter>> advertise(std::string_view topic, std::string_view type, const AdvertiseOptions& options) = 0;
   virtual Result<Handle> call(std::string_view service, std::string_view type, std::string_view request, UniqueFunction<void(Result<Bytes>)> done,
                               std::chrono::milliseconds timeout) = 0;
-  virtual Result<std::shared_ptr<SentGoal>> send_goal(std::string_view action, std::string_view type, std::string_view request, GoalEvents events) = 0;
+  virtual Result<std::shared_ptr<SentGoal>> send_goal(std::string_view action, std::string_view type, std::string_view request,
+                                                      GoalEvents events) = 0;
   virtual Result<Handle> parameters(std::string_view node, UniqueFunction<void(Result<std::vector<Parameter>>)> done, std::size_t max) = 0;
   virtual Result<Handle> set_parameter(std::string_view node, const Parameter& parameter, UniqueFunction<void(Result<void>)> done,
                                        std::chrono::milliseconds timeout) = 0;

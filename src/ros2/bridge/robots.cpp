@@ -67,7 +67,8 @@ bool read_text(Cursor& in, std::string_view& text) noexcept {
 bool read_header(Cursor& in, Utc& stamp, std::string_view& frame) noexcept {
   std::uint32_t seconds = 0, nanoseconds = 0;
   if (!in.read(seconds) || !in.read(nanoseconds)) return false;
-  stamp = Utc(std::chrono::duration_cast<Utc::duration>(std::chrono::seconds(static_cast<std::int32_t>(seconds)) + std::chrono::nanoseconds(nanoseconds)));
+  stamp = Utc(
+      std::chrono::duration_cast<Utc::duration>(std::chrono::seconds(static_cast<std::int32_t>(seconds)) + std::chrono::nanoseconds(nanoseconds)));
   return read_text(in, frame);
 }
 
@@ -99,7 +100,8 @@ class RobotModel final : public JointSink {
     Doubles positions, velocities, efforts;
     if (!positions.read(in) || !velocities.read(in) || !efforts.read(in)) return;
     const std::lock_guard lock(mutex_);  // several topics may move one robot
-    for (auto* numbers : {&positions_, &velocities_, &efforts_}) std::fill(numbers->begin(), numbers->end(), std::numeric_limits<double>::quiet_NaN());
+    for (auto* numbers : {&positions_, &velocities_, &efforts_})
+      std::fill(numbers->begin(), numbers->end(), std::numeric_limits<double>::quiet_NaN());
     for (std::uint32_t i = 0; i < names; ++i) {
       if (!read_text(at_names, name)) return;
       const auto known = variables_.find(name);
@@ -335,7 +337,10 @@ class FramePart final : public Part {
     thing.default_title(frame_).type(vocab::maths::CoordinateSystem);
     const std::string parent = frames_->parent_of(frame_);
     pose_ = thing.pushed<RosValue>("pose", rdf::DynamicType(rdf::traits<Isometry>::type()), unit::metre);
-    pose_.title("Pose", "en").description("Where the frame is, seen from its parent.", "en").predicate(vocab::lrt_::pose).dispatch(Dispatch::io_thread);
+    pose_.title("Pose", "en")
+        .description("Where the frame is, seen from its parent.", "en")
+        .predicate(vocab::lrt_::pose)
+        .dispatch(Dispatch::io_thread);
     const std::string its_parent = thing_of_frame(core, frames_->ns(), parent);
     pose_.frame(its_parent.empty() ? Object(parent) : Object::resource(its_parent));
     pose_.add(vocab::spatial::targetCoordinateSystem, Object::resource(its_path));
@@ -371,7 +376,9 @@ void Frames::announce(const std::string& name) {
 class FramesPart final : public Part {
  public:
   FramesPart(Core& core, const std::string& ns)
-      : Part(Listed{Listed::What::topic, ns == "/" ? "/tf" : ns + "/tf", {}, {}, {}, {}, {}}), frames(std::make_shared<Frames>(core, ns)) {}
+      : Part(Listed{Listed::What::topic, ns == "/" ? "/tf" : ns + "/tf", {}, {}, {}, {}, {}}), frames(std::make_shared<Frames>(core, ns)) {
+    is_listed = false;
+  }
   std::vector<Thing> make(Core&, const std::string&) override { return {}; }
   std::shared_ptr<Frames> frames;
 };
@@ -390,7 +397,8 @@ bool is_tf_message(const Message& m) noexcept {
     return false;
   const Message& t = *m.fields[0].type.message;
   return t.fields.size() == 3 && has_message(t, 0, "header", "std_msgs/msg/Header", Arity::single) &&
-         has_field(t, 1, "child_frame_id", Kind::string, Arity::single) && has_message(t, 2, "transform", "geometry_msgs/msg/Transform", Arity::single);
+         has_field(t, 1, "child_frame_id", Kind::string, Arity::single) &&
+         has_message(t, 2, "transform", "geometry_msgs/msg/Transform", Arity::single);
 }
 
 std::shared_ptr<JointSink> joints_of(Core& core, const std::string& ns) {

@@ -25,10 +25,10 @@ class PayloadReader {
 /// The value of a property of the bridge: what passes from DDS to the engine. It is decoded where the engine takes it, and the engine
 /// takes what somebody reads or observes.
 struct RosValue {
-  Bytes payload{};                                 ///< null: there is another member
-  std::shared_ptr<const PayloadReader> reader{};   ///< of the payload
-  std::shared_ptr<const rdf::Value> value{};       ///< that is known already
-  std::shared_ptr<const Error> missing{};          ///< why there is none
+  Bytes payload{};                                ///< null: there is another member
+  std::shared_ptr<const PayloadReader> reader{};  ///< of the payload
+  std::shared_ptr<const rdf::Value> value{};      ///< that is known already
+  std::shared_ptr<const Error> missing{};         ///< why there is none
 
   static RosValue of(rdf::Value v) {
     RosValue made;

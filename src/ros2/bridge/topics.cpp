@@ -32,8 +32,8 @@ struct BulkType {
   const char* left_out;
 };
 constexpr BulkType bulk_types[] = {
-    {"sensor_msgs/msg/Image", Bulk::image, "data"},        {"sensor_msgs/msg/CompressedImage", Bulk::compressed_image, "data"},
-    {"nav_msgs/msg/OccupancyGrid", Bulk::grid, "data"},    {"sensor_msgs/msg/PointCloud2", Bulk::cloud, "data"},
+    {"sensor_msgs/msg/Image", Bulk::image, "data"},     {"sensor_msgs/msg/CompressedImage", Bulk::compressed_image, "data"},
+    {"nav_msgs/msg/OccupancyGrid", Bulk::grid, "data"}, {"sensor_msgs/msg/PointCloud2", Bulk::cloud, "data"},
     {"sensor_msgs/msg/LaserScan", Bulk::scan, nullptr},
 };
 
@@ -105,7 +105,8 @@ Result<std::string> data_of_sample(const Places& at, const RosValue& v, std::siz
   Result<std::string_view> data = at.bytes(*v.payload);
   if (!data) return Unexpected{data.error()};
   if (data->size() > most)
-    return unexpected(Errc::limit_exceeded, "it has " + std::to_string(data->size()) + " bytes; the limit max_representation_bytes is " + std::to_string(most));
+    return unexpected(Errc::limit_exceeded,
+                      "it has " + std::to_string(data->size()) + " bytes; the limit max_representation_bytes is " + std::to_string(most));
   return std::string(*data);
 }
 
@@ -285,7 +286,8 @@ class TopicPart final : public Part {
       return;
     }
     const std::vector<Endpoint>& of_type = writers.empty() ? readers : writers;
-    if (of_type.empty()) return become_unavailable("no node writes it now" + (last_writers_.empty() ? std::string() : "; the last was " + last_writers_));
+    if (of_type.empty())
+      return become_unavailable("no node writes it now" + (last_writers_.empty() ? std::string() : "; the last was " + last_writers_));
     choose_type(core, of_type);
     if (!state_ || !state_->type) return;  // the reason is stated
     if (writers.empty()) {
@@ -362,8 +364,7 @@ class TopicPart final : public Part {
     const auto is_used = [&](const Endpoint& e) { return e.type == type_ && e.hash == hash_; };
     if (state_ && state_->type && std::any_of(endpoints.begin(), endpoints.end(), is_used)) return;
     // An endpoint that states no hash is of any version.
-    if (state_ && state_->type &&
-        std::any_of(endpoints.begin(), endpoints.end(), [&](const Endpoint& e) { return e.type == type_ && fits_hash(e); }))
+    if (state_ && state_->type && std::any_of(endpoints.begin(), endpoints.end(), [&](const Endpoint& e) { return e.type == type_ && fits_hash(e); }))
       return;
     const auto first = std::find_if(endpoints.begin(), endpoints.end(), [](const Endpoint& e) { return is_type_name(e.type); });
     if (first == endpoints.end()) {
@@ -518,9 +519,10 @@ class TopicPart final : public Part {
     switch (bulk_) {
       case Bulk::image:
       case Bulk::grid: {
-        PushedProperty<RosValue> p = file("image", "Image", bulk_ == Bulk::image ? "The pixels as PNG, made when it is requested; or the bytes of the message."
-                                                                               : "The grid as PNG: free is white, occupied black, unknown grey; or its cells, "
-                                                                                 "a signed byte each, row by row from the smallest y.");
+        PushedProperty<RosValue> p = file("image", "Image",
+                                          bulk_ == Bulk::image ? "The pixels as PNG, made when it is requested; or the bytes of the message."
+                                                               : "The grid as PNG: free is white, occupied black, unknown grey; or its cells, "
+                                                                 "a signed byte each, row by row from the smallest y.");
         p.representation("image/png", [at, most, bulk = bulk_](const RosValue& v) { return png_of_sample(*at, v, bulk, most); });
         p.representation("application/octet-stream", [at, most](const RosValue& v) { return data_of_sample(*at, v, most); });
         break;
@@ -547,7 +549,8 @@ class TopicPart final : public Part {
           const bool is_range = std::string_view(name) == "ranges";
           PushedProperty<RosValue> p = thing.pushed<RosValue>(name, *list, is_range ? unit::metre : unit::none);
           p.title(is_range ? "Ranges" : "Intensities", "en").octets().every_sample().dispatch(Dispatch::io_thread);
-          state_->outputs.push_back({p, std::make_shared<NumbersReader>(type, *std::move(place), state_->shared, core.options().limits.max_value_bytes)});
+          state_->outputs.push_back(
+              {p, std::make_shared<NumbersReader>(type, *std::move(place), state_->shared, core.options().limits.max_value_bytes)});
         }
         break;
       }
@@ -573,14 +576,15 @@ class TopicPart final : public Part {
       if (stamps) set_stamp(payload);
       return publisher->publish(payload);
     };
-    value.on_write([write, type = *state_->type, publisher = publisher_, name = listed.name, shared = core.shared()](const RosValue& v) -> Result<void> {
-      if (publisher->readers() == 0) return refused("no node reads " + name + " now");
-      Result<std::string> payload = type.encode(v.value ? *v.value : rdf::Value());
-      if (!payload) return Unexpected{std::move(payload).error()};
-      Result<void> written = write(*std::move(payload));
-      if (written) shared->commands.fetch_add(1, std::memory_order_relaxed);
-      return written;
-    });
+    value.on_write(
+        [write, type = *state_->type, publisher = publisher_, name = listed.name, shared = core.shared()](const RosValue& v) -> Result<void> {
+          if (publisher->readers() == 0) return refused("no node reads " + name + " now");
+          Result<std::string> payload = type.encode(v.value ? *v.value : rdf::Value());
+          if (!payload) return Unexpected{std::move(payload).error()};
+          Result<void> written = write(*std::move(payload));
+          if (written) shared->commands.fetch_add(1, std::memory_order_relaxed);
+          return written;
+        });
     const milliseconds life = said_.life.value_or(said_.is_command ? core.options().limits.command_life : milliseconds(0));
     if (life.count() > 0) {
       value.expires(life, [write, type = *state_->type, state = std::weak_ptr<TopicState>(state_)] {

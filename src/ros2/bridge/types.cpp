@@ -137,7 +137,8 @@ FieldOptions TypeMaker::says(const Message& root, const Scope& scope, std::strin
 }
 
 /// All that makes a record what it is.
-void TypeMaker::describe(const Message& root, const Scope& scope, const Message& at, const std::string& path, std::size_t depth, std::string& out) const {
+void TypeMaker::describe(const Message& root, const Scope& scope, const Message& at, const std::string& path, std::size_t depth,
+                         std::string& out) const {
   out += at.name + '{';
   for (const Field& field : at.fields) {
     const std::string place = path.empty() ? field.name : path + '.' + field.name;

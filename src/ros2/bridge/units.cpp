@@ -6,7 +6,6 @@
 
 #include <lrt/base/iri.hpp>
 
-
 namespace lrt::ros2 {
 namespace {
 
