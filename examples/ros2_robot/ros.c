@@ -191,9 +191,23 @@ dds_entity_t add_service(struct node* node, const char* name, const dds_topic_de
   return service->replies;
 }
 
+/* A client is found by two endpoints, one after the other. A response to a client whose reader is not known yet would be lost: the request waits for it,
+   half a second at most, as the RMW of ROS 2 does. */
+static bool is_reached(struct service* service) {
+  enum { MOST_STEPS = 50 };
+  dds_subscription_matched_status_t clients = {0};
+  dds_publication_matched_status_t readers = {0};
+  dds_get_subscription_matched_status(service->requests, &clients);
+  dds_get_publication_matched_status(service->replies, &readers);
+  if (readers.current_count >= clients.current_count) service->waited = 0;
+  else if (service->waited < MOST_STEPS) return ++service->waited, false;
+  return true;
+}
+
 void serve_requests(struct graph* graph) {
   for (uint32_t i = 0; i < graph->service_count; ++i) {
     struct service* service = &graph->services[i];
+    if (!is_reached(service)) continue;
     void* samples[MAX_REQUESTS] = {NULL};
     dds_sample_info_t infos[MAX_REQUESTS];
     const dds_return_t count = dds_take(service->requests, samples, infos, MAX_REQUESTS, MAX_REQUESTS);

@@ -26,6 +26,7 @@ typedef bool (*serve_function)(struct node* node, void* context, const void* req
 struct service {
   dds_entity_t requests, replies;
   size_t reply_size;
+  int waited; /* steps, for a client that is found in part */
   struct node* node;
   serve_function serve;
   void* context;
