@@ -375,7 +375,7 @@ class Definitions::Impl {
       message->fields.push_back(field.field);
       ++members;
       if (!field.message.empty()) {
-        const Result<std::size_t> inner = resolve(field.message, state);
+        Result<std::size_t> inner = resolve(field.message, state);
         if (!inner) return inner;
         members += *inner;
         message->fields.back().type.message = state.done[field.message].first;
