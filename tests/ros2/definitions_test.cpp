@@ -192,12 +192,32 @@ TEST_CASE("a malformed definition is refused with its line", "[ros2]") {
 }
 
 TEST_CASE("hashes are those that nodes announce", "[ros2]") {
-  // As the nodes of Jazzy announce them.
+  // As nodes of Jazzy announce them.
   Definitions known;
-  CHECK(known.message("std_msgs/msg/String").value()->hash == "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18");
-  CHECK(known.message("geometry_msgs/msg/Twist").value()->hash == "RIHS01_9c45bf16fe0983d80e3cfe750d6835843d265a9a6c46bd2e609fcddde6fb8d2a");
+  for (const auto& [type, hash] : std::vector<std::pair<const char*, const char*>>{
+           {"sensor_msgs/msg/JointState", "a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e"},
+           {"sensor_msgs/msg/Image", "d31d41a9a4c4bc8eae9be757b0beed306564f7526c88ea6a4588fb9582527d47"},
+           {"sensor_msgs/msg/LaserScan", "64c191398013af96509d518dac71d5164f9382553fce5c1f8cca5be7924bd828"},
+           {"sensor_msgs/msg/CameraInfo", "b3dfd68ff46c9d56c80fd3bd4ed22c7a4ddce8c8348f2f59c299e73118e7e275"},
+           {"sensor_msgs/msg/PointCloud2", "9198cabf7da3796ae6fe19c4cb3bdd3525492988c70522628af5daa124bae2b5"},
+           {"nav_msgs/msg/Odometry", "3cc97dc7fb7502f8714462c526d369e35b603cfc34d946e3f2eda2766dfec6e0"},
+           {"rcl_interfaces/msg/ParameterEvent", "043e627780fcad87a22d225bc2a037361dba713fca6a6b9f4b869a5aa0393204"},
+           {"rcl_interfaces/msg/Log", "e28ce254ca8abc06abf92773b74602cdbf116ed34fbaf294fb9f81da9f318eac"},
+           {"std_msgs/msg/Empty", "20b625256f32d5dbc0d04fee44f43c41e51c70d3502f84b4a08e7a9c26a96312"},
+           {"std_msgs/msg/Int32", "b6578ded3c58c626cfe8d1a6fb6e04f706f97e9f03d2727c9ff4e74b1cef0deb"},
+           {"std_msgs/msg/String", "df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"},
+           {"geometry_msgs/msg/Twist", "9c45bf16fe0983d80e3cfe750d6835843d265a9a6c46bd2e609fcddde6fb8d2a"},
+           {"builtin_interfaces/msg/Time", "b106235e25a4c5ed35098aa0a61a3ee9c9b18d197f398b0e4206cea9acf9c197"}}) {
+    CAPTURE(type);
+    CHECK(known.message(type).value()->hash == "RIHS01_" + std::string(hash));
+    CHECK(known.message(type, "RIHS01_" + std::string(hash)));
+  }
   CHECK(known.service("example_interfaces/srv/AddTwoInts").value()->hash ==
         "RIHS01_e118de6bf5eeb66a2491b5bda11202e7b68f198d6f67922cf30364858239c81a");
+  CHECK(known.service("rcl_interfaces/srv/GetParameters").value()->hash == "RIHS01_bf9803d5c74cf989a5de3e0c2e99444599a627c7ff75f97b8c05b01003675cbc");
+  // The shipped messages in it are Jazzy's if the hash is.
+  const std::string participant = "RIHS01_91a0593bacdcc50ea9bdcf849a938b128412cc1ea821245c663bcd26f83c295e";
+  CHECK(known.message("rmw_dds_common/msg/ParticipantEntitiesInfo", participant).value()->fields[0].type.message->fields[0].type.size == 16);
 }
 
 TEST_CASE("all shipped definitions are types", "[ros2]") {

@@ -10,6 +10,7 @@
 
 #include <lrt/rdf/value_codec.hpp>
 
+#include "src/base/ascii.hpp"
 #include "src/base/base64.hpp"
 #include "src/base/quote.hpp"
 #include "src/base/utf8.hpp"
@@ -795,7 +796,8 @@ std::vector<Enumerator> MessageOptions::of_constants(const Message& in, const Fi
     any_prefix = any_prefix || its;
     if (its != &field || !constant.value.integer()) continue;
     std::string name = constant.name.substr(prefix.size());
-    made.push_back({name.empty() || (name[0] >= '0' && name[0] <= '9') ? constant.name : std::move(name), *constant.value.integer()});
+    if (name.empty() || detail::is_digit(name[0])) name = constant.name;
+    made.push_back({std::move(name), *constant.value.integer()});
   }
   if (!any_prefix) {
     const auto alike = [&](const Field& f) { return plain_kind(f.type.kind) == plain_kind(field.type.kind); };
