@@ -159,7 +159,8 @@ class GuardedTransport final : public transport::ChainingTransport {
       case Guard::Verdict::pass: return next->OnDataReceived(bytes, size, local, remote);
       case Guard::Verdict::changed:
         return next->OnDataReceived(reinterpret_cast<const rtps::octet*>(changed.data()), static_cast<std::uint32_t>(changed.size()), local, remote);
-      case Guard::Verdict::drop: return;
+      case Guard::Verdict::drop:
+      case Guard::Verdict::rekeyed: return;
     }
   }
 
@@ -494,12 +495,6 @@ class FastParticipant final : public Participant, private rtps::RTPSParticipantL
         locator.port = 0;
         std::memcpy(locator.address + 12, &address, 4);
         attributes.builtin.initialPeersList.push_back(locator);
-      }
-      if (attributes.builtin.initialPeersList.empty()) {  // nobody is looked for; others may find this participant
-        rtps::Locator_t self = any;
-        self.address[12] = 127;
-        self.address[15] = 1;
-        attributes.builtin.initialPeersList.push_back(self);
       }
     }
     // The listener may be called before createParticipant() returns.

@@ -268,6 +268,8 @@ struct Guard::Submessage {
   std::size_t payload;  ///< where it begins in `body`
   bool has_data;        ///< and not only a key
   bool little;
+  bool has_key_hash;         ///< in its inline QoS
+  std::uint32_t status = 0;  ///< there: 1 disposed, 2 unregistered
 };
 
 /// @param body  changed: what takes the place of the submessage's body
@@ -298,6 +300,25 @@ Guard::Verdict Guard::judge_announcement(const Submessage& submessage, bool of_p
         if (name == 0x0062 && (length < 4 || u32(bytes + at + 4, little) > 256 || u32(bytes + at + 4, little) + 4U > length)) pad(at);
       });
   if (!end || !is_own) return Verdict::drop;
+  if (!submessage.has_data && has_gid && !submessage.has_key_hash && submessage.length >= 52) {
+    // Fast DDS ignores a key in the payload, so it would not see that an endpoint of Cyclone is gone. The key moves into the inline QoS.
+    const bool order = submessage.little;
+    const auto put16 = [&](std::size_t at, std::uint16_t value) {
+      body[at] = static_cast<char>(order ? value & 0xff : value >> 8);
+      body[at + 1] = static_cast<char>(order ? value >> 8 : value & 0xff);
+    };
+    body.replace(20, submessage.length - 20, submessage.length - 20, '\0');
+    body[2] = body[3] = 0;
+    put16(2, 16);  // where the inline QoS begins
+    put16(20, 0x0071);
+    put16(22, 4);
+    put32(writable(body, 24), submessage.status, false);
+    put16(28, 0x0070);
+    put16(30, 16);
+    std::memcpy(body.data() + 32, gid.bytes.data(), 16);
+    put16(48, 1);
+    return Verdict::rekeyed;
+  }
   if (of_participant) {
     if (submessage.has_data && !has_gid) return Verdict::drop;
     if (submessage.has_data ? !admit(from) : !is_admitted(from)) return Verdict::drop;
@@ -407,10 +428,15 @@ Guard::Verdict Guard::judge(std::string_view packet, std::uint32_t from, std::st
         if (payload < fixed || payload > length) return malformed();
         const bool of_participants = writer == participants_writer;
         const bool of_endpoints = writer == publications_writer || writer == subscriptions_writer;
+        bool has_key_hash = false;
+        std::uint32_t status = 0;
         if (has_qos) {
           bool for_another = false;
           const auto end = each_parameter(body, payload, length, little, [&](std::uint16_t pid, std::size_t place, std::uint16_t size) {
-            if ((pid & 0xbfffU) == 0x0070 && (of_participants || of_endpoints))
+            if ((pid & 0xbfffU) == 0x0071 && size == 4) status = u32(body + place + 4, false);
+            if ((pid & 0xbfffU) != 0x0070) return;
+            has_key_hash = true;
+            if (of_participants || of_endpoints)
               for_another = for_another || size < 16 || std::memcmp(body + place + 4, prefix.data(), prefix.size()) != 0;
           });
           if (!end || for_another) return malformed();
@@ -443,12 +469,14 @@ Guard::Verdict Guard::judge(std::string_view packet, std::uint32_t from, std::st
           if (!has_data && !has_key) break;
           if (of_endpoints && !admitted) return Verdict::drop;
           std::string rewritten;
-          const Verdict verdict = judge_announcement({body, length, payload, has_data, little}, of_participants, prefix, rewritten);
+          const Verdict verdict =
+              judge_announcement({body, length, payload, has_data, little, has_key_hash, status}, of_participants, prefix, rewritten);
           if (verdict == Verdict::drop) {
             if (of_participants) return Verdict::drop;
             leave_out(true);
-          } else if (verdict == Verdict::changed) {
+          } else if (verdict != Verdict::pass) {
             copy();
+            if (verdict == Verdict::rekeyed) changed[at + 1] = static_cast<char>((flags & ~0x0cU) | 2U);  // inline QoS only
             std::memcpy(changed.data() + begin, rewritten.data(), rewritten.size());
           }
           if (of_participants) admitted = true;

@@ -67,7 +67,12 @@ class Guard {
     std::atomic<std::uint64_t> refused_participants{0};  ///< each once, as far as the guard remembers them
     std::atomic<std::uint64_t> refused_endpoints{0};     ///< announcements of them
   };
-  enum class Verdict : std::uint8_t { pass, changed, drop };
+  enum class Verdict : std::uint8_t {
+    pass,
+    changed,
+    drop,
+    rekeyed,  ///< changed; not of packets
+  };
 
   Guard(const GraphLimits& limits, AddressList allowed);
   void own(const Prefix& prefix);  ///< Sets the prefix of the own participant; before the first packet from others
