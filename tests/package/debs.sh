@@ -85,7 +85,7 @@ fi
 consumers() {
   local root=$1 libdir flags=() wanted=(-DCLIENT=ON -DQUERY=ON) component
   libdir=/usr/lib/$(dpkg-architecture -q DEB_HOST_MULTIARCH)
-  for component in urdf mqtt protobuf; do
+  for component in urdf mqtt protobuf ros2; do
     if compgen -G "$folder/packages/liblrt-$component*.deb" >/dev/null; then
       wanted+=("-D${component^^}=ON")
     else
@@ -103,7 +103,7 @@ consumers() {
     return 1
   }
   "$folder/consumer/consumer" "$version"
-  for component in client client_tools query mqtt protobuf; do
+  for component in client client_tools query mqtt protobuf ros2; do
     if [[ -x $folder/consumer/${component}_consumer ]]; then "$folder/consumer/${component}_consumer"; fi
   done
   if [[ -x $folder/consumer/urdf_consumer ]]; then "$folder/consumer/urdf_consumer" "$source_root/examples/ex_urdf_robot/picker.urdf"; fi
@@ -146,7 +146,7 @@ apt-get install -y -q --no-install-recommends /lrt/*.deb >/lrt/log 2>&1 || { tai
 ldconfig -p | grep liblrt
 lrt --version
 apt-get install -y -q --no-install-recommends g++ cmake make pkg-config libprotobuf-dev >/lrt/log 2>&1 || { tail -n 20 /lrt/log; exit 1; }
-cmake -S /lrt/package/find_package -B /lrt/build -DLRT_WANTED="$1" -DCLIENT=ON -DQUERY=ON -DURDF=ON -DMQTT=ON -DPROTOBUF=ON
+cmake -S /lrt/package/find_package -B /lrt/build -DLRT_WANTED="$1" -DCLIENT=ON -DQUERY=ON -DURDF=ON -DMQTT=ON -DPROTOBUF=ON -DROS2=ON
 cmake --build /lrt/build
 /lrt/build/consumer "$1"
 /lrt/build/client_consumer
@@ -155,6 +155,7 @@ cmake --build /lrt/build
 /lrt/build/urdf_consumer /lrt/package/picker.urdf
 /lrt/build/mqtt_consumer
 /lrt/build/protobuf_consumer
+/lrt/build/ros2_consumer
 # shellcheck disable=SC2046  # one argument per flag
 c++ -std=c++17 /lrt/package/main.cpp $(pkg-config --cflags --libs lrt) -o /lrt/program
 /lrt/program "$1"

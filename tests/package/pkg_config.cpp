@@ -21,6 +21,9 @@
 #include <google/protobuf/timestamp.pb.h>
 #include <lrt/protobuf.hpp>
 #endif
+#ifdef WITH_ROS2
+#include <lrt/ros2/message_type.hpp>
+#endif
 
 int main([[maybe_unused]] int argc, [[maybe_unused]] char** argv) {
   lrt::Options options;
@@ -47,5 +50,8 @@ int main([[maybe_unused]] int argc, [[maybe_unused]] char** argv) {
   lrt::Thing clock{"clock"};
   clock.property("time", [] { return google::protobuf::Timestamp(); });
   server.add(std::move(clock)).value();
+#endif
+#ifdef WITH_ROS2
+  lrt::ros2::MessageType::of(lrt::ros2::Definitions().message("std_msgs/msg/Header").value()).value();
 #endif
 }

@@ -404,7 +404,22 @@ class Definitions::Impl {
     a.hash = hash_of_action(a);
   }
 
+  /// Reads descriptions of types.
+  Result<MessageType> decoder() {
+    const std::lock_guard lock(mutex_);
+    if (decoder_) return *decoder_;
+    const Result<MessagePtr> response = resolved("type_description_interfaces/srv/GetTypeDescription_Response", {&shipped_});
+    if (!response) return Unexpected{response.error()};
+    CodecLimits codec;
+    codec.max_bytes = limits.max_kept_bytes;
+    codec.max_values = 10 * limits.max_members + 10'000;
+    Result<MessageType> made = MessageType::of(*response, {}, codec);
+    if (made) decoder_ = *made;
+    return made;
+  }
+
   mutable std::mutex mutex_;  // guards the rest
+  std::optional<MessageType> decoder_;
   std::vector<std::unique_ptr<Set>> own_, of_nodes_;
   Set shipped_, shipped_humble_;
   std::size_t kept_bytes_ = 0;  // of of_nodes_
@@ -476,13 +491,9 @@ Result<ParsedMessage> read_individual(const rdf::Value& value, Description& to, 
 Result<std::string> Definitions::Impl::add_type_description(std::string_view payload, std::string_view type, std::string_view hash,
                                                             std::string_view from) {
   if (payload.size() > limits.max_kept_bytes) return unexpected(Errc::limit_exceeded, "the description of " + lrt::quoted(type) + " is too large");
-  const Result<std::shared_ptr<const Service>> own = service("type_description_interfaces/srv/GetTypeDescription", {});
-  if (!own) return Unexpected{own.error()};
-  CodecLimits codec;
-  codec.max_values = 4 * limits.max_members + 1'000;
-  const Result<MessageType> decoder = MessageType::of((*own)->response, {}, codec);
-  if (!decoder) return Unexpected{decoder.error()};
-  const Result<rdf::Value> response = decoder->decode(payload);
+  const Result<MessageType> codec = decoder();
+  if (!codec) return Unexpected{codec.error()};
+  const Result<rdf::Value> response = codec->decode(payload);
   if (!response) return Unexpected{response.error()};
   // successful, failure_reason, type_description, type_sources, extra_information
   if (!*member(*response, 0).boolean())
