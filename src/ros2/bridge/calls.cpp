@@ -198,7 +198,7 @@ class ServicePart final : public CallPart {
     };
     Action action = add_action(thing, "call", request_->type(), response_->type(), call);
     say(action, said_.titles, said_.descriptions, "Call");
-    action.dispatch(Dispatch::io_thread).policy(ActionPolicy::parallel(max_parallel));
+    action.ends_soon().dispatch(Dispatch::io_thread).policy(ActionPolicy::parallel(max_parallel));
     if (said_.requires_expiry) action.requires_expiry();
     thing.control();
     action_ = action;

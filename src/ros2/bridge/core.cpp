@@ -15,8 +15,8 @@ namespace {
 
 constexpr std::string_view ros2_ns = "https://w3id.org/lrt/ros2#";
 
-/// How long nothing happens in a graph that has settled.
-constexpr std::chrono::milliseconds quiet{400};
+/// How long nothing happens in a graph that has settled, besides GraphOptions::settle.
+constexpr std::chrono::milliseconds quiet_time{100};
 /// A graph in which nobody is found is empty after this time.
 constexpr std::chrono::milliseconds empty_after{1500};
 
@@ -244,13 +244,19 @@ std::vector<Listed> Core::list() const {
 
 bool Core::wait_until_settled(std::chrono::milliseconds limit) const {
   const Clock::time_point end = Clock::now() + limit;
-  std::unique_lock lock(list_mutex_);
+  const auto quiet = options_.graph.settle + quiet_time;
   while (true) {
+    bool is_behind = false;  // the bridge's thread has not looked yet
+    {
+      const std::lock_guard lock(shared_->mutex);
+      is_behind = shared_->changed || !shared_->jobs.empty();
+    }
+    std::unique_lock lock(list_mutex_);
     const Clock::time_point now = Clock::now();
     const Clock::time_point settled = std::max(last_change_ + quiet, list_.empty() ? started_ + empty_after : started_ + quiet);
-    if (!is_waiting_ && now >= settled) return true;
+    if (!is_behind && !is_waiting_ && now >= settled) return true;
     if (now >= end) return false;
-    list_changed_.wait_until(lock, std::min(end, is_waiting_ ? end : settled));
+    list_changed_.wait_until(lock, std::min(end, std::max(settled, now + std::chrono::milliseconds(5))));
   }
 }
 

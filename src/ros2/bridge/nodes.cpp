@@ -378,7 +378,7 @@ class NodePart final : public Part {
           static_cast<NodePart*>(part)->transition(core, name, request, response, at, done);
         });
       });
-      action.dispatch(Dispatch::io_thread);
+      action.ends_soon().dispatch(Dispatch::io_thread);
       transitions_.emplace_back(name, action);
     }
     return true;

@@ -317,6 +317,7 @@ class TopicPart final : public Part {
     std::vector<Thing> made;
     Thing& thing = made.emplace_back(its_path);
     describe(thing, listed, {}, {}, "Topic");
+    frame_stated_ = frame_now();
     const std::lock_guard lock(state_->mutex);
     state_->outputs.clear();
     const MessageType& type = *state_->type;
@@ -330,7 +331,6 @@ class TopicPart final : public Part {
     if (said_.descriptions.empty() && !comment_.empty()) value.description(comment_);
     value.dispatch(Dispatch::io_thread);
     if (state_->stamp) value.every_sample();
-    frame_stated_ = frame_now();
     if (!frame_stated_.empty()) {
       const std::string frame_thing = thing_of_frame(core, namespace_of(listed.name), frame_stated_);
       value.frame(frame_thing.empty() ? Object(frame_stated_) : Object::resource(frame_thing));
