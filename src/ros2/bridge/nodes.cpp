@@ -15,7 +15,7 @@ using std::chrono::milliseconds;
 
 /// A node has so much time to take a parameter, where lambdas may wait, and where the host's loop waits with them.
 constexpr milliseconds set_timeout{5'000}, set_timeout_in_poll{500};
-constexpr std::chrono::seconds call_timeout{10};
+constexpr std::chrono::seconds node_timeout{10};
 constexpr unsigned max_renewals = 16;
 
 /// The states of a node, lifecycle_msgs/msg/State, and a name for each.
@@ -332,7 +332,7 @@ class NodePart final : public Part {
           const std::optional<std::int64_t> id = bytes ? type.integer(**bytes, at) : std::nullopt;
           put_state(shared, core, key, id ? static_cast<int>(*id) : 0);
         },
-        call_timeout);
+        node_timeout);
     if (call) state_call_ = *std::move(call);
     else is_asking_ = false;
   }
@@ -401,7 +401,7 @@ class NodePart final : public Part {
           if (found->bytes[0] != 1) return done.fail(Error{Errc::refused, "the node says that the transition has failed"});
           done.succeed();
         },
-        call_timeout);
+        node_timeout);
     if (!call) return done.fail(call.error());
     core.shared()->commands.fetch_add(1, std::memory_order_relaxed);
     transition_calls_[next_call_++ % 4] = *std::move(call);
