@@ -78,10 +78,10 @@ struct Events {
 
 std::string goal(std::int32_t order) { return CdrWriter().bytes(std::string(16, '\0')).u32(static_cast<std::uint32_t>(order)).payload(); }
 
-bool has_action(const Graph& graph, const std::string& action) {
+bool has_action(const Graph& graph, const std::string& action, const std::string& node = {}) {
   return eventually([&] {
     const auto seen = graph.snapshot();
-    return seen->action(action) != nullptr && seen->action(action)->is_ready;
+    return seen->action(action) != nullptr && seen->action(action)->is_ready && (node.empty() || seen->node(node) != nullptr);
   });
 }
 
@@ -96,6 +96,7 @@ TEST_CASE("services of Cyclone are called with a header, in both byte orders", "
   peer.tell("serve_add /plain plain");  // without user data of RMW
   REQUIRE(is_ready(graph, "/add"));
   REQUIRE(is_ready(graph, "/plain"));
+  REQUIRE(eventually([&] { return graph.snapshot()->service("/add")->nodes.size() == 1; }));
   const auto seen = graph.snapshot();
   CHECK(seen->service("/add")->type == add_type);
   CHECK(seen->service("/add")->form == IdentityForm::header);
@@ -179,6 +180,7 @@ TEST_CASE("a call ends when its server does not respond, or is gone", "[ros2][ca
   REQUIRE_FALSE(answer.get());
   CHECK(answer.get().error().code == Errc::unconfirmed);
   CHECK(graph.counters().calls == 0);
+  CHECK(eventually([&] { return graph.snapshot()->service("/add") == nullptr; }));
   // It returns, and is called again.
   Peer again = cyclone(domain, 1000);
   again.tell("serve_add /add");
@@ -202,7 +204,11 @@ TEST_CASE("calls are limited, and one that is given up does not respond", "[ros2
     peer.tell("serve_add /add silent");
     REQUIRE(is_ready(graph, "/add"));
     std::vector<Call> calls;
-    for (int i = 0; i < 3; ++i) calls.push_back(graph.call("/add", add_type, add(i, 0), [&](Result<Bytes>) { ++called; }, 1h).value());
+    for (int i = 0; i < 3; ++i)
+      calls.push_back(graph
+                          .call(
+                              "/add", add_type, add(i, 0), [&](Result<Bytes>) { ++called; }, 1h)
+                          .value());
     CHECK(graph.call("/add", add_type, add(9, 9), [&](Result<Bytes>) { ++called; }).error().code == Errc::limit_exceeded);
     CHECK(graph.call("/add", add_type, "", [](Result<Bytes>) {}).error().code == Errc::expected_value);
     calls.clear();
@@ -221,7 +227,7 @@ TEST_CASE("a goal tells what happens to it until its end", "[ros2][calls]") {
   Peer peer = cyclone(domain);
   peer.tell("node /arm");
   peer.tell("serve_fibonacci /fibonacci");
-  REQUIRE(has_action(graph, "/fibonacci"));
+  REQUIRE(has_action(graph, "/fibonacci", "/arm"));
   const auto seen = graph.snapshot();
   CHECK(seen->action("/fibonacci")->type == fibonacci_type);
   CHECK(seen->action("/fibonacci")->nodes == std::vector<std::string>{"/arm"});

@@ -10,6 +10,7 @@
 
 #include "src/ros2/graph/cdr.hpp"
 #include "tests/ros2/peer.hpp"
+#include "tests/support/catch.hpp"
 
 namespace lrt::test {
 
@@ -73,6 +74,7 @@ class Answer {
   }
   Result<T>& get() {
     if (!eventually([this] { return is_there(); })) throw std::runtime_error("no response");
+    if (!*result_) UNSCOPED_INFO(result_->error().message);
     return *result_;
   }
   bool is_there() const {

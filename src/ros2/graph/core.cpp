@@ -15,6 +15,7 @@ namespace {
 
 constexpr const char* entities_topic = "ros_discovery_info";
 constexpr const char* entities_type = "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_";
+constexpr std::chrono::milliseconds patience_for_heartbeat{400};  ///< of a server that is matched: then it may have been for others, too
 constexpr std::size_t max_idle_clients = 64;
 constexpr std::chrono::seconds idle_life{30};  ///< of a client or the readers of an action without work
 
@@ -188,6 +189,7 @@ Result<void> ServiceClient::create() {
     }
     options.user_data += ';';
   }
+  options.is_watched = true;
   options.topic = "rr" + service + "Reply";
   options.type = dds_type_of(type + "_Response");
   // The reader comes first: a server that has the request has then heard of the reader of its response.
@@ -206,6 +208,22 @@ Result<void> ServiceClient::create() {
   return {};
 }
 
+/// Whether a server is matched in both directions. That this side is says nothing of the other one: Cyclone drops what it gets from a writer before the
+/// first heartbeat, and a response could be written before the server knows of its reader. RMWs wait for the reader, other servers do not.
+bool ServiceClient::is_ready(const ServerFound& server, TimePoint now) {
+  std::map<Gid, TimePoint> matched;
+  bool ready = false;
+  for (const auto& [reader, writer] : server.pairs) {
+    if (!requests_->is_matched(reader) || !responses_->is_matched(writer)) continue;
+    const auto before = matched_.find(writer);
+    const TimePoint since = before == matched_.end() ? now : before->second;
+    matched.emplace(writer, since);
+    ready = ready || (requests_->is_heard(reader) && responses_->is_heard(writer)) || now >= since + patience_for_heartbeat;
+  }
+  matched_ = std::move(matched);
+  return ready;
+}
+
 void ServiceClient::add(Pending pending) { waiting_.push_back(std::move(pending)); }
 
 void ServiceClient::react(TimePoint now) {
@@ -217,9 +235,7 @@ void ServiceClient::react(TimePoint now) {
     }
     const ServerFound server = core_.known.server(service, type);
     const bool is_gone = server.pairs.empty() || server.form != form;
-    const bool is_ready = !is_gone && std::any_of(server.pairs.begin(), server.pairs.end(), [&](const std::pair<Gid, Gid>& pair) {
-      return requests_->is_matched(pair.first) && responses_->is_matched(pair.second);
-    });
+    const bool is_ready = !is_gone && this->is_ready(server, now);
     if (!is_ready && !is_gone && now < pending.deadline) {
       ++it;
       continue;
@@ -289,6 +305,8 @@ void ServiceClient::close(const Error& error) {
 TimePoint ServiceClient::next() const noexcept {
   TimePoint next = TimePoint::max();
   for (const Pending& pending : waiting_) next = std::min(next, pending.deadline);
+  if (!waiting_.empty())
+    for (const auto& [writer, since] : matched_) next = std::min(next, since + patience_for_heartbeat);
   for (const auto& [sequence, pending] : sent_) next = std::min(next, pending.deadline);
   return next;
 }
@@ -628,6 +646,7 @@ void GraphCore::make_reader(Subscription::State& state, const Offered& offered) 
   wanted.topic = "rt" + state.topic;
   wanted.type = is_type_name(state.type) ? dds_type_of(state.type) : state.type;
   wanted.depth = state.options.depth;
+  wanted.is_watched = state.is_internal;
   const bool any = !offered.writers.empty();
   wanted.reliable = any && offered.reliable;
   wanted.transient_local = wanted.reliable && offered.transient_local;

@@ -129,6 +129,7 @@ class ServiceClient final : public dds::EndpointEvents {
 
  private:
   void respond(std::int64_t sequence, Bytes payload);
+  bool is_ready(const ServerFound& server, TimePoint now);
 
   GraphCore& core_;
   Gid id_{};                  ///< inline_qos: of the reader
@@ -138,6 +139,7 @@ class ServiceClient final : public dds::EndpointEvents {
   std::unique_ptr<dds::Reader> responses_;
   std::unique_ptr<dds::Writer> requests_;
   Gid requests_gid_{};
+  std::map<Gid, TimePoint> matched_;  ///< writers of responses, since when
   std::list<Pending> waiting_;
   std::map<std::int64_t, Pending> sent_;
 };
@@ -211,6 +213,7 @@ class GraphCore final : public std::enable_shared_from_this<GraphCore>, private 
   void goal_feedback(const std::string& action, const Bytes& payload);
   struct ActionChannel {
     std::size_t goals = 0;
+    TimePoint since{};  ///< when its readers were made
     TimePoint used{};
     Subscription feedback{}, status{};
   };

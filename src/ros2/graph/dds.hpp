@@ -78,6 +78,7 @@ struct EndpointOptions {
   bool keyed = false;  ///< the topic has keys
   bool reliable = false;
   bool transient_local = false;
+  bool is_watched = false;  ///< see Reader::is_heard()
   std::size_t depth = 1;
 };
 
@@ -87,6 +88,8 @@ class Reader {
   virtual ~Reader() = default;
   virtual const Gid& gid() const noexcept = 0;
   virtual bool is_matched(const Gid& writer) const = 0;
+  /// Whether the writer is known to be matched with this reader, see Guard::watch(). Only with EndpointOptions::is_watched; then matched() tells of it.
+  virtual bool is_heard(const Gid& writer) const = 0;
 };
 
 /// @par Threads  Any.
@@ -95,6 +98,7 @@ class Writer {
   virtual ~Writer() = default;
   virtual const Gid& gid() const noexcept = 0;
   virtual bool is_matched(const Gid& reader) const = 0;
+  virtual bool is_heard(const Gid& reader) const = 0;  ///< as Reader::is_heard()
   virtual std::size_t readers() const noexcept = 0;
   /// Writes a sample: `head`, then `body`.
   /// @param related  not nullptr: its identity goes with it

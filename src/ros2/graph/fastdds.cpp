@@ -155,13 +155,17 @@ class GuardedTransport final : public transport::ChainingTransport {
   void receive(transport::TransportReceiverInterface* next, const rtps::octet* bytes, std::uint32_t size, const rtps::Locator_t& local,
                const rtps::Locator_t& remote) override {
     std::string changed;
-    switch (guard_->judge(std::string_view(reinterpret_cast<const char*>(bytes), size), address_of(remote), changed)) {
-      case Guard::Verdict::pass: return next->OnDataReceived(bytes, size, local, remote);
+    Guard::Heard heard;
+    const std::string_view packet(reinterpret_cast<const char*>(bytes), size);
+    switch (guard_->judge(packet, address_of(remote), changed, heard)) {
+      case Guard::Verdict::pass: next->OnDataReceived(bytes, size, local, remote); break;
       case Guard::Verdict::changed:
-        return next->OnDataReceived(reinterpret_cast<const rtps::octet*>(changed.data()), static_cast<std::uint32_t>(changed.size()), local, remote);
+        next->OnDataReceived(reinterpret_cast<const rtps::octet*>(changed.data()), static_cast<std::uint32_t>(changed.size()), local, remote);
+        break;
       case Guard::Verdict::drop:
       case Guard::Verdict::rekeyed: return;
     }
+    guard_->count(heard);
   }
 
  private:
@@ -294,9 +298,11 @@ void fill_attributes(Attributes& attributes, const EndpointOptions& options) {
 
 class FastReader final : public Reader, private rtps::ReaderListener {
  public:
-  FastReader(EndpointEvents& events, const EndpointOptions& options) : events_(events), history_(history_of(options.depth + 512)) {}
+  FastReader(EndpointEvents& events, const EndpointOptions& options, std::shared_ptr<Guard> guard)
+      : events_(events), guard_(std::move(guard)), history_(history_of(options.depth + 512)) {}
   ~FastReader() override {
     if (reader_ == nullptr) return;
+    guard_->unwatch(gid_);
     if (const ThirdPartyCall call; call) rtps::RTPSDomain::removeRTPSReader(reader_);
   }
   bool create(rtps::RTPSParticipant& participant, const EndpointOptions& options, const std::shared_ptr<Pool>& pool) {
@@ -305,6 +311,7 @@ class FastReader final : public Reader, private rtps::ReaderListener {
     reader_ = rtps::RTPSDomain::createRTPSReader(&participant, attributes, pool, &history_, this);
     if (reader_ == nullptr) return false;
     gid_ = to_gid(reader_->getGuid());
+    if (options.is_watched) guard_->watch(gid_, [this] { events_.matched(); });
     fast::ReaderQos qos;
     fill_qos(qos, options);
     return announce(participant, reader_, options, qos);
@@ -314,6 +321,7 @@ class FastReader final : public Reader, private rtps::ReaderListener {
     const ThirdPartyCall call;
     return call && reader_->matched_writer_is_matched(to_guid(writer));
   }
+  bool is_heard(const Gid& writer) const override { return guard_->has_heard(gid_, writer); }
 
  private:
 #if LRT_FASTDDS_3
@@ -349,6 +357,7 @@ class FastReader final : public Reader, private rtps::ReaderListener {
   }
 
   EndpointEvents& events_;
+  const std::shared_ptr<Guard> guard_;
   rtps::ReaderHistory history_;
   rtps::RTPSReader* reader_ = nullptr;
   Gid gid_{};
@@ -356,8 +365,9 @@ class FastReader final : public Reader, private rtps::ReaderListener {
 
 class FastWriter final : public Writer, private rtps::WriterListener {
  public:
-  FastWriter(EndpointEvents* events, const EndpointOptions& options, [[maybe_unused]] const std::shared_ptr<Pool>& pool)
+  FastWriter(EndpointEvents* events, const EndpointOptions& options, [[maybe_unused]] const std::shared_ptr<Pool>& pool, std::shared_ptr<Guard> guard)
       : events_(events),
+        guard_(std::move(guard)),
         depth_(std::max<std::size_t>(options.depth, 1)),
 #if LRT_FASTDDS_3
         history_(history_of(depth_ + 1), pool)
@@ -368,6 +378,7 @@ class FastWriter final : public Writer, private rtps::WriterListener {
   }
   ~FastWriter() override {
     if (writer_ == nullptr) return;
+    guard_->unwatch(gid_);
     if (const ThirdPartyCall call; call) rtps::RTPSDomain::removeRTPSWriter(writer_);
   }
   bool create(rtps::RTPSParticipant& participant, const EndpointOptions& options, [[maybe_unused]] const std::shared_ptr<Pool>& pool) {
@@ -383,6 +394,7 @@ class FastWriter final : public Writer, private rtps::WriterListener {
 #endif
     if (writer_ == nullptr) return false;
     gid_ = to_gid(writer_->getGuid());
+    if (options.is_watched && events_ != nullptr) guard_->watch(gid_, [this] { events_->matched(); });
     fast::WriterQos qos;
     fill_qos(qos, options);
     qos.m_publishMode.kind = fast::SYNCHRONOUS_PUBLISH_MODE;
@@ -393,6 +405,7 @@ class FastWriter final : public Writer, private rtps::WriterListener {
     const ThirdPartyCall call;
     return call && writer_->matched_reader_is_matched(to_guid(reader));
   }
+  bool is_heard(const Gid& reader) const override { return guard_->has_heard(gid_, reader); }
   std::size_t readers() const noexcept override { return static_cast<std::size_t>(std::max(readers_.load(std::memory_order_relaxed), 0)); }
 
   Result<std::int64_t> write(std::string_view head, std::string_view body, const Identity* related) override {
@@ -439,6 +452,7 @@ class FastWriter final : public Writer, private rtps::WriterListener {
 #endif
 
   EndpointEvents* const events_;
+  const std::shared_ptr<Guard> guard_;
   const std::size_t depth_;
   std::mutex mutex_;
   rtps::WriterHistory history_;
@@ -513,14 +527,14 @@ class FastParticipant final : public Participant, private rtps::RTPSParticipantL
   Result<std::unique_ptr<Reader>> reader(const EndpointOptions& options, EndpointEvents& events) override {
     const ThirdPartyCall call;
     if (!call) return unexpected(Errc::closed, "the process ends");
-    auto reader = std::make_unique<FastReader>(events, options);
+    auto reader = std::make_unique<FastReader>(events, options, guard_);
     if (!reader->create(*participant_, options, pool_)) return unexpected(Errc::io_error, "Fast DDS makes no reader of " + options.topic);
     return Result<std::unique_ptr<Reader>>(std::move(reader));
   }
   Result<std::unique_ptr<Writer>> writer(const EndpointOptions& options, EndpointEvents* events) override {
     const ThirdPartyCall call;
     if (!call) return unexpected(Errc::closed, "the process ends");
-    auto writer = std::make_unique<FastWriter>(events, options, written_);
+    auto writer = std::make_unique<FastWriter>(events, options, written_, guard_);
     if (!writer->create(*participant_, options, written_)) return unexpected(Errc::io_error, "Fast DDS makes no writer of " + options.topic);
     return Result<std::unique_ptr<Writer>>(std::move(writer));
   }

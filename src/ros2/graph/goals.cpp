@@ -15,8 +15,8 @@ inline namespace v0 {
 
 namespace {
 
-constexpr std::size_t max_early = 16;                    ///< feedback before the response to the goal
-constexpr std::chrono::seconds patience_for_readers{1};  ///< until a goal is sent without readers of feedback that match
+constexpr std::size_t max_early = 16;                           ///< feedback before the response to the goal
+constexpr std::chrono::milliseconds patience_for_readers{500};  ///< until a goal is sent without readers of feedback that match
 constexpr std::chrono::seconds patience_for_cancel{10};
 
 std::string key_of(const std::array<char, 16>& id) { return std::string(id.data(), id.size()); }
@@ -89,15 +89,16 @@ Result<Goal> GraphCore::send_goal(std::string_view action, std::string_view type
           goal->action + "/_action/feedback", goal->type + "_FeedbackMessage",
           [this, key](Sample&& sample) {
             if (sample.payload->size() < 20) return;
-            post_sample(sample.payload->size(), [this, key, payload = std::move(sample.payload)] { goal_feedback(key, payload); });
+            post_sample(sample.payload->size(), [this, key, payload = sample.payload] { goal_feedback(key, payload); });
           },
           SubscribeOptions{{}, 64, std::chrono::nanoseconds(0)}, true);
       auto status = subscribe(
           goal->action + "/_action/status", "action_msgs/msg/GoalStatusArray",
           [this, key](Sample&& sample) {
-            post_sample(sample.payload->size(), [this, key, payload = std::move(sample.payload)] { goal_status(key, *payload); });
+            post_sample(sample.payload->size(), [this, key, payload = sample.payload] { goal_status(key, *payload); });
           },
           SubscribeOptions{{}, 64, std::chrono::nanoseconds(0)}, true);
+      channel.since = std::chrono::steady_clock::now();
       if (feedback) channel.feedback = std::move(*feedback);
       if (status) channel.status = std::move(*status);
     }
@@ -127,11 +128,11 @@ void GraphCore::start_goal(const std::shared_ptr<Goal::State>& goal) {
     if (!subscription) return true;
     const Subscription::State& state = *subscription.state_;
     const auto writers = known.offered(state.topic, state.type, {}).writers;
-    return writers.empty() || (state.reader != nullptr &&
-                               std::any_of(writers.begin(), writers.end(), [&](const Gid& writer) { return state.reader->is_matched(writer); }));
+    return writers.empty() || (state.reader != nullptr && std::any_of(writers.begin(), writers.end(), [&](const Gid& writer) {
+                                 return state.reader->is_matched(writer) && state.reader->is_heard(writer);
+                               }));
   };
-  if (channel.used == TimePoint{}) channel.used = now;
-  if ((!is_matched(channel.feedback) || !is_matched(channel.status)) && now < channel.used + patience_for_readers) return;
+  if ((!is_matched(channel.feedback) || !is_matched(channel.status)) && now < channel.since + patience_for_readers) return;
   channel.used = now;
   goal->is_sent = true;
   const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(goal->deadline - now);

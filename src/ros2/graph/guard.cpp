@@ -250,6 +250,40 @@ void Guard::endpoint_gone(const Gid& gid) {
   if (participant != participants_.end() && participant->second.endpoints != 0) --participant->second.endpoints;
 }
 
+namespace {
+std::uint32_t entity_of(const Gid& gid) noexcept { return entity(gid.bytes.data() + 12); }
+}  // namespace
+
+void Guard::watch(const Gid& endpoint, UniqueFunction<void()> told) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  watches_[entity_of(endpoint)].told = std::move(told);
+  watched_ = watches_.size();
+}
+
+void Guard::unwatch(const Gid& endpoint) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  watches_.erase(entity_of(endpoint));
+  watched_ = watches_.size();
+}
+
+bool Guard::has_heard(const Gid& endpoint, const Gid& from) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const auto watch = watches_.find(entity_of(endpoint));
+  return watch != watches_.end() && watch->second.heard.count(from) != 0;
+}
+
+void Guard::count(const Heard& heard) {
+  if (heard.empty()) return;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  for (const auto& [to, from] : heard) {
+    for (auto& [watched, watch] : watches_) {
+      if (to != 0 && watched != to) continue;
+      if (watch.heard.size() >= limits_.max_endpoints_of_participant) watch.heard.clear();
+      if (watch.heard.insert(from).second) watch.told();
+    }
+  }
+}
+
 bool Guard::is_large(const Gid& writer, std::uint64_t sequence) {
   const std::lock_guard<std::mutex> lock(mutex_);
   const std::pair<Gid, std::uint64_t> sample{writer, sequence};
@@ -333,7 +367,7 @@ Guard::Verdict Guard::judge_announcement(const Submessage& submessage, bool of_p
   return is_changed ? Verdict::changed : Verdict::pass;
 }
 
-Guard::Verdict Guard::judge(std::string_view packet, std::uint32_t from, std::string& changed) {
+Guard::Verdict Guard::judge(std::string_view packet, std::uint32_t from, std::string& changed, Heard& heard) {
   const auto* const bytes = reinterpret_cast<const unsigned char*>(packet.data());
   const auto malformed = [&] {
     ++counters_.malformed;
@@ -347,15 +381,24 @@ Guard::Verdict Guard::judge(std::string_view packet, std::uint32_t from, std::st
     refuse(prefix);
     return Verdict::drop;
   }
-  bool is_own = false;
+  Prefix own{};
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    is_own = prefix == own_;
+    own = own_;
   }
+  const bool is_own = prefix == own;
+  bool for_this = false;  // INFO_DST names this participant
   bool admitted = is_admitted(prefix), is_changed = false;
   const auto copy = [&] {
     if (!is_changed) changed.assign(packet);
     is_changed = true;
+  };
+  const auto hear = [&](const unsigned char* to, const unsigned char* speaker) {
+    if (!for_this || (speaker[3] & 0xc0U) == 0xc0U || watched_.load(std::memory_order_relaxed) == 0) return;
+    Gid gid{};
+    std::memcpy(gid.bytes.data(), prefix.data(), prefix.size());
+    std::memcpy(gid.bytes.data() + 12, speaker, 4);
+    heard.emplace_back(entity(to), gid);
   };
   bool something_passes = false;
   for (std::size_t at = 20; at < packet.size();) {
@@ -388,9 +431,11 @@ Guard::Verdict Guard::judge(std::string_view packet, std::uint32_t from, std::st
     switch (id) {
       case id_acknack:
         if (!is_set(body, length, 16, little) || length < 24) return malformed();
+        hear(body + 4, body);
         break;
       case id_heartbeat:
         if (length < 28) return malformed();
+        hear(body, body + 4);
         break;
       case id_gap:
         if (length < 28 || !is_set(body, length, 24, little)) return malformed();
@@ -406,6 +451,7 @@ Guard::Verdict Guard::judge(std::string_view packet, std::uint32_t from, std::st
         break;
       case id_info_dst:
         if (length < 12) return malformed();
+        for_this = std::memcmp(body, own.data(), own.size()) == 0;
         break;
       case id_info_src:  // relays; a participant would speak for another one
         if (length < 20 || std::memcmp(body + 8, prefix.data(), prefix.size()) != 0) return malformed();

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include <lrt/base/result.hpp>
+#include <lrt/base/unique_function.hpp>
 #include <lrt/ros2/graph.hpp>
 
 namespace lrt::ros2 {
@@ -77,14 +78,28 @@ class Guard {
   Guard(const GraphLimits& limits, AddressList allowed);
   void own(const Prefix& prefix);  ///< Sets the prefix of the own participant; before the first packet from others
 
+  /// Entity of an endpoint of this participant (0: all), and who speaks to it.
+  using Heard = std::vector<std::pair<std::uint32_t, Gid>>;
   /// @param from     IPv4 address of the sender, of the host's byte order; 0: this machine, by shared memory
   /// @param changed  Verdict::changed: what takes the packet's place
-  Verdict judge(std::string_view packet, std::uint32_t from, std::string& changed);
+  /// @param heard    is appended to
+  Verdict judge(std::string_view packet, std::uint32_t from, std::string& changed, Heard& heard);
   /// @{
   /// What Fast DDS made of the announcements.
   void participant_known(const Prefix& prefix);
   void participant_gone(const Prefix& prefix);
   void endpoint_gone(const Gid& gid);
+  /// @}
+  /// @{
+  /// That this side is matched with an endpoint does not say that the endpoint is matched with this side: a sample that is written before is not for it. A
+  /// writer that is matched sends heartbeats to a reader, a reader that is matched acknowledges to a writer.
+  /// @param endpoint  of this participant
+  /// @param told      called with a lock: must not call the guard
+  void watch(const Gid& endpoint, UniqueFunction<void()> told);
+  void unwatch(const Gid& endpoint);
+  bool has_heard(const Gid& endpoint, const Gid& from);
+  /// What judge() has heard counts from now on: Fast DDS has processed it and, for example, sent the heartbeat that was requested.
+  void count(const Heard& heard);
   /// @}
   const AddressList& allowed() const noexcept { return allowed_; }
   const Counters& counters() const noexcept { return counters_; }
@@ -115,6 +130,12 @@ class Guard {
   std::unordered_set<Gid, GidHash> endpoints_;
   std::deque<Prefix> refused_;  ///< the last ones, so that each is counted once
   std::deque<std::pair<Gid, std::uint64_t>> large_;
+  struct Watch {
+    UniqueFunction<void()> told;
+    std::unordered_set<Gid, GidHash> heard;
+  };
+  std::unordered_map<std::uint32_t, Watch> watches_;  ///< by the entity of the endpoint
+  std::atomic<std::size_t> watched_{0};
 };
 
 }  // namespace lrt::ros2

@@ -352,7 +352,7 @@ Result<Subscription> Graph::parameter_events(
       [core, gate](Sample&& sample) {
         const auto shared = core.lock();
         if (shared == nullptr) return;
-        shared->post_sample(sample.payload->size(), [gate, payload = std::move(sample.payload)] {
+        shared->post_sample(sample.payload->size(), [gate, payload = sample.payload] {
           auto change = read_event(*payload);
           if (!change) return;
           const std::lock_guard<std::recursive_mutex> lock(gate->mutex);

@@ -115,7 +115,8 @@ Topic* topic(const std::string& name, const std::string& type) {
   if (found == nullptr) fail("topic " + name);
   return found;
 }
-DataWriter* make_writer(const std::string& name, const std::string& type, bool reliable = true, bool transient_local = false, const std::string& user_data = {}) {
+DataWriter* make_writer(const std::string& name, const std::string& type, bool reliable = true, bool transient_local = false,
+                        const std::string& user_data = {}) {
   DataWriterQos qos;
   qos.reliability().kind = reliable ? RELIABLE_RELIABILITY_QOS : BEST_EFFORT_RELIABILITY_QOS;
   qos.durability().kind = transient_local ? TRANSIENT_LOCAL_DURABILITY_QOS : VOLATILE_DURABILITY_QOS;
@@ -127,7 +128,8 @@ DataWriter* make_writer(const std::string& name, const std::string& type, bool r
   writer_ids.push_back(writer->guid());
   return writer;
 }
-DataReader* make_reader(const std::string& name, const std::string& type, bool reliable = true, bool transient_local = false, const std::string& user_data = {}) {
+DataReader* make_reader(const std::string& name, const std::string& type, bool reliable = true, bool transient_local = false,
+                        const std::string& user_data = {}) {
   DataReaderQos qos;
   qos.reliability().kind = reliable ? RELIABLE_RELIABILITY_QOS : BEST_EFFORT_RELIABILITY_QOS;
   qos.durability().kind = transient_local ? TRANSIENT_LOCAL_DURABILITY_QOS : VOLATILE_DURABILITY_QOS;
@@ -228,7 +230,8 @@ bool obey(const std::string& line) {
     if (command == "writer") {
       writers[name] = make_writer("rt" + of, "std_msgs::msg::dds_::String_", reliability == "reliable", durability == "transient_local", user_data);
     } else {
-      DataReader* const reader = make_reader("rt" + of, "std_msgs::msg::dds_::String_", reliability == "reliable", durability == "transient_local", user_data);
+      DataReader* const reader =
+          make_reader("rt" + of, "std_msgs::msg::dds_::String_", reliability == "reliable", durability == "transient_local", user_data);
       work.push_back([reader, name] {
         take(reader, [&](const std::string& payload, const SampleInfo&) {
           if (payload.size() < 8) return;
