@@ -107,6 +107,11 @@ TEST_CASE("wide strings have four bytes for each UTF-16 code unit", "[ros2]") {
   CHECK(*value.sequence()->at(0).text() == "a\xe2\x82\xac");
   CHECK(*value.sequence()->at(1).sequence()->at(1).text() == "\xf0\x9f\xa4\x96");
   CHECK(type.encode(value).value() == wide({0x61, 0x20AC}, {{}, {0xD83E, 0xDD16}}));  // as ROS writes it: two units
+  for (const char* edge :
+       {"\xf0\x90\x80\x80", "\xf4\x8f\xbf\xbf", "\xed\x9f\xbf", "\xee\x80\x80", "\xef\xbf\xbf"}) {  // U+10000, U+10FFFF, U+D7FF, U+E000, U+FFFF
+    const Value at = record(text(edge), record(), integer(0));
+    CHECK(rdf::same(type.decode(type.encode(at).value()).value(), at));
+  }
   // Surrogates alone, numbers that are no character, U+0000.
   for (const std::uint32_t unit : {0xD800U, 0xDFFFU, 0x110000U, 0xFFFFFFFFU, 0U}) {
     CHECK(*type.decode(wide({unit}, {})).value().sequence()->at(0).text() == "\xef\xbf\xbd");
@@ -220,6 +225,27 @@ TEST_CASE("constants name the numbers of a field where that is beyond doubt", "[
   CHECK(names("shape_msgs/msg/SolidPrimitive", "type").find("BOX_X") == std::string::npos);
   CHECK(names("visualization_msgs/msg/Marker", "action").empty());  // constants of three fields
   CHECK(names("std_msgs/msg/Int32", "data").empty());
+  const auto of = [](std::string_view definition, std::size_t field) {
+    Definitions known;
+    known.add_text("demo/msg/Thing", definition).value();
+    const MessagePtr message = known.message("demo/msg/Thing").value();
+    std::string joined;
+    for (const Enumerator& e : MessageOptions::of_constants(*message, message->fields.at(field)))
+      joined += e.name + "=" + std::to_string(e.number) + " ";
+    return joined;
+  };
+  CHECK(of("uint8 A=0\nuint8 B=1\nuint8 C=2\nuint8 x\n", 0) == "A=0 B=1 C=2 ");
+  CHECK(of("uint8 A=0\nuint8 B=1\nuint8 C=2\nuint8 D=4\nuint8 x\n", 0).empty());  // bits
+  CHECK(of("uint8 A=1\nuint8 B=2\nuint8 x\n", 0).empty());                        // bits, perhaps
+  CHECK(of("uint8 A=1\nuint8 B=2\nuint8 C=3\nuint8 x\n", 0) == "A=1 B=2 C=3 ");
+  CHECK(of("uint8 A=1\nuint8 x\n", 0).empty());                        // one name is no choice
+  CHECK(of("uint8 A=1\nuint8 B=1\nuint8 C=3\nuint8 x\n", 0).empty());  // two names of one number
+  CHECK(of("uint8 A=0\nuint8 B=1\nuint8 x\nuint8 y\n", 0).empty());    // of which field?
+  CHECK(of("uint8 A=0\nuint16 B=1\nuint8 x\n", 0).empty());            // of another type
+  const char* const two = "int8 STATE_CODE_A=0\nint8 STATE_CODE_B=1\nint8 STATE_ON=5\nint8 STATE_OFF=6\nint8 state\nint8 state_code\n";
+  CHECK(of(two, 0) == "ON=5 OFF=6 ");  // the longest name of a field counts
+  CHECK(of(two, 1) == "A=0 B=1 ");
+  CHECK(of("uint8 MODE_2D=0\nuint8 MODE_3D=1\nuint8 mode\n", 0) == "MODE_2D=0 MODE_3D=1 ");  // no name begins with a digit
 }
 
 TEST_CASE("an enumeration has a name for each number", "[ros2]") {
