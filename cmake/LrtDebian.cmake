@@ -89,7 +89,6 @@ if(TARGET lrt_command)
   set(CPACK_DEBIAN_LRT_TOOLS_PACKAGE_SUGGESTS python3)
 endif()
 # dpkg-shlibdeps finds the libraries of one package, which is not installed, for another one.
-set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR}/src ${PROJECT_BINARY_DIR}/src/client ${PROJECT_BINARY_DIR}/src/query
-                                                 ${PROJECT_BINARY_DIR}/src/urdf)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR}/src ${PROJECT_BINARY_DIR}/src/client ${PROJECT_BINARY_DIR}/src/query)
 
 include(CPack)
