@@ -1,14 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <lrt/ros2/message_type.hpp>
 
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
+#include <initializer_list>
 #include <limits>
 #include <string>
 #include <vector>
 
 #include <fastcdr/Cdr.h>
 #include <fastcdr/FastBuffer.h>
+#include <fastcdr/config.h>
 
 #include <lrt/ros2/definitions.hpp>
 
@@ -47,15 +51,31 @@ Value integer(std::int64_t n) { return Value(n); }
 Value text(std::string s) { return Value(std::move(s)); }
 bool contains(const std::string& text, std::string_view part) { return text.find(part) != std::string::npos; }
 
+// Fast CDR 1 is Debian 12's, and 2 is Debian 13's. A std::wstring of 1 has four bytes for each wchar_t. ROS 2 writes the same with 2, number by number.
+#if FASTCDR_VERSION_MAJOR >= 2
+constexpr auto cdr_version = eprosima::fastcdr::CdrVersion::DDS_CDR;
+std::size_t length_of(const Cdr& cdr) { return cdr.get_serialized_data_length(); }
+using Wide = std::vector<std::uint32_t>;
+#else
+constexpr auto cdr_version = Cdr::DDS_CDR;
+std::size_t length_of(const Cdr& cdr) { return cdr.getSerializedDataLength(); }
+using Wide = std::wstring;
+#endif
+Wide wide(std::initializer_list<std::uint32_t> units) {
+  Wide made;
+  for (const std::uint32_t unit : units) made.push_back(static_cast<Wide::value_type>(unit));
+  return made;
+}
+
 /// What Fast CDR writes.
 template <class Write>
 std::string fast(Write write, Cdr::Endianness order = Cdr::LITTLE_ENDIANNESS) {
   std::string zeros(4'096, '\0');  // Fast CDR leaves padding as it is
   FastBuffer buffer(zeros.data(), zeros.size());
-  Cdr cdr(buffer, order, Cdr::DDS_CDR);
+  Cdr cdr(buffer, order, cdr_version);
   cdr.serialize_encapsulation();
   write(cdr);
-  return std::string(buffer.getBuffer(), cdr.getSerializedDataLength());
+  return std::string(buffer.getBuffer(), length_of(cdr));
 }
 
 std::string payload(std::initializer_list<int> bytes, bool little = true) {
@@ -84,7 +104,7 @@ TEST_CASE("payloads are those of Fast CDR, in both byte orders", "[ros2]") {
           cdr << true << std::int8_t{-2} << std::int16_t{-300} << std::uint8_t{200} << std::int32_t{-70'000} << std::uint8_t{255}
               << std::int64_t{-1'099'511'627'776} << 1.5F << -2.25 << std::string("h\xc3\xa4llo") << std::vector<std::uint8_t>{1, 2, 3}
               << std::vector<double>{1, 2} << std::array<std::int16_t, 3>{1, -2, 3} << std::vector<std::string>{"", "b"}
-              << std::wstring{L'w', wchar_t{0xE4}, wchar_t{0xD83E}, wchar_t{0xDD16}} << std::numeric_limits<std::uint64_t>::max();
+              << wide({'w', 0xE4, 0xD83E, 0xDD16}) << std::numeric_limits<std::uint64_t>::max();
         },
         little ? Cdr::LITTLE_ENDIANNESS : Cdr::BIG_ENDIANNESS);
     CHECK(type.encode(value, little).value() == theirs);
@@ -107,6 +127,11 @@ TEST_CASE("wide strings have four bytes for each UTF-16 code unit", "[ros2]") {
   CHECK(*value.sequence()->at(0).text() == "a\xe2\x82\xac");
   CHECK(*value.sequence()->at(1).sequence()->at(1).text() == "\xf0\x9f\xa4\x96");
   CHECK(type.encode(value).value() == wide({0x61, 0x20AC}, {{}, {0xD83E, 0xDD16}}));  // as ROS writes it: two units
+  for (const char* edge :
+       {"\xf0\x90\x80\x80", "\xf4\x8f\xbf\xbf", "\xed\x9f\xbf", "\xee\x80\x80", "\xef\xbf\xbf"}) {  // U+10000, U+10FFFF, U+D7FF, U+E000, U+FFFF
+    const Value at = record(text(edge), record(), integer(0));
+    CHECK(rdf::same(type.decode(type.encode(at).value()).value(), at));
+  }
   // Surrogates alone, numbers that are no character, U+0000.
   for (const std::uint32_t unit : {0xD800U, 0xDFFFU, 0x110000U, 0xFFFFFFFFU, 0U}) {
     CHECK(*type.decode(wide({unit}, {})).value().sequence()->at(0).text() == "\xef\xbf\xbd");
@@ -142,7 +167,7 @@ TEST_CASE("defaults of a definition are those of what is left out", "[ros2]") {
   known.add_text("demo/msg/Thing", definition).value();
   const MessageType type = MessageType::of(known.message("demo/msg/Thing").value(), options).value();
   const std::string all = fast([](Cdr& cdr) {
-    cdr << std::int32_t{7} << std::int32_t{8} << std::string("x") << std::array<std::uint8_t, 3>{1, 2, 3} << std::wstring(L"a") << std::wstring(L"b")
+    cdr << std::int32_t{7} << std::int32_t{8} << std::string("x") << std::array<std::uint8_t, 3>{1, 2, 3} << wide({'a'}) << wide({'b'})
         << std::vector<float>{0.5F} << std::int32_t{3};
   });
   CHECK(type.initial() == all);
@@ -220,6 +245,27 @@ TEST_CASE("constants name the numbers of a field where that is beyond doubt", "[
   CHECK(names("shape_msgs/msg/SolidPrimitive", "type").find("BOX_X") == std::string::npos);
   CHECK(names("visualization_msgs/msg/Marker", "action").empty());  // constants of three fields
   CHECK(names("std_msgs/msg/Int32", "data").empty());
+  const auto of = [](std::string_view definition, std::size_t field) {
+    Definitions known;
+    known.add_text("demo/msg/Thing", definition).value();
+    const MessagePtr message = known.message("demo/msg/Thing").value();
+    std::string joined;
+    for (const Enumerator& e : MessageOptions::of_constants(*message, message->fields.at(field)))
+      joined += e.name + "=" + std::to_string(e.number) + " ";
+    return joined;
+  };
+  CHECK(of("uint8 A=0\nuint8 B=1\nuint8 C=2\nuint8 x\n", 0) == "A=0 B=1 C=2 ");
+  CHECK(of("uint8 A=0\nuint8 B=1\nuint8 C=2\nuint8 D=4\nuint8 x\n", 0).empty());  // bits
+  CHECK(of("uint8 A=1\nuint8 B=2\nuint8 x\n", 0).empty());                        // bits, perhaps
+  CHECK(of("uint8 A=1\nuint8 B=2\nuint8 C=3\nuint8 x\n", 0) == "A=1 B=2 C=3 ");
+  CHECK(of("uint8 A=1\nuint8 x\n", 0).empty());                        // one name is no choice
+  CHECK(of("uint8 A=1\nuint8 B=1\nuint8 C=3\nuint8 x\n", 0).empty());  // two names of one number
+  CHECK(of("uint8 A=0\nuint8 B=1\nuint8 x\nuint8 y\n", 0).empty());    // of which field?
+  CHECK(of("uint8 A=0\nuint16 B=1\nuint8 x\n", 0).empty());            // of another type
+  const char* const two = "int8 STATE_CODE_A=0\nint8 STATE_CODE_B=1\nint8 STATE_ON=5\nint8 STATE_OFF=6\nint8 state\nint8 state_code\n";
+  CHECK(of(two, 0) == "ON=5 OFF=6 ");  // the longest name of a field counts
+  CHECK(of(two, 1) == "A=0 B=1 ");
+  CHECK(of("uint8 MODE_2D=0\nuint8 MODE_3D=1\nuint8 mode\n", 0) == "MODE_2D=0 MODE_3D=1 ");  // no name begins with a digit
 }
 
 TEST_CASE("an enumeration has a name for each number", "[ros2]") {

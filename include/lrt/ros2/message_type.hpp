@@ -41,7 +41,7 @@ struct FieldOptions {
 };
 
 /// How a message becomes a type.
-struct MessageOptions {
+struct LRT_API MessageOptions {
   /// Called for each field of each message in the type. `path` is "header.stamp.sec"; members of lists have the path of the
   /// list. Empty: each field is as MessageType says.
   std::function<void(const Message& in, const Field& field, std::string_view path, FieldOptions& says)> field{};
@@ -59,7 +59,7 @@ struct MessageOptions {
   /// Names the values of a field by the constants of its message, where that is beyond doubt: the constants are of its type
   /// and differ, and begin with its name ("status" and STATUS_FIX), or it is the only integer field and they name nothing else.
   /// Bits that are to be combined are not named. Empty: none.
-  LRT_API static std::vector<Enumerator> of_constants(const Message& in, const Field& field);
+  static std::vector<Enumerator> of_constants(const Message& in, const Field& field);
 };
 
 /// Limits of decoding and encoding one message.

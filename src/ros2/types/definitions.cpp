@@ -132,7 +132,7 @@ MessagePtr made(std::string name, std::vector<Field> fields) {
 
 }  // namespace
 
-class Definitions::Impl {
+class LRT_LOCAL Definitions::Impl {
  public:
   explicit Impl(DefinitionLimits given) : limits(given) {
     shipped_.origin = shipped_humble_.origin = "shipped with lrt";

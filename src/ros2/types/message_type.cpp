@@ -578,7 +578,7 @@ class Encoder {
 
 }  // namespace
 
-struct MessageType::Plan {
+struct LRT_LOCAL MessageType::Plan {
   MessagePtr message;
   Node root;
   CodecLimits limits;
