@@ -89,9 +89,8 @@ class FakeGraph final : public ros2::Port {
     for (ros2::Topic& t : now_.topics)
       for (auto* all : {&t.writers, &t.readers}) all->erase(std::remove_if(all->begin(), all->end(), of_node), all->end());
     const auto serves = [&](const auto& s) { return s.nodes == std::vector<std::string>{node}; };
-    now_.topics.erase(
-        std::remove_if(now_.topics.begin(), now_.topics.end(), [](const auto& t) { return t.writers.empty() && t.readers.empty(); }),
-        now_.topics.end());
+    now_.topics.erase(std::remove_if(now_.topics.begin(), now_.topics.end(), [](const auto& t) { return t.writers.empty() && t.readers.empty(); }),
+                      now_.topics.end());
     now_.services.erase(std::remove_if(now_.services.begin(), now_.services.end(), serves), now_.services.end());
     now_.actions.erase(std::remove_if(now_.actions.begin(), now_.actions.end(), serves), now_.actions.end());
     now_.nodes.erase(std::remove_if(now_.nodes.begin(), now_.nodes.end(), [&](const auto& n) { return n.name == node; }), now_.nodes.end());
@@ -147,7 +146,7 @@ class FakeGraph final : public ros2::Port {
   std::map<std::string, std::vector<ros2::Parameter>> parameters_of;                      ///< by node
   std::function<Result<void>(const std::string& node, const ros2::Parameter& p)> setter;  ///< empty: all are taken
   std::function<Result<void>(const std::string& type, ros2::Definitions& to)> describer;  ///< empty: nobody describes types
-  std::map<std::string, std::size_t> readers;                                              ///< of topics that are written
+  std::map<std::string, std::size_t> readers;                                             ///< of topics that are written
   std::size_t descriptions = 0;
   UniqueFunction<void(std::string_view, std::vector<ros2::Parameter>, std::vector<std::string>)> parameter_event;
 

@@ -131,9 +131,9 @@ TEST_CASE("channels are put in order, padding goes, and 16 bits are in the order
 
 TEST_CASE("sizes that contradict each other are no image", "[ros2][images]") {
   const std::string bytes(100, 'x');
-  for (const Pixels& p : {Pixels{10, 10, 9, "mono8", false, bytes}, Pixels{10, 11, 10, "mono8", false, bytes}, Pixels{0, 10, 10, "mono8", false, bytes},
-                          Pixels{4'000'000'000U, 1, 4'000'000'000U, "mono8", false, bytes}, Pixels{2, 4'000'000'000U, 2, "mono8", false, bytes},
-                          Pixels{10, 10, 10, "yuv422", false, bytes}})
+  for (const Pixels& p : {Pixels{10, 10, 9, "mono8", false, bytes}, Pixels{10, 11, 10, "mono8", false, bytes},
+                          Pixels{0, 10, 10, "mono8", false, bytes}, Pixels{4'000'000'000U, 1, 4'000'000'000U, "mono8", false, bytes},
+                          Pixels{2, 4'000'000'000U, 2, "mono8", false, bytes}, Pixels{10, 10, 10, "yuv422", false, bytes}})
     CHECK(png_of(p, most).error().code == Errc::unsupported_syntax);
   CHECK(png_of({10, 10, 10, "mono8", false, bytes}, 99).error().code == Errc::limit_exceeded);
 }

@@ -22,10 +22,11 @@ std::string fault(const std::string& toml) {
   return read ? std::string() : read.error().message;
 }
 std::string fault_of_turtle(const std::string& body) {
-  const Result<void> added = Mapping().add("@prefix : <https://w3id.org/lrt/ros2#> . @prefix unit: <http://qudt.org/vocab/unit/> .\n"
-                                           "@prefix qudt: <http://qudt.org/schema/qudt/> . @prefix dcterms: <http://purl.org/dc/terms/> .\n" +
-                                               body,
-                                           "text/turtle");
+  const Result<void> added = Mapping().add(
+      "@prefix : <https://w3id.org/lrt/ros2#> . @prefix unit: <http://qudt.org/vocab/unit/> .\n"
+      "@prefix qudt: <http://qudt.org/schema/qudt/> . @prefix dcterms: <http://purl.org/dc/terms/> .\n" +
+          body,
+      "text/turtle");
   return added ? std::string() : added.error().message;
 }
 /// What is said of a field of a type, with the shipped definitions.
@@ -42,12 +43,11 @@ TEST_CASE("the shipped table knows more than fifty types, and each of its names 
   Definitions definitions;
   Mapping mapping;
   std::size_t known = 0;
-  for (const char* type :
-       {"geometry_msgs/msg/Twist", "geometry_msgs/msg/Pose", "geometry_msgs/msg/Wrench", "geometry_msgs/msg/Accel", "sensor_msgs/msg/Imu",
-        "sensor_msgs/msg/BatteryState", "sensor_msgs/msg/LaserScan", "sensor_msgs/msg/NavSatFix", "sensor_msgs/msg/Range",
-        "sensor_msgs/msg/MagneticField", "sensor_msgs/msg/Temperature", "sensor_msgs/msg/FluidPressure", "sensor_msgs/msg/Illuminance",
-        "sensor_msgs/msg/RelativeHumidity", "nav_msgs/msg/OccupancyGrid", "nav_msgs/msg/Odometry", "tf2_msgs/msg/TFMessage",
-        "diagnostic_msgs/msg/DiagnosticArray"}) {
+  for (const char* type : {"geometry_msgs/msg/Twist", "geometry_msgs/msg/Pose", "geometry_msgs/msg/Wrench", "geometry_msgs/msg/Accel",
+                           "sensor_msgs/msg/Imu", "sensor_msgs/msg/BatteryState", "sensor_msgs/msg/LaserScan", "sensor_msgs/msg/NavSatFix",
+                           "sensor_msgs/msg/Range", "sensor_msgs/msg/MagneticField", "sensor_msgs/msg/Temperature", "sensor_msgs/msg/FluidPressure",
+                           "sensor_msgs/msg/Illuminance", "sensor_msgs/msg/RelativeHumidity", "nav_msgs/msg/OccupancyGrid", "nav_msgs/msg/Odometry",
+                           "tf2_msgs/msg/TFMessage", "diagnostic_msgs/msg/DiagnosticArray"}) {
     CAPTURE(type);
     const Result<MessagePtr> message = definitions.message(type);
     REQUIRE(message);

@@ -25,7 +25,7 @@ std::string fault_of_rule(const Rule& rule) {
   };
   if (std::string what = fault(rule.value); !what.empty()) return what;
   for (const auto& [path, field] : rule.fields)
-    if (std::string what = fault(field); !what.empty()) return "field " + quoted(path) + ": " + what;
+    if (std::string what = fault(field); !what.empty()) return "field " + lrt::quoted(path) + ": " + what;
   return {};
 }
 
@@ -72,7 +72,7 @@ class Reader {
       if (found) continue;
       std::string list;
       for (const std::string_view k : known) list += (list.empty() ? "" : ", ") + std::string(k);
-      return fail(key.source(), "unknown key " + quoted(key.str()) + " in " + std::string(of) + "; expected one of " + list);
+      return fail(key.source(), "unknown key " + lrt::quoted(key.str()) + " in " + std::string(of) + "; expected one of " + list);
     }
   }
 
@@ -104,9 +104,10 @@ class Reader {
       const auto* number = node->as_integer();
       if (!number) return fail(*node, wrong(key, "an integer"));
       if (number->get() < low || number->get() > high)
-        return fail(*node,
-                    quoted(key) + ": expected " + std::to_string(low) + " to " + std::to_string(high) + ", found " + std::to_string(number->get()),
-                    Errc::out_of_range);
+        return fail(
+            *node,
+            lrt::quoted(key) + ": expected " + std::to_string(low) + " to " + std::to_string(high) + ", found " + std::to_string(number->get()),
+            Errc::out_of_range);
       to = static_cast<Integer>(number->get());
     }
   }
@@ -160,7 +161,7 @@ class Reader {
       if (!text) return fail(*node, wrong("unit", "a text"));
       to.unit = find_unit(text->get());
       if (!to.unit)
-        return fail(*node, "unknown unit " + quoted(text->get()) + "; expected a code of UCUM that lrt knows (\"m/s\"), or an IRI of QUDT");
+        return fail(*node, "unknown unit " + lrt::quoted(text->get()) + "; expected a code of UCUM that lrt knows (\"m/s\"), or an IRI of QUDT");
     }
     read(table, "min", to.min);
     read(table, "max", to.max);
@@ -178,7 +179,7 @@ class Reader {
   void read_iri(const toml::table& table, std::string_view key, std::string& to) {
     read(table, key, to);
     if (!to.empty() && !iri::is_absolute(to))
-      fail(*table.get(key), quoted(key) + ": expected an absolute IRI, found " + quoted(to), Errc::expected_iri);
+      fail(*table.get(key), lrt::quoted(key) + ": expected an absolute IRI, found " + lrt::quoted(to), Errc::expected_iri);
   }
 
   void rule(const toml::table& table, Rule::Of of, std::string_view kind, std::vector<Rule>& to) {
@@ -243,7 +244,7 @@ class Reader {
   }
 
  private:
-  static std::string wrong(std::string_view key, std::string_view expected) { return quoted(key) + ": expected " + std::string(expected); }
+  static std::string wrong(std::string_view key, std::string_view expected) { return lrt::quoted(key) + ": expected " + std::string(expected); }
 
   std::string_view name_;
   std::optional<Error> error_;
@@ -357,7 +358,8 @@ Result<std::vector<Rule>> rules_from_toml(std::string_view text) {
   std::vector<Rule> rules;
   for (const auto& [key, node] : *root)
     if (key != "topic" && key != "type" && key != "service" && key != "action" && key != "parameter")
-      in.fail(key.source(), "unknown table " + quoted(key.str()) + "; a mapping has [[topic]], [[type]], [[service]], [[action]] and [[parameter]]");
+      in.fail(key.source(),
+              "unknown table " + lrt::quoted(key.str()) + "; a mapping has [[topic]], [[type]], [[service]], [[action]] and [[parameter]]");
   in.rules(*root, rules);
   if (in.error()) return in.failed();
   return rules;

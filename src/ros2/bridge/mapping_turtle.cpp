@@ -16,7 +16,7 @@ namespace lrt::ros2 {
 namespace {
 
 #define LRT_ROS2_NS "https://w3id.org/lrt/ros2#"
-constexpr std::string_view ns = LRT_ROS2_NS;
+constexpr std::string_view rules_ns = LRT_ROS2_NS;
 constexpr std::string_view type_iri = "http://www.w3.org/1999/02/22-rdf-syntax-ns#type";
 
 class TurtleReader {
@@ -33,7 +33,7 @@ class TurtleReader {
     const rdf::TermView a = rdf::iri(type_iri);
     for (const rdf::Triple& t : graph_.match(nullptr, &a, nullptr)) {
       const rdf::TermView kind = graph_.term(t.object);
-      if (kind.text.substr(0, ns.size()) != ns) continue;
+      if (kind.text.substr(0, rules_ns.size()) != rules_ns) continue;
       bool known = false;
       for (const auto& [iri, of] : kinds) {
         if (kind != rdf::iri(iri)) continue;

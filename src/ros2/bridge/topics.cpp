@@ -21,7 +21,7 @@ using Utc = std::chrono::system_clock::time_point;
 /// How long the first sample may take that says in which frame the numbers are.
 constexpr milliseconds frame_patience{700};
 /// Types that a topic may have one after the other: a DynamicType is kept for the life of the process.
-constexpr unsigned max_types = 8;
+constexpr unsigned max_topic_types = 8;
 
 /// What representations a type has besides its value.
 enum class Bulk : std::uint8_t { none, image, compressed_image, grid, cloud, scan };
@@ -374,7 +374,7 @@ class TopicPart final : public Part {
     }
     const Endpoint chosen = *first;
     listed.type = chosen.type;
-    if (types_made_ >= max_types) {
+    if (types_made_ >= max_topic_types) {
       listed.reason = "its type has changed too often";
       return;
     }
