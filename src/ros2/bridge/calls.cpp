@@ -213,7 +213,7 @@ class ServicePart final : public CallPart {
     Result<std::shared_ptr<const Service>> found = core.service(service.type, service.hash, waits_);
     if (!found) return listed.reason = found.error().message, false;
     if (++types_made_ > max_types) return listed.reason = "its type has changed too often", false;
-    const TypeUse use{Rule::Of::service, listed.name, {}};
+    const TypeUse use{Rule::Of::service, listed.name, {}, {}};
     Result<MessageType> request = core.types().make((*found)->request, use);
     Result<MessageType> response = request ? core.types().make((*found)->response, use) : request;
     if (!response) return listed.reason = response.error().message, false;
@@ -430,14 +430,17 @@ class ActionPart final : public CallPart {
     if (!found) return listed.reason = found.error().message, false;
     if (++types_made_ > max_types) return listed.reason = "its type has changed too often", false;
     const ActionDefinition& d = **found;
-    const TypeUse use{Rule::Of::action, listed.name, {}};
-    const TypeUse without_id{Rule::Of::action, listed.name, {"goal_id"}};
+    const TypeUse use{Rule::Of::action, listed.name, {}, {}};
+    // Rules speak of what the author of the action wrote.
+    const TypeUse in_request{Rule::Of::action, listed.name, {"goal_id"}, "goal"};
+    const TypeUse in_response{Rule::Of::action, listed.name, {}, "result"};
+    const TypeUse in_feedback{Rule::Of::action, listed.name, {"goal_id"}, "feedback"};
     Result<MessageType> goal = core.types().make(d.goal, use);
     Result<MessageType> result = goal ? core.types().make(d.result, use) : goal;
     Result<MessageType> feedback = result ? core.types().make(d.feedback, use) : result;
-    Result<MessageType> request = feedback ? core.types().make(d.send_goal_request, without_id) : feedback;
-    Result<MessageType> response = request ? core.types().make(d.get_result_response, use) : request;
-    Result<MessageType> feedback_message = response ? core.types().make(d.feedback_message, without_id) : response;
+    Result<MessageType> request = feedback ? core.types().make(d.send_goal_request, in_request) : feedback;
+    Result<MessageType> response = request ? core.types().make(d.get_result_response, in_response) : request;
+    Result<MessageType> feedback_message = response ? core.types().make(d.feedback_message, in_feedback) : response;
     if (!feedback_message) return listed.reason = feedback_message.error().message, false;
     goal_ = *std::move(goal);
     result_ = *std::move(result);

@@ -89,13 +89,14 @@ struct TypeMaker::Scope {
   std::vector<std::string> left_out;  ///< paths
   std::string name;                   ///< in ROS
   bool is_large = false;              ///< more than max_compared
+  std::string inside{};               ///< TypeUse::inside
   bool has_own_fields() const noexcept {
     return std::any_of(own.begin(), own.end(), [](const Rule* r) { return !r->fields.empty() || r->value.unit || r->value.min || r->value.max; });
   }
 };
 
 FieldOptions TypeMaker::options_of(const Message& root, const TypeUse& use, std::string_view path) const {
-  const Scope scope{matching(rules_, use.of, use.name), use.left_out, std::string(use.name), false};
+  const Scope scope{matching(rules_, use.of, use.name), use.left_out, std::string(use.name), false, std::string(use.inside)};
   return says(root, scope, path);
 }
 
@@ -110,7 +111,10 @@ FieldOptions TypeMaker::says(const Message& root, const Scope& scope, std::strin
     for (const auto& [pattern, one] : from.fields)
       if (pattern.find('*') != std::string::npos && fits_path(pattern, rest)) complete(rule, one);
   };
-  for (const Rule* own : scope.own) add(*own, path);
+  std::string_view inner = path;
+  const std::size_t inside = scope.inside.size();
+  if (inside > 0 && path.size() > inside && path.compare(0, inside, scope.inside) == 0 && path[inside] == '.') inner.remove_prefix(inside + 1);
+  for (const Rule* own : scope.own) add(*own, inner);
   // A rule may speak of the only value of the message.
   const std::size_t values = static_cast<std::size_t>(
       std::count_if(root.fields.begin(), root.fields.end(), [](const Field& f) { return f.name != "header" && f.type.kind != Kind::message; }));
@@ -201,7 +205,8 @@ std::string TypeMaker::name_of(const Message& root, const Scope& scope, const Me
 }
 
 Result<MessageType> TypeMaker::make(const MessagePtr& message, const TypeUse& use) {
-  const Scope scope{matching(rules_, use.of, use.name), use.left_out, std::string(use.name), members_of(*message) > max_compared};
+  const Scope scope{matching(rules_, use.of, use.name), use.left_out, std::string(use.name), members_of(*message) > max_compared,
+                    std::string(use.inside)};
   MessageOptions options;
   options.field = [&](const Message&, const Field&, std::string_view path, FieldOptions& to) { to = says(*message, scope, path); };
   options.name = [&](const Message& at, std::string_view path) { return name_of(*message, scope, at, path); };

@@ -21,6 +21,7 @@ struct TypeUse {
   Rule::Of of = Rule::Of::topic;        ///< whose rules count
   std::string_view name{};              ///< in ROS
   std::vector<std::string> left_out{};  ///< fields that are no part of the value, by path
+  std::string_view inside{};            ///< the field of the message that the rules speak of, such as "goal"; empty: the message
 };
 
 /// Makes the types of a bridge from definitions and rules. A record has one name wherever it means the same; one that means
