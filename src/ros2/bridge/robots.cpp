@@ -337,10 +337,7 @@ class FramePart final : public Part {
     thing.default_title(frame_).type(vocab::maths::CoordinateSystem);
     const std::string parent = frames_->parent_of(frame_);
     pose_ = thing.pushed<RosValue>("pose", rdf::DynamicType(rdf::traits<Isometry>::type()), unit::metre);
-    pose_.title("Pose", "en")
-        .description("Where the frame is, seen from its parent.", "en")
-        .predicate(vocab::lrt_::pose)
-        .dispatch(Dispatch::io_thread);
+    pose_.title("Pose", "en").description("Where the frame is, seen from its parent.", "en").dispatch(Dispatch::io_thread);
     const std::string its_parent = thing_of_frame(core, frames_->ns(), parent);
     pose_.frame(its_parent.empty() ? Object(parent) : Object::resource(its_parent));
     pose_.add(vocab::spatial::targetCoordinateSystem, Object::resource(its_path));

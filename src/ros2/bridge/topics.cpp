@@ -291,7 +291,8 @@ class TopicPart final : public Part {
     choose_type(core, of_type);
     if (!state_ || !state_->type) return;  // the reason is stated
     if (writers.empty()) {
-      become_unavailable("no node writes it");
+      if (life_in(core).count() > 0) become_idle();
+      else become_unavailable("no node writes it");
     } else {
       std::vector<std::string> names;
       for (const Endpoint& w : writers)
@@ -428,7 +429,28 @@ class TopicPart final : public Part {
     if (was_served_before) core.renew(*this);
   }
 
+  /// Of a value that clients write; 0: it lasts, or they cannot write it.
+  milliseconds life_in(Core& core) const {
+    if (!core.is_allowed(core.options().allowed.topics, listed.name)) return milliseconds(0);
+    return said_.life.value_or(said_.is_command ? core.options().limits.command_life : milliseconds(0));
+  }
+
+  /// A command that nobody gives is zero, as after its life.
+  void become_idle() {
+    if (std::exchange(is_idle_, true)) return;
+    is_available = true;
+    subscription_.reset();
+    listed.reason.clear();
+    const std::lock_guard lock(state_->mutex);
+    state_->why_missing.clear();
+    state_->last = {};
+    state_->last.payload = std::make_shared<const std::string>(state_->type->initial());
+    state_->last.received = std::chrono::system_clock::now();
+    state_->pass(state_->time_of(state_->last));
+  }
+
   void become_available(Core& core) {
+    is_idle_ = false;
     if (is_available && subscription_) {
       if (is_joints_) {
         const std::shared_ptr<JointSink> joints = joints_of(core, namespace_of(listed.name));
@@ -477,6 +499,7 @@ class TopicPart final : public Part {
   }
 
   void become_unavailable(const std::string& why) {
+    is_idle_ = false;
     const bool was = std::exchange(is_available, false);
     subscription_.reset();  // its sink has returned
     listed.reason = why;
@@ -585,7 +608,7 @@ class TopicPart final : public Part {
           if (written) shared->commands.fetch_add(1, std::memory_order_relaxed);
           return written;
         });
-    const milliseconds life = said_.life.value_or(said_.is_command ? core.options().limits.command_life : milliseconds(0));
+    const milliseconds life = life_in(core);
     if (life.count() > 0) {
       value.expires(life, [write, type = *state_->type, state = std::weak_ptr<TopicState>(state_)] {
         const std::string zero = type.initial();
@@ -611,7 +634,7 @@ class TopicPart final : public Part {
   std::shared_ptr<TopicWriter> publisher_;
   Core::Clock::time_point since_{};
   unsigned types_made_ = 0, renewals_ = 0;
-  bool waits_ = false, is_joints_ = false, is_description_ = false;
+  bool waits_ = false, is_joints_ = false, is_description_ = false, is_idle_ = false;
 };
 
 }  // namespace
