@@ -3,11 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <deque>
+#include <functional>
 #include <map>
 #include <mutex>
 #include <set>
 #include <string>
+#include <string_view>
+#include <unordered_map>
 #include <utility>
 
 #include <lrt/base/immortal.hpp>
@@ -47,10 +51,29 @@ bool same_type(const Type& a, const Type& b) {
          std::equal(a.fields.begin(), a.fields.end(), b.fields.begin(), b.fields.end(), same_field);
 }
 
+/// Equal types have one number: a host of messages makes thousands.
+std::size_t hash_of(const Type& type) {
+  std::size_t hash = static_cast<std::size_t>(type.kind);
+  const auto mix = [&](std::size_t n) { hash = (hash ^ n) * static_cast<std::size_t>(0x9E3779B97F4A7C15U) + (hash >> 29U); };
+  const auto mix_text = [&](std::string_view text) { mix(std::hash<std::string_view>()(text)); };
+  mix_text(type.name);
+  mix_text(type.datatype.text);
+  mix(std::hash<const Type*>()(type.element));
+  mix(type.shortest);
+  mix(type.longest);
+  for (const std::string& name : type.names) mix_text(name);
+  for (const FieldType& field : type.fields) {
+    mix_text(field.name);
+    mix(std::hash<const Type*>()(field.type));
+  }
+  return hash;
+}
+
 /// The types that were made here, and a copy of each other type that was given a DynamicType: its values are checked.
 struct Kept {
   std::mutex mutex;  // guards the rest
   std::deque<Type> made;
+  std::unordered_multimap<std::size_t, const Type*> by_hash;  // of made
   std::map<const Type*, Type> copies;
 };
 Kept& all_kept() {
@@ -60,10 +83,15 @@ Kept& all_kept() {
 
 const Type& kept(Type type) {
   type.is_checked = true;
+  const std::size_t hash = hash_of(type);
   Kept& all = all_kept();
   const std::lock_guard lock(all.mutex);
-  const auto known = std::find_if(all.made.begin(), all.made.end(), [&](const Type& t) { return same_type(t, type); });
-  return known != all.made.end() ? *known : all.made.emplace_back(std::move(type));
+  const auto [first, last] = all.by_hash.equal_range(hash);
+  const auto known = std::find_if(first, last, [&](const auto& t) { return same_type(*t.second, type); });
+  if (known != last) return *known->second;
+  const Type& made = all.made.emplace_back(std::move(type));
+  all.by_hash.emplace(hash, &made);
+  return made;
 }
 
 const Type& checked_copy(const Type& type) {
