@@ -33,11 +33,19 @@ constexpr std::size_t deepest = 32;         // half of what read_value() follows
 constexpr std::size_t most_types = 20'000;  // in a type, each as often as it occurs
 constexpr Iri base64_binary("http://www.w3.org/2001/XMLSchema#base64Binary");
 
+bool same_texts(const Texts& a, const Texts& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const Text& x, const Text& y) { return x.text == y.text && x.language == y.language; });
+}
+bool same_words(const Facets& a, const Facets& b) {
+  if (!a.has_words() || !b.has_words()) return a.has_words() == b.has_words();
+  const Words x = a.words(), y = b.words();
+  return same_texts(x.titles, y.titles) && same_texts(x.descriptions, y.descriptions);
+}
 bool same_facets(const Facets& a, const Facets& b) {
-  if (a.has_words() || b.has_words()) return false;  // not compared: such a type is kept again
   return a.unit() == b.unit() && a.min() == b.min() && a.max() == b.max() && a.min_exclusive() == b.min_exclusive() &&
          a.max_exclusive() == b.max_exclusive() && a.allows_non_finite() == b.allows_non_finite() && a.min_length() == b.min_length() &&
-         a.max_length() == b.max_length();
+         a.max_length() == b.max_length() && same_words(a, b);
 }
 
 /// The types of the parts are kept, so equal ones are one object.
