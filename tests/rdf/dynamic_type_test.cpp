@@ -58,6 +58,13 @@ TEST_CASE("equal types are one object, so that making them again needs no memory
   CHECK(&*make(1) == &*make(1));
   CHECK(make(1) != make(2));
   CHECK(DynamicType::base64() == DynamicType::base64());
+  const auto titled = [](const char* title, const char* language) {
+    return DynamicType::record("Titled", {{"a", DynamicType::of<double>(), Facets().title(title, language).description("A text.")}}).value();
+  };
+  CHECK(titled("Width", "en") == titled("Width", "en"));
+  CHECK(titled("Width", "en") != titled("Width", "de"));
+  CHECK(titled("Width", "en") != titled("Height", "en"));
+  CHECK(titled("Width", "en") != DynamicType::record("Titled", {{"a", DynamicType::of<double>()}}).value());
 }
 
 TEST_CASE("what is no type is refused with a reason", "[rdf][R0.6]") {

@@ -137,6 +137,7 @@ struct DefinitionLimits {
 /// @par Time     Reads files and allocates. Not for the control loop.
 class LRT_API Definitions {
  public:
+  /// Knows the shipped definitions.
   explicit Definitions(DefinitionLimits limits = {});
   Definitions(Definitions&&) noexcept;
   Definitions& operator=(Definitions&&) noexcept;

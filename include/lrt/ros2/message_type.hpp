@@ -41,6 +41,7 @@ struct FieldOptions {
 };
 
 /// How a message becomes a type.
+/// @par Threads  Distinct objects: any thread. One object: one thread at a time. Its functions are called where MessageType::of() is.
 struct LRT_API MessageOptions {
   /// Called for each field of each message in the type. `path` is "header.stamp.sec"; members of lists have the path of the
   /// list. Empty: each field is as MessageType says.

@@ -109,6 +109,7 @@ class Writer {
     write_unaligned(value);
   }
   void bytes(std::string_view b) { out_.append(b); }
+  void zeros(std::size_t n) { out_.append(n, '\0'); }
   std::size_t size() const noexcept { return out_.size(); }
   std::string take() { return std::move(out_); }
 

@@ -388,6 +388,13 @@ class Encoder {
     std::uint32_t length = 1;
     if (node.arity == Arity::array) length = node.size;
     else if (node.arity != Arity::single) return out_.write(std::uint32_t{0}), true;
+    if (node.as == Node::As::number || node.as == Node::As::boolean) {
+      out_.align(node.width);
+      const std::size_t bytes = std::size_t{length} * node.width;
+      if (bytes > max_bytes_ - std::min(out_.size(), max_bytes_)) return fault.set("the payload has more bytes than the limit", Errc::limit_exceeded);
+      out_.zeros(bytes);
+      return true;
+    }
     for (std::uint32_t i = 0; i < length; ++i) {
       switch (node.as) {
         case Node::As::record:
@@ -403,7 +410,8 @@ class Encoder {
           out_.write(std::uint32_t{0});
           out_.write(std::uint32_t{0});
           break;
-        default: write_bits(node.width, 0);
+        case Node::As::number:
+        case Node::As::boolean: break;
       }
       if (out_.size() > max_bytes_) return fault.set("the payload has more bytes than the limit", Errc::limit_exceeded);
     }
