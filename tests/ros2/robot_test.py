@@ -178,7 +178,7 @@ def moves_the_arm(gateway, action):
     assert refused.stderr, refused
     url = gateway.lrt("invoke", "--async", gateway.url + action, trajectory(-2.5, 60)).stdout.strip()
     invocation = url[len(gateway.url):]
-    progress = until(lambda: gateway.value(invocation).get("progress"), "progress")
+    progress = until(lambda: gateway.value(invocation).get("progress") or None, "progress")
     assert 0 < progress < 1, progress
     until(lambda: gateway.value("/arm_controller/follow_joint_trajectory/feedback")["desired"]["positions"], "feedback")
     gateway.lrt("invoke", "--cancel", url)
