@@ -4,6 +4,7 @@
 #   liblrt-urdf0, liblrt-mqtt0, liblrt-protobuf0 apart: a robot without a description, a broker or messages does not install XML parsers, libmosquitto
 #                              or libprotobuf
 #   liblrt-ros2-0              apart: a robot without ROS 2 does not install Fast DDS
+#   lrt-ros2               the program of that name, apart for the same reason
 #   liblrt-dev, lrt-tools, and a -dbgsym package for each with programs or libraries
 if(NOT BUILD_SHARED_LIBS OR NOT CMAKE_SYSTEM_NAME STREQUAL "Linux")
   return()
@@ -88,7 +89,16 @@ if(TARGET lrt_command)
                     "liblrt${LRT_ABI} ${lrt_this_version}")
   set(CPACK_DEBIAN_LRT_TOOLS_PACKAGE_SUGGESTS python3)
 endif()
+if(TARGET lrt_ros2_command)
+  set(lrt_of_program "liblrt${LRT_ABI} ${lrt_this_version}, liblrt-ros2-${LRT_ABI} ${lrt_this_version}")
+  if(TARGET lrt_mqtt)
+    string(APPEND lrt_of_program ", liblrt-mqtt${LRT_ABI} ${lrt_this_version}")
+  endif()
+  lrt_debian_binary(lrt_ros2_tool lrt-ros2 utils "robots as Linked Robotic Things (program lrt-ros2)"
+                    "This package has the program lrt-ros2, which joins a graph of ROS 2 and\nserves it. It needs no ROS." "${lrt_of_program}")
+endif()
 # dpkg-shlibdeps finds the libraries of one package, which is not installed, for another one.
-set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR}/src ${PROJECT_BINARY_DIR}/src/client ${PROJECT_BINARY_DIR}/src/query)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR}/src ${PROJECT_BINARY_DIR}/src/client ${PROJECT_BINARY_DIR}/src/query
+                                                     ${PROJECT_BINARY_DIR}/src/urdf ${PROJECT_BINARY_DIR}/src/mqtt ${PROJECT_BINARY_DIR}/src/ros2)
 
 include(CPack)

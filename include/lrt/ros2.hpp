@@ -57,6 +57,7 @@ class LRT_API Mapping {
   /// @cond internal
   struct Rules;
   const Rules& rules() const noexcept;
+  static Mapping of(Rules rules);
   /// @endcond
 
  private:
@@ -80,12 +81,15 @@ struct Options {
   std::vector<std::string> definitions{};  ///< folders, see Definitions::add_folder()
   DefinitionLimits definition_limits{};    ///< of what nodes send
   std::vector<std::string> namespaces{};   ///< only what is below these names: "/arm"; empty: all
-  std::string path{};                      ///< of the Things: "robots/r7"; empty: below the root
-  Allowed allowed{};                       ///< what clients may do
-  Mapping mapping{};                       ///< of the user
-  std::string robot_description{};         ///< a URDF that is used instead of the topic robot_description; empty: that of the topic
-  BridgeLimits limits{};                   ///< memory and rates
-  LogCallback log{};                       ///< empty: messages are dropped
+  /// Where the Things are: below "robots/r7"; empty: below the root. A topic, a service or an action of ROS has the Thing of its
+  /// name ("/arm/scan": "arm/scan"), a node that of "nodes" and its name, a robot description "robot", a frame of tf "frames" and its name.
+  std::string path{};
+  Allowed allowed{};                     ///< what clients may do
+  Mapping mapping{};                     ///< of the user
+  std::string robot_description{};       ///< a URDF that is used instead of the topic /robot_description; empty: that of the topic
+  std::string robot_description_file{};  ///< the same, as a file; empty: none
+  BridgeLimits limits{};                 ///< memory and rates
+  LogCallback log{};                     ///< empty: messages are dropped
 };
 
 /// What a bridge has made of one thing in the graph, for `lrt-ros2 --list`.
@@ -125,14 +129,20 @@ struct Counters {
 ///
 /// The host adds Things of its own as usual, with paths that the bridge does not use.
 ///
+/// A topic is a Thing with the Property `value`, whose time is header.stamp or the time of its writer. Types with many bytes have further ones:
+/// `image` (PNG, JPEG, bytes), `points` and `data` (bytes), `ranges` (octets). A service is a Thing with the Action `call`, an action one with
+/// the Action `send_goal` and the Property `feedback`. A node is a Thing with its parameters (`parameters/NAME`) and the state and transitions of
+/// a lifecycle node. A robot description is a Thing for each joint and link (lrt/urdf.hpp), which JointState moves; a frame of tf one with its `pose`.
+///
+/// A command for a parameter waits for the node: with Threads::executor there, at most 5 s, else where Threads::dispatch says, at most 0.5 s.
+///
 /// A bridge must not outlive its server.
 ///
 /// @par Threads  Any. It has one thread of its own, besides those of its graph. Not from a lambda of the server.
 class LRT_API Bridge {
  public:
   /// Joins the graph.
-  /// @par Errors  invalid_option, insecure_address: commands are allowed and the server has no rights that could refuse them, on an address that others
-  ///              reach; io_error; those of Graph::join() and Definitions::add_folder()
+  /// @par Errors  invalid_option, io_error (the file of the robot description), those of Graph::join() and Definitions::add_folder()
   static Result<Bridge> create(Server& server, Options options = {});
   Bridge(Bridge&&) noexcept;
   Bridge& operator=(Bridge&&) noexcept;

@@ -293,7 +293,7 @@ void PropertyValues::start(PropertyResource& property) {
     std::vector<std::size_t> encoders = wanted_encoders(property);
     if (property.spec->slot->has_change()) return take(property, std::move(encoders));
     if (property.is_failing())
-      return end(property, unexpected(Errc::failed, "property \"" + property.path + "\": " + property.failure()), clock_.now());
+      return end(property, unexpected(state.failure_code, "property \"" + property.path + "\": " + property.failure()), clock_.now());
     encode(property, std::nullopt, std::move(encoders));
   });
 }
@@ -339,7 +339,7 @@ void PropertyValues::was_read(PropertyResource& property, Result<model::Reading>
   const Errc code = reading.error().code == Errc::closed ? Errc::failed : reading.error().code;
   const Result<void> failed = unexpected(code, "property \"" + property.path + "\" could not be read: " + reading.error().message);
   if ((state.failure.empty() || !state.waiters.empty()) && options_.log) options_.log(LogLevel::warning, failed.error().message);
-  fail(property, reading.error().message);
+  fail(property, reading.error().message, code);
   end(property, failed, now);
 }
 
@@ -365,9 +365,10 @@ void PropertyValues::take(PropertyResource& property, std::vector<std::size_t> e
 void PropertyValues::were_taken(PropertyResource& property, Result<std::vector<Sample>> samples, TimePoint now) {
   if (!samples) {
     const Result<void> failed =
-        unexpected(samples.error().code, "property \"" + property.path + "\" could not be encoded: " + samples.error().message);
-    if (options_.log) options_.log(LogLevel::warning, failed.error().message);
-    fail(property, samples.error().message);
+        unexpected(samples.error().code, "property \"" + property.path + "\"" +
+                                             (samples.error().code == Errc::unavailable ? ": " : " could not be encoded: ") + samples.error().message);
+    if (!property.is_failing() && options_.log) options_.log(LogLevel::warning, failed.error().message);
+    fail(property, samples.error().message, samples.error().code);
     return end(property, failed, now);
   }
   model::SlotBase& slot = *property.spec->slot;
@@ -458,9 +459,10 @@ void PropertyValues::take_turn(PropertyResource& property, UniqueFunction<void(T
 
 /// The state of its Thing says why the property has no value, until it has one again: the first reason, so that one that differs each time (a
 /// counter, a time) does not change the state with each read. What a late lambda has done is a new reason.
-void PropertyValues::fail(PropertyResource& property, std::string_view why) {
+void PropertyValues::fail(PropertyResource& property, std::string_view why, Errc code) {
   PropertyRefresh& state = refresh_of(property);
-  if (!state.failure.empty() && !state.late) return;
+  state.failure_code = code;
+  if (!state.failure.empty() && !state.late && property.spec->read) return;  // what is published says something new
   std::string failure = failure_of(why);
   if (state.failure == failure) return;
   property.mark_changing();
@@ -487,6 +489,7 @@ void PropertyValues::set(PropertyResource& property, Sample sample) {
     sample.whole = nullptr;
     sample.encodings.clear();
     refresh_of(property).failure = failure_of(fault);
+    property.refresh_state->failure_code = Errc::failed;
   } else {
     property.is_fault_logged = false;
     if (property.is_failing()) property.refresh_state->failure.clear();

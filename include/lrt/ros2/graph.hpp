@@ -23,6 +23,7 @@ namespace lrt::ros2 {
 inline namespace v0 {
 
 class Definitions;
+class GraphCore;
 
 /// Limits of what the network can use. Whatever is beyond a limit is left out and counted (GraphCounters); what was there
 /// before stays.
@@ -156,6 +157,7 @@ struct GraphCounters {
   std::size_t endpoints = 0;               ///< now
   std::size_t subscriptions = 0;           ///< now
   std::size_t calls = 0;                   ///< now
+  std::uint64_t malformed_packets = 0;     ///< dropped before Fast DDS: they break the form of RTPS, or speak for another participant
 };
 
 /// One sample of a topic.
@@ -194,9 +196,12 @@ class LRT_API Subscription {
   ~Subscription();
   explicit operator bool() const noexcept { return state_ != nullptr; }  ///< false: empty
 
- private:
-  friend class Graph;
+  /// @cond internal
   struct State;
+  /// @endcond
+
+ private:
+  friend class GraphCore;
   explicit Subscription(std::shared_ptr<State> state) noexcept;
   std::shared_ptr<State> state_;
 };
@@ -212,15 +217,18 @@ class LRT_API Publisher {
   explicit operator bool() const noexcept { return state_ != nullptr; }  ///< false: empty
 
   /// Writes a sample: CDR with its encapsulation.
-  /// @par Errors  limit_exceeded, closed, io_error. No reader is no error, see readers().
+  /// @par Errors  limit_exceeded, closed, io_error; expected_value: no encapsulation. No reader is no error, see readers().
   /// @par Time    Copies the payload, allocates, and may send on this thread. Never waits for a reader.
   Result<void> publish(std::string_view payload) const;
   /// How many readers of others it is matched with.
   std::size_t readers() const noexcept;
 
- private:
-  friend class Graph;
+  /// @cond internal
   struct State;
+  /// @endcond
+
+ private:
+  friend class GraphCore;
   explicit Publisher(std::shared_ptr<State> state) noexcept;
   std::shared_ptr<State> state_;
 };
@@ -235,9 +243,12 @@ class LRT_API Call {
   ~Call();
   explicit operator bool() const noexcept { return state_ != nullptr; }  ///< false: empty
 
- private:
-  friend class Graph;
+  /// @cond internal
   struct State;
+  /// @endcond
+
+ private:
+  friend class GraphCore;
   explicit Call(std::shared_ptr<State> state) noexcept;
   std::shared_ptr<State> state_;
 };
@@ -268,9 +279,12 @@ class LRT_API Goal {
   /// @par Threads  Any.
   void cancel() const;
 
- private:
-  friend class Graph;
+  /// @cond internal
   struct State;
+  /// @endcond
+
+ private:
+  friend class GraphCore;
   explicit Goal(std::shared_ptr<State> state) noexcept;
   std::shared_ptr<State> state_;
 };
@@ -330,10 +344,10 @@ class LRT_API Graph {
   /// Reads a topic. It need not be there yet. The reader takes the QoS that the present writers offer, and is made again when
   /// writers come that it does not fit: reliable if all are, transient local if all are.
   /// @param type  "sensor_msgs/msg/Imu": writers of another type name are not read
-  /// @par Errors  invalid_option (names), limit_exceeded, closed, io_error
+  /// @par Errors  invalid_option (names), limit_exceeded, closed. The reader is made on the graph's thread; if DDS refuses that, the log says so
   Result<Subscription> subscribe(std::string_view topic, std::string_view type, Sink sink, const SubscribeOptions& options = {});
   /// Writes a topic.
-  /// @par Errors  as subscribe()
+  /// @par Errors  as subscribe(); io_error
   Result<Publisher> advertise(std::string_view topic, std::string_view type, const AdvertiseOptions& options = {});
 
   /// Calls a service in the form of its server.
