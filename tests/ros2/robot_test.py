@@ -66,12 +66,12 @@ class Gateway(Process):
         return done
 
 
-def listed(*words, status=0):
-    """The rows of --list: name in ROS -> kind, type, what it is, path, reason."""
+def listed(*words, status=0, nothing=False):
+    """The rows of --list: kind and name in ROS -> type, what it is, path, reason."""
     done = subprocess.run([PROGRAM, "--list", *words], env=DOMAIN.environment(), capture_output=True, text=True, timeout=PATIENCE)
     assert done.returncode == status, done
     rows = [line.split("\t") for line in done.stdout.splitlines()]
-    assert rows and all(len(row) == 6 for row in rows), done.stdout
+    assert nothing == (not rows) and all(len(row) == 6 for row in rows), done.stdout
     return {(row[0], row[1]): dict(zip(("type", "is", "path", "reason"), row[2:])) for row in rows}
 
 
@@ -107,7 +107,8 @@ def what_is_there():
         assert rows[kind, name]["type"] == type_, rows[kind, name]
     assert ("node", "/arm_controller") in rows
     # Read-only by default: what is not allowed says so.
-    assert rows["action", "/arm_controller/follow_joint_trajectory"]["reason"], rows
+    assert "--allow-actions /arm_controller/follow_joint_trajectory" in rows["action", "/arm_controller/follow_joint_trajectory"]["reason"], rows
+    assert not any("get_parameters" in name for _, name in rows), rows  # of which the bridge makes parameters
     rows = listed("--config", CONFIG)
     for kind, name in (("topic", "/cmd_vel"), ("service", "/gripper/move"), ("action", "/arm_controller/follow_joint_trajectory")):
         assert rows[kind, name]["path"].startswith("/"), rows[kind, name]
@@ -214,6 +215,32 @@ def sets_parameters(gateway, rows):
     gateway.lrt("set", gateway.url + rows["parameter", "/base:model"]["path"], "other", status=1)  # read-only
 
 
+def changes_states(gateway):
+    """The lidar is a managed node: what it publishes ends with its state, and begins again."""
+    node = gateway.url + "/nodes/lidar"
+    assert gateway.value("/nodes/lidar/lifecycle") == "active"
+    gateway.lrt("invoke", node + "/actions/deactivate")
+    until(lambda: gateway.value("/nodes/lidar/lifecycle") == "inactive", "the lidar is inactive")
+    until(lambda: gateway.value("/diagnostics/value")["status"][1]["level"] == "STALE", "the diagnostics say so")
+    gateway.lrt("invoke", node + "/actions/deactivate", status=1)  # which is not possible now
+    gateway.lrt("invoke", node + "/actions/activate")
+    until(lambda: gateway.value("/nodes/lidar/lifecycle") == "active", "the lidar is active")
+
+
+def two_robots():
+    """Two robots of one kind in one domain have namespaces, and one of them may be all that is wanted. Another domain is another world."""
+    other = Domain()
+    with robot("--namespace", "/r1"), robot("--namespace", "/r2", "--only", "base"):
+        names = {name for _, name in listed()}
+        assert {"/r1/odom", "/r2/odom", "/r1/base", "/r2/base"} <= names, names
+        names = {name for _, name in listed("--namespace", "/r2")}
+        assert "/r2/odom" in names and not any(name.startswith("/r1/") for name in names), names
+        with Gateway("--path", "fleet") as gateway:
+            gateway.settled()
+            until(lambda: gateway.get("/fleet/r1/odom/value")[0] == gateway.get("/fleet/r2/odom/value")[0] == 200, "both robots")
+        listed("--domain", str(other.number), status=1, nothing=True)
+
+
 def comes_and_goes(gateway):
     """A node that ends and returns; its URI is the same."""
     with robot("--only", "lidar") as lidar:
@@ -297,6 +324,7 @@ def main():
                 moves_the_arm(gateway, rows["action", "/arm_controller/follow_joint_trajectory"]["path"])
                 calls_services(gateway, rows["service", "/gripper/move"]["path"], rows["service", "/gripper/calibrate"]["path"])
                 sets_parameters(gateway, rows)
+                changes_states(gateway)
                 assert gateway.get("/server/metrics", "text/plain")[0] == 200
                 assert gateway.end() == 0
             rights(folder)
@@ -304,6 +332,7 @@ def main():
         with robot("--only", "base,arm_controller,robot_state_publisher"), Gateway() as gateway:
             gateway.settled()
             comes_and_goes(gateway)
+        two_robots()
         humble()
     print("ok: " + ", ".join("%s %s" % pair for pair in figures.items()))
 
