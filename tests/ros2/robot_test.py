@@ -6,6 +6,7 @@
 import json
 import math
 import os
+import re
 import shutil
 import signal
 import socket
@@ -137,6 +138,16 @@ def reads(gateway):
     assert battery["power_supply_status"] in ("DISCHARGING", "POWER_SUPPLY_STATUS_DISCHARGING"), battery
     diagnostics = gateway.value("/diagnostics/value")
     assert diagnostics["status"][0]["level"] == "OK", diagnostics
+
+
+def describes(gateway):
+    """Each Blueprint is there, whether or not values are."""
+    _, everything = gateway.get("/all", "application/n-triples")
+    blueprints = set(re.findall(r"<%s(/blueprints/[^>/]+)>" % re.escape(gateway.url), everything.decode()))
+    assert len(blueprints) > 20, blueprints
+    for path in sorted(blueprints):
+        status, why = gateway.get(path, "text/turtle")
+        assert status == 200, (path, status, why)
 
 
 def refuses_all(gateway):
@@ -314,6 +325,7 @@ def main():
             with Gateway() as gateway:
                 gateway.settled()
                 reads(gateway)
+                describes(gateway)
                 refuses_all(gateway)
                 assert gateway_things(gateway) == things, "the URIs differ after a restart"
                 judged(gateway)
