@@ -317,6 +317,34 @@ def broker(folder):
             assert gateway.end() == 0
 
 
+def follows_the_page(gateway):
+    """The commands of docs/ros2.md, with the outputs that it shows."""
+    tools = [tool for tool in ("curl", "jq") if shutil.which(tool) is None]
+    if tools:
+        print("skipped: docs/ros2.md: %s is not installed" % ", ".join(tools))
+        return
+    with open(os.path.join(SOURCE, "docs", "ros2.md"), encoding="utf-8") as file:
+        blocks = re.findall(r"^```console\n(.*?)^```$", file.read(), re.M | re.S)
+    steps = []
+    for line in "".join(blocks).replace("http://127.0.0.1:8080", gateway.url).splitlines():
+        if line.startswith("$ "):
+            steps.append([line[2:], []])
+        elif line.startswith("> "):
+            steps[-1][0] += "\n" + line[2:]
+        else:
+            steps[-1][1].append(line)
+    assert len(steps) >= 10, steps
+    script = "".join("%s\necho '=== %d ==='\n" % (command, number) for number, (command, _) in enumerate(steps))
+    path = os.path.dirname(LRT) + os.pathsep + os.environ["PATH"]
+    with tempfile.TemporaryDirectory() as folder:
+        done = subprocess.run(["bash", "-c", "exec 2>&1\n" + script], env=DOMAIN.environment(PATH=path), cwd=folder, capture_output=True, text=True,
+                              timeout=PATIENCE)
+    output = done.stdout
+    for number, (command, expected) in enumerate(steps):
+        found, _, output = output.partition("=== %d ===\n" % number)
+        assert found.splitlines() == expected, (command, expected, found)
+
+
 def main():
     with tempfile.TemporaryDirectory() as folder:
         with robot():
@@ -332,6 +360,7 @@ def main():
                 assert gateway.end(signal.SIGINT) == 0
             with Gateway("--config", CONFIG, "--metrics") as gateway:
                 gateway.settled()
+                follows_the_page(gateway)
                 drives(gateway)
                 moves_the_arm(gateway, rows["action", "/arm_controller/follow_joint_trajectory"]["path"])
                 calls_services(gateway, rows["service", "/gripper/move"]["path"], rows["service", "/gripper/calibrate"]["path"])
