@@ -73,6 +73,7 @@ struct BridgeLimits {
   std::chrono::milliseconds large_interval{100};            ///< the same for topics with representations of bytes
   std::chrono::milliseconds command_life{500};              ///< a written Twist lives so long; then zero is written
   std::size_t max_parameters = 1'000;                       ///< of one node
+  std::size_t max_kept_bytes = 512 * 1024 * 1024;           ///< newest samples of all topics together; a sample beyond it is dropped
 };
 
 /// Options of a bridge.

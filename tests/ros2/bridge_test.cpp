@@ -247,6 +247,26 @@ TEST_CASE("an action is an Action with progress, feedback and cancel", "[ros2][b
   }
 }
 
+TEST_CASE("the parts of an action that is not known are requested from its nodes", "[ros2][bridge]") {
+  ros2::Options options;
+  options.allowed.actions = {"/**"};
+  std::vector<std::string> asked;
+  BridgeHost host(options, [&](BridgeHost& h) {
+    h.graph->describer = [&](const std::string& type, ros2::Definitions& to) -> Result<void> {
+      asked.push_back(type);
+      if (type == "demo/action/Move_FeedbackMessage") return to.add_text("demo/action/Move", "int32 a\n---\nint32 b\n---\nint32 c\n");
+      return type.find("Move") != std::string::npos ? Result<void>() : unexpected(Errc::unavailable, "nobody knows");
+    };
+  });
+  host.graph->act("/move", "demo/action/Move", "/base");
+  host.settle();
+  CHECK(asked == std::vector<std::string>{"demo/action/Move_SendGoal", "demo/action/Move_GetResult", "demo/action/Move_FeedbackMessage"});
+  CHECK(host.listed("/move", Listed::What::action)->path == "/move/actions/send_goal");
+  host.graph->act("/other", "demo/action/Other", "/base");
+  host.settle();
+  CHECK(host.reason("/other", Listed::What::action).find("nobody knows; its nodes do not say") == 0);
+}
+
 TEST_CASE("parameters are Properties with the ranges of their descriptors", "[ros2][bridge]") {
   ros2::Options options;
   options.allowed.parameters = {"/arm/*:max_*", "/arm/*:fixed"};
@@ -377,6 +397,46 @@ TEST_CASE("names that are too many are left out and counted, those of other name
   CHECK(counters.left_out == 180);
   CHECK(host.core->list().size() == 20);
   CHECK(host.core->list()[0].path.substr(0, 15) == "/robots/r7/arm/");
+}
+
+TEST_CASE("the newest samples of all topics have a limit of bytes together", "[ros2][bridge]") {
+  ros2::Options options;
+  options.limits.max_kept_bytes = 2'500;
+  BridgeHost host(options);
+  for (const char* name : {"/a", "/b", "/c"}) host.graph->write(name, "std_msgs/msg/String", "/x");
+  host.settle();
+  const std::string large = Cdr().text(std::string(1'000, 'x')).take();
+  for (const char* name : {"/a", "/b", "/c"}) host.graph->publish(name, large);
+  CHECK(host.ask("GET /a/value\nAccept: application/json").status == 200);
+  CHECK(host.ask("GET /b/value\nAccept: application/json").status == 200);
+  CHECK(host.ask("GET /c/value\nAccept: application/json").says("max_kept_bytes"));
+  host.graph->publish("/a", Cdr().text("small").take());
+  host.graph->publish("/c", large);
+  CHECK(host.ask("GET /c/value\nAccept: application/json").status == 200);
+}
+
+TEST_CASE("names of strangers that are no text are left out", "[ros2][bridge]") {
+  BridgeHost host({}, [](BridgeHost& h) {
+    Parameter good;
+    good.name = "good";
+    good.type = ParameterType::text;
+    good.value = rdf::Value(std::string("a"));
+    std::vector<Parameter> all;
+    for (const char* name : {"good", "good", "a\nb", "\xFF", "..", "a//b", ""}) {
+      all.push_back(good);
+      all.back().name = name;
+      all.back().description = "Words\xFF and\x1B[2J";
+    }
+    h.graph->parameters_of["/n"] = all;
+  });
+  host.graph->join("/n", true);
+  host.graph->write("/imu", "sensor_msgs/msg/Imu", "/n");
+  host.graph->announce();
+  REQUIRE(comes_true([&] { return host.graph->subscriptions("/imu") == 1; }));
+  host.graph->publish("/imu", imu(1, "\x1B[2J", 0.5));
+  host.settle();
+  CHECK(host.json("/nodes/n/parameters/good") == "\"a\"");
+  CHECK(host.ask("GET /imu/value\nAccept: application/json").status == 200);
 }
 
 TEST_CASE("a path that the host uses is left to it", "[ros2][bridge]") {

@@ -376,7 +376,8 @@ class LRT_API Graph {
 
   /// Asks nodes that use a type for its definition, one after the other until one responds, and adds it to `definitions`.
   /// @param type         "demo/msg/Thing", "demo/srv/Grasp", "demo/action/Wave"
-  /// @param hash         as announced; empty: unavailable (only nodes that announce hashes respond)
+  ///                     A node describes the parts of an action: "demo/action/Wave_SendGoal", `_GetResult` and `_FeedbackMessage`
+  /// @param hash         as announced; empty: the one that all nodes with the type announce. Nodes that announce none do not respond
   /// @param definitions  must live until `done` was called or the Call is destroyed
   /// @par Errors  `done` gets unavailable: no node of this type describes types; else as call() and Definitions::add_type_description()
   Result<Call> request_definition(std::string_view type, std::string_view hash, Definitions& definitions, UniqueFunction<void(Result<void>)> done,

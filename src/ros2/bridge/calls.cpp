@@ -426,7 +426,7 @@ class ActionPart final : public CallPart {
   }
 
   bool make_types(Core& core, const ActionInfo& action) {
-    Result<std::shared_ptr<const ActionDefinition>> found = core.action(action.type, {}, waits_);
+    Result<std::shared_ptr<const ActionDefinition>> found = core.action(action.type, waits_);
     if (!found) return listed.reason = found.error().message, false;
     if (++types_made_ > max_types) return listed.reason = "its type has changed too often", false;
     const ActionDefinition& d = **found;

@@ -77,7 +77,9 @@ Core::Core(Server& server, Options options, std::shared_ptr<Port> port, Definiti
       shared_(std::make_shared<Shared>(std::move(port))),
       definitions_(definitions),
       types_(options_.mapping.rules()),
-      definitions_version_(definitions.version()) {}
+      definitions_version_(definitions.version()) {
+  shared_->max_kept_bytes = options_.limits.max_kept_bytes;
+}
 
 Core::~Core() { stop(); }
 
@@ -350,17 +352,10 @@ void Core::renew(Part& part) {
 
 // --- definitions
 
-template <class F>
-auto Core::find_definition(std::string_view type, std::string_view hash, bool& is_waiting, F find) -> decltype(find()) {
-  auto found = find();
-  if (found || found.error().code != Errc::unknown_path) return found;
-  if (hash.empty())
-    return unexpected(Errc::unknown_path, found.error().message +
-                                              "; its nodes do not say what it is (ROS 2 Humble does not): name the folder of its "
-                                              "definitions with --definitions");
+std::string Core::request(std::string_view type, std::string_view hash, bool& is_waiting) {
   const std::string key = std::string(type) + ' ' + std::string(hash);
   if (requests_.size() >= options_.definition_limits.max_definitions && requests_.count(key) == 0)
-    return unexpected(Errc::limit_exceeded, "more definitions than max_definitions were requested");
+    return "more definitions than max_definitions were requested";
   Request& request = requests_[key];
   const Clock::time_point now = Clock::now();
   if (!request.is_open && now >= request.next) {
@@ -379,11 +374,26 @@ auto Core::find_definition(std::string_view type, std::string_view hash, bool& i
     request.next = now + request.pause;
     request.pause = std::min(request.pause * 2, std::chrono::seconds(60));
   }
-  is_waiting = request.is_open;
-  if (!request.is_open) wake_at(request.next);
-  return unexpected(Errc::unknown_path, request.is_open          ? "its definition is requested"
-                                        : request.reason.empty() ? found.error().message
-                                                                 : request.reason);
+  if (request.is_open) {
+    is_waiting = true;
+    return "its definition is requested";
+  }
+  wake_at(request.next);
+  return request.reason;
+}
+
+namespace {
+constexpr const char* humble_hint =
+    "; its nodes do not say what it is (ROS 2 Humble does not): name the folder of its definitions with --definitions";
+}  // namespace
+
+template <class F>
+auto Core::find_definition(std::string_view type, std::string_view hash, bool& is_waiting, F find) -> decltype(find()) {
+  auto found = find();
+  if (found || found.error().code != Errc::unknown_path) return found;
+  if (hash.empty()) return unexpected(Errc::unknown_path, found.error().message + humble_hint);
+  std::string reason = request(type, hash, is_waiting);
+  return unexpected(Errc::unknown_path, reason.empty() ? found.error().message : std::move(reason));
 }
 
 Result<MessagePtr> Core::message(std::string_view type, std::string_view hash, bool& is_waiting) {
@@ -392,8 +402,16 @@ Result<MessagePtr> Core::message(std::string_view type, std::string_view hash, b
 Result<std::shared_ptr<const Service>> Core::service(std::string_view type, std::string_view hash, bool& is_waiting) {
   return find_definition(type, hash, is_waiting, [&] { return definitions_.service(type, hash); });
 }
-Result<std::shared_ptr<const ActionDefinition>> Core::action(std::string_view type, std::string_view hash, bool& is_waiting) {
-  return find_definition(type, hash, is_waiting, [&] { return definitions_.action(type, hash); });
+Result<std::shared_ptr<const ActionDefinition>> Core::action(std::string_view type, bool& is_waiting) {
+  Result<std::shared_ptr<const ActionDefinition>> found = definitions_.action(type);
+  if (found || found.error().code != Errc::unknown_path) return found;
+  std::string reason;
+  for (const char* part : {"_SendGoal", "_GetResult", "_FeedbackMessage"}) {
+    std::string why = request(std::string(type) + part, {}, is_waiting);
+    if (reason.empty()) reason = std::move(why);
+  }
+  if (is_waiting) return unexpected(Errc::unknown_path, "its definition is requested");
+  return unexpected(Errc::unknown_path, (reason.empty() ? found.error().message : reason) + humble_hint);
 }
 
 }  // namespace lrt::ros2

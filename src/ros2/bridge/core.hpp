@@ -39,6 +39,9 @@ struct Shared {
 
   const std::shared_ptr<Port> port;
   std::atomic<std::uint64_t> decoded{0}, malformed{0}, commands{0};
+  /// Bytes of the newest samples of all topics. What would be beyond the limit is dropped.
+  std::atomic<std::size_t> kept_bytes{0};
+  std::size_t max_kept_bytes = 0;
 
   /// Leaves a job for the bridge's thread.
   /// @par Threads  Any. Locks for a moment and allocates.
@@ -132,7 +135,7 @@ class Core {
   /// @return  an Error: it is not known (yet); `is_waiting`: it may be soon
   Result<MessagePtr> message(std::string_view type, std::string_view hash, bool& is_waiting);
   Result<std::shared_ptr<const Service>> service(std::string_view type, std::string_view hash, bool& is_waiting);
-  Result<std::shared_ptr<const ActionDefinition>> action(std::string_view type, std::string_view hash, bool& is_waiting);
+  Result<std::shared_ptr<const ActionDefinition>> action(std::string_view type, bool& is_waiting);
 
   /// Wakes the thread at this time.
   void wake_at(Clock::time_point at) { next_ = std::min(next_, at); }
@@ -150,6 +153,9 @@ class Core {
     Clock::time_point next{};
     std::chrono::seconds pause{5};
   };
+  /// Requests a definition from its nodes, now or later.
+  /// @return  why there is none, a sentence
+  std::string request(std::string_view type, std::string_view hash, bool& is_waiting);
   template <class F>
   auto find_definition(std::string_view type, std::string_view hash, bool& is_waiting, F find) -> decltype(find());
 

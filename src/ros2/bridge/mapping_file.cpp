@@ -331,6 +331,7 @@ void read_limits(Reader& in, const toml::table& table, BridgeLimits& to) {
   in.time(table, "large_interval_ms", to.large_interval);
   in.time(table, "command_life_ms", to.command_life);
   in.count(table, "max_parameters", to.max_parameters);
+  in.count(table, "max_kept_bytes", to.max_kept_bytes);
 }
 
 }  // namespace

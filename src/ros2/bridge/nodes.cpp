@@ -59,7 +59,7 @@ std::string_view name_of(ParameterType type) noexcept {
 
 /// Whether a name can be the path of a Property.
 bool is_path(std::string_view name) noexcept {
-  if (name.empty() || name.size() > 255) return false;
+  if (!is_clean_name(name)) return false;
   while (true) {
     const std::size_t end = name.find('/');
     const std::string_view segment = name.substr(0, end);
@@ -244,15 +244,15 @@ class NodePart final : public Part {
   /// @return  whether clients can set it
   bool make_parameter(Core& core, Thing& thing, const Parameter& p) {
     const rdf::DynamicType type = type_of(p.type);
-    if (!type || !is_path(p.name)) return false;
+    if (!type || !is_path(p.name) || outputs_.count(p.name) != 0) return false;
     const std::string full = listed.name + ':' + p.name;
     const Said said = said_of(core.rules(), Rule::Of::parameter, full, {});
     if (said.hidden) return false;
     const bool is_number =
         p.type == ParameterType::integer || p.type == ParameterType::real || p.type == ParameterType::integers || p.type == ParameterType::reals;
     PushedProperty<RosValue> property = thing.pushed<RosValue>("parameters/" + p.name, type);
-    std::string words = p.description;
-    if (!p.constraints.empty()) words += (words.empty() ? "" : " ") + p.constraints;
+    std::string words = words_for_people(p.description);
+    if (const std::string constraints = words_for_people(p.constraints); !constraints.empty()) words += (words.empty() ? "" : " ") + constraints;
     rdf::Facets facets;
     if (is_number) {
       if (said.value.unit) facets.unit(*said.value.unit);

@@ -21,7 +21,6 @@ using Utc = std::chrono::system_clock::time_point;
 using Isometry = Eigen::Transform<double, 3, Eigen::Isometry, Eigen::DontAlign>;
 
 constexpr std::size_t max_frames = 1'024;
-constexpr std::size_t max_frame_bytes = 255;
 constexpr unsigned max_descriptions = 32;  ///< of one robot: each has Blueprints of its own
 
 bool has_field(const Message& m, std::size_t i, std::string_view name, Kind kind, Arity arity) noexcept {
@@ -253,7 +252,7 @@ class Frames final : public FrameSink, public std::enable_shared_from_this<Frame
       const bool good = for_each_transform(*payload, [&](std::string_view child, std::string_view parent, Utc stamp, const double*) {
         auto known = frames_.find(child);
         if (known == frames_.end()) {
-          if (frames_.size() >= max_frames || child.empty() || child.size() > max_frame_bytes || parent.size() > max_frame_bytes) return;
+          if (frames_.size() >= max_frames || !is_clean_name(child) || !is_clean_name(parent)) return;
           known = frames_.emplace(std::string(child), Frame()).first;
           known->second.reader = std::make_shared<FrameReader>(std::string(child), shared_);
         }
@@ -262,7 +261,7 @@ class Frames final : public FrameSink, public std::enable_shared_from_this<Frame
         frame.stamp = stamp.time_since_epoch().count() > 0 ? stamp : std::chrono::system_clock::now();
         frame.topic = std::string(topic);
         frame.missing.clear();
-        if (frame.parent != parent) {
+        if (frame.parent != parent && is_clean_name(parent)) {
           frame.parent = std::string(parent);
           shared_->put([self = shared_from_this(), name = known->first] { self->announce(name); });
         }

@@ -206,6 +206,8 @@ struct TopicState {
   std::optional<MessageType::Place> stamp, frame_id;
   std::shared_ptr<Shared> shared;
   UniqueFunction<void()> frame_changed;  ///< called with the mutex held
+  std::mutex description_mutex;
+  std::optional<std::string> description;  ///< the newest text that the bridge's thread has not seen; guarded by description_mutex
 
   Utc time_of(const Sample& sample) const noexcept {
     if (stamp)
@@ -213,17 +215,38 @@ struct TopicState {
     if (sample.source.time_since_epoch().count() > 0) return sample.source;
     return sample.received.time_since_epoch().count() > 0 ? sample.received : std::chrono::system_clock::now();
   }
+  ~TopicState() {
+    if (shared) shared->kept_bytes.fetch_sub(size_of(last), std::memory_order_relaxed);
+  }
+
+  static std::size_t size_of(const Sample& sample) noexcept { return sample.payload ? sample.payload->size() : 0; }
+  /// @pre mutex is held
+  /// @return  false: all topics together have too many bytes
+  bool keep(Sample&& sample) noexcept {
+    const std::size_t before = size_of(last), now = size_of(sample);
+    const std::size_t all = shared->kept_bytes.fetch_add(now - before, std::memory_order_relaxed) + now - before;
+    if (now > before && all > shared->max_kept_bytes) {
+      shared->kept_bytes.fetch_sub(now - before, std::memory_order_relaxed);
+      return false;
+    }
+    last = std::move(sample);
+    return true;
+  }
   /// Runs on a thread of DDS.
   void take(Sample&& sample) {
     const std::lock_guard lock(mutex);
-    last = std::move(sample);
+    if (!keep(std::move(sample))) {
+      why_missing = "all topics together have more bytes than max_kept_bytes";
+      (void)keep({});
+      return pass_missing();
+    }
     const Utc at = time_of(last);
     pass(at);
     if (joints) joints->take(*last.payload, at);
     if (frames) frames->take(last.payload, name);
     if (frame_id) {
       const std::optional<std::string_view> now = type->text(*last.payload, *frame_id);
-      if (now && (!has_frame || *now != frame)) {
+      if (now && (!has_frame || *now != frame) && (now->empty() || is_clean_name(*now))) {
         has_frame = true;
         frame = std::string(*now);
         if (frame_changed) frame_changed();
@@ -319,6 +342,7 @@ class TopicPart final : public Part {
     Thing& thing = made.emplace_back(its_path);
     describe(thing, listed, {}, {}, "Topic");
     frame_stated_ = frame_now();
+    const bool is_writable = core.is_allowed(core.options().allowed.topics, listed.name) && make_publisher(core);
     const std::lock_guard lock(state_->mutex);
     state_->outputs.clear();
     const MessageType& type = *state_->type;
@@ -338,8 +362,8 @@ class TopicPart final : public Part {
     }
     state_->outputs.push_back({value, reader});
     make_bulk(core, thing, reader);
-    if (core.is_allowed(core.options().allowed.topics, listed.name)) make_writable(core, thing, value);
-    else listed.as = "Property";
+    listed.as = is_writable ? "writable Property" : "Property";
+    if (is_writable) make_writable(core, thing, value);
     listed.path = '/' + its_path + "/value";
     properties = state_->outputs.size();
     return made;
@@ -421,8 +445,7 @@ class TopicPart final : public Part {
     state_ = std::move(state);
     type_ = chosen.type;
     hash_ = chosen.hash.empty() ? std::string() : (*definition)->hash;
-    comment_ = (*definition)->comment.substr(0, 300);
-    if (const std::size_t end = comment_.find("\n\n"); end != std::string::npos) comment_.resize(end);
+    comment_ = words_for_people((*definition)->comment.substr(0, (*definition)->comment.find("\n\n")));
     bulk_ = known == std::end(bulk_types) ? Bulk::none : known->bulk;
     is_available = is_idle_ = false;
     listed.reason.clear();
@@ -443,9 +466,10 @@ class TopicPart final : public Part {
     listed.reason.clear();
     const std::lock_guard lock(state_->mutex);
     state_->why_missing.clear();
-    state_->last = {};
-    state_->last.payload = std::make_shared<const std::string>(state_->type->initial());
-    state_->last.received = std::chrono::system_clock::now();
+    Sample zero;
+    zero.payload = std::make_shared<const std::string>(state_->type->initial());
+    zero.received = std::chrono::system_clock::now();
+    if (!state_->keep(std::move(zero))) return;
     state_->pass(state_->time_of(state_->last));
   }
 
@@ -460,7 +484,7 @@ class TopicPart final : public Part {
     {
       const std::lock_guard lock(state_->mutex);
       state_->why_missing = last_writers_ + " writes " + listed.name + ", and no sample has come yet";
-      state_->last = {};
+      (void)state_->keep({});
       state_->pass_missing();
     }
     SubscribeOptions options;
@@ -473,8 +497,10 @@ class TopicPart final : public Part {
         listed.name, type_,
         [state = state_, description = is_description_, shared = core.shared(), &core, ns = namespace_of(listed.name)](Sample&& sample) {
           if (!sample.payload) return;
-          if (description) take_description(*state, *sample.payload, shared, core, ns);
-          state->take(std::move(sample));
+          try {
+            if (description) take_description(state, *sample.payload, shared, core, ns);
+            state->take(std::move(sample));
+          } catch (...) {}  // no memory: the sample is left out
         },
         options);
     if (!subscribed) {
@@ -487,13 +513,26 @@ class TopicPart final : public Part {
     since_ = Core::Clock::now();
   }
 
-  /// A URDF, for the bridge's thread.
-  static void take_description(const TopicState& state, const std::string& payload, const std::shared_ptr<Shared>& shared, Core& core,
-                               const std::string& ns) {
-    const Result<MessageType::Place> data = state.type->place("data");
-    const std::optional<std::string_view> text = data ? state.type->text(payload, *data) : std::nullopt;
+  /// A URDF, for the bridge's thread: the newest.
+  static void take_description(const std::shared_ptr<TopicState>& state, const std::string& payload, const std::shared_ptr<Shared>& shared,
+                               Core& core, const std::string& ns) {
+    const Result<MessageType::Place> data = state->type->place("data");
+    const std::optional<std::string_view> text = data ? state->type->text(payload, *data) : std::nullopt;
     if (!text) return;
-    shared->put([&core, ns, text = std::string(*text)]() mutable { update_robot(core, ns, std::move(text)); });
+    {
+      const std::lock_guard lock(state->description_mutex);
+      const bool is_known = state->description.has_value();
+      state->description = std::string(*text);
+      if (is_known) return;  // its job will find this one
+    }
+    shared->put([state, &core, ns] {
+      std::optional<std::string> newest;
+      {
+        const std::lock_guard lock(state->description_mutex);
+        newest.swap(state->description);
+      }
+      if (newest) update_robot(core, ns, *std::move(newest));
+    });
   }
 
   void become_unavailable(Core& core, const std::string& why) {
@@ -508,7 +547,7 @@ class TopicPart final : public Part {
       frames = state_->frames;
       if (state_->why_missing == why && !state_->last.payload) return;
       state_->why_missing = why;
-      state_->last = {};
+      (void)state_->keep({});
       state_->pass_missing();
     }
     if (was && frames) frames->lose(listed.name, listed.name + ": " + why);
@@ -580,19 +619,18 @@ class TopicPart final : public Part {
     }
   }
 
+  /// Not while the mutex of the state is held: a thread of DDS may wait for it, and have what this waits for.
+  bool make_publisher(Core& core) {
+    if (publisher_) return true;
+    AdvertiseOptions options;
+    options.hash = hash_;
+    Result<std::shared_ptr<TopicWriter>> made = core.port().advertise(listed.name, type_, options);
+    if (made) publisher_ = *std::move(made);
+    else listed.reason = "it cannot be written: " + made.error().message;
+    return made.has_value();
+  }
+
   void make_writable(Core& core, Thing& thing, PushedProperty<RosValue>& value) {
-    if (!publisher_) {
-      AdvertiseOptions options;
-      options.hash = hash_;
-      Result<std::shared_ptr<TopicWriter>> made = core.port().advertise(listed.name, type_, options);
-      if (!made) {
-        listed.as = "Property";
-        listed.reason = "it cannot be written: " + made.error().message;
-        return;
-      }
-      publisher_ = *std::move(made);
-    }
-    listed.as = "writable Property";
     const bool stamps = state_->stamp.has_value();
     const auto write = [publisher = publisher_, type = *state_->type, shared = core.shared(), stamps](std::string payload) -> Result<void> {
       if (stamps) set_stamp(payload);

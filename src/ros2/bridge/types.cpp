@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <cstdio>
+#include <optional>
 #include <utility>
 
 #include "src/base/utf8.hpp"
@@ -13,23 +15,6 @@ namespace {
 
 /// Longer comments are cut: they come from strangers, and lrt keeps words as long as the process.
 constexpr std::size_t max_comment_bytes = 300;
-
-/// A comment of a definition as one sentence or more for people; empty: there is none, or it is a line of dashes.
-std::string words_of(std::string_view comment) {
-  std::string text;
-  bool has_letter = false;
-  for (const char c : comment.substr(0, max_comment_bytes)) {
-    const bool is_space = static_cast<unsigned char>(c) <= 0x20 || c == 0x7F;
-    if (is_space && (text.empty() || text.back() == ' ')) continue;
-    has_letter = has_letter || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
-    text += is_space ? ' ' : c;
-  }
-  text = std::string(utf8::prefix(text, text.size()));
-  while (!text.empty() && text.back() == ' ') text.pop_back();
-  if (!has_letter || utf8::find_invalid(text)) return {};
-  if (comment.size() > max_comment_bytes) text += "...";
-  return text;
-}
 
 /// The messages on the way to a field, and what is left of the path from each. The first is the root.
 struct Way {
@@ -84,6 +69,27 @@ std::size_t members_of(const Message& message, std::size_t depth = 0) noexcept {
 
 }  // namespace
 
+std::string words_for_people(std::string_view given) {
+  std::string text;
+  bool has_letter = false;
+  for (const char c : given.substr(0, max_comment_bytes)) {
+    const bool is_space = static_cast<unsigned char>(c) <= 0x20 || c == 0x7F;
+    if (is_space && (text.empty() || text.back() == ' ')) continue;
+    has_letter = has_letter || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || static_cast<unsigned char>(c) >= 0x80;
+    text += is_space ? ' ' : c;
+  }
+  if (const std::optional<std::size_t> bad = utf8::find_invalid(text)) text.resize(*bad);
+  while (!text.empty() && text.back() == ' ') text.pop_back();
+  if (!has_letter) return {};
+  if (given.size() > max_comment_bytes) text += "...";
+  return text;
+}
+
+bool is_clean_name(std::string_view name) noexcept {
+  return !name.empty() && name.size() <= 255 && !utf8::find_invalid(name) &&
+         std::none_of(name.begin(), name.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; });
+}
+
 struct TypeMaker::Scope {
   std::vector<const Rule*> own;       ///< of the topic, service, action
   std::vector<std::string> left_out;  ///< paths
@@ -135,7 +141,7 @@ FieldOptions TypeMaker::says(const Message& root, const Scope& scope, std::strin
     options.facets = words;
   }
   if (rule.descriptions.empty())
-    if (std::string comment = words_of(field.comment); !comment.empty()) options.facets.description(std::move(comment));
+    if (std::string comment = words_for_people(field.comment); !comment.empty()) options.facets.description(std::move(comment));
   if (std::find(scope.left_out.begin(), scope.left_out.end(), path) != scope.left_out.end()) options.left_out = true;
   return options;
 }

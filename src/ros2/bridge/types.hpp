@@ -17,6 +17,11 @@
 
 namespace lrt::ros2 {
 
+/// A text of a stranger for people: in well-formed UTF-8, in one line, cut where it is too long; empty: it has no letter, as a line of dashes.
+std::string words_for_people(std::string_view text);
+/// Whether a name of a stranger is in well-formed UTF-8, without control characters, and has 1 to 255 bytes.
+bool is_clean_name(std::string_view name) noexcept;
+
 /// What a type is made for.
 struct TypeUse {
   Rule::Of of = Rule::Of::topic;        ///< whose rules count

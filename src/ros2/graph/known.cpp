@@ -296,6 +296,17 @@ std::vector<std::string> Known::nodes_with(std::string_view type, std::string_vi
   return std::vector<std::string>(names.begin(), names.end());
 }
 
+std::string Known::hash_of(std::string_view type) const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  std::string hash;
+  for (const auto& [gid, endpoint] : endpoints_) {
+    if (endpoint.type != type || endpoint.hash.empty()) continue;
+    if (!hash.empty() && hash != endpoint.hash) return {};
+    hash = endpoint.hash;
+  }
+  return hash;
+}
+
 bool Known::fits(const Gid& writer, std::string_view hash) const {
   const std::lock_guard<std::mutex> lock(mutex_);
   const auto known = endpoints_.find(writer);

@@ -66,6 +66,8 @@ class Known final : public dds::Discovery {
   bool is_there(const Gid& endpoint) const;
   /// Nodes with an endpoint of this type and hash, in order of their names.
   std::vector<std::string> nodes_with(std::string_view type, std::string_view hash) const;
+  /// The hash that endpoints of this type announce; empty: none, or they differ.
+  std::string hash_of(std::string_view type) const;
   /// Whether a writer announces this hash, or none.
   bool fits(const Gid& writer, std::string_view hash) const;
   std::size_t gid_bytes() const;  ///< that all others use: 16 or 24; 0: nobody has said so, or they differ

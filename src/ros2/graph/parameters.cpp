@@ -423,7 +423,9 @@ Result<Call> Graph::request_definition(std::string_view type, std::string_view h
   const bool posted = impl_->core->post([core = std::weak_ptr<GraphCore>(impl_->core), state = *chain, work] {
     const auto shared = core.lock();
     if (shared == nullptr || !state->is_alive()) return;
+    if (work->hash.empty()) work->hash = shared->known.hash_of(work->type);  // of a part of an action, which no snapshot has
     if (!work->hash.empty()) {
+      work->last.message = "no node that has " + work->type + " describes its types";
       work->nodes = shared->known.nodes_with(work->type, work->hash);
       const auto cannot = [&](const std::string& node) {
         return shared->known.server(node + "/get_type_description", "type_description_interfaces/srv/GetTypeDescription").pairs.empty();
