@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A simulated mobile manipulator that speaks ROS 2, without ROS: eight nodes on Cyclone DDS. It is there so that lrt-ros2 can be tried without a robot.
 
-     ros2_robot [--domain N] [--namespace /NAME] [--only NODE,...] [--humble] [--localhost] [--demo]
+     ros2_robot [--domain N] [--namespace /NAME] [--only NODE,...] [--humble] [--localhost] [--demo] [--still]
 
    --domain N        the domain; default: that of ROS_DOMAIN_ID, or 0
    --namespace /NAME of all nodes; two robots in one domain have two namespaces
@@ -10,6 +10,7 @@
    --humble          neither announces the hashes of types nor describes types, as ROS 2 Humble
    --localhost       for programs on this machine only; also if ROS_LOCALHOST_ONLY is 1, as ROS 2 does. The others need the same
    --demo            the arm moves by itself, and the base drives in a circle
+   --still           stamps and the charge of the battery stay as they are, for tests that compare
 
    /cmd_vel drives the base, and it stops if no command comes for 0.5 s. /arm_controller/follow_joint_trajectory moves the arm. /gripper/move moves the
    gripper, and responds when it has arrived. */
@@ -140,7 +141,7 @@ static void step_base(void) {
     joints[i].velocity = (robot.linear + (i == LEFT_WHEEL ? -0.2 : 0.2) * robot.angular) / 0.08;
     joints[i].position += joints[i].velocity * STEP;
   }
-  robot.charge = limited(robot.charge - STEP * (1e-5 + 1e-4 * fabs(robot.linear)), 0.05, 1);
+  if (!time_stands) robot.charge = limited(robot.charge - STEP * (1e-5 + 1e-4 * fabs(robot.linear)), 0.05, 1);
 }
 
 static void publish_odometry(void) {
@@ -723,7 +724,8 @@ static void end(int signal_number) {
 }
 
 static int usage(int status) {
-  fprintf(status ? stderr : stdout, "usage: ros2_robot [--domain N] [--namespace /NAME] [--only NODE,...] [--humble] [--localhost] [--demo]\n");
+  fprintf(status ? stderr : stdout,
+          "usage: ros2_robot [--domain N] [--namespace /NAME] [--only NODE,...] [--humble] [--localhost] [--demo] [--still]\n");
   return status;
 }
 
@@ -737,6 +739,7 @@ int main(int argc, char** argv) {
     else if (strcmp(argv[i], "--humble") == 0) is_humble = true;
     else if (strcmp(argv[i], "--localhost") == 0) is_local = true;
     else if (strcmp(argv[i], "--demo") == 0) is_demo = true;
+    else if (strcmp(argv[i], "--still") == 0) time_stands = true;
     else return usage(strcmp(argv[i], "--help") == 0 ? 0 : 2);
   }
   char* rest = NULL;

@@ -85,6 +85,8 @@ void write_sample(dds_entity_t writer, const void* sample);
 /* Zeroed memory until the present request or sample is done. */
 void* scratch(size_t size);
 void scratch_end(void);
+/* The present time; if time stands, that of the first call. */
+extern bool time_stands;
 void stamp_now(builtin_interfaces_msg_dds__Time_* time);
 
 /* The hash of a type by its name in ROS, "sensor_msgs/msg/Imu"; "" for one that is not in the table. */

@@ -176,7 +176,9 @@ void PropertyValues::refresh(Resource& resource, Encodings encodings, Done done,
   const ValueResource* const with_values = resource.values();
   const ValueResource::Reads reads = with_values ? with_values->reads() : ValueResource::Reads::nothing;
   const bool is_of_thing = resource.thing && &resource == &resource.thing->state;  // which is removed with its properties
-  const auto one_done = [join, is_of_thing, tolerates = reads == ValueResource::Reads::readable_values](const Result<void>& result, TimePoint now) {
+  // Shapes are of what is known: a value that cannot be read is no reason to keep them back.
+  const bool tolerates = reads == ValueResource::Reads::readable_values || reads == ValueResource::Reads::known_values;
+  const auto one_done = [join, is_of_thing, tolerates](const Result<void>& result, TimePoint now) {
     const auto is = [&](Errc code) { return result.error().code == code; };
     const bool fails = !result && (!tolerates || is(Errc::timed_out) || (is_of_thing && is(Errc::closed)));
     if (fails && join->result) join->result = result;

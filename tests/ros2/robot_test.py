@@ -6,6 +6,7 @@
 import json
 import math
 import os
+import re
 import shutil
 import signal
 import socket
@@ -66,12 +67,12 @@ class Gateway(Process):
         return done
 
 
-def listed(*words, status=0):
-    """The rows of --list: name in ROS -> kind, type, what it is, path, reason."""
+def listed(*words, status=0, nothing=False):
+    """The rows of --list: kind and name in ROS -> type, what it is, path, reason."""
     done = subprocess.run([PROGRAM, "--list", *words], env=DOMAIN.environment(), capture_output=True, text=True, timeout=PATIENCE)
     assert done.returncode == status, done
     rows = [line.split("\t") for line in done.stdout.splitlines()]
-    assert rows and all(len(row) == 6 for row in rows), done.stdout
+    assert nothing == (not rows) and all(len(row) == 6 for row in rows), done.stdout
     return {(row[0], row[1]): dict(zip(("type", "is", "path", "reason"), row[2:])) for row in rows}
 
 
@@ -107,7 +108,8 @@ def what_is_there():
         assert rows[kind, name]["type"] == type_, rows[kind, name]
     assert ("node", "/arm_controller") in rows
     # Read-only by default: what is not allowed says so.
-    assert rows["action", "/arm_controller/follow_joint_trajectory"]["reason"], rows
+    assert "--allow-actions /arm_controller/follow_joint_trajectory" in rows["action", "/arm_controller/follow_joint_trajectory"]["reason"], rows
+    assert not any("get_parameters" in name for _, name in rows), rows  # of which the bridge makes parameters
     rows = listed("--config", CONFIG)
     for kind, name in (("topic", "/cmd_vel"), ("service", "/gripper/move"), ("action", "/arm_controller/follow_joint_trajectory")):
         assert rows[kind, name]["path"].startswith("/"), rows[kind, name]
@@ -136,6 +138,16 @@ def reads(gateway):
     assert battery["power_supply_status"] in ("DISCHARGING", "POWER_SUPPLY_STATUS_DISCHARGING"), battery
     diagnostics = gateway.value("/diagnostics/value")
     assert diagnostics["status"][0]["level"] == "OK", diagnostics
+
+
+def describes(gateway):
+    """Each Blueprint is there, whether or not values are."""
+    _, everything = gateway.get("/all", "application/n-triples")
+    blueprints = set(re.findall(r"<%s(/blueprints/[^>/]+)>" % re.escape(gateway.url), everything.decode()))
+    assert len(blueprints) > 20, blueprints
+    for path in sorted(blueprints):
+        status, why = gateway.get(path, "text/turtle")
+        assert status == 200, (path, status, why)
 
 
 def refuses_all(gateway):
@@ -214,6 +226,32 @@ def sets_parameters(gateway, rows):
     gateway.lrt("set", gateway.url + rows["parameter", "/base:model"]["path"], "other", status=1)  # read-only
 
 
+def changes_states(gateway):
+    """The lidar is a managed node: what it publishes ends with its state, and begins again."""
+    node = gateway.url + "/nodes/lidar"
+    assert gateway.value("/nodes/lidar/lifecycle") == "active"
+    gateway.lrt("invoke", node + "/actions/deactivate")
+    until(lambda: gateway.value("/nodes/lidar/lifecycle") == "inactive", "the lidar is inactive")
+    until(lambda: gateway.value("/diagnostics/value")["status"][1]["level"] == "STALE", "the diagnostics say so")
+    gateway.lrt("invoke", node + "/actions/deactivate", status=1)  # which is not possible now
+    gateway.lrt("invoke", node + "/actions/activate")
+    until(lambda: gateway.value("/nodes/lidar/lifecycle") == "active", "the lidar is active")
+
+
+def two_robots():
+    """Two robots of one kind in one domain have namespaces, and one of them may be all that is wanted. Another domain is another world."""
+    other = Domain()
+    with robot("--namespace", "/r1"), robot("--namespace", "/r2", "--only", "base"):
+        names = {name for _, name in listed()}
+        assert {"/r1/odom", "/r2/odom", "/r1/base", "/r2/base"} <= names, names
+        names = {name for _, name in listed("--namespace", "/r2")}
+        assert "/r2/odom" in names and not any(name.startswith("/r1/") for name in names), names
+        with Gateway("--path", "fleet") as gateway:
+            gateway.settled()
+            until(lambda: gateway.get("/fleet/r1/odom/value")[0] == gateway.get("/fleet/r2/odom/value")[0] == 200, "both robots")
+        listed("--domain", str(other.number), status=1, nothing=True)
+
+
 def comes_and_goes(gateway):
     """A node that ends and returns; its URI is the same."""
     with robot("--only", "lidar") as lidar:
@@ -279,6 +317,34 @@ def broker(folder):
             assert gateway.end() == 0
 
 
+def follows_the_page(gateway):
+    """The commands of docs/ros2.md, with the outputs that it shows."""
+    tools = [tool for tool in ("curl", "jq") if shutil.which(tool) is None]
+    if tools:
+        print("skipped: docs/ros2.md: %s is not installed" % ", ".join(tools))
+        return
+    with open(os.path.join(SOURCE, "docs", "ros2.md"), encoding="utf-8") as file:
+        blocks = re.findall(r"^```console\n(.*?)^```$", file.read(), re.M | re.S)
+    steps = []
+    for line in "".join(blocks).replace("http://127.0.0.1:8080", gateway.url).splitlines():
+        if line.startswith("$ "):
+            steps.append([line[2:], []])
+        elif line.startswith("> "):
+            steps[-1][0] += "\n" + line[2:]
+        else:
+            steps[-1][1].append(line)
+    assert len(steps) >= 10, steps
+    script = "".join("%s\necho '=== %d ==='\n" % (command, number) for number, (command, _) in enumerate(steps))
+    path = os.path.dirname(LRT) + os.pathsep + os.environ["PATH"]
+    with tempfile.TemporaryDirectory() as folder:
+        done = subprocess.run(["bash", "-c", "exec 2>&1\n" + script], env=DOMAIN.environment(PATH=path), cwd=folder, capture_output=True, text=True,
+                              timeout=PATIENCE)
+    output = done.stdout
+    for number, (command, expected) in enumerate(steps):
+        found, _, output = output.partition("=== %d ===\n" % number)
+        assert found.splitlines() == expected, (command, expected, found)
+
+
 def main():
     with tempfile.TemporaryDirectory() as folder:
         with robot():
@@ -287,16 +353,19 @@ def main():
             with Gateway() as gateway:
                 gateway.settled()
                 reads(gateway)
+                describes(gateway)
                 refuses_all(gateway)
                 assert gateway_things(gateway) == things, "the URIs differ after a restart"
                 judged(gateway)
                 assert gateway.end(signal.SIGINT) == 0
             with Gateway("--config", CONFIG, "--metrics") as gateway:
                 gateway.settled()
+                follows_the_page(gateway)
                 drives(gateway)
                 moves_the_arm(gateway, rows["action", "/arm_controller/follow_joint_trajectory"]["path"])
                 calls_services(gateway, rows["service", "/gripper/move"]["path"], rows["service", "/gripper/calibrate"]["path"])
                 sets_parameters(gateway, rows)
+                changes_states(gateway)
                 assert gateway.get("/server/metrics", "text/plain")[0] == 200
                 assert gateway.end() == 0
             rights(folder)
@@ -304,6 +373,7 @@ def main():
         with robot("--only", "base,arm_controller,robot_state_publisher"), Gateway() as gateway:
             gateway.settled()
             comes_and_goes(gateway)
+        two_robots()
         humble()
     print("ok: " + ", ".join("%s %s" % pair for pair in figures.items()))
 

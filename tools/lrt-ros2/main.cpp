@@ -93,6 +93,23 @@ std::string_view name_of(lrt::ros2::Listed::What what) noexcept {
   return "";
 }
 
+/// Services that each node has, of which lrt-ros2 makes parameters, states and types. They are no news unless an option allows them.
+bool is_of_each_node(const lrt::ros2::Listed& one) {
+  const auto begins = [&](std::string_view package) { return one.type.compare(0, package.size(), package) == 0; };
+  return one.what == lrt::ros2::Listed::What::service && one.path.empty() &&
+         (begins("rcl_interfaces/srv/") || begins("lifecycle_msgs/srv/") || begins("type_description_interfaces/srv/"));
+}
+
+/// The reason, and the option that would change it.
+std::string reason_of(const lrt::ros2::Listed& one) {
+  using What = lrt::ros2::Listed::What;
+  const auto with = [&](std::string_view option) { return one.reason + ": --allow-" + std::string(option) + ' ' + one.name + " allows it"; };
+  if (one.reason == "not allowed" && one.what == What::service) return with("services");
+  if (one.reason == "not allowed" && one.what == What::action) return with("actions");
+  if (one.reason == "no node writes it" && one.as == "Property") return one.reason + "; --allow-topics " + one.name + " lets clients write it";
+  return one.reason;
+}
+
 /// The server for `--list`: nothing listens.
 int list(Settings& s) {
   s.server.listen.transport = [](lrt::transport::TransportOptions options) { return std::make_unique<lrt::transport::Loopback>(std::move(options)); };
@@ -109,12 +126,13 @@ int list(Settings& s) {
   lrt::tool::Table table;
   for (const lrt::ros2::Listed& one : bridge->list()) {
     using Style = lrt::tool::Style;
+    if (is_of_each_node(one)) continue;
     table.add({{std::string(name_of(one.what)), Style::faint},
                {printable(one.name), Style::strong},
                {printable(one.type)},
                {printable(one.as)},
                {printable(one.path)},
-               {printable(one.reason), Style::faint}});
+               {printable(reason_of(one)), Style::faint}});
   }
   if (table.empty()) return report(nobody(graph), Exit::failure);
   lrt::tool::Terminal terminal;
@@ -140,7 +158,9 @@ void say_what_is_there(const lrt::ros2::Bridge& bridge, const lrt::ros2::GraphOp
   std::string text = counted(nodes, "node: ", "nodes: ") + counted(counters.things, "Thing, ", "Things, ") +
                      counted(counters.properties, "Property, ", "Properties, ") + counted(counters.actions, "Action", "Actions");
   if (counters.unavailable > 0) text += "; " + std::to_string(counters.unavailable) + " unavailable now";
-  if (counters.left_out > 0) text += "; " + std::to_string(counters.left_out) + " left out, lrt-ros2 --list says why";
+  const auto left_out = std::count_if(listed.begin(), listed.end(),
+                                      [](const lrt::ros2::Listed& one) { return one.path.empty() && !one.reason.empty() && !is_of_each_node(one); });
+  if (left_out > 0) text += "; " + std::to_string(left_out) + " left out, lrt-ros2 --list says why";
   if (is_read_only) text += ". Read-only: lrt-ros2 --help has the options that allow more";
   std::printf("%s\n", text.c_str());
   std::fflush(stdout);
