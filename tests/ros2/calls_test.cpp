@@ -187,6 +187,7 @@ TEST_CASE("a call ends when its server does not respond, or is gone", "[ros2][ca
   REQUIRE(is_ready(graph, "/add"));
   Answer<Bytes> second;
   const auto later = graph.call("/add", add_type, add(3, 5), second.take()).value();
+  CHECK(again.has("asked 3 5"));
   REQUIRE(second.get());
   CHECK(sum(*second.get()) == 8);
 }

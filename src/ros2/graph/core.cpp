@@ -15,7 +15,7 @@ namespace {
 
 constexpr const char* entities_topic = "ros_discovery_info";
 constexpr const char* entities_type = "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_";
-constexpr std::chrono::milliseconds patience_for_heartbeat{400};  ///< of a server that is matched: then it may have been for others, too
+constexpr std::chrono::milliseconds patience_for_heartbeat{1000};  ///< of a server that is matched
 constexpr std::size_t max_idle_clients = 64;
 constexpr std::chrono::seconds idle_life{30};  ///< of a client or the readers of an action without work
 
@@ -209,19 +209,34 @@ Result<void> ServiceClient::create() {
 }
 
 /// Whether a server is matched in both directions. That this side is says nothing of the other one: Cyclone drops what it gets from a writer before the
-/// first heartbeat, and a response could be written before the server knows of its reader. RMWs wait for the reader, other servers do not.
+/// first heartbeat, and a response could be written before the server knows of its reader. RMWs wait for the reader, other servers do not. Fast DDS
+/// sends the heartbeat once, when it matches: if the server did not know this participant by then, new endpoints are made, and it is sent again.
+/// Nothing is sent without this: it could be lost, or be carried out without a response.
 bool ServiceClient::is_ready(const ServerFound& server, TimePoint now) {
+  if (requests_ == nullptr || responses_ == nullptr) return false;
   std::map<Gid, TimePoint> matched;
-  bool ready = false;
+  bool ready = false, is_late = false;
   for (const auto& [reader, writer] : server.pairs) {
     if (!requests_->is_matched(reader) || !responses_->is_matched(writer)) continue;
     const auto before = matched_.find(writer);
     const TimePoint since = before == matched_.end() ? now : before->second;
     matched.emplace(writer, since);
-    ready = ready || (requests_->is_heard(reader) && responses_->is_heard(writer)) || now >= since + patience_for_heartbeat;
+    ready = ready || (requests_->is_heard(reader) && responses_->is_heard(writer));
+    is_late = is_late || now >= since + patience_for_heartbeat;
   }
   matched_ = std::move(matched);
-  return ready;
+  if (ready || !is_late || !sent_.empty()) return ready;
+  release();
+  if (const auto created = create(); !created) core_.log(LogLevel::warning, created.error().message);
+  return false;
+}
+
+void ServiceClient::release() {
+  matched_.clear();
+  if (responses_ != nullptr) core_.own(id_, false, false);
+  if (requests_ != nullptr) core_.own(requests_gid_, true, false);
+  requests_.reset();
+  responses_.reset();
 }
 
 void ServiceClient::add(Pending pending) { waiting_.push_back(std::move(pending)); }
@@ -243,9 +258,10 @@ void ServiceClient::react(TimePoint now) {
     Pending sending = std::move(pending);
     it = waiting_.erase(it);
     if (!is_ready) {
-      sending.call->finish(unexpected(Errc::unavailable, is_gone
-                                                             ? "the server of " + service + " is gone, or another one of another form has come"
-                                                             : "the server of " + service + " does not match: its QoS or its type is another one"));
+      sending.call->finish(unexpected(
+          Errc::unavailable,
+          is_gone ? "the server of " + service + " is gone, or another one of another form has come"
+                  : "the server of " + service + " does not acknowledge: its QoS or its type is another one, or the network loses packets"));
       continue;
     }
     used = now;
@@ -296,10 +312,7 @@ void ServiceClient::close(const Error& error) {
   for (auto& [sequence, pending] : sent_) pending.call->finish(unexpected(error));
   waiting_.clear();
   sent_.clear();
-  core_.own(id_, false, false);
-  core_.own(requests_gid_, true, false);
-  requests_.reset();
-  responses_.reset();
+  release();
 }
 
 TimePoint ServiceClient::next() const noexcept {

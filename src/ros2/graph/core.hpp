@@ -130,6 +130,7 @@ class ServiceClient final : public dds::EndpointEvents {
  private:
   void respond(std::int64_t sequence, Bytes payload);
   bool is_ready(const ServerFound& server, TimePoint now);
+  void release();
 
   GraphCore& core_;
   Gid id_{};                  ///< inline_qos: of the reader

@@ -60,6 +60,8 @@
 #include <ifaddrs.h>
 #include <net/if.h>
 #include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -137,8 +139,12 @@ class GuardedTransport final : public transport::ChainingTransport {
   using Buffers = const rtps::octet*;
 #endif
   transport::TransportDescriptorInterface* get_configuration() override { return low_level_transport_->get_configuration(); }
+  ~GuardedTransport() override {
+    if (socket_ >= 0) ::close(socket_);
+  }
   bool send(rtps::SenderResource* resource, Buffers buffers, std::uint32_t size, rtps::LocatorsIterator* begin, rtps::LocatorsIterator* end,
             const std::chrono::steady_clock::time_point& timeout) override {
+    if (guard_->is_watching()) keep(buffers, size, *begin, *end);
     if (guard_->allowed().empty()) return resource->send(buffers, size, begin, end, timeout);
     // Announcements of strangers name addresses: nothing is sent to those that are not allowed.
     rtps::LocatorList_t list;
@@ -165,11 +171,44 @@ class GuardedTransport final : public transport::ChainingTransport {
       case Guard::Verdict::drop:
       case Guard::Verdict::rekeyed: return;
     }
+    if (guard_->is_watching())
+      for (const Guard::Heartbeat& heartbeat : guard_->wanted_heartbeats(packet)) repeat(heartbeat);
     guard_->count(heard);
   }
 
  private:
+  /// Keeps a packet with a heartbeat: it may have to be sent again.
+  void keep(Buffers buffers, std::uint32_t size, const rtps::LocatorsIterator& begin, const rtps::LocatorsIterator& end) {
+    if (size < 52 || size > 200) return;  // heartbeats travel alone
+    std::string packet;
+#if LRT_FASTDDS_3
+    for (const transport::NetworkBuffer& buffer : buffers) packet.append(static_cast<const char*>(buffer.buffer), buffer.size);
+#else
+    packet.assign(reinterpret_cast<const char*>(buffers), size);
+#endif
+    // The iterators are of one pass: one locator suffices for what is sent to one reader.
+    if (!(begin != end)) return;
+    const rtps::Locator_t& to = *begin;
+    const std::uint32_t address = address_of(to);
+    if (address != 0 && address >> 28 != 14) guard_->sent(packet, {{address, static_cast<std::uint16_t>(to.port)}});
+  }
+  void repeat(const Guard::Heartbeat& heartbeat) {
+    const std::lock_guard<std::mutex> lock(socket_mutex_);
+    if (socket_ < 0) socket_ = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    if (socket_ < 0) return;
+    for (const auto& [address, port] : heartbeat.to) {
+      sockaddr_in to{};
+      to.sin_family = AF_INET;
+      to.sin_addr.s_addr = htonl(address);
+      to.sin_port = htons(port);
+      // Lost: the reader asks again.
+      static_cast<void>(::sendto(socket_, heartbeat.packet.data(), heartbeat.packet.size(), 0, reinterpret_cast<const sockaddr*>(&to), sizeof to));
+    }
+  }
+
   const std::shared_ptr<Guard> guard_;
+  std::mutex socket_mutex_;
+  int socket_ = -1;
 };
 
 struct GuardedDescriptor final : transport::ChainingTransportDescriptor {

@@ -15,8 +15,8 @@ inline namespace v0 {
 
 namespace {
 
-constexpr std::size_t max_early = 16;                           ///< feedback before the response to the goal
-constexpr std::chrono::milliseconds patience_for_readers{500};  ///< until a goal is sent without readers of feedback that match
+constexpr std::size_t max_early = 16;                            ///< feedback before the response to the goal
+constexpr std::chrono::milliseconds patience_for_readers{1500};  ///< until a goal is sent without readers of feedback that match
 constexpr std::chrono::seconds patience_for_cancel{10};
 
 std::string key_of(const std::array<char, 16>& id) { return std::string(id.data(), id.size()); }

@@ -272,6 +272,53 @@ bool Guard::has_heard(const Gid& endpoint, const Gid& from) {
   return watch != watches_.end() && watch->second.heard.count(from) != 0;
 }
 
+void Guard::sent(std::string_view packet, const std::vector<std::pair<std::uint32_t, std::uint16_t>>& to) {
+  const auto* const bytes = reinterpret_cast<const unsigned char*>(packet.data());
+  Gid reader{};
+  for (std::size_t at = 20; at + 4 <= packet.size();) {
+    const bool little = (bytes[at + 1] & 1U) != 0;
+    std::size_t length = u16(bytes + at + 2, little);
+    if (length == 0) length = packet.size() - at - 4;
+    if (at + 4 + length > packet.size()) return;
+    if (bytes[at] == id_info_dst && length >= 12) std::memcpy(reader.bytes.data(), bytes + at + 4, 12);
+    if (bytes[at] == id_data || bytes[at] == id_data_frag) return;  // it is never sent twice
+    if (bytes[at] == id_heartbeat && length >= 28 && (bytes[at + 11] & 0xc0U) == 0) {
+      std::memcpy(reader.bytes.data() + 12, bytes + at + 4, 4);
+      const std::lock_guard<std::mutex> lock(mutex_);
+      const auto watch = watches_.find(entity(bytes + at + 8));
+      if (watch == watches_.end()) return;
+      if (watch->second.heartbeats.size() >= remembered) watch->second.heartbeats.clear();
+      watch->second.heartbeats[reader] = Heartbeat{std::string(packet), to};
+      return;
+    }
+    at += 4 + length;
+  }
+}
+
+std::vector<Guard::Heartbeat> Guard::wanted_heartbeats(std::string_view packet) {
+  std::vector<Heartbeat> wanted;
+  const auto* const bytes = reinterpret_cast<const unsigned char*>(packet.data());
+  for (std::size_t at = 20; at + 4 <= packet.size();) {  // judge() has seen it: it is well formed
+    const bool little = (bytes[at + 1] & 1U) != 0;
+    std::size_t length = u16(bytes + at + 2, little);
+    if (length == 0 && bytes[at] != id_pad && bytes[at] != id_info_ts) length = packet.size() - at - 4;
+    if (at + 4 + length > packet.size()) break;
+    if (bytes[at] == id_acknack && (bytes[at + 1] & 2U) == 0 && length >= 24 && u32(bytes + at + 20, little) == 0) {
+      Gid reader{};
+      std::memcpy(reader.bytes.data(), bytes + 8, 12);
+      std::memcpy(reader.bytes.data() + 12, bytes + at + 4, 4);
+      const std::lock_guard<std::mutex> lock(mutex_);
+      const auto watch = watches_.find(entity(bytes + at + 8));
+      if (watch != watches_.end() && watch->second.heard.count(reader) == 0) {
+        const auto heartbeat = watch->second.heartbeats.find(reader);
+        if (heartbeat != watch->second.heartbeats.end()) wanted.push_back(heartbeat->second);
+      }
+    }
+    at += 4 + length;
+  }
+  return wanted;
+}
+
 void Guard::count(const Heard& heard) {
   if (heard.empty()) return;
   const std::lock_guard<std::mutex> lock(mutex_);
@@ -387,7 +434,7 @@ Guard::Verdict Guard::judge(std::string_view packet, std::uint32_t from, std::st
     own = own_;
   }
   const bool is_own = prefix == own;
-  bool for_this = false;  // INFO_DST names this participant
+  bool for_this = true;  // INFO_DST names this participant, or is missing
   bool admitted = is_admitted(prefix), is_changed = false;
   const auto copy = [&] {
     if (!is_changed) changed.assign(packet);
@@ -431,7 +478,7 @@ Guard::Verdict Guard::judge(std::string_view packet, std::uint32_t from, std::st
     switch (id) {
       case id_acknack:
         if (!is_set(body, length, 16, little) || length < 24) return malformed();
-        hear(body + 4, body);
+        if ((flags & 2U) != 0) hear(body + 4, body);  // final: the response to a heartbeat; without, it asks for one
         break;
       case id_heartbeat:
         if (length < 28) return malformed();

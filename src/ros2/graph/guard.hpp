@@ -98,6 +98,16 @@ class Guard {
   void watch(const Gid& endpoint, UniqueFunction<void()> told);
   void unwatch(const Gid& endpoint);
   bool has_heard(const Gid& endpoint, const Gid& from);
+  /// A heartbeat as Fast DDS has sent it, once, to a reader that is matched on this side.
+  struct Heartbeat {
+    std::string packet{};
+    std::vector<std::pair<std::uint32_t, std::uint16_t>> to{};  ///< address and port, of the host's byte order
+  };
+  /// A packet that Fast DDS sends. Heartbeats of watched writers are kept.
+  void sent(std::string_view packet, const std::vector<std::pair<std::uint32_t, std::uint16_t>>& to);
+  bool is_watching() const noexcept { return watched_.load(std::memory_order_relaxed) != 0; }
+  /// Heartbeats that readers ask for in a way that Fast DDS does not respond to (Cyclone: from 1 on, nothing missing).
+  std::vector<Heartbeat> wanted_heartbeats(std::string_view packet);
   /// What judge() has heard counts from now on: Fast DDS has processed it and, for example, sent the heartbeat that was requested.
   void count(const Heard& heard);
   /// @}
@@ -133,6 +143,7 @@ class Guard {
   struct Watch {
     UniqueFunction<void()> told;
     std::unordered_set<Gid, GidHash> heard;
+    std::unordered_map<Gid, Heartbeat, GidHash> heartbeats;
   };
   std::unordered_map<std::uint32_t, Watch> watches_;  ///< by the entity of the endpoint
   std::atomic<std::size_t> watched_{0};
