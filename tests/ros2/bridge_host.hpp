@@ -96,6 +96,7 @@ struct BridgeHost {
   ~BridgeHost() {
     core.reset();
     server->stop();
+    graph->close();
   }
 
   Answer ask(const std::string& text) {

@@ -59,6 +59,17 @@ TEST_CASE("a robot description is a Thing for each joint and link, and JointStat
   for (std::size_t size = 0; size < broken.size(); ++size) host.graph->publish("/joint_states", broken.substr(0, size));
   CHECK(host.json("/robot/shoulder/position").find("1.25") != std::string::npos);
   CHECK(host.listed("/robot_description", Listed::What::topic).has_value());
+  // Positions of a driver that is gone are none.
+  host.graph->leave("/driver");
+  host.settle();
+  CHECK(host.json("/robot/shoulder/position").find("1.25") == std::string::npos);
+  CHECK(host.ask("GET /robot/shoulder/limits\nAccept: application/json").status == 200);
+  host.graph->write("/joint_states", "sensor_msgs/msg/JointState", "/driver");
+  host.settle();
+  REQUIRE(comes_true([&] {
+    host.graph->publish("/joint_states", joint_state(1'700'000'002, {"shoulder"}, {0.75}));
+    return host.json("/robot/shoulder/position").find("0.75") != std::string::npos;
+  }));
 }
 
 TEST_CASE("a frame of tf is a Thing with its pose in its parent, and is gone with its writer", "[ros2][bridge]") {

@@ -312,12 +312,14 @@ TEST_CASE("a lifecycle node has its state and its transitions", "[ros2][bridge]"
   call->done(std::make_shared<const std::string>(Cdr().u8(1).text("unconfigured").take()));
   CHECK(host.comes("/nodes/camera/lifecycle", "unconfigured"));
   CHECK(comes_true([&] { return host.ask("POST /nodes/camera/actions/activate").status == 409; }));
-  std::thread client([&] { CHECK(host.ask("POST /nodes/camera/actions/configure").status == 204); });
+  std::atomic<int> status{0};
+  std::thread client([&] { status = host.ask("POST /nodes/camera/actions/configure").status; });
   CHECK(comes_true([&] { return (call = host.graph->take_call()).has_value(); }));
   CHECK(call->service == "/camera/change_state");
   CHECK(call->request == Cdr().u8(1).text("configure").take());
   call->done(std::make_shared<const std::string>(Cdr().u8(1).take()));
   client.join();
+  CHECK(status == 204);
   Cdr event;
   event.u32(0).u32(0).u8(1).text("configure").u8(10).text("configuring").u8(2).text("inactive");
   host.graph->publish("/camera/transition_event", event.take());

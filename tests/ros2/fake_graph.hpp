@@ -230,7 +230,13 @@ class FakeGraph final : public ros2::Port {
     return ros2::Handle(std::make_shared<int>());
   }
   ros2::GraphCounters counters() const override { return {}; }
-  void close() override {}
+  /// Callbacks refer to the bridge, and the bridge to this.
+  void close() override {
+    const std::lock_guard lock(mutex);
+    calls_.clear();
+    goals_.clear();
+    parameter_event = {};
+  }
 
  private:
   template <class T>

@@ -135,9 +135,10 @@ void Core::run() {
       }
       if (shared_->stops) return;
       jobs = std::exchange(shared_->jobs, {});
+      const std::lock_guard list(list_mutex_);
+      is_busy_ = true;
       if (std::exchange(shared_->changed, false)) {
         changed_ = true;
-        const std::lock_guard list(list_mutex_);
         last_change_ = Clock::now();
       }
     }
@@ -148,6 +149,11 @@ void Core::run() {
       log(LogLevel::error, std::string("the ROS 2 bridge: ") + e.what());
       next_ = Clock::now() + std::chrono::seconds(1);
     }
+    {
+      const std::lock_guard list(list_mutex_);
+      is_busy_ = changed_;
+    }
+    list_changed_.notify_all();
   }
 }
 
@@ -254,7 +260,7 @@ bool Core::wait_until_settled(std::chrono::milliseconds limit) const {
     std::unique_lock lock(list_mutex_);
     const Clock::time_point now = Clock::now();
     const Clock::time_point settled = std::max(last_change_ + quiet, list_.empty() ? started_ + empty_after : started_ + quiet);
-    if (!is_behind && !is_waiting_ && now >= settled) return true;
+    if (!is_behind && !is_busy_ && !is_waiting_ && now >= settled) return true;
     if (now >= end) return false;
     list_changed_.wait_until(lock, std::min(end, std::max(settled, now + std::chrono::milliseconds(5))));
   }

@@ -181,6 +181,7 @@ class Core {
   std::vector<Listed> list_;                                               ///< guarded by list_mutex_
   Counters counted_;                                                       ///< guarded by list_mutex_
   Clock::time_point last_change_ = Clock::now(), started_ = Clock::now();  ///< guarded by list_mutex_
+  bool is_busy_ = false;                                                   ///< the thread is at work; guarded by list_mutex_
   bool is_waiting_ = true;                                                 ///< guarded by list_mutex_
 };
 

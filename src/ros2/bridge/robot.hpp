@@ -23,6 +23,8 @@ class JointSink {
 };
 /// That of the robot of a namespace; null: no description has come.
 std::shared_ptr<JointSink> joints_of(Core& core, const std::string& ns);
+/// Nobody writes its joint states now: the joints have no positions until somebody does.
+void lose_joints(Core& core, const std::string& ns);
 /// Whether a message is a JointState as JointSink reads it.
 bool is_joint_state(const Message& message) noexcept;
 

@@ -111,12 +111,18 @@ class RobotModel final : public JointSink {
       efforts_[known->second] = efforts[i];
     }
     robot_.publish(positions_, velocities_, efforts_, at);
+    has_moved_ = true;
+  }
+  bool has_moved() const {
+    const std::lock_guard lock(mutex_);
+    return has_moved_;
   }
 
   urdf::Robot robot_;
 
  private:
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
+  bool has_moved_ = false;
   std::map<std::string, std::size_t, std::less<>> variables_;
   std::vector<double> positions_, velocities_, efforts_;
 };
@@ -401,6 +407,11 @@ bool is_tf_message(const Message& m) noexcept {
 std::shared_ptr<JointSink> joints_of(Core& core, const std::string& ns) {
   Part* const part = core.find(robot_key(ns));
   return part ? static_cast<RobotPart*>(part)->model_ : nullptr;
+}
+
+void lose_joints(Core& core, const std::string& ns) {
+  Part* const part = core.find(robot_key(ns));
+  if (part && part->is_served && static_cast<RobotPart*>(part)->model_->has_moved()) core.renew(*part), core.mark_changed();
 }
 
 std::shared_ptr<FrameSink> frames_of(Core& core, const std::string& ns) { return core.part_of<FramesPart>("frames " + ns, core, ns).frames; }

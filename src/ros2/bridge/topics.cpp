@@ -287,12 +287,12 @@ class TopicPart final : public Part {
     }
     const std::vector<Endpoint>& of_type = writers.empty() ? readers : writers;
     if (of_type.empty())
-      return become_unavailable("no node writes it now" + (last_writers_.empty() ? std::string() : "; the last was " + last_writers_));
+      return become_unavailable(core, "no node writes it now" + (last_writers_.empty() ? std::string() : "; the last was " + last_writers_));
     choose_type(core, of_type);
     if (!state_ || !state_->type) return;  // the reason is stated
     if (writers.empty()) {
       if (life_in(core).count() > 0) become_idle();
-      else become_unavailable("no node writes it");
+      else become_unavailable(core, "no node writes it");
     } else {
       std::vector<std::string> names;
       for (const Endpoint& w : writers)
@@ -300,7 +300,7 @@ class TopicPart final : public Part {
       last_writers_ = listed_nodes(names);
       const bool fits = std::any_of(writers.begin(), writers.end(), [&](const Endpoint& w) { return w.type == type_ && fits_hash(w); });
       if (fits) become_available(core);
-      else become_unavailable(last_writers_ + " writes another version of " + type_);
+      else become_unavailable(core, last_writers_ + " writes another version of " + type_);
       if (fits && !subscription_) return;
     }
     if (!is_served) {
@@ -424,7 +424,7 @@ class TopicPart final : public Part {
     comment_ = (*definition)->comment.substr(0, 300);
     if (const std::size_t end = comment_.find("\n\n"); end != std::string::npos) comment_.resize(end);
     bulk_ = known == std::end(bulk_types) ? Bulk::none : known->bulk;
-    is_available = false;
+    is_available = is_idle_ = false;
     listed.reason.clear();
     if (was_served_before) core.renew(*this);
   }
@@ -451,14 +451,12 @@ class TopicPart final : public Part {
 
   void become_available(Core& core) {
     is_idle_ = false;
-    if (is_available && subscription_) {
-      if (is_joints_) {
-        const std::shared_ptr<JointSink> joints = joints_of(core, namespace_of(listed.name));
-        const std::lock_guard lock(state_->mutex);
-        state_->joints = joints;
-      }
-      return;
+    if (is_joints_) {  // a robot has come, or was made again
+      const std::shared_ptr<JointSink> joints = joints_of(core, namespace_of(listed.name));
+      const std::lock_guard lock(state_->mutex);
+      state_->joints = joints;
     }
+    if (is_available && subscription_) return;
     {
       const std::lock_guard lock(state_->mutex);
       state_->why_missing = last_writers_ + " writes " + listed.name + ", and no sample has come yet";
@@ -498,7 +496,7 @@ class TopicPart final : public Part {
     shared->put([&core, ns, text = std::string(*text)]() mutable { update_robot(core, ns, std::move(text)); });
   }
 
-  void become_unavailable(const std::string& why) {
+  void become_unavailable(Core& core, const std::string& why) {
     is_idle_ = false;
     const bool was = std::exchange(is_available, false);
     subscription_.reset();  // its sink has returned
@@ -514,6 +512,7 @@ class TopicPart final : public Part {
       state_->pass_missing();
     }
     if (was && frames) frames->lose(listed.name, listed.name + ": " + why);
+    if (was && is_joints_) lose_joints(core, namespace_of(listed.name));
   }
 
   bool waits_for_frame(Core& core) {

@@ -207,10 +207,17 @@ std::string TypeMaker::name_of(const Message& root, const Scope& scope, const Me
 Result<MessageType> TypeMaker::make(const MessagePtr& message, const TypeUse& use) {
   const Scope scope{matching(rules_, use.of, use.name), use.left_out, std::string(use.name), members_of(*message) > max_compared,
                     std::string(use.inside)};
+  std::string key = std::to_string(reinterpret_cast<std::uintptr_t>(message.get())) + '|' + std::string(use.inside);
+  for (const std::string& path : use.left_out) key += '|' + path;
+  for (const Rule* rule : scope.own) key += '|' + std::to_string(rule - rules_.rules.data());
+  if (scope.has_own_fields()) key += '|' + scope.name;
+  if (const auto known = made_.find(key); known != made_.end()) return known->second.second;
   MessageOptions options;
   options.field = [&](const Message&, const Field&, std::string_view path, FieldOptions& to) { to = says(*message, scope, path); };
   options.name = [&](const Message& at, std::string_view path) { return name_of(*message, scope, at, path); };
-  return MessageType::of(message, options);
+  Result<MessageType> type = MessageType::of(message, options);
+  if (type) made_.emplace(std::move(key), std::make_pair(message, *type));
+  return type;
 }
 
 }  // namespace lrt::ros2

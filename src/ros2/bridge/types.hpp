@@ -6,6 +6,7 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <lrt/base/result.hpp>
@@ -44,6 +45,8 @@ class TypeMaker {
   std::string name_of(const Message& root, const Scope& scope, const Message& at, std::string_view path);
 
   const Mapping::Rules& rules_;
+  /// Made before, by the definition and the rules that count for it: many topics have one type.
+  std::map<std::string, std::pair<MessagePtr, MessageType>> made_;
   std::map<std::string, std::uint64_t> names_;  ///< the hash of what each name of a record means
 };
 
