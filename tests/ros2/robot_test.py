@@ -333,8 +333,9 @@ def broker(folder):
     with Process([MOSQUITTO, "-c", path], DOMAIN.environment()) as mosquitto:
         mosquitto.wait_for("running|Opening ipv4 listen socket")
         with Gateway("--mqtt", "127.0.0.1:%d" % port, "--mqtt-prefix", "cell/picker") as gateway:
-            said = subprocess.run(["mosquitto_sub", "-V", "5", "-p", str(port), "-t", "cell/picker/odom/value", "-C", "1", "-W", str(PATIENCE)], capture_output=True, text=True, check=False)
-            assert "position" in json.dumps(json.loads(said.stdout)), said
+            watch = ["mosquitto_sub", "-V", "5", "-p", str(port), "-t", "cell/picker/odom/value", "-C", "1", "-W", str(PATIENCE)]
+            # The first may be null: no sample has come yet.
+            until(lambda: "position" in subprocess.run(watch, capture_output=True, text=True, check=False).stdout, "the odometry at the broker")
             assert gateway.end() == 0
 
 
