@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <lrt/ros2/graph.hpp>
 
+#include <algorithm>
+
 #include "tests/ros2/graph_support.hpp"
 #include "tests/support/catch.hpp"
 
