@@ -38,6 +38,7 @@ struct Allowed {
 
 /// What is said of a topic, a type, a service or a parameter beyond the shipped table: units, frames, titles, names. Made of a file, see
 /// docs/ros2.md.
+/// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
 class LRT_API Mapping {
  public:
   Mapping();  ///< the shipped table alone

@@ -366,9 +366,9 @@ void PropertyValues::take(PropertyResource& property, std::vector<std::size_t> e
 
 void PropertyValues::were_taken(PropertyResource& property, Result<std::vector<Sample>> samples, TimePoint now) {
   if (!samples) {
-    const Result<void> failed =
-        unexpected(samples.error().code, "property \"" + property.path + "\"" +
-                                             (samples.error().code == Errc::unavailable ? ": " : " could not be encoded: ") + samples.error().message);
+    const Result<void> failed = unexpected(samples.error().code, "property \"" + property.path + "\"" +
+                                                                     (samples.error().code == Errc::unavailable ? ": " : " could not be encoded: ") +
+                                                                     samples.error().message);
     if (!property.is_failing() && options_.log) options_.log(LogLevel::warning, failed.error().message);
     fail(property, samples.error().message, samples.error().code);
     return end(property, failed, now);

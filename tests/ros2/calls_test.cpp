@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <lrt/ros2/graph.hpp>
 
+#include <algorithm>
+
 #include "tests/ros2/graph_support.hpp"
 #include "tests/support/catch.hpp"
 
@@ -198,7 +200,7 @@ TEST_CASE("calls are limited, and one that is given up does not respond", "[ros2
   Answer<Bytes> last;
   Call outlives;
   {
-    GraphOptions options;
+    ros2::GraphOptions options;
     options.limits.max_calls = 3;
     Graph graph = join(domain, std::move(options));
     Peer peer = cyclone(domain);
@@ -278,7 +280,7 @@ TEST_CASE("a goal is cancelled, also before it is accepted", "[ros2][calls]") {
 
 TEST_CASE("a goal ends with its server, and its handle lets it run", "[ros2][calls]") {
   const Domain domain;
-  GraphOptions options;
+  ros2::GraphOptions options;
   options.limits.max_goals = 2;
   Graph graph = join(domain, std::move(options));
   Peer peer = cyclone(domain, 1000);
@@ -371,7 +373,7 @@ TEST_CASE("nodes of Humble and of later releases are known, and nothing is annou
   humble.tell("node24 /arm/humble");
   REQUIRE(eventually([&] { return graph.snapshot()->node("/arm/humble") != nullptr && graph.snapshot()->topic("/chatter") != nullptr; }));
   CHECK(graph.snapshot()->topic("/chatter")->writers[0].node == "/arm/humble");
-  GraphOptions second;
+  ros2::GraphOptions second;
   second.node = "/second";
   Graph other = join(domain, std::move(second));
   CHECK(eventually([&] { return other.snapshot()->node("/lrt_ros2") != nullptr; }));  // announced with Gids of 24 bytes

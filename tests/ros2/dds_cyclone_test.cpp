@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <lrt/ros2/graph.hpp>
 
+#include <algorithm>
+
 #include "tests/ros2/graph_support.hpp"
 #include "tests/support/catch.hpp"
 
@@ -32,7 +34,7 @@ TEST_CASE("topics of Cyclone DDS are read and written", "[ros2][dds]") {
   CHECK(seen->topic("/orders")->readers.size() == 1);
   CHECK(seen->topics.size() == 2);
 
-  Texts texts;
+  ReceivedTexts texts;
   const auto subscription = graph.subscribe("/chatter", string_type, texts.sink()).value();
   REQUIRE(eventually([&] {
     peer.tell("write w hello");
@@ -56,7 +58,7 @@ TEST_CASE("topics of Cyclone DDS are read and written", "[ros2][dds]") {
 TEST_CASE("a reader takes the QoS that the writers offer", "[ros2][dds]") {
   const Domain domain;
   Graph graph = join(domain);
-  Texts map;
+  ReceivedTexts map;
   const auto subscription = graph.subscribe("/map", string_type, map.sink()).value();  // nobody writes it yet
   Peer peer = cyclone(domain);
   peer.tell("writer w /map reliable transient_local");
@@ -81,7 +83,7 @@ TEST_CASE("a reader takes the QoS that the writers offer", "[ros2][dds]") {
 TEST_CASE("a writer that was killed is gone after its lease, and read again when it returns", "[ros2][dds]") {
   const Domain domain;
   Graph graph = join(domain);
-  Texts texts;
+  ReceivedTexts texts;
   const auto subscription = graph.subscribe("/chatter", string_type, texts.sink()).value();
   std::atomic<int> changes{0};
   graph.on_change([&] { ++changes; });
@@ -134,7 +136,7 @@ TEST_CASE("of two versions of a type one is read, and samples of the other one a
   for (const Endpoint& writer : graph.snapshot()->topic("/chatter")->writers) hashes.push_back(writer.hash);
   std::sort(hashes.begin(), hashes.end());
   CHECK(hashes == std::vector<std::string>{"", hash_a, hash_b});
-  Texts texts;
+  ReceivedTexts texts;
   SubscribeOptions options;
   options.hash = hash_a;
   const auto subscription = graph.subscribe("/chatter", string_type, texts.sink(), options).value();
@@ -152,7 +154,7 @@ TEST_CASE("a writer of another type of the same topic is not read", "[ros2][dds]
   Graph graph = join(domain);
   Peer peer = cyclone(domain);
   peer.tell("writer w /chatter reliable volatile");
-  Texts texts, others;
+  ReceivedTexts texts, others;
   const auto subscription = graph.subscribe("/chatter", string_type, texts.sink()).value();
   const auto other = graph.subscribe("/chatter", "std_msgs/msg/Header", others.sink()).value();
   CHECK(eventually([&] {
@@ -176,10 +178,10 @@ TEST_CASE("domains do not see each other", "[ros2][dds]") {
 TEST_CASE("two graphs of one process see each other", "[ros2][dds]") {
   const Domain domain;
   Graph a = join(domain);
-  GraphOptions options;
+  ros2::GraphOptions options;
   options.node = "/second";
   Graph b = join(domain, std::move(options));
-  Texts texts;
+  ReceivedTexts texts;
   const auto subscription = b.subscribe("/chatter", string_type, texts.sink()).value();
   const auto publisher = a.advertise("/chatter", string_type).value();
   CHECK(eventually([&] {
@@ -221,7 +223,7 @@ TEST_CASE("a sink may end its own subscription, and handles may outlive their gr
 
 TEST_CASE("subscriptions are limited, and names are judged", "[ros2][dds]") {
   const Domain domain;
-  GraphOptions options;
+  ros2::GraphOptions options;
   options.limits.max_subscriptions = 2;
   Graph graph = join(domain, std::move(options));
   auto a = graph.subscribe("/a", string_type, [](Sample&&) {}).value();
@@ -232,18 +234,18 @@ TEST_CASE("subscriptions are limited, and names are judged", "[ros2][dds]") {
   CHECK(graph.subscribe("c", string_type, [](Sample&&) {}).error().code == Errc::invalid_option);
   CHECK(graph.advertise("/c", "String").error().code == Errc::invalid_option);
   const auto refused = [&](auto change) {
-    GraphOptions wrong;
+    ros2::GraphOptions wrong;
     wrong.domain = domain.number();
     wrong.interfaces = {"127.0.0.1"};
     change(wrong);
     auto joined = Graph::join(std::move(wrong));
     return !joined && joined.error().code == Errc::invalid_option;
   };
-  CHECK(refused([](GraphOptions& o) { o.domain = 233; }));
-  CHECK(refused([](GraphOptions& o) { o.node = "node"; }));
-  CHECK(refused([](GraphOptions& o) { o.interfaces = {"no_such_interface"}; }));
-  CHECK(refused([](GraphOptions& o) { o.allowed_addresses = {"10.0.0.0/33"}; }));
-  CHECK(refused([](GraphOptions& o) { o.peers = {"robot.example"}; }));
+  CHECK(refused([](ros2::GraphOptions& o) { o.domain = 233; }));
+  CHECK(refused([](ros2::GraphOptions& o) { o.node = "node"; }));
+  CHECK(refused([](ros2::GraphOptions& o) { o.interfaces = {"no_such_interface"}; }));
+  CHECK(refused([](ros2::GraphOptions& o) { o.allowed_addresses = {"10.0.0.0/33"}; }));
+  CHECK(refused([](ros2::GraphOptions& o) { o.peers = {"robot.example"}; }));
 }
 
 TEST_CASE("a topic can be read at a lower rate", "[ros2][dds]") {
@@ -251,7 +253,7 @@ TEST_CASE("a topic can be read at a lower rate", "[ros2][dds]") {
   Graph graph = join(domain);
   Peer peer = cyclone(domain);
   peer.tell("writer w /chatter reliable volatile");
-  Texts all, some;
+  ReceivedTexts all, some;
   const auto every = graph.subscribe("/chatter", string_type, all.sink()).value();
   SubscribeOptions options;
   options.minimum_interval = std::chrono::hours(1);
@@ -265,17 +267,17 @@ TEST_CASE("a topic can be read at a lower rate", "[ros2][dds]") {
 
 TEST_CASE("participants are found without multicast, by their addresses, and left out by an allow-list", "[ros2][dds]") {
   const Domain domain;
-  GraphOptions first;
+  ros2::GraphOptions first;
   first.multicast = false;
   first.node = "/first";
   Graph a = join(domain, std::move(first));
   const auto publisher = a.advertise("/chatter", string_type).value();
-  GraphOptions second;
+  ros2::GraphOptions second;
   second.multicast = false;
   second.peers = {"127.0.0.1"};
   Graph b = join(domain, std::move(second));
   CHECK(eventually([&] { return b.snapshot()->topic("/chatter") != nullptr; }));
-  GraphOptions third;
+  ros2::GraphOptions third;
   third.allowed_addresses = {"10.1.2.0/24"};
   third.peers = {"127.0.0.1"};
   Graph c = join(domain, std::move(third));

@@ -2,7 +2,9 @@
 // Messages as values of a server.
 #include <lrt/ros2/message_type.hpp>
 
+#include <cstddef>
 #include <memory>
+#include <random>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -142,6 +144,39 @@ TEST_CASE("a client writes a message as JSON, and gets it back", "[ros2]") {
   CHECK(refused("[1,-2]", "[1,2,3]") == 422);
   CHECK(refused("[1,-2]", "[40000]") == 422);
   CHECK(refused("PT2.5S", "P100000D") == 409);  // more seconds than 32 bits
+}
+
+TEST_CASE("broken payloads of each shipped message are refused, or are values of its type", "[ros2]") {
+  Definitions known;
+  std::mt19937 random(43);
+  std::size_t values = 0, refused = 0;
+  for (const std::string& name : shipped_names()) {
+    const auto message = known.message(name);
+    if (!message) continue;
+    CAPTURE(name);
+    const MessageType type = MessageType::of(*message, with_enumerators()).value();
+    const std::string good = type.initial();
+    REQUIRE(type.decode(good));
+    const auto attempt = [&](const std::string& payload) {
+      const Result<Value> value = type.decode(payload);
+      if (value) CHECK(type.type().check(*value));
+      ++(value ? values : refused);
+    };
+    for (int i = 0; i < 60; ++i) {
+      std::string broken = good;
+      const std::size_t at = random() % broken.size();
+      switch (i % 4) {
+        case 0: broken.resize(at); break;
+        case 1: broken[at] = static_cast<char>(random()); break;
+        case 2: broken.insert(at, 1 + random() % 40, static_cast<char>(random() % 3)); break;
+        default:
+          for (std::size_t n = 0; n < 4 && at + n < broken.size(); ++n) broken[at + n] = '\xff';  // a length
+      }
+      attempt(broken);
+    }
+  }
+  CHECK(values > 1'000);
+  CHECK(refused > 1'000);
 }
 
 TEST_CASE("a payload that is no value is answered with its fault", "[ros2]") {

@@ -299,6 +299,27 @@ def rights(folder):
     assert any(line.get("principal") == "anna" and line.get("resource") == "/cmd_vel/value" and line.get("status") in (200, 204) for line in lines), lines
 
 
+def encrypted(folder):
+    """HTTPS; SIGHUP reads the certificate again and does not end the program."""
+    missing = [tool for tool in ("curl", "openssl") if shutil.which(tool) is None]
+    if missing:
+        print("skipped: TLS: %s is not installed" % ", ".join(missing))
+        return
+    keys = os.path.join(folder, "keys")
+    subprocess.run([os.path.join(SOURCE, "examples", "make-certificate.sh"), keys], check=True, capture_output=True, timeout=PATIENCE)
+    with Gateway("--tls", keys) as gateway:
+        def get():
+            return subprocess.run(["curl", "-s", "--cacert", os.path.join(keys, "ca.pem"), "https://localhost:%d/odom/value" % gateway.port],
+                                  capture_output=True, text=True, timeout=PATIENCE).stdout
+        until(lambda: "Odometry" in get(), "the odometry over TLS")
+        gateway.process.send_signal(signal.SIGHUP)
+        os.remove(os.path.join(keys, "server.pem"))
+        gateway.process.send_signal(signal.SIGHUP)
+        gateway.wait_for("the old certificate stays")
+        assert "Odometry" in get()
+        assert gateway.end() == 0
+
+
 def broker(folder):
     if not MOSQUITTO or not shutil.which("mosquitto_sub"):
         print("skipped: there is no mosquitto or no mosquitto_sub (vendor/install.sh mqtt)")
@@ -312,8 +333,9 @@ def broker(folder):
     with Process([MOSQUITTO, "-c", path], DOMAIN.environment()) as mosquitto:
         mosquitto.wait_for("running|Opening ipv4 listen socket")
         with Gateway("--mqtt", "127.0.0.1:%d" % port, "--mqtt-prefix", "cell/picker") as gateway:
-            said = subprocess.run(["mosquitto_sub", "-V", "5", "-p", str(port), "-t", "cell/picker/odom/value", "-C", "1", "-W", str(PATIENCE)], capture_output=True, text=True, check=False)
-            assert "position" in json.dumps(json.loads(said.stdout)), said
+            watch = ["mosquitto_sub", "-V", "5", "-p", str(port), "-t", "cell/picker/odom/value", "-C", "1", "-W", str(PATIENCE)]
+            # The first may be null: no sample has come yet.
+            until(lambda: "position" in subprocess.run(watch, capture_output=True, text=True, check=False).stdout, "the odometry at the broker")
             assert gateway.end() == 0
 
 
@@ -369,6 +391,7 @@ def main():
                 assert gateway.get("/server/metrics", "text/plain")[0] == 200
                 assert gateway.end() == 0
             rights(folder)
+            encrypted(folder)
             broker(folder)
         with robot("--only", "base,arm_controller,robot_state_publisher"), Gateway() as gateway:
             gateway.settled()

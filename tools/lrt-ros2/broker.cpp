@@ -3,6 +3,7 @@
 
 #ifdef LRT_ROS2_HAS_MQTT
 
+#include <algorithm>
 #include <charconv>
 #include <string>
 #include <string_view>

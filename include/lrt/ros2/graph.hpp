@@ -235,6 +235,7 @@ class LRT_API Publisher {
 
 /// A call of a service that waits for its response. Destroying it gives the call up: its callback is not called
 /// afterwards. The request has been sent all the same.
+/// @par Threads  Distinct objects: any. One object: one at a time.
 class LRT_API Call {
  public:
   Call() noexcept;
@@ -268,6 +269,7 @@ struct GoalEvents {
 };
 
 /// A goal of an action. Destroying it lets the goal run; its events are not called afterwards.
+/// @par Threads  Distinct objects: any. One object: one at a time, except cancel().
 class LRT_API Goal {
  public:
   Goal() noexcept;

@@ -2,6 +2,7 @@
 // A node: a Thing with its parameters, and with the state and the transitions of a lifecycle node.
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <utility>
 
 #include <lrt/rdf/dynamic_type.hpp>
