@@ -152,6 +152,20 @@ TEST_CASE("a sample that is too large becomes a gap and is counted once", "[ros2
   CHECK(judge(fragment(prefix(1), 1000, 1000, 0)) == V::drop);
 }
 
+TEST_CASE("one packet cannot make Fast DDS count for hours", "[ros2][guard]") {
+  Judge judge;
+  judge(participant(prefix(1)));
+  const auto gap = [](std::uint32_t high, std::uint32_t low) {
+    return head(prefix(1)) + submessage(0x08, 1, be32(0) + be32(0x103) + le32(0) + le32(1) + le32(high) + le32(low) + le32(0));
+  };
+  CHECK(judge(gap(0, 5)) == V::pass);
+  CHECK(judge(gap(0, 50'000'000)) == V::pass);  // a reader that comes late
+  CHECK(judge(gap(1, 0)) == V::drop);
+  CHECK(judge(gap(0, 100'000'000)) == V::drop);  // one after the other
+  CHECK(judge(gap(0, 0)) == V::drop);
+  CHECK(judge(gap(0, 6)) == V::pass);
+}
+
 TEST_CASE("addresses that are not allowed are not heard", "[ros2][guard]") {
   Judge judge({}, {"10.0.0.0/24", "192.168.1.7"});
   CHECK(judge(participant(prefix(1)), 0x0a000007) == V::changed);

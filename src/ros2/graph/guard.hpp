@@ -129,6 +129,7 @@ class Guard {
   void refuse(const Prefix& prefix);
   bool admit_endpoint(const Gid& gid);
   Verdict judge_announcement(const Submessage& submessage, bool of_participant, const Prefix& from, std::string& body);
+  bool may_skip(std::uint64_t numbers);
   bool is_large(const Gid& writer, std::uint64_t sequence);
 
   const GraphLimits limits_;
@@ -138,6 +139,8 @@ class Guard {
   Prefix own_{};
   std::unordered_map<Prefix, Participant, GidHash> participants_;
   std::unordered_set<Gid, GidHash> endpoints_;
+  std::uint64_t skips_ = 1U << 27;  ///< numbers of samples that gaps may skip now
+  TimePoint skips_at_{};
   std::deque<Prefix> refused_;  ///< the last ones, so that each is counted once
   std::deque<std::pair<Gid, std::uint64_t>> large_;
   struct Watch {
